@@ -1,0 +1,105 @@
+# One command each: `make all` redoes the paper, `make test` tests the code. `make help` lists the rest.
+
+PYTHON ?= python3
+CORES ?= all
+# Where and how Snakemake runs its jobs; workflow/profiles/slurm is for a cluster.
+PROFILE ?= workflow/profiles/default
+
+VENV := .venv
+STAMP := $(VENV)/.complete
+BIN := $(CURDIR)/$(VENV)/bin
+# What a rule's `script:` or `shell:` finds first must be the locked environment.
+IN_VENV := PATH="$(BIN):$$PATH"
+SNAKEMAKE = $(IN_VENV) snakemake $(if $(wildcard $(PROFILE)),--workflow-profile $(PROFILE))
+
+# The systems solved are small and banded: threads inside BLAS only cost time, the parallelism is between runs.
+export OMP_NUM_THREADS := 1
+export OPENBLAS_NUM_THREADS := 1
+export MPLBACKEND := Agg
+# Nothing from outside the environment may be imported.
+export PYTHONNOUSERSITE := 1
+unexport PYTHONPATH PYTHONHOME VIRTUAL_ENV
+
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+.PHONY: all test lint quick env lock clean help
+
+all: $(STAMP) ## Redo every run, figure and number of the paper (set CORES=n to use fewer cores)
+	$(SNAKEMAKE) all --cores $(CORES)
+
+test: $(STAMP) ## Run the tests (set PYTEST_ARGS="-k fold" to choose)
+	$(IN_VENV) python -m pytest $(PYTEST_ARGS)
+
+# Into a folder of its own, so that it neither uses nor touches what `make all` stored. Kept when the run fails.
+quick: $(STAMP) ## Run the whole chain small, in minutes, into a temporary folder
+	@out=$$(mktemp -d "$${TMPDIR:-/tmp}/stripfold-quick.XXXXXX") || exit 1; \
+	trap 'exit 130' INT; trap 'exit 143' TERM; \
+	echo "quick run into $$out"; \
+	if $(SNAKEMAKE) all --cores $(CORES) --show-failed-logs \
+	    --configfile workflow/config/quick.yaml \
+	    --config results="$$out/results" figures="$$out/figures"; \
+	then rm -rf "$$out"; \
+	else status=$$?; echo "quick run failed; what it wrote is kept in $$out" >&2; exit $$status; fi
+
+# All of `snakemake --lint` but one check: that each rule names a conda environment or a container. Here one locked
+# environment serves every rule.
+define SNAKEMAKE_LINT
+from snakemake.cli import main
+from snakemake.linting.rules import RuleLinter
+del RuleLinter.lint_missing_software_definition
+main(['--lint'])
+endef
+export SNAKEMAKE_LINT
+
+lint: $(STAMP) ## Check style, formatting, types and the workflow
+	$(IN_VENV) ruff check
+	$(IN_VENV) ruff format --check
+	$(IN_VENV) mypy
+	$(IN_VENV) snakefmt --check Snakefile workflow
+	$(IN_VENV) python -c "$$SNAKEMAKE_LINT"
+
+env: $(STAMP) ## Make the environment in .venv from environment.lock
+
+# The stamp is written last and removed first: an interrupted installation is never taken for a whole one.
+# While the lock is unchanged only the project itself is installed again.
+$(STAMP): environment.lock pyproject.toml
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
+	    echo "stripfold needs Python 3.11 or newer, but '$(PYTHON)' is: $$($(PYTHON) --version 2>&1)." >&2; \
+	    echo "Name another one: make PYTHON=python3.12 $(MAKECMDGOALS)" >&2; exit 1; }
+	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || { \
+	    echo "'$(PYTHON)' cannot make virtual environments: its module venv or ensurepip is missing." >&2; \
+	    echo "On Debian: apt-get install python3-venv" >&2; exit 1; }
+	@rm -f $@
+	@cmp -s environment.lock $(VENV)/environment.lock || rm -rf $(VENV)
+	@test -d $(VENV) || $(MAKE) --no-print-directory -f $(firstword $(MAKEFILE_LIST)) locked-packages
+	$(BIN)/python -m pip install --quiet --no-deps --no-build-isolation --editable .
+	@touch $@
+	@echo "environment complete: $(VENV), $$($(BIN)/python --version)"
+
+# The build tools come first, from the lock like the rest: one dependency is published as source only, and pip
+# would otherwise fetch unpinned tools to build it.
+.PHONY: locked-packages
+locked-packages:
+	$(PYTHON) -m venv $(VENV)
+	awk '/^[^ ]/ { keep = /^(packaging|setuptools|wheel)==/ } keep' environment.lock > $(VENV)/build-tools.lock
+	$(BIN)/python -m pip install --quiet --require-hashes --no-deps -r $(VENV)/build-tools.lock
+	$(BIN)/python -m pip install --quiet --require-hashes --no-build-isolation -r environment.lock
+	cp environment.lock $(VENV)/environment.lock
+
+# Pins already in the lock are kept where they still fit. To move to newest versions: make lock LOCK_ARGS=--upgrade
+UV_VERSION := 0.13.8
+lock: ## Bring environment.lock in line with pyproject.toml (LOCK_ARGS=--upgrade for newer versions)
+	@tmp=$$(mktemp -d) && trap 'rm -rf "$$tmp"' EXIT && set -e && \
+	$(PYTHON) -m venv "$$tmp" && \
+	"$$tmp/bin/python" -m pip install --quiet uv==$(UV_VERSION) && \
+	env -u UV_FIND_LINKS -u UV_INDEX -u UV_EXTRA_INDEX_URL "$$tmp/bin/uv" pip compile --quiet --no-config \
+	    --universal --python-version 3.11 --generate-hashes \
+	    --no-annotate --no-emit-index-url --no-emit-find-links --custom-compile-command "make lock" \
+	    --extra dev $(LOCK_ARGS) --output-file environment.lock pyproject.toml
+
+clean: ## Remove the environment and the tools' caches (results and figures are kept)
+	rm -rf $(VENV) build dist src/*.egg-info .mypy_cache .pytest_cache .ruff_cache
+	find src tests workflow -type d -name __pycache__ -prune -exec rm -rf {} + 2>/dev/null || true
+
+help: ## Show this list
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-6s %s\n", $$1, $$2 }' $(firstword $(MAKEFILE_LIST))

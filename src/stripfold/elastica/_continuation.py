@@ -1,0 +1,257 @@
+"""Pseudo-arclength continuation of the states at a fixed gripper height.
+
+Neither l nor the advance will do as the parameter: from the state without horizontal force the
+length l first *decreases* (the gripper pushes the strip down to the floor), turns, and grows up to
+the critical point, where the advance turns.  The arc length of the branch never turns.
+
+Guards against landing on another branch: the corrector may move theta only a little, the tangent
+may turn only a little, and the orientation (the sign of the bordered determinant), which is constant
+along a regular branch, must be kept.  A step that breaks one of them is repeated with half the length.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import brentq
+
+from stripfold.elastica._chebyshev import FloatArray
+from stripfold.elastica._system import (
+    FORCE_0,
+    FORCE_X,
+    LENGTH,
+    SCALARS,
+    TOLERANCE,
+    Evaluation,
+    Factors,
+    angle_change,
+    evaluate,
+    factor,
+    jacobian,
+    lifted,
+    newton,
+    next_count,
+    on_plane,
+    refine,
+)
+from stripfold.errors import ContinuationError, NewtonError
+
+TARGET = 0.02
+"""Wanted correction of theta, rad, by the corrector; the step length follows it."""
+MAX_TURN = 0.8
+"""Smallest cosine of the angle between the tangents of two accepted points."""
+MAX_STEP_ROTATION = 0.5
+"""Largest change of theta, rad, within one step."""
+MIN_STEP = 1e-7
+PROBE, REACH = 1e-3, 0.05
+"""First and largest distance, in arc length, that a located point may move when it is resolved."""
+MAX_POINTS = 5000
+
+
+@dataclass(frozen=True)
+class Point:
+    """An accepted point of the branch.
+
+    Parameters
+    ----------
+    e
+        The evaluated state.
+    tangent
+        Unit tangent in the local metric, pointing towards growing arc length.
+    normal
+        The tangent times the metric: the row that fixes a step.
+    orientation
+        Sign of the bordered determinant.
+    rate
+        d lambda / d (arc length): changes sign at the critical point.
+    arc
+        Arc length from the start of the branch.
+    """
+
+    e: Evaluation
+    tangent: FloatArray
+    normal: FloatArray
+    orientation: float
+    rate: float
+    arc: float = 0.0
+
+    @property
+    def length_rate(self) -> float:
+        """d l / d (arc length)."""
+        return float(self.tangent[LENGTH])
+
+
+def weigh(e: Evaluation, v: FloatArray) -> FloatArray:
+    """The metric at ``e`` times a direction: mean square of theta plus relative changes of the scalars."""
+    g, y = e.grid, e.y
+    out = np.zeros(y.size)
+    out[: g.n] = (g.integral[-1] * angle_change(v)) @ g.angle
+    out[FORCE_X] = v[FORCE_X] / (1.0 + abs(y[FORCE_X])) ** 2
+    out[FORCE_0] = v[FORCE_0] / (1.0 + abs(y[FORCE_0])) ** 2
+    out[LENGTH] = v[LENGTH] / e.length**2
+    return out
+
+
+def advance_rate(e: Evaluation, v: FloatArray) -> float:
+    """Change of lambda = l - X(l) in the direction ``v``."""
+    quadrature = e.grid.integral[-1]
+    stretch = v[LENGTH] * (1.0 - quadrature @ e.cos)
+    return float(stretch + e.length * (quadrature @ (e.sin * angle_change(v))))
+
+
+def tangent_at(e: Evaluation, z: float, forward: FloatArray) -> tuple[FloatArray, Factors]:
+    """Unit tangent with a positive part along the row ``forward``, and the bordered factors.
+
+    The sign of the bordered determinant is the orientation; ``forward`` must not be
+    perpendicular to the branch.
+    """
+    factors = factor(np.vstack([jacobian(e, lifted(z)), forward]))
+    right = np.zeros(e.y.size)
+    right[-1] = 1.0
+    v = factors.solve(right)
+    return v / np.sqrt(weigh(e, v) @ v), factors
+
+
+def point_at(e: Evaluation, z: float, forward: FloatArray, arc: float = 0.0) -> Point:
+    """The point of the branch with the state ``e``.
+
+    The bordered determinant is taken with ``forward``; its sign is the one with the tangent
+    itself, because both rows have a positive product with the tangent.
+    """
+    v, factors = tangent_at(e, z, forward)
+    return Point(e, v, weigh(e, v), factors.sign, advance_rate(e, v), arc)
+
+
+def corrected(guess: FloatArray, base: Point, z: float, step: float, *, limit: int = 7) -> Point:
+    """The point at distance ``step`` from ``base`` along its tangent, from the given guess."""
+    plane = on_plane(base.normal, base.e.y + step * base.tangent)
+    e, _ = newton(guess, (*lifted(z), plane), limit=limit)
+    return point_at(e, z, base.normal, base.arc + step)
+
+
+def regridded(point: Point, z: float, n: int) -> Point:
+    """The same point with ``n`` nodes."""
+    guess, tangent = refine(point.e.y, n), refine(point.tangent, n)
+    normal = weigh(evaluate(guess), tangent)
+    e, _ = newton(guess, (*lifted(z), on_plane(normal, guess)))
+    return point_at(e, z, normal, point.arc)
+
+
+def finer(point: Point, z: float, tolerance: float) -> Point:
+    """The same point with enough nodes: the tail of ``u`` is below ``tolerance``."""
+    while point.e.grid.tail(point.e.y[:-SCALARS]) > tolerance:
+        point = regridded(point, z, next_count(point.e.grid.n))
+    return point
+
+
+def march(point: Point, z: float, *, step: float, max_step: float, tolerance: float) -> Iterator[Point]:
+    """Accepted points after ``point``, without end; the caller stops.
+
+    Raises
+    ------
+    ContinuationError
+        The step became smaller than ``MIN_STEP``, or ``MAX_POINTS`` were used.
+    """
+    bend: FloatArray | None = None
+    for _ in range(MAX_POINTS):
+        while True:
+            if step < MIN_STEP:
+                raise ContinuationError(
+                    f"the branch at z = {z:g} could not be followed beyond arc length {point.arc:.6g}",
+                    parameter=point.arc,
+                    step=step,
+                    advice="the state there may not be resolved; look at the last accepted state",
+                    details={"z": z, "length": point.e.length, "nodes": point.e.grid.n},
+                )
+            guess = point.e.y + step * point.tangent
+            if bend is not None:
+                guess = guess + 0.5 * step**2 * bend
+            try:
+                new = corrected(guess, point, z, step)
+                correction = float(np.abs(angle_change(new.e.y - guess)).max())
+                new = finer(new, z, tolerance)
+            except NewtonError:
+                step /= 2
+                continue
+            before = refine(point.tangent, new.e.grid.n)
+            cosine = float(weigh(new.e, new.tangent) @ before) / np.sqrt(float(weigh(new.e, before) @ before))
+            rotation = float(np.abs(angle_change(new.e.y - refine(point.e.y, new.e.grid.n))).max())
+            same_side = new.orientation == point.orientation
+            if correction < 4 * TARGET and cosine > MAX_TURN and rotation < MAX_STEP_ROTATION and same_side:
+                break
+            step /= 2
+        bend = (new.tangent - before) / step
+        growth = np.sqrt(TARGET / max(correction, 1e-6))
+        growth = min(growth, 0.9 * MAX_STEP_ROTATION / max(rotation, 1e-6))
+        point = new
+        yield point
+        step = float(min(max_step, step * min(2.0, max(0.5, growth))))
+
+
+
+def locate(before: Point, after: Point, z: float, function: Callable[[Point], float]) -> Point:
+    """The point between two accepted neighbours where ``function`` changes sign.
+
+    Bracketed (Brent's method) to 1e-7 in arc length; every trial is a corrected point of the
+    branch, predicted by interpolation of the trials so far.
+    """
+    base = before if before.e.grid.n == after.e.grid.n else regridded(before, z, after.e.grid.n)
+    span = after.arc - before.arc
+    known = [(0.0, base), (span, after)]
+
+    def at(a: float) -> float:
+        for place, point in known:
+            if a == place:
+                return function(point)
+        known.sort(key=lambda pair: abs(pair[0] - a))
+        point = corrected(_interpolate(known[:4], a), base, z, a)
+        known.append((a, point))
+        return function(point)
+
+    root = brentq(at, 0.0, span, xtol=1e-7, rtol=1e-10)
+    return min(known, key=lambda pair: abs(pair[0] - root))[1]
+
+
+def _interpolate(known: list[tuple[float, Point]], a: float) -> FloatArray:
+    """Lagrange interpolation of the unknowns in the arc length."""
+    n = known[0][1].e.grid.n
+    total = np.zeros_like(known[0][1].e.y)
+    for i, (place, point) in enumerate(known):
+        weight = float(np.prod([(a - k) / (place - k) for j, (k, _) in enumerate(known) if j != i]))
+        total += weight * refine(point.e.y, n)
+    return total
+
+
+def polish(point: Point, z: float, function: Callable[[Point], float]) -> Point:
+    """The zero of ``function`` close to ``point``, fully resolved: the secant method.
+
+    Raises
+    ------
+    ContinuationError
+        The zero of the resolved branch is not where the coarse search put it.
+    """
+    base = finer(point, z, TOLERANCE)
+    points = [(0.0, function(base), base)]
+    a = PROBE
+    for _ in range(12):
+        known = [(place, p) for place, _, p in points[-3:]]
+        guess = _interpolate(known, a) if len(known) > 1 else base.e.y + a * base.tangent
+        new = corrected(guess, base, z, a)
+        points.append((a, function(new), new))
+        (a0, f0, _), (a1, f1, _) = points[-2:]
+        step = 0.0 if f1 == f0 else -f1 * (a1 - a0) / (f1 - f0)
+        if abs(step) < 1e-10:
+            return finer(new, z, TOLERANCE)
+        a = a1 + step
+        if not abs(a) < REACH:
+            break
+    raise ContinuationError(
+        f"an event near arc length {point.arc:.6g} at z = {z:g} could not be located",
+        parameter=point.arc,
+        step=a,
+        residuals=[f for _, f, _ in points],
+        advice="the coarse search and the resolved branch disagree; report the height",
+        details={"z": z},
+    )

@@ -1,0 +1,208 @@
+"""The critical point of the x-axis continuation: where the gripper's advance has its first maximum."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import brentq
+
+from stripfold.elastica._chebyshev import FloatArray
+from stripfold.elastica._checks import height
+from stripfold.elastica._continuation import Point, locate, march, polish
+from stripfold.elastica.branch import COARSE, FIRST_STEP, MAX_STEP, first_point
+from stripfold.elastica.state import State
+from stripfold.errors import InvalidInputError
+
+
+@dataclass(frozen=True, eq=False)
+class Touch:
+    """First touch of the sag and the layer below, before the advance has had a maximum.
+
+    Parameters
+    ----------
+    advance
+        lambda at the touch, in L*.
+    state
+        The state; its ``clearance`` is 0.
+    s, x
+        Arc length and X of the touching point, in L*.
+    """
+
+    advance: float
+    state: State
+    s: float
+    x: float
+
+
+@dataclass(frozen=True, eq=False)
+class Critical:
+    """What ends the smooth advance at one gripper height; lengths in L*.
+
+    Parameters
+    ----------
+    z
+        Gripper height.
+    snap
+        True: the advance has a maximum, the free strip snaps through there.
+        False: the sag touches first; ``touch`` says where, and the numbers below are nan.
+    reason
+        The same in words.
+    advance, length, x
+        lambda_c, length l of the free part and X of the gripper at the critical point.
+    clearance
+        Height of the sag over the lower layer there; ``inf`` where nothing sags.
+    state
+        The critical state, or None.
+    touch
+        The first touch, or None.
+    """
+
+    z: float
+    snap: bool
+    reason: str
+    advance: float
+    length: float
+    x: float
+    clearance: float
+    state: State | None
+    touch: Touch | None
+
+
+def _clearance(point: Point, z: float) -> float:
+    """Clearance that is continuous: a sag appears at the gripper, at its height."""
+    return min(z, State._from(point.e).clearance)
+
+
+def _rate(point: Point) -> float:
+    return point.rate
+
+
+def _bracket(z: float, passed: Callable[[Point], bool]) -> tuple[Point, Point]:
+    """The first neighbours on the branch of which the second one has passed the event."""
+    before = first_point(z, COARSE)
+    for point in march(before, z, step=FIRST_STEP, max_step=MAX_STEP, tolerance=COARSE):
+        if passed(point):
+            return before, point
+        before = point
+    raise AssertionError("march never ends by itself")
+
+
+def _resolved(before: Point, after: Point, z: float, event: Callable[[Point], float]) -> State:
+    """The state between two neighbours where ``event`` vanishes."""
+    return State._from(polish(locate(before, after, z, event), z, event).e)
+
+
+def critical(z: float) -> Critical:
+    """First maximum of the advance along the x-axis branch, or the touch that comes before it.
+
+    Parameters
+    ----------
+    z
+        Gripper height in L*, from 0.1 to 100.
+
+    Returns
+    -------
+    Critical
+        Located to 1e-10 in arc length of the branch.
+
+    Raises
+    ------
+    InvalidInputError
+        ``z`` outside its range or not a number.
+    SolveError
+        The branch could not be followed, or the event not located.
+
+    Examples
+    --------
+    >>> point = critical(3.0)
+    >>> point.snap, round(point.advance, 6), round(point.length, 6), round(point.x, 6)
+    (True, 9.856908, 7.133077, -2.723831)
+    >>> critical(1.0).snap
+    False
+    """
+    z = height(z)
+    before, after = _bracket(z, lambda p: p.rate < 0.0 or _clearance(p, z) <= 0.0)
+    if after.rate < 0.0:
+        state = _resolved(before, after, z, _rate)
+        if state.clearance > 0.0:
+            reason = "the advance has a maximum: the strip snaps through"
+            x = state.gripper[0]
+            return Critical(z, True, reason, state.advance, state.length, x, state.clearance, state, None)
+    state = _resolved(before, after, z, lambda p: _clearance(p, z))
+    s = state.length if state.sag is None else state.sag.s
+    touch = Touch(state.advance, state, s, float(state.at(s).x))
+    reason = "the sag touches the lower layer before the advance has a maximum: no snap of this kind"
+    nan = float("nan")
+    return Critical(z, False, reason, nan, nan, nan, nan, None, touch)
+
+
+@lru_cache(maxsize=1)
+def touch_limit() -> float:
+    """The height z / L* at which the sag of the critical state just touches the lower layer.
+
+    Above it the strip snaps through at the maximum of the advance, below it the sag touches first.
+
+    Examples
+    --------
+    >>> round(touch_limit(), 6)
+    1.586171
+    """
+
+    def gap(z: float) -> float:
+        return _resolved(*_bracket(z, lambda p: p.rate < 0.0), z, _rate).clearance
+
+    return float(brentq(gap, 1.5, 1.7, xtol=1e-11, rtol=1e-12))
+
+
+@dataclass(frozen=True, eq=False)
+class MasterCurve:
+    """Critical points over the gripper height, shape (m,) each, in L*.
+
+    ``advance``, ``length``, ``x`` and ``clearance`` are nan where the sag touches first
+    (``snap`` False); see :class:`Critical`.
+    """
+
+    z: FloatArray
+    snap: NDArray[np.bool_]
+    advance: FloatArray
+    length: FloatArray
+    x: FloatArray
+    clearance: FloatArray
+
+
+def master_curve(z: ArrayLike) -> MasterCurve:
+    """The critical advance over the gripper height: one curve for all materials.
+
+    Parameters
+    ----------
+    z
+        Gripper heights in L*, shape (m,), each from 0.1 to 100.
+
+    Raises
+    ------
+    InvalidInputError
+        Not a list of numbers, or a height outside the range.
+    SolveError
+        A point could not be computed; nothing is filled in for it.
+
+    Examples
+    --------
+    >>> master_curve([2.0, 3.0]).advance.round(6).tolist()
+    [8.97838, 9.856908]
+    """
+    try:
+        heights = np.array(z, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InvalidInputError("z", z, "a list of numbers, in units of L*") from None
+    if heights.ndim != 1:
+        raise InvalidInputError("z", z, "a list of numbers, in units of L*")
+    points = [critical(float(value)) for value in heights]
+    columns = {
+        name: np.array([getattr(point, name) for point in points], dtype=np.float64)
+        for name in ("advance", "length", "x", "clearance")
+    }
+    return MasterCurve(heights, np.array([point.snap for point in points], dtype=np.bool_), **columns)

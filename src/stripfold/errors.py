@@ -1,0 +1,73 @@
+"""Typed errors: what was given, what is allowed, what to do.
+
+A failed solve raises; it is never stored as data.  The command line turns every
+:class:`StripfoldError` into one line on standard error and a non-zero exit code.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+
+class StripfoldError(Exception):
+    """Base of every error this package raises on purpose."""
+
+    exit_code = 1
+
+
+class InvalidInputError(StripfoldError, ValueError):
+    """Input that cannot be used.
+
+    Parameters
+    ----------
+    key
+        Name of the offending entry, as the user wrote it.
+    value
+        What was given.
+    allowed
+        What would have been accepted, in words.
+    advice
+        What to do about it; optional.
+    """
+
+    exit_code = 2
+
+    def __init__(self, key: str, value: Any, allowed: str, advice: str = "") -> None:
+        self.key, self.value, self.allowed, self.advice = key, value, allowed, advice
+        tail = f"; {advice}" if advice else ""
+        super().__init__(f"{key} = {value!r} cannot be used: allowed is {allowed}{tail}")
+
+
+class SolveError(StripfoldError):
+    """A solve that did not reach its tolerance.
+
+    Carries what is needed to understand it: the control parameter, the step, the
+    residual history, and advice.
+    """
+
+    exit_code = 3
+
+    def __init__(
+        self,
+        message: str,
+        *,
+        parameter: float = float("nan"),
+        step: float = float("nan"),
+        residuals: Sequence[float] = (),
+        advice: str = "",
+        details: Mapping[str, Any] | None = None,
+    ) -> None:
+        self.parameter, self.step, self.advice = parameter, step, advice
+        self.residuals = tuple(residuals)
+        self.details = dict(details or {})
+        tail = f" ({advice})" if advice else ""
+        super().__init__(f"{message}{tail}")
+
+
+class NewtonError(SolveError):
+    """Newton's method did not converge from the given guess."""
+
+
+class ContinuationError(SolveError):
+    """A branch could not be followed: the step became smaller than allowed."""

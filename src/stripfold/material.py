@@ -1,0 +1,68 @@
+"""The strip's material: the two weight-to-stiffness ratios and what follows from them.
+
+Source: the paper's section III-D; the settled units are in ``docs/physics.md``, section 1.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import sqrt
+
+GRAVITY = 9.81
+"""Gravitational acceleration, m s^-2."""
+
+
+@dataclass(frozen=True, slots=True)
+class Material:
+    """A strip material.
+
+    Parameters
+    ----------
+    eta_b
+        Weight-to-bending-stiffness ratio ``rho_a / D``, m^-4 s^2.
+    eta_m
+        Weight-to-membrane-stiffness ratio ``rho_a / (E h / (1 - nu^2))``, m^-2 s^2.
+    nu
+        Poisson's ratio.
+    rho_a
+        Areal density, kg m^-2.  It cancels in statics and scales the force output only.
+    gravity
+        Gravitational acceleration, m s^-2.
+
+    Examples
+    --------
+    >>> paper = Material(eta_b=3780.0)
+    >>> round(paper.gravity_length, 5), round(paper.thickness, 6)
+    (0.02999, 0.001782)
+    """
+
+    eta_b: float
+    eta_m: float = 1e-3
+    nu: float = 0.0
+    rho_a: float = 1.0
+    gravity: float = GRAVITY
+
+    @property
+    def gravity_length(self) -> float:
+        """Gravity-bending length ``L* = (eta_b g)^(-1/3)``, m."""
+        return float((self.eta_b * self.gravity) ** (-1.0 / 3.0))
+
+    @property
+    def thickness(self) -> float:
+        """Thickness of the model ``h = sqrt(12 eta_m / eta_b)``, m; not the cloth's own."""
+        return sqrt(12.0 * self.eta_m / self.eta_b)
+
+    @property
+    def young(self) -> float:
+        """Young's modulus of the model ``E = (1 - nu^2) rho_a / (h eta_m)``, Pa."""
+        return (1.0 - self.nu**2) * self.rho_a / (self.thickness * self.eta_m)
+
+    @property
+    def relative_thickness(self) -> float:
+        """``h / L*``: the only number beside nu by which the solid differs from the elastica."""
+        return self.thickness / self.gravity_length
+
+    @property
+    def force_scale(self) -> float:
+        """Force per width that the solvers call one: ``rho_a g L*``, N m^-1."""
+        return self.rho_a * self.gravity * self.gravity_length

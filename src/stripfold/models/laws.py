@@ -1,0 +1,127 @@
+"""Constitutive laws in the plane, as functions of the deformation gradient.
+
+Each law maps ``F`` of shape (..., 2, 2) to the first Piola-Kirchhoff stress ``P = F S`` and its
+derivative ``A = dP/dF``; plane strain, as the paper's Voigt matrix with the strip's width held.
+
+Source: the paper's section III-C; ``docs/physics.md``, section 2, for why its printed law is not used.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+_EYE = np.eye(2)
+
+
+@dataclass(frozen=True, slots=True)
+class Lame:
+    """Lame parameters of an isotropic law, in the unit of the stress."""
+
+    lam: float
+    mu: float
+
+    @classmethod
+    def from_young(cls, young: float, nu: float) -> Lame:
+        """From Young's modulus and Poisson's ratio (the paper's Voigt matrix)."""
+        return cls(lam=young * nu / ((1.0 + nu) * (1.0 - 2.0 * nu)), mu=young / (2.0 * (1.0 + nu)))
+
+
+def green_lagrange(f: Array) -> Array:
+    """Green-Lagrange strain ``E = (F^T F - I)/2``, shape (..., 2, 2)."""
+    return 0.5 * (np.swapaxes(f, -1, -2) @ f - _EYE)
+
+
+def stress_of_strain(strain: Array, lame: Lame) -> Array:
+    """``C : E`` of the isotropic tensor ``C``, shape (..., 2, 2)."""
+    trace = strain[..., 0, 0] + strain[..., 1, 1]
+    return lame.lam * trace[..., None, None] * _EYE + 2.0 * lame.mu * strain
+
+
+def _stress_rate(f: Array, lame: Lame) -> Array:
+    """``d(C : E)_IJ / dF_kL`` as an array (..., I, J, k, L)."""
+    rate = np.zeros((*f.shape[:-2], 2, 2, 2, 2))
+    for i in range(2):
+        rate[..., i, i, :, :] += lame.lam * f
+        for j in range(2):
+            rate[..., i, j, :, j] += lame.mu * f[..., :, i]
+            rate[..., i, j, :, i] += lame.mu * f[..., :, j]
+    return rate
+
+
+def svk_energy(f: Array, lame: Lame) -> Array:
+    """Strain energy per reference area of the St Venant-Kirchhoff law, shape (...)."""
+    strain = green_lagrange(f)
+    trace = strain[..., 0, 0] + strain[..., 1, 1]
+    return np.asarray(0.5 * lame.lam * trace**2 + lame.mu * np.sum(strain * strain, axis=(-1, -2)))
+
+
+def svk_stress(f: Array, lame: Lame) -> Array:
+    """``P = F (C : E)``: St Venant-Kirchhoff, the law the paper's weak form needs."""
+    return np.asarray(f @ stress_of_strain(green_lagrange(f), lame))
+
+
+def svk_tangent(f: Array, lame: Lame, stress: Array | None = None) -> Array:
+    """``dP_iJ / dF_kL`` of St Venant-Kirchhoff, shape (..., 2, 2, 2, 2).
+
+    ``stress``, shape (..., 2, 2), replaces ``S = C : E`` in the geometric part; see :meth:`.Solid.carry`.
+    """
+    s = stress_of_strain(green_lagrange(f), lame) if stress is None else stress
+    # Written out: sum_I F_iI dS_IJ/dF_kL = lam F_iJ F_kL + mu (F F^T)_ik delta_JL + mu F_iL F_kJ.
+    b = lame.mu * (f @ np.swapaxes(f, -1, -2))
+    a = lame.lam * f[..., :, :, None, None] * f[..., None, None, :, :]
+    a += lame.mu * f[..., :, None, None, :] * np.swapaxes(f, -1, -2)[..., None, :, :, None]
+    for j in range(2):
+        a[..., :, j, :, j] += b
+    for i in range(2):
+        a[..., i, :, i, :] += s
+    return np.asarray(a)
+
+
+def printed_stress(f: Array, lame: Lame) -> Array:
+    """``P = F S`` with the paper's printed ``S = J F^-1 (C : E) F^-T``; not objective."""
+    return np.asarray(stress_of_strain(green_lagrange(f), lame) @ _cofactor(f))
+
+
+def printed_tangent(f: Array, lame: Lame, stress: Array | None = None) -> Array:
+    """``dP_iJ / dF_kL`` of the printed law, shape (..., 2, 2, 2, 2); not symmetric, ``stress`` is not used."""
+    sigma = stress_of_strain(green_lagrange(f), lame)
+    a = np.einsum("...imkl,...mj->...ijkl", _stress_rate(f, lame), _cofactor(f))
+    # J F^-T is linear in F in the plane, so its derivative is a matrix of signs.
+    for (m, j), (k, length), sign in (
+        ((0, 0), (1, 1), 1.0),
+        ((0, 1), (1, 0), -1.0),
+        ((1, 0), (0, 1), -1.0),
+        ((1, 1), (0, 0), 1.0),
+    ):
+        a[..., :, j, k, length] += sign * sigma[..., :, m]
+    return np.asarray(a)
+
+
+def _cofactor(f: Array) -> Array:
+    """``J F^-T``."""
+    c = np.empty_like(f)
+    c[..., 0, 0], c[..., 0, 1] = f[..., 1, 1], -f[..., 1, 0]
+    c[..., 1, 0], c[..., 1, 1] = -f[..., 0, 1], f[..., 0, 0]
+    return c
+
+
+@dataclass(frozen=True, slots=True)
+class Law:
+    """A law as the kernels use it: stress, tangent, and an energy where there is one."""
+
+    name: str
+    stress: Callable[[Array, Lame], Array]
+    tangent: Callable[[Array, Lame, Array | None], Array]
+    energy: Callable[[Array, Lame], Array] | None
+
+
+LAWS = {
+    "svk": Law("svk", svk_stress, svk_tangent, svk_energy),
+    "printed": Law("printed", printed_stress, printed_tangent, None),
+}

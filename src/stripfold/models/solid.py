@@ -1,0 +1,164 @@
+"""The strip as a two-dimensional nonlinear solid: the paper's finite-element model.
+
+Holds no algorithm: from the unknowns it gives energy, internal force, tangent, mass and mid-surface.  Units: lengths
+in L*, forces per width in rho_a g L* (``docs/physics.md``, section 1); the bending stiffness is then one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..solve.linear import Band, BandPattern
+from . import laws
+from .strip_mesh import Index, StripMesh, build
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Solid:
+    """A strip of St Venant-Kirchhoff material; make it with :meth:`of`.
+
+    The unknowns ``q``, shape (size,), are described in :mod:`stripfold.models.strip_mesh`.
+    """
+
+    mesh: StripMesh
+    length: float
+    thickness: float
+    nu: float
+    law: laws.Law
+    lame: laws.Lame
+    pattern: BandPattern = field(repr=False)
+    gradient_t: Array = field(repr=False)
+    mass: Band = field(repr=False)
+    weight: Array = field(repr=False)
+
+    @classmethod
+    def of(
+        cls,
+        length: float,
+        thickness: float,
+        *,
+        nu: float = 0.0,
+        order: int = 2,
+        elements: int | Array = 200,
+        across: int = 1,
+        law: str = "svk",
+        distort: Callable[[Array], Array] | None = None,
+    ) -> Solid:
+        """Discretise a strip; lengths in L*, ``law`` "svk" or "printed".  See :func:`.strip_mesh.build`."""
+        mesh = build(length, thickness, order=order, elements=elements, across=across, distort=distort)
+        # Bending stiffness E h^3 / 12 (1 - nu^2) = 1 in these units.
+        young = 12.0 * (1.0 - nu**2) / thickness**3
+        pattern = BandPattern.of(mesh.element_unknowns, mesh.size)
+        # Row (quadrature point, component pair iJ), column (local unknown): the displacement gradient's matrix.
+        n_el, n_q, n_loc = mesh.gradients.shape[:3]
+        gradient = np.ascontiguousarray(mesh.gradients.transpose(0, 1, 3, 4, 2).reshape(n_el, n_q * 4, n_loc))
+        w = mesh.weights / thickness
+        mass = np.einsum("eq,eqai,eqbi->eab", w, mesh.values, mesh.values, optimize=True)
+        weight = np.zeros(mesh.size)
+        np.add.at(weight, mesh.element_unknowns, np.einsum("eq,eqa->ea", w, mesh.values[..., 1]))
+        return cls(
+            mesh,
+            length,
+            thickness,
+            nu,
+            laws.LAWS[law],
+            laws.Lame.from_young(young, nu),
+            pattern,
+            gradient,
+            pattern.assemble(mass),
+            weight,
+        )
+
+    @property
+    def size(self) -> int:
+        """Number of unknowns."""
+        return self.mesh.size
+
+    @property
+    def middle(self) -> Index:
+        """Shape (columns, 2): unknowns of the mid-surface nodes, from the grasped to the held end."""
+        return self.mesh.middle
+
+    @property
+    def s(self) -> Array:
+        """Shape (columns,): reference distance of the mid-surface nodes from the grasped end."""
+        return self.mesh.s
+
+    def deformation_gradient(self, q: Array) -> Array:
+        """``F = I + grad u`` at the quadrature points, shape (n_elements, n_quadrature, 2, 2)."""
+        local = q[self.mesh.element_unknowns]
+        n_el, n_q = self.mesh.weights.shape
+        f = np.matmul(self.gradient_t, local[:, :, None]).reshape(n_el, n_q, 2, 2)
+        f[..., 0, 0] += 1.0
+        f[..., 1, 1] += 1.0
+        return f
+
+    def energy(self, q: Array) -> float:
+        """Elastic energy; nan for the printed law, which has none."""
+        if self.law.energy is None:
+            return float("nan")
+        return float(np.sum(self.mesh.weights * self.law.energy(self.deformation_gradient(q), self.lame)))
+
+    def internal_force(self, q: Array) -> Array:
+        """Internal force, shape (size,): the energy's derivative where there is an energy."""
+        return self._scatter_force(self.deformation_gradient(q))
+
+    def force_and_tangent(self, q: Array, carried: Array | None = None) -> tuple[Array, Band]:
+        """Internal force and its derivative; the latter with the stress ``carried`` (see :meth:`carry`)."""
+        f = self.deformation_gradient(q)
+        n_el, n_q = self.mesh.weights.shape
+        a = self.law.tangent(f, self.lame, carried).reshape(n_el, n_q, 4, 4) * self.mesh.weights[:, :, None, None]
+        n_loc = self.gradient_t.shape[2]
+        stress_rate = np.matmul(a, self.gradient_t.reshape(n_el, n_q, 4, n_loc)).reshape(n_el, n_q * 4, n_loc)
+        element = np.matmul(self.gradient_t.transpose(0, 2, 1), stress_rate)
+        return self._scatter_force(f), self.pattern.assemble(element)
+
+    def carry(self, q: Array, dq: Array) -> Array:
+        """Stress at ``q + dq`` by the strain linearised at ``q``, shape (n_elements, n_quadrature, 2, 2).
+
+        In a thin strip a step of Newton that bends it right stretches it wrong, by the square of the step times a huge
+        stiffness; the geometric stiffness of that false stress is what makes Newton slow.  Used in its place for the
+        next tangent, this stress lets steps be many times longer; the equilibrium found is the same
+        (mixed integration points: Magisano, Leonetti, Garcea, 2017).
+        """
+        f = self.deformation_gradient(q)
+        df = np.matmul(self.gradient_t, dq[self.mesh.element_unknowns][:, :, None]).reshape(f.shape)
+        ft_df = np.swapaxes(f, -1, -2) @ df
+        strain = laws.green_lagrange(f) + 0.5 * (ft_df + np.swapaxes(ft_df, -1, -2))
+        return laws.stress_of_strain(strain, self.lame)
+
+    def _scatter_force(self, f: Array) -> Array:
+        n_el, n_q = self.mesh.weights.shape
+        p = self.law.stress(f, self.lame) * self.mesh.weights[:, :, None, None]
+        local = np.matmul(p.reshape(n_el, 1, n_q * 4), self.gradient_t)[:, 0, :]
+        return np.bincount(self.mesh.element_unknowns.ravel(), local.ravel(), minlength=self.size)
+
+    def mid_surface(self, q: Array) -> Array:
+        """Positions of the mid-surface nodes, shape (columns, 2), in the paper's frame (origin mid-strip)."""
+        position = q[self.middle]
+        position[:, 0] += self.s - self.length / 2.0
+        return position
+
+    def unknowns_of(self, position: Array, angle: Array) -> Array:
+        """Unknowns of a strip bent to a given mid-surface, sections normal and unstretched.
+
+        Parameters
+        ----------
+        position
+            Mid-surface positions, shape (columns, 2).
+        angle
+            Angle of the material direction +x with the x axis, rad, shape (columns,).
+        """
+        q = np.zeros(self.size)
+        offset = np.linspace(-0.5, 0.5, self.mesh.unknowns.shape[1])
+        normal = np.stack([-np.sin(angle), np.cos(angle) - 1.0], axis=1)
+        q[self.mesh.unknowns] = offset[None, :, None] * normal[:, None, :]
+        q[self.middle] = position
+        q[self.middle[:, 0]] -= self.s - self.length / 2.0
+        return q

@@ -1,0 +1,99 @@
+"""A strip with its effects and the motion of its gripper: what the algorithms solve.
+
+The holding pin and the grasp are prescribed unknowns, the floor is a bound on unknowns, gravity a force
+(``docs/physics.md``, section 3).  Lengths in L*, forces in rho_a g L*.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .models.solid import Solid
+from .solve.linear import Band
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class Lift:
+    """The gripper rises: lambda is its height; it is free along x, so the strip carries no horizontal force."""
+
+    def grasped(self, model: Solid) -> Index:
+        return np.asarray(model.middle[0, 1:])
+
+    def values(self, lam: float) -> Array:
+        return np.array([lam])
+
+    def rates(self, lam: float) -> Array:
+        return np.array([1.0])
+
+
+@dataclass(frozen=True)
+class AlongX:
+    """The gripper moves along +x at constant height: lambda is its advance from where it lay when flat."""
+
+    height: float
+
+    def grasped(self, model: Solid) -> Index:
+        return np.asarray(model.middle[0])
+
+    def values(self, lam: float) -> Array:
+        return np.array([lam, self.height])
+
+    def rates(self, lam: float) -> Array:
+        return np.array([1.0, 0.0])
+
+
+Motion = Lift | AlongX
+
+
+@dataclass(frozen=True)
+class StripProblem:
+    """A strip on the floor, held at one end and moved at the other."""
+
+    model: Solid
+    motion: Motion
+    prescribed: Index = field(init=False)
+    bounded: Index = field(init=False)
+    lower: Array = field(init=False)
+    metric: Array = field(init=False)
+
+    def __post_init__(self) -> None:
+        middle = self.model.middle
+        set_ = object.__setattr__
+        set_(self, "prescribed", np.concatenate([self.motion.grasped(self.model), middle[-1]]))
+        candidates = np.setdiff1d(middle[:, 1], self.prescribed)
+        set_(self, "bounded", candidates)
+        set_(self, "lower", np.zeros(len(candidates)))
+        metric = np.zeros(self.model.size)
+        # Mid-surface displacement, integrated over the strip, per typical free length of four L*.
+        metric[middle[:, 0]] = metric[middle[:, 1]] = np.gradient(self.model.s) / 4.0
+        set_(self, "metric", metric)
+
+    @property
+    def size(self) -> int:
+        return self.model.size
+
+    @property
+    def mass(self) -> Band:
+        return self.model.mass
+
+    def residual(self, q: Array, lam: float) -> Array:
+        return self.model.internal_force(q) + self.model.weight
+
+    def linearise(self, q: Array, lam: float, carried: Array | None = None) -> tuple[Array, Band, Array]:
+        force, tangent = self.model.force_and_tangent(q, carried)
+        return force + self.model.weight, tangent, np.zeros(self.size)
+
+    def carry(self, q: Array, dq: Array) -> Array:
+        return self.model.carry(q, dq)
+
+    def prescribed_values(self, lam: float) -> Array:
+        return np.concatenate([self.motion.values(lam), np.zeros(2)])
+
+    def prescribed_rates(self, lam: float) -> Array:
+        return np.concatenate([self.motion.rates(lam), np.zeros(2)])

@@ -1,0 +1,140 @@
+"""Pseudo-arclength continuation: a generator of accepted points of a branch.
+
+The step that marches is the step that bisects (:func:`step`).  Every accepted point has passed the guards against
+jumping to another branch; a point that has not is never yielded.  What can still be missed is said in
+``docs/numerics.md``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from math import sqrt
+
+import numpy as np
+
+from ..errors import ContinuationError, NewtonError
+from . import newton
+from .linear import solve_bordered
+from .problem import Array, Equilibrium, Index, Point, Problem, Tangent, inner
+from .stability import nearest_eigenvalues
+
+
+@dataclass(frozen=True, slots=True)
+class StepOptions:
+    """Step control and guards; lengths in the problem's metric."""
+
+    first: float = 0.1
+    smallest: float = 1e-6
+    largest: float = 0.3
+    wanted_iterations: int = 6
+    """Newton iterations of a step that is neither lengthened nor shortened."""
+    least_cosine: float = 0.9
+    """Guard: smallest cosine between the tangents at both ends of a step."""
+    largest_correction: float = 0.3
+    """Guard: largest distance between prediction and point, as a share of the step."""
+    largest_inertia_change: int = 1
+    """Guard: largest change of the number of negative eigenvalues in one step."""
+    newton: newton.NewtonOptions = field(default_factory=newton.NewtonOptions)
+
+
+def evaluate(problem: Problem, state: Equilibrium, towards: Tangent, arc: float = 0.0, mode: Array | None = None) -> Point:
+    """Tangent and stability of an equilibrium.
+
+    Parameters
+    ----------
+    problem
+        The problem the state solves.
+    state
+        A converged state.
+    towards
+        The tangent is oriented along this direction.
+    arc
+        Arc length to record.
+    mode
+        Start vector for the eigenvalue solver.
+    """
+    _, k, load_rate = problem.linearise(state.q, state.lam)
+    held = np.concatenate([problem.prescribed, state.active])
+    rate = np.zeros(problem.size)
+    rate[problem.prescribed] = problem.prescribed_rates(state.lam)
+    column = load_rate + k @ rate
+    column[held] = 0.0
+    kept = k.with_fixed(held)
+    solve = kept.factor()
+    # Bordered with the direction we come from, the system stays regular at a fold.
+    row = problem.metric * towards.q
+    corner = towards.lam + float(row @ rate)
+    row[held] = 0.0
+    dq, dlam = solve_bordered(solve, kept, column, row, corner, np.zeros(problem.size), 1.0)
+    direction = Tangent(dq + rate * dlam, dlam)
+    length = sqrt(inner(problem.metric, direction, direction))
+    tangent = Tangent(direction.q / length, direction.lam / length)
+    eigenvalues, vector = nearest_eigenvalues(problem, kept, solve, held, mode)
+    return Point(state, tangent, kept.negatives(), eigenvalues, vector, arc)
+
+
+def start(problem: Problem, q: Array, lam: float, active: Index, sign: float, options: StepOptions) -> Point:
+    """First point of a branch: the equilibrium at ``lam`` near ``q``, followed with lambda rising or falling."""
+    state = newton.solve(problem, q, lam, active, options=options.newton)
+    return evaluate(problem, state, Tangent(np.zeros(problem.size), sign))
+
+
+def step(problem: Problem, point: Point, ds: float, options: StepOptions) -> Point:
+    """The point at distance ``ds`` along the tangent of ``point``.
+
+    Raises
+    ------
+    NewtonError
+        When Newton does not converge, or what it converged to fails a guard: in both cases the step was too long.
+    """
+    t = point.tangent
+    q0, lam0 = point.q + ds * t.q, point.lam + ds * t.lam
+    constraint = newton.Constraint(problem.metric * t.q, t.lam, q0, lam0)
+    state = newton.solve(problem, q0, lam0, point.state.active, constraint, options.newton, problem.carry(point.q, ds * t.q))
+    moved = Tangent(state.q - q0, state.lam - lam0)
+    correction = sqrt(inner(problem.metric, moved, moved))
+    if correction > options.largest_correction * abs(ds):
+        raise NewtonError("guard: the point lies too far from its prediction", parameter=state.lam, step=ds)
+    new = evaluate(problem, state, t, point.arc + ds, point.mode)
+    cosine = inner(problem.metric, t, new.tangent)
+    if cosine < options.least_cosine:
+        raise NewtonError(f"guard: the branch turns by a cosine of {cosine:.2f}", parameter=state.lam, step=ds)
+    if abs(new.negatives - point.negatives) > options.largest_inertia_change:
+        raise NewtonError("guard: several eigenvalues changed sign at once", parameter=state.lam, step=ds)
+    return new
+
+
+def follow(problem: Problem, first: Point, options: StepOptions, largest_lam_step: float = np.inf) -> Iterator[Point]:
+    """Yield ``first`` and then point after point along its branch; the caller decides when to stop.
+
+    Raises
+    ------
+    ContinuationError
+        When a step would have to be shorter than ``options.smallest``; carries the last residual history.
+    """
+    point, ds = first, options.first
+    yield point
+    while True:
+        try:
+            new = step(problem, point, ds, options)
+        except NewtonError as error:
+            ds /= 2.0
+            if ds < options.smallest:
+                raise ContinuationError(
+                    f"the branch could not be followed past lambda = {point.lam:.9g}: {error}",
+                    parameter=point.lam,
+                    step=ds,
+                    residuals=error.residuals,
+                    advice="refine the mesh or allow smaller steps",
+                ) from error
+            continue
+        iterations = len(new.state.residuals) - 1
+        ds = min(options.largest, ds * min(2.0, max(0.5, options.wanted_iterations / max(iterations, 1))))
+        point = new
+        yield point
+
+
+def restart(point: Point, arc: float = 0.0) -> Point:
+    """The same point, with its arc length counted anew."""
+    return replace(point, arc=arc)

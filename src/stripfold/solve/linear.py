@@ -1,0 +1,206 @@
+"""Matrices the algorithms work with, and the bordered systems of continuation.
+
+Two storages with one interface: :class:`Band` for a strip, :class:`Dense` for a handful of unknowns.
+The factorisation is LAPACK's; choices are measured in ``docs/numerics.md``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.linalg import blas, lapack, ldl
+from scipy.sparse.linalg import splu
+
+from ..errors import SolveError
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+Solve = Callable[[Array], Array]
+
+
+class Matrix(Protocol):
+    """What the algorithms need of a matrix."""
+
+    def __matmul__(self, x: Array) -> Array: ...
+
+    def with_fixed(self, fixed: Index) -> Matrix:
+        """A copy whose rows and columns ``fixed`` are those of the identity (scaled by the diagonal)."""
+        ...
+
+    def factor(self) -> Solve:
+        """A solver for this matrix; raises :class:`SolveError` where it is singular."""
+        ...
+
+    def negatives(self) -> int:
+        """Number of negative eigenvalues of this (symmetric) matrix."""
+        ...
+
+    def __abs__(self) -> Matrix:
+        """The matrix of absolute values."""
+        ...
+
+
+@dataclass(frozen=True)
+class Dense:
+    """A small dense matrix."""
+
+    a: Array
+
+    def __matmul__(self, x: Array) -> Array:
+        return np.asarray(self.a @ x)
+
+    def with_fixed(self, fixed: Index) -> Dense:
+        a = self.a.copy()
+        scale = max(float(np.abs(np.diag(a)).max()), 1e-300)
+        a[fixed, :] = 0.0
+        a[:, fixed] = 0.0
+        a[fixed, fixed] = scale
+        return Dense(a)
+
+    def factor(self) -> Solve:
+        lu, piv, info = lapack.dgetrf(self.a)
+        if info > 0:
+            raise SolveError("the tangent matrix is exactly singular")
+        return lambda b: np.asarray(lapack.dgetrs(lu, piv, b)[0])
+
+    def __abs__(self) -> Dense:
+        return Dense(np.abs(self.a))
+
+    def negatives(self) -> int:
+        d = ldl(self.a)[1]
+        return int(np.sum(np.linalg.eigvalsh(d) < 0.0))
+
+
+@dataclass(frozen=True)
+class BandPattern:
+    """Where the entries of element matrices go in LAPACK's band storage; made once per mesh."""
+
+    size: int
+    width: int
+    position: Index
+
+    @classmethod
+    def of(cls, element_unknowns: Index, size: int) -> BandPattern:
+        """Pattern of a matrix assembled from elements that touch ``element_unknowns`` (n_elements, n_local)."""
+        rows = np.repeat(element_unknowns[:, :, None], element_unknowns.shape[1], axis=2)
+        cols = np.swapaxes(rows, 1, 2)
+        width = int(np.abs(rows - cols).max())
+        # Column-major, so that LAPACK takes the array as it is: entry (i, j) sits at [2 width + i - j, j].
+        position = (2 * width + rows - cols) + cols * (3 * width + 1)
+        return cls(size, width, position.ravel())
+
+    def assemble(self, element_matrices: Array) -> Band:
+        """Sum element matrices, shape (n_elements, n_local, n_local)."""
+        height = 3 * self.width + 1
+        flat = np.bincount(self.position, element_matrices.ravel(), minlength=height * self.size)
+        return Band(flat.reshape((height, self.size), order="F"), self.width)
+
+
+@dataclass(frozen=True)
+class Band:
+    """A band matrix in the storage of LAPACK's ``gbtrf``: entry (i, j) at ``ab[2 width + i - j, j]``."""
+
+    ab: Array
+    width: int
+
+    @property
+    def size(self) -> int:
+        return int(self.ab.shape[1])
+
+    def __matmul__(self, x: Array) -> Array:
+        n, w = self.size, self.width
+        return np.asarray(blas.dgbmv(n, n, w, w, 1.0, self.ab[w:], x))
+
+    def diagonal(self) -> Array:
+        return np.asarray(self.ab[2 * self.width])
+
+    def __add__(self, other: Band) -> Band:
+        return Band(self.ab + other.ab, self.width)
+
+    def __abs__(self) -> Band:
+        return Band(np.abs(self.ab), self.width)
+
+    def scaled(self, factor: float) -> Band:
+        return Band(factor * self.ab, self.width)
+
+    def with_fixed(self, fixed: Index) -> Band:
+        ab = self.ab.copy(order="F")
+        n, w = self.size, self.width
+        diagonal = np.abs(ab[2 * w, fixed])
+        ab[:, fixed] = 0.0
+        cols = fixed[:, None] + np.arange(-w, w + 1)
+        rows = np.broadcast_to(fixed[:, None], cols.shape)
+        inside = (cols >= 0) & (cols < n)
+        ab[(2 * w + rows - cols)[inside], cols[inside]] = 0.0
+        ab[2 * w, fixed] = diagonal
+        return Band(ab, w)
+
+    def factor(self) -> Solve:
+        lu, piv, info = lapack.dgbtrf(self.ab, self.width, self.width)
+        if info > 0:
+            raise SolveError("the tangent matrix is exactly singular")
+        w = self.width
+        return lambda b: np.asarray(lapack.dgbtrs(lu, w, w, b, piv)[0])
+
+    def negatives(self) -> int:
+        # Cholesky answers the common case, a positive definite tangent, at a fifth of the cost.
+        if lapack.dpbtrf(self.ab[self.width : 2 * self.width + 1])[1] == 0:
+            return 0
+        lu = splu(
+            self.to_sparse(),
+            permc_spec="NATURAL",
+            diag_pivot_thresh=0.0,
+            options={"SymmetricMode": True},
+        )
+        if not np.array_equal(lu.perm_r, np.arange(self.size)):
+            raise SolveError("the count of negative eigenvalues needed a pivot", advice="shift the step a little")
+        return int(np.sum(lu.U.diagonal() < 0.0))
+
+    def to_sparse(self) -> sparse.csc_matrix:
+        """The same matrix as scipy's compressed columns."""
+        w = self.width
+        offsets = np.arange(w, -w - 1, -1)
+        # scipy's `dia` storage keeps entry (i, j) in column j as LAPACK does, row by diagonal.
+        return sparse.dia_matrix((self.ab[w:], offsets), shape=(self.size, self.size)).tocsc()
+
+
+def solve_bordered(
+    solve: Solve, matrix: Matrix, column: Array, row: Array, corner: float, rhs: Array, last: float
+) -> tuple[Array, float]:
+    """Solve ``[[K, b], [c^T, d]] [x, y] = [f, g]`` given a factorisation of K, also where K is nearly singular.
+
+    Block elimination, then one step of iterative refinement of the whole system: the elimination alone loses all
+    figures along the near-null vector, the refined one does not (Govaerts and Pryce, 1993).
+
+    Parameters
+    ----------
+    solve, matrix
+        Factorisation of K, and K.
+    column, row
+        ``b`` and ``c``, shape (n,).
+    corner, rhs, last
+        ``d``, ``f`` of shape (n,), and ``g``.
+
+    Returns
+    -------
+    x, y
+        Shape (n,), and a number.
+    """
+    v = solve(column)
+    pivot = corner - float(row @ v)
+    if pivot == 0.0:
+        raise SolveError("the bordered matrix is singular")
+
+    def eliminate(f: Array, g: float) -> tuple[Array, float]:
+        w = solve(f)
+        y = (g - float(row @ w)) / pivot
+        return w - y * v, y
+
+    x, y = eliminate(rhs, last)
+    dx, dy = eliminate(rhs - matrix @ x - y * column, last - float(row @ x) - corner * y)
+    return x + dx, y + dy

@@ -1,0 +1,160 @@
+"""Newton's method for equilibria with bounds: a primal-dual active-set (semismooth) iteration.
+
+Each iteration solves the linearised problem with the active unknowns held on their bounds, then drops from the active
+set what would be pulled and adds what would penetrate.  At the end the bounds hold exactly, no bound pulls, and every
+force not carried by a bound is below the tolerance: a small update alone never counts as convergence.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import NewtonError, SolveError
+from .linear import solve_bordered
+from .problem import Array, Equilibrium, Index, Problem
+
+
+EPS = float(np.finfo(float).eps)
+
+
+@dataclass(frozen=True, slots=True)
+class NewtonOptions:
+    """Settings; forces and lengths in the problem's units."""
+
+    force_tolerance: float = 1e-8
+    """Largest unbalanced force of an equilibrium."""
+    gap_tolerance: float = 1e-12
+    """Largest violation of a bound while iterating that is put right without a further iteration."""
+    largest_step: float = 0.3
+    """Largest move of one unknown of positive metric per iteration: full steps from far away leave the basin."""
+    most_iterations: int = 25
+
+
+@dataclass(frozen=True)
+class Constraint:
+    """The equation that picks a point of the branch: ``row . (q - q0) + corner (lam - lam0) = 0``."""
+
+    row: Array
+    corner: float
+    q0: Array
+    lam0: float
+
+    @classmethod
+    def at_parameter(cls, lam: float, size: int) -> Constraint:
+        """Fix the control parameter."""
+        return cls(np.zeros(size), 1.0, np.zeros(size), lam)
+
+    def defect(self, q: Array, lam: float) -> float:
+        return float(self.row @ (q - self.q0)) + self.corner * (lam - self.lam0)
+
+
+def solve(
+    problem: Problem,
+    q: Array,
+    lam: float,
+    active: Index,
+    constraint: Constraint | None = None,
+    options: NewtonOptions | None = None,
+    carried: Any = None,
+) -> Equilibrium:
+    """Find the equilibrium near ``q`` on the plane of ``constraint`` (by default at this ``lam``).
+
+    Parameters
+    ----------
+    problem
+        What to solve.
+    q, lam, active
+        Guess: unknowns of shape (n,), control parameter, and the bounded unknowns thought to be on their bounds.
+    constraint
+        Point of the branch to find.
+    options
+        Tolerances and limits.
+
+    Raises
+    ------
+    NewtonError
+        With the residual history, when it does not converge.
+    """
+    options = options or NewtonOptions()
+    constraint = constraint or Constraint.at_parameter(lam, problem.size)
+    q = q.copy()
+    prescribed, bounded, lower = problem.prescribed, problem.bounded, problem.lower
+    is_active = np.isin(bounded, active)
+    movable = problem.metric > 0.0
+    history: list[float] = []
+    for iteration in range(options.most_iterations):
+        r, k, load_rate = problem.linearise(q, lam, carried)
+        held = np.concatenate([prescribed, bounded[is_active]])
+        fix = np.zeros(problem.size)
+        fix[prescribed] = problem.prescribed_values(lam) - q[prescribed]
+        fix[bounded[is_active]] = (lower - q[bounded])[is_active]
+        unbalanced = r.copy()
+        unbalanced[held] = 0.0
+        worst = float(np.abs(unbalanced).max(initial=0.0))
+        history.append(worst)
+        if not np.isfinite(worst):
+            raise NewtonError("Newton's method met a value that is not finite", parameter=lam, residuals=history)
+        # A residual cannot be smaller than what the rounding of q alone changes in it; in a thin strip that is far
+        # above any fixed tolerance, and far below anything that moves the strip.
+        settled = worst <= options.force_tolerance
+        if not settled and worst < 1e-2:
+            rounding = 4.0 * EPS * (abs(k) @ np.abs(q))
+            settled = bool(np.all(np.abs(unbalanced) <= np.maximum(rounding, options.force_tolerance)))
+        if settled:
+            gap = q[bounded] - lower
+            settled = (
+                np.abs(fix).max(initial=0.0) <= options.gap_tolerance
+                and abs(constraint.defect(q, lam)) <= 1e-10
+                and not np.any(~is_active & (gap < -options.gap_tolerance))
+                and not np.any(is_active & (r[bounded] < -options.force_tolerance))
+            )
+            if settled:
+                return Equilibrium(q, lam, bounded[is_active], tuple(history))
+        rate = np.zeros(problem.size)
+        rate[prescribed] = problem.prescribed_rates(lam)
+        column = load_rate + k @ rate
+        rhs = -(r + k @ fix)
+        masked = column.copy()
+        rhs[held] = masked[held] = 0.0
+        row = constraint.row.copy()
+        row[held] = 0.0
+        corner = constraint.corner + float(constraint.row @ rate)
+        last = -constraint.defect(q, lam) - float(constraint.row @ fix)
+        try:
+            kept = k.with_fixed(held)
+            dq, dlam = solve_bordered(kept.factor(), kept, masked, row, corner, rhs, last)
+        except SolveError as error:
+            raise NewtonError(str(error), parameter=lam, residuals=history) from error
+        dq = dq + fix + rate * dlam
+        reach = float(np.abs(dq[movable]).max(initial=0.0))
+        damping = min(1.0, options.largest_step / reach) if reach > 0.0 else 1.0
+        predicted_force = (r + k @ dq + load_rate * dlam)[bounded]
+        carried = problem.carry(q, damping * dq)
+        q = q + damping * dq
+        lam = lam + damping * dlam
+        is_active = _next_active(is_active, predicted_force, q[bounded] - lower, iteration)
+    raise NewtonError(
+        f"Newton's method did not converge in {options.most_iterations} iterations: largest unbalanced force "
+        f"{history[-1]:.1e}, allowed {options.force_tolerance:.1e}",
+        parameter=lam,
+        residuals=history,
+        advice="take a smaller step or start nearer",
+    )
+
+
+def _next_active(is_active: NDArray[np.bool_], force: Array, gap: Array, iteration: int) -> NDArray[np.bool_]:
+    """The active set of the next iteration."""
+    release = is_active & (force < 0.0)
+    add = ~is_active & (gap < 0.0)
+    if iteration >= 8:
+        # Late changes of many members at once can cycle: from here on one at a time, the worst.
+        for change, size in ((release, -force), (add, -gap)):
+            if np.count_nonzero(change) > 1:
+                worst = int(np.argmax(np.where(change, size, -np.inf)))
+                change[:] = False
+                change[worst] = True
+    return (is_active & ~release) | add

@@ -1,0 +1,139 @@
+"""What an algorithm may ask of a problem, and the small frozen states it hands around.
+
+``solve/`` knows vectors and callables only: the same code runs on a strip of thousands of unknowns and on a
+two-variable toy.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .linear import Matrix
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+
+class Problem(Protocol):
+    """Equilibrium ``r(q, lambda) = 0`` with prescribed and bounded unknowns.
+
+    Some unknowns are prescribed functions of lambda (a moving gripper), some are bounded from below (a floor).  On a
+    bounded unknown ``r >= 0`` is the force that the bound exerts, zero where the bound is not met.
+    """
+
+    @property
+    def size(self) -> int:
+        """Number of unknowns n."""
+        ...
+
+    @property
+    def prescribed(self) -> Index:
+        """Unknowns that follow lambda."""
+        ...
+
+    @property
+    def bounded(self) -> Index:
+        """Unknowns with a lower bound, ascending, none of them prescribed."""
+        ...
+
+    @property
+    def lower(self) -> Array:
+        """Their bounds, shape (len(bounded),)."""
+        ...
+
+    @property
+    def metric(self) -> Array:
+        """Weights of the inner product that measures steps, shape (n,), >= 0."""
+        ...
+
+    @property
+    def mass(self) -> Matrix:
+        """Matrix M of the eigenvalue problem ``K v = mu M v``."""
+        ...
+
+    def residual(self, q: Array, lam: float) -> Array:
+        """``r``, shape (n,)."""
+        ...
+
+    def linearise(self, q: Array, lam: float, carried: Any = None) -> tuple[Array, Matrix, Array]:
+        """``r``, ``dr/dq`` and ``dr/dlambda`` at fixed q; with ``carried`` the tangent may be an approximation."""
+        ...
+
+    def carry(self, q: Array, dq: Array) -> Any:
+        """What the next tangent should know of the step from ``q`` by ``dq``; None where that is nothing."""
+        ...
+
+    def prescribed_values(self, lam: float) -> Array:
+        """Values of the prescribed unknowns, shape (len(prescribed),)."""
+        ...
+
+    def prescribed_rates(self, lam: float) -> Array:
+        """Their derivatives by lambda."""
+        ...
+
+
+@dataclass(frozen=True)
+class Tangent:
+    """Direction of a branch at a point, of unit length in the problem's metric (with lambda's weight one)."""
+
+    q: Array
+    lam: float
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """A converged state.
+
+    ``active`` are the bounded unknowns that sit on their bound; ``residuals`` is Newton's history of the largest
+    unbalanced force.
+    """
+
+    q: Array
+    lam: float
+    active: Index
+    residuals: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Point:
+    """An accepted point of a branch: an equilibrium and what tells its stability apart.
+
+    Attributes
+    ----------
+    tangent
+        Unit tangent, pointing the way the branch is being followed.
+    negatives
+        Number of negative eigenvalues of the tangent matrix with prescribed and active unknowns held.
+    eigenvalues
+        The eigenvalues mu of ``K v = mu M v`` nearest zero, ascending.
+    mode
+        Eigenvector of the smallest of them, shape (n,), unit mass norm.
+    arc
+        Arc length from the start of the branch.
+    """
+
+    state: Equilibrium
+    tangent: Tangent
+    negatives: int
+    eigenvalues: Array
+    mode: Array
+    arc: float = 0.0
+
+    @property
+    def lam(self) -> float:
+        """The control parameter."""
+        return self.state.lam
+
+    @property
+    def q(self) -> Array:
+        """The unknowns."""
+        return self.state.q
+
+
+def inner(metric: Array, a: Tangent, b: Tangent) -> float:
+    """Inner product of two directions."""
+    return float(np.dot(metric * a.q, b.q)) + a.lam * b.lam
