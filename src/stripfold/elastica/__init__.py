@@ -13,8 +13,15 @@ Examples
 """
 
 from stripfold.elastica.branch import state_at, state_no_horizontal_force, x_axis_branch
-from stripfold.elastica.cantilever import cantilever, cantilever_length, column_buckling_length
-from stripfold.elastica.critical import Critical, MasterCurve, Touch, critical, master_curve, touch_limit
+from stripfold.elastica.classics import cantilever, cantilever_length, column_buckling_length
+from stripfold.elastica.critical_point import (
+    Critical,
+    MasterCurve,
+    Touch,
+    critical,
+    master_curve,
+    touch_limit,
+)
 from stripfold.elastica.fold import (
     FoldedLoop,
     eta_b_from_fold_height,

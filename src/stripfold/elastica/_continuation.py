@@ -40,7 +40,7 @@ from stripfold.errors import ContinuationError, NewtonError
 
 TARGET = 0.02
 """Wanted correction of theta, rad, by the corrector; the step length follows it."""
-MAX_TURN = 0.8
+MIN_COSINE = 0.8
 """Smallest cosine of the angle between the tangents of two accepted points."""
 MAX_STEP_ROTATION = 0.5
 """Largest change of theta, rad, within one step."""
@@ -179,7 +179,7 @@ def march(point: Point, z: float, *, step: float, max_step: float, tolerance: fl
             cosine = float(weigh(new.e, new.tangent) @ before) / np.sqrt(float(weigh(new.e, before) @ before))
             rotation = float(np.abs(angle_change(new.e.y - refine(point.e.y, new.e.grid.n))).max())
             same_side = new.orientation == point.orientation
-            if correction < 4 * TARGET and cosine > MAX_TURN and rotation < MAX_STEP_ROTATION and same_side:
+            if correction < 4 * TARGET and cosine > MIN_COSINE and rotation < MAX_STEP_ROTATION and same_side:
                 break
             step /= 2
         bend = (new.tangent - before) / step
@@ -188,7 +188,13 @@ def march(point: Point, z: float, *, step: float, max_step: float, tolerance: fl
         point = new
         yield point
         step = float(min(max_step, step * min(2.0, max(0.5, growth))))
-
+    raise ContinuationError(
+        f"the branch at z = {z:g} did not meet its end within {MAX_POINTS} points",
+        parameter=point.arc,
+        step=step,
+        advice="allow longer steps",
+        details={"z": z, "length": point.e.length},
+    )
 
 
 def locate(before: Point, after: Point, z: float, function: Callable[[Point], float]) -> Point:
@@ -210,6 +216,10 @@ def locate(before: Point, after: Point, z: float, function: Callable[[Point], fl
         known.append((a, point))
         return function(point)
 
+    ends = at(0.0), at(span)
+    if ends[0] * ends[1] >= 0.0:
+        # The zero is at an end, moved out of the bracket by the change of grid: `polish` finds it.
+        return base if abs(ends[0]) < abs(ends[1]) else after
     root = brentq(at, 0.0, span, xtol=1e-7, rtol=1e-10)
     return min(known, key=lambda pair: abs(pair[0] - root))[1]
 

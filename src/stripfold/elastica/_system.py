@@ -217,6 +217,8 @@ def newton(y: FloatArray, conditions: tuple[Condition, ...], *, limit: int = 25)
         if iteration == limit:
             break
         change = factor(jacobian(e, conditions)).solve(-right)
+        if not np.isfinite(change).all():
+            break  # a singular matrix
         rotation = float(np.abs(angle_change(change)).max())
         stretch = abs(float(change[LENGTH])) / e.length
         scale = min(1.0, MAX_ROTATION / max(rotation, 1e-300), 0.3 / max(stretch, 1e-300))

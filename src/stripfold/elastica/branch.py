@@ -85,11 +85,11 @@ def state_no_horizontal_force(z: float) -> State:
     return State._from(_start(height(z, 1e-4), TOLERANCE))
 
 
-def first_point(z: float, tolerance: float, direction: float = -1.0) -> Point:
-    """Start of the branch at lambda_0; ``direction`` is the sign of the first change of F_x."""
+def first_point(z: float, tolerance: float) -> Point:
+    """Start of the branch at lambda_0, in the direction in which the gripper advances."""
     e = _start(z, tolerance)
     forward = np.zeros(e.y.size)
-    forward[FORCE_X] = direction
+    forward[FORCE_X] = -1.0  # advancing pushes the strip
     return point_at(e, z, forward)
 
 
@@ -185,20 +185,22 @@ def state_at(z: float, length: float, guess: State | None = None) -> State:
     def excess(point: Point) -> float:
         return point.e.length - length
 
-    previous = first_point(z, COARSE)
+    def turning(point: Point) -> float:
+        return point.length_rate
+
+    previous, behind = first_point(z, COARSE), False
     for point in march(previous, z, step=FIRST_STEP, max_step=MAX_STEP, tolerance=COARSE):
-        if previous.length_rate < 0.0 < point.length_rate:
-            previous = locate(previous, point, z, lambda p: p.length_rate)
+        if not behind and turning(point) > 0.0:
+            previous, behind = locate(previous, point, z, turning), True
             if excess(previous) > 0.0:
                 allowed = f"at least {previous.e.length:.9g} at z = {z:g}"
                 raise InvalidInputError("length", length, allowed, "give a guess for a state before the turn")
-        if previous.length_rate > 0.0 > point.length_rate:
-            longest = locate(previous, point, z, lambda p: p.length_rate)
-            if excess(longest) < 0.0:
-                raise InvalidInputError("length", length, f"at most {longest.e.length:.9g} at z = {z:g}")
-            point = longest
-        if previous.length_rate >= 0.0 and excess(previous) <= 0.0 <= excess(point):
+        elif behind and turning(point) < 0.0:
+            point = locate(previous, point, z, turning)
+            if excess(point) < 0.0:
+                raise InvalidInputError("length", length, f"at most {point.e.length:.9g} at z = {z:g}")
+        if behind and excess(point) >= 0.0:
             near = locate(previous, point, z, excess)
             return State._from(solve(near.e.y, (*lifted(z), fixed(LENGTH, length))))
         previous = point
-    raise AssertionError("march never ends by itself")
+    raise AssertionError("march does not end without raising")

@@ -42,7 +42,7 @@ class State:
     ----------
     s, x, z, theta, curvature
         Shape (n,), at Chebyshev nodes, from s = 0 to s = length: arc length, position,
-        tangent angle in rad, its derivative.  Read-only.
+        tangent angle in rad, its derivative.  Read-only; other nodes will not do.
     force_x
         Horizontal force F_x in the strip, positive for tension at lift-off.
     force_0
@@ -120,8 +120,8 @@ class State:
         X, Z and k come from quadratures that the solver does not use for the equation itself,
         so this is a check of the whole state.
         """
-        vertical = self.force_0 + self.s
-        value = self.curvature**2 / 2 + self.force_x * np.cos(self.theta) + vertical * np.sin(self.theta) - self.z
+        cos, sin = np.cos(self.theta), np.sin(self.theta)
+        value = self.curvature**2 / 2 + self.force_x * cos + (self.force_0 + self.s) * sin - self.z
         return float(np.abs(value - value[0]).max())
 
     @cached_property
@@ -176,10 +176,14 @@ class State:
         InvalidInputError
             An arc length outside the free part, or not a number.
         """
-        points = np.asarray(s, dtype=np.float64)
+        allowed = f"arc lengths in [0, {self.length:.9g}]"
+        try:
+            points = np.asarray(s, dtype=np.float64)
+        except (TypeError, ValueError):
+            raise InvalidInputError("s", s, allowed) from None
         slack = 1e-12 * self.length
         if not bool(np.all((points >= -slack) & (points <= self.length + slack))):
-            raise InvalidInputError("s", s, f"arc lengths in [0, {self.length:.9g}]")
+            raise InvalidInputError("s", s, allowed)
         values = np.stack([self.x, self.z, self.theta, self.curvature], axis=1)
         x, z, theta, curvature = grid(self.s.size).interpolate(values, points / self.length)
         return Profile(points, x, z, theta, curvature)

@@ -113,7 +113,10 @@ class Solid:
         """Internal force and its derivative; the latter with the stress ``carried`` (see :meth:`carry`)."""
         f = self.deformation_gradient(q)
         n_el, n_q = self.mesh.weights.shape
-        a = self.law.tangent(f, self.lame, carried).reshape(n_el, n_q, 4, 4) * self.mesh.weights[:, :, None, None]
+        a = (
+            self.law.tangent(f, self.lame, carried).reshape(n_el, n_q, 4, 4)
+            * self.mesh.weights[:, :, None, None]
+        )
         n_loc = self.gradient_t.shape[2]
         stress_rate = np.matmul(a, self.gradient_t.reshape(n_el, n_q, 4, n_loc)).reshape(n_el, n_q * 4, n_loc)
         element = np.matmul(self.gradient_t.transpose(0, 2, 1), stress_rate)

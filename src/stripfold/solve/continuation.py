@@ -33,12 +33,17 @@ class StepOptions:
     """Guard: smallest cosine between the tangents at both ends of a step."""
     largest_correction: float = 0.3
     """Guard: largest distance between prediction and point, as a share of the step."""
+    kink: float = 0.01
+    """Distance below which the two guards above rest: where a contact opens the tangent jumps, however short the
+    step, but no other branch is so near."""
     largest_inertia_change: int = 1
     """Guard: largest change of the number of negative eigenvalues in one step."""
     newton: newton.NewtonOptions = field(default_factory=newton.NewtonOptions)
 
 
-def evaluate(problem: Problem, state: Equilibrium, towards: Tangent, arc: float = 0.0, mode: Array | None = None) -> Point:
+def evaluate(
+    problem: Problem, state: Equilibrium, towards: Tangent, arc: float = 0.0, mode: Array | None = None
+) -> Point:
     """Tangent and stability of an equilibrium.
 
     Parameters
@@ -91,21 +96,27 @@ def step(problem: Problem, point: Point, ds: float, options: StepOptions) -> Poi
     t = point.tangent
     q0, lam0 = point.q + ds * t.q, point.lam + ds * t.lam
     constraint = newton.Constraint(problem.metric * t.q, t.lam, q0, lam0)
-    state = newton.solve(problem, q0, lam0, point.state.active, constraint, options.newton, problem.carry(point.q, ds * t.q))
+    state = newton.solve(
+        problem, q0, lam0, point.state.active, constraint, options.newton, problem.carry(point.q, ds * t.q)
+    )
     moved = Tangent(state.q - q0, state.lam - lam0)
     correction = sqrt(inner(problem.metric, moved, moved))
-    if correction > options.largest_correction * abs(ds):
+    if correction > max(options.largest_correction * abs(ds), options.kink):
         raise NewtonError("guard: the point lies too far from its prediction", parameter=state.lam, step=ds)
     new = evaluate(problem, state, t, point.arc + ds, point.mode)
     cosine = inner(problem.metric, t, new.tangent)
-    if cosine < options.least_cosine:
-        raise NewtonError(f"guard: the branch turns by a cosine of {cosine:.2f}", parameter=state.lam, step=ds)
+    if cosine < options.least_cosine and ds > options.kink:
+        raise NewtonError(
+            f"guard: the branch turns by a cosine of {cosine:.2f}", parameter=state.lam, step=ds
+        )
     if abs(new.negatives - point.negatives) > options.largest_inertia_change:
         raise NewtonError("guard: several eigenvalues changed sign at once", parameter=state.lam, step=ds)
     return new
 
 
-def follow(problem: Problem, first: Point, options: StepOptions, largest_lam_step: float = np.inf) -> Iterator[Point]:
+def follow(
+    problem: Problem, first: Point, options: StepOptions, largest_lam_step: float = np.inf
+) -> Iterator[Point]:
     """Yield ``first`` and then point after point along its branch; the caller decides when to stop.
 
     Raises

@@ -158,7 +158,9 @@ class Band:
             options={"SymmetricMode": True},
         )
         if not np.array_equal(lu.perm_r, np.arange(self.size)):
-            raise SolveError("the count of negative eigenvalues needed a pivot", advice="shift the step a little")
+            raise SolveError(
+                "the count of negative eigenvalues needed a pivot", advice="shift the step a little"
+            )
         return int(np.sum(lu.U.diagonal() < 0.0))
 
     def to_sparse(self) -> sparse.csc_matrix:

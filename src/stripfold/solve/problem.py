@@ -76,7 +76,7 @@ class Problem(Protocol):
         ...
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Tangent:
     """Direction of a branch at a point, of unit length in the problem's metric (with lambda's weight one)."""
 
@@ -84,7 +84,7 @@ class Tangent:
     lam: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Equilibrium:
     """A converged state.
 
@@ -98,7 +98,7 @@ class Equilibrium:
     residuals: tuple[float, ...]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Point:
     """An accepted point of a branch: an equilibrium and what tells its stability apart.
 

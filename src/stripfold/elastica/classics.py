@@ -74,7 +74,7 @@ def cantilever_length(angle: float = PEIRCE_ANGLE) -> float:
     2.00035
     """
     wanted = number("angle", angle, 1e-3, 1.5, " rad")
-    return float(brentq(lambda l: cantilever(l).droop_angle - wanted, 0.1, 10.0, xtol=1e-12))
+    return float(brentq(lambda length: cantilever(length).droop_angle - wanted, 0.1, 10.0, xtol=1e-12))
 
 
 def column_buckling_length() -> float:

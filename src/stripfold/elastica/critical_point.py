@@ -88,7 +88,7 @@ def _bracket(z: float, passed: Callable[[Point], bool]) -> tuple[Point, Point]:
         if passed(point):
             return before, point
         before = point
-    raise AssertionError("march never ends by itself")
+    raise AssertionError("march does not end without raising")
 
 
 def _resolved(before: Point, after: Point, z: float, event: Callable[[Point], float]) -> State:

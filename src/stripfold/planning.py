@@ -1,0 +1,93 @@
+"""Meshes planned with the elastica: fine where the strip lifts off when it becomes critical.
+
+The floor holds nodes, so the lift-off point moves in steps of one node and lambda of a branch is smooth in pieces
+only; the fold must not be lost in those steps (``docs/numerics.md``).  The elastica says beforehand where along the
+strip the lift-off will be at lambda_0 and at the critical point, and the mesh is graded accordingly.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import elastica
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Sizes:
+    """Element lengths in L* at refinement one; all are multiplied by the refinement."""
+
+    free: float = 0.2
+    """In the part that hangs free all the time."""
+    sweep: float = 0.1
+    """Where the lift-off passes."""
+    critical: float = 0.01
+    """Where the lift-off is near the critical point."""
+    lying: float = 0.4
+    """In the part that lies all the time."""
+    growth: float = 0.4
+    """Growth of the element length per length travelled away from a fine zone."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sweep:
+    """Distances from the grasped end between which the lift-off point moves, in L*."""
+
+    first: float
+    critical: float
+
+
+def lift_off_sweep(height: float) -> Sweep:
+    """Lift-off of the elastica at lambda_0 and at the critical point (or where the sag lands), at a height in L*."""
+    end = elastica.critical(height)
+    if end.snap:
+        last = end.length
+    else:
+        assert end.touch is not None
+        last = end.touch.state.length
+    return Sweep(elastica.state_no_horizontal_force(height).length, last)
+
+
+def boundaries(length: float, sweep: Sweep, refinement: float = 1.0, sizes: Sizes | None = None) -> Array:
+    """Element boundaries as distances from the grasped end, shape (m,), from 0 to ``length``.
+
+    Parameters
+    ----------
+    length
+        Length of the strip, L*.
+    sweep
+        Where the lift-off will move.
+    refinement
+        Factor on every element length: 0.5 has twice the elements of 1.
+    sizes
+        Element lengths.
+    """
+    z = sizes or Sizes()
+    half_width = 0.25
+
+    def size(s: float) -> float:
+        before, after = max(sweep.first - 0.2 - s, 0.0), max(s - sweep.critical - 0.4, 0.0)
+        coarse = (
+            min(z.free, z.sweep + z.growth * before) if before else min(z.lying, z.sweep + z.growth * after)
+        )
+        away = max(abs(s - sweep.critical) - half_width, 0.0)
+        return refinement * min(coarse, z.critical + z.growth * away)
+
+    # Outwards from the critical lift-off, which stays where it is; each side is stretched evenly to its length.
+    meeting = min(sweep.critical, 0.9 * length)
+    left = meeting - _march(lambda s: size(meeting - s), meeting)[::-1]
+    right = meeting + _march(lambda s: size(meeting + s), length - meeting)
+    return np.concatenate([left, right[1:]])
+
+
+def _march(size: Callable[[float], float], length: float) -> Array:
+    """Element boundaries from 0 to ``length``, each element as long as ``size`` says at its middle."""
+    ends = [0.0]
+    while ends[-1] < length:
+        ends.append(ends[-1] + size(ends[-1] + 0.5 * size(ends[-1])))
+    return np.asarray(ends) * (length / ends[-1])

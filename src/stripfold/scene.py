@@ -1,0 +1,226 @@
+"""What is asked for: a strip and a gripper height, validated; here SI becomes solver units (L*)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf, isfinite
+from numbers import Real
+from typing import Any, Literal, cast, get_args
+
+from stripfold.errors import InvalidInputError
+from stripfold.material import GRAVITY, Material
+
+Model = Literal["solid", "elastica"]
+Law = Literal["svk", "printed"]
+Contact = Literal["mid", "faces"]
+
+ETA_B = (1e-1, 1e8)
+"""Allowed weight-to-bending-stiffness ratios, m^-4 s^2: from a metal sheet to a gauze."""
+LENGTH_STAR = (3.0, 150.0)
+"""Allowed strip lengths, L*.  The shortest strip that can snap is twice as long; the longest is a matter of cost."""
+HEIGHT_STAR = (0.1, 60.0)
+"""Allowed gripper heights, L*; below the lowest the planning model has not been tested."""
+MAX_THICKNESS_STAR = 0.3
+"""Largest thickness of the model, L*: beyond it the strip is no strip."""
+
+# Key: lowest and highest value, unit.  A strip's own numbers come with wide limits: the limits in L* are the sharp ones.
+_RANGES = {
+    "length": (0.0, inf, " m"),
+    "height": (0.0, inf, " m"),
+    "eta_b": (*ETA_B, " m^-4 s^2"),
+    "eta_m": (1e-9, 1e-1, " m^-2 s^2"),
+    "nu": (0.0, 0.49, ""),
+    "rho_a": (1e-4, 1e3, " kg m^-2"),
+    "accuracy": (1e-6, 0.1, ""),
+    "gravity": (0.1, 100.0, " m s^-2"),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """A strip held at one end and a gripper height; make it with :meth:`create`.
+
+    Parameters
+    ----------
+    material
+        The strip's material.
+    length, height
+        Length of the strip and height of the gripper, m.
+    model
+        "solid", the paper's finite-element model, or "elastica".
+    accuracy
+        Wanted relative accuracy of lambda_c.
+    law
+        Constitutive law of the solid, "svk" or "printed" (docs/physics.md, section 2).
+    contact
+        What of the solid meets the floor: the mid-surface, "mid", or the outer "faces".
+
+    Raises
+    ------
+    InvalidInputError
+        A combination that is no strip, or numbers of which one has a wrong unit.
+    """
+
+    material: Material
+    length: float
+    height: float
+    model: Model = "solid"
+    accuracy: float = 1e-3
+    law: Law = "svk"
+    contact: Contact = "mid"
+
+    def __post_init__(self) -> None:
+        _choice("model", self.model, get_args(Model))
+        _choice("law", self.law, get_args(Law))
+        _choice("contact", self.contact, get_args(Contact))
+        if self.model == "elastica":
+            # An option that is accepted must do something.
+            _choice("law", self.law, ("svk",), "the elastica has no other law")
+            _choice("contact", self.contact, ("mid",), "the elastica has no thickness")
+        _check_length(self.material, self.length)
+        _check_height(self.material, self.length, self.height)
+        if not self.material.relative_thickness <= MAX_THICKNESS_STAR:
+            # h / L* = sqrt(12 eta_m / eta_b) / L*
+            largest = (MAX_THICKNESS_STAR * self.material.gravity_length) ** 2 * self.material.eta_b / 12.0
+            raise InvalidInputError(
+                "eta_m",
+                self.material.eta_m,
+                f"at most {largest:.3g} m^-2 s^2 with eta_b = {self.material.eta_b:g} m^-4 s^2",
+                f"the model would be {self.material.thickness:.3g} m thick, more than {MAX_THICKNESS_STAR} L*",
+            )
+
+    @classmethod
+    def create(
+        cls,
+        *,
+        length: float,
+        height: float,
+        eta_b: float,
+        eta_m: float = 1e-3,
+        nu: float = 0.0,
+        rho_a: float = 1.0,
+        model: str = "solid",
+        accuracy: float = 1e-3,
+        law: str = "svk",
+        contact: str = "mid",
+        gravity: float = GRAVITY,
+    ) -> Scene:
+        """A scene from plain numbers, in SI units; see :class:`Scene` and :class:`.Material`.
+
+        Raises
+        ------
+        InvalidInputError
+            Not a number, a number outside its range, or numbers that do not go together.
+
+        Examples
+        --------
+        >>> scene = Scene.create(length=0.6, height=0.09, eta_b=3780.0)
+        >>> round(scene.length_star, 3), round(scene.height_star, 3)
+        (20.008, 3.001)
+        """
+        material = Material(
+            _number("eta_b", eta_b),
+            _number("eta_m", eta_m),
+            _number("nu", nu),
+            _number("rho_a", rho_a),
+            _number("gravity", gravity),
+        )
+        return cls(
+            material,
+            _number("length", length),
+            _number("height", height),
+            cast(Model, model),
+            _number("accuracy", accuracy),
+            cast(Law, law),
+            cast(Contact, contact),
+        )
+
+    @property
+    def length_star(self) -> float:
+        """Length of the strip, L*."""
+        return self.length / self.material.gravity_length
+
+    @property
+    def height_star(self) -> float:
+        """Height of the gripper, L*."""
+        return self.height / self.material.gravity_length
+
+
+def require_long_enough(scene: Scene) -> None:
+    """Refuse a strip of which nothing would be left lying where the gripper's smooth advance ends.
+
+    That is at the critical point, or where the sag touches the lower layer first.  The free length there
+    is the elastica's, which the solid's differs from by little.
+
+    Raises
+    ------
+    InvalidInputError
+        The strip is too short for this height; the message says how long it must be.
+    SolveError
+        The elastica could not be solved.
+    """
+    from stripfold import elastica
+
+    point = elastica.critical(scene.height_star)
+    end = point.state or (point.touch and point.touch.state)
+    assert end is not None
+    shortest = end.length * scene.material.gravity_length
+    if not scene.length > shortest:
+        raise InvalidInputError(
+            "length",
+            scene.length,
+            f"more than {shortest:.4g} m with height = {scene.height:g} m",
+            "the strip is too short to snap: it would leave the floor first; use a longer strip or a lower height",
+        )
+
+
+def _number(key: str, value: Any) -> float:
+    low, high, unit = _RANGES[key]
+    span = f"from {low:g} to {high:g}" if high < inf else f"greater than {low:g}"
+    allowed = f"a number {span}{unit}"
+    # A bool is a number to Python, and a mistake to everybody else.
+    if isinstance(value, bool) or not isinstance(value, Real):
+        raise InvalidInputError(key, value, allowed)
+    try:
+        number = float(value)
+    except OverflowError:
+        number = inf
+    inside = low <= number <= high if high < inf else low < number
+    if not (isfinite(number) and inside):
+        raise InvalidInputError(key, value, allowed)
+    return number
+
+
+def _choice(key: str, value: Any, allowed: tuple[str, ...], advice: str = "") -> None:
+    if value not in allowed:
+        raise InvalidInputError(key, value, " or ".join(allowed), advice)
+
+
+def _check_length(material: Material, length: float) -> None:
+    star = material.gravity_length
+    low, high = LENGTH_STAR
+    if not low * star <= length <= high * star:
+        # eta_b = 1 / (g L*^3), for the L* that would make this length allowed.
+        softest, stiffest = (1.0 / (material.gravity * (length / n) ** 3) for n in (high, low))
+        raise InvalidInputError(
+            "length",
+            length,
+            f"from {low * star:.3g} to {high * star:.3g} m with eta_b = {material.eta_b:g} m^-4 s^2 "
+            f"({low:g} to {high:g} times L* = {star:.3g} m)",
+            f"check the units, m and m^-4 s^2: for this length eta_b is from {stiffest:.3g} to {softest:.3g} m^-4 s^2",
+        )
+
+
+def _check_height(material: Material, length: float, height: float) -> None:
+    star = material.gravity_length
+    low, high = HEIGHT_STAR
+    if not height < length:
+        raise InvalidInputError("height", height, f"less than the length, {length:g} m", "height above the length")
+    if not low * star <= height <= high * star:
+        raise InvalidInputError(
+            "height",
+            height,
+            f"from {low * star:.3g} to {high * star:.3g} m with eta_b = {material.eta_b:g} m^-4 s^2 "
+            f"({low:g} to {high:g} times L* = {star:.3g} m)",
+            "check the units, m and m^-4 s^2",
+        )

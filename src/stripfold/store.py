@@ -1,0 +1,189 @@
+"""Files: netCDF in and out with units and provenance; every write is whole or not at all."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+import stripfold
+from stripfold.errors import InvalidInputError, StripfoldError
+
+CONVENTIONS = "CF-1.11"
+PACKAGES = ("numpy", "scipy", "scikit-fem", "xarray", "netCDF4")
+REQUIRED = ("units", "long_name")
+PROVENANCE = ("title", "stripfold_version", "git_commit", "packages", "config")
+"""Global attributes that every stored dataset has."""
+
+# What decides a result: a change elsewhere, in a text or in a stored result, does not make the commit "dirty".
+_SOURCES = ("src", "workflow", "data", "Snakefile", "environment.lock")
+
+
+@contextmanager
+def atomic(path: str | os.PathLike[str]) -> Iterator[Path]:
+    """A temporary path to write to; it takes the place of ``path`` when the block ends well.
+
+    When the block raises, or is interrupted, ``path`` is left as it was and the temporary file removed.
+
+    Parameters
+    ----------
+    path
+        Where the file shall be.  Missing folders are made.
+
+    Yields
+    ------
+    Path
+        A path with the same name and suffix, in a hidden folder on the same file system.
+
+    Examples
+    --------
+    >>> with atomic("out/figure.png") as temporary:  # doctest: +SKIP
+    ...     figure.savefig(temporary)
+    """
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    # A folder, not a file: the name keeps its suffix, which tells libraries the format, and the file gets the
+    # permissions that the user's umask says.
+    folder = Path(tempfile.mkdtemp(prefix=".stripfold-", dir=path.parent))
+    try:
+        yield folder / path.name
+        os.replace(folder / path.name, path)
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def write_text(text: str, path: str | os.PathLike[str]) -> None:
+    """Write ``text`` as UTF-8 with Unix line ends, atomically."""
+    with atomic(path) as temporary:
+        temporary.write_text(text, encoding="utf-8", newline="\n")
+
+
+def write_json(mapping: Mapping[str, Any], path: str | os.PathLike[str]) -> None:
+    """Write ``mapping`` as JSON, atomically; numpy's scalars and arrays become numbers and lists.
+
+    Raises
+    ------
+    StripfoldError
+        A value that JSON has no word for, such as nan: store None where there is no number.
+    """
+    write_text(_json(mapping, indent=2) + "\n", path)
+
+
+def write(
+    dataset: xr.Dataset, path: str | os.PathLike[str], *, title: str, config: Mapping[str, Any] | None = None
+) -> None:
+    """Write ``dataset`` as compressed netCDF-4, atomically; the same content gives the same bytes.
+
+    Parameters
+    ----------
+    dataset
+        Each variable and coordinate has the attributes ``units`` ("1" for pure numbers and names) and ``long_name``.
+    path
+        Where to.
+    title
+        What the file holds, in one line.
+    config
+        The resolved configuration that gave it.
+
+    Raises
+    ------
+    StripfoldError
+        An attribute is missing, or ``config`` is not JSON.
+    """
+    missing = [
+        f"{name} ({key})" for name, var in dataset.variables.items() for key in REQUIRED if not var.attrs.get(key)
+    ]
+    if missing:
+        raise StripfoldError(f"cannot store {Path(path).name}: without {' or '.join(REQUIRED)}: {', '.join(missing)}")
+    stamped = dataset.assign_attrs(
+        Conventions=CONVENTIONS,
+        title=title,
+        stripfold_version=stripfold.__version__,
+        git_commit=git_commit(),
+        packages=_json({name: version(name) for name in PACKAGES}),
+        config=_json(config or {}),
+    )
+    encoding: dict[Any, dict[str, Any]] = {}
+    for name, var in stamped.variables.items():
+        # netCDF-4 compresses neither scalars nor texts.
+        encoding[name] = {"zlib": True, "complevel": 4} if var.ndim and var.dtype.kind in "fiub" else {}
+        if name in stamped.coords and var.dtype.kind == "f":
+            encoding[name]["_FillValue"] = None  # CF: a coordinate has no gaps
+    with atomic(path) as temporary:
+        stamped.to_netcdf(temporary, engine="netcdf4", format="NETCDF4", encoding=encoding)
+
+
+def read(path: str | os.PathLike[str], require: Iterable[str] = ()) -> xr.Dataset:
+    """Read a dataset that :func:`write` stored, whole into memory.
+
+    Parameters
+    ----------
+    path
+        The file.
+    require
+        Names of the variables, coordinates or global attributes that it must have.
+
+    Raises
+    ------
+    InvalidInputError
+        No such file, not netCDF, damaged, or not what was expected.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise InvalidInputError("file", str(path), "an existing netCDF file", "run the rule that makes it")
+    try:
+        with xr.open_dataset(path, engine="netcdf4") as opened:
+            dataset = opened.load()
+    except (OSError, ValueError, RuntimeError) as error:
+        raise InvalidInputError("file", str(path), "a whole netCDF-4 file", f"reading it says: {error}") from error
+    missing = [name for name in (*PROVENANCE, *require) if name not in dataset.variables and name not in dataset.attrs]
+    if missing:
+        raise InvalidInputError("file", str(path), f"a file of this package with {', '.join(missing)}", "make it anew")
+    return dataset
+
+
+def git_commit(folder: Path = Path(__file__).parent) -> str:
+    """Commit of the source tree that ``folder`` belongs to, with "-dirty" when its sources were changed.
+
+    "unknown" where this is no checkout, or git is missing.
+    """
+    # An installed copy may lie inside somebody else's checkout: only one that tracks this file counts.
+    if _git(folder, "ls-files", "--error-unmatch", Path(__file__).name) is None:
+        return "unknown"
+    commit, top = _git(folder, "rev-parse", "HEAD"), _git(folder, "rev-parse", "--show-toplevel")
+    if not commit or not top:
+        return "unknown"
+    changed = _git(Path(top), "status", "--porcelain", "--", *_SOURCES)
+    return commit if changed == "" else f"{commit}-dirty"
+
+
+def _git(folder: Path, *arguments: str) -> str | None:
+    """What git prints, or None when it fails."""
+    try:
+        done = subprocess.run(["git", "-C", str(folder), *arguments], capture_output=True, text=True, timeout=30)
+    except (OSError, subprocess.TimeoutExpired):
+        return None
+    return done.stdout.strip() if done.returncode == 0 else None
+
+
+def _json(value: Any, indent: int | None = None) -> str:
+    try:
+        return json.dumps(value, indent=indent, sort_keys=True, allow_nan=False, ensure_ascii=False, default=_plain)
+    except (TypeError, ValueError) as error:
+        raise StripfoldError(f"cannot be stored as JSON: {error}") from error
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, np.generic | np.ndarray):
+        return value.tolist()
+    raise TypeError(f"{value!r} is neither a number, a text, a list nor a mapping")

@@ -1,0 +1,278 @@
+"""The static runs of a strip: lift it, then move the gripper along x to the critical point and past it.
+
+All in units of L*; see ``docs/physics.md``, section 4, for what is expected.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+from .. import planning
+from ..errors import ContinuationError, NewtonError, SolveError
+from ..models.solid import Solid
+from ..problem import AlongX, Lift, StripProblem
+from ..solve import continuation, critical, newton
+from ..solve.continuation import StepOptions
+from ..solve.critical import CriticalPoint
+from ..solve.problem import Equilibrium, Point
+
+Array = NDArray[np.float64]
+
+LIFT_STEPS = StepOptions(first=0.05, largest=1.0, wanted_iterations=12)
+X_STEPS = StepOptions(first=0.1, largest=0.5, wanted_iterations=10)
+LAMBDA_TOLERANCE = 1e-6
+"""Width of the bracket of lambda_c, L*."""
+TOUCH_TOLERANCE = 1e-4
+"""Arc length within which the first touch of the sag is located, L*."""
+
+
+class End(StrEnum):
+    """What ended the advance of the gripper."""
+
+    SNAP = "snap"
+    TOUCH = "touch"
+    LIFTED = "lifted"
+
+    @property
+    def reason(self) -> str:
+        """The same in words."""
+        return {
+            End.SNAP: "lambda has a maximum: the strip snaps through",
+            End.TOUCH: "the sag touches the lower layer before lambda has a maximum: it is laid down, no snap",
+            End.LIFTED: "the whole strip leaves the floor before lambda has a maximum: the strip is too short",
+        }[self]
+
+
+@dataclass(frozen=True)
+class Strip:
+    """A strip in solver units, and how it is discretised.
+
+    ``length`` and ``thickness`` in L*; ``options`` go to :meth:`.Solid.of`.
+    """
+
+    length: float
+    thickness: float
+    nu: float = 0.0
+    order: int = 2
+    across: int = 1
+    law: str = "svk"
+    contact: str = "mid"
+
+    def model(self, elements: int | Array) -> Solid:
+        return Solid.of(
+            self.length,
+            self.thickness,
+            nu=self.nu,
+            order=self.order,
+            elements=elements,
+            across=self.across,
+            law=self.law,
+        )
+
+
+@dataclass(frozen=True)
+class XRun:
+    """A run along x at one height.
+
+    Attributes
+    ----------
+    problem
+        What was solved.
+    points
+        Accepted points, from lambda_0; those before the end are ``points[:n_before]``.
+    end
+        What ended the advance.
+    critical
+        The located critical point where ``end`` is a snap.
+    last
+        The state at the end of the advance: critical, at first touch, or just before lift-off of the whole strip.
+    contact_folds
+        Maxima of lambda before ``critical`` that are the mesh's own; 0 on a mesh fine enough.
+    """
+
+    problem: StripProblem
+    points: tuple[Point, ...]
+    end: End
+    critical: CriticalPoint | None
+    last: Point
+    contact_folds: int
+
+    @property
+    def lambda_0(self) -> float:
+        return self.points[0].lam
+
+    @property
+    def free_length(self) -> float:
+        """Length of the part that hangs free at the end of the advance, L*."""
+        return lift_off(self.problem.model, self.last)
+
+
+def lift(strip: Strip, heights: Sequence[float]) -> Iterator[tuple[float, Solid, Equilibrium]]:
+    """Lift the flat strip and yield its state at each height, ascending: the gripper is free along x (lambda_0)."""
+    # A mesh good enough to start from: each run along x has one of its own.
+    model = strip.model(max(24, round(4 * strip.length)))
+    problem = StripProblem(model, Lift(), strip.contact)
+    flat = continuation.start(
+        problem, np.zeros(model.size), min(0.01, heights[0] / 4), problem.bounded, 1.0, LIFT_STEPS
+    )
+    branch = continuation.follow(problem, flat, LIFT_STEPS)
+    point = next(branch)
+    for height in heights:
+        before = point
+        while point.lam < height:
+            before, point = point, next(branch)
+        # From the nearer side, with the tangent as a guess.
+        near = min(before, point, key=lambda p: abs(p.lam - height))
+        share = (height - near.lam) / near.tangent.lam
+        guess = near.q + share * near.tangent.q
+        yield (
+            height,
+            model,
+            newton.solve(problem, guess, height, near.state.active, options=LIFT_STEPS.newton),
+        )
+
+
+def transfer(model: Solid, q: Array, to: Solid) -> Array:
+    """Unknowns on another mesh of the same strip: the mid-surface by cubic splines, sections normal to it."""
+    middle = model.mid_surface(q)
+    spline = CubicSpline(model.s, middle)
+    position = spline(to.s)
+    slope = spline(to.s, 1)
+    # A spline overshoots where the strip begins to lie; what lies stays lying.
+    lying = to.s >= model.s[np.flatnonzero(middle[:, 1] > 0.0).max(initial=0) + 1]
+    position[lying] = np.stack([to.s[lying] - to.length / 2.0, np.zeros(lying.sum())], axis=1)
+    position[:, 1] = np.maximum(position[:, 1], 0.0)
+    angle = np.where(lying, 0.0, np.arctan2(slope[:, 1], slope[:, 0]))
+    return to.unknowns_of(position, angle)
+
+
+def no_horizontal_force(problem: StripProblem, q: Array, height: float) -> Equilibrium:
+    """The state at ``height`` with the gripper free along x, near ``q``."""
+    free = StripProblem(problem.model, Lift(), problem.contact)
+    touching = free.bounded[q[free.bounded] - free.lower <= 1e-12]
+    return newton.solve(free, q, height, touching, options=LIFT_STEPS.newton)
+
+
+def along_x(
+    strip: Strip,
+    height: float,
+    start: tuple[Solid, Equilibrium],
+    refinement: float = 1.0,
+    past: float = 1.0,
+    options: StepOptions = X_STEPS,
+) -> XRun:
+    """Follow the x-axis branch from lambda_0 to its end and, after a snap, ``past`` in arc length beyond it.
+
+    Parameters
+    ----------
+    strip, height
+        What is folded and the gripper's height, L*.
+    start
+        Model and state with no horizontal force at this height, as :func:`lift` yields.
+    refinement
+        Factor on all element lengths of the planned mesh.
+    past
+        Arc length to follow the unstable branch, L*; 0 for none.
+
+    Raises
+    ------
+    SolveError
+        When a state or the branch cannot be computed to its tolerance.
+    """
+    model = strip.model(planning.boundaries(strip.length, planning.lift_off_sweep(height), refinement))
+    problem = StripProblem(model, AlongX(height), strip.contact)
+    q = transfer(start[0], start[1].q, model)
+    state = no_horizontal_force(problem, q, height)
+    lambda_0 = float(state.q[model.middle[0, 0]])
+    first = continuation.start(problem, state.q, lambda_0, state.active, 1.0, options)
+    if critical.passed(first) or touches(model, first):
+        raise SolveError("the branch does not start stable: no state with no horizontal force to start from")
+    points: list[Point] = [first]
+    fold: int | None = None  # index of the first point past the maximum
+    contact_folds = 0
+    branch = continuation.follow(problem, first, options)
+    next(branch)
+    while True:
+        try:
+            point = next(branch)
+        except ContinuationError:
+            # Past the maximum the critical point is known; a shorter unstable branch is what there is to show.
+            if fold is None:
+                raise
+            break
+        if fold is None:
+            if point.lam >= points[-1].lam and touches(model, point):
+                last = _first_touch(problem, points[-1], point, options)
+                return XRun(problem, (*points, last), End.TOUCH, None, last, contact_folds)
+            if lift_off(model, point) > strip.length - 0.5:
+                return XRun(problem, (*points, point), End.LIFTED, None, point, contact_folds)
+            points.append(point)
+            if critical.passed(point, points[-2]):
+                fold = len(points) - 1
+            continue
+        if touches(model, point) or point.arc - points[fold].arc > max(past, 0.3):
+            break
+        points.append(point)
+        if not critical.passed(point) and point.lam > max(p.lam for p in points[:-1]):
+            # The strip was held back for a moment by a single node of the floor: a maximum of the mesh's, not of the
+            # strip's (docs/numerics.md).  Counted, and passed.
+            contact_folds += 1
+            fold = None
+    index = fold
+    found = critical.locate(problem, points[index - 1], points[index], LAMBDA_TOLERANCE, options)
+    points[index:index] = [
+        p for p in (found.before, found.after) if p not in (points[index - 1], points[index])
+    ]
+    return XRun(problem, tuple(points), End.SNAP, found, found.before, contact_folds)
+
+
+def _first_touch(problem: StripProblem, before: Point, after: Point, options: StepOptions) -> Point:
+    """Bisect for the first point at which the sag touches."""
+    share = 0.5
+    while after.arc - before.arc > TOUCH_TOLERANCE:
+        try:
+            middle = continuation.step(problem, before, share * (after.arc - before.arc), options)
+        except NewtonError as error:
+            # The touch itself turns the branch; nearer to the side that is known the step is shorter.
+            share /= 2.0
+            if share < 0.01:
+                raise SolveError(f"the first touch was not located: {error}", parameter=before.lam) from error
+            continue
+        share = 0.5
+        if touches(problem.model, middle):
+            after = middle
+        else:
+            before = middle
+    return after
+
+
+def contact_positions(model: Solid, point: Point) -> Array:
+    """Distances from the grasped end of the nodes on the floor, ascending; the held end counts as one."""
+    on_floor = np.isin(model.middle[:, 1], point.state.active)
+    on_floor[-1] = True
+    return np.asarray(model.s[on_floor])
+
+
+def touches(model: Solid, point: Point) -> bool:
+    """Whether something beside the lying part is on the floor: a contact more than L* apart from the rest."""
+    return bool(np.any(np.diff(contact_positions(model, point)) > 1.0))
+
+
+def lift_off(model: Solid, point: Point) -> float:
+    """Distance along the strip from the grasped end to where the lying part begins, L*."""
+    s = contact_positions(model, point)
+    gaps = np.flatnonzero(np.diff(s) > 1.0)
+    return float(s[gaps[-1] + 1] if len(gaps) else s[0])
+
+
+def solve_height(strip: Strip, height: float, refinement: float, **options: Any) -> XRun:
+    """Lift to one height and run along x from there."""
+    (_, model, state) = next(lift(strip, [height]))
+    return along_x(strip, height, (model, state), refinement, **options)

@@ -1,0 +1,102 @@
+"""A textile whose moment-curvature law is not linear: the linear strip that stands in for it.
+
+``eta_b`` describes a linear law.  For another law the secant through the largest curvature that occurs is the best
+stiffness that one number can give; which curvature occurs depends on the stiffness, so both are found together.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+
+from stripfold.errors import InvalidInputError
+from stripfold.material import GRAVITY
+
+COLUMNS = "curvature_1_per_m,moment_N"
+
+
+class Secant(NamedTuple):
+    """The linear strip that has the textile's moment at the given curvature.
+
+    Parameters
+    ----------
+    stiffness
+        Bending stiffness per width ``D = M(kappa) / kappa``, N m.
+    kappa
+        Curvature at which the secant is taken, m^-1.
+    eta_b
+        Weight-to-bending-stiffness ratio, m^-4 s^2.
+    """
+
+    stiffness: float
+    kappa: float
+    eta_b: float
+
+
+def read_table(path: str | os.PathLike[str]) -> NDArray[np.float64]:
+    """Moment-curvature table, shape (m, 2): curvature, m^-1, and moment per width, N.
+
+    Raises
+    ------
+    InvalidInputError
+        No such file, other columns, or numbers that are not positive and increasing in the curvature.
+    """
+    allowed = f"a CSV file with the columns {COLUMNS} of positive numbers, both increasing"
+    try:
+        lines = Path(path).read_text(encoding="utf-8").splitlines()
+        rows = [line for line in lines if line and not line.startswith("#")]
+        header, table = rows[0], np.array([[float(x) for x in row.split(",")] for row in rows[1:]])
+    except (OSError, ValueError, IndexError) as error:
+        raise InvalidInputError("table", str(path), allowed, str(error)) from error
+    sound = header == COLUMNS and table.ndim == 2 and table.shape[0] >= 2 and table.shape[1] == 2
+    if not (sound and np.all(np.isfinite(table)) and np.all(table > 0.0) and np.all(np.diff(table, axis=0) > 0.0)):
+        raise InvalidInputError("table", str(path), allowed)
+    return table
+
+
+def secant(
+    table: NDArray[np.float64], load: float, dimensionless_curvature: float, gravity: float = GRAVITY
+) -> Secant:
+    """The secant stiffness at ``kappa = dimensionless_curvature / L*``, where ``L* = (D / load)^(1/3)``.
+
+    Parameters
+    ----------
+    table
+        Moment-curvature table, shape (m, 2), see :func:`read_table`; straight lines between its rows.
+    load
+        Weight per area, N m^-2.
+    dimensionless_curvature
+        Largest curvature of the state that the strip is meant for, in 1 / L*.
+    gravity
+        Gravitational acceleration, m s^-2.
+
+    Raises
+    ------
+    InvalidInputError
+        The curvature would lie outside the table: nothing is extrapolated.
+
+    Examples
+    --------
+    >>> linear = np.array([[1.0, 0.02], [50.0, 1.0]])
+    >>> found = secant(linear, load=2.0, dimensionless_curvature=2.5)
+    >>> round(found.stiffness, 9), round(found.kappa, 9)
+    (0.02, 11.603972084)
+    """
+    curvature, moment = table.T
+
+    def excess(kappa: float) -> float:
+        # kappa L* = c with L*^3 = M / (kappa load): M kappa^2 / load = c^3.  Grows with kappa: one root.
+        return float(np.interp(kappa, curvature, moment)) * kappa**2 / load - dimensionless_curvature**3
+
+    lowest, highest = (float(np.cbrt(m * k**2 / load)) for k, m in table[[0, -1]])
+    if not lowest <= dimensionless_curvature <= highest:
+        allowed = f"from {lowest:.4g} to {highest:.4g} with this table and a load of {load:g} N m^-2"
+        raise InvalidInputError("dimensionless_curvature", dimensionless_curvature, allowed)
+    kappa = float(brentq(excess, curvature[0], curvature[-1], xtol=1e-13))
+    stiffness = float(np.interp(kappa, curvature, moment)) / kappa
+    return Secant(stiffness, kappa, load / (gravity * stiffness))

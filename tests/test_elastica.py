@@ -1,0 +1,327 @@
+"""The heavy elastica against printed numbers, another integrator, and itself (docs/physics.md, section 4)."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+from scipy.special import jv
+
+from stripfold import elastica
+from stripfold.errors import InvalidInputError, NewtonError, SolveError
+
+HEIGHTS = (0.3, 1.0, 1.6, 3.0, 10.0, 30.0)
+
+
+def end_state(z: float) -> elastica.State:
+    """The state at which the smooth advance ends: critical, or touching."""
+    point = elastica.critical(z)
+    state = point.state if point.snap else point.touch.state
+    assert state is not None
+    return state
+
+
+def shoot(state: elastica.State, span: tuple[float, float] | None = None, **options: object):
+    """Integrate (X, Z, theta, k) over s as an initial-value problem, from lift-off or from ``span[0]``."""
+
+    def rhs(s: float, y: np.ndarray) -> list[float]:
+        vertical = state.force_0 + s
+        moment_slope = state.force_x * np.sin(y[2]) - vertical * np.cos(y[2])
+        return [np.cos(y[2]), np.sin(y[2]), y[3], moment_slope]
+
+    start = [0.0, 0.0, 0.0, 0.0]
+    if span is not None:
+        _, *start = (float(value) for value in state.at(span[0]))
+    span = span or (0.0, state.length)
+    return solve_ivp(rhs, span, start, method="DOP853", rtol=1e-12, atol=1e-13, **options)
+
+
+class TestNumbers:
+    """Values that were computed by an independent code."""
+
+    def test_critical_point_at_three(self):
+        point = elastica.critical(3.0)
+        assert point.snap
+        assert point.touch is None
+        np.testing.assert_allclose(
+            [point.advance, point.length, point.x], [9.856908, 7.133077, -2.723831], atol=1e-6, rtol=0
+        )
+
+    def test_touch_limit(self):
+        limit = elastica.touch_limit()
+        assert limit == pytest.approx(1.58617085, abs=1e-8)
+        assert elastica.critical(limit + 1e-6).snap
+        assert not elastica.critical(limit - 1e-6).snap
+
+    def test_folded_loop(self):
+        loop = elastica.folded_loop()
+        found = [
+            loop.height,
+            loop.arc,
+            loop.lift_off_reaction,
+            loop.landing_reaction,
+            loop.bulge,
+            loop.offset,
+        ]
+        # The bulge is 0.757252: shooting below agrees, the sixth digit of 0.757249 was a sampled maximum.
+        expected = [0.906597, 4.683470, 3.745005, 0.938465, 0.757252, 2.484620]
+        np.testing.assert_allclose(found, expected, atol=1e-6, rtol=0)
+
+    def test_folded_loop_by_shooting(self):
+        loop = elastica.folded_loop()
+
+        def vertical_tangent(s, y):
+            return np.cos(y[2])
+
+        def horizontal_tangent(s, y):
+            return np.sin(y[2]) if s > 0.1 else 1.0
+
+        run = shoot(loop.state, events=[vertical_tangent, horizontal_tangent])
+        np.testing.assert_allclose(run.y[:, -1], [-loop.offset, 0.0, np.pi, 0.0], atol=1e-8)
+        assert run.y_events[0][:, 0].max() == pytest.approx(loop.bulge, abs=1e-9)
+        assert run.y_events[1][:, 1].max() == pytest.approx(loop.height, abs=1e-9)
+
+    def test_second_root_of_the_fold_is_rejected(self):
+        first, second = elastica.fold_roots()
+        assert second.height == pytest.approx(1.5548, abs=1e-4)
+        assert second.self_intersecting
+        assert not first.self_intersecting
+        assert elastica.folded_loop() is first
+
+    def test_state_without_horizontal_force_when_high(self):
+        for z in (15.0, 30.0, 100.0):
+            state = elastica.state_no_horizontal_force(z)
+            assert state.gripper[0] == pytest.approx(2.036812, abs=1e-6)
+            assert state.reaction == pytest.approx(1.202702, abs=1e-6)
+            assert state.force_x == 0.0
+
+    def test_state_without_horizontal_force_when_low(self):
+        # Beam theory; its relative error falls with the square of the slope, that is with z^1.5.
+        errors = [elastica.state_no_horizontal_force(z).length / (24 * z) ** 0.25 - 1 for z in (4e-3, 1e-3)]
+        assert abs(errors[1]) < 1e-4
+        assert errors[0] / errors[1] == pytest.approx(8.0, rel=0.02)
+
+    def test_cantilever_length(self):
+        length = elastica.cantilever_length()
+        assert length == pytest.approx(2.000350, abs=1e-6)
+        assert np.degrees(elastica.cantilever(length).droop_angle) == pytest.approx(41.5, abs=1e-9)
+
+    def test_short_cantilever_is_a_beam(self):
+        # Z = l^4 / 8: the sign tells that it droops.
+        assert elastica.cantilever(0.05).z[-1] == pytest.approx(-(0.05**4) / 8, rel=1e-6)
+
+    def test_column(self):
+        root = brentq(lambda x: jv(-1.0 / 3.0, x), 1.0, 2.5, xtol=1e-14)
+        assert elastica.column_buckling_length() == pytest.approx((2.25 * root**2) ** (1 / 3), abs=1e-12)
+        assert elastica.column_buckling_length() == pytest.approx(1.98635, abs=1e-5)
+
+    def test_material_from_the_fold(self):
+        assert elastica.eta_b_from_fold_height(1.0) == pytest.approx(0.075958, abs=1e-6)
+        for eta_b in (800.0, 1e5):
+            height = elastica.folded_loop().height * elastica.gravity_length(eta_b, 9.7)
+            assert elastica.eta_b_from_fold_height(height, 9.7) == pytest.approx(eta_b, rel=1e-12)
+
+    def test_half_fold(self):
+        loop = elastica.folded_loop()
+        lying = elastica.half_fold_lying_length(12.0)
+        assert lying == pytest.approx(6.0 - 1.099425, abs=1e-6)
+        # The edges are aligned: lying layer = offset behind lift-off + what is left for the upper layer.
+        assert lying == pytest.approx(loop.offset + (12.0 - lying - loop.arc), abs=1e-12)
+
+
+class TestState:
+    @pytest.mark.parametrize("z", HEIGHTS)
+    def test_first_integral(self, z):
+        for state in elastica.x_axis_branch(z):
+            assert state.first_integral_error < 1e-9
+
+    @pytest.mark.parametrize("z", [0.3, 1.0, 1.6, 3.0, 5.0])
+    def test_shooting_reproduces_the_gripper(self, z):
+        state = end_state(z)
+        run = shoot(state)
+        x, height, theta, k = run.y[:, -1]
+        np.testing.assert_allclose([x, height], state.gripper, atol=1e-7, rtol=0)
+        assert height == pytest.approx(z, abs=1e-7)
+        assert theta == pytest.approx(state.theta[-1], abs=1e-7)
+        assert abs(k) < 1e-7
+
+    @pytest.mark.parametrize("z", [10.0, 30.0, 100.0])
+    def test_pieces_of_long_states_by_shooting(self, z):
+        # From lift-off to the gripper errors grow by exp(sqrt(F) l): shoot in pieces.
+        state = end_state(z)
+        places = np.linspace(0.0, state.length, int(state.length) + 1)
+        assert state.gripper[1] == pytest.approx(z, abs=1e-9)
+        assert abs(state.curvature[0]) + abs(state.curvature[-1]) < 1e-9
+        for span in pairwise(places.tolist()):
+            np.testing.assert_allclose(shoot(state, span).y[:, -1], state.at(span[1])[1:], atol=1e-7, rtol=0)
+
+    def test_interpolation(self):
+        state = end_state(3.0)
+        s = np.linspace(0.0, state.length, 37)
+        run = shoot(state, t_eval=s)
+        found = state.at(s)
+        np.testing.assert_allclose([found.x, found.z, found.theta, found.curvature], run.y, atol=1e-9)
+        assert state.at([[0.0, 1.0]]).x.shape == (1, 2)
+        assert state.at(1.0).z.shape == ()
+
+    @pytest.mark.parametrize("z", [0.3, 1.6, 3.0, 20.0])
+    def test_sag_is_the_lowest_point(self, z):
+        state = end_state(z)
+        s = np.linspace(0.0, state.length, 20001)
+        profile = state.at(s)
+        behind = int(np.argmax(profile.theta >= np.pi))
+        lowest = behind + int(np.argmin(profile.z[behind:]))
+        assert state.sag is not None
+        assert state.clearance == pytest.approx(profile.z[lowest], abs=1e-6)
+        assert state.sag.s == pytest.approx(s[lowest], abs=2 * s[1])
+        assert np.sin(state.at(state.sag.s).theta) == pytest.approx(0.0, abs=1e-11)
+
+    def test_without_a_sag_there_is_no_clearance(self):
+        assert elastica.state_no_horizontal_force(3.0).clearance == np.inf
+        assert elastica.critical(80.0).clearance == np.inf
+
+    def test_arrays_are_read_only(self):
+        with pytest.raises(ValueError, match="read-only"):
+            end_state(3.0).theta[0] = 1.0
+
+
+class TestBranch:
+    @pytest.mark.parametrize("z", HEIGHTS)
+    def test_it_runs_from_no_force_over_the_maximum(self, z):
+        states = list(elastica.x_axis_branch(z))
+        advance = np.array([state.advance for state in states])
+        top = int(np.argmax(advance))
+        assert states[0].force_x == 0.0
+        assert np.all(np.diff(advance[: top + 1]) > 0)
+        assert advance[-1] < advance[top] - 0.5 <= advance[-2]
+        for state in states:
+            assert state.gripper[1] == pytest.approx(z, abs=1e-10)
+            assert state.reaction > 0
+
+    def test_the_length_turns(self):
+        length = np.array([state.length for state in elastica.x_axis_branch(3.0)])
+        turn = int(np.argmin(length))
+        assert 0 < turn < length.size - 1
+        assert length[turn] < length[0] - 0.2
+
+    def test_short_and_long_steps_meet_the_same_branch(self):
+        for state in list(elastica.x_axis_branch(2.0, max_step=0.05))[20::6]:
+            if state.length > 2.7:
+                assert elastica.state_at(2.0, state.length).advance == pytest.approx(state.advance, abs=1e-9)
+
+    def test_steps_are_small(self):
+        for before, after in pairwise(elastica.x_axis_branch(0.3)):
+            s = np.linspace(0.0, 1.0, 50)
+            change = after.at(s * after.length).theta - before.at(s * before.length).theta
+            assert np.abs(change).max() < 0.51
+
+    def test_state_at_with_and_without_guess(self):
+        first, second, *_ = elastica.x_axis_branch(3.0)
+        before_turn = elastica.state_at(3.0, second.length, guess=first)
+        assert before_turn.advance == pytest.approx(second.advance, abs=1e-9)
+        behind_turn = elastica.state_at(3.0, second.length)
+        assert behind_turn.advance > before_turn.advance + 1.0
+
+    def test_state_at_just_behind_the_turn(self):
+        with pytest.raises(InvalidInputError, match="at least") as caught:
+            elastica.state_at(3.0, 3.9)
+        shortest = float(caught.value.allowed.split()[2])
+        state = elastica.state_at(3.0, shortest + 1e-7)
+        assert state.length == pytest.approx(shortest + 1e-7, abs=1e-12)
+        assert state.advance == pytest.approx(3.1, abs=0.2)
+
+
+class TestCritical:
+    @pytest.mark.parametrize("z", [1.6, 3.0, 10.0, 60.0])
+    def test_advance_is_stationary_and_largest(self, z):
+        point = elastica.critical(z)
+        h = 1e-3
+        sides = [elastica.state_at(z, point.length + d, guess=point.state).advance for d in (-h, h)]
+        slope, bend = (sides[1] - sides[0]) / (2 * h), (sides[0] - 2 * point.advance + sides[1]) / h**2
+        assert bend < -0.5
+        assert abs(slope) < 1e-5
+        # Richardson: the rest of the central difference is of second order.
+        wide = [elastica.state_at(z, point.length + d, guess=point.state).advance for d in (-2 * h, 2 * h)]
+        assert abs((4 * slope - (wide[1] - wide[0]) / (4 * h)) / 3) < 1e-9
+
+    def test_it_is_the_first_maximum(self):
+        advance = np.array([state.advance for state in elastica.x_axis_branch(3.0, max_step=0.05)])
+        assert elastica.critical(3.0).advance >= advance.max()
+        assert elastica.critical(3.0).advance < advance.max() + 1e-2
+
+    @pytest.mark.parametrize("z", [0.1, 0.3, 0.9, 1.5])
+    def test_low_grippers_touch_first(self, z):
+        point = elastica.critical(z)
+        assert not point.snap
+        assert "touch" in point.reason
+        assert point.state is None
+        assert np.isnan([point.advance, point.length, point.x, point.clearance]).all()
+        touch = point.touch
+        state = touch.state
+        assert state.clearance == pytest.approx(0.0, abs=1e-10)
+        contact = state.at(touch.s)
+        assert contact.theta == pytest.approx(np.pi, abs=1e-9)
+        assert contact.x == touch.x < 0.0
+        assert state.at(np.linspace(1e-3, 1.0, 500) * state.length).z.min() > -1e-9
+        assert touch.advance == state.advance
+        # It lies on the branch, before the maximum.
+        assert elastica.state_at(z, state.length).advance == pytest.approx(touch.advance, abs=1e-8)
+        longer = elastica.state_at(z, state.length + 1e-3, guess=state)
+        assert longer.advance > touch.advance
+        assert longer.clearance < 0.0
+
+    def test_master_curve(self):
+        heights = np.array([1.0, 1.6, 3.0, 20.0])
+        curve = elastica.master_curve(heights)
+        assert curve.snap.tolist() == [False, True, True, True]
+        assert np.isnan([curve.advance[0], curve.length[0], curve.x[0]]).all()
+        assert curve.advance[2] == elastica.critical(3.0).advance
+        np.testing.assert_allclose(curve.advance, curve.length - curve.x, atol=1e-13)
+        assert np.all(np.diff(curve.advance[1:]) > 0)
+
+
+class TestErrors:
+    @pytest.mark.parametrize("z", [0.0, -1.0, np.nan, np.inf, 0.05, 101.0, "three", None])
+    def test_heights(self, z):
+        for function in (elastica.critical, elastica.x_axis_branch, lambda v: elastica.state_at(v, 5.0)):
+            with pytest.raises(InvalidInputError, match=r"^z = .* allowed is .* from 0.1 to 100"):
+                function(z)
+
+    @pytest.mark.parametrize(
+        ("function", "key"),
+        [
+            (lambda: elastica.state_no_horizontal_force(0.0), "z"),
+            (lambda: elastica.state_at(3.0, np.nan), "length"),
+            (lambda: elastica.state_at(3.0, 2.0), "length"),
+            (lambda: elastica.state_at(3.0, 50.0), "length"),
+            (lambda: elastica.x_axis_branch(3.0, past=0.0), "past"),
+            (lambda: elastica.x_axis_branch(3.0, max_step=-1.0), "max_step"),
+            (lambda: elastica.master_curve(3.0), "z"),
+            (lambda: elastica.master_curve([3.0, np.nan]), "z"),
+            (lambda: elastica.master_curve(["a"]), "z"),
+            (lambda: elastica.cantilever(0.0), "length"),
+            (lambda: elastica.cantilever(1e3), "length"),
+            (lambda: elastica.cantilever_length(2.0), "angle"),
+            (lambda: elastica.gravity_length(-1.0), "eta_b"),
+            (lambda: elastica.gravity_length(1.0, "g"), "gravity"),
+            (lambda: elastica.eta_b_from_fold_height(0.0), "height_m"),
+            (lambda: elastica.half_fold_lying_length(7.1), "strip_length"),
+            (lambda: elastica.state_no_horizontal_force(3.0).at(9.0), "s"),
+            (lambda: elastica.state_no_horizontal_force(3.0).at(np.nan), "s"),
+            (lambda: elastica.state_no_horizontal_force(3.0).at("a"), "s"),
+        ],
+    )
+    def test_other_input(self, function, key):
+        with pytest.raises(InvalidInputError, match=rf"^{key} = .* allowed is ") as caught:
+            function()
+        assert caught.value.key == key
+
+    def test_a_failed_solve_raises(self):
+        guess = elastica.state_no_horizontal_force(3.0)
+        with pytest.raises(SolveError) as caught:
+            elastica.state_at(3.0, 3.0, guess=guess)
+        assert isinstance(caught.value, NewtonError)
+        assert len(caught.value.residuals) > 1

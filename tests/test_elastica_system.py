@@ -1,0 +1,148 @@
+"""The collocated problem behind the heavy elastica: operators, derivatives, resolution, guards."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stripfold import elastica
+from stripfold.elastica import _continuation as continuation
+from stripfold.elastica import _system as system
+from stripfold.elastica._chebyshev import grid, resample
+from stripfold.elastica.branch import first_point
+from stripfold.elastica.state import State
+from stripfold.errors import ContinuationError, NewtonError
+
+
+class TestOperators:
+    @pytest.mark.parametrize("n", [24, 64, 384])
+    def test_integration_is_exact_for_polynomials(self, n):
+        g = grid(n)
+        for power in (0, 1, 2, 7, 20):
+            np.testing.assert_allclose(
+                g.integral @ g.nodes**power, g.nodes ** (power + 1) / (power + 1), atol=2e-15
+            )
+
+    def test_angle_operator_meets_both_ends(self):
+        # theta'' = 1 with theta(0) = 0, theta'(1) = 0.
+        g = grid(24)
+        np.testing.assert_allclose(g.angle @ np.ones(24), g.nodes**2 / 2 - g.nodes, atol=1e-15)
+        np.testing.assert_allclose(g.slope @ np.ones(24), g.nodes - 1, atol=1e-15)
+
+    def test_interpolation_and_resampling(self):
+        g = grid(32)
+        at = np.linspace(0.0, 1.0, 9)
+        np.testing.assert_allclose(g.interpolate(np.exp(g.nodes), at), np.exp(at), atol=1e-14)
+        for point in (0.0, 0.3, 1.0):
+            assert g.value(np.exp(g.nodes)[:, None], point)[0] == pytest.approx(np.exp(point), abs=1e-14)
+        np.testing.assert_allclose(resample(np.exp(g.nodes), 48), np.exp(grid(48).nodes), atol=1e-14)
+
+    def test_tail(self):
+        g = grid(24)
+        assert g.tail(np.exp(g.nodes)) < 1e-15
+        assert g.tail(np.abs(g.nodes - 0.4)) > 1e-4
+
+
+CONDITIONS = {
+    "lambda_0": (*system.lifted(2.0), system.fixed(system.FORCE_X, 0.0)),
+    "length": (*system.lifted(2.0), system.fixed(system.LENGTH, 4.0)),
+    "folded": (system.fixed(system.FORCE_X, 0.0), system.no_lift_off_moment, system.end_angle(np.pi)),
+}
+
+
+@pytest.mark.parametrize("conditions", CONDITIONS.values(), ids=CONDITIONS)
+def test_taylor_of_the_jacobian(conditions):
+    rng = np.random.default_rng(7)
+    n = 24
+    y = np.concatenate([rng.normal(size=n), [0.4, -1.3, 3.1]])
+    direction = rng.normal(size=n + 3)
+    e = system.evaluate(y)
+    start, slope = system.residual(e, conditions), system.jacobian(e, conditions) @ direction
+    steps = 10.0 ** np.arange(-1, -5, -1)
+    rest = [
+        np.linalg.norm(system.residual(system.evaluate(y + h * direction), conditions) - start - h * slope)
+        for h in steps
+    ]
+    orders = np.diff(np.log10(rest)) / np.diff(np.log10(steps))
+    np.testing.assert_allclose(orders[1:], 2.0, atol=0.05)
+
+
+def test_rate_is_the_derivative_of_the_advance():
+    # At fixed l and z the advance moves with all unknowns; here along a direction of random size.
+    rng = np.random.default_rng(3)
+    y = np.concatenate([rng.normal(size=32), [0.4, -1.3, 3.1]])
+    v = rng.normal(size=35)
+    h = 1e-5
+    sides = [State._from(system.evaluate(y + d * v)).advance for d in (-h, h)]
+    rate = continuation.advance_rate(system.evaluate(y), v)
+    assert rate == pytest.approx((sides[1] - sides[0]) / (2 * h), rel=1e-7)
+
+
+@pytest.mark.parametrize("z", [0.3, 3.0, 30.0])
+def test_more_nodes_change_nothing(z):
+    point = elastica.critical(z)
+    state = point.state or point.touch.state
+    conditions = (*system.lifted(z), system.fixed(system.LENGTH, state.length))
+    n = state.s.size
+    finer = State._from(system.newton(system.refine(state._unknowns(), n + n // 3), conditions)[0])
+    s = np.linspace(0.0, state.length, 101)
+    np.testing.assert_allclose(finer.at(s).theta, state.at(s).theta, atol=1e-9)
+    np.testing.assert_allclose(finer.at(s).curvature, state.at(s).curvature, atol=1e-9)
+    assert finer.advance == pytest.approx(state.advance, abs=1e-9)
+    assert finer.force_x == pytest.approx(state.force_x, abs=1e-9)
+
+
+def test_too_few_nodes_are_noticed():
+    state = elastica.critical(3.0).state
+    conditions = (*system.lifted(3.0), system.fixed(system.LENGTH, state.length))
+    coarse = system.newton(system.refine(state._unknowns(), 24), conditions)[0]
+    assert abs(State._from(coarse).advance - state.advance) > 1e-9
+    assert coarse.grid.tail(coarse.y[:-3]) > system.TOLERANCE
+    assert system.solve(coarse.y, conditions).grid.n > 48
+
+
+def test_newton_converges_quadratically():
+    state = elastica.state_at(3.0, 6.0)
+    conditions = (*system.lifted(3.0), system.fixed(system.LENGTH, 6.02))
+    y = state._unknowns()
+    solution = system.newton(y, conditions)[0].y
+    y[system.LENGTH] = 6.02
+    errors = []
+    for _ in range(3):
+        errors.append(np.abs(system.angle_change(y - solution)).max())
+        e = system.evaluate(y)
+        y = y + system.factor(system.jacobian(e, conditions)).solve(-system.residual(e, conditions))
+    assert errors[0] > 1e-3
+    assert errors[2] < 10 * errors[1] ** 2 + 1e-13
+    assert errors[1] < 10 * errors[0] ** 2
+
+
+def test_unresolved_states_raise():
+    with pytest.raises(NewtonError, match="not resolved"):
+        system.next_count(system.NODE_COUNTS[-1])
+
+
+def test_bordered_determinant_keeps_its_sign():
+    start = first_point(3.0, 1e-8)
+    signs = {start.orientation}
+    for point in continuation.march(start, 3.0, step=0.05, max_step=0.2, tolerance=1e-8):
+        signs.add(point.orientation)
+        # Over the turn of the length and over the critical point: both are regular points of the branch.
+        if point.rate < -1.0:
+            break
+    assert len(signs) == 1
+    assert 0.0 not in signs
+
+
+def test_a_jump_is_refused():
+    # Only points on the other side of the orientation can be reached: the march must give up, not go on.
+    point = first_point(3.0, 1e-8)
+    flipped = continuation.Point(point.e, point.tangent, point.normal, -point.orientation, point.rate)
+    with pytest.raises(ContinuationError, match="could not be followed"):
+        next(continuation.march(flipped, 3.0, step=0.1, max_step=0.2, tolerance=1e-8))
+
+
+def test_determinant_sign():
+    diagonal, swapped = np.diag([2.0, -3.0, 1.0]), np.array([[0.0, 1.0], [1.0, 0.0]])
+    for matrix in (diagonal, swapped, np.array([[2.0, 1.0], [1.0, 3.0]])):
+        assert system.factor(matrix.copy()).sign == np.sign(np.linalg.det(matrix))
