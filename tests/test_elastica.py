@@ -179,6 +179,13 @@ class TestState:
         assert state.sag.s == pytest.approx(s[lowest], abs=2 * s[1])
         assert np.sin(state.at(state.sag.s).theta) == pytest.approx(0.0, abs=1e-11)
 
+    def test_largest_curvature(self):
+        state = end_state(3.0)
+        run = shoot(state, t_eval=np.linspace(0.0, state.length, 20001))
+        assert state.max_curvature == pytest.approx(np.abs(run.y[3]).max(), rel=1e-7)
+        clamped = elastica.cantilever(2.0)
+        assert clamped.max_curvature == pytest.approx(abs(clamped.curvature[0]), rel=1e-12)
+
     def test_without_a_sag_there_is_no_clearance(self):
         assert elastica.state_no_horizontal_force(3.0).clearance == np.inf
         assert elastica.critical(80.0).clearance == np.inf

@@ -57,7 +57,6 @@ class StripProblem:
 
     model: Solid
     motion: Motion
-    contact: str = "mid"
     prescribed: Index = field(init=False)
     bounded: Index = field(init=False)
     lower: Array = field(init=False)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import inf, isfinite
 from numbers import Real
 from typing import Any, Literal, cast, get_args
 
@@ -12,7 +11,6 @@ from stripfold.material import GRAVITY, Material
 
 Model = Literal["solid", "elastica"]
 Law = Literal["svk", "printed"]
-Contact = Literal["mid", "faces"]
 
 ETA_B = (1e-1, 1e8)
 """Allowed weight-to-bending-stiffness ratios, m^-4 s^2: from a metal sheet to a gauze."""
@@ -23,10 +21,10 @@ HEIGHT_STAR = (0.1, 60.0)
 MAX_THICKNESS_STAR = 0.3
 """Largest thickness of the model, L*: beyond it the strip is no strip."""
 
-# Key: lowest and highest value, unit.  A strip's own numbers come with wide limits: the limits in L* are the sharp ones.
+# Key: lowest and highest value, unit.  What goes together is checked in L*, by much sharper limits.
 _RANGES = {
-    "length": (0.0, inf, " m"),
-    "height": (0.0, inf, " m"),
+    "length": (1e-6, 1e6, " m"),
+    "height": (1e-6, 1e6, " m"),
     "eta_b": (*ETA_B, " m^-4 s^2"),
     "eta_m": (1e-9, 1e-1, " m^-2 s^2"),
     "nu": (0.0, 0.49, ""),
@@ -34,6 +32,7 @@ _RANGES = {
     "accuracy": (1e-6, 0.1, ""),
     "gravity": (0.1, 100.0, " m s^-2"),
 }
+_OF_MATERIAL = ("eta_b", "eta_m", "nu", "rho_a", "gravity")
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,8 +51,6 @@ class Scene:
         Wanted relative accuracy of lambda_c.
     law
         Constitutive law of the solid, "svk" or "printed" (docs/physics.md, section 2).
-    contact
-        What of the solid meets the floor: the mid-surface, "mid", or the outer "faces".
 
     Raises
     ------
@@ -67,16 +64,17 @@ class Scene:
     model: Model = "solid"
     accuracy: float = 1e-3
     law: Law = "svk"
-    contact: Contact = "mid"
 
     def __post_init__(self) -> None:
+        set_ = object.__setattr__
+        numbers = {key: _number(key, getattr(self.material, key)) for key in _OF_MATERIAL}
+        set_(self, "material", Material(**numbers))
+        for key in ("length", "height", "accuracy"):
+            set_(self, key, _number(key, getattr(self, key)))
         _choice("model", self.model, get_args(Model))
         _choice("law", self.law, get_args(Law))
-        _choice("contact", self.contact, get_args(Contact))
         if self.model == "elastica":
-            # An option that is accepted must do something.
             _choice("law", self.law, ("svk",), "the elastica has no other law")
-            _choice("contact", self.contact, ("mid",), "the elastica has no thickness")
         _check_length(self.material, self.length)
         _check_height(self.material, self.length, self.height)
         if not self.material.relative_thickness <= MAX_THICKNESS_STAR:
@@ -102,7 +100,6 @@ class Scene:
         model: str = "solid",
         accuracy: float = 1e-3,
         law: str = "svk",
-        contact: str = "mid",
         gravity: float = GRAVITY,
     ) -> Scene:
         """A scene from plain numbers, in SI units; see :class:`Scene` and :class:`.Material`.
@@ -118,21 +115,14 @@ class Scene:
         >>> round(scene.length_star, 3), round(scene.height_star, 3)
         (20.008, 3.001)
         """
-        material = Material(
-            _number("eta_b", eta_b),
-            _number("eta_m", eta_m),
-            _number("nu", nu),
-            _number("rho_a", rho_a),
-            _number("gravity", gravity),
-        )
+        # The scene checks all of it; nothing is computed from a number before that.
         return cls(
-            material,
-            _number("length", length),
-            _number("height", height),
+            Material(eta_b, eta_m, nu, rho_a, gravity),
+            length,
+            height,
             cast(Model, model),
-            _number("accuracy", accuracy),
+            accuracy,
             cast(Law, law),
-            cast(Contact, contact),
         )
 
     @property
@@ -162,33 +152,24 @@ def require_long_enough(scene: Scene) -> None:
     from stripfold import elastica
 
     point = elastica.critical(scene.height_star)
-    end = point.state or (point.touch and point.touch.state)
-    assert end is not None
-    shortest = end.length * scene.material.gravity_length
+    free_length = point.touch.state.length if point.touch is not None else point.length
+    shortest = free_length * scene.material.gravity_length
     if not scene.length > shortest:
         raise InvalidInputError(
             "length",
             scene.length,
             f"more than {shortest:.4g} m with height = {scene.height:g} m",
-            "the strip is too short to snap: it would leave the floor first; use a longer strip or a lower height",
+            "the strip is too short: all of it would leave the floor before it could snap; lengthen it or go lower",
         )
 
 
 def _number(key: str, value: Any) -> float:
     low, high, unit = _RANGES[key]
-    span = f"from {low:g} to {high:g}" if high < inf else f"greater than {low:g}"
-    allowed = f"a number {span}{unit}"
     # A bool is a number to Python, and a mistake to everybody else.
-    if isinstance(value, bool) or not isinstance(value, Real):
-        raise InvalidInputError(key, value, allowed)
-    try:
-        number = float(value)
-    except OverflowError:
-        number = inf
-    inside = low <= number <= high if high < inf else low < number
-    if not (isfinite(number) and inside):
-        raise InvalidInputError(key, value, allowed)
-    return number
+    is_number = isinstance(value, Real) and not isinstance(value, bool)
+    if not is_number or not low <= value <= high:  # so written, nan fails too
+        raise InvalidInputError(key, value, f"a number from {low:g} to {high:g}{unit}")
+    return float(value)
 
 
 def _choice(key: str, value: Any, allowed: tuple[str, ...], advice: str = "") -> None:
@@ -201,13 +182,15 @@ def _check_length(material: Material, length: float) -> None:
     low, high = LENGTH_STAR
     if not low * star <= length <= high * star:
         # eta_b = 1 / (g L*^3), for the L* that would make this length allowed.
-        softest, stiffest = (1.0 / (material.gravity * (length / n) ** 3) for n in (high, low))
+        stiffest, softest = (1.0 / (material.gravity * (length / n) ** 3) for n in (low, high))
+        lowest, highest = max(stiffest, ETA_B[0]), min(softest, ETA_B[1])
+        fitting = f"; this length goes with eta_b from {lowest:.3g} to {highest:.3g}" if lowest < highest else ""
         raise InvalidInputError(
             "length",
             length,
             f"from {low * star:.3g} to {high * star:.3g} m with eta_b = {material.eta_b:g} m^-4 s^2 "
             f"({low:g} to {high:g} times L* = {star:.3g} m)",
-            f"check the units, m and m^-4 s^2: for this length eta_b is from {stiffest:.3g} to {softest:.3g} m^-4 s^2",
+            f"check the units, m and m^-4 s^2{fitting}",
         )
 
 

@@ -59,9 +59,7 @@ def read_table(path: str | os.PathLike[str]) -> NDArray[np.float64]:
     return table
 
 
-def secant(
-    table: NDArray[np.float64], load: float, dimensionless_curvature: float, gravity: float = GRAVITY
-) -> Secant:
+def secant(table: NDArray[np.float64], load: float, dimensionless_curvature: float, gravity: float = GRAVITY) -> Secant:
     """The secant stiffness at ``kappa = dimensionless_curvature / L*``, where ``L* = (D / load)^(1/3)``.
 
     Parameters

@@ -1,4 +1,16 @@
-"""The critical point of the x-axis continuation: where the gripper's advance has its first maximum."""
+"""The critical point of the x-axis continuation: where the gripper's advance has its first maximum.
+
+What was found over the heights 0.1 to 100 L* (docs/physics.md, section 4):
+
+* From the state without horizontal force the advance grows steadily up to one event.  Below
+  ``touch_limit()`` = 1.58617085 L* that is the touch of the sag, at every height down to 0.1; the
+  maximum of the advance still exists on the branch of the free strip, but only behind the touch.
+  For z -> 0 the touching state tends to the folded one (advance 7.168090).
+* Above it, it is the maximum, with the sag hanging clear; from z = 60.57 on nothing sags any more.
+* On the way the strip is pushed, hardest at low heights: F_x falls to about -2.75 / z^2 and the
+  curvature reaches about 2.5 / z, the elastica without weight.  Whether the lying part can carry that
+  push without a ruck is not asked here.
+"""
 
 from __future__ import annotations
 

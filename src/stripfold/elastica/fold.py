@@ -173,9 +173,7 @@ def gravity_length(eta_b: float, gravity: float = STANDARD_GRAVITY) -> float:
     >>> round(gravity_length(3780.0), 5)
     0.02999
     """
-    return float(
-        (positive("eta_b", eta_b, ", in m^-4 s^2") * positive("gravity", gravity, ", in m s^-2")) ** (-1 / 3)
-    )
+    return float((positive("eta_b", eta_b, ", in m^-4 s^2") * positive("gravity", gravity, ", in m s^-2")) ** (-1 / 3))
 
 
 def eta_b_from_fold_height(height_m: float, gravity: float = STANDARD_GRAVITY) -> float:

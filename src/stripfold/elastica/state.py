@@ -105,8 +105,13 @@ class State:
 
     @property
     def max_curvature(self) -> float:
-        """Largest absolute curvature at the nodes."""
-        return float(np.abs(self.curvature).max())
+        """Largest absolute curvature in the free part, 1/L*: a parabola through the largest of 1001 samples."""
+        size = np.abs(self.at(np.linspace(0.0, self.length, 1001)).curvature)
+        top = min(max(int(np.argmax(size)), 1), size.size - 2)
+        before, at, after = size[top - 1 : top + 2]
+        bend = before - 2.0 * at + after
+        # Largest at an end (a clamp) or constant: there is no parabola with a top.
+        return float(size.max() if at < size.max() or bend >= 0.0 else at - (before - after) ** 2 / (8.0 * bend))
 
     @property
     def droop_angle(self) -> float:

@@ -114,9 +114,7 @@ def step(problem: Problem, point: Point, ds: float, options: StepOptions) -> Poi
     return new
 
 
-def follow(
-    problem: Problem, first: Point, options: StepOptions, largest_lam_step: float = np.inf
-) -> Iterator[Point]:
+def follow(problem: Problem, first: Point, options: StepOptions) -> Iterator[Point]:
     """Yield ``first`` and then point after point along its branch; the caller decides when to stop.
 
     Raises
@@ -125,13 +123,16 @@ def follow(
         When a step would have to be shorter than ``options.smallest``; carries the last residual history.
     """
     point, ds = first, options.first
+    turned = False
     yield point
     while True:
         try:
             new = step(problem, point, ds, options)
         except NewtonError as error:
             ds /= 2.0
-            if ds < options.smallest:
+            if ds >= options.smallest:
+                continue
+            if turned:
                 raise ContinuationError(
                     f"the branch could not be followed past lambda = {point.lam:.9g}: {error}",
                     parameter=point.lam,
@@ -139,13 +140,44 @@ def follow(
                     residuals=error.residuals,
                     advice="refine the mesh or allow smaller steps",
                 ) from error
+            point, ds, turned = turn(problem, point), options.kink, True
+            yield point
             continue
         iterations = len(new.state.residuals) - 1
         ds = min(options.largest, ds * min(2.0, max(0.5, options.wanted_iterations / max(iterations, 1))))
-        point = new
+        point, turned = new, False
         yield point
 
 
-def restart(point: Point, arc: float = 0.0) -> Point:
-    """The same point, with its arc length counted anew."""
-    return replace(point, arc=arc)
+def turn(problem: Problem, point: Point) -> Point:
+    """The same state with the contact changed that is about to change, and the tangent of the branch beyond.
+
+    Where a contact opens or closes, a branch can turn back by more than a right angle: no point lies ahead in the
+    direction it came, however short the step.  The contact that the tangent would violate first is opened or closed,
+    and the new tangent points to where that contact is admissible.
+    """
+    t, q, lam = point.tangent, point.q, point.lam
+    bounded = problem.bounded
+    is_active = np.isin(bounded, point.state.active)
+    _, ahead = _contact_rates(problem, point.state, t)
+    force = problem.residual(q, lam)[bounded]
+    left = np.where(is_active, force, q[bounded] - problem.lower)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        distance = np.where(ahead < 0.0, np.maximum(left, 0.0) / -ahead, np.inf)
+    changed = int(np.argmin(distance))
+    is_active[changed] = ~is_active[changed]
+    state = replace(point.state, active=bounded[is_active])
+    new = evaluate(problem, state, t, point.arc, point.mode)
+    gap_rate, rate = _contact_rates(problem, state, new.tangent)
+    admissible = rate[changed] if is_active[changed] else gap_rate[changed]
+    if admissible < 0.0:
+        new = replace(new, tangent=Tangent(-new.tangent.q, -new.tangent.lam))
+    return new
+
+
+def _contact_rates(problem: Problem, state: Equilibrium, t: Tangent) -> tuple[Array, Array]:
+    """Along a direction: rates of the gaps, and of what must stay positive (force if active, else gap)."""
+    _, k, load_rate = problem.linearise(state.q, state.lam)
+    gap_rate = t.q[problem.bounded]
+    force_rate = (k @ t.q + load_rate * t.lam)[problem.bounded]
+    return gap_rate, np.where(np.isin(problem.bounded, state.active), force_rate, gap_rate)

@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ..errors import NewtonError, SolveError
-from .continuation import StepOptions, step
+from .continuation import StepOptions, step, turn
 from .problem import Array, Point, Problem
 
 
@@ -79,14 +79,8 @@ def locate(
                 advice="refine the mesh",
             )
         evaluations += 1
-        share = _next_share(before, after, evaluations)
-        ds = share * (after.arc - before.arc)
-        try:
-            middle = step(problem, before, ds, options)
-        except NewtonError as error:
-            raise SolveError(
-                f"a point between the bracket's ends was not found: {error}", parameter=lower
-            ) from error
+        ds = _next_share(before, after, evaluations) * (after.arc - before.arc)
+        middle = _between(problem, before, ds, options)
         if passed(middle, before):
             after = middle
         else:
@@ -109,6 +103,24 @@ def locate(
         mode=nearer.mode,
         evaluations=evaluations,
     )
+
+
+def _between(problem: Problem, before: Point, ds: float, options: StepOptions) -> Point:
+    """A point up to ``ds`` ahead of ``before``; the nearer, the shorter the way on which the branch has no kink."""
+    while True:
+        try:
+            return step(problem, before, ds, options)
+        except NewtonError as error:
+            ds /= 4.0
+            if ds >= options.smallest:
+                continue
+            # Nothing lies ahead: a contact opens here and the branch turns back.
+            turned = turn(problem, before)
+            if passed(turned):
+                return turned
+            raise SolveError(
+                f"a point between the bracket's ends was not found: {error}", parameter=before.lam
+            ) from error
 
 
 def _bracket(before: Point, after: Point) -> tuple[float, float]:

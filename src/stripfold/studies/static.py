@@ -29,6 +29,8 @@ LIFT_STEPS = StepOptions(first=0.05, largest=1.0, wanted_iterations=12)
 X_STEPS = StepOptions(first=0.1, largest=0.5, wanted_iterations=10)
 LAMBDA_TOLERANCE = 1e-6
 """Width of the bracket of lambda_c, L*."""
+LOOK_AHEAD = 0.6
+"""Arc length followed past a maximum before it is taken for the strip's own, L*."""
 TOUCH_TOLERANCE = 1e-4
 """Arc length within which the first touch of the sag is located, L*."""
 
@@ -63,7 +65,6 @@ class Strip:
     order: int = 2
     across: int = 1
     law: str = "svk"
-    contact: str = "mid"
 
     def model(self, elements: int | Array) -> Solid:
         return Solid.of(
@@ -118,7 +119,7 @@ def lift(strip: Strip, heights: Sequence[float]) -> Iterator[tuple[float, Solid,
     """Lift the flat strip and yield its state at each height, ascending: the gripper is free along x (lambda_0)."""
     # A mesh good enough to start from: each run along x has one of its own.
     model = strip.model(max(24, round(4 * strip.length)))
-    problem = StripProblem(model, Lift(), strip.contact)
+    problem = StripProblem(model, Lift())
     flat = continuation.start(
         problem, np.zeros(model.size), min(0.01, heights[0] / 4), problem.bounded, 1.0, LIFT_STEPS
     )
@@ -155,16 +156,17 @@ def transfer(model: Solid, q: Array, to: Solid) -> Array:
 
 def no_horizontal_force(problem: StripProblem, q: Array, height: float) -> Equilibrium:
     """The state at ``height`` with the gripper free along x, near ``q``."""
-    free = StripProblem(problem.model, Lift(), problem.contact)
+    free = StripProblem(problem.model, Lift())
     touching = free.bounded[q[free.bounded] - free.lower <= 1e-12]
-    return newton.solve(free, q, height, touching, options=LIFT_STEPS.newton)
+    # The guess comes from another mesh: the contact settles node by node.
+    return newton.solve(free, q, height, touching, options=replace(LIFT_STEPS.newton, most_iterations=100))
 
 
 def along_x(
     strip: Strip,
     height: float,
     start: tuple[Solid, Equilibrium],
-    refinement: float = 1.0,
+    mesh: float | Array = 1.0,
     past: float = 1.0,
     options: StepOptions = X_STEPS,
 ) -> XRun:
@@ -176,8 +178,8 @@ def along_x(
         What is folded and the gripper's height, L*.
     start
         Model and state with no horizontal force at this height, as :func:`lift` yields.
-    refinement
-        Factor on all element lengths of the planned mesh.
+    mesh
+        Factor on all element lengths of the planned mesh, or the element boundaries themselves.
     past
         Arc length to follow the unstable branch, L*; 0 for none.
 
@@ -186,8 +188,10 @@ def along_x(
     SolveError
         When a state or the branch cannot be computed to its tolerance.
     """
-    model = strip.model(planning.boundaries(strip.length, planning.lift_off_sweep(height), refinement))
-    problem = StripProblem(model, AlongX(height), strip.contact)
+    if np.ndim(mesh) == 0:
+        mesh = planning.boundaries(strip.length, planning.lift_off_sweep(height), float(mesh))
+    model = strip.model(np.asarray(mesh))
+    problem = StripProblem(model, AlongX(height))
     q = transfer(start[0], start[1].q, model)
     state = no_horizontal_force(problem, q, height)
     lambda_0 = float(state.q[model.middle[0, 0]])
@@ -217,7 +221,7 @@ def along_x(
             if critical.passed(point, points[-2]):
                 fold = len(points) - 1
             continue
-        if touches(model, point) or point.arc - points[fold].arc > max(past, 0.3):
+        if touches(model, point) or point.arc - points[fold].arc > max(past, LOOK_AHEAD):
             break
         points.append(point)
         if not critical.passed(point) and point.lam > max(p.lam for p in points[:-1]):

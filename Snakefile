@@ -1,0 +1,22 @@
+# The paper's runs, figures and numbers. `snakemake all` makes everything; any single file or rule can be asked for.
+from snakemake.utils import min_version
+
+min_version("9.0")
+
+
+configfile: "workflow/config/paper.yaml"
+
+
+include: "workflow/rules/common.smk"
+include: "workflow/rules/continuation.smk"
+include: "workflow/rules/studies.smk"
+include: "workflow/rules/figures.smk"
+include: "workflow/rules/summary.smk"
+
+
+rule all:
+    default_target: True
+    input:
+        rules.critical_points.output,
+        rules.summary.output,
+        FIGURE_FILES,

@@ -1,0 +1,142 @@
+"""The command line: one critical point, or one eta_b.  Heavy imports wait until a command needs them."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+from collections.abc import Sequence
+from math import isfinite
+from typing import TYPE_CHECKING, Any
+
+from stripfold import __version__
+from stripfold.errors import InvalidInputError, StripfoldError
+
+if TYPE_CHECKING:
+    from stripfold.scene import Scene
+    from stripfold.studies.critical import CriticalResult
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command line and return its exit code.
+
+    0: done, also where there is no snap.  2: bad input.  3: a solve failed.  130: interrupted.
+    """
+    arguments = _parser().parse_args(argv)
+    # The systems are small: threads inside BLAS gain nothing, and on a busy machine they wait for each other, up to
+    # twenty times longer.  Heeded only by a numpy that is not imported yet.
+    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
+        os.environ.setdefault(name, "1")
+    try:
+        command = {"critical": _critical, "eta": _eta}[arguments.command]
+        print(command(arguments))
+    except StripfoldError as error:
+        print(f"stripfold: error: {' '.join(str(error).split())}", file=sys.stderr)
+        return error.exit_code
+    except KeyboardInterrupt:
+        print("stripfold: interrupted", file=sys.stderr)
+        return 130
+    return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="stripfold",
+        description="Static stability of fabric strip folding. All numbers in SI units.",
+        allow_abbrev=False,
+    )
+    parser.add_argument("--version", action="version", version=f"%(prog)s {__version__}")
+    commands = parser.add_subparsers(dest="command", required=True, metavar="command")
+
+    critical = commands.add_parser(
+        "critical",
+        help="where a strip snaps when its gripper advances at constant height",
+        description="Where a strip that lies flat, is lifted at one end and then drawn over itself, snaps through.",
+        allow_abbrev=False,
+    )
+    number = critical.add_argument
+    number("--length", type=float, required=True, metavar="M", help="length of the strip, m")
+    number("--eta-b", type=float, required=True, metavar="X", help="weight-to-bending-stiffness ratio, m^-4 s^2")
+    number("--height", type=float, required=True, metavar="M", help="height of the gripper, m")
+    number("--eta-m", type=float, default=1e-3, metavar="X", help="weight-to-membrane-stiffness ratio, m^-2 s^2 [1e-3]")
+    number("--nu", type=float, default=0.0, metavar="X", help="Poisson's ratio [0]")
+    number("--model", choices=("solid", "elastica"), default="solid", help="finite elements, or the thin limit [solid]")
+    number("--accuracy", type=float, default=1e-3, metavar="X", help="wanted relative accuracy of lambda_c [1e-3]")
+    critical.add_argument("--json", action="store_true", help="print one JSON object")
+
+    eta = commands.add_parser(
+        "eta",
+        help="eta_b from the height of a folded strip",
+        description="The weight-to-bending-stiffness ratio from the height of the loop of a strip folded in half.",
+        allow_abbrev=False,
+    )
+    eta.add_argument("--fold-height", type=float, required=True, metavar="M", help="largest height of the loop, m")
+    eta.add_argument("--json", action="store_true", help="print one JSON object")
+    return parser
+
+
+def _critical(arguments: argparse.Namespace) -> str:
+    from tqdm import tqdm
+
+    from stripfold.scene import Scene, require_long_enough
+    from stripfold.studies.critical import find
+
+    keys = ("length", "height", "eta_b", "eta_m", "nu", "model", "accuracy")
+    scene = Scene.create(**{key: getattr(arguments, key) for key in keys})
+    require_long_enough(scene)
+    # disable=None: a bar on a terminal only.
+    with tqdm(disable=None, leave=False, file=sys.stderr, bar_format="{desc} [{elapsed}]") as bar:
+        result = find(scene, bar.set_description_str)
+    return _as_json(_fields(result)) if arguments.json else _as_text(scene, result)
+
+
+def _fields(result: CriticalResult) -> dict[str, Any]:
+    names = ("lambda_c", "x_c", "error", "free_length", "snap", "reason", "seconds")
+    more = ("lambda_c_lower", "lambda_c_upper", "lambda_0", "model")
+    return {name: getattr(result, name) for name in names + more}
+
+
+def _as_text(scene: Scene, result: CriticalResult) -> str:
+    star = scene.material.gravity_length
+    lines = [
+        (
+            "model",
+            f"{result.model}; L* = {star:.5g} m, length {scene.length_star:.4g} L*, height {scene.height_star:.4g} L*",
+        ),
+        ("snap", f"{'yes' if result.snap else 'no'}: {result.reason}"),
+        ("lambda_0", _metres(result.lambda_0, "advance of the gripper without horizontal force")),
+        ("lambda_c", _metres(result.lambda_c, "advance past the flat end at the snap")),
+        ("  between", f"{result.lambda_c_lower:.9f} and {result.lambda_c_upper:.9f} m" if result.snap else "-"),
+        ("  error", _metres(result.error, "estimated")),
+        ("x_c", _metres(result.x_c, "gripper in the frame with its origin mid-strip")),
+        ("free length", _metres(result.free_length, "off the floor where the advance ends")),
+        ("time", f"{result.seconds:.2f} s"),
+    ]
+    return "\n".join(f"{name:<12} {text}" for name, text in lines)
+
+
+def _metres(value: float, what: str) -> str:
+    return f"{value:.6g} m  ({what})" if isfinite(value) else "-"
+
+
+def _eta(arguments: argparse.Namespace) -> str:
+    from stripfold import elastica
+    from stripfold.scene import ETA_B
+
+    height, unit_height = arguments.fold_height, elastica.folded_loop().height
+    # From the limits of eta_b: they also catch a height in millimetres.
+    highest, lowest = (unit_height * elastica.gravity_length(eta_b) for eta_b in ETA_B)
+    if not lowest <= height <= highest:
+        raise InvalidInputError("fold_height", height, f"from {lowest:.3g} to {highest:.3g} m", "the unit is m")
+    eta_b = elastica.eta_b_from_fold_height(height)
+    values = {"eta_b": eta_b, "gravity_length": elastica.gravity_length(eta_b)}
+    if arguments.json:
+        return _as_json(values)
+    return f"eta_b        {eta_b:.6g} m^-4 s^2\nL*           {values['gravity_length']:.6g} m"
+
+
+def _as_json(values: dict[str, Any]) -> str:
+    # JSON has no nan: where there is no number there is null.
+    plain = {key: None if isinstance(value, float) and not isfinite(value) else value for key, value in values.items()}
+    return json.dumps(plain, allow_nan=False)

@@ -1,0 +1,71 @@
+"""The control-parameter/deflection curve of one gripper height."""
+
+from __future__ import annotations
+
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from stripfold.plots.states import Branch, branch
+from stripfold.plots.style import BLACK, CM, GREY, REFERENCE, UNSTABLE, figure, styled
+
+
+@styled
+def draw(data: xr.Dataset, height: float | None = None) -> Figure:
+    """Draw lambda over the deflection: stable part solid, unstable part dashed, lambda_0 and lambda_c in green.
+
+    Parameters
+    ----------
+    data
+        From :func:`stripfold.studies.xaxis.run`.
+    height
+        Gripper height, m; the nearest one with a snap is drawn, by default the one nearest 5 L*.
+    """
+    chosen = branch(data, height)
+    fig = figure(2.7)
+    ax = fig.subplots()
+    ax.grid(visible=False)  # it would run behind the inset's numbers
+    _curve(ax, chosen)
+    right = CM * float(chosen.deflection.max())
+    low, high = CM * chosen.lambda_0, CM * chosen.lambda_c
+    for value, name, at in ((low, "lambda_0", 0.12), (high, "lambda_c", 0.0)):
+        ax.axhline(value, color=REFERENCE, lw=1.0, zorder=1, gid=name)
+        ax.text(at * right, value, rf"$\{name}$ = {value:.2f} cm", color=REFERENCE, va="bottom")
+    ax.set_xlim(-0.02 * right, 1.05 * right)
+    ax.set_ylim(low - 0.07 * (high - low), high + 0.12 * (high - low))
+    ax.set_xlabel(r"deflection: rms displacement of the mid-surface from $\lambda_0$ [cm]")
+    ax.set_ylabel(r"gripper position $\lambda$ [cm]")
+    ax.legend(loc="upper left", bbox_to_anchor=(0.0, 0.86), title=f"$z$ = {CM * chosen.height:.1f} cm")
+    _zoom(ax, chosen)
+    return fig
+
+
+def _curve(ax: Axes, chosen: Branch, marker: str = "") -> None:
+    """The branch, with a marker on each stored point, and its critical point."""
+    named: set[str] = set()
+    for part, stable in chosen.runs():
+        name, colour, line = ("stable", BLACK, "-") if stable else ("unstable", UNSTABLE, "--")
+        x, y = CM * chosen.deflection[part], CM * chosen.advance[part]
+        ax.plot(
+            x, y, color=colour, ls=line, marker=marker, ms=3, label=None if name in named else name, zorder=3
+        )
+        named.add(name)
+    x, y = CM * chosen.deflection[chosen.critical], CM * chosen.lambda_c
+    ax.plot(x, y, "o", color=BLACK, zorder=4, label="critical point")
+
+
+def _zoom(ax: Axes, chosen: Branch) -> None:
+    """The neighbourhood of the critical point, where the curve turns."""
+    point = chosen.critical
+    x, y = CM * chosen.deflection, CM * chosen.advance
+    if point == len(x) - 1:
+        return  # nothing beyond it
+    wide, deep = x[point:].max() - x[point], y[point] - y[point:].min()
+    inset = ax.inset_axes((0.53, 0.16, 0.44, 0.42))
+    _curve(inset, chosen, ".")
+    inset.axhline(CM * chosen.lambda_c, color=REFERENCE, lw=1.0, zorder=1)
+    inset.set_xlim(x[point] - 1.5 * wide, x[point] + 1.2 * wide)
+    inset.set_ylim(y[point] - 1.2 * deep, y[point] + 0.25 * deep)
+    inset.locator_params(nbins=4)
+    inset.tick_params(labelsize=7)
+    ax.indicate_inset_zoom(inset, edgecolor=GREY)

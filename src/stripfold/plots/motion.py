@@ -1,0 +1,76 @@
+"""The x-axis motion: states from lambda_0 to the critical point, and unstable ones past it."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from stripfold.plots.states import Branch, branch
+from stripfold.plots.style import BLACK, BLUE, CM, UNSTABLE, equal, floor, styled
+
+STATES, UNSTABLE_STATES = 9, 2
+"""Largest numbers of states drawn between lambda_0 and lambda_c, and past it."""
+
+
+@styled
+def draw(data: xr.Dataset, height: float | None = None) -> Figure:
+    """Draw mid-surfaces along the branch of one gripper height: stable ones solid, unstable ones dashed.
+
+    Parameters
+    ----------
+    data
+        From :func:`stripfold.studies.xaxis.run`.
+    height
+        Gripper height, m; the nearest one with a snap is drawn, by default the one nearest 5 L*.
+    """
+    chosen = branch(data, height)
+    half = 0.5 * CM * float(data.attrs["length"])
+    # As wide as the states need: all of a strip that lies flat tells nothing.
+    left = min(CM * float(state[:, 0].min()) for state in chosen.states)
+    right = min(half, CM * float(chosen.states[chosen.critical][0, 0]) + 0.3 * half)
+    margin = 0.04 * (right - left)
+    limits = (left - margin, right + margin), (-margin, 1.12 * CM * chosen.height + 2.0 * margin)
+    fig, ax = equal(*limits)
+    _states(ax, chosen)
+    _path(ax, chosen)
+    ax.set(xlabel="$x$ [cm]", ylabel="$z$ [cm]")
+    ax.grid(visible=False)
+    floor(ax)
+    handles = [
+        Line2D([], [], color="0.55", lw=0.9, label="stable"),
+        Line2D([], [], color=UNSTABLE, lw=0.9, ls="--", label="unstable"),
+    ]
+    ax.legend(handles=handles, loc="upper right")
+    return fig
+
+
+def _states(ax: Axes, chosen: Branch) -> None:
+    first, last = 0, chosen.critical
+    between = chosen.evenly(first, last, STATES)
+    # From light to dark as the gripper advances.
+    for shade, i in zip(np.linspace(0.82, 0.5, len(between)), between, strict=True):
+        ax.plot(*(CM * chosen.states[i]).T, color=str(shade), lw=0.9, zorder=2)
+    for i, gid in ((first, "lambda_0"), (last, "lambda_c")):
+        ax.plot(*(CM * chosen.states[i]).T, color=BLACK, lw=1.5, zorder=4, gid=gid)
+    past = np.flatnonzero(~chosen.stable)
+    if len(past):
+        end = len(chosen.stable) - 1
+        for i in [*chosen.evenly(last, end, UNSTABLE_STATES - 1), end]:
+            ax.plot(*(CM * chosen.states[i]).T, color=UNSTABLE, lw=0.9, ls="--", zorder=3)
+
+
+def _path(ax: Axes, chosen: Branch) -> None:
+    """The gripper's way, with an arrow, and the names of its ends."""
+    start, end = CM * chosen.states[0][0], CM * chosen.states[chosen.critical][0]
+    arrow = {"arrowstyle": "-|>", "lw": 1.2, "color": BLUE, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 8}
+    ax.annotate("", xy=(end[0], end[1]), xytext=(start[0], start[1]), arrowprops=arrow, zorder=5)
+    text = f"gripper, $z$ = {CM * chosen.height:.1f} cm"
+    ax.annotate(
+        text, 0.5 * (start + end), (0, 4), textcoords="offset points", ha="center", va="bottom", color=BLUE
+    )
+    ax.plot(*start, "o", ms=3, color=BLUE, zorder=6)
+    for point, text in ((start, r"$\lambda_0$"), (end, r"$\lambda_c$")):
+        ax.annotate(text, point, xytext=(0, 4), textcoords="offset points", ha="center", va="bottom")

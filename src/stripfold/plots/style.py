@@ -1,0 +1,111 @@
+"""One look for all figures: a journal column wide, readable at 800 pixels, safe for colour-blind readers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import wraps
+from typing import NamedTuple, ParamSpec, TypeVar
+
+from matplotlib import style
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.offsetbox import AnchoredText
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+WIDTH = 3.5
+"""Width of a figure, inches: one column of the journal."""
+CM = 100.0
+"""Centimetres in a metre."""
+
+# The palette of Okabe and Ito; each colour with the one meaning it has in every figure.
+BLUE, VERMILLION, GREEN, PURPLE = "#0072B2", "#D55E00", "#009E73", "#CC79A7"
+ORANGE, SKY, BLACK, GREY = "#E69F00", "#56B4E9", "#000000", "#8C8C8C"
+MID_SURFACE = "#D40000"
+HOLDING, GRASPING = BLUE, "#882288"
+UNSTABLE, REFERENCE = VERMILLION, GREEN
+STRIP, SHADE = "#DDDDDD", "#EEEEEE"
+
+RC = {
+    "axes.axisbelow": True,
+    "axes.formatter.use_mathtext": True,
+    "axes.grid": True,
+    "axes.labelsize": 9.0,
+    "axes.linewidth": 0.6,
+    "axes.titlesize": 9.0,
+    "figure.dpi": 300.0,
+    "font.family": "STIXGeneral",
+    "font.size": 9.0,
+    "grid.color": "#E4E4E4",
+    "grid.linewidth": 0.5,
+    "hatch.linewidth": 0.5,
+    "legend.fontsize": 8.0,
+    "legend.framealpha": 0.9,
+    "legend.handlelength": 1.8,
+    "legend.title_fontsize": 8.0,
+    "lines.linewidth": 1.2,
+    "lines.markersize": 4.0,
+    "mathtext.fontset": "stix",
+    "savefig.dpi": 300.0,
+    # Letters as outlines and names from a fixed salt: the file looks the same everywhere and in every run.
+    "svg.fonttype": "path",
+    "svg.hashsalt": "stripfold",
+    "xtick.labelsize": 8.0,
+    "ytick.labelsize": 8.0,
+}
+
+
+class Look(NamedTuple):
+    """Colour and marker of a material."""
+
+    colour: str
+    marker: str
+
+
+_COLOURS = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY, BLACK)
+_MARKERS = ("o", "s", "^", "D", "v", "P", "X", "p")
+
+
+def look(index: int) -> Look:
+    """Look of the material at ``index`` of its dataset; colours come back after 7, but with another marker."""
+    return Look(_COLOURS[index % len(_COLOURS)], _MARKERS[index % len(_MARKERS)])
+
+
+def styled(function: Callable[P, R]) -> Callable[P, R]:
+    """Run ``function`` with this module's settings, whatever the user's are; nothing global stays changed."""
+
+    @wraps(function)
+    def inner(*args: P.args, **kwargs: P.kwargs) -> R:
+        with style.context(["default", RC]):
+            return function(*args, **kwargs)
+
+    return inner
+
+
+def figure(height: float, width: float = WIDTH) -> Figure:
+    """An empty figure, sizes in inches, that arranges its axes itself."""
+    return Figure(figsize=(width, height), layout="constrained")
+
+
+def equal(xlim: tuple[float, float], ylim: tuple[float, float], above: float = 0.0) -> tuple[Figure, Axes]:
+    """A figure as high as its one pair of axes needs for equal scales, plus ``above`` inches for a legend."""
+    across, up = WIDTH - 0.55, 0.55  # what the labels leave, and need
+    fig = figure(up + above + across * (ylim[1] - ylim[0]) / (xlim[1] - xlim[0]))
+    ax = fig.subplots()
+    ax.set(aspect="equal", xlim=xlim, ylim=ylim)
+    return fig, ax
+
+
+def floor(ax: Axes, level: float = 0.0) -> None:
+    """Hatched ground from ``level`` to the lower limit of ``ax``, as wide as the axes."""
+    low = ax.get_ylim()[0]
+    ax.axhspan(low, level, facecolor="none", edgecolor=GREY, hatch="////////", lw=0.0, zorder=0, gid="floor")
+    ax.axhline(level, color=BLACK, lw=0.6, zorder=1)
+
+
+def note(ax: Axes, text: str, loc: str = "upper left") -> None:
+    """Small text in a corner of ``ax``."""
+    box = AnchoredText(text, loc=loc, frameon=False, pad=0.2, borderpad=0.2, prop={"size": 8.0})
+    box.set_zorder(5)
+    ax.add_artist(box)

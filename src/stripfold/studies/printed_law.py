@@ -1,0 +1,83 @@
+"""What the paper's printed constitutive law does to a strip that turns: stress and bending stiffness.
+
+A strip that is folded turns by up to 180 degrees.  An objective law does not notice; the printed one does
+(``docs/physics.md``, section 2).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from stripfold.models.laws import LAWS, Lame, Law
+
+Array = NDArray[np.float64]
+
+STRETCH = 1.1
+"""Stretch of the bar along its axis."""
+_LAME = Lame.from_young(1.0, 0.0)
+_NAMES = {"svk": "St Venant-Kirchhoff", "printed": "law as printed"}
+
+
+def run(angles: Array | None = None) -> xr.Dataset:
+    """Both laws over the angle of rotation, with Young's modulus 1 and Poisson's ratio 0.
+
+    Parameters
+    ----------
+    angles
+        Angles of rotation, degrees, shape (m,); by default 0, 1, ..., 90.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``angle``: ``stress_svk`` and ``stress_printed``, see :func:`stress`; ``stiffness_svk`` and
+        ``stiffness_printed``, see :func:`stiffness`.  The attribute ``stretch`` is that of the bar.
+    """
+    angle = np.linspace(0.0, 90.0, 91) if angles is None else np.asarray(angles, dtype=float)
+    attrs = {"units": "degree", "long_name": "angle of rotation", "symbol": "phi"}
+    data = xr.Dataset(coords={"angle": ("angle", angle, attrs)}, attrs={"stretch": STRETCH, "nu": 0.0})
+    for name, law in LAWS.items():
+        for kind, values, what in (
+            ("stress", stress(law, angle), "S_11 of the stretched bar over Young's modulus"),
+            ("stiffness", stiffness(law, angle), "bending stiffness of the unstretched strip over D"),
+        ):
+            data[f"{kind}_{name}"] = ("angle", values, {"units": "1", "long_name": f"{what}, {_NAMES[name]}"})
+    return data
+
+
+def rotation(angle: Array) -> Array:
+    """Rotation matrices, shape (m, 2, 2), of angles in degrees."""
+    c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
+    return np.stack([np.stack([c, -s], axis=-1), np.stack([s, c], axis=-1)], axis=-2)
+
+
+def stress(law: Law, angle: Array) -> Array:
+    """``S_11 / E`` of a bar stretched along its axis and then rotated, shape (m,).
+
+    ``S = F^-1 P`` with ``F = R(angle) diag(STRETCH, 1)`` is the second Piola-Kirchhoff stress: its components are
+    along the axes of the material, which turn with the bar.
+    """
+    f = rotation(angle) @ np.diag([STRETCH, 1.0])
+    return np.asarray(np.linalg.solve(f, law.stress(f, _LAME))[..., 0, 0])
+
+
+def stiffness(law: Law, angle: Array) -> Array:
+    """Bending stiffness over ``D = E h^3 / 12`` of a strip whose section is rotated, shape (m,).
+
+    Bent to the curvature ``kappa``, a strip with the tangent ``t`` at ``angle`` has, at the distance ``zeta`` from its
+    mid-surface, the deformation gradient ``F = R diag(1 - kappa zeta, 1)``.  The traction on its section is ``P e_1``,
+    and ``P_tt = t . P e_1`` is its component along the rotated axis.  The moment
+    ``M = -integral zeta P_tt d zeta`` is what works on ``kappa``; the stiffness is ``dM / dkappa`` at ``kappa = 0``,
+    taken with the law's tangent and integrated over the thickness by Gauss's rule, exactly.
+    """
+    r = rotation(angle)
+    axis = r[..., :, 0]
+    zeta, weight = np.polynomial.legendre.leggauss(2)  # in units of h / 2
+    tangent = law.tangent(r, _LAME, None)
+    total = np.zeros(len(r))
+    for z, w in zip(zeta, weight, strict=True):
+        rate = r @ np.diag([-z, 0.0])  # dF / dkappa
+        total += -w * z * np.einsum("...i,...ikl,...kl->...", axis, tangent[..., :, 0, :, :], rate)
+    # Of zeta^2 over the same thickness: what a unit modulus gives.
+    return total / float(weight @ zeta**2)

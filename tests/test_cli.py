@@ -1,0 +1,227 @@
+"""The command line: numbers on standard output, everything else on standard error, exit codes."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from math import nan
+
+import pytest
+
+import stripfold
+from stripfold import elastica
+from stripfold.cli import main
+from stripfold.errors import SolveError
+from stripfold.scene import Scene
+from stripfold.studies import critical
+from stripfold.studies.critical import CriticalResult
+
+STRIP = ["critical", "--length", "0.6", "--eta-b", "3780", "--height", "0.09"]
+KEYS = [
+    "lambda_c",
+    "x_c",
+    "error",
+    "free_length",
+    "snap",
+    "reason",
+    "seconds",
+    "lambda_c_lower",
+    "lambda_c_upper",
+    "lambda_0",
+    "model",
+]
+
+
+@pytest.fixture
+def fake(monkeypatch):
+    """Stands in for the search; what it was asked for is collected."""
+    asked: list[Scene] = []
+
+    def find(scene, progress=None):
+        asked.append(scene)
+        progress("following the branch")
+        snap = scene.height_star > 1.6
+        found = (0.295, -0.005, 0.2949, 0.2951, 1e-4) if snap else (nan,) * 5
+        return CriticalResult(0.065, *found, 0.21, snap, "the reason", 1.5, scene.model)
+
+    monkeypatch.setattr(critical, "find", find)
+    return asked
+
+
+def run(capsys, *arguments: str) -> tuple[int, str, str]:
+    try:
+        code = main(arguments)
+    except SystemExit as stop:  # argparse's own
+        code = int(stop.code or 0)
+    captured = capsys.readouterr()
+    return code, captured.out, captured.err
+
+
+def test_options_reach_the_scene(capsys, fake):
+    more = ["--eta-m", "1e-4", "--nu", "0.3", "--model", "elastica", "--accuracy", "1e-2"]
+    assert run(capsys, *STRIP)[0] == run(capsys, *STRIP, *more)[0] == 0
+    plain = {"length": 0.6, "height": 0.09, "eta_b": 3780.0}
+    assert fake == [
+        Scene.create(**plain),
+        Scene.create(**plain, eta_m=1e-4, nu=0.3, model="elastica", accuracy=1e-2),
+    ]
+
+
+def test_text(capsys, fake):
+    code, out, err = run(capsys, *STRIP)
+    assert (code, err) == (0, "")
+    for part in ("yes: the reason", "0.295 m", "-0.005 m", "0.294900000 and 0.295100000 m", "0.0001 m", "0.21 m"):
+        assert part in out
+
+
+def test_text_without_a_snap(capsys, fake):
+    code, out, err = run(capsys, *STRIP[:-1], "0.03")
+    assert (code, err) == (0, "")
+    assert "no: the reason" in out
+    assert "nan" not in out
+
+
+def test_json_is_one_object(capsys, fake):
+    code, out, err = run(capsys, *STRIP, "--json")
+    assert (code, err) == (0, "")
+    values = json.loads(out)
+    assert list(values) == KEYS
+    assert (values["lambda_c"], values["snap"], values["model"]) == (0.295, True, "solid")
+
+
+def test_json_has_null_where_there_is_no_number(capsys, fake):
+    code, out, _ = run(capsys, *STRIP[:-1], "0.03", "--json")
+    values = json.loads(out, parse_constant=lambda name: pytest.fail(f"{name} is no JSON"))
+    assert code == 0
+    assert values["snap"] is False
+    assert [key for key in KEYS if values[key] is None] == [
+        "lambda_c",
+        "x_c",
+        "error",
+        "lambda_c_lower",
+        "lambda_c_upper",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "parts"),
+    [
+        ([*STRIP, "--length", "600"], ["length = 600.0", "from 0.09 to 4.5 m"]),
+        ([*STRIP, "--height", "90"], ["height = 90.0", "less than the length, 0.6 m"]),
+        ([*STRIP, "--eta-b", "-1"], ["eta_b = -1.0", "from 0.1 to 1e+08 m^-4 s^2"]),
+        ([*STRIP, "--eta-m", "nan"], ["eta_m = nan", "m^-2 s^2"]),
+        ([*STRIP, "--length", "0.2"], ["length = 0.2", "more than 0.2139 m with height = 0.09 m", "too short"]),
+        (["eta", "--fold-height", "27.2"], ["fold_height = 27.2", "from 0.000912 to 0.912 m"]),
+        (["eta", "--fold-height", "-0.01"], ["fold_height = -0.01"]),
+        (["eta", "--fold-height", "nan"], ["fold_height = nan"]),
+    ],
+)
+def test_bad_input_is_told_in_one_line(capsys, fake, arguments, parts):
+    code, out, err = run(capsys, *arguments)
+    assert (code, out) == (2, "")
+    assert err.startswith("stripfold: error: ")
+    assert err.count("\n") == 1
+    assert all(part in err for part in parts), err
+    assert fake == []
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        [],
+        ["fold"],
+        ["critical"],
+        STRIP[:-2],
+        [*STRIP, "--length", "long"],
+        [*STRIP, "--model", "rod"],
+        [*STRIP, "--jso"],
+    ],
+)
+def test_bad_usage(capsys, fake, arguments):
+    code, out, err = run(capsys, *arguments)
+    assert (code, out) == (2, "")
+    assert "usage:" in err
+    assert fake == []
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "message"),
+    [(SolveError("no\nway", advice="try"), 3, "error: no way (try)"), (KeyboardInterrupt(), 130, "interrupted")],
+)
+def test_failures(capsys, monkeypatch, error, code, message):
+    def find(scene, progress=None):
+        raise error
+
+    monkeypatch.setattr(critical, "find", find)
+    got, out, err = run(capsys, *STRIP, "--json")
+    assert (got, out) == (code, "")
+    assert err == f"stripfold: {message}\n"
+
+
+def test_eta(capsys):
+    code, out, _ = run(capsys, "eta", "--fold-height", "0.0272", "--json")
+    values = json.loads(out)
+    assert code == 0
+    assert values["eta_b"] == pytest.approx(0.075958 / 0.0272**3, rel=1e-5)
+    assert values["gravity_length"] == pytest.approx(0.0272 / 0.906597, rel=1e-5)
+    _, text, _ = run(capsys, "eta", "--fold-height", "0.0272")
+    assert f"{values['eta_b']:.6g} m^-4 s^2" in text
+
+
+def test_blas_gets_one_thread_unless_told_otherwise(capsys, monkeypatch):
+    monkeypatch.delenv("OMP_NUM_THREADS", raising=False)
+    monkeypatch.setenv("OPENBLAS_NUM_THREADS", "3")
+    run(capsys, "eta", "--fold-height", "0.0272")
+    assert (os.environ["OMP_NUM_THREADS"], os.environ["OPENBLAS_NUM_THREADS"]) == ("1", "3")
+
+
+def test_version(capsys):
+    assert run(capsys, "--version") == (0, f"stripfold {stripfold.__version__}\n", "")
+
+
+def test_help_imports_nothing_heavy():
+    code = "import sys, stripfold.cli\ntry: stripfold.cli.main(['--help'])\nexcept SystemExit: pass\n"
+    check = "print([name for name in ('numpy', 'scipy', 'skfem', 'xarray', 'tqdm') if name in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code + check], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "[]"
+
+
+# -- with the real search
+
+
+@pytest.mark.parametrize("height_star", [1.2, 3.0, 8.0])
+def test_the_elastica_for_real(capsys, height_star):
+    star = elastica.gravity_length(3780.0)
+    arguments = [*STRIP[:-1], repr(height_star * star), "--model", "elastica", "--json"]
+    code, out, err = run(capsys, *arguments)
+    values, point = json.loads(out), elastica.critical(height_star)
+    assert (code, err, values["model"], values["snap"]) == (0, "", "elastica", point.snap)
+    if not point.snap:
+        assert values["lambda_c"] is values["x_c"] is None
+        return
+    assert values["lambda_c"] == pytest.approx(point.advance * star, rel=1e-9)
+    assert values["x_c"] == pytest.approx(values["lambda_c"] - 0.3, abs=1e-12)
+    assert values["free_length"] == pytest.approx(point.length * star, rel=1e-9)
+    assert values["lambda_c_lower"] <= values["lambda_c"] <= values["lambda_c_upper"]
+    assert 0.0 <= values["error"] < 1e-9
+
+
+def command(*arguments: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([sys.executable, "-m", "stripfold", *arguments], capture_output=True, text=True)
+
+
+def test_the_solid_for_real():
+    # In a process of its own, in which the command line still can say how many threads BLAS shall have.
+    done = command(*STRIP, "--accuracy", "1e-2", "--json")
+    values = json.loads(done.stdout)
+    assert (done.returncode, done.stderr, values["model"], values["snap"]) == (0, "", "solid", True)
+    assert values["lambda_c"] == pytest.approx(0.29562, rel=1e-2)  # the elastica's; the solid is 0.06 L* thick
+    assert values["error"] < 1e-2 * values["lambda_c"]
+
+
+def test_bad_input_for_real():
+    done = command(*STRIP, "--length", "0.2")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith("stripfold: error: length = 0.2 ")

@@ -1,0 +1,218 @@
+"""Files: whole or not at all, with units and provenance, and what is read back is what was written."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+from pathlib import Path
+
+import netCDF4
+import numpy as np
+import pytest
+import xarray as xr
+
+import stripfold
+from stripfold import store
+from stripfold.errors import InvalidInputError, StripfoldError
+
+
+def example() -> xr.Dataset:
+    step = xr.Variable("step", np.arange(200), {"units": "1", "long_name": "accepted step"})
+    return xr.Dataset(
+        {
+            "lam": ("step", np.sin(np.arange(200.0) / 9.0), {"units": "m", "long_name": "advance", "symbol": "lambda"}),
+            "gap": ("step", np.r_[np.nan, np.zeros(199)], {"units": "m", "long_name": "clearance"}),
+            "held": ("step", np.arange(200) % 2 == 0, {"units": "1", "long_name": "contact held"}),
+            "law": ((), "svk", {"units": "1", "long_name": "constitutive law"}),
+            "names": ("material", ["eta820", "textile"], {"units": "1", "long_name": "material"}),
+            "free": ((), 0.2, {"units": "m", "long_name": "free length"}),
+        },
+        {"step": step, "height": ("step", np.linspace(0, 1, 200), {"units": "m", "long_name": "height"})},
+        {"note": "kept"},
+    )
+
+
+def no_leftovers(folder: Path, *names: str) -> bool:
+    return sorted(p.name for p in folder.iterdir()) == sorted(names)
+
+
+def test_what_is_read_is_what_was_written(tmp_path):
+    store.write(example(), tmp_path / "a.nc", title="A test", config={"gravity": 9.81, "η": [1, np.float64(2.5)]})
+    back = store.read(tmp_path / "a.nc", require=["lam", "height", "note"])
+    xr.testing.assert_equal(back, example())
+    for name, var in example().variables.items():
+        assert back[name].attrs == var.attrs
+        assert back[name].dtype.kind == var.dtype.kind
+    assert no_leftovers(tmp_path, "a.nc")
+
+
+def test_provenance(tmp_path):
+    dataset = example()
+    store.write(dataset, tmp_path / "a.nc", title="A test", config={"gravity": 9.81})
+    attrs = store.read(tmp_path / "a.nc").attrs
+    assert attrs["title"] == "A test"
+    assert attrs["stripfold_version"] == stripfold.__version__
+    assert attrs["git_commit"] == store.git_commit()
+    assert attrs["Conventions"].startswith("CF-")
+    assert json.loads(attrs["config"]) == {"gravity": 9.81}
+    packages = json.loads(attrs["packages"])
+    assert packages["numpy"] == np.__version__
+    assert packages["netCDF4"] == netCDF4.__version__
+    assert set(packages) == {"numpy", "scipy", "scikit-fem", "xarray", "netCDF4"}
+    assert dataset.attrs == {"note": "kept"}  # the caller's own is left alone
+
+
+def test_the_same_content_gives_the_same_bytes(tmp_path):
+    for name in ("a.nc", "b.nc"):
+        store.write(example(), tmp_path / name, title="A test", config={"b": 1, "a": 2})
+    assert (tmp_path / "a.nc").read_bytes() == (tmp_path / "b.nc").read_bytes()
+
+
+def test_it_is_compressed_netcdf4(tmp_path):
+    store.write(example(), tmp_path / "a.nc", title="A test")
+    with netCDF4.Dataset(tmp_path / "a.nc") as raw:
+        assert raw.data_model == "NETCDF4"
+        for name in ("lam", "held", "step", "height"):
+            assert raw[name].filters()["zlib"], name
+        assert "_FillValue" not in raw["height"].ncattrs()
+
+
+@pytest.mark.parametrize("name", ["lam", "law", "step", "height"])
+@pytest.mark.parametrize("key", ["units", "long_name"])
+def test_what_has_no_unit_or_name_is_not_stored(tmp_path, name, key):
+    dataset = example()
+    del dataset[name].attrs[key]
+    with pytest.raises(StripfoldError, match=rf"{name} \({key}\)"):
+        store.write(dataset, tmp_path / "a.nc", title="A test")
+    assert no_leftovers(tmp_path)
+
+
+@pytest.mark.parametrize("error", [RuntimeError, KeyboardInterrupt, SystemExit])
+def test_a_failed_write_leaves_the_old_file_and_nothing_else(tmp_path, error):
+    path = tmp_path / "a.txt"
+    store.write_text("old", path)
+
+    def write():
+        with store.atomic(path) as temporary:
+            temporary.write_text("half")
+            raise error
+
+    with pytest.raises(error):
+        write()
+    assert path.read_text() == "old"
+    assert no_leftovers(tmp_path, "a.txt")
+
+
+def test_a_failed_netcdf_write_leaves_nothing(tmp_path, monkeypatch):
+    def fail(self, path, **_):
+        Path(path).write_text("half")
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(xr.Dataset, "to_netcdf", fail)
+    with pytest.raises(KeyboardInterrupt):
+        store.write(example(), tmp_path / "a.nc", title="A test")
+    assert no_leftovers(tmp_path)
+
+
+def test_the_file_is_never_there_half(tmp_path):
+    path = tmp_path / "a.txt"
+    with store.atomic(path) as temporary:
+        temporary.write_text("whole")
+        assert not path.exists()
+        assert (temporary.name, temporary.suffix) == ("a.txt", ".txt")
+        assert temporary.stat().st_dev == tmp_path.stat().st_dev
+    assert path.read_text() == "whole"
+
+
+def test_folders_are_made_and_permissions_are_the_usual_ones(tmp_path):
+    store.write_text("x", tmp_path / "new" / "folder" / "a.txt")
+    (tmp_path / "plain.txt").write_text("x")
+    modes = {os.stat(tmp_path / name).st_mode for name in ("plain.txt", "new/folder/a.txt")}
+    assert len(modes) == 1
+
+
+def test_json(tmp_path):
+    store.write_json({"b": np.float64(0.5), "a": np.arange(3), "ok": np.bool_(True), "η": None}, tmp_path / "a.json")
+    text = (tmp_path / "a.json").read_text(encoding="utf-8")
+    assert json.loads(text) == {"a": [0, 1, 2], "b": 0.5, "ok": True, "η": None}
+    assert text.index('"a"') < text.index('"b"')
+    assert text.endswith("}\n")
+
+
+@pytest.mark.parametrize("value", [float("nan"), np.float64("inf"), np.array([np.nan]), object(), {1, 2}])
+def test_json_has_no_word_for_it(tmp_path, value):
+    with pytest.raises(StripfoldError, match="JSON"):
+        store.write_json({"a": value}, tmp_path / "a.json")
+    with pytest.raises(StripfoldError, match="JSON"):
+        store.write(example(), tmp_path / "a.nc", title="A test", config={"a": value})
+    assert no_leftovers(tmp_path)
+
+
+def test_reading_what_is_not_there(tmp_path):
+    with pytest.raises(InvalidInputError, match=r"a\.nc.*existing"):
+        store.read(tmp_path / "a.nc")
+    with pytest.raises(InvalidInputError, match="existing"):
+        store.read(tmp_path)
+
+
+def test_reading_what_is_no_netcdf_or_damaged(tmp_path):
+    (tmp_path / "text.nc").write_text("not netCDF")
+    (tmp_path / "empty.nc").touch()
+    store.write(example(), tmp_path / "a.nc", title="A test")
+    whole = (tmp_path / "a.nc").read_bytes()
+    (tmp_path / "half.nc").write_bytes(whole[: len(whole) // 2])
+    for name in ("text.nc", "empty.nc", "half.nc"):
+        with pytest.raises(InvalidInputError, match="whole netCDF-4"):
+            store.read(tmp_path / name)
+
+
+def test_reading_what_lacks_something(tmp_path):
+    store.write(example(), tmp_path / "a.nc", title="A test")
+    with pytest.raises(InvalidInputError, match="with nothing, x_c"):
+        store.read(tmp_path / "a.nc", require=["lam", "nothing", "x_c"])
+    example().to_netcdf(tmp_path / "foreign.nc")
+    with pytest.raises(InvalidInputError, match="git_commit"):
+        store.read(tmp_path / "foreign.nc")
+
+
+def run_git(folder: Path, *arguments: str) -> str:
+    who = ("-c", "user.name=t", "-c", "user.email=t@example.org")
+    return subprocess.run(
+        ["git", "-C", folder, *who, *arguments], check=True, capture_output=True, text=True
+    ).stdout.strip()
+
+
+@pytest.fixture
+def checkout(tmp_path, monkeypatch):
+    for name in ("GIT_DIR", "GIT_WORK_TREE", "GIT_INDEX_FILE"):
+        monkeypatch.delenv(name, raising=False)
+    package = tmp_path / "src" / "stripfold"
+    package.mkdir(parents=True)
+    (package / "store.py").write_text("")
+    (tmp_path / "README.md").write_text("")
+    run_git(tmp_path, "init", "-q")
+    return tmp_path
+
+
+def test_commit_of_a_checkout(checkout):
+    package = checkout / "src" / "stripfold"
+    assert store.git_commit(package) == "unknown"  # not tracked: somebody else's checkout
+    run_git(checkout, "add", ".")
+    assert store.git_commit(package) == "unknown"  # no commit yet
+    run_git(checkout, "commit", "-q", "-m", "first")
+    commit = run_git(checkout, "rev-parse", "HEAD")
+    assert len(commit) == 40
+    assert store.git_commit(package) == commit
+    (checkout / "README.md").write_text("changed, but decides no result")
+    assert store.git_commit(package) == commit
+    (package / "new.py").write_text("")
+    assert store.git_commit(package) == f"{commit}-dirty"
+    (package / "new.py").unlink()
+    (package / "store.py").write_text("changed")
+    assert store.git_commit(package) == f"{commit}-dirty"
+
+
+def test_commit_without_git(checkout, monkeypatch):
+    monkeypatch.setenv("PATH", "")
+    assert store.git_commit(checkout / "src" / "stripfold") == "unknown"

@@ -1,0 +1,53 @@
+# Section IV of the paper: the gripper moves along x. One job per material, since a process start costs seconds.
+
+
+rule xaxis:
+    output:
+        f"{RESULTS}/xaxis/{{material}}.nc",
+    params:
+        config=CONFIG,
+        material=lambda wildcards: MATERIALS[wildcards.material],
+    log:
+        f"{LOGS}/xaxis_{{material}}.log",
+    benchmark:
+        f"{BENCHMARKS}/xaxis_{{material}}.tsv"
+    resources:
+        mem_mb=1000,
+        runtime=20,
+    script:
+        "../scripts/xaxis.py"
+
+
+rule critical_points:
+    input:
+        expand(f"{RESULTS}/xaxis/{{material}}.nc", material=MATERIALS),
+    output:
+        f"{RESULTS}/critical_points.nc",
+    params:
+        config=CONFIG,
+    log:
+        f"{LOGS}/critical_points.log",
+    script:
+        "../scripts/critical_points.py"
+
+
+rule master_curve:
+    output:
+        f"{RESULTS}/master_curve.nc",
+    params:
+        config=CONFIG,
+    log:
+        f"{LOGS}/master_curve.log",
+    script:
+        "../scripts/master_curve.py"
+
+
+rule printed_law:
+    output:
+        f"{RESULTS}/printed_law.nc",
+    params:
+        config=CONFIG,
+    log:
+        f"{LOGS}/printed_law.log",
+    script:
+        "../scripts/printed_law.py"

@@ -1,0 +1,66 @@
+# Long studies of the solver itself. Their results are kept in the repository, so `snakemake all` on a fresh clone does
+# not redo them; `make studies` does.
+
+
+rule limit:
+    output:
+        f"{RESULTS}/studies/limit.nc",
+    params:
+        config=CONFIG,
+    log:
+        f"{LOGS}/limit.log",
+    resources:
+        mem_mb=1000,
+        runtime=30,
+    script:
+        "../scripts/limit.py"
+
+
+rule order:
+    output:
+        f"{RESULTS}/studies/order.nc",
+    params:
+        config=CONFIG,
+    log:
+        f"{LOGS}/order.log",
+    resources:
+        mem_mb=1000,
+        runtime=30,
+    script:
+        "../scripts/order.py"
+
+
+rule branches:
+    output:
+        f"{RESULTS}/studies/branches.nc",
+    params:
+        config=CONFIG,
+    log:
+        f"{LOGS}/branches.log",
+    threads: workflow.cores
+    resources:
+        mem_mb=2000,
+        runtime=120,
+    script:
+        "../scripts/branches.py"
+
+
+rule benchmark:
+    output:
+        f"{RESULTS}/studies/benchmark.nc",
+    params:
+        config=CONFIG,
+    log:
+        f"{LOGS}/benchmark.log",
+    # Alone on the machine, so that nothing else is in the times.
+    threads: workflow.cores
+    script:
+        "../scripts/benchmark.py"
+
+
+rule studies:
+    input:
+        rules.limit.output,
+        rules.order.output,
+        rules.branches.output,
+        rules.benchmark.output,

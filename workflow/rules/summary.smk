@@ -1,0 +1,28 @@
+# Every number that the README or the docs quote.
+
+
+rule summary:
+    input:
+        points=rules.critical_points.output[0],
+        master=rules.master_curve.output[0],
+        limit=rules.limit.output[0],
+        order=rules.order.output[0],
+        branches=rules.branches.output[0],
+        benchmark=rules.benchmark.output[0],
+    output:
+        f"{RESULTS}/summary.json",
+    params:
+        config=CONFIG,
+    log:
+        f"{LOGS}/summary.log",
+    script:
+        "../scripts/summary.py"
+
+
+rule readme:
+    input:
+        rules.summary.output[0],
+    log:
+        f"{LOGS}/readme.log",
+    script:
+        "../scripts/readme.py"

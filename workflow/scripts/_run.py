@@ -1,0 +1,24 @@
+"""What every script of the workflow shares: messages to the rule's log, one clear line on an expected error."""
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from stripfold.errors import StripfoldError
+
+
+@contextmanager
+def logged(snakemake: Any) -> Iterator[Callable[[str], None]]:
+    """A function that writes a line to the rule's log; an error of ours ends the job with its message."""
+    with open(snakemake.log[0], "w", encoding="utf-8") as log:
+
+        def say(line: str) -> None:
+            print(line, file=log, flush=True)
+
+        try:
+            yield say
+        except StripfoldError as error:
+            say(f"error: {error}")
+            print(f"{snakemake.rule}: {error}", file=sys.stderr)
+            sys.exit(error.exit_code)

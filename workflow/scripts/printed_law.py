@@ -1,0 +1,12 @@
+from _run import logged
+
+from stripfold import store
+from stripfold.studies import printed_law
+
+with logged(snakemake):
+    store.write(
+        printed_law.run(),
+        snakemake.output[0],
+        title="the paper's printed law beside St Venant-Kirchhoff",
+        config=snakemake.params.config,
+    )

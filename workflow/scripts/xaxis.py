@@ -1,0 +1,23 @@
+from _run import logged
+
+from stripfold import store
+from stripfold.config import material_of
+from stripfold.studies import xaxis
+from stripfold.studies.checks import check_branch
+from stripfold.studies.critical import first_refinement
+
+with logged(snakemake) as say:
+    config, entry = snakemake.params.config, snakemake.params.material
+    solid = config["solid"]
+    data = xaxis.run(
+        material_of(config, entry),
+        entry["length"],
+        [*entry["touching_heights"], *entry["heights"]],
+        first_refinement(solid["accuracy"]),
+        say,
+        order=solid["order"],
+        across=solid["elements_across"],
+        law=solid["law"],
+    )
+    check_branch(data)
+    store.write(data, snakemake.output[0], title=f"x-axis continuation, {entry['label']}", config=config)
