@@ -16,6 +16,7 @@ from jsonschema import Draft202012Validator
 from stripfold import config, elastica, scene
 from stripfold.errors import InvalidInputError
 from stripfold.scene import Scene
+from stripfold.studies import benchmark, limit, order
 
 ROOT = Path(__file__).parents[1]
 SHIPPED = ["paper", "quick"]
@@ -27,7 +28,14 @@ MINIMAL: dict[str, Any] = {
     ],
     "studies": {
         "limit": {"eta_b": 3780, "length_star": 20, "height": 3.0, "eta_m": [1e-3, 1e-4], "refinements": [2, 1]},
-        "order": {"length_star": 16, "thickness": 0.05, "height": 3.0, "sizes": [0.2, 0.1], "phases": 2, "reference": 1},
+        "order": {
+            "length_star": 16,
+            "thickness": 0.05,
+            "height": 3.0,
+            "sizes": [0.2, 0.1],
+            "phases": 2,
+            "reference": 1,
+        },
         "branches": {"cases": 20, "seed": 1, "refinement": 2, "eta_m": 1e-3},
         "benchmark": {"repeats": 1},
     },
@@ -116,6 +124,12 @@ def test_the_schema_agrees_with_the_scene():
             assert rules["default"] == parameters[name].default, name
 
 
+@pytest.mark.parametrize(("name", "study"), [("limit", limit), ("order", order), ("benchmark", benchmark)])
+def test_the_schema_agrees_with_the_studies(name, study):
+    rules = config.schema()["properties"]["studies"]["properties"][name]
+    assert set(rules["properties"]) == set(rules["required"]) == set(inspect.signature(study.run).parameters)
+
+
 # -- what is wrong is named
 
 
@@ -133,7 +147,7 @@ def test_unknown_keys(path, named, near):
     error = refused(changed(path, {"acuracy": 1} if path == "solid" else 1))
     assert error.key == named
     assert error.advice == (f"did you mean {near!r}?" if near else "")
-    assert "no such key" in error.allowed
+    assert error.allowed.startswith("only the keys ")
 
 
 def test_a_misspelt_key_is_told_before_the_missing_one():
@@ -274,8 +288,8 @@ def test_a_secant_and_another_eta_b_contradict_each_other():
 @pytest.mark.parametrize("name", SHIPPED)
 def test_every_shipped_height_does_what_it_is_there_for(name):
     for material in shipped(name)["materials"]:
-        assert min(material["heights"]) > 1.05 * elastica.touch_limit()
-        assert max(material["touching_heights"]) < 0.95 * elastica.touch_limit()
+        assert min(material["heights"]) > elastica.touch_limit()
+        assert max(material["touching_heights"]) < elastica.touch_limit()
         assert sorted(material["heights"]) == material["heights"]
         unit = 1.0 / Scene.create(length=1.0, height=0.5, eta_b=material["eta_b"]).length_star
         # At least L* is left on the floor.

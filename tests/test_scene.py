@@ -31,7 +31,7 @@ def test_lengths_in_solver_units():
 
 def test_defaults_are_the_papers():
     scene = Scene.create(length=0.6, height=0.09, eta_b=3780.0)
-    assert scene == Scene(Material(3780.0, 1e-3, 0.0, 1.0, 9.81), 0.6, 0.09, "solid", 1e-3, "svk", "mid")
+    assert scene == Scene(Material(3780.0, 1e-3, 0.0, 1.0, 9.81), 0.6, 0.09, "solid", 1e-3, "svk")
 
 
 def test_whole_and_numpy_numbers_become_floats():
@@ -147,7 +147,7 @@ def test_too_thick():
     assert refused(eta_m=1.002 * largest).key == "eta_m"
 
 
-def test_the_elastica_takes_no_option_of_the_solid():
+def test_the_elastica_takes_no_law_of_the_solid():
     Scene.create(**TYPICAL, model="elastica")
     assert refused(model="elastica", law="printed").key == "law"
 

@@ -5,15 +5,19 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import skfem
-from oracles.held_solid import HeldSolid, arc, column, interpolant
 from skfem.helpers import dot, mul
 
+from oracles.held_solid import HeldSolid, arc, column, interpolant
 from stripfold.models.solid import Solid
 from stripfold.models.strip_mesh import build
 
 LENGTH, THICKNESS = 2.4, 0.5
 ELEMENTS = np.array([0.0, 0.4, 0.7, 1.3, 1.9, 2.4])
-KINDS = [pytest.param(1, 2, id="order1-across2"), pytest.param(2, 1, id="order2"), pytest.param(2, 2, id="order2-across2")]
+KINDS = [
+    pytest.param(1, 2, id="order1-across2"),
+    pytest.param(2, 1, id="order2"),
+    pytest.param(2, 2, id="order2-across2"),
+]
 RIGID = (0.0, 37.0, 90.0, 180.0, -135.0)
 
 
@@ -182,7 +186,9 @@ class TestWeightAndMass:
         zero = np.zeros_like(x)
 
         def integral(m: int, n: int) -> float:
-            moments = [0.0 if k % 2 else (size / 2.0) ** (k + 1) * 2.0 / (k + 1) for k, size in ((m, LENGTH), (n, THICKNESS))]
+            moments = [
+                0.0 if k % 2 else (size / 2.0) ** (k + 1) * 2.0 / (k + 1) for k, size in ((m, LENGTH), (n, THICKNESS))
+            ]
             return moments[0] * moments[1] / THICKNESS
 
         m, n = powers

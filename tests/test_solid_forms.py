@@ -43,9 +43,7 @@ CASES = [
 @pytest.mark.parametrize(("order", "across", "nu", "distort"), CASES)
 def test_the_kernels_are_the_forms(order, across, nu, distort, law):
     """Force, tangent, energy, mass and weight to 1e-12 of their largest entry."""
-    model = Solid.of(
-        2.4, THICKNESS, nu=nu, order=order, elements=ELEMENTS, across=across, law=law, distort=distort
-    )
+    model = Solid.of(2.4, THICKNESS, nu=nu, order=order, elements=ELEMENTS, across=across, law=law, distort=distort)
     reference = Reference(model.mesh, model.lame, law)
     q = bent(model)
     force, tangent = model.force_and_tangent(q)

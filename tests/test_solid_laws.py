@@ -39,9 +39,7 @@ def test_energy_to_stress_to_tangent(nu):
     first = np.sum(laws.svk_stress(F, lame) * DF, axis=(1, 2))
     second = np.einsum("nij,nijkl,nkl->n", DF, laws.svk_tangent(F, lame), DF)
     with_stress = np.array([np.abs(energy(t) - energy(0.0) - t * first).max() for t in STEPS])
-    with_both = np.array(
-        [np.abs(energy(t) - energy(0.0) - t * first - t**2 / 2.0 * second).max() for t in STEPS]
-    )
+    with_both = np.array([np.abs(energy(t) - energy(0.0) - t * first - t**2 / 2.0 * second).max() for t in STEPS])
     print("slopes with stress", slopes(with_stress), "with tangent", slopes(with_both))
     assert slopes(with_stress) == pytest.approx(2.0, abs=0.1)
     assert slopes(with_both) == pytest.approx(3.0, abs=0.1)
@@ -82,9 +80,7 @@ def test_a_rotation_leaves_no_stress(law, degrees):
 def test_svk_is_objective(degrees):
     """Truth: ``P(R F) = R P(F)``, ``A(R F)`` is A turned in its first and third index, the energy unchanged."""
     r = rotation(degrees)
-    np.testing.assert_allclose(
-        laws.svk_stress(r @ F, LAME), r @ laws.svk_stress(F, LAME), atol=1e-14, rtol=0
-    )
+    np.testing.assert_allclose(laws.svk_stress(r @ F, LAME), r @ laws.svk_stress(F, LAME), atol=1e-14, rtol=0)
     turned = np.einsum("ai,nijkl,ck->najcl", r, laws.svk_tangent(F, LAME), r)
     np.testing.assert_allclose(laws.svk_tangent(r @ F, LAME), turned, atol=1e-13, rtol=0)
     np.testing.assert_allclose(laws.svk_energy(r @ F, LAME), laws.svk_energy(F, LAME), rtol=1e-13)

@@ -213,9 +213,7 @@ def _in_words(error: ValidationError) -> InvalidInputError:
         key = min((key for key in instance if key not in properties), key=str)
         near = get_close_matches(str(key), properties, n=1)
         advice = f"did you mean {near[0]!r}?" if near else ""
-        return InvalidInputError(
-            _dotted((*path, key)), instance[key], f"no such key, only {', '.join(properties)}", advice
-        )
+        return InvalidInputError(_dotted((*path, key)), instance[key], f"only the keys {', '.join(properties)}", advice)
     if error.validator in ("required", "anyOf"):
         wanted = rules["required"] if error.validator == "required" else ["eta_b"]
         key = next(key for key in wanted if key not in instance)

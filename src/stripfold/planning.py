@@ -36,21 +36,21 @@ class Sizes:
 
 @dataclass(frozen=True, slots=True)
 class Sweep:
-    """Distances from the grasped end between which the lift-off point moves, in L*."""
+    """Distances from the grasped end: the least that the lift-off point reaches, and that at the critical point; L*."""
 
     first: float
     critical: float
 
 
 def lift_off_sweep(height: float) -> Sweep:
-    """Lift-off of the elastica at lambda_0 and at the critical point (or where the sag lands), at a height in L*."""
+    """Where the elastica lifts off on its way from lambda_0 to the end of its advance, at a height in L*.
+
+    The free length first falls, turns, and then grows to the critical point (or to where the sag lands).
+    """
     end = elastica.critical(height)
-    if end.snap:
-        last = end.length
-    else:
-        assert end.touch is not None
-        last = end.touch.state.length
-    return Sweep(elastica.state_no_horizontal_force(height).length, last)
+    last = end.state or (end.touch.state if end.touch else None)
+    assert last is not None
+    return Sweep(min(state.length for state in elastica.x_axis_branch(height)), last.length)
 
 
 def boundaries(length: float, sweep: Sweep, refinement: float = 1.0, sizes: Sizes | None = None) -> Array:
@@ -72,9 +72,7 @@ def boundaries(length: float, sweep: Sweep, refinement: float = 1.0, sizes: Size
 
     def size(s: float) -> float:
         before, after = max(sweep.first - 0.2 - s, 0.0), max(s - sweep.critical - 0.4, 0.0)
-        coarse = (
-            min(z.free, z.sweep + z.growth * before) if before else min(z.lying, z.sweep + z.growth * after)
-        )
+        coarse = min(z.free, z.sweep + z.growth * before) if before else min(z.lying, z.sweep + z.growth * after)
         away = max(abs(s - sweep.critical) - half_width, 0.0)
         return refinement * min(coarse, z.critical + z.growth * away)
 

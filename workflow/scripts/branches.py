@@ -1,8 +1,8 @@
 from concurrent.futures import ProcessPoolExecutor
 
 import xarray as xr
-from _run import logged
 
+from _run import logged
 from stripfold import store
 from stripfold.studies import branches
 

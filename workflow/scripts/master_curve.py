@@ -1,6 +1,6 @@
 import numpy as np
-from _run import logged
 
+from _run import logged
 from stripfold import elastica, store
 from stripfold.studies import combine
 

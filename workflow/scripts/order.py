@@ -1,5 +1,4 @@
 from _run import logged
-
 from stripfold import store
 from stripfold.studies import order
 

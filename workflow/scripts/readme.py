@@ -2,7 +2,6 @@ import json
 from pathlib import Path
 
 from _run import logged
-
 from stripfold import store
 from stripfold.studies.summary import fill_table
 

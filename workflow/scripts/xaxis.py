@@ -1,5 +1,4 @@
 from _run import logged
-
 from stripfold import store
 from stripfold.config import material_of
 from stripfold.studies import xaxis

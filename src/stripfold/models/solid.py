@@ -113,10 +113,7 @@ class Solid:
         """Internal force and its derivative; the latter with the stress ``carried`` (see :meth:`carry`)."""
         f = self.deformation_gradient(q)
         n_el, n_q = self.mesh.weights.shape
-        a = (
-            self.law.tangent(f, self.lame, carried).reshape(n_el, n_q, 4, 4)
-            * self.mesh.weights[:, :, None, None]
-        )
+        a = self.law.tangent(f, self.lame, carried).reshape(n_el, n_q, 4, 4) * self.mesh.weights[:, :, None, None]
         n_loc = self.gradient_t.shape[2]
         stress_rate = np.matmul(a, self.gradient_t.reshape(n_el, n_q, 4, n_loc)).reshape(n_el, n_q * 4, n_loc)
         element = np.matmul(self.gradient_t.transpose(0, 2, 1), stress_rate)
@@ -140,7 +137,7 @@ class Solid:
         n_el, n_q = self.mesh.weights.shape
         p = self.law.stress(f, self.lame) * self.mesh.weights[:, :, None, None]
         local = np.matmul(p.reshape(n_el, 1, n_q * 4), self.gradient_t)[:, 0, :]
-        return np.bincount(self.mesh.element_unknowns.ravel(), local.ravel(), minlength=self.size)
+        return np.bincount(self.mesh.element_unknowns.ravel(), local.ravel(), minlength=self.size).astype(float)
 
     def mid_surface(self, q: Array) -> Array:
         """Positions of the mid-surface nodes, shape (columns, 2), in the paper's frame (origin mid-strip)."""

@@ -122,9 +122,7 @@ def build(
             "2, or 1 with order 2",
             "the mid-surface needs a row of nodes of its own",
         )
-    boundaries = (
-        np.linspace(0.0, length, elements + 1) if np.ndim(elements) == 0 else np.asarray(elements, float)
-    )
+    boundaries = np.linspace(0.0, length, elements + 1) if np.ndim(elements) == 0 else np.asarray(elements, float)
     if len(boundaries) < 3 or np.any(np.diff(boundaries) <= 0.0):
         raise InvalidInputError("elements", elements, "at least 2 elements, boundaries increasing")
     mesh = skfem.MeshQuad.init_tensor(

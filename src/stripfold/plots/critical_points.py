@@ -13,9 +13,8 @@ from matplotlib.lines import Line2D
 from stripfold.plots.materials import ETA_TITLE, NO_SNAP, Points, eta, looks, names, points
 from stripfold.plots.style import BLACK, CM, Look, figure, note, styled
 
-
 CROWDED = 0.6
-"""When all materials but one fill less than this part of the axes, they get a second panel of their own."""
+"""When all materials but one fill less than this part of the axes, a second panel enlarges them."""
 
 
 @styled
@@ -27,9 +26,8 @@ def draw(data: xr.Dataset) -> Figure:
     data
         Critical points of several materials (:mod:`stripfold.plots.materials`).
     """
-    sizes = sorted(
-        (CM * p.height.max(), CM * p.advance.max()) for p in (points(data, n) for n in names(data))
-    )
+    extents = [points(data, name) for name in names(data)]
+    sizes = sorted((CM * p.height.max(), CM * p.advance.max()) for p in extents)
     enlarge = len(sizes) > 1 and sizes[-2][0] < CROWDED * sizes[-1][0]
     fig = figure(5.0 if enlarge else 3.2)
     axes = list(fig.subplots(2 if enlarge else 1, 1, squeeze=False).flat)
@@ -59,7 +57,7 @@ def legend_handles(data: xr.Dataset) -> list[Line2D]:
 
 
 def draw_points(ax: Axes, p: Points, scale: float, how: Look, **options: Any) -> None:
-    """Draw the points of one material, lengths times ``scale``: markers joined by a line, crosses without snap."""
+    """Draw one material's points, lengths times ``scale``: markers joined by a line, crosses without snap."""
     z, lam, error = scale * p.height, scale * p.advance, scale * p.error
     ax.errorbar(z[p.snap], lam[p.snap], yerr=error[p.snap], gid="snap", **error_bars(how) | options)
     ax.plot(z[~p.snap], lam[~p.snap], "x", color=how.colour, mew=1.2, gid="no-snap")

@@ -12,7 +12,7 @@ from stripfold.plots.style import BLACK, CM, GREY, REFERENCE, UNSTABLE, figure, 
 
 @styled
 def draw(data: xr.Dataset, height: float | None = None) -> Figure:
-    """Draw lambda over the deflection: stable part solid, unstable part dashed, lambda_0 and lambda_c in green.
+    """Draw lambda over the deflection: stable solid, unstable dashed, lambda_0 and lambda_c in green.
 
     Parameters
     ----------
@@ -46,12 +46,12 @@ def _curve(ax: Axes, chosen: Branch, marker: str = "") -> None:
     for part, stable in chosen.runs():
         name, colour, line = ("stable", BLACK, "-") if stable else ("unstable", UNSTABLE, "--")
         x, y = CM * chosen.deflection[part], CM * chosen.advance[part]
-        ax.plot(
-            x, y, color=colour, ls=line, marker=marker, ms=3, label=None if name in named else name, zorder=3
-        )
+        (curve,) = ax.plot(x, y, color=colour, ls=line, marker=marker, ms=3, zorder=3)
+        if name not in named:
+            curve.set_label(name)
         named.add(name)
-    x, y = CM * chosen.deflection[chosen.critical], CM * chosen.lambda_c
-    ax.plot(x, y, "o", color=BLACK, zorder=4, label="critical point")
+    point = CM * chosen.deflection[chosen.critical], CM * chosen.lambda_c
+    ax.plot(*point, "o", color=BLACK, zorder=4, label="critical point")
 
 
 def _zoom(ax: Axes, chosen: Branch) -> None:

@@ -70,7 +70,7 @@ def draw(data: xr.Dataset, height: float | None = None) -> Figure:
 
 
 def outline(middle: Array, thickness: float) -> Array:
-    """Closed outline of a strip: its mid-surface, shape (n, 2), moved by half the thickness along both normals."""
+    """Closed outline of a strip: its mid-surface, shape (n, 2), moved by half the thickness both ways."""
     tangent = np.gradient(middle, axis=0)
     normal = np.stack([-tangent[:, 1], tangent[:, 0]], axis=1) / np.linalg.norm(tangent, axis=1)[:, None]
     half = 0.5 * thickness * normal
@@ -128,6 +128,8 @@ def _label_deformed(ax: Axes, length: float, exaggeration: float) -> None:
     ax.text(0.012 * length, reach, "$z$", va="top")
     high = ax.get_ylim()[1]
     ax.text(-0.55 * length, high, "(b) deformed configuration", va="top")
-    at = {"x": 0.5 * length, "ha": "right", "va": "bottom", "fontsize": 8}
-    ax.text(y=0.025 * length, s="mid-surface", color=MID_SURFACE, **at)
-    ax.text(y=0.085 * length, s=f"thickness drawn\n{exaggeration:.0f} times too large", **at)
+    for y, colour, text in (
+        (0.025, MID_SURFACE, "mid-surface"),
+        (0.085, BLACK, f"thickness drawn\n{exaggeration:.0f} times too large"),
+    ):
+        ax.text(0.5 * length, y * length, text, color=colour, ha="right", va="bottom", fontsize=8)

@@ -1,4 +1,4 @@
-"""Critical points in units of L*: all materials on the elastica's one curve, and how far the solid is from it."""
+"""Critical points in units of L*: all materials on the elastica's one curve, and how far they are from it."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ def draw(data: xr.Dataset, curve: xr.Dataset) -> Figure:
     data
         Critical points of several materials (:mod:`stripfold.plots.materials`).
     curve
-        The elastica's critical points from :func:`stripfold.elastica.master_curve`: ``lambda_c`` over ``z``, both
-        in L*, and the attribute ``touch_limit``, the height under which the sag touches first.
+        The elastica's critical points from :func:`stripfold.elastica.master_curve`: ``lambda_c`` over ``z``,
+        both in L*, and the attribute ``touch_limit``, the height under which the sag touches first.
     """
     z, lam = curve["z"].values, curve["lambda_c"].values
     limit = float(curve.attrs["touch_limit"])
@@ -46,16 +46,13 @@ def draw(data: xr.Dataset, curve: xr.Dataset) -> Figure:
         bottom.errorbar(heights, difference, yerr=p.error[p.snap] / unit, gid="difference", **error_bars(how))
     for ax in (top, bottom):
         _shade(ax, limit)
-    top.text(
-        0.5 * limit, 0.5, "sag touches first", rotation=90, transform=top.get_xaxis_transform(), ha="center"
-    )
+    place = top.get_xaxis_transform()
+    top.text(0.5 * limit, 0.5, "sag touches first", rotation=90, transform=place, ha="center")
     top.set_xlim(left=0.0)
     top.set_ylabel(r"$\lambda_c\,/\,L^*$")
     bottom.set(xlabel=r"gripper height $z\,/\,L^*$", ylabel=r"(solid $-$ elastica)$\,/\,L^*$")
-    elastica = Line2D([], [], color=BLACK, lw=1.0, label="elastica")
-    fig.legend(
-        handles=[*legend_handles(data), elastica], title=ETA_TITLE, loc="outside upper center", ncols=2
-    )
+    handles = [*legend_handles(data), Line2D([], [], color=BLACK, lw=1.0, label="elastica")]
+    fig.legend(handles=handles, title=ETA_TITLE, loc="outside upper center", ncols=2)
     fig.align_ylabels()
     return fig
 

@@ -26,7 +26,8 @@ ETA_TITLE = r"$\eta_b$ [m$^{-4}$ s$^2$]"
 class Points(NamedTuple):
     """Heights of one material, ascending, without padding; shape (m,), m.
 
-    ``advance`` is lambda_c where ``snap``, elsewhere lambda where the advance ended; ``error`` is its error estimate.
+    ``first`` is lambda_0; ``advance`` is lambda_c where ``snap``, elsewhere lambda where the advance ended;
+    ``error`` is the estimate of its error.
     """
 
     height: Array
@@ -65,7 +66,7 @@ def points(data: xr.Dataset, material: str) -> Points:
 
 
 def eta(data: xr.Dataset, material: str) -> str:
-    """``eta_b`` of a material for a legend whose title is :data:`ETA_TITLE`, with its name where it has one."""
+    """``eta_b`` of a material for a legend under :data:`ETA_TITLE`, with its name where it has one."""
     one = data.sel(material=material)
     label = str(one["label"].values)
     number = f"{float(f'{float(one.eta_b):.3g}'):.10g}"

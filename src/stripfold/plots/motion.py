@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from stripfold.plots.states import Branch, branch
+from stripfold.plots.states import Array, Branch, branch
 from stripfold.plots.style import BLACK, BLUE, CM, UNSTABLE, equal, floor, styled
 
 STATES, UNSTABLE_STATES = 9, 2
@@ -68,9 +68,12 @@ def _path(ax: Axes, chosen: Branch) -> None:
     arrow = {"arrowstyle": "-|>", "lw": 1.2, "color": BLUE, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 8}
     ax.annotate("", xy=(end[0], end[1]), xytext=(start[0], start[1]), arrowprops=arrow, zorder=5)
     text = f"gripper, $z$ = {CM * chosen.height:.1f} cm"
-    ax.annotate(
-        text, 0.5 * (start + end), (0, 4), textcoords="offset points", ha="center", va="bottom", color=BLUE
-    )
+    _above(ax, 0.5 * (start + end), text, BLUE)
     ax.plot(*start, "o", ms=3, color=BLUE, zorder=6)
     for point, text in ((start, r"$\lambda_0$"), (end, r"$\lambda_c$")):
-        ax.annotate(text, point, xytext=(0, 4), textcoords="offset points", ha="center", va="bottom")
+        _above(ax, point, text)
+
+
+def _above(ax: Axes, point: Array, text: str, colour: str = BLACK) -> None:
+    at = (float(point[0]), float(point[1]))
+    ax.annotate(text, at, (0, 4), textcoords="offset points", ha="center", va="bottom", color=colour)

@@ -8,14 +8,11 @@ from matplotlib.ticker import MultipleLocator
 
 from stripfold.plots.style import BLACK, VERMILLION, figure, note, styled
 
+_SVK = r"$\mathbf{S} = \mathbf{C}:\mathbf{E}$"
+_PRINTED = r"$\mathbf{S} = \det\mathbf{F}\,\mathbf{F}^{-1}(\mathbf{C}:\mathbf{E})\,\mathbf{F}^{-\top}$"
 _LAWS = (
-    ("svk", r"$\mathbf{S} = \mathbf{C}:\mathbf{E}$ (St Venant-Kirchhoff, used here)", BLACK, "-"),
-    (
-        "printed",
-        r"$\mathbf{S} = \det\mathbf{F}\,\mathbf{F}^{-1}(\mathbf{C}:\mathbf{E})\,\mathbf{F}^{-\top}$ (as printed)",
-        VERMILLION,
-        "--",
-    ),
+    ("svk", f"{_SVK} (St Venant-Kirchhoff, used here)", BLACK, "-"),
+    ("printed", f"{_PRINTED} (as printed)", VERMILLION, "--"),
 )
 
 
@@ -38,11 +35,11 @@ def draw(data: xr.Dataset) -> Figure:
         ax.plot(values["angle"], values, "o", color=VERMILLION, clip_on=False)
         ax.set_ylim(0.0, 1.32 * float(values.max()))
     places = (((4, -5), "left", "top"), ((5, 0), "left", "bottom"), ((-5, 5), "right", "bottom"))
-    for x, y, (offset, ha, va) in zip(
-        marked["angle"].values, marked["stress_printed"].values, places, strict=True
-    ):
-        text = f"{y:.4f}" if y > 1e-9 else "0"
-        top.annotate(text, (x, y), offset, textcoords="offset points", ha=ha, va=va, color=VERMILLION)
+    for place, (offset, ha, va) in zip(marked["angle"].values, places, strict=True):
+        value = float(marked["stress_printed"].sel(angle=place))
+        text = f"{value:.4f}" if value > 1e-9 else "0"
+        at = (place, value)
+        top.annotate(text, at, offset, textcoords="offset points", ha=ha, va=va, color=VERMILLION)
     percent = 100.0 * (float(data.attrs["stretch"]) - 1.0)
     note(top, f"(a) bar stretched by {percent:.0f} %, then rotated")
     note(bottom, "(b) unstretched strip, rotated")

@@ -1,4 +1,4 @@
-"""One branch out of a dataset of :mod:`stripfold.studies.xaxis`, without its padding: what several figures draw."""
+"""One branch out of a dataset of :mod:`stripfold.studies.xaxis`, without its padding."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class Branch:
         return out
 
     def evenly(self, first: int, last: int, count: int) -> list[int]:
-        """At most ``count`` indices between ``first`` and ``last``, exclusive, evenly spaced in deflection."""
+        """At most ``count`` indices between ``first`` and ``last``, both excluded, even in deflection."""
         wanted = np.linspace(self.deflection[first], self.deflection[last], count + 2)[1:-1]
         inner = np.arange(first + 1, last)
         if not len(inner):
@@ -89,9 +89,7 @@ def branch(data: xr.Dataset, height: float | None = None) -> Branch:
     wanted = DEFAULT_HEIGHT * data.attrs["gravity_length"] if height is None else height
     heights = np.where(data["snap"].values > 0, data["height"].values, np.nan)
     if np.all(np.isnan(heights)):
-        raise InvalidInputError(
-            "data", "no height with a snap", "at least one height at which the strip snaps"
-        )
+        raise InvalidInputError("data", "no height with a snap", "one with a height at which the strip snaps")
     one = data.isel(height=int(np.nanargmin(np.abs(heights - wanted))))
     steps = np.flatnonzero(np.isfinite(one["lambda"].values))
     one = one.isel(step=steps)

@@ -68,7 +68,7 @@ _MARKERS = ("o", "s", "^", "D", "v", "P", "X", "p")
 
 
 def look(index: int) -> Look:
-    """Look of the material at ``index`` of its dataset; colours come back after 7, but with another marker."""
+    """Look of the material at ``index`` of its dataset; a colour that comes back has another marker."""
     return Look(_COLOURS[index % len(_COLOURS)], _MARKERS[index % len(_MARKERS)])
 
 
@@ -90,9 +90,13 @@ def figure(height: float, width: float = WIDTH) -> Figure:
 
 def equal(xlim: tuple[float, float], ylim: tuple[float, float], above: float = 0.0) -> tuple[Figure, Axes]:
     """A figure as high as its one pair of axes needs for equal scales, plus ``above`` inches for a legend."""
-    across, up = WIDTH - 0.55, 0.55  # what the labels leave, and need
-    fig = figure(up + above + across * (ylim[1] - ylim[0]) / (xlim[1] - xlim[0]))
-    ax = fig.subplots()
+    left, right, below, top = 0.43, 0.05, 0.42, 0.05 + above  # inches
+    across = WIDTH - left - right
+    up = across * (ylim[1] - ylim[0]) / (xlim[1] - xlim[0])
+    height = below + up + top
+    # Placed by hand: constrained layout misjudges axes of a fixed shape.
+    fig = Figure(figsize=(WIDTH, height))
+    ax = fig.add_axes((left / WIDTH, below / height, across / WIDTH, up / height))
     ax.set(aspect="equal", xlim=xlim, ylim=ylim)
     return fig, ax
 

@@ -106,9 +106,7 @@ def step(problem: Problem, point: Point, ds: float, options: StepOptions) -> Poi
     new = evaluate(problem, state, t, point.arc + ds, point.mode)
     cosine = inner(problem.metric, t, new.tangent)
     if cosine < options.least_cosine and ds > options.kink:
-        raise NewtonError(
-            f"guard: the branch turns by a cosine of {cosine:.2f}", parameter=state.lam, step=ds
-        )
+        raise NewtonError(f"guard: the branch turns by a cosine of {cosine:.2f}", parameter=state.lam, step=ds)
     if abs(new.negatives - point.negatives) > options.largest_inertia_change:
         raise NewtonError("guard: several eigenvalues changed sign at once", parameter=state.lam, step=ds)
     return new

@@ -46,9 +46,14 @@ class CriticalPoint:
     mode: Array
     evaluations: int
 
+    @property
+    def width(self) -> float:
+        """Width of the bracket."""
+        return self.upper - self.lower
+
 
 def passed(point: Point, before: Point | None = None) -> bool:
-    """Whether a point lies past the critical point: by tangent, by inertia, or because lambda has fallen since ``before``.
+    """Whether a point lies past the critical point: by tangent, by inertia, or as lambda has fallen since ``before``.
 
     The last sees what the others miss: a maximum and a minimum in one step.
     """
@@ -86,11 +91,7 @@ def locate(
         else:
             before = middle
     zero = _share(before.eigenvalues[0], after.eigenvalues[0])
-    agree = (
-        after.tangent.lam <= 0.0
-        and after.negatives > 0
-        and before.eigenvalues[0] > 0.0 > after.eigenvalues[0]
-    )
+    agree = after.tangent.lam <= 0.0 and after.negatives > 0 and before.eigenvalues[0] > 0.0 > after.eigenvalues[0]
     nearer = min(before, after, key=lambda p: abs(p.eigenvalues[0]))
     return CriticalPoint(
         lam=lower,

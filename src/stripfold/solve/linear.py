@@ -97,7 +97,7 @@ class BandPattern:
     def assemble(self, element_matrices: Array) -> Band:
         """Sum element matrices, shape (n_elements, n_local, n_local)."""
         height = 3 * self.width + 1
-        flat = np.bincount(self.position, element_matrices.ravel(), minlength=height * self.size)
+        flat = np.bincount(self.position, element_matrices.ravel(), minlength=height * self.size).astype(float)
         return Band(flat.reshape((height, self.size), order="F"), self.width)
 
 
@@ -158,9 +158,7 @@ class Band:
             options={"SymmetricMode": True},
         )
         if not np.array_equal(lu.perm_r, np.arange(self.size)):
-            raise SolveError(
-                "the count of negative eigenvalues needed a pivot", advice="shift the step a little"
-            )
+            raise SolveError("the count of negative eigenvalues needed a pivot", advice="shift the step a little")
         return int(np.sum(lu.U.diagonal() < 0.0))
 
     def to_sparse(self) -> sparse.csc_matrix:

@@ -17,7 +17,6 @@ from ..errors import NewtonError, SolveError
 from .linear import solve_bordered
 from .problem import Array, Equilibrium, Index, Problem
 
-
 EPS = float(np.finfo(float).eps)
 
 
@@ -97,9 +96,7 @@ def solve(
         worst = float(np.abs(unbalanced).max(initial=0.0))
         history.append(worst)
         if not np.isfinite(worst):
-            raise NewtonError(
-                "Newton's method met a value that is not finite", parameter=lam, residuals=history
-            )
+            raise NewtonError("Newton's method met a value that is not finite", parameter=lam, residuals=history)
         # A residual cannot be smaller than what the rounding of q alone changes in it; in a thin strip that is far
         # above any fixed tolerance, and far below anything that moves the strip.
         settled = worst <= options.force_tolerance

@@ -37,9 +37,9 @@ def run(
     Dataset over ``case``: what was drawn, what came out, and ``verdict`` 0 right, 1 wrong branch, 2 typed error.
     """
     rows = []
-    for case in cases:
+    for number in cases:
         # One stream per case: any part of the study can be run alone.
-        draw = np.random.default_rng([seed, case])
+        draw = np.random.default_rng([seed, number])
         eta_b = float(np.exp(draw.uniform(*np.log(ETA_B))))
         height, length = float(draw.uniform(*HEIGHT)), float(draw.uniform(*LENGTH))
         h = Material(eta_b, eta_m).relative_thickness
@@ -55,9 +55,11 @@ def run(
             shifted = truth.advance + THICKNESS_SHIFT * h**2
             same = end == End.SNAP and abs(found - shifted) <= TOLERANCE * truth.advance
             verdict = RIGHT if same else WRONG
-        rows.append((case, eta_b, height, length, h, truth.advance, truth.length, found, free, folds, verdict, end, message))
+        rows.append(
+            (number, eta_b, height, length, h, truth.advance, truth.length, found, free, folds, verdict, end, message)
+        )
         if progress:
-            progress(f"case {case}: {end or message}")
+            progress(f"case {number}: {end or message}")
     names = {
         "eta_b": ("m-4 s2", "weight-to-bending-stiffness ratio"),
         "height": ("1", "gripper height / L*"),
@@ -74,7 +76,11 @@ def run(
     }
     columns = list(zip(*rows, strict=True))
     data = {
-        name: ("case", np.array(column, dtype=object if name in ("end", "message") else None), {"units": u, "long_name": t})
+        name: (
+            "case",
+            np.array(column, dtype=object if name in ("end", "message") else None),
+            {"units": u, "long_name": t},
+        )
         for (name, (u, t)), column in zip(names.items(), columns[1:], strict=True)
     }
     case = ("case", np.array(columns[0]), {"units": "1", "long_name": "number of the case"})

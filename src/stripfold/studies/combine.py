@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -45,7 +46,9 @@ def critical_points(runs: Mapping[str, xr.Dataset], labels: Mapping[str, str]) -
 
     first = runs[names[0]]
     dims = ("material", "height_index")
-    data = {key: (dims, np.stack([padded(runs[m][key]) for m in names]), first[key].attrs) for key in PER_HEIGHT}
+    data: dict[str, Any] = {
+        key: (dims, np.stack([padded(runs[m][key]) for m in names]), first[key].attrs) for key in PER_HEIGHT
+    }
     data["height"] = (dims, np.stack([padded(runs[m]["height"]) for m in names]), first["height"].attrs)
     for key, units in PER_MATERIAL.items():
         values = np.array([runs[m].attrs[key] for m in names])

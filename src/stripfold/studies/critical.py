@@ -91,7 +91,7 @@ def _elastica(scene: Scene) -> Found:
     height = scene.height_star
     point = elastica.critical(height)
     lambda_0 = elastica.state_no_horizontal_force(height).advance
-    end = point.state if point.state is not None else point.touch and point.touch.state
+    end = point.state or (point.touch.state if point.touch else None)
     assert end is not None
     if end.length >= scene.length_star:
         return lambda_0, nan, nan, nan, nan, end.length, False, End.LIFTED.reason
@@ -120,8 +120,7 @@ def _solid(scene: Scene, progress: Progress) -> Found:
     coarse, fine = follow(2.0 * refinement), follow(refinement)
     while True:
         change = abs(fine.last.lam - coarse.last.lam)
-        width = fine.critical.upper - fine.critical.lower if fine.critical else 0.0
-        error = change + width
+        error = change + (fine.critical.width if fine.critical else 0.0)
         if fine.end is coarse.end and error <= scene.accuracy * fine.last.lam:
             break
         if refinement / 2.0 < FINEST:

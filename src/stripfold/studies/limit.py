@@ -54,7 +54,11 @@ def run(
                 np.abs(lambda_c[:, -1] - lambda_c[:, -2]),
                 {"units": "1", "long_name": "change of lambda_c / L* from the last refinement"},
             ),
-            "order": ("eta_m", order, {"units": "1", "long_name": "order of the difference in eta_m, from the value before"}),
+            "order": (
+                "eta_m",
+                order,
+                {"units": "1", "long_name": "order of the difference in eta_m, from the value before"},
+            ),
             "thickness": ("eta_m", thickness, {"units": "1", "long_name": "h / L*"}),
         },
         coords={

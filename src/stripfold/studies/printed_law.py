@@ -55,8 +55,8 @@ def rotation(angle: Array) -> Array:
 def stress(law: Law, angle: Array) -> Array:
     """``S_11 / E`` of a bar stretched along its axis and then rotated, shape (m,).
 
-    ``S = F^-1 P`` with ``F = R(angle) diag(STRETCH, 1)`` is the second Piola-Kirchhoff stress: its components are
-    along the axes of the material, which turn with the bar.
+    ``S = F^-1 P`` with ``F = R(angle) diag(STRETCH, 1)`` is the second Piola-Kirchhoff stress: its components
+    are along the axes of the material, which turn with the bar.
     """
     f = rotation(angle) @ np.diag([STRETCH, 1.0])
     return np.asarray(np.linalg.solve(f, law.stress(f, _LAME))[..., 0, 0])
@@ -65,11 +65,11 @@ def stress(law: Law, angle: Array) -> Array:
 def stiffness(law: Law, angle: Array) -> Array:
     """Bending stiffness over ``D = E h^3 / 12`` of a strip whose section is rotated, shape (m,).
 
-    Bent to the curvature ``kappa``, a strip with the tangent ``t`` at ``angle`` has, at the distance ``zeta`` from its
-    mid-surface, the deformation gradient ``F = R diag(1 - kappa zeta, 1)``.  The traction on its section is ``P e_1``,
-    and ``P_tt = t . P e_1`` is its component along the rotated axis.  The moment
-    ``M = -integral zeta P_tt d zeta`` is what works on ``kappa``; the stiffness is ``dM / dkappa`` at ``kappa = 0``,
-    taken with the law's tangent and integrated over the thickness by Gauss's rule, exactly.
+    Bent to the curvature ``kappa``, a strip whose tangent ``t`` is at ``angle`` has, at the distance ``zeta``
+    from its mid-surface, the deformation gradient ``F = R diag(1 - kappa zeta, 1)``.  The traction on its
+    section is ``P e_1``, and ``P_tt = t . P e_1`` its component along the rotated axis.  The moment
+    ``M = -integral P_tt zeta d zeta`` works on a change of ``kappa``; the stiffness is ``dM / dkappa``
+    at ``kappa = 0``, with the law's tangent and Gauss's rule over the thickness, which is exact here.
     """
     r = rotation(angle)
     axis = r[..., :, 0]

@@ -231,9 +231,7 @@ def along_x(
             fold = None
     index = fold
     found = critical.locate(problem, points[index - 1], points[index], LAMBDA_TOLERANCE, options)
-    points[index:index] = [
-        p for p in (found.before, found.after) if p not in (points[index - 1], points[index])
-    ]
+    points[index:index] = [p for p in (found.before, found.after) if p not in (points[index - 1], points[index])]
     return XRun(problem, tuple(points), End.SNAP, found, found.before, contact_folds)
 
 

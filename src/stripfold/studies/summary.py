@@ -54,7 +54,9 @@ def summarise(data: Mapping[str, xr.Dataset], sources: Mapping[str, str]) -> dic
     branches = data["branches"]
     verdict, cases = branches["verdict"].values, branches.sizes["case"]
     wrong, failed = int(np.sum(verdict == WRONG)), int(np.sum(verdict == FAILED))
-    out["branch_cases"] = entry(cases, "count", "random strips run on the solid", ">= 2000", cases >= 2000, sources["branches"])
+    out["branch_cases"] = entry(
+        cases, "count", "random strips run on the solid", ">= 2000", cases >= 2000, sources["branches"]
+    )
     out["branch_jumps"] = entry(
         wrong, "count", "of these, on a wrong branch against the elastica", "0", wrong == 0, sources["branches"]
     )
@@ -89,7 +91,13 @@ def _points(out: dict[str, Entry], points: xr.Dataset, master: xr.Dataset, sourc
     )
     error = (points["lambda_error"] / points["lambda_c"]).values[found]
     out["lambda_c_error_max"] = entry(
-        error.max(), "1", "largest estimated relative discretisation error of lambda_c", "< 1e-3", error.max() < 1e-3, source, 2
+        error.max(),
+        "1",
+        "largest estimated relative discretisation error of lambda_c",
+        "< 1e-3",
+        error.max() < 1e-3,
+        source,
+        2,
     )
     width = ((points["lambda_c_upper"] - points["lambda_c_lower"]) / unit).values[found]
     out["bracket_max"] = entry(
@@ -150,7 +158,9 @@ def markdown(summary: Mapping[str, Entry]) -> str:
     for key, item in summary.items():
         unit = "" if item["unit"] in ("1", "count") else f" {item['unit']}"
         what, criterion = (item[part].replace("|", "\\|") for part in ("statement", "criterion"))
-        rows.append(f"| `{key}` | {item['value']:g}{unit} | {what} | {criterion} | {'yes' if item['holds'] else 'no'} |")
+        rows.append(
+            f"| `{key}` | {item['value']:g}{unit} | {what} | {criterion} | {'yes' if item['holds'] else 'no'} |"
+        )
     return "\n".join(rows) + "\n"
 
 

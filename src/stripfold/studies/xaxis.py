@@ -1,6 +1,7 @@
 """The x-axis study: one material, many heights; the paper's section IV without its dynamics.
 
-The strip is lifted once; at each height the gripper moves from lambda_0 along x to what ends its advance.  Stored in SI.
+The strip is lifted once; at each height the gripper moves from lambda_0 along x to what ends its advance.  Stored
+in SI.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ..material import Material
+from ..solve.critical import CriticalPoint
 from .diagnostics import Record, record
 from .static import End, Strip, XRun, along_x, lift
 
@@ -30,10 +32,9 @@ class HeightResult:
 
     @property
     def discretisation_error(self) -> float:
-        """Estimate for lambda at the end of the advance, L*: what halving the elements changed, never below the bracket."""
+        """Estimate for lambda at the end of the advance, L*: what halving the elements changed, and the bracket."""
         change = abs(self.run.last.lam - self.coarse.last.lam)
-        width = self.run.critical.upper - self.run.critical.lower if self.run.critical else 0.0
-        return change + width
+        return change + (self.run.critical.width if self.run.critical else 0.0)
 
 
 def at_heights(
@@ -71,14 +72,10 @@ def dataset(material: Material, length: float, results: Sequence[HeightResult]) 
     unit, force = material.gravity_length, material.force_scale
     n_step = max(len(r.records) for r in results)
     n_node = max(len(r.run.problem.model.s) for r in results)
-    data = xr.Dataset(
-        attrs={"eta_b": material.eta_b, "eta_m": material.eta_m, "nu": material.nu, "length": length}
-    )
+    data = xr.Dataset(attrs={"eta_b": material.eta_b, "eta_m": material.eta_m, "nu": material.nu, "length": length})
     data.attrs |= {"gravity_length": unit, "thickness": material.thickness, "rho_a": material.rho_a}
 
-    def put(
-        name: str, dims: tuple[str, ...], values: Array, units: str, long_name: str, symbol: str = ""
-    ) -> None:
+    def put(name: str, dims: tuple[str, ...], values: Array, units: str, long_name: str, symbol: str = "") -> None:
         data[name] = (
             dims,
             values,
@@ -126,34 +123,34 @@ def dataset(material: Material, length: float, results: Sequence[HeightResult]) 
     put("lambda_end", at, end, "m", "advance at its end: critical, first touch or strip lifted")
     put("lambda_c", at, end * only_snap, "m", "critical advance of the gripper", "lambda_c")
 
-    def of_critical(get: Callable[[HeightResult], float]) -> Array:
-        return per_height(lambda r: get(r) if r.run.critical else np.nan)
+    def of_critical(get: Callable[[CriticalPoint], float]) -> Array:
+        return per_height(lambda r: get(r.run.critical) if r.run.critical else np.nan)
 
     put(
         "lambda_c_lower",
         at,
-        unit * of_critical(lambda r: r.run.critical.lower),
+        unit * of_critical(lambda c: c.lower),
         "m",
         "lower end of the bracket",
     )
     put(
         "lambda_c_upper",
         at,
-        unit * of_critical(lambda r: r.run.critical.upper),
+        unit * of_critical(lambda c: c.upper),
         "m",
         "upper end of the bracket",
     )
     put(
         "lambda_c_eigenvalue",
         at,
-        unit * of_critical(lambda r: r.run.critical.eigenvalue_lam),
+        unit * of_critical(lambda c: c.eigenvalue_lam),
         "m",
         "advance where the smallest eigenvalue is zero",
     )
     put(
         "detectors_agree",
         at,
-        of_critical(lambda r: float(r.run.critical.agree)),
+        of_critical(lambda c: float(c.agree)),
         "1",
         "1 where all detectors agree",
     )
@@ -204,12 +201,16 @@ def dataset(material: Material, length: float, results: Sequence[HeightResult]) 
     )
     frequency = material.gravity / unit
     for k in range(2):
+
+        def eigenvalue(x: Record, k: int = k) -> float:
+            return float(x.eigenvalues[k])
+
         name = f"eigenvalue_{k + 1}"
         long_name = f"eigenvalue {k + 1} of (K, M), nearest zero"
         put(
             name,
             steps,
-            frequency * per_step(lambda x, k=k: x.eigenvalues[k]),
+            frequency * per_step(eigenvalue),
             "s-2",
             long_name,
             f"mu_{k + 1}",
@@ -257,13 +258,9 @@ def dataset(material: Material, length: float, results: Sequence[HeightResult]) 
     put("arc", ("height", "node"), unit * s, "m", "distance along the strip from the grasped end", "s")
     put("x", nodes, unit * x, "m", "mid-surface, horizontal; origin mid-strip", "x")
     put("z", nodes, unit * z, "m", "mid-surface, height over the floor", "z")
-    put(
-        "mode_x", ("height", "node"), mode[..., 0], "1", "critical eigenvector at the mid-surface, horizontal"
-    )
+    put("mode_x", ("height", "node"), mode[..., 0], "1", "critical eigenvector at the mid-surface, horizontal")
     put("mode_z", ("height", "node"), mode[..., 1], "1", "critical eigenvector at the mid-surface, vertical")
-    deflection = np.sqrt(
-        np.nansum(_node_weights(s)[:, None] * ((x - x[:, :1]) ** 2 + (z - z[:, :1]) ** 2), axis=-1)
-    )
+    deflection = np.sqrt(np.nansum(_node_weights(s)[:, None] * ((x - x[:, :1]) ** 2 + (z - z[:, :1]) ** 2), axis=-1))
     deflection[np.isnan(x[..., 0])] = np.nan
     long_name = "root mean square displacement of the mid-surface from lambda_0"
     put("deflection", steps, unit * deflection, "m", long_name)
