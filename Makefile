@@ -22,10 +22,17 @@ unexport PYTHONPATH PYTHONHOME VIRTUAL_ENV
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: all test lint quick env lock clean help
+.PHONY: all studies readme test lint quick env lock clean help
 
 all: $(STAMP) ## Redo every run, figure and number of the paper (set CORES=n to use fewer cores)
 	$(SNAKEMAKE) all --cores $(CORES)
+
+studies: $(STAMP) ## Redo the long studies of the solver, whose results the repository holds (about half an hour)
+	rm -f results/studies/*.nc
+	$(SNAKEMAKE) studies summary --cores $(CORES)
+
+readme: $(STAMP) ## Bring the README's table of numbers in line with results/summary.json
+	$(SNAKEMAKE) readme --cores 1
 
 test: $(STAMP) ## Run the tests (set PYTEST_ARGS="-k fold" to choose)
 	$(IN_VENV) python -m pytest $(PYTEST_ARGS)

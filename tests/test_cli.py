@@ -221,6 +221,17 @@ def test_the_solid_for_real():
     assert values["error"] < 1e-2 * values["lambda_c"]
 
 
+def test_progress_goes_to_a_terminal_on_standard_error():
+    ours, theirs = os.openpty()
+    line = [sys.executable, "-m", "stripfold", *STRIP, "--model", "elastica", "--json"]
+    with os.fdopen(theirs) as terminal:
+        done = subprocess.run(line, stdout=subprocess.PIPE, stderr=terminal, text=True)
+        shown = os.read(ours, 4096).decode()
+    os.close(ours)
+    assert json.loads(done.stdout)["snap"] is True
+    assert "[00:00]" in shown
+
+
 def test_bad_input_for_real():
     done = command(*STRIP, "--length", "0.2")
     assert (done.returncode, done.stdout) == (2, "")

@@ -121,8 +121,17 @@ def test_the_file_is_never_there_half(tmp_path):
         temporary.write_text("whole")
         assert not path.exists()
         assert (temporary.name, temporary.suffix) == ("a.txt", ".txt")
-        assert temporary.stat().st_dev == tmp_path.stat().st_dev
+        assert temporary.parent.parent == tmp_path  # on the same file system, whatever TMPDIR says
     assert path.read_text() == "whole"
+
+
+def test_the_old_file_is_replaced_not_overwritten(tmp_path):
+    # Who has the old file open goes on reading the old content.
+    store.write_text("old", tmp_path / "a.txt")
+    with (tmp_path / "a.txt").open() as reader:
+        store.write_text("new", tmp_path / "a.txt")
+        assert reader.read() == "old"
+    assert (tmp_path / "a.txt").read_text() == "new"
 
 
 def test_folders_are_made_and_permissions_are_the_usual_ones(tmp_path):
@@ -197,13 +206,17 @@ def checkout(tmp_path, monkeypatch):
 
 def test_commit_of_a_checkout(checkout):
     package = checkout / "src" / "stripfold"
-    assert store.git_commit(package) == "unknown"  # not tracked: somebody else's checkout
+    assert store.git_commit(package) == "unknown"  # not tracked
     run_git(checkout, "add", ".")
     assert store.git_commit(package) == "unknown"  # no commit yet
     run_git(checkout, "commit", "-q", "-m", "first")
     commit = run_git(checkout, "rev-parse", "HEAD")
     assert len(commit) == 40
     assert store.git_commit(package) == commit
+    installed = checkout / "site-packages" / "stripfold"
+    installed.mkdir(parents=True)
+    (installed / "store.py").write_text("")
+    assert store.git_commit(installed) == "unknown"  # inside the checkout, but not of it
     (checkout / "README.md").write_text("changed, but decides no result")
     assert store.git_commit(package) == commit
     (package / "new.py").write_text("")

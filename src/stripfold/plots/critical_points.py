@@ -59,8 +59,8 @@ def legend_handles(data: xr.Dataset) -> list[Line2D]:
 def draw_points(ax: Axes, p: Points, scale: float, how: Look, **options: Any) -> None:
     """Draw one material's points, lengths times ``scale``: markers joined by a line, crosses without snap."""
     z, lam, error = scale * p.height, scale * p.advance, scale * p.error
-    ax.errorbar(z[p.snap], lam[p.snap], yerr=error[p.snap], gid="snap", **error_bars(how) | options)
-    ax.plot(z[~p.snap], lam[~p.snap], "x", color=how.colour, mew=1.2, gid="no-snap")
+    ax.errorbar(z[p.snap], lam[p.snap], yerr=error[p.snap], **error_bars(how) | options)
+    ax.plot(z[~p.snap], lam[~p.snap], "x", color=how.colour, mew=1.2, label="_no-snap")
 
 
 def error_bars(how: Look) -> dict[str, Any]:

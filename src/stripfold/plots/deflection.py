@@ -29,7 +29,7 @@ def draw(data: xr.Dataset, height: float | None = None) -> Figure:
     right = CM * float(chosen.deflection.max())
     low, high = CM * chosen.lambda_0, CM * chosen.lambda_c
     for value, name, at in ((low, "lambda_0", 0.12), (high, "lambda_c", 0.0)):
-        ax.axhline(value, color=REFERENCE, lw=1.0, zorder=1, gid=name)
+        ax.axhline(value, color=REFERENCE, lw=1.0, zorder=1, label=f"_{name}")
         ax.text(at * right, value, rf"$\{name}$ = {value:.2f} cm", color=REFERENCE, va="bottom")
     ax.set_xlim(-0.02 * right, 1.05 * right)
     ax.set_ylim(low - 0.07 * (high - low), high + 0.12 * (high - low))

@@ -60,7 +60,7 @@ def draw(data: xr.Dataset, height: float | None = None) -> Figure:
         ax.axis("off")
         _floor(ax, length, thickness)
         ax.add_patch(Polygon(outline(middle, thickness), facecolor=STRIP, edgecolor=BLACK, lw=0.6, zorder=2))
-        ax.plot(*middle.T, color=MID_SURFACE, lw=1.3, zorder=3, gid="mid-surface")
+        ax.plot(*middle.T, color=MID_SURFACE, lw=1.3, zorder=3, label="_mid-surface")
         _mark(ax, middle[-1], _RIGHT, HOLDING, "holding-point")
     _mark(axes[0], flat[0], _LEFT, GRASPING, "grasping-point")
     _mark(axes[1], state[0], _ABOVE, GRASPING, "grasping-point")
@@ -81,13 +81,13 @@ def _floor(ax: Axes, length: float, thickness: float) -> None:
     depth, left = 0.03 * length, -0.555 * length
     low = -thickness / 2.0
     ground = Rectangle((left, low - depth), -2.0 * left, depth, hatch="////////", fc="none", ec=GREY, lw=0.0)
-    ground.set_gid("floor")
+    ground.set_label("_floor")
     ax.add_patch(ground)
     ax.plot([left, -left], [low, low], color=BLACK, lw=0.8, zorder=1)
 
 
-def _mark(ax: Axes, point: Array, marker: list[tuple[float, float]], colour: str, gid: str) -> None:
-    ax.plot(*point, ls="none", marker=marker, ms=16, mew=0, color=colour, zorder=4, gid=gid)
+def _mark(ax: Axes, point: Array, marker: list[tuple[float, float]], colour: str, name: str) -> None:
+    ax.plot(*point, ls="none", marker=marker, ms=16, mew=0, color=colour, zorder=4, label=f"_{name}")
 
 
 def _arrow(ax: Axes, tail: tuple[float, float], head: tuple[float, float], style: str = "-|>") -> None:

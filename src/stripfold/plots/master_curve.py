@@ -34,7 +34,7 @@ def draw(data: xr.Dataset, curve: xr.Dataset) -> Figure:
     fig = figure(4.6)
     top, bottom = fig.subplots(2, 1, sharex=True, height_ratios=[2.0, 1.0])
     line = {"color": BLACK, "lw": 1.0, "zorder": 1}
-    top.plot(z, lam, gid="elastica", **line)
+    top.plot(z, lam, label="_elastica", **line)
     bottom.axhline(0.0, **line)
     for name, how in looks(data):
         unit = float(data["gravity_length"].sel(material=name))
@@ -43,7 +43,7 @@ def draw(data: xr.Dataset, curve: xr.Dataset) -> Figure:
         draw_points(top, p, 1.0 / unit, how, ls="none", mfc="none", mew=0.8, ms=4.0)
         heights = p.height[p.snap] / unit
         difference = p.advance[p.snap] / unit - elastica_at(curve, heights)
-        bottom.errorbar(heights, difference, yerr=p.error[p.snap] / unit, gid="difference", **error_bars(how))
+        bottom.errorbar(heights, difference, yerr=p.error[p.snap] / unit, **error_bars(how))
     for ax in (top, bottom):
         _shade(ax, limit)
     place = top.get_xaxis_transform()
@@ -66,5 +66,5 @@ def elastica_at(curve: xr.Dataset, heights: Array) -> Array:
 
 def _shade(ax: Axes, limit: float) -> None:
     """Shade the heights at which the sag touches first."""
-    ax.axvspan(0.0, limit, facecolor=SHADE, edgecolor="none", zorder=0, gid="touch")
+    ax.axvspan(0.0, limit, facecolor=SHADE, edgecolor="none", zorder=0, label="_touch")
     ax.axvline(limit, color=GREY, lw=0.6, zorder=0)

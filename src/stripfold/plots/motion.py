@@ -30,10 +30,11 @@ def draw(data: xr.Dataset, height: float | None = None) -> Figure:
     half = 0.5 * CM * float(data.attrs["length"])
     # As wide as the states need: all of a strip that lies flat tells nothing.
     left = min(CM * float(state[:, 0].min()) for state in chosen.states)
-    right = min(half, CM * float(chosen.states[chosen.critical][0, 0]) + 0.3 * half)
+    gripper = CM * float(chosen.states[chosen.critical][0, 0])
+    right = min(half, gripper + 0.4 * (gripper - left))
     margin = 0.04 * (right - left)
     limits = (left - margin, right + margin), (-margin, 1.12 * CM * chosen.height + 2.0 * margin)
-    fig, ax = equal(*limits)
+    fig, ax = equal(*limits, above=0.25)
     _states(ax, chosen)
     _path(ax, chosen)
     ax.set(xlabel="$x$ [cm]", ylabel="$z$ [cm]")
@@ -43,7 +44,7 @@ def draw(data: xr.Dataset, height: float | None = None) -> Figure:
         Line2D([], [], color="0.55", lw=0.9, label="stable"),
         Line2D([], [], color=UNSTABLE, lw=0.9, ls="--", label="unstable"),
     ]
-    ax.legend(handles=handles, loc="upper right")
+    fig.legend(handles=handles, loc="upper center", borderaxespad=0.3, ncols=2)
     return fig
 
 
@@ -53,8 +54,8 @@ def _states(ax: Axes, chosen: Branch) -> None:
     # From light to dark as the gripper advances.
     for shade, i in zip(np.linspace(0.82, 0.5, len(between)), between, strict=True):
         ax.plot(*(CM * chosen.states[i]).T, color=str(shade), lw=0.9, zorder=2)
-    for i, gid in ((first, "lambda_0"), (last, "lambda_c")):
-        ax.plot(*(CM * chosen.states[i]).T, color=BLACK, lw=1.5, zorder=4, gid=gid)
+    for i, name in ((first, "lambda_0"), (last, "lambda_c")):
+        ax.plot(*(CM * chosen.states[i]).T, color=BLACK, lw=1.5, zorder=4, label=f"_{name}")
     past = np.flatnonzero(~chosen.stable)
     if len(past):
         end = len(chosen.stable) - 1

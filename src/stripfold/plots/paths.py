@@ -33,7 +33,7 @@ def draw(data: xr.Dataset, material: str) -> Figure:
     limits = (start.min() - 0.05 * wide, end.max() + 0.05 * wide), (-0.04 * wide, z.max() + 0.05 * wide)
     fig, ax = equal(*limits, above=0.45)
     for i in range(len(z)):
-        ax.plot([start[i], end[i]], [z[i], z[i]], color=BLUE if p.snap[i] else GREY, lw=1.0, gid="path")
+        ax.plot([start[i], end[i]], [z[i], z[i]], color=BLUE if p.snap[i] else GREY, lw=1.0, label="_path")
     ax.plot(start, z, "|", color=BLUE, ms=5, label=r"start, $\lambda_0$")
     label = r"critical point, $\lambda_c$"
     ax.plot(end[p.snap], z[p.snap], ":o", color=BLACK, ms=2.5, label=label, gid="lambda_c", zorder=4)

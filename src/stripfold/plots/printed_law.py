@@ -28,8 +28,8 @@ def draw(data: xr.Dataset) -> Figure:
     fig = figure(4.2)
     top, bottom = fig.subplots(2, 1, sharex=True)
     for name, label, colour, line in _LAWS:
-        top.plot(data["angle"], data[f"stress_{name}"], line, color=colour, label=label, gid=name)
-        bottom.plot(data["angle"], data[f"stiffness_{name}"], line, color=colour, gid=name)
+        top.plot(data["angle"], data[f"stress_{name}"], line, color=colour, label=label)
+        bottom.plot(data["angle"], data[f"stiffness_{name}"], line, color=colour)
     marked = data[["stress_printed", "stiffness_printed"]].sel(angle=[0.0, 45.0, 90.0], method="nearest")
     for ax, values in ((top, marked["stress_printed"]), (bottom, marked["stiffness_printed"])):
         ax.plot(values["angle"], values, "o", color=VERMILLION, clip_on=False)

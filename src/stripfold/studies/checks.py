@@ -35,7 +35,8 @@ def check_branch(run: xr.Dataset) -> None:
         "the branch starts unstable": negatives[:, 0] > 0,
         "there is no unstable point past a snap": snap & ~np.any(negatives > 0, axis=1),
         "lambda_c has no bracket": snap & ~(width <= 2e-6),
-        "lambda_c is not the largest lambda": snap & (np.nanmax(lam, axis=1) > run["lambda_end"].values + 2e-6 * unit),
+        "lambda exceeds lambda_c by more than its error": snap
+        & (np.nanmax(lam, axis=1) > (run["lambda_end"] + run["lambda_error"]).values),
         "lambda falls by more than a contact step before the end": np.any(steps < -0.05 * unit, axis=1),
         "lambda_c is given without a snap": ~snap & np.isfinite(run["lambda_c"].values),
     }

@@ -120,7 +120,7 @@ def _solid(scene: Scene, progress: Progress) -> Found:
     coarse, fine = follow(2.0 * refinement), follow(refinement)
     while True:
         change = abs(fine.last.lam - coarse.last.lam)
-        error = change + (fine.critical.width if fine.critical else 0.0)
+        error = change + fine.slack
         if fine.end is coarse.end and error <= scene.accuracy * fine.last.lam:
             break
         if refinement / 2.0 < FINEST:

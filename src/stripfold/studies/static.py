@@ -110,6 +110,15 @@ class XRun:
         return self.points[0].lam
 
     @property
+    def slack(self) -> float:
+        """What this mesh leaves open in lambda at the end of the advance, L*.
+
+        The bracket's width, and by how much lambda rises again behind a maximum that a tooth of the contact split.
+        """
+        width = self.critical.width if self.critical else 0.0
+        return width + max(p.lam for p in self.points) - self.last.lam
+
+    @property
     def free_length(self) -> float:
         """Length of the part that hangs free at the end of the advance, L*."""
         return lift_off(self.problem.model, self.last)

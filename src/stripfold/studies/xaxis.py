@@ -32,9 +32,8 @@ class HeightResult:
 
     @property
     def discretisation_error(self) -> float:
-        """Estimate for lambda at the end of the advance, L*: what halving the elements changed, and the bracket."""
-        change = abs(self.run.last.lam - self.coarse.last.lam)
-        return change + (self.run.critical.width if self.run.critical else 0.0)
+        """Estimate for lambda at the end of the advance, L*: what halving the elements changed, and the slack."""
+        return abs(self.run.last.lam - self.coarse.last.lam) + self.run.slack
 
 
 def at_heights(

@@ -1,0 +1,152 @@
+"""Small problems whose branches, folds and contacts are known in closed form."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from itertools import product
+from math import sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stripfold.solve.linear import Dense
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+NONE = np.zeros(0, dtype=np.intp)
+
+
+@dataclass(frozen=True)
+class Toy:
+    """A problem from a function ``(q, lam) -> (r, dr/dq, dr/dlam)``; unit mass, nothing carried.
+
+    ``moved`` are prescribed unknowns that take the value lambda.
+    """
+
+    size: int
+    function: Callable[[Array, float], tuple[Array, Array, Array]]
+    moved: Index = field(default_factory=lambda: NONE)
+    bounded: Index = field(default_factory=lambda: NONE)
+    lower: Array = field(default_factory=lambda: np.zeros(0))
+    weights: Array | None = None
+
+    @property
+    def prescribed(self) -> Index:
+        return self.moved
+
+    @property
+    def metric(self) -> Array:
+        return np.ones(self.size) if self.weights is None else self.weights
+
+    @property
+    def mass(self) -> Dense:
+        return Dense(np.eye(self.size))
+
+    def residual(self, q: Array, lam: float) -> Array:
+        return self.function(q, lam)[0]
+
+    def linearise(self, q: Array, lam: float, carried: None = None) -> tuple[Array, Dense, Array]:
+        r, k, rate = self.function(q, lam)
+        return r, Dense(k), rate
+
+    def carry(self, q: Array, dq: Array) -> None:
+        return None
+
+    def prescribed_values(self, lam: float) -> Array:
+        return np.full(len(self.moved), lam)
+
+    def prescribed_rates(self, lam: float) -> Array:
+        return np.ones(len(self.moved))
+
+
+@dataclass(frozen=True)
+class Truss:
+    """Von Mises' truss: two bars from (-a, 0) and (a, 0) to an apex at (0, b), loaded downwards by lambda.
+
+    Green strain, axial stiffness ``stiffness``.  Unknowns: the apex's displacement.  On the symmetric path, at apex
+    height w, ``lambda = EA w (b^2 - w^2) / L^3``.
+    """
+
+    a: float
+    b: float
+    stiffness: float = 100.0
+
+    @property
+    def bar(self) -> float:
+        """Length of a bar."""
+        return sqrt(self.a**2 + self.b**2)
+
+    def load(self, w: Array | float) -> Array | float:
+        """lambda of the symmetric path."""
+        return self.stiffness * w * (self.b**2 - w**2) / self.bar**3
+
+    @property
+    def limit_load(self) -> float:
+        """Its maximum, at w = b / sqrt(3)."""
+        return 2.0 * self.stiffness * self.b**3 / (3.0 * sqrt(3.0) * self.bar**3)
+
+    @property
+    def pitchfork(self) -> float | None:
+        """Apex height at which the truss sways to a side before the load's maximum; None for a shallow one."""
+        square = self.b**2 - 2.0 * self.a**2
+        return sqrt(square) if square > self.b**2 / 3.0 else None
+
+    def function(self, q: Array, lam: float) -> tuple[Array, Array, Array]:
+        r, k = np.array([0.0, lam]), np.zeros((2, 2))
+        for foot in (-self.a, self.a):
+            d = np.array([q[0] - foot, self.b + q[1]])
+            strain = (d @ d - self.bar**2) / (2.0 * self.bar**2)
+            r += self.stiffness / self.bar * strain * d
+            k += self.stiffness / self.bar * (np.outer(d, d) / self.bar**2 + strain * np.eye(2))
+        return r, k, np.array([0.0, 1.0])
+
+    def problem(self) -> Toy:
+        return Toy(2, self.function)
+
+
+def breaking(problem: Toy, at: float) -> Toy:
+    """The same problem, whose residual is no number beyond ``lam = at``: Newton fails there for no physical reason."""
+
+    def function(q: Array, lam: float) -> tuple[Array, Array, Array]:
+        r, k, rate = problem.function(q, lam)
+        return (r if lam <= at else np.full_like(r, np.nan)), k, rate
+
+    return Toy(problem.size, function, weights=problem.weights)
+
+
+def branches(paths: list[list[Callable[[float], float]]]) -> Toy:
+    """Unknown i solves ``product over j of (q_i - paths[i][j](lam)) = 0``: branches that are known and never meet."""
+
+    def function(q: Array, lam: float) -> tuple[Array, Array, Array]:
+        r, k, rate = np.zeros(len(paths)), np.zeros((len(paths), len(paths))), np.zeros(len(paths))
+        for i, path in enumerate(paths):
+            gaps = np.array([q[i] - p(lam) for p in path])
+            slopes = np.array([(p(lam + 1e-6) - p(lam - 1e-6)) / 2e-6 for p in path])
+            others = np.array([np.prod(np.delete(gaps, j)) for j in range(len(path))])
+            r[i], k[i, i], rate[i] = np.prod(gaps), others.sum(), -slopes @ others
+        return r, k, rate
+
+    return Toy(len(paths), function)
+
+
+def complementary(k: Array, f: Array, bounded: Index, lower: Array) -> tuple[Array, Index]:
+    """Solution of ``k q - f >= 0, q >= lower`` on the bounded unknowns, by trying every set of contacts."""
+    n = len(f)
+    for choice in product((False, True), repeat=len(bounded)):
+        held = bounded[list(choice)]
+        q = np.zeros(n)
+        q[held] = lower[list(choice)]
+        free = np.setdiff1d(np.arange(n), held)
+        q[free] = np.linalg.solve(k[np.ix_(free, free)], (f - k @ q)[free])
+        r = k @ q - f
+        if np.all(q[bounded] >= lower - 1e-12) and np.all(r[held] >= -1e-12):
+            return q, held
+    raise AssertionError("no solution")
+
+
+def linear(k: Array, f: Array, bounded: Index, lower: Array) -> Toy:
+    """``r = k q - f`` over a floor; no metric, so that no step is capped."""
+    return Toy(
+        len(f), lambda q, lam: (k @ q - f, k, np.zeros(len(f))), bounded=bounded, lower=lower, weights=np.zeros(len(f))
+    )
