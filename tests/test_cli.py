@@ -226,6 +226,7 @@ def test_progress_goes_to_a_terminal_on_standard_error():
     line = [sys.executable, "-m", "stripfold", *STRIP, "--model", "elastica", "--json"]
     with os.fdopen(theirs) as terminal:
         done = subprocess.run(line, stdout=subprocess.PIPE, stderr=terminal, text=True)
+        print("end", file=os.fdopen(os.dup(theirs), "w"), flush=True)  # so that reading ends where nothing was shown
         shown = os.read(ours, 4096).decode()
     os.close(ours)
     assert json.loads(done.stdout)["snap"] is True

@@ -4,9 +4,6 @@
 rule xaxis:
     output:
         f"{RESULTS}/xaxis/{{material}}.nc",
-    params:
-        config=CONFIG,
-        material=lambda wildcards: MATERIALS[wildcards.material],
     log:
         f"{LOGS}/xaxis_{{material}}.log",
     benchmark:
@@ -14,6 +11,9 @@ rule xaxis:
     resources:
         mem_mb=1000,
         runtime=20,
+    params:
+        config=CONFIG,
+        material=lambda wildcards: MATERIALS[wildcards.material],
     script:
         "../scripts/xaxis.py"
 
@@ -23,10 +23,10 @@ rule critical_points:
         expand(f"{RESULTS}/xaxis/{{material}}.nc", material=MATERIALS),
     output:
         f"{RESULTS}/critical_points.nc",
-    params:
-        config=CONFIG,
     log:
         f"{LOGS}/critical_points.log",
+    params:
+        config=CONFIG,
     script:
         "../scripts/critical_points.py"
 
@@ -34,10 +34,10 @@ rule critical_points:
 rule master_curve:
     output:
         f"{RESULTS}/master_curve.nc",
-    params:
-        config=CONFIG,
     log:
         f"{LOGS}/master_curve.log",
+    params:
+        config=CONFIG,
     script:
         "../scripts/master_curve.py"
 
@@ -45,9 +45,9 @@ rule master_curve:
 rule printed_law:
     output:
         f"{RESULTS}/printed_law.nc",
-    params:
-        config=CONFIG,
     log:
         f"{LOGS}/printed_law.log",
+    params:
+        config=CONFIG,
     script:
         "../scripts/printed_law.py"

@@ -5,13 +5,13 @@
 rule limit:
     output:
         f"{RESULTS}/studies/limit.nc",
-    params:
-        config=CONFIG,
     log:
         f"{LOGS}/limit.log",
     resources:
         mem_mb=1000,
         runtime=30,
+    params:
+        config=CONFIG,
     script:
         "../scripts/limit.py"
 
@@ -19,13 +19,13 @@ rule limit:
 rule order:
     output:
         f"{RESULTS}/studies/order.nc",
-    params:
-        config=CONFIG,
     log:
         f"{LOGS}/order.log",
     resources:
         mem_mb=1000,
         runtime=30,
+    params:
+        config=CONFIG,
     script:
         "../scripts/order.py"
 
@@ -33,14 +33,14 @@ rule order:
 rule branches:
     output:
         f"{RESULTS}/studies/branches.nc",
-    params:
-        config=CONFIG,
     log:
         f"{LOGS}/branches.log",
     threads: workflow.cores
     resources:
         mem_mb=2000,
         runtime=120,
+    params:
+        config=CONFIG,
     script:
         "../scripts/branches.py"
 
@@ -48,12 +48,12 @@ rule branches:
 rule benchmark:
     output:
         f"{RESULTS}/studies/benchmark.nc",
-    params:
-        config=CONFIG,
     log:
         f"{LOGS}/benchmark.log",
     # Alone on the machine, so that nothing else is in the times.
     threads: workflow.cores
+    params:
+        config=CONFIG,
     script:
         "../scripts/benchmark.py"
 

@@ -11,10 +11,10 @@ rule summary:
         benchmark=rules.benchmark.output[0],
     output:
         f"{RESULTS}/summary.json",
-    params:
-        config=CONFIG,
     log:
         f"{LOGS}/summary.log",
+    params:
+        config=CONFIG,
     script:
         "../scripts/summary.py"
 

@@ -98,16 +98,15 @@ def equal(xlim: tuple[float, float], ylim: tuple[float, float], above: float = 0
     fig = Figure(figsize=(WIDTH, height))
     ax = fig.add_axes((left / WIDTH, below / height, across / WIDTH, up / height))
     ax.set(aspect="equal", xlim=xlim, ylim=ylim)
-    ax.locator_params(axis="x", nbins=6)
+    ax.locator_params(axis="x", nbins=8)
     return fig, ax
 
 
 def floor(ax: Axes, level: float = 0.0) -> None:
     """Hatched ground from ``level`` to the lower limit of ``ax``, as wide as the axes."""
     low = ax.get_ylim()[0]
-    ax.axhspan(
-        low, level, facecolor="none", edgecolor=GREY, hatch="////////", lw=0.0, zorder=0, label="_floor"
-    )
+    ground = ax.axhspan(low, level, fc="none", ec=GREY, hatch="////////", lw=0.0, zorder=0)
+    ground.set_label("_floor")
     ax.axhline(level, color=BLACK, lw=0.6, zorder=1)
 
 

@@ -1,0 +1,268 @@
+"""Newton's method with bounds: rate, complementarity, prescribed unknowns, and honest failure."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from oracles.held_solid import arc, clamped
+from oracles.lee_frame import LeeFrame
+from oracles.toys import NONE, Toy, Truss, breaking, complementary, linear
+
+from stripfold.errors import NewtonError
+from stripfold.models.solid import Solid
+from stripfold.solve import newton
+from stripfold.solve.newton import Constraint, NewtonOptions
+
+FREE = NewtonOptions(largest_step=np.inf)
+
+
+def orders(history: tuple[float, ...]) -> np.ndarray:
+    """Observed orders ``log(r2 / r1) / log(r1 / r0)`` of a residual history, its rounding left out."""
+    r = np.array([value for value in history if value > 1e-13 * max(history)])
+    logs = np.diff(np.log(r))
+    return logs[1:] / logs[:-1]
+
+
+class TestRate:
+    """The residual history shows the quadratic convergence of Newton's method."""
+
+    def test_truss(self):
+        """Truth: the symmetric path of von Mises' truss in closed form."""
+        truss = Truss(1.0, 0.4)
+        height = 0.33
+        lam = float(truss.load(height))
+        state = newton.solve(truss.problem(), np.zeros(2), lam, NONE, options=FREE)
+        print(state.residuals, orders(state.residuals))
+        assert state.q == pytest.approx([0.0, height - 0.4], abs=1e-9)
+        assert state.lam == lam
+        assert orders(state.residuals)[-1] == pytest.approx(2.0, abs=0.15)
+        assert len(state.residuals) < 9
+
+    def test_frame(self):
+        """63 unknowns of Lee's frame under a third of its limit load; also: the oracle's tangent is consistent."""
+        frame = LeeFrame(10)
+        tight = NewtonOptions(largest_step=np.inf, force_tolerance=1e-9)
+        state = newton.solve(frame, np.zeros(frame.size), 0.6, NONE, options=tight)
+        print(state.residuals, orders(state.residuals))
+        assert max(orders(state.residuals)[-2:]) > 1.8
+        assert len(state.residuals) < 10
+
+    def test_solid(self):
+        """The strip, with the stress carried from step to step: its tangent is exact in the limit, so is the rate."""
+        model = Solid.of(2.0, 0.1, elements=10)
+        problem = clamped(model, np.zeros(model.size), 0)
+        exact = problem.solve(np.zeros(model.size)).q
+        state = problem.solve(exact + 0.05 * arc(model, 1.0), force_tolerance=1e-12)
+        print(state.residuals, orders(state.residuals))
+        assert max(orders(state.residuals)[-2:]) > 1.7
+        assert len(state.residuals) < 10
+        np.testing.assert_allclose(state.q, exact, atol=1e-8)
+
+    def test_the_carried_stress_is_what_makes_it_fast(self):
+        """A thin strip that drops from straight to hanging: few iterations with, many or none without."""
+        model = Solid.of(2.0, 0.01, elements=20)
+        problem = clamped(model, np.zeros(model.size), 0)
+        with_it = len(problem.solve(np.zeros(model.size)).residuals)
+
+        class Forgets(type(problem)):
+            def carry(self, q, dq):
+                return None
+
+        plain = Forgets(problem.model, problem.prescribed, problem.values, problem.load)
+        try:
+            without = len(plain.solve(np.zeros(model.size)).residuals)
+        except NewtonError as error:
+            without = len(error.residuals)
+        print(f"iterations: {with_it} with, {without} without")
+        assert with_it <= 15
+        assert without > 2 * with_it
+
+
+class TestOracles:
+    """The problems that serve as truth are what they say: Taylor tests and closed forms."""
+
+    @pytest.mark.parametrize("problem", [Truss(1.0, 2.0).problem(), LeeFrame(5)], ids=["truss", "frame"])
+    def test_tangents(self, problem):
+        rng = np.random.default_rng(3)
+        q, dq = 0.3 * rng.standard_normal((2, problem.size))
+        r, k, rate = problem.linearise(q, 0.7)
+        steps = 2.0 ** -np.arange(7, 12)
+        remainder = [np.abs(problem.residual(q + t * dq, 0.7 + t) - r - t * (k @ dq + rate)).max() for t in steps]
+        slopes = np.log2(np.divide(remainder[:-1], remainder[1:]))
+        print(slopes)
+        assert slopes[-1] == pytest.approx(2.0, abs=0.05)
+
+    def test_the_frames_energy(self):
+        frame = LeeFrame(5)
+        rng = np.random.default_rng(4)
+        q, dq = rng.standard_normal((2, frame.size))
+        q *= 3.0
+        central = (frame.energy(q + 1e-5 * dq) - frame.energy(q - 1e-5 * dq)) / 2e-5
+        assert frame.residual(q, 0.0) @ dq == pytest.approx(central, rel=1e-7)
+
+
+class TestBounds:
+    """Truth: the linear complementarity problem solved by trying every set of contacts."""
+
+    @staticmethod
+    def check(k, f, bounded, lower, start, active, options=FREE):
+        exact, held = complementary(k, f, bounded, lower)
+        state = newton.solve(linear(k, f, bounded, lower), start, 0.0, active, options=options)
+        gap, force = state.q[bounded] - lower, (k @ state.q - f)[bounded]
+        on = np.isin(bounded, state.active)
+        assert np.all(gap >= -1e-12)
+        assert not gap[on].any(), "what is active sits exactly on its bound"
+        assert np.all(force[on] >= -1e-8)
+        assert np.abs(force[~on]).max(initial=0.0) <= 1e-8
+        np.testing.assert_allclose(state.q, exact, atol=1e-8)
+        return state, held
+
+    @pytest.mark.parametrize("stiffness", [0.2, 1.0, 5.0, 40.0])
+    @pytest.mark.parametrize("all_active", [False, True])
+    def test_a_hanging_chain_over_a_floor(self, stiffness, all_active):
+        """Nine weights on springs between two supports at height one: as stiff as it is, few or many touch."""
+        n = 9
+        k = stiffness * (2.0 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1))
+        f = np.full(n, -0.15)
+        f[[0, -1]] += stiffness
+        bounded = np.arange(n)
+        start = bounded if all_active else NONE
+        state, held = self.check(k, f, bounded, np.zeros(n), np.ones(n), start)
+        np.testing.assert_array_equal(np.sort(state.active), held)
+        print(f"touching {len(held)}, iterations {len(state.residuals) - 1}")
+
+    @pytest.mark.parametrize("seed", range(40))
+    def test_random(self, seed):
+        """Random stiffness, loads, bounds and starts; a part of the unknowns bounded, at heights of their own."""
+        rng = np.random.default_rng(seed)
+        n = 10
+        half = rng.standard_normal((n, n))
+        bounded = np.sort(rng.choice(n, 7, replace=False))
+        start = rng.choice(bounded, rng.integers(0, 8), replace=False)
+        self.check(
+            half @ half.T + 0.1 * np.eye(n), 3.0 * rng.standard_normal(n), bounded, rng.standard_normal(7),
+            rng.standard_normal(n), start, NewtonOptions(largest_step=np.inf, most_iterations=40),
+        )  # fmt: skip
+
+    def test_a_set_that_cycles(self):
+        """Where changing every member at once goes round for ever (Ben Gharbia and Gilbert, 2012): found all the same.
+
+        Truth: ``M q = 1`` with q = 1/3; the plain iteration visits three sets in turn.
+        """
+        k = np.array([[1.0, 0.0, 2.0], [2.0, 1.0, 0.0], [0.0, 2.0, 1.0]])
+        state, held = self.check(k, np.ones(3), np.arange(3), np.zeros(3), np.zeros(3), np.array([1, 2]))
+        assert len(held) == 0
+        assert len(state.residuals) > 8, "it did cycle first"
+
+    @pytest.mark.parametrize("start", [NONE, np.array([1])])
+    def test_just_touching(self, start):
+        """On the bound without a force: either answer to 'active' is right, the state is not."""
+        k = np.diag([1.0, 2.0])
+        state, _ = self.check(k, np.array([1.0, 0.0]), np.array([1]), np.zeros(1), np.array([0.0, 0.5]), start)
+        assert state.q == pytest.approx([1.0, 0.0], abs=1e-12)
+
+    def test_prescribed_and_bounded_together(self):
+        """The chain's end is lifted: prescribed exactly, the floor carries what is left of the weight."""
+        n, stiffness = 8, 1.0
+        k = stiffness * (2.0 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1))
+        k[0, 0] = k[-1, -1] = stiffness
+        f = np.full(n, -0.1)
+        lifted, bounded = np.array([0]), np.arange(1, n)
+        problem = Toy(n, lambda q, lam: (k @ q - f, k, np.zeros(n)), lifted, bounded, np.zeros(n - 1))
+        for lam in (0.05, 0.8, 2.5):
+            state = newton.solve(problem, np.zeros(n), lam, bounded)
+            rest = np.arange(1, n)
+            exact, held = complementary(k[1:, 1:], f[1:] - k[1:, 0] * lam, np.arange(n - 1), np.zeros(n - 1))
+            assert state.q[0] == lam
+            np.testing.assert_allclose(state.q[1:], exact, atol=1e-9)
+            np.testing.assert_array_equal(np.sort(state.active), rest[held])
+            # Balance: what the hand and the floor carry is the weight.
+            assert (k @ state.q - f).sum() == pytest.approx(-f.sum(), abs=1e-9)
+
+    def test_the_guess_is_not_touched(self):
+        q = np.zeros(2)
+        newton.solve(Truss(1.0, 0.4).problem(), q, 0.1, NONE)
+        assert not q.any()
+
+
+class TestConstraint:
+    """The point of the branch that is asked for."""
+
+    def test_a_plane(self):
+        """Truth: displacement control, lambda from the closed form; exactly on the plane, past the limit load too."""
+        truss = Truss(1.0, 0.4)
+        for height in (0.3, 0.2, 0.05, -0.1):
+            plane = Constraint(np.array([0.0, 1.0]), 0.0, np.array([0.0, height - 0.4]), 0.0)
+            state = newton.solve(truss.problem(), np.array([0.0, -0.05]), 0.3, NONE, plane)
+            assert state.q == pytest.approx([0.0, height - 0.4], abs=1e-12)
+            assert state.lam == pytest.approx(float(truss.load(height)), abs=1e-9)
+
+
+class TestFailure:
+    """A failure is an error with its history; never a state."""
+
+    def test_no_equilibrium(self):
+        """Truth: q^2 + 1 = 0 has no solution."""
+        problem = Toy(1, lambda q, lam: (q**2 + 1.0, 2.0 * np.diag(q), np.zeros(1)))
+        with pytest.raises(NewtonError, match="did not converge in 25") as caught:
+            newton.solve(problem, np.array([0.7]), 0.25, NONE)
+        assert len(caught.value.residuals) == 25
+        assert min(caught.value.residuals) >= 1.0
+        assert caught.value.parameter == 0.25
+        assert caught.value.advice
+
+    def test_beyond_the_limit_load(self):
+        """Truth: the shallow truss stands at no load near 1.5 times its limit without having snapped through."""
+        truss = Truss(1.0, 0.4)
+        few = NewtonOptions(most_iterations=6, largest_step=0.02)
+        with pytest.raises(NewtonError) as caught:
+            newton.solve(truss.problem(), np.zeros(2), 1.5 * truss.limit_load, NONE, options=few)
+        assert len(caught.value.residuals) == 6
+
+    def test_not_a_number(self):
+        truss = breaking(Truss(1.0, 0.4).problem(), 0.2)
+        with pytest.raises(NewtonError, match="not finite") as caught:
+            newton.solve(truss, np.zeros(2), 0.3, NONE)
+        assert len(caught.value.residuals) == 1
+
+    def test_a_singular_tangent(self):
+        problem = Toy(2, lambda q, lam: (np.ones(2), np.diag([1.0, 0.0]), np.zeros(2)))
+        with pytest.raises(NewtonError, match="singular") as caught:
+            newton.solve(problem, np.zeros(2), 0.0, NONE)
+        assert caught.value.residuals == (1.0,)
+
+    def test_a_small_step_is_not_convergence(self):
+        """A tangent ten decades too stiff makes steps of 1e-10; the force stays unbalanced, and that counts."""
+        problem = Toy(1, lambda q, lam: (q - 1.0, np.array([[1e10]]), np.zeros(1)))
+        with pytest.raises(NewtonError) as caught:
+            newton.solve(problem, np.zeros(1), 0.0, NONE)
+        assert caught.value.residuals[-1] == pytest.approx(1.0, abs=1e-6)
+
+    def test_a_force_within_rounding_of_a_stiff_state_is_settled(self):
+        """What no iteration can improve is accepted, and only that: the force may be EPS |K| |q|, not ten times it."""
+        stiff = 1e12
+        noise = 2e-4
+
+        def function(q, lam, size):
+            return stiff * (q - 1.0) + size, np.array([[stiff]]), np.zeros(1)
+
+        with pytest.raises(NewtonError):
+            # A force that never falls below 1e-2, fifty times what rounding explains.
+            newton.solve(Toy(1, lambda q, lam: (np.sign(q - 1.0 + 1e-30) * 5e-3 + 0 * q, np.array([[stiff]]), np.zeros(1))),
+                         np.ones(1), 0.0, NONE)  # fmt: skip
+        state = newton.solve(Toy(1, lambda q, lam: function(q, lam, noise)), np.ones(1), 0.0, NONE)
+        assert state.q == pytest.approx([1.0], abs=1e-15)
+
+    def test_the_cap_on_a_step(self):
+        """No unknown of positive metric moves further than allowed in one iteration; the others are free."""
+        visited = []
+
+        def function(q, lam):
+            visited.append(q.copy())
+            return q - np.array([2.0, 50.0]), np.eye(2), np.zeros(2)
+
+        problem = Toy(2, function, weights=np.array([1.0, 0.0]))
+        newton.solve(problem, np.zeros(2), 0.0, NONE, options=NewtonOptions(largest_step=0.3))
+        moves = np.abs(np.diff(visited, axis=0))
+        assert moves[:, 0].max() == pytest.approx(0.3, abs=1e-12)
+        assert moves[:, 1].max() > 7.0

@@ -1,0 +1,127 @@
+"""The numbers that are quoted, and the README that quotes them."""
+
+from __future__ import annotations
+
+import doctest
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import stripfold.material
+from stripfold.studies.summary import TABLE, fill_table, markdown, summarise
+
+ROOT = Path(__file__).parents[1]
+
+
+def datasets() -> dict[str, xr.Dataset]:
+    """Small datasets in which every criterion holds."""
+    z = np.linspace(2.0, 12.0, 41)
+    points = xr.Dataset(
+        {
+            "height": (("material", "height_index"), 0.03 * z[None]),
+            "lambda_c": (("material", "height_index"), 0.03 * (z[None] + 7.0)),
+            "lambda_error": (("material", "height_index"), np.full((1, 41), 1e-5)),
+            "lambda_c_lower": (("material", "height_index"), 0.03 * (z[None] + 7.0)),
+            "lambda_c_upper": (("material", "height_index"), 0.03 * (z[None] + 7.0)),
+            "snap": (("material", "height_index"), np.where(z[None] > 2.0, 1.0, 0.0)),
+            "gravity_length": ("material", [0.03]),
+        }
+    )
+    master = xr.Dataset({"lambda_c": ("z", z + 7.0)}, {"z": z}, {"touch_limit": 1.58617085})
+    eta_m = np.array([1e-3, 1e-4])
+    limit = xr.Dataset(
+        {
+            "difference": (("eta_m", "refinement"), np.array([[2e-4], [2e-5]])),
+            "mesh_error": ("eta_m", [1e-6, 1e-6]),
+            "order": ("eta_m", [np.nan, 1.0]),
+            "lambda_c_elastica": ((), 9.856908),
+        },
+        {"eta_m": eta_m},
+        {"height_star": 3.0},
+    )
+    order = xr.Dataset({"order": ((), 2.0), "error": ("size", [1e-2, 1e-3])})
+    verdicts = xr.Dataset({"verdict": ("case", np.zeros(2000, int))})
+    benchmark = xr.Dataset(
+        {"seconds": ("repeat", [1.0]), "relative_error": ("repeat", [1e-3]), "memory": ((), 200.0)}
+    )
+    return {
+        "points": points,
+        "master": master,
+        "limit": limit,
+        "order": order,
+        "branches": verdicts,
+        "benchmark": benchmark,
+    }
+
+
+def entries(data: dict[str, xr.Dataset]) -> dict:
+    return summarise(data, {name: f"{name}.nc" for name in data})
+
+
+def test_all_keys_and_all_hold() -> None:
+    summary = entries(datasets())
+    asked = {
+        "solid_limit_error",
+        "order_lambda_c",
+        "branch_jumps",
+        "branch_cases",
+        "time_solid_lambda_c",
+        "memory_solid_lambda_c",
+    }
+    assert asked <= set(summary)
+    for key, item in summary.items():
+        assert set(item) == {"value", "unit", "statement", "criterion", "holds", "source"}, key
+        assert item["holds"] is True, key
+
+
+@pytest.mark.parametrize(
+    ("dataset", "name", "value", "key"),
+    [
+        ("branches", "verdict", 1, "branch_jumps"),
+        ("branches", "verdict", 2, "branch_failures"),
+        ("limit", "difference", 1e-2, "solid_limit_error"),
+        ("limit", "order", 0.5, "solid_limit_error_1e-04"),
+        ("order", "order", 1.0, "order_lambda_c"),
+        ("benchmark", "seconds", 6.0, "time_solid_lambda_c"),
+        ("benchmark", "relative_error", 6e-3, "time_solid_lambda_c"),
+        ("benchmark", "memory", 500.0, "memory_solid_lambda_c"),
+        ("points", "lambda_c", 1.0, "collapse_deviation"),
+        ("points", "lambda_error", 0.1, "lambda_c_error_max"),
+        ("points", "lambda_c_upper", 1.0, "bracket_max"),
+        ("points", "snap", 1.0, "heights_without_snap"),
+    ],
+)
+def test_a_criterion_that_is_broken_does_not_hold(dataset: str, name: str, value: float, key: str) -> None:
+    data = datasets()
+    data[dataset][name] = xr.full_like(data[dataset][name], value)
+    assert entries(data)[key]["holds"] is False
+
+
+def test_table_is_replaced_and_nothing_else() -> None:
+    summary = entries(datasets())
+    text = "before\n" + TABLE[0] + "old\n" + TABLE[1] + "after\n"
+    filled = fill_table(text, summary)
+    assert filled == "before\n" + TABLE[0] + markdown(summary) + TABLE[1] + "after\n"
+    assert fill_table(filled, summary) == filled
+
+
+def test_readme_quotes_the_stored_summary() -> None:
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    summary = json.loads((ROOT / "results" / "summary.json").read_text(encoding="utf-8"))
+    assert fill_table(readme, summary) == readme, "run `make readme`"
+
+
+def test_readme_and_material_examples_run() -> None:
+    assert doctest.testfile(str(ROOT / "README.md"), module_relative=False).failed == 0
+    assert doctest.testmod(stripfold.material).failed == 0
+
+
+def test_readme_shows_figures_that_exist() -> None:
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    shown = [part.split(")")[0] for part in readme.split("](figures/")[1:]]
+    assert len(shown) >= 6
+    for name in shown:
+        assert (ROOT / "figures" / name).is_file(), name
