@@ -6,6 +6,7 @@ import json
 import os
 import subprocess
 import sys
+import termios
 from math import nan
 
 import pytest
@@ -223,11 +224,12 @@ def test_the_solid_for_real():
 
 def test_progress_goes_to_a_terminal_on_standard_error():
     ours, theirs = os.openpty()
+    termios.tcsetwinsize(theirs, (24, 80))
     line = [sys.executable, "-m", "stripfold", *STRIP, "--model", "elastica", "--json"]
-    with os.fdopen(theirs) as terminal:
-        done = subprocess.run(line, stdout=subprocess.PIPE, stderr=terminal, text=True)
-        print("end", file=os.fdopen(os.dup(theirs), "w"), flush=True)  # so that reading ends where nothing was shown
-        shown = os.read(ours, 4096).decode()
+    done = subprocess.run(line, stdout=subprocess.PIPE, stderr=theirs, text=True)
+    os.write(theirs, b"end")  # reading ends where nothing was shown
+    shown = os.read(ours, 4096).decode()
+    os.close(theirs)
     os.close(ours)
     assert json.loads(done.stdout)["snap"] is True
     assert "[00:00]" in shown

@@ -14,6 +14,7 @@ from stripfold.solve import newton
 from stripfold.solve.newton import Constraint, NewtonOptions
 
 FREE = NewtonOptions(largest_step=np.inf)
+TIGHT = NewtonOptions(largest_step=np.inf, force_tolerance=1e-10)
 
 
 def orders(history: tuple[float, ...]) -> np.ndarray:
@@ -21,6 +22,20 @@ def orders(history: tuple[float, ...]) -> np.ndarray:
     r = np.array([value for value in history if value > 1e-13 * max(history)])
     logs = np.diff(np.log(r))
     return logs[1:] / logs[:-1]
+
+
+class Recorded:
+    """A problem that keeps the states it is asked about."""
+
+    def __init__(self, problem):
+        self.problem, self.visited = problem, []
+
+    def __getattr__(self, name):
+        return getattr(self.problem, name)
+
+    def linearise(self, q, lam, carried=None):
+        self.visited.append(q.copy())
+        return self.problem.linearise(q, lam, carried)
 
 
 class TestRate:
@@ -38,25 +53,44 @@ class TestRate:
         assert orders(state.residuals)[-1] == pytest.approx(2.0, abs=0.15)
         assert len(state.residuals) < 9
 
+    @staticmethod
+    def first_steps(problem, exact, lam, direction, sizes):
+        """Errors after one and two iterations, from guesses off by ``sizes`` times a direction."""
+        errors = []
+        for size in sizes:
+            spy = Recorded(problem)
+            start = exact + size * direction
+            tight = NewtonOptions(largest_step=np.inf, force_tolerance=0.0, most_iterations=3)
+            with pytest.raises(NewtonError):
+                newton.solve(spy, start, lam, NONE, options=tight)
+            errors.append([np.linalg.norm(q - exact) for q in spy.visited[1:3]])
+        return np.array(errors)
+
     def test_frame(self):
-        """63 unknowns of Lee's frame under a third of its limit load; also: the oracle's tangent is consistent."""
+        """63 unknowns of Lee's frame: an error of size t leaves one of t^2, and that one of t^4."""
         frame = LeeFrame(10)
-        tight = NewtonOptions(largest_step=np.inf, force_tolerance=1e-9)
-        state = newton.solve(frame, np.zeros(frame.size), 0.6, NONE, options=tight)
-        print(state.residuals, orders(state.residuals))
-        assert max(orders(state.residuals)[-2:]) > 1.8
-        assert len(state.residuals) < 10
+        exact = newton.solve(frame, np.zeros(frame.size), 0.6, NONE, options=TIGHT).q
+        direction = np.random.default_rng(1).standard_normal(frame.size)
+        direction[frame.prescribed] = 0.0
+        sizes = 0.003 * 2.0 ** -np.arange(4)
+        errors = self.first_steps(frame, exact, 0.6, direction, sizes)
+        slopes = np.log2(errors[:-1] / errors[1:])
+        print("errors", errors, "slopes", slopes)
+        assert slopes[-1] == pytest.approx([2.0, 4.0], abs=0.2)
+        assert np.all(errors[-1] < [1e-3, 1e-6])
 
     def test_solid(self):
-        """The strip, with the stress carried from step to step: its tangent is exact in the limit, so is the rate."""
-        model = Solid.of(2.0, 0.1, elements=10)
+        """The strip: with the stress carried from step to step the tangent is exact in the limit, so is the rate."""
+        model = Solid.of(2.0, 0.2, elements=6)
         problem = clamped(model, np.zeros(model.size), 0)
-        exact = problem.solve(np.zeros(model.size)).q
-        state = problem.solve(exact + 0.05 * arc(model, 1.0), force_tolerance=1e-12)
-        print(state.residuals, orders(state.residuals))
-        assert max(orders(state.residuals)[-2:]) > 1.7
-        assert len(state.residuals) < 10
-        np.testing.assert_allclose(state.q, exact, atol=1e-8)
+        exact = problem.solve(np.zeros(model.size), force_tolerance=1e-12).q
+        direction = arc(model, 1.0)
+        direction[problem.prescribed] = 0.0
+        errors = self.first_steps(problem, exact, 1.0, direction, 0.001 * 2.0 ** -np.arange(4))
+        slopes = np.log2(errors[:-1] / errors[1:])
+        print("errors", errors, "slopes", slopes)
+        assert slopes[-1] == pytest.approx([2.0, 4.0], abs=0.3)
+        assert np.all(errors[-1] < [1e-3, 1e-6])
 
     def test_the_carried_stress_is_what_makes_it_fast(self):
         """A thin strip that drops from straight to hanging: few iterations with, many or none without."""
@@ -111,7 +145,7 @@ class TestBounds:
         gap, force = state.q[bounded] - lower, (k @ state.q - f)[bounded]
         on = np.isin(bounded, state.active)
         assert np.all(gap >= -1e-12)
-        assert not gap[on].any(), "what is active sits exactly on its bound"
+        assert np.abs(gap[on]).max(initial=0.0) <= (0.0 if not lower.any() else 1e-15)
         assert np.all(force[on] >= -1e-8)
         assert np.abs(force[~on]).max(initial=0.0) <= 1e-8
         np.testing.assert_allclose(state.q, exact, atol=1e-8)
@@ -144,15 +178,32 @@ class TestBounds:
             rng.standard_normal(n), start, NewtonOptions(largest_step=np.inf, most_iterations=40),
         )  # fmt: skip
 
-    def test_a_set_that_cycles(self):
-        """Where changing every member at once goes round for ever (Ben Gharbia and Gilbert, 2012): found all the same.
+    @pytest.mark.parametrize("start", range(8))
+    def test_a_set_that_cycles(self, start):
+        """Where changing every member at once goes round for ever, from six of the eight starts; found all the same.
 
-        Truth: ``M q = 1`` with q = 1/3; the plain iteration visits three sets in turn.
+        Source: Curtis, Han and Robinson (2015), section 2: positive definite, three unknowns.
         """
-        k = np.array([[1.0, 0.0, 2.0], [2.0, 1.0, 0.0], [0.0, 2.0, 1.0]])
-        state, held = self.check(k, np.ones(3), np.arange(3), np.zeros(3), np.zeros(3), np.array([1, 2]))
-        assert len(held) == 0
-        assert len(state.residuals) > 8, "it did cycle first"
+        k = np.array([[4.0, 5.0, -5.0], [5.0, 9.0, -5.0], [-5.0, -5.0, 7.0]])
+        f, active = np.array([2.0, 1.0, -3.0]), np.flatnonzero([start & 1, start & 2, start & 4])
+        state, _ = self.check(k, f, np.arange(3), np.zeros(3), np.zeros(3), active)
+        print("iterations", len(state.residuals) - 1)
+        assert (len(state.residuals) > 8) == (start not in (1, 6)), "it should have cycled first"
+
+    def test_a_beam_on_the_floor(self):
+        """Bending couples neighbours with both signs, unlike a chain: 200 random loads and starts."""
+        rng = np.random.default_rng(0)
+        n, floor = 12, np.arange(3, 11)
+        chain = 2.0 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)
+        longest = 0
+        for _ in range(200):
+            start = floor[rng.random(len(floor)) < 0.5]
+            state, _ = self.check(
+                chain @ chain, rng.standard_normal(n), floor, np.zeros(len(floor)), rng.standard_normal(n), start
+            )
+            longest = max(longest, len(state.residuals) - 1)
+        print("most iterations", longest)
+        assert longest <= 15
 
     @pytest.mark.parametrize("start", [NONE, np.array([1])])
     def test_just_touching(self, start):
@@ -238,20 +289,32 @@ class TestFailure:
             newton.solve(problem, np.zeros(1), 0.0, NONE)
         assert caught.value.residuals[-1] == pytest.approx(1.0, abs=1e-6)
 
-    def test_a_force_within_rounding_of_a_stiff_state_is_settled(self):
-        """What no iteration can improve is accepted, and only that: the force may be EPS |K| |q|, not ten times it."""
-        stiff = 1e12
-        noise = 2e-4
+    @pytest.mark.parametrize(("left", "settles"), [(2e-4, True), (5e-3, False)])
+    def test_what_rounding_leaves(self, left, settles):
+        """A force that no iteration can remove is accepted if the rounding of q explains it, else not.
 
-        def function(q, lam, size):
-            return stiff * (q - 1.0) + size, np.array([[stiff]]), np.zeros(1)
+        Truth: with stiffness 1e12 at q = 1 the next number changes the force by 2e-4.
+        """
 
-        with pytest.raises(NewtonError):
-            # A force that never falls below 1e-2, fifty times what rounding explains.
-            newton.solve(Toy(1, lambda q, lam: (np.sign(q - 1.0 + 1e-30) * 5e-3 + 0 * q, np.array([[stiff]]), np.zeros(1))),
-                         np.ones(1), 0.0, NONE)  # fmt: skip
-        state = newton.solve(Toy(1, lambda q, lam: function(q, lam, noise)), np.ones(1), 0.0, NONE)
-        assert state.q == pytest.approx([1.0], abs=1e-15)
+        def function(q, lam):
+            force = 1e12 * (q - 1.0) + left if settles else np.where(q < 1.0, -left, left)
+            return force, np.array([[1e12]]), np.zeros(1)
+
+        if settles:
+            state = newton.solve(Toy(1, function), np.ones(1), 0.0, NONE)
+            assert state.q == pytest.approx([1.0], abs=3e-16)
+            assert 1e-8 < state.residuals[-1] < 3e-4
+        else:
+            with pytest.raises(NewtonError):
+                newton.solve(Toy(1, function), np.ones(1), 0.0, NONE)
+
+    @pytest.mark.xfail(reason="the estimate of rounding leaves out that of the unit deformation gradient")
+    @pytest.mark.parametrize(("thickness", "elements"), [(1e-4, 64), (1e-4, 128), (1e-5, 64)])
+    def test_a_very_thin_strip_settles(self, thickness, elements):
+        """A half circle of a strip as thin as eta_m = 1e-9 makes it, from a guess that is nearly exact."""
+        model = Solid.of(1.0, thickness, elements=elements)
+        problem = clamped(model, arc(model, np.pi), 0, -1, load=np.zeros(model.size))
+        assert model.energy(problem.solve(arc(model, np.pi)).q) == pytest.approx(np.pi**2 / 2.0, rel=1e-6)
 
     def test_the_cap_on_a_step(self):
         """No unknown of positive metric moves further than allowed in one iteration; the others are free."""

@@ -1,3 +1,8 @@
+import os
+
+# One process per core below: Snakemake tells the numerical libraries to use all of the rule's threads in each of them.
+os.environ |= dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+
 from concurrent.futures import ProcessPoolExecutor
 
 import xarray as xr

@@ -90,7 +90,7 @@ def figure(height: float, width: float = WIDTH) -> Figure:
 
 def equal(xlim: tuple[float, float], ylim: tuple[float, float], above: float = 0.0) -> tuple[Figure, Axes]:
     """A figure as high as its one pair of axes needs for equal scales, plus ``above`` inches for a legend."""
-    left, right, below, top = 0.47, 0.1, 0.42, 0.05 + above  # inches
+    left, right, below, top = 0.5, 0.1, 0.42, 0.05 + above  # inches
     across = WIDTH - left - right
     up = across * (ylim[1] - ylim[0]) / (xlim[1] - xlim[0])
     height = below + up + top
@@ -98,7 +98,7 @@ def equal(xlim: tuple[float, float], ylim: tuple[float, float], above: float = 0
     fig = Figure(figsize=(WIDTH, height))
     ax = fig.add_axes((left / WIDTH, below / height, across / WIDTH, up / height))
     ax.set(aspect="equal", xlim=xlim, ylim=ylim)
-    ax.locator_params(axis="x", nbins=8)
+    ax.locator_params(nbins=8, steps=[1, 2, 5, 10])
     return fig, ax
 
 
