@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from oracles.held_solid import clamped
 from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
+from oracles.held_solid import clamped
 from stripfold import elastica
 from stripfold.models.solid import Solid
 from stripfold.problem import AlongX, Lift, StripProblem
@@ -91,7 +91,9 @@ def folded(thickness: float, element: float) -> dict[str, float]:
     loop, lying = elastica.folded_loop(), 2.0
     length = loop.arc + lying
     counts = round(loop.arc / element), round(lying / element)
-    boundaries = np.concatenate([np.linspace(0.0, loop.arc, counts[0] + 1), np.linspace(loop.arc, length, counts[1] + 1)[1:]])
+    boundaries = np.concatenate(
+        [np.linspace(0.0, loop.arc, counts[0] + 1), np.linspace(loop.arc, length, counts[1] + 1)[1:]]
+    )
     model = Solid.of(length, thickness, elements=boundaries)
     s = model.s
     free = s < loop.arc

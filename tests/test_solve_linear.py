@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import scipy.linalg
-from oracles.toys import Toy
 
+from oracles.toys import Toy
 from stripfold.errors import SolveError
 from stripfold.models.solid import Solid
 from stripfold.solve.linear import Band, BandPattern, Dense, solve_bordered

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+
 from oracles.held_solid import arc, clamped
 from oracles.lee_frame import LeeFrame
 from oracles.toys import NONE, Toy, Truss, breaking, complementary, linear
-
 from stripfold.errors import NewtonError
 from stripfold.models.solid import Solid
 from stripfold.solve import newton

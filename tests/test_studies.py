@@ -38,7 +38,8 @@ def stored() -> xr.Dataset:
 def test_critical_point_is_the_elasticas(run: static.XRun) -> None:
     # What the thickness does to lambda_c is -6 (h/L*)^2; the mesh may add 2e-4.
     assert run.end is End.SNAP
-    assert run.critical is not None and run.critical.agree
+    assert run.critical is not None
+    assert run.critical.agree
     shift = run.last.lam - elastica.critical(3.0).advance
     assert shift == pytest.approx(-6.0 * THIN.thickness**2, abs=3e-4)
     assert run.free_length == pytest.approx(elastica.critical(3.0).length, abs=0.05)
@@ -111,7 +112,8 @@ def test_low_gripper_lays_the_sag_down() -> None:
     low = static.solve_height(Strip(16.0, 0.02), 1.2, 2.0)
     truth = elastica.critical(1.2).touch
     assert truth is not None
-    assert low.end is End.TOUCH and low.critical is None
+    assert low.end is End.TOUCH
+    assert low.critical is None
     assert low.last.lam == pytest.approx(truth.advance, abs=0.02)
     assert min(static.contact_positions(low.problem.model, low.last)) == pytest.approx(
         truth.state.length - truth.s, abs=0.2
@@ -162,7 +164,9 @@ def test_order_of_lambda_c() -> None:
 def test_planned_mesh() -> None:
     ends = boundaries(20.0, Sweep(4.0, 7.1), 1.0)
     sizes = np.diff(ends)
-    assert ends[0] == 0.0 and ends[-1] == pytest.approx(20.0) and np.all(sizes > 0.0)
+    assert ends[0] == 0.0
+    assert ends[-1] == pytest.approx(20.0)
+    assert np.all(sizes > 0.0)
     assert np.min(np.abs(ends - 7.1)) < 1e-12
     assert sizes[np.abs(ends[:-1] - 7.1) < 0.2].max() < 0.011
     assert len(boundaries(20.0, Sweep(4.0, 7.1), 0.5)) > 1.8 * len(ends)
@@ -220,7 +224,8 @@ def test_broken_branches_are_refused(stored: xr.Dataset, name: str, index: tuple
 def test_find(model: str) -> None:
     found = find(Scene.create(length=0.6, height=0.09, eta_b=3780.0, model=model, accuracy=5e-3))
     truth = {"solid": 0.2950006, "elastica": 0.29562219}[model]  # the solid's on a mesh six times finer
-    assert found.snap and abs(found.lambda_c - truth) <= found.error + 1e-8
+    assert found.snap
+    assert abs(found.lambda_c - truth) <= found.error + 1e-8
     assert found.error <= 5e-3 * found.lambda_c
     assert found.x_c == pytest.approx(found.lambda_c - 0.3)
     assert found.lambda_c_lower <= found.lambda_c <= found.lambda_c_upper
@@ -229,9 +234,19 @@ def test_find(model: str) -> None:
 @pytest.mark.parametrize("model", ["solid", "elastica"])
 def test_find_says_why_there_is_no_snap(model: str) -> None:
     low = find(Scene.create(length=0.6, height=0.036, eta_b=3780.0, model=model, accuracy=5e-3))
-    assert not low.snap and np.isnan(low.lambda_c) and "touches" in low.reason
+    assert not low.snap
+    assert np.isnan(low.lambda_c)
+    assert "touches" in low.reason
     short = find(Scene.create(length=0.2, height=0.09, eta_b=3780.0, model=model, accuracy=5e-3))
-    assert not short.snap and np.isnan(short.lambda_c) and "too short" in short.reason
+    assert not short.snap
+    assert np.isnan(short.lambda_c)
+    assert "too short" in short.reason
+
+
+def test_printed_law_cannot_hold_an_upright_strip() -> None:
+    """docs/physics.md, section 2: its bending stiffness goes with the square of the cosine of the slope."""
+    with pytest.raises(SolveError, match="eigenvalues"):
+        static.solve_height(Strip(12.0, 0.05, law="printed"), 3.0, 1.0)
 
 
 def test_unusable_mesh_is_refused() -> None:

@@ -44,9 +44,7 @@ def datasets() -> dict[str, xr.Dataset]:
     )
     order = xr.Dataset({"order": ((), 2.0), "error": ("size", [1e-2, 1e-3])})
     verdicts = xr.Dataset({"verdict": ("case", np.zeros(2000, int))})
-    benchmark = xr.Dataset(
-        {"seconds": ("repeat", [1.0]), "relative_error": ("repeat", [1e-3]), "memory": ((), 200.0)}
-    )
+    benchmark = xr.Dataset({"seconds": ("repeat", [1.0]), "relative_error": ("repeat", [1e-3]), "memory": ((), 200.0)})
     return {
         "points": points,
         "master": master,

@@ -12,8 +12,9 @@ rule xaxis:
         mem_mb=1000,
         runtime=20,
     params:
-        config=CONFIG,
         material=lambda wildcards: MATERIALS[wildcards.material],
+        solid=CONFIG["solid"],
+        gravity=CONFIG["gravity"],
     script:
         "../scripts/xaxis.py"
 
@@ -26,7 +27,7 @@ rule critical_points:
     log:
         f"{LOGS}/critical_points.log",
     params:
-        config=CONFIG,
+        labels={name: material["label"] for name, material in MATERIALS.items()},
     script:
         "../scripts/critical_points.py"
 
@@ -37,7 +38,7 @@ rule master_curve:
     log:
         f"{LOGS}/master_curve.log",
     params:
-        config=CONFIG,
+        top=max(max(material["heights"]) for material in MATERIALS.values()),
     script:
         "../scripts/master_curve.py"
 
@@ -47,7 +48,5 @@ rule printed_law:
         f"{RESULTS}/printed_law.nc",
     log:
         f"{LOGS}/printed_law.log",
-    params:
-        config=CONFIG,
     script:
         "../scripts/printed_law.py"

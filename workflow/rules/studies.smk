@@ -11,7 +11,7 @@ rule limit:
         mem_mb=1000,
         runtime=30,
     params:
-        config=CONFIG,
+        **CONFIG["studies"]["limit"],
     script:
         "../scripts/limit.py"
 
@@ -25,7 +25,7 @@ rule order:
         mem_mb=1000,
         runtime=30,
     params:
-        config=CONFIG,
+        **CONFIG["studies"]["order"],
     script:
         "../scripts/order.py"
 
@@ -40,7 +40,7 @@ rule branches:
         mem_mb=2000,
         runtime=120,
     params:
-        config=CONFIG,
+        **CONFIG["studies"]["branches"],
     script:
         "../scripts/branches.py"
 
@@ -53,7 +53,7 @@ rule benchmark:
     # Alone on the machine, so that nothing else is in the times.
     threads: workflow.cores
     params:
-        config=CONFIG,
+        **CONFIG["studies"]["benchmark"],
     script:
         "../scripts/benchmark.py"
 

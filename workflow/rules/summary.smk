@@ -13,8 +13,6 @@ rule summary:
         f"{RESULTS}/summary.json",
     log:
         f"{LOGS}/summary.log",
-    params:
-        config=CONFIG,
     script:
         "../scripts/summary.py"
 

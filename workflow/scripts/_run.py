@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
+from stripfold.config import Config, load
 from stripfold.errors import StripfoldError
 
 
@@ -22,3 +23,11 @@ def logged(snakemake: Any) -> Iterator[Callable[[str], None]]:
             say(f"error: {error}")
             print(f"{snakemake.rule}: {error}", file=sys.stderr)
             sys.exit(error.exit_code)
+
+
+def config_of(snakemake: Any) -> Config:
+    """The whole resolved configuration, to be stored with a result.
+
+    A rule's ``params`` hold only what its result depends on: a change elsewhere does not make Snakemake redo it.
+    """
+    return load(snakemake.config)

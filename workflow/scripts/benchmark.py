@@ -1,8 +1,8 @@
-from _run import logged
+from _run import config_of, logged
 from stripfold import store
 from stripfold.studies import benchmark
 
 with logged(snakemake):
-    config = snakemake.params.config
-    data = benchmark.run(**config["studies"]["benchmark"])
+    data = benchmark.run(**dict(snakemake.params.items()))
+    config = config_of(snakemake)
     store.write(data, snakemake.output[0], title="time and memory of one lambda_c of the solid", config=config)

@@ -7,28 +7,28 @@ from concurrent.futures import ProcessPoolExecutor
 
 import xarray as xr
 
-from _run import logged
+from _run import config_of, logged
 from stripfold import store
 from stripfold.studies import branches
 
 with logged(snakemake) as say:
-    config = snakemake.params.config
-    study = config["studies"]["branches"]
+    study = snakemake.params
     size = 50
     parts = []
     with ProcessPoolExecutor(snakemake.threads) as pool:
         jobs = [
             pool.submit(
                 branches.run,
-                range(first, min(first + size, study["cases"])),
-                study["seed"],
-                study["refinement"],
-                study["eta_m"],
+                range(first, min(first + size, study.cases)),
+                study.seed,
+                study.refinement,
+                study.eta_m,
             )
-            for first in range(0, study["cases"], size)
+            for first in range(0, study.cases, size)
         ]
         for job in jobs:
             parts.append(job.result())
-            say(f"{sum(part.sizes['case'] for part in parts)} of {study['cases']} cases")
+            say(f"{sum(part.sizes['case'] for part in parts)} of {study.cases} cases")
     data = xr.concat(parts, dim="case", combine_attrs="override")
+    config = config_of(snakemake)
     store.write(data, snakemake.output[0], title="random strips on the solid against the elastica", config=config)

@@ -1,10 +1,9 @@
-from _run import logged
+from _run import config_of, logged
 from stripfold import store
 from stripfold.studies import combine
 
 with logged(snakemake):
-    config = snakemake.params.config
-    labels = {material["name"]: material["label"] for material in config["materials"]}
+    labels = snakemake.params.labels
     runs = {name: store.read(path) for name, path in zip(labels, snakemake.input, strict=True)}
     data = combine.critical_points(runs, labels)
-    store.write(data, snakemake.output[0], title="critical points of all materials", config=config)
+    store.write(data, snakemake.output[0], title="critical points of all materials", config=config_of(snakemake))

@@ -1,7 +1,6 @@
 from importlib import import_module
 
 from _run import logged
-
 from stripfold import store
 from stripfold.plots.save import save
 

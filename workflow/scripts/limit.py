@@ -1,8 +1,12 @@
-from _run import logged
+from _run import config_of, logged
 from stripfold import store
 from stripfold.studies import limit
 
 with logged(snakemake):
-    config = snakemake.params.config
-    data = limit.run(**config["studies"]["limit"])
-    store.write(data, snakemake.output[0], title="the solid against the elastica as eta_m goes to zero", config=config)
+    data = limit.run(**dict(snakemake.params.items()))
+    store.write(
+        data,
+        snakemake.output[0],
+        title="the solid against the elastica as eta_m goes to zero",
+        config=config_of(snakemake),
+    )

@@ -1,8 +1,8 @@
-from _run import logged
+from _run import config_of, logged
 from stripfold import store
 from stripfold.studies import order
 
 with logged(snakemake):
-    config = snakemake.params.config
-    data = order.run(**config["studies"]["order"])
+    data = order.run(**dict(snakemake.params.items()))
+    config = config_of(snakemake)
     store.write(data, snakemake.output[0], title="observed order of lambda_c in the element size", config=config)

@@ -1,4 +1,4 @@
-from _run import logged
+from _run import config_of, logged
 from stripfold import store
 from stripfold.studies import printed_law
 
@@ -7,5 +7,5 @@ with logged(snakemake):
         printed_law.run(),
         snakemake.output[0],
         title="the paper's printed law beside St Venant-Kirchhoff",
-        config=snakemake.params.config,
+        config=config_of(snakemake),
     )

@@ -1,4 +1,4 @@
-from _run import logged
+from _run import config_of, logged
 from stripfold import store
 from stripfold.config import material_of
 from stripfold.studies import xaxis
@@ -6,8 +6,8 @@ from stripfold.studies.checks import check_branch
 from stripfold.studies.critical import first_refinement
 
 with logged(snakemake) as say:
-    config, entry = snakemake.params.config, snakemake.params.material
-    solid = config["solid"]
+    entry, solid = snakemake.params.material, snakemake.params.solid
+    config = config_of(snakemake)
     data = xaxis.run(
         material_of(config, entry),
         entry["length"],

@@ -49,6 +49,10 @@ def critical_points(runs: Mapping[str, xr.Dataset], labels: Mapping[str, str]) -
     data: dict[str, Any] = {
         key: (dims, np.stack([padded(runs[m][key]) for m in names]), first[key].attrs) for key in PER_HEIGHT
     }
+    reasons = np.full((len(names), n), "", dtype=object)
+    for row, m in zip(reasons, names, strict=True):
+        row[: runs[m].sizes["height"]] = runs[m]["reason"].values
+    data["reason"] = (dims, reasons, first["reason"].attrs)
     data["height"] = (dims, np.stack([padded(runs[m]["height"]) for m in names]), first["height"].attrs)
     for key, units in PER_MATERIAL.items():
         values = np.array([runs[m].attrs[key] for m in names])

@@ -1,0 +1,249 @@
+"""Following a branch: folds of load and of displacement, tangents, inertia, and the guards against jumping."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import islice
+from math import sqrt
+
+import numpy as np
+import pytest
+
+from oracles.lee_frame import LeeFrame
+from oracles.toys import NONE, Toy, Truss, branches, breaking
+from stripfold.errors import ContinuationError, NewtonError
+from stripfold.solve import continuation
+from stripfold.solve.continuation import StepOptions
+from stripfold.solve.newton import NewtonOptions
+from stripfold.solve.problem import Tangent, inner
+
+STEPS = StepOptions(first=0.02, largest=0.05)
+FRAME = StepOptions(first=1.0, largest=8.0, smallest=1e-4, kink=0.05, newton=NewtonOptions(largest_step=30.0))
+
+
+def walk(problem, options, until, q=None, lam=0.0, most=600):
+    """Accepted points from ``(q, lam)`` upwards until ``until(point)``."""
+    first = continuation.start(problem, np.zeros(problem.size) if q is None else q, lam, NONE, 1.0, options)
+    points = []
+    for point in islice(continuation.follow(problem, first, options), most):
+        points.append(point)
+        if until(point):
+            return points
+    raise AssertionError("the end was not reached")
+
+
+class TestTruss:
+    """Truth: the symmetric path of von Mises' truss, lambda(w) = EA w (b^2 - w^2) / L^3."""
+
+    def test_the_whole_snap(self):
+        """From rest through both limit points to the mirrored shape; every point on the path, inertia right."""
+        truss = Truss(1.0, 0.3)
+        points = walk(truss.problem(), STEPS, lambda p: p.lam > truss.limit_load)
+        fold = truss.b / sqrt(3.0)
+        for p in points:
+            w = truss.b + p.q[1]
+            assert p.q[0] == 0.0
+            assert p.lam == pytest.approx(float(truss.load(w)), abs=1e-7)
+            assert p.negatives == int(-fold < w < fold)
+            assert (p.eigenvalues[0] < 0.0) == (-fold < w < fold)
+            assert np.sign(p.tangent.lam) == (-1.0 if -fold < w < fold else 1.0)
+        assert truss.b + points[-1].q[1] < -1.1 * truss.b
+        loads = np.array([p.lam for p in points])
+        assert loads.min() == pytest.approx(-truss.limit_load, rel=0.02)
+
+    def test_tangent_and_arc(self):
+        """Truth: dlambda/dw of the closed form, unit length; the arc length is the sum of the steps asked for."""
+        truss = Truss(1.0, 0.3)
+        problem = truss.problem()
+        for p in walk(problem, STEPS, lambda p: p.arc > 1.0):
+            w = truss.b + p.q[1]
+            slope = truss.stiffness * (truss.b**2 - 3.0 * w**2) / truss.bar**3
+            assert p.tangent.lam / p.tangent.q[1] == pytest.approx(slope, rel=1e-6, abs=1e-6)
+            assert inner(problem.metric, p.tangent, p.tangent) == pytest.approx(1.0, abs=1e-12)
+            assert p.tangent.q[1] < 0.0
+
+    @pytest.mark.parametrize("ds", [1e-2, 5e-3, 2.5e-3])
+    def test_a_step_goes_the_distance(self, ds):
+        """Truth: the new point lies on the plane at ``ds`` along the tangent, off the line by O(ds^2)."""
+        truss = Truss(1.0, 0.3)
+        problem = truss.problem()
+        start = walk(problem, STEPS, lambda p: p.arc > 0.3)[-1]
+        new = continuation.step(problem, start, ds, STEPS)
+        moved = Tangent(new.q - start.q, new.lam - start.lam)
+        assert inner(problem.metric, start.tangent, moved) == pytest.approx(ds, abs=1e-11)
+        off = inner(problem.metric, moved, moved) - ds**2
+        print("off the line", sqrt(max(off, 0.0)))
+        assert 0.0 <= off < (40.0 * ds**2) ** 2
+        assert new.arc == start.arc + ds
+
+    def test_backwards(self):
+        """``start`` with sign -1 follows falling lambda: the apex is pulled up."""
+        truss = Truss(1.0, 0.3)
+        problem = truss.problem()
+        first = continuation.start(problem, np.zeros(2), 0.0, NONE, -1.0, STEPS)
+        assert first.tangent.lam < 0.0
+        second = continuation.step(problem, first, 0.02, STEPS)
+        assert second.lam < 0.0
+        assert truss.b + second.q[1] > truss.b
+
+    def test_symmetry_is_kept_and_the_pitchfork_seen(self):
+        """A steep truss sways before it snaps: on the exactly symmetric path only the inertia tells.
+
+        Truth: at w^2 = b^2 - 2 a^2 the sideways stiffness vanishes, lambda still rising; the snap comes later.
+        """
+        truss = Truss(1.0, 2.0, stiffness=3.0)
+        fork, fold = truss.pitchfork, truss.b / sqrt(3.0)
+        assert fork is not None
+        assert fork > fold
+        points = walk(truss.problem(), STEPS, lambda p: truss.b + p.q[1] < 0.5 * fold)
+        for p in points:
+            w = truss.b + p.q[1]
+            assert p.q[0] == 0.0
+            assert p.negatives == int(w < fork) + int(w < fold)
+            assert (p.tangent.lam > 0.0) == (w > fold)
+            if fold < w < fork:
+                assert abs(p.mode[0]) == pytest.approx(1.0, abs=1e-12)
+        assert sum(fold < truss.b + p.q[1] < fork for p in points) > 3
+
+
+class TestLeeFrame:
+    """Truth: the load and the displacement of the frame both turn back, twice each (Lee, Manuel and Rossow, 1968)."""
+
+    def test_the_whole_path(self):
+        """Load up to 18.6 EI / L^2, down to -9.5, up again; the loaded point goes back in between."""
+        frame = LeeFrame(10)
+        points = walk(frame, FRAME, lambda p: p.lam > 2.5)
+        rising = np.array([p.tangent.lam for p in points]) > 0.0
+        sinking = np.array([p.tangent.q[frame.loaded] for p in points]) < 0.0
+        assert np.count_nonzero(np.diff(rising.astype(int))) == 2
+        assert np.count_nonzero(np.diff(sinking.astype(int))) == 2
+        # Between the load limits, and only there, one eigenvalue is negative.
+        np.testing.assert_array_equal([p.negatives for p in points], (~rising).astype(int))
+        loads = 10.0 * np.array([p.lam for p in points])
+        print(f"{len(points)} points, loads from {loads.min():.2f} to {max(loads[~rising]):.2f}")
+        assert loads[~rising].max() == pytest.approx(18.6, abs=0.3)
+        assert loads.min() == pytest.approx(-9.5, abs=0.5)
+        down = -np.array([p.q[frame.loaded] for p in points])
+        back = np.flatnonzero(~sinking)
+        assert down[back].max() == pytest.approx(61.0, abs=1.0)
+        assert down[back].min() == pytest.approx(51.0, abs=1.0)
+        for p in points:
+            force = frame.residual(p.q, p.lam)
+            assert np.abs(np.delete(force, frame.prescribed)).max() < 2e-7
+
+
+class TestGuards:
+    """Two branches near each other: a step that is too long lands on the wrong one, and must be refused.
+
+    Truth: branches in closed form.  Branch A runs level and turns down at lambda = 1; B begins where A would go on.
+    """
+
+    @staticmethod
+    def turning(lam: float) -> float:
+        """Branch A: 0 before lambda = 1, of slope -2 after it, with a smooth corner of width 0.05."""
+        return -2.0 * 0.05 * float(np.logaddexp(0.0, (lam - 1.0) / 0.05))
+
+    CASES = {
+        "too far from its prediction": ([lambda t: 0.4], {"largest_correction": np.inf}),
+        "turns by a cosine": ([lambda t: 0.05 + 0.8 * (t - 1.9)], {"least_cosine": -1.0}),
+    }
+
+    def problem(self, far, middle=-0.6):
+        """A, an unstable branch between, and B: A and B have the same inertia."""
+        return branches([[self.turning, lambda t: 0.5 * (self.turning(t) + far(t)) if t > 1 else middle, far]])
+
+    @pytest.mark.parametrize("guard", CASES)
+    def test_a_jump_is_refused(self, guard):
+        """The step raises; without the guard it lands on B; marching halves the step and stays on A."""
+        (far,), off = self.CASES[guard]
+        problem = branches([[self.turning, lambda t: 0.5 * (self.turning(t) + far(t)), far]])
+        options = StepOptions(first=1.0, largest=1.0, newton=NewtonOptions(largest_step=np.inf))
+        start = continuation.start(problem, np.zeros(1), 0.9, NONE, 1.0, options)
+        # On the level part of A, pointing along it.
+        start = replace(start, tangent=Tangent(np.zeros(1), 1.0))
+        with pytest.raises(NewtonError, match=guard):
+            continuation.step(problem, start, 1.0, options)
+        landed = continuation.step(problem, start, 1.0, replace(options, **off))
+        assert landed.q[0] == pytest.approx(far(landed.lam), abs=1e-8)
+        assert landed.negatives == start.negatives
+        points = []
+        for p in continuation.follow(problem, start, options):
+            points.append(p)
+            if p.lam > 2.5:
+                break
+        assert all(p.q[0] == pytest.approx(self.turning(p.lam), abs=1e-6) for p in points)
+
+    def test_inertia(self):
+        """A jump along a straight line, without any turn: only the number of negative eigenvalues tells."""
+        paths = [self.turning, lambda t: 0.05]
+        problem = branches([paths, paths])
+        options = StepOptions(first=1.0, largest=1.0, newton=NewtonOptions(largest_step=np.inf))
+        start = continuation.start(problem, np.zeros(2), 0.7, NONE, 1.0, options)
+        start = replace(start, tangent=Tangent(np.zeros(2), 1.0))
+        assert start.negatives == 2
+        with pytest.raises(NewtonError, match="several eigenvalues"):
+            continuation.step(problem, start, 1.0, options)
+        landed = continuation.step(problem, start, 1.0, replace(options, largest_inertia_change=2))
+        assert landed.negatives == 0
+        assert landed.q == pytest.approx([0.05, 0.05], abs=1e-8)
+
+    def test_a_double_crossing_is_not_passed_in_silence(self):
+        """Two eigenvalues vanish at the same point: no step is short enough, and the error says where and why."""
+
+        def function(q, lam):
+            return (1.0 - lam) * q + q**3, np.diag(1.0 - lam + 3.0 * q**2), -q
+
+        problem = Toy(2, function)
+        points = []
+        with pytest.raises(ContinuationError, match="several eigenvalues") as caught:
+            first = continuation.start(problem, np.zeros(2), 0.0, NONE, 1.0, STEPS)
+            for p in continuation.follow(problem, first, STEPS):
+                points.append(p)
+        assert caught.value.parameter == pytest.approx(1.0, abs=2e-6)
+        assert caught.value.step < STEPS.smallest
+        assert caught.value.advice
+        assert {p.negatives for p in points} == {0}
+        more = replace(STEPS, largest_inertia_change=2)
+        assert walk(problem, more, lambda p: p.lam > 1.5)[-1].negatives == 2
+
+
+class TestStepControl:
+    """What ``follow`` does with its steps."""
+
+    def test_no_step_is_longer_than_allowed_and_easy_ones_grow(self):
+        problem = Truss(1.0, 0.3).problem()
+        options = StepOptions(first=1e-3, largest=0.04)
+        steps = np.diff([p.arc for p in walk(problem, options, lambda p: p.arc > 0.5)])
+        assert steps[0] == pytest.approx(1e-3)
+        assert steps.max() == pytest.approx(0.04)
+        assert np.all(steps[1:] <= 2.0 * steps[:-1] + 1e-15)
+
+    def test_the_end_of_a_branch_is_an_error(self):
+        """Newton fails beyond lambda = 0.3 for no physical reason: every point before it is given, then the error.
+
+        No point given is past a fold: the end of what can be computed is not one.
+        """
+        truss = Truss(1.0, 0.3)
+        assert truss.limit_load > 0.4
+        problem = breaking(truss.problem(), 0.3)
+        points = []
+        with pytest.raises(ContinuationError, match="could not be followed") as caught:
+            first = continuation.start(problem, np.zeros(2), 0.0, NONE, 1.0, STEPS)
+            for p in continuation.follow(problem, first, STEPS):
+                points.append(p)
+        assert points[-1].lam == pytest.approx(0.3, abs=1e-5)
+        assert caught.value.parameter == points[-1].lam
+        assert caught.value.step < STEPS.smallest
+        assert caught.value.residuals
+        assert isinstance(caught.value.__cause__, NewtonError)
+        assert all(p.negatives == 0 and p.tangent.lam > 0.0 and p.eigenvalues[0] > 0.0 for p in points)
+
+    def test_nothing_is_left_of_a_step_that_failed(self):
+        """Points are frozen and their arrays their own: a refused step leaves the point as it was."""
+        problem = breaking(Truss(1.0, 0.3).problem(), 0.3)
+        first = continuation.start(problem, np.zeros(2), 0.29, NONE, 1.0, STEPS)
+        q, tangent = first.q.copy(), first.tangent.q.copy()
+        with pytest.raises(NewtonError):
+            continuation.step(problem, first, 0.2, STEPS)
+        np.testing.assert_array_equal(first.q, q)
+        np.testing.assert_array_equal(first.tangent.q, tangent)
