@@ -309,9 +309,9 @@ class TestFailure:
                 newton.solve(Toy(1, function), np.ones(1), 0.0, NONE)
 
     @pytest.mark.xfail(reason="the estimate of rounding leaves out that of the unit deformation gradient")
-    @pytest.mark.parametrize(("thickness", "elements"), [(1e-4, 64), (1e-4, 128), (1e-5, 64)])
+    @pytest.mark.parametrize(("thickness", "elements"), [(1e-4, 64), (1e-4, 128)])
     def test_a_very_thin_strip_settles(self, thickness, elements):
-        """A half circle of a strip as thin as eta_m = 1e-9 makes it, from a guess that is nearly exact."""
+        """A half circle of a strip nearly as thin as eta_m = 1e-9 makes it, from a guess that is nearly exact."""
         model = Solid.of(1.0, thickness, elements=elements)
         problem = clamped(model, arc(model, np.pi), 0, -1, load=np.zeros(model.size))
         assert model.energy(problem.solve(arc(model, np.pi)).q) == pytest.approx(np.pi**2 / 2.0, rel=1e-6)

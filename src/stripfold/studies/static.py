@@ -31,6 +31,10 @@ LAMBDA_TOLERANCE = 1e-6
 """Width of the bracket of lambda_c, L*."""
 LOOK_AHEAD = 0.6
 """Arc length followed past a maximum before it is taken for the strip's own, L*."""
+CLOSE = 0.15
+"""A touch this near behind a maximum (arc length, L*), or at a slope of lambda this small, is a close call."""
+FINEST_FOR_ORDER = 0.3
+"""Smallest factor on the element lengths to which close calls are refined."""
 TOUCH_TOLERANCE = 1e-4
 """Arc length within which the first touch of the sag is located, L*."""
 
@@ -96,6 +100,8 @@ class XRun:
         The state at the end of the advance: critical, at first touch, or just before lift-off of the whole strip.
     contact_folds
         Maxima of lambda before ``critical`` that are the mesh's own; 0 on a mesh fine enough.
+    close
+        Whether maximum and touch of the sag are such near neighbours that the mesh may have decided between them.
     """
 
     problem: StripProblem
@@ -104,6 +110,7 @@ class XRun:
     critical: CriticalPoint | None
     last: Point
     contact_folds: int
+    close: bool = False
 
     @property
     def lambda_0(self) -> float:
@@ -192,14 +199,33 @@ def along_x(
     past
         Arc length to follow the unstable branch, L*; 0 for none.
 
+    Where the maximum and the touch of the sag are close neighbours, the mesh is refined until two in a row agree.
+
     Raises
     ------
     SolveError
         When a state or the branch cannot be computed to its tolerance.
     """
-    if np.ndim(mesh) == 0:
-        mesh = planning.boundaries(strip.length, planning.lift_off_sweep(height), float(mesh))
-    model = strip.model(np.asarray(mesh))
+    if np.ndim(mesh):
+        return _run(strip.model(np.asarray(mesh)), height, start, past, options)
+    sweep, refinement = planning.lift_off_sweep(height), float(mesh)
+
+    def on_planned_mesh(refinement: float) -> XRun:
+        model = strip.model(planning.boundaries(strip.length, sweep, refinement))
+        return _run(model, height, start, past, options)
+
+    run = on_planned_mesh(refinement)
+    # Where maximum and touch are neighbours the mesh says which comes first: two meshes have to agree.
+    while run.close and refinement > FINEST_FOR_ORDER:
+        refinement /= 2.0
+        last, run = run, on_planned_mesh(refinement)
+        if run.end is last.end:
+            break
+    return run
+
+
+def _run(model: Solid, height: float, start: tuple[Solid, Equilibrium], past: float, options: StepOptions) -> XRun:
+    """One run on one mesh; see :func:`along_x`."""
     problem = StripProblem(model, AlongX(height))
     q = transfer(start[0], start[1].q, model)
     state = no_horizontal_force(problem, q, height)
@@ -209,7 +235,7 @@ def along_x(
         raise SolveError("the branch does not start stable: no state with no horizontal force to start from")
     points: list[Point] = [first]
     fold: int | None = None  # index of the first point past the maximum
-    contact_folds = 0
+    contact_folds, touched = 0, False
     branch = continuation.follow(problem, first, options)
     next(branch)
     while True:
@@ -221,16 +247,24 @@ def along_x(
                 raise
             break
         if fold is None:
-            if point.lam >= points[-1].lam and touches(model, point):
-                last = _first_touch(problem, points[-1], point, options)
-                return XRun(problem, (*points, last), End.TOUCH, None, last, contact_folds)
-            if lift_off(model, point) > strip.length - 0.5:
+            if touches(model, point):
+                # The maximum may lie just before the touch, in the same step.
+                near, last = _first_touch(problem, points[-1], point, options)
+                if near is not points[-1]:
+                    points.append(near)
+                if len(points) == 1 or not critical.passed(near, points[-2]):
+                    close = near.tangent.lam < CLOSE
+                    return XRun(problem, (*points, last), End.TOUCH, None, last, contact_folds, close)
+                fold, touched = len(points) - 1, True
+                break
+            if lift_off(model, point) > model.length - 0.5:
                 return XRun(problem, (*points, point), End.LIFTED, None, point, contact_folds)
             points.append(point)
             if critical.passed(point, points[-2]):
                 fold = len(points) - 1
             continue
-        if touches(model, point) or point.arc - points[fold].arc > max(past, LOOK_AHEAD):
+        touched = touches(model, point)
+        if touched or point.arc - points[fold].arc > max(past, LOOK_AHEAD):
             break
         points.append(point)
         if not critical.passed(point) and point.lam > max(p.lam for p in points[:-1]):
@@ -241,11 +275,12 @@ def along_x(
     index = fold
     found = critical.locate(problem, points[index - 1], points[index], LAMBDA_TOLERANCE, options)
     points[index:index] = [p for p in (found.before, found.after) if p not in (points[index - 1], points[index])]
-    return XRun(problem, tuple(points), End.SNAP, found, found.before, contact_folds)
+    close = touched and points[-1].arc - found.after.arc < CLOSE
+    return XRun(problem, tuple(points), End.SNAP, found, found.before, contact_folds, close)
 
 
-def _first_touch(problem: StripProblem, before: Point, after: Point, options: StepOptions) -> Point:
-    """Bisect for the first point at which the sag touches."""
+def _first_touch(problem: StripProblem, before: Point, after: Point, options: StepOptions) -> tuple[Point, Point]:
+    """Bisect for the touch of the sag: the last point before it and the first one after."""
     share = 0.5
     while after.arc - before.arc > TOUCH_TOLERANCE:
         try:
@@ -261,7 +296,7 @@ def _first_touch(problem: StripProblem, before: Point, after: Point, options: St
             after = middle
         else:
             before = middle
-    return after
+    return before, after
 
 
 def contact_positions(model: Solid, point: Point) -> Array:
