@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import islice
 from math import sqrt
@@ -16,15 +17,15 @@ from stripfold.errors import ContinuationError, NewtonError
 from stripfold.solve import continuation
 from stripfold.solve.continuation import StepOptions
 from stripfold.solve.newton import NewtonOptions
-from stripfold.solve.problem import Tangent, inner
+from stripfold.solve.problem import Point, Problem, Tangent, inner
 
 STEPS = StepOptions(first=0.02, largest=0.05)
 FRAME = StepOptions(first=1.0, largest=8.0, smallest=1e-4, kink=0.05, newton=NewtonOptions(largest_step=30.0))
 
 
-def walk(problem, options, until, q=None, lam=0.0, most=600):
-    """Accepted points from ``(q, lam)`` upwards until ``until(point)``."""
-    first = continuation.start(problem, np.zeros(problem.size) if q is None else q, lam, NONE, 1.0, options)
+def walk(problem: Problem, options: StepOptions, until: Callable[[Point], bool], most: int = 600) -> list[Point]:
+    """Accepted points from rest, lambda rising, until ``until(point)``."""
+    first = continuation.start(problem, np.zeros(problem.size), 0.0, NONE, 1.0, options)
     points = []
     for point in islice(continuation.follow(problem, first, options), most):
         points.append(point)
@@ -188,7 +189,7 @@ class TestGuards:
     def test_a_double_crossing_is_not_passed_in_silence(self):
         """Two eigenvalues vanish at the same point: no step is short enough, and the error says where and why."""
 
-        def function(q, lam):
+        def function(q: np.ndarray, lam: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
             return (1.0 - lam) * q + q**3, np.diag(1.0 - lam + 3.0 * q**2), -q
 
         problem = Toy(2, function)

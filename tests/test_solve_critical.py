@@ -16,14 +16,14 @@ from stripfold.errors import SolveError
 from stripfold.solve import continuation, critical
 from stripfold.solve.continuation import StepOptions
 from stripfold.solve.newton import NewtonOptions
-from stripfold.solve.problem import Tangent
+from stripfold.solve.problem import Point, Problem, Tangent
 
 # An error of the force is one of lambda: tight, so that 1e-8 of the limit load can be asked for.
 STEPS = StepOptions(first=0.02, largest=0.05, newton=NewtonOptions(force_tolerance=1e-12))
 FRAME = StepOptions(first=1.0, largest=8.0, smallest=1e-4, kink=0.05, newton=NewtonOptions(largest_step=30.0))
 
 
-def bracket(problem, options):
+def bracket(problem: Problem, options: StepOptions) -> tuple[Point, Point]:
     """The last accepted point before and the first past the critical point."""
     first = continuation.start(problem, np.zeros(problem.size), 0.0, NONE, 1.0, options)
     for before, after in islice(pairwise(continuation.follow(problem, first, options)), 300):

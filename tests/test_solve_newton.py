@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -12,6 +14,7 @@ from stripfold.errors import NewtonError
 from stripfold.models.solid import Solid
 from stripfold.solve import newton
 from stripfold.solve.newton import Constraint, NewtonOptions
+from stripfold.solve.problem import Array, Equilibrium, Index, Problem
 
 FREE = NewtonOptions(largest_step=np.inf)
 TIGHT = NewtonOptions(largest_step=np.inf, force_tolerance=1e-10)
@@ -27,13 +30,14 @@ def orders(history: tuple[float, ...]) -> np.ndarray:
 class Recorded:
     """A problem that keeps the states it is asked about."""
 
-    def __init__(self, problem):
-        self.problem, self.visited = problem, []
+    def __init__(self, problem: Problem) -> None:
+        self.problem = problem
+        self.visited: list[Array] = []
 
-    def __getattr__(self, name):
+    def __getattr__(self, name: str) -> Any:
         return getattr(self.problem, name)
 
-    def linearise(self, q, lam, carried=None):
+    def linearise(self, q: Array, lam: float, carried: Any = None) -> tuple[Array, Any, Array]:
         self.visited.append(q.copy())
         return self.problem.linearise(q, lam, carried)
 
@@ -54,7 +58,7 @@ class TestRate:
         assert len(state.residuals) < 9
 
     @staticmethod
-    def first_steps(problem, exact, lam, direction, sizes):
+    def first_steps(problem: Problem, exact: Array, lam: float, direction: Array, sizes: Array) -> Array:
         """Errors after one and two iterations, from guesses off by ``sizes`` times a direction."""
         errors = []
         for size in sizes:
@@ -139,7 +143,10 @@ class TestBounds:
     """Truth: the linear complementarity problem solved by trying every set of contacts."""
 
     @staticmethod
-    def check(k, f, bounded, lower, start, active, options=FREE):
+    def check(
+        k: Array, f: Array, bounded: Index, lower: Array, start: Array, active: Index, options: NewtonOptions = FREE
+    ) -> tuple[Equilibrium, Index]:
+        """Solve, and compare with the answer; also gives the contacts of the latter."""
         exact, held = complementary(k, f, bounded, lower)
         state = newton.solve(linear(k, f, bounded, lower), start, 0.0, active, options=options)
         gap, force = state.q[bounded] - lower, (k @ state.q - f)[bounded]

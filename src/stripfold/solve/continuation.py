@@ -27,6 +27,9 @@ class StepOptions:
     first: float = 0.1
     smallest: float = 1e-6
     largest: float = 0.3
+    slow_below: float = 0.0
+    """Share of lambda in the tangent below which steps are shortened in proportion, down to a tenth of the largest:
+    near a fold, so that no step passes over it and what lies behind it."""
     wanted_iterations: int = 6
     """Newton iterations of a step that is neither lengthened nor shortened."""
     least_cosine: float = 0.9
@@ -142,9 +145,16 @@ def follow(problem: Problem, first: Point, options: StepOptions) -> Iterator[Poi
             yield point
             continue
         iterations = len(new.state.residuals) - 1
-        ds = min(options.largest, ds * min(2.0, max(0.5, options.wanted_iterations / max(iterations, 1))))
+        ds = min(ds * min(2.0, max(0.5, options.wanted_iterations / max(iterations, 1))), _longest(new, options))
         point, turned = new, False
         yield point
+
+
+def _longest(point: Point, options: StepOptions) -> float:
+    """Longest step allowed from a point."""
+    if options.slow_below <= 0.0:
+        return options.largest
+    return options.largest * min(1.0, max(0.1, abs(point.tangent.lam) / options.slow_below))
 
 
 def turn(problem: Problem, point: Point) -> Point:

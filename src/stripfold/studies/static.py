@@ -26,7 +26,7 @@ from ..solve.problem import Equilibrium, Point
 Array = NDArray[np.float64]
 
 LIFT_STEPS = StepOptions(first=0.05, largest=1.0, wanted_iterations=12)
-X_STEPS = StepOptions(first=0.1, largest=0.5, wanted_iterations=10)
+X_STEPS = StepOptions(first=0.1, largest=0.5, slow_below=0.4, wanted_iterations=10)
 LAMBDA_TOLERANCE = 1e-6
 """Width of the bracket of lambda_c, L*."""
 LOOK_AHEAD = 0.6
