@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from .static import Strip, along_x, lift, solve_height
+from .static import Strip, XRun, along_x, lift, solve_height
 
 Array = NDArray[np.float64]
 
@@ -21,6 +21,11 @@ def uniform(length: float, size: float, phase: float) -> Array:
     """Element boundaries of one size, shifted by ``phase`` (0 to 1) of an element; the end elements are longer."""
     inner = np.arange(size * (1.0 + phase), length - 1.4 * size, size)
     return np.concatenate([[0.0], inner, [length]])
+
+
+def _largest(run: XRun) -> float:
+    """The largest lambda reached: on a uniform mesh the teeth of the contact may split the maximum in several."""
+    return run.last.lam + run.slack
 
 
 def run(
@@ -34,7 +39,7 @@ def run(
     lambda_c = np.array(
         [
             [
-                along_x(strip, height, (model, state), uniform(length_star, size, shift), past=0.0).last.lam
+                _largest(along_x(strip, height, (model, state), uniform(length_star, size, shift), past=0.0))
                 for shift in shifts
             ]
             for size in sizes
