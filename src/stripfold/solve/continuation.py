@@ -20,6 +20,10 @@ from .problem import Array, Equilibrium, Index, Point, Problem, Tangent, inner
 from .stability import nearest_eigenvalues
 
 
+CONTACT_REACH = 1e-4
+"""Arc length within which a contact has to change for a branch to be turned there; many times the smallest step."""
+
+
 @dataclass(frozen=True, slots=True)
 class StepOptions:
     """Step control and guards; lengths in the problem's metric."""
@@ -133,7 +137,8 @@ def follow(problem: Problem, first: Point, options: StepOptions) -> Iterator[Poi
             ds /= 2.0
             if ds >= options.smallest:
                 continue
-            if turned:
+            beyond = None if turned else turn(problem, point, CONTACT_REACH)
+            if beyond is None:
                 raise ContinuationError(
                     f"the branch could not be followed past lambda = {point.lam:.9g}: {error}",
                     parameter=point.lam,
@@ -141,7 +146,7 @@ def follow(problem: Problem, first: Point, options: StepOptions) -> Iterator[Poi
                     residuals=error.residuals,
                     advice="refine the mesh or allow smaller steps",
                 ) from error
-            point, ds, turned = turn(problem, point), options.kink, True
+            point, ds, turned = beyond, options.kink, True
             yield point
             continue
         iterations = len(new.state.residuals) - 1
@@ -157,13 +162,16 @@ def _longest(point: Point, options: StepOptions) -> float:
     return options.largest * min(1.0, max(0.1, abs(point.tangent.lam) / options.slow_below))
 
 
-def turn(problem: Problem, point: Point) -> Point:
+def turn(problem: Problem, point: Point, reach: float) -> Point | None:
     """The same state with the contact changed that is about to change, and the tangent of the branch beyond.
 
     Where a contact opens or closes, a branch can turn back by more than a right angle: no point lies ahead in the
     direction it came, however short the step.  The contact that the tangent would violate first is opened or closed,
-    and the new tangent points to where that contact is admissible.
+    and the new tangent points to where that contact is admissible.  None where no contact changes within the arc length
+    ``reach`` ahead: then the branch ends, or Newton fails, for another reason.
     """
+    if not len(problem.bounded):
+        return None
     t, q, lam = point.tangent, point.q, point.lam
     bounded = problem.bounded
     is_active = np.isin(bounded, point.state.active)
@@ -173,6 +181,8 @@ def turn(problem: Problem, point: Point) -> Point:
     with np.errstate(divide="ignore", invalid="ignore"):
         distance = np.where(ahead < 0.0, np.maximum(left, 0.0) / -ahead, np.inf)
     changed = int(np.argmin(distance))
+    if distance[changed] > reach:
+        return None
     is_active[changed] = ~is_active[changed]
     state = replace(point.state, active=bounded[is_active])
     new = evaluate(problem, state, t, point.arc, point.mode)

@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ..errors import NewtonError, SolveError
-from .continuation import StepOptions, step, turn
+from .continuation import CONTACT_REACH, StepOptions, step, turn
 from .problem import Array, Point, Problem
 
 
@@ -21,7 +21,8 @@ class CriticalPoint:
     Attributes
     ----------
     lam
-        lambda_c: the largest value reached by a computed point.
+        lambda_c: the largest value reached by a computed point; at a bifurcation, where lambda rises on, that at which
+        the eigenvalue is zero.
     lower, upper
         Bracket of the maximum: the larger value of both ends, and what their slopes allow beyond it.
     eigenvalue_lam
@@ -94,7 +95,7 @@ def locate(
     agree = after.tangent.lam <= 0.0 and after.negatives > 0 and before.eigenvalues[0] > 0.0 > after.eigenvalues[0]
     nearer = min(before, after, key=lambda p: abs(p.eigenvalues[0]))
     return CriticalPoint(
-        lam=lower,
+        lam=lower if after.tangent.lam <= 0.0 else before.lam + zero * (after.lam - before.lam),
         lower=lower,
         upper=upper,
         eigenvalue_lam=before.lam + zero * (after.lam - before.lam),
@@ -116,8 +117,8 @@ def _between(problem: Problem, before: Point, ds: float, options: StepOptions) -
             if ds >= options.smallest:
                 continue
             # Nothing lies ahead: a contact opens here and the branch turns back.
-            turned = turn(problem, before)
-            if passed(turned):
+            turned = turn(problem, before, CONTACT_REACH)
+            if turned is not None and passed(turned):
                 return turned
             raise SolveError(
                 f"a point between the bracket's ends was not found: {error}", parameter=before.lam
@@ -130,6 +131,9 @@ def _bracket(before: Point, after: Point) -> tuple[float, float]:
     The steeper of both ends bounds what can be gained between them.  No concavity is assumed: where the contact set
     changes, the slope jumps.
     """
+    if after.tangent.lam > 0.0 and after.lam >= before.lam:
+        # Only the inertia has changed, a bifurcation: lambda goes on rising through it.
+        return before.lam, after.lam
     lower = max(before.lam, after.lam)
     steepest = max(abs(before.tangent.lam), abs(after.tangent.lam))
     return lower, lower + steepest * (after.arc - before.arc)

@@ -101,7 +101,8 @@ def solve(
         # above any fixed tolerance, and far below anything that moves the strip.
         settled = worst <= options.force_tolerance
         if not settled and worst < 1e-2:
-            rounding = 4.0 * EPS * (abs(k) @ np.abs(q))
+            # One is the size of what q is added to, so that a state near the origin is rounded as well.
+            rounding = 4.0 * EPS * (abs(k) @ (np.abs(q) + 1.0))
             settled = bool(np.all(np.abs(unbalanced) <= np.maximum(rounding, options.force_tolerance)))
         if settled:
             gap = q[bounded] - lower

@@ -27,6 +27,8 @@ Array = NDArray[np.float64]
 
 LIFT_STEPS = StepOptions(first=0.05, largest=1.0, wanted_iterations=12)
 X_STEPS = StepOptions(first=0.1, largest=0.5, slow_below=0.4, wanted_iterations=10)
+PATIENT = replace(LIFT_STEPS.newton, most_iterations=100)
+"""For states whose guess has a wrong contact set: it settles node by node."""
 LAMBDA_TOLERANCE = 1e-6
 """Width of the bracket of lambda_c, L*."""
 LOOK_AHEAD = 0.6
@@ -137,7 +139,12 @@ def lift(strip: Strip, heights: Sequence[float]) -> Iterator[tuple[float, Solid,
     model = strip.model(max(24, round(4 * strip.length)))
     problem = StripProblem(model, Lift())
     flat = continuation.start(
-        problem, np.zeros(model.size), min(0.01, heights[0] / 4), problem.bounded, 1.0, LIFT_STEPS
+        problem,
+        np.zeros(model.size),
+        min(0.01, heights[0] / 4),
+        problem.bounded,
+        1.0,
+        replace(LIFT_STEPS, newton=PATIENT),
     )
     branch = continuation.follow(problem, flat, LIFT_STEPS)
     point = next(branch)
@@ -174,8 +181,7 @@ def no_horizontal_force(problem: StripProblem, q: Array, height: float) -> Equil
     """The state at ``height`` with the gripper free along x, near ``q``."""
     free = StripProblem(problem.model, Lift())
     touching = free.bounded[q[free.bounded] - free.lower <= 1e-12]
-    # The guess comes from another mesh: the contact settles node by node.
-    return newton.solve(free, q, height, touching, options=replace(LIFT_STEPS.newton, most_iterations=100))
+    return newton.solve(free, q, height, touching, options=PATIENT)
 
 
 def along_x(
