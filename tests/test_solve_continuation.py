@@ -185,7 +185,6 @@ class TestGuards:
         assert landed.negatives == 0
         assert landed.q == pytest.approx([0.05, 0.05], abs=1e-8)
 
-    @pytest.mark.xfail(reason="turning a contact needs a bounded unknown")
     def test_a_double_crossing_is_not_passed_in_silence(self):
         """Two eigenvalues vanish at the same point: no step is short enough, and the error says where and why."""
 
@@ -264,7 +263,6 @@ class TestStepControl:
         assert steps.max() == pytest.approx(0.04)
         assert np.all(steps[1:] <= 2.0 * steps[:-1] + 1e-15)
 
-    @pytest.mark.xfail(reason="turning a contact needs a bounded unknown")
     def test_the_end_of_a_branch_is_an_error(self):
         """Newton fails beyond lambda = 0.3 for no physical reason: every point before it is given, then the error.
 

@@ -184,7 +184,8 @@ def test_transfer_keeps_the_shape(run: static.XRun) -> None:
 
 def test_dataset_is_complete(stored: xr.Dataset) -> None:
     for name, variable in stored.variables.items():
-        assert variable.attrs["units"] and variable.attrs["long_name"], name
+        assert variable.attrs["units"], name
+        assert variable.attrs["long_name"], name
     unit = stored.attrs["gravity_length"]
     assert stored["snap"].values.tolist() == [0, 1]
     assert np.isnan(stored["lambda_c"].values[0])

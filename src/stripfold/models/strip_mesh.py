@@ -123,8 +123,9 @@ def build(
             "the mid-surface needs a row of nodes of its own",
         )
     boundaries = np.linspace(0.0, length, elements + 1) if np.ndim(elements) == 0 else np.asarray(elements, float)
-    if len(boundaries) < 3 or np.any(np.diff(boundaries) <= 0.0):
-        raise InvalidInputError("elements", elements, "at least 2 elements, boundaries increasing")
+    if len(boundaries) < 4 or np.any(np.diff(boundaries) <= 0.0):
+        # Fewer make a matrix smaller than its band.
+        raise InvalidInputError("elements", elements, "at least 3 elements, boundaries increasing")
     mesh = skfem.MeshQuad.init_tensor(
         boundaries - length / 2.0, np.linspace(-thickness / 2.0, thickness / 2.0, across + 1)
     )

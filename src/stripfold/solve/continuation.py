@@ -19,7 +19,6 @@ from .linear import solve_bordered
 from .problem import Array, Equilibrium, Index, Point, Problem, Tangent, inner
 from .stability import nearest_eigenvalues
 
-
 CONTACT_REACH = 1e-4
 """Arc length within which a contact has to change for a branch to be turned there; many times the smallest step."""
 

@@ -7,6 +7,7 @@ Near a fold of the strip one eigenvalue crosses zero almost flat and stays a hun
 from __future__ import annotations
 
 import numpy as np
+import scipy.linalg
 from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
 
 from ..errors import SolveError
@@ -47,12 +48,11 @@ def nearest_eigenvalues(
         dense_k = np.column_stack([kept @ e for e in np.eye(n)])
         dense_m = np.column_stack([times_mass(e) for e in np.eye(n)])
         keep = free > 0.0
-        import scipy.linalg
-
         values, vectors = scipy.linalg.eigh(dense_k[np.ix_(keep, keep)], dense_m[np.ix_(keep, keep)])
+        nearest = np.sort(np.argsort(np.abs(values))[:count])
         mode = np.zeros(n)
-        mode[keep] = vectors[:, 0]
-        return values[:count], mode
+        mode[keep] = vectors[:, nearest[0]]
+        return values[nearest], mode
     start = free * (guess if guess is not None else np.ones(n))
     try:
         values, vectors = eigsh(
