@@ -39,7 +39,7 @@ def summarise(data: Mapping[str, xr.Dataset], sources: Mapping[str, str]) -> dic
         The files they were read from, by the same names.
     """
     out: dict[str, Entry] = {}
-    _points(out, data["points"], data["master"], sources["points"])
+    _points(out, data["points"], data["master"], sources)
     _limit(out, data["limit"], sources["limit"])
     order = data["order"]
     out["order_lambda_c"] = entry(
@@ -67,7 +67,8 @@ def summarise(data: Mapping[str, xr.Dataset], sources: Mapping[str, str]) -> dic
     return out
 
 
-def _points(out: dict[str, Entry], points: xr.Dataset, master: xr.Dataset, source: str) -> None:
+def _points(out: dict[str, Entry], points: xr.Dataset, master: xr.Dataset, sources: Mapping[str, str]) -> None:
+    source = sources["points"]
     unit = points["gravity_length"]
     z, lambda_c = (points["height"] / unit).values, (points["lambda_c"] / unit).values
     found = np.isfinite(lambda_c)
@@ -109,7 +110,7 @@ def _points(out: dict[str, Entry], points: xr.Dataset, master: xr.Dataset, sourc
         "height below which the elastica's sag lands before the strip can snap",
         "1.58617 to 1e-5",
         abs(master.attrs["touch_limit"] - 1.58617) < 1e-5,
-        source,
+        sources["master"],
         7,
     )
 
