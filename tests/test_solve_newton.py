@@ -255,6 +255,15 @@ class TestConstraint:
             assert state.q == pytest.approx([0.0, height - 0.4], abs=1e-12)
             assert state.lam == pytest.approx(float(truss.load(height)), abs=1e-9)
 
+    def test_an_equilibrium_off_the_plane_is_not_enough(self):
+        """Started in an equilibrium of the branch, but not in the one asked for."""
+        truss = Truss(1.0, 0.4)
+        q, lam = np.array([0.0, 0.33 - 0.4]), float(truss.load(0.33))
+        plane = Constraint(np.array([0.0, 1.0]), 0.0, np.array([0.0, 0.3 - 0.4]), 0.0)
+        state = newton.solve(truss.problem(), q, lam, NONE, plane)
+        assert state.q == pytest.approx([0.0, 0.3 - 0.4], abs=1e-12)
+        assert state.lam == pytest.approx(float(truss.load(0.3)), abs=1e-9)
+
 
 class TestFailure:
     """A failure is an error with its history; never a state."""
