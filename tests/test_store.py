@@ -53,7 +53,7 @@ def test_provenance(tmp_path):
     attrs = store.read(tmp_path / "a.nc").attrs
     assert attrs["title"] == "A test"
     assert attrs["stripfold_version"] == stripfold.__version__
-    assert attrs["git_commit"] == store.git_commit()
+    assert attrs["git_commit"] == store.running_commit()
     assert attrs["Conventions"].startswith("CF-")
     assert json.loads(attrs["config"]) == {"gravity": 9.81}
     packages = json.loads(attrs["packages"])

@@ -9,6 +9,7 @@ import subprocess
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
+from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -109,7 +110,7 @@ def write(
         Conventions=CONVENTIONS,
         title=title,
         stripfold_version=stripfold.__version__,
-        git_commit=git_commit(),
+        git_commit=running_commit(),
         packages=_json({name: version(name) for name in PACKAGES}),
         config=_json(config or {}),
     )
@@ -150,6 +151,12 @@ def read(path: str | os.PathLike[str], require: Iterable[str] = ()) -> xr.Datase
     if missing:
         raise InvalidInputError("file", str(path), f"a file of this package with {', '.join(missing)}", "make it anew")
     return dataset
+
+
+@cache
+def running_commit() -> str:
+    """:func:`git_commit` of this package, as it was at the first call: of the code that is loaded."""
+    return git_commit()
 
 
 def git_commit(folder: Path = Path(__file__).parent) -> str:

@@ -7,11 +7,14 @@ from typing import Any
 
 from stripfold.config import Config, load
 from stripfold.errors import StripfoldError
+from stripfold.store import running_commit
 
 
 @contextmanager
 def logged(snakemake: Any) -> Iterator[Callable[[str], None]]:
     """A function that writes a line to the rule's log; an error of ours ends the job with its message."""
+    # Of the code that runs: on a long job the checkout may have moved on before its result is stored.
+    running_commit()
     with open(snakemake.log[0], "w", encoding="utf-8") as log:
 
         def say(line: str) -> None:

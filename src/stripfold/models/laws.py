@@ -83,6 +83,48 @@ def svk_tangent(f: Array, lame: Lame, stress: Array | None = None) -> Array:
     return np.asarray(a)
 
 
+def svk_interval(
+    f0: Array, f1: Array, lame: Lame, kappa: float, end_stress: Array | None = None
+) -> tuple[Array, Array]:
+    """Stress over a time step from ``f0`` to ``f1`` and its derivative by ``f1``: the energy-momentum method.
+
+    ``P = F_m S`` with ``F_m = (F_0 + F_1)/2`` and ``S = C : ((E_0 + E_1)/2 + kappa (E_1 - E_0))``.  Its work over the
+    step is the gain of elastic energy, exactly, and ``kappa`` times the ``C``-norm squared of ``E_1 - E_0``, which is
+    lost (Simo and Tarnow, 1992).
+
+    Parameters
+    ----------
+    f0, f1
+        Shape (..., 2, 2).
+    lame
+        Parameters of the law.
+    kappa
+        Viscosity over time step, plus what dissipation the scheme adds.
+    end_stress
+        Replaces ``C : E_1`` in the geometric part of the derivative; see :meth:`.Solid.carry`.
+
+    Returns
+    -------
+    P, A
+        Shapes (..., 2, 2) and (..., 2, 2, 2, 2); A is not symmetric.
+    """
+    middle = 0.5 * (f0 + f1)
+    s0 = stress_of_strain(green_lagrange(f0), lame)
+    s1 = stress_of_strain(green_lagrange(f1), lame)
+    share = 0.5 + kappa
+    stress = middle @ ((1.0 - share) * s0 + share * s1)
+    geometric = 0.5 * ((1.0 - share) * s0 + share * (s1 if end_stress is None else end_stress))
+    mu = share * lame.mu
+    a = (share * lame.lam) * middle[..., :, :, None, None] * f1[..., None, None, :, :]
+    a += mu * middle[..., :, None, None, :] * np.swapaxes(f1, -1, -2)[..., None, :, :, None]
+    b = mu * (middle @ np.swapaxes(f1, -1, -2))
+    for j in range(2):
+        a[..., :, j, :, j] += b
+    for i in range(2):
+        a[..., i, :, i, :] += geometric
+    return stress, a
+
+
 def printed_stress(f: Array, lame: Lame) -> Array:
     """``P = F S`` with the paper's printed ``S = J F^-1 (C : E) F^-T``; not objective."""
     return np.asarray(stress_of_strain(green_lagrange(f), lame) @ _cofactor(f))
@@ -113,15 +155,16 @@ def _cofactor(f: Array) -> Array:
 
 @dataclass(frozen=True, slots=True)
 class Law:
-    """A law as the kernels use it: stress, tangent, and an energy where there is one."""
+    """A law as the kernels use it: stress and tangent; where there is an energy, that and the stress of a time step."""
 
     name: str
     stress: Callable[[Array, Lame], Array]
     tangent: Callable[[Array, Lame, Array | None], Array]
-    energy: Callable[[Array, Lame], Array] | None
+    energy: Callable[[Array, Lame], Array] | None = None
+    interval: Callable[[Array, Array, Lame, float, Array | None], tuple[Array, Array]] | None = None
 
 
 LAWS = {
-    "svk": Law("svk", svk_stress, svk_tangent, svk_energy),
-    "printed": Law("printed", printed_stress, printed_tangent, None),
+    "svk": Law("svk", svk_stress, svk_tangent, svk_energy, svk_interval),
+    "printed": Law("printed", printed_stress, printed_tangent),
 }

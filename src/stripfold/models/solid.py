@@ -107,17 +107,35 @@ class Solid:
 
     def internal_force(self, q: Array) -> Array:
         """Internal force, shape (size,): the energy's derivative where there is an energy."""
-        return self._scatter_force(self.deformation_gradient(q))
+        return self._scatter(self.law.stress(self.deformation_gradient(q), self.lame))
 
     def force_and_tangent(self, q: Array, carried: Array | None = None) -> tuple[Array, Band]:
         """Internal force and its derivative; the latter with the stress ``carried`` (see :meth:`carry`)."""
         f = self.deformation_gradient(q)
-        n_el, n_q = self.mesh.weights.shape
-        a = self.law.tangent(f, self.lame, carried).reshape(n_el, n_q, 4, 4) * self.mesh.weights[:, :, None, None]
-        n_loc = self.gradient_t.shape[2]
-        stress_rate = np.matmul(a, self.gradient_t.reshape(n_el, n_q, 4, n_loc)).reshape(n_el, n_q * 4, n_loc)
-        element = np.matmul(self.gradient_t.transpose(0, 2, 1), stress_rate)
-        return self._scatter_force(f), self.pattern.assemble(element)
+        return (
+            self._scatter(self.law.stress(f, self.lame)),
+            self._assemble(self.law.tangent(f, self.lame, carried)),
+        )
+
+    def force_over_step(self, q0: Array, q1: Array, kappa: float, carried: Array | None = None) -> tuple[Array, Band]:
+        """Internal force over a time step and its derivative by ``q1``; see :func:`.laws.svk_interval`.
+
+        Raises
+        ------
+        ValueError
+            For a law that has no energy.
+        """
+        if self.law.interval is None:
+            raise ValueError(f"the law {self.law.name!r} has no energy that a time step could conserve")
+        f0, f1 = self.deformation_gradient(q0), self.deformation_gradient(q1)
+        stress, tangent = self.law.interval(f0, f1, self.lame, kappa, carried)
+        return self._scatter(stress), self._assemble(tangent)
+
+    def strain_distance(self, q0: Array, q1: Array) -> float:
+        """``integral of (E_1 - E_0) : C : (E_1 - E_0)``: what viscosity dissipates, up to its factor."""
+        change = laws.green_lagrange(self.deformation_gradient(q1)) - laws.green_lagrange(self.deformation_gradient(q0))
+        stress = laws.stress_of_strain(change, self.lame)
+        return float(np.sum(self.mesh.weights * np.sum(stress * change, axis=(-1, -2))))
 
     def carry(self, q: Array, dq: Array) -> Array:
         """Stress at ``q + dq`` by the strain linearised at ``q``, shape (n_elements, n_quadrature, 2, 2).
@@ -133,9 +151,16 @@ class Solid:
         strain = laws.green_lagrange(f) + 0.5 * (ft_df + np.swapaxes(ft_df, -1, -2))
         return laws.stress_of_strain(strain, self.lame)
 
-    def _scatter_force(self, f: Array) -> Array:
+    def _assemble(self, stress_rate: Array) -> Band:
         n_el, n_q = self.mesh.weights.shape
-        p = self.law.stress(f, self.lame) * self.mesh.weights[:, :, None, None]
+        n_loc = self.gradient_t.shape[2]
+        a = stress_rate.reshape(n_el, n_q, 4, 4) * self.mesh.weights[:, :, None, None]
+        column = np.matmul(a, self.gradient_t.reshape(n_el, n_q, 4, n_loc)).reshape(n_el, n_q * 4, n_loc)
+        return self.pattern.assemble(np.matmul(self.gradient_t.transpose(0, 2, 1), column))
+
+    def _scatter(self, stress: Array) -> Array:
+        n_el, n_q = self.mesh.weights.shape
+        p = stress * self.mesh.weights[:, :, None, None]
         local = np.matmul(p.reshape(n_el, 1, n_q * 4), self.gradient_t)[:, 0, :]
         return np.bincount(self.mesh.element_unknowns.ravel(), local.ravel(), minlength=self.size).astype(float)
 
