@@ -71,3 +71,11 @@ class NewtonError(SolveError):
 
 class ContinuationError(SolveError):
     """A branch could not be followed: the step became smaller than allowed."""
+
+
+class TimeStepError(SolveError):
+    """A motion could not be followed: the time step became smaller than allowed; ``last`` is the last good moment."""
+
+    def __init__(self, message: str, *, last: Any, **details: Any) -> None:
+        super().__init__(message, **details)
+        self.last = last

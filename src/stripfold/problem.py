@@ -92,6 +92,16 @@ class StripProblem:
     def carry(self, q: Array, dq: Array) -> Array:
         return self.model.carry(q, dq)
 
+    def force_over_step(self, q0: Array, q1: Array, kappa: float, carried: Array | None = None) -> tuple[Array, Band]:
+        force, tangent = self.model.force_over_step(q0, q1, kappa, carried)
+        return force + self.model.weight, tangent
+
+    def strain_distance(self, q0: Array, q1: Array) -> float:
+        return self.model.strain_distance(q0, q1)
+
+    def energies(self, q: Array) -> tuple[float, float]:
+        return self.model.energy(q), float(self.model.weight @ q)
+
     def prescribed_values(self, lam: float) -> Array:
         return np.concatenate([self.motion.values(lam), np.zeros(2)])
 

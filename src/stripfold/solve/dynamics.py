@@ -1,0 +1,277 @@
+"""Motion in time: a generator of accepted moments, with adaptive steps, one-sided contact and an energy balance.
+
+A step is an equilibrium problem of its own (:mod:`.schemes`) and is solved by the Newton iteration of the statics,
+bounds included: at the end of a step nothing has penetrated and nothing pulls.  What lands loses its normal velocity
+in an inelastic impact.  Source: docs/physics.md, section 7; what was measured: docs/numerics.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from math import sqrt
+from typing import Protocol
+
+import numpy as np
+
+from ..errors import NewtonError, SolveError, TimeStepError
+from .newton import NewtonOptions
+from .problem import Array, Index
+from .schemes import Damping, DynamicProblem, EnergyMomentum, Scheme, Stretch
+
+SAME_VELOCITY = 1e-12
+"""Velocities that differ by less are not made equal by an impact."""
+
+
+class Drive(Protocol):
+    """How the control parameter moves in time."""
+
+    def lam(self, t: float) -> float:
+        """Its value."""
+        ...
+
+    def rate(self, t: float) -> float:
+        """Its derivative."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Moving:
+    """At constant speed."""
+
+    start: float
+    speed: float
+
+    def lam(self, t: float) -> float:
+        return self.start + self.speed * t
+
+    def rate(self, t: float) -> float:
+        return self.speed
+
+
+@dataclass(frozen=True, slots=True)
+class Nudge:
+    """By ``rise``, smoothly within ``duration``, and held there."""
+
+    start: float
+    rise: float = 0.0
+    duration: float = 1.0
+
+    def lam(self, t: float) -> float:
+        s = min(t / self.duration, 1.0)
+        return self.start + self.rise * s**2 * (3.0 - 2.0 * s)
+
+    def rate(self, t: float) -> float:
+        s = min(t / self.duration, 1.0)
+        return self.rise / self.duration * 6.0 * s * (1.0 - s)
+
+
+@dataclass(frozen=True, slots=True)
+class Energy:
+    """The balance at a moment; all in rho_a g L*^2 per width.
+
+    Attributes
+    ----------
+    kinetic, elastic, gravity
+        What is there.
+    work
+        Done by the gripper since the start.
+    air, viscous, contact, numerical
+        Lost since the start: to mass-proportional and to stiffness-proportional damping, in impacts, by the scheme.
+    closing
+        What the balance lacks since the start; zero but for the tolerance of Newton's method.
+    """
+
+    kinetic: float
+    elastic: float
+    gravity: float
+    work: float = 0.0
+    air: float = 0.0
+    viscous: float = 0.0
+    contact: float = 0.0
+    numerical: float = 0.0
+    closing: float = 0.0
+
+    @property
+    def total(self) -> float:
+        """Kinetic, elastic and gravity energy."""
+        return self.kinetic + self.elastic + self.gravity
+
+    @property
+    def lost(self) -> float:
+        """All that is dissipated."""
+        return self.air + self.viscous + self.contact + self.numerical
+
+
+@dataclass(frozen=True, eq=False)
+class Moment:
+    """A state of the motion.
+
+    Attributes
+    ----------
+    t, lam
+        Time and control parameter.
+    q, v
+        Unknowns and their rates, shape (n,).
+    a
+        Acceleration as the scheme carries it on, shape (n,).
+    mean_a
+        Mean acceleration over the step that led here; at the start that of the forces there.
+    active
+        Bounded unknowns on their bound.
+    energy
+        The balance.
+    dt
+        The step that led here; 0 at the start.
+    iterations
+        Newton iterations it took.
+    """
+
+    t: float
+    lam: float
+    q: Array
+    v: Array
+    a: Array
+    mean_a: Array
+    active: Index
+    energy: Energy
+    dt: float = 0.0
+    iterations: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class TimeOptions:
+    """Step control; times in sqrt(L*/g), lengths in L*."""
+
+    first: float = 0.01
+    smallest: float = 1e-6
+    largest: float = 0.5
+    tolerance: float = 1e-4
+    """Largest estimated error of one step, root mean square over the metric."""
+    largest_gain: float = 1e-7
+    """Guard: largest energy that one step may create."""
+    newton: NewtonOptions = field(default_factory=NewtonOptions)
+
+
+def start(problem: DynamicProblem, q: Array, v: Array, lam: float, active: Index) -> Moment:
+    """The first moment of a motion, at time zero.
+
+    The acceleration is what the unbalanced forces give to what is neither held nor on its bound.
+    """
+    held = np.concatenate([problem.prescribed, active])
+    force = -problem.residual(q, lam)
+    force[held] = 0.0
+    a = problem.mass.with_fixed(held).factor()(force)
+    elastic, gravity = problem.energies(q)
+    return Moment(0.0, lam, q, v, a, a, active, Energy(_kinetic(problem, v), elastic, gravity))
+
+
+def step(
+    problem: DynamicProblem,
+    before: Moment,
+    dt: float,
+    drive: Drive,
+    damping: Damping,
+    scheme: Scheme,
+    options: TimeOptions,
+) -> Moment:
+    """The moment ``dt`` after ``before``.
+
+    Raises
+    ------
+    NewtonError
+        When the step was too long: no convergence, or a gain of energy.
+    """
+    t = before.t + dt
+    lam = drive.lam(t)
+    done = scheme.step(problem, Stretch(before.q, before.v, before.a, before.active, dt), lam, damping, options.newton)
+    old, kinetic = before.energy, _kinetic(problem, done.v)
+    v = _with_velocities(problem, done.v, done.active, np.zeros(len(done.active)), problem.prescribed)
+    impact = kinetic - _kinetic(problem, v)
+    v_gripper = problem.prescribed_rates(lam) * drive.rate(t)
+    after_impact = _kinetic(problem, v)
+    v = _with_velocities(problem, v, problem.prescribed, v_gripper, done.active)
+    kinetic = _kinetic(problem, v)
+    elastic, gravity = problem.energies(done.q)
+    energy = Energy(
+        kinetic,
+        elastic,
+        gravity,
+        old.work + done.work + (kinetic - after_impact),
+        old.air + done.air,
+        old.viscous + done.viscous,
+        old.contact + done.contact + impact,
+        old.numerical + done.numerical,
+    )
+    gain = energy.total - old.total - (energy.work - old.work) + (energy.lost - old.lost)
+    if not gain <= options.largest_gain:
+        raise NewtonError(f"guard: the step created an energy of {gain:.1e}", parameter=lam, step=dt)
+    energy = replace(energy, closing=old.closing + gain)
+    return Moment(t, lam, done.q, v, done.a, (v - before.v) / dt, done.active, energy, dt, done.iterations)
+
+
+def march(
+    problem: DynamicProblem,
+    first: Moment,
+    drive: Drive,
+    damping: Damping | None = None,
+    scheme: Scheme | None = None,
+    options: TimeOptions | None = None,
+) -> Iterator[Moment]:
+    """Yield ``first`` and then moment after moment; the caller decides when to stop.
+
+    Raises
+    ------
+    TimeStepError
+        When a step would have to be shorter than ``options.smallest``; it carries the last good moment.
+    """
+    damping, scheme, options = damping or Damping(), scheme or EnergyMomentum(), options or TimeOptions()
+    moment, dt = first, options.first
+    yield moment
+    while True:
+        try:
+            new = step(problem, moment, dt, drive, damping, scheme, options)
+            error = error_of(problem, moment, new)
+            if error > options.tolerance and dt > 1e3 * options.smallest:
+                raise NewtonError(f"the step's estimated error is {error:.1e}", parameter=new.lam, step=dt)
+        except SolveError as failure:
+            dt /= 2.0
+            if dt >= options.smallest:
+                continue
+            raise TimeStepError(
+                f"no time step from t = {moment.t:.6g} succeeds: {failure}",
+                parameter=moment.lam,
+                step=dt,
+                advice="allow shorter steps or add damping",
+                last=moment,
+            ) from failure
+        # Third order per step; a little less than what the estimate allows, and no sudden growth.
+        share = 0.9 * (options.tolerance / max(error, 1e-300)) ** (1.0 / 3.0)
+        dt = min(dt * min(max(share, 0.5), 1.5), options.largest)
+        moment = new
+        yield moment
+
+
+def error_of(problem: DynamicProblem, before: Moment, after: Moment) -> float:
+    """Estimated error of a step: ``dt^3/12`` of the rate of the acceleration, root mean square over the metric.
+
+    That of the trapezoidal rule; the mean accelerations of two steps in a row give the rate.
+    """
+    jerk = (after.mean_a - before.mean_a) / (0.5 * (after.dt + before.dt))
+    return after.dt**3 / 12.0 * sqrt(float(problem.metric @ jerk**2))
+
+
+def _kinetic(problem: DynamicProblem, v: Array) -> float:
+    return 0.5 * float(v @ (problem.mass @ v))
+
+
+def _with_velocities(problem: DynamicProblem, v: Array, at: Index, values: Array, still: Index) -> Array:
+    """``v`` after the impulse that gives the unknowns ``at`` these velocities and does not move ``still``."""
+    change = np.zeros(problem.size)
+    change[at] = values - v[at]
+    if np.abs(change).max(initial=0.0) <= SAME_VELOCITY:
+        return v
+    held = np.concatenate([at, still])
+    impulse = -(problem.mass @ change)
+    impulse[held] = 0.0
+    return np.asarray(v + change + problem.mass.with_fixed(held).factor()(impulse))

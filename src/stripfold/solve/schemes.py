@@ -1,0 +1,269 @@
+"""Time integration schemes: each turns one time step into an equilibrium problem for :mod:`.newton`.
+
+Three known schemes of second order.  The energy-momentum method is the one that is used; the others are kept because
+the comparison that chose it is (``studies.integrators``, docs/numerics.md).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+
+from . import newton
+from .linear import Band
+from .newton import NewtonOptions
+from .problem import Array, Equilibrium, Index, Problem
+
+
+class DynamicProblem(Problem, Protocol):
+    """What a motion asks of a problem beside what an equilibrium does."""
+
+    @property
+    def mass(self) -> Band: ...
+
+    def linearise(self, q: Array, lam: float, carried: Any = None) -> tuple[Array, Band, Array]: ...
+
+    def force_over_step(self, q0: Array, q1: Array, kappa: float, carried: Any = None) -> tuple[Array, Band]:
+        """Force over a time step and its derivative by ``q1``.
+
+        Its work over the step is the gain of elastic and gravity energy plus ``kappa`` :meth:`strain_distance`.
+        """
+        ...
+
+    def strain_distance(self, q0: Array, q1: Array) -> float:
+        """Squared distance of two states in strain, weighted with the stiffness."""
+        ...
+
+    def energies(self, q: Array) -> tuple[float, float]:
+        """Elastic and gravity energy."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Damping:
+    """Physical damping, in solver units.
+
+    Attributes
+    ----------
+    air
+        Mass-proportional: force per mass and velocity, sqrt(g/L*).
+    stiffness
+        Stiffness-proportional: the stress is that of the strain plus this time times its rate, sqrt(L*/g).
+    """
+
+    air: float = 0.0
+    stiffness: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Stretch:
+    """Where a step begins: unknowns, rates, accelerations, shape (n,); active unknowns; its length in time."""
+
+    q: Array
+    v: Array
+    a: Array
+    active: Index
+    dt: float
+
+
+@dataclass(frozen=True, eq=False)
+class Done:
+    """Where a step ends, the gripper's work in it, and what was lost to what; ``a`` is for the scheme's next step."""
+
+    q: Array
+    v: Array
+    a: Array
+    active: Index
+    iterations: int
+    work: float
+    contact: float
+    air: float = 0.0
+    viscous: float = 0.0
+    numerical: float = 0.0
+
+
+class Scheme(Protocol):
+    """A way to get from one moment to the next."""
+
+    def step(
+        self, problem: DynamicProblem, begin: Stretch, lam: float, damping: Damping, options: NewtonOptions
+    ) -> Done:
+        """The end of the step; raises :class:`.NewtonError` when it is too long."""
+        ...
+
+
+Evaluate = Callable[[Array, Any], tuple[Array, Band]]
+
+
+@dataclass(frozen=True, eq=False)
+class _Implicit:
+    """One step as an equilibrium problem: the strip's, with other forces."""
+
+    problem: DynamicProblem
+    evaluate: Evaluate
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.problem, name)
+
+    def linearise(self, q: Array, lam: float, carried: Any = None) -> tuple[Array, Band, Array]:
+        force, tangent = self.evaluate(q, carried)
+        return force, tangent, np.zeros(len(q))
+
+
+def _solve(
+    problem: DynamicProblem, evaluate: Evaluate, q: Array, guess: Array, lam: float, active: Index, o: NewtonOptions
+) -> Equilibrium:
+    """Newton from a guess that respects the bounds."""
+    guess[problem.bounded] = np.maximum(guess[problem.bounded], problem.lower)
+    implicit: Any = _Implicit(problem, evaluate)
+    return newton.solve(implicit, guess, lam, active, options=o, carried=problem.carry(q, guess - q))
+
+
+@dataclass(frozen=True, slots=True)
+class EnergyMomentum:
+    """The energy-momentum method (Simo and Tarnow, 1992), with the velocity's dissipation of Armero and Romero (2001).
+
+    Without damping it keeps the energy to the tolerance of Newton's method, however long the step and however
+    nonlinear the motion; what ``dissipation`` takes is never negative and is known.
+
+    Attributes
+    ----------
+    dissipation
+        r, one per time.  The velocity is weighted towards the end of the step by chi = r dt (at most 1).  Velocities of
+        what is faster than the step, which the method alone would let flicker for ever, decay as exp(-2 r t);
+        the scheme stays of second order, for slow motion of frequency omega gets the damping ratio r omega dt^2 / 4.
+        The displacement's weight is left alone: it would brake a slow fall as well.
+    """
+
+    dissipation: float = 1.0
+
+    def step(
+        self, problem: DynamicProblem, begin: Stretch, lam: float, damping: Damping, options: NewtonOptions
+    ) -> Done:
+        """See :class:`Scheme`."""
+        dt, mass = begin.dt, problem.mass
+        chi = min(self.dissipation * dt, 1.0)
+        kappa = damping.stiffness / dt
+        inertia, drag = 2.0 / (dt**2 * (1.0 + chi)), damping.air / dt
+
+        def evaluate(q: Array, carried: Any) -> tuple[Array, Band]:
+            force, tangent = problem.force_over_step(begin.q, q, kappa, carried)
+            moved = q - begin.q
+            force = force + mass @ (inertia * (moved - dt * begin.v) + drag * moved)
+            return force, tangent + mass.scaled(inertia + drag)
+
+        guess = begin.q + dt * begin.v + 0.5 * dt**2 * begin.a
+        state = _solve(problem, evaluate, begin.q, guess, lam, begin.active, options)
+        moved = state.q - begin.q
+        v = (2.0 * moved / dt - (1.0 - chi) * begin.v) / (1.0 + chi)
+        force = evaluate(state.q, None)[0]
+        strain, jump = problem.strain_distance(begin.q, state.q), v - begin.v
+        return Done(
+            state.q,
+            v,
+            (v - begin.v) / dt,
+            state.active,
+            len(state.residuals) - 1,
+            work=float(force[problem.prescribed] @ moved[problem.prescribed]),
+            contact=-float(force[state.active] @ moved[state.active]),
+            air=drag * float(moved @ (mass @ moved)),
+            viscous=damping.stiffness / dt * strain,
+            numerical=0.5 * chi * float(jump @ (mass @ jump)),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class GeneralisedAlpha:
+    """The generalised-alpha method (Chung and Hulbert, 1993); undamped problems only.
+
+    ``radius`` is the spectral radius at infinite frequency: 1 dissipates nothing, 0 all that is faster than the step.
+    """
+
+    radius: float = 0.8
+
+    def step(
+        self, problem: DynamicProblem, begin: Stretch, lam: float, damping: Damping, options: NewtonOptions
+    ) -> Done:
+        """See :class:`Scheme`."""
+        _refuse(damping)
+        dt, mass, r = begin.dt, problem.mass, self.radius
+        alpha_m, alpha_f = (2.0 * r - 1.0) / (r + 1.0), r / (r + 1.0)
+        beta, gamma = 0.25 * (1.0 - alpha_m + alpha_f) ** 2, 0.5 - alpha_m + alpha_f
+        force_0 = problem.residual(begin.q, lam)
+        inertia = (1.0 - alpha_m) / (beta * dt**2)
+
+        def acceleration(q: Array) -> Array:
+            return (q - begin.q - dt * begin.v) / (beta * dt**2) - (0.5 / beta - 1.0) * begin.a
+
+        def evaluate(q: Array, carried: Any) -> tuple[Array, Band]:
+            force, tangent, _ = problem.linearise(q, lam, carried)
+            mean = (1.0 - alpha_m) * acceleration(q) + alpha_m * begin.a
+            both = (1.0 - alpha_f) * force + alpha_f * force_0
+            return mass @ mean + both, tangent.scaled(1.0 - alpha_f) + mass.scaled(inertia)
+
+        guess = begin.q + dt * begin.v + 0.5 * dt**2 * begin.a
+        state = _solve(problem, evaluate, begin.q, guess, lam, begin.active, options)
+        a = acceleration(state.q)
+        v = begin.v + dt * ((1.0 - gamma) * begin.a + gamma * a)
+        return _done(problem, begin, state, (v, a), evaluate(state.q, None)[0], len(state.residuals) - 1)
+
+
+@dataclass(frozen=True, slots=True)
+class Bathe:
+    """Bathe's composite method (Bathe and Baig, 2005): half a trapezoidal step, then a backward difference.
+
+    Undamped problems only; dissipates all that is faster than the step.
+    """
+
+    def step(
+        self, problem: DynamicProblem, begin: Stretch, lam: float, damping: Damping, options: NewtonOptions
+    ) -> Done:
+        """See :class:`Scheme`."""
+        _refuse(damping)
+        dt, mass, half = begin.dt, problem.mass, 0.5 * begin.dt
+
+        def first(q: Array, carried: Any) -> tuple[Array, Band]:
+            force, tangent, _ = problem.linearise(q, lam, carried)
+            acceleration = 4.0 / half**2 * (q - begin.q - half * begin.v) - begin.a
+            return mass @ acceleration + force, tangent + mass.scaled(4.0 / half**2)
+
+        guess = begin.q + half * begin.v + 0.5 * half**2 * begin.a
+        middle = _solve(problem, first, begin.q, guess, lam, begin.active, options)
+        v_middle = 2.0 / half * (middle.q - begin.q) - begin.v
+
+        def velocity(q: Array) -> Array:
+            return (begin.q - 4.0 * middle.q + 3.0 * q) / dt
+
+        def second(q: Array, carried: Any) -> tuple[Array, Band]:
+            force, tangent, _ = problem.linearise(q, lam, carried)
+            acceleration = (begin.v - 4.0 * v_middle + 3.0 * velocity(q)) / dt
+            return mass @ acceleration + force, tangent + mass.scaled(9.0 / dt**2)
+
+        state = _solve(problem, second, middle.q, middle.q + half * v_middle, lam, middle.active, options)
+        iterations = len(middle.residuals) + len(state.residuals) - 2
+        v = velocity(state.q)
+        a = (begin.v - 4.0 * v_middle + 3.0 * v) / dt
+        return _done(problem, begin, state, (v, a), second(state.q, None)[0], iterations)
+
+
+def _refuse(damping: Damping) -> None:
+    if damping != Damping():
+        raise ValueError("this scheme is kept for comparison, without damping")
+
+
+def _done(
+    problem: DynamicProblem,
+    begin: Stretch,
+    state: Equilibrium,
+    rates: tuple[Array, Array],
+    force: Array,
+    iterations: int,
+) -> Done:
+    """The end of a step of a scheme that does not account for its energy: work and losses to its own order only."""
+    moved = state.q - begin.q
+    work = float(force[problem.prescribed] @ moved[problem.prescribed])
+    contact = -float(force[state.active] @ moved[state.active])
+    return Done(state.q, *rates, state.active, iterations, work, contact)
