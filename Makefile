@@ -2,15 +2,13 @@
 
 PYTHON ?= python3
 CORES ?= all
-# Where and how Snakemake runs its jobs; workflow/profiles/slurm is for a cluster.
-PROFILE ?= workflow/profiles/default
 
 VENV := .venv
 STAMP := $(VENV)/.complete
 BIN := $(CURDIR)/$(VENV)/bin
 # What a rule's `script:` or `shell:` finds first must be the locked environment.
 IN_VENV := PATH="$(BIN):$$PATH"
-SNAKEMAKE = $(IN_VENV) snakemake $(if $(wildcard $(PROFILE)),--workflow-profile $(PROFILE))
+SNAKEMAKE = $(IN_VENV) snakemake
 
 # The systems solved are small and banded: threads inside BLAS only cost time, the parallelism is between runs.
 export OMP_NUM_THREADS := 1
