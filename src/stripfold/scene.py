@@ -31,6 +31,10 @@ _RANGES = {
     "rho_a": (1e-4, 1e3, " kg m^-2"),
     "accuracy": (1e-6, 0.1, ""),
     "gravity": (0.1, 100.0, " m s^-2"),
+    "disturbance": (-1.0, 1.0, " m s^-1"),
+    "speed": (0.0, 1.0, " m s^-1"),
+    "air": (0.0, 100.0, " s^-1"),
+    "stiffness": (0.0, 1.0, " s"),
 }
 _OF_MATERIAL = ("eta_b", "eta_m", "nu", "rho_a", "gravity")
 
@@ -67,10 +71,10 @@ class Scene:
 
     def __post_init__(self) -> None:
         set_ = object.__setattr__
-        numbers = {key: _number(key, getattr(self.material, key)) for key in _OF_MATERIAL}
+        numbers = {key: checked_number(key, getattr(self.material, key)) for key in _OF_MATERIAL}
         set_(self, "material", Material(**numbers))
         for key in ("length", "height", "accuracy"):
-            set_(self, key, _number(key, getattr(self, key)))
+            set_(self, key, checked_number(key, getattr(self, key)))
         _choice("model", self.model, get_args(Model))
         _choice("law", self.law, get_args(Law))
         if self.model == "elastica":
@@ -163,7 +167,14 @@ def require_long_enough(scene: Scene) -> None:
         )
 
 
-def _number(key: str, value: Any) -> float:
+def checked_number(key: str, value: Any) -> float:
+    """The number given for a key, if it is one and within the key's range.
+
+    Raises
+    ------
+    InvalidInputError
+        Otherwise.
+    """
     low, high, unit = _RANGES[key]
     # A bool is a number to Python, and a mistake to everybody else.
     is_number = isinstance(value, Real) and not isinstance(value, bool)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import NewtonError, SolveError
-from .linear import solve_bordered
+from .linear import Matrix, solve_bordered
 from .problem import Array, Equilibrium, Index, Problem
 
 EPS = float(np.finfo(float).eps)
@@ -100,10 +100,8 @@ def solve(
         # A residual cannot be smaller than what the rounding of q alone changes in it; in a thin strip that is far
         # above any fixed tolerance, and far below anything that moves the strip.
         settled = worst <= options.force_tolerance
-        if not settled and worst < 1e-2:
-            # One is the size of what q is added to, so that a state near the origin is rounded as well.
-            rounding = 4.0 * EPS * (abs(k) @ (np.abs(q) + 1.0))
-            settled = bool(np.all(np.abs(unbalanced) <= np.maximum(rounding, options.force_tolerance)))
+        if not settled and worst < 1.0:
+            settled = bool(np.all(np.abs(unbalanced) <= np.maximum(rounding(k, q), options.force_tolerance)))
         if settled:
             gap = q[bounded] - lower
             settled = (
@@ -144,6 +142,12 @@ def solve(
         residuals=history,
         advice="take a smaller step or start nearer",
     )
+
+
+def rounding(k: Matrix, q: Array) -> Array:
+    """What the rounding of ``q`` alone changes in the forces, shape (n,), given their derivative ``k``."""
+    # One is the size of what q is added to, so that a state near the origin is rounded as well.
+    return 4.0 * EPS * (abs(k) @ (np.abs(q) + 1.0))
 
 
 def _next_active(is_active: NDArray[np.bool_], force: Array, gap: Array, iteration: int) -> NDArray[np.bool_]:

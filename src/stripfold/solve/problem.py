@@ -133,6 +133,11 @@ class Point:
         """The unknowns."""
         return self.state.q
 
+    @property
+    def active(self) -> Index:
+        """The bounded unknowns on their bound."""
+        return self.state.active
+
 
 def inner(metric: Array, a: Tangent, b: Tangent) -> float:
     """Inner product of two directions."""

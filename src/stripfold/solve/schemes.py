@@ -60,11 +60,16 @@ class Damping:
 
 @dataclass(frozen=True, eq=False)
 class Stretch:
-    """Where a step begins: unknowns, rates, accelerations, shape (n,); active unknowns; its length in time."""
+    """Where a step begins: unknowns, rates, accelerations, shape (n,); active unknowns; its length in time.
+
+    ``mean_v``, shape (n,), is that of the step before: Newton starts where it leads.  Unlike ``v`` and ``a`` it is free
+    of the flicker that an impact leaves.
+    """
 
     q: Array
     v: Array
     a: Array
+    mean_v: Array
     active: Index
     dt: float
 
@@ -155,7 +160,7 @@ class EnergyMomentum:
             force = force + mass @ (inertia * (moved - dt * begin.v) + drag * moved)
             return force, tangent + mass.scaled(inertia + drag)
 
-        guess = begin.q + dt * begin.v + 0.5 * dt**2 * begin.a
+        guess = begin.q + dt * begin.mean_v
         state = _solve(problem, evaluate, begin.q, guess, lam, begin.active, options)
         moved = state.q - begin.q
         v = (2.0 * moved / dt - (1.0 - chi) * begin.v) / (1.0 + chi)
@@ -204,7 +209,7 @@ class GeneralisedAlpha:
             both = (1.0 - alpha_f) * force + alpha_f * force_0
             return mass @ mean + both, tangent.scaled(1.0 - alpha_f) + mass.scaled(inertia)
 
-        guess = begin.q + dt * begin.v + 0.5 * dt**2 * begin.a
+        guess = begin.q + dt * begin.mean_v
         state = _solve(problem, evaluate, begin.q, guess, lam, begin.active, options)
         a = acceleration(state.q)
         v = begin.v + dt * ((1.0 - gamma) * begin.a + gamma * a)
@@ -230,7 +235,7 @@ class Bathe:
             acceleration = 4.0 / half**2 * (q - begin.q - half * begin.v) - begin.a
             return mass @ acceleration + force, tangent + mass.scaled(4.0 / half**2)
 
-        guess = begin.q + half * begin.v + 0.5 * half**2 * begin.a
+        guess = begin.q + half * begin.mean_v
         middle = _solve(problem, first, begin.q, guess, lam, begin.active, options)
         v_middle = 2.0 / half * (middle.q - begin.q) - begin.v
 
@@ -242,7 +247,7 @@ class Bathe:
             acceleration = (begin.v - 4.0 * v_middle + 3.0 * velocity(q)) / dt
             return mass @ acceleration + force, tangent + mass.scaled(9.0 / dt**2)
 
-        state = _solve(problem, second, middle.q, middle.q + half * v_middle, lam, middle.active, options)
+        state = _solve(problem, second, middle.q, middle.q + half * begin.mean_v, lam, middle.active, options)
         iterations = len(middle.residuals) + len(state.residuals) - 2
         v = velocity(state.q)
         a = (begin.v - 4.0 * v_middle + 3.0 * v) / dt

@@ -21,6 +21,7 @@ from ..problem import AlongX, Lift, StripProblem
 from ..solve import continuation, critical, newton
 from ..solve.continuation import StepOptions
 from ..solve.critical import CriticalPoint
+from ..solve.dynamics import Moment
 from ..solve.problem import Equilibrium, Point
 
 Array = NDArray[np.float64]
@@ -305,19 +306,19 @@ def _first_touch(problem: StripProblem, before: Point, after: Point, options: St
     return before, after
 
 
-def contact_positions(model: Solid, point: Point) -> Array:
+def contact_positions(model: Solid, point: Point | Moment) -> Array:
     """Distances from the grasped end of the nodes on the floor, ascending; the held end counts as one."""
-    on_floor = np.isin(model.middle[:, 1], point.state.active)
+    on_floor = np.isin(model.middle[:, 1], point.active)
     on_floor[-1] = True
     return np.asarray(model.s[on_floor])
 
 
-def touches(model: Solid, point: Point) -> bool:
+def touches(model: Solid, point: Point | Moment) -> bool:
     """Whether something beside the lying part is on the floor: a contact more than L* apart from the rest."""
     return bool(np.any(np.diff(contact_positions(model, point)) > 1.0))
 
 
-def lift_off(model: Solid, point: Point) -> float:
+def lift_off(model: Solid, point: Point | Moment) -> float:
     """Distance along the strip from the grasped end to where the lying part begins, L*."""
     s = contact_positions(model, point)
     gaps = np.flatnonzero(np.diff(s) > 1.0)

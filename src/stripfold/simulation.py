@@ -1,0 +1,121 @@
+"""What ``stripfold simulate`` is asked for: a scene and how its strip is let go; in SI."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from difflib import get_close_matches
+from math import sqrt
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from stripfold.errors import InvalidInputError
+from stripfold.scene import Scene, checked_number, require_long_enough
+
+OF_SCENE = ("length", "height", "eta_b", "eta_m", "nu", "rho_a", "gravity")
+REQUIRED = ("length", "height", "eta_b")
+UNTIL = ("rest", "touch")
+
+
+@dataclass(frozen=True, slots=True)
+class LettingGo:
+    """How the strip is let go at its critical point.
+
+    Parameters
+    ----------
+    disturbance
+        Largest speed of the mid-surface in the initial velocity along the critical eigenvector, m/s; positive the way
+        the branch goes on, negative against it.
+    speed
+        Speed of the gripper, m/s; with 0 it is held just past lambda_c.
+    air
+        Mass-proportional damping, 1/s.  The default is what the drag of air, about 0.3 kg m^-2 s^-1 at the 0.3 m/s of
+        a falling layer, is to a light fabric of 0.15 kg m^-2.
+    stiffness
+        Stiffness-proportional damping, s.  The default is a loss tangent of 0.1, usual for fabrics in bending, at
+        the 5 Hz of a swinging layer.
+    until
+        "rest", or "touch" to end at the first touch.
+    """
+
+    disturbance: float = 1e-3
+    speed: float = 0.0
+    air: float = 2.0
+    stiffness: float = 3e-3
+    until: str = "rest"
+
+
+OF_FALL = tuple(LettingGo.__dataclass_fields__)
+
+
+@dataclass(frozen=True, slots=True)
+class Simulation:
+    """A scene with how its strip is let go; make it with :meth:`create` or :func:`read`."""
+
+    scene: Scene
+    letting_go: LettingGo
+
+    @classmethod
+    def create(cls, **given: Any) -> Simulation:
+        """From plain numbers in SI units: those of :class:`.Scene` and of :class:`LettingGo`.
+
+        Raises
+        ------
+        InvalidInputError
+            An unknown or missing key, or a value that cannot be used.
+        """
+        known = (*OF_SCENE, *OF_FALL)
+        for key in given:
+            if key not in known:
+                near = get_close_matches(str(key), known, 1)
+                advice = f"did you mean {near[0]}?" if near else "remove it"
+                raise InvalidInputError(str(key), given[key], f"one of the keys {', '.join(known)}", advice)
+        for key in REQUIRED:
+            if key not in given:
+                raise InvalidInputError(key, None, "a number", "it is missing")
+        scene = Scene.create(**{key: given[key] for key in OF_SCENE if key in given})
+        require_long_enough(scene)
+        fall = {key: given[key] for key in OF_FALL if key in given}
+        for key, value in fall.items():
+            if key != "until":
+                fall[key] = checked_number(key, value)
+            elif value not in UNTIL:
+                raise InvalidInputError(key, value, " or ".join(UNTIL))
+        return cls(scene, LettingGo(**fall))
+
+    @property
+    def time_unit(self) -> float:
+        """sqrt(L*/g), s."""
+        return sqrt(self.scene.material.gravity_length / self.scene.material.gravity)
+
+    def as_config(self) -> dict[str, Any]:
+        """The resolved keys and values, as they could be given."""
+        material = self.scene.material
+        return {
+            "length": self.scene.length,
+            "height": self.scene.height,
+            **{key: getattr(material, key) for key in ("eta_b", "eta_m", "nu", "rho_a", "gravity")},
+            **asdict(self.letting_go),
+        }
+
+
+def read(path: str | os.PathLike[str]) -> Simulation:
+    """A simulation from a YAML file.
+
+    Raises
+    ------
+    InvalidInputError
+        Not readable, not a mapping, or a key or value that cannot be used.
+    """
+    try:
+        given = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
+    except (OSError, ValueError, yaml.YAMLError) as error:
+        raise InvalidInputError(
+            "scene", os.fspath(path), "a readable YAML file", " ".join(str(error).split())
+        ) from error
+    if not isinstance(given, Mapping):
+        raise InvalidInputError("scene", os.fspath(path), "a file of keys and values, as length: 0.6")
+    return Simulation.create(**{str(key): value for key, value in given.items()})
