@@ -9,6 +9,7 @@ configfile: "workflow/config/paper.yaml"
 
 include: "workflow/rules/common.smk"
 include: "workflow/rules/continuation.smk"
+include: "workflow/rules/dynamics.smk"
 include: "workflow/rules/studies.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/summary.smk"

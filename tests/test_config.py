@@ -16,7 +16,7 @@ from jsonschema import Draft202012Validator
 from stripfold import config, elastica, scene
 from stripfold.errors import InvalidInputError
 from stripfold.scene import Scene
-from stripfold.studies import benchmark, limit, order
+from stripfold.studies import benchmark, lag, limit, modes, order, schemes
 
 ROOT = Path(__file__).parents[1]
 SHIPPED = ["paper", "quick"]
@@ -38,6 +38,33 @@ MINIMAL: dict[str, Any] = {
         },
         "branches": {"cases": 20, "seed": 1, "refinement": 2, "eta_m": 1e-3},
         "benchmark": {"repeats": 1},
+        "schemes": {
+            "length_star": 12,
+            "thickness": 0.05,
+            "height": 5.0,
+            "refinement": 2,
+            "oscillator_steps": [0.2, 0.1],
+            "oscillator_until": 2,
+            "swing_steps": [0.2, 0.1],
+            "swing_until": 2,
+        },
+        "modes": {
+            "length_star": 3,
+            "thickness": 0.02,
+            "elements": 12,
+            "modes": 2,
+            "periods": 2,
+            "steps": [25],
+        },
+        "lag": {
+            "length_star": 12,
+            "thickness": 0.05,
+            "height": 5.0,
+            "refinement": 2,
+            "speeds": [0.01, 0.02, 0.03],
+            "air": 1,
+            "damped_speeds": [0.001, 0.002, 0.003],
+        },
     },
 }
 
@@ -110,7 +137,7 @@ def objects(rules: dict[str, Any]):
 def test_the_schema_is_one_and_refuses_unknown_keys_everywhere():
     Draft202012Validator.check_schema(config.schema())
     found = list(objects(config.schema()))
-    assert len(found) == 9
+    assert len(found) == 12
     assert all(rules["additionalProperties"] is False for rules in found)
 
 
@@ -124,7 +151,17 @@ def test_the_schema_agrees_with_the_scene():
             assert rules["default"] == parameters[name].default, name
 
 
-@pytest.mark.parametrize(("name", "study"), [("limit", limit), ("order", order), ("benchmark", benchmark)])
+@pytest.mark.parametrize(
+    ("name", "study"),
+    [
+        ("limit", limit),
+        ("order", order),
+        ("benchmark", benchmark),
+        ("schemes", schemes),
+        ("modes", modes),
+        ("lag", lag),
+    ],
+)
 def test_the_schema_agrees_with_the_studies(name, study):
     rules = config.schema()["properties"]["studies"]["properties"][name]
     assert set(rules["properties"]) == set(rules["required"]) == set(inspect.signature(study.run).parameters)

@@ -11,6 +11,7 @@ import pytest
 import xarray as xr
 
 import stripfold.material
+from stripfold.studies.schemes import CONSERVING, DEFAULT
 from stripfold.studies.summary import TABLE, fill_table, markdown, summarise
 
 ROOT = Path(__file__).parents[1]
@@ -45,7 +46,34 @@ def datasets() -> dict[str, xr.Dataset]:
     order = xr.Dataset({"order": ((), 2.0), "error": ("size", [1e-2, 1e-3])})
     verdicts = xr.Dataset({"verdict": ("case", np.zeros(2000, int))})
     benchmark = xr.Dataset({"seconds": ("repeat", [1.0]), "relative_error": ("repeat", [1e-3]), "memory": ((), 200.0)})
+    scheme = xr.Dataset(
+        {
+            "oscillator_order": ("scheme", [1.99, 2.0]),
+            "swing_order": ("scheme", [1.98, 2.0]),
+            "drift": ("scheme", [1e-9, 1e-9]),
+            "numerical_share": ("scheme", [0.01, 0.0]),
+            "contact_share": ("scheme", [0.02, 0.02]),
+        },
+        {"scheme": [DEFAULT, CONSERVING], "swing_step": [0.4, 0.2]},
+    )
+    modes = xr.Dataset(
+        {
+            "motion_error": (("gravity", "mode", "steps"), np.full((2, 3, 1), 7e-4)),
+            "solid_error": (("gravity", "mode"), np.full((2, 3), 4e-4)),
+        },
+        {"steps": [100]},
+        {"length_star": 3.0, "elements": 24},
+    )
+    lag = xr.Dataset({"lambda_c": ((), 11.7821)}, attrs={"air": 1.0})
+    for suffix, theory in (("", 0.8), ("_damped", 2.0 / 3.0)):
+        lag[f"speed{suffix}"] = [1e-3, 1e-2]
+        lag[f"lag{suffix}"] = lag[f"expected{suffix}"] = (f"speed{suffix}", [0.01, 0.06])
+        lag[f"exponent{suffix}"], lag[f"exponent_half_width{suffix}"] = theory - 0.01, 0.005
+        lag[f"theory{suffix}"], lag[f"limit{suffix}"] = theory, 11.7824
     return {
+        "schemes": scheme,
+        "modes": modes,
+        "lag": lag,
         "points": points,
         "master": master,
         "limit": limit,
@@ -68,6 +96,12 @@ def test_all_keys_and_all_hold() -> None:
         "branch_cases",
         "time_solid_lambda_c",
         "memory_solid_lambda_c",
+        "dynamics_order",
+        "dynamics_energy_drift",
+        "modes_error",
+        "lag_exponent",
+        "lag_exponent_damped",
+        "lag_limit_error",
     }
     assert asked <= set(summary)
     for key, item in summary.items():
@@ -90,6 +124,14 @@ def test_all_keys_and_all_hold() -> None:
         ("points", "lambda_error", 0.1, "lambda_c_error_max"),
         ("points", "lambda_c_upper", 1.0, "bracket_max"),
         ("points", "snap", 1.0, "heights_without_snap"),
+        ("schemes", "oscillator_order", 1.5, "dynamics_order"),
+        ("schemes", "swing_order", np.nan, "dynamics_order"),
+        ("schemes", "drift", -1e-3, "dynamics_energy_drift"),
+        ("schemes", "drift", np.nan, "dynamics_energy_drift"),
+        ("modes", "motion_error", 1e-2, "modes_error"),
+        ("lag", "exponent", 0.7, "lag_exponent"),
+        ("lag", "exponent_damped", 0.8, "lag_exponent_damped"),
+        ("lag", "limit", 11.79, "lag_limit_error"),
     ],
 )
 def test_a_criterion_that_is_broken_does_not_hold(dataset: str, name: str, value: float, key: str) -> None:

@@ -64,3 +64,6 @@ rule studies:
         rules.order.output,
         rules.branches.output,
         rules.benchmark.output,
+        rules.schemes.output,
+        rules.modes.output,
+        rules.lag.output,

@@ -9,6 +9,9 @@ rule summary:
         order=rules.order.output[0],
         branches=rules.branches.output[0],
         benchmark=rules.benchmark.output[0],
+        schemes=rules.schemes.output[0],
+        modes=rules.modes.output[0],
+        lag=rules.lag.output[0],
     output:
         f"{RESULTS}/summary.json",
     log:

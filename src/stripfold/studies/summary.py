@@ -3,29 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 import xarray as xr
 
+from . import summary_dynamics
 from .branches import FAILED, WRONG
-
-Entry = dict[str, Any]
-
-
-def entry(
-    value: float, unit: str, statement: str, criterion: str, holds: bool | np.bool_, source: str, digits: int = 4
-) -> Entry:
-    """One number: ``holds`` says whether it meets its ``criterion``, ``source`` which stored file it is from."""
-    rounded = float(f"{float(value):.{digits}g}")
-    return {
-        "value": int(rounded) if unit == "count" else rounded,
-        "unit": unit,
-        "statement": statement,
-        "criterion": criterion,
-        "holds": bool(holds),
-        "source": source,
-    }
+from .summary_entry import Entry, entry
 
 
 def summarise(data: Mapping[str, xr.Dataset], sources: Mapping[str, str]) -> dict[str, Entry]:
@@ -34,7 +18,8 @@ def summarise(data: Mapping[str, xr.Dataset], sources: Mapping[str, str]) -> dic
     Parameters
     ----------
     data
-        Datasets by name: ``points``, ``master``, ``limit``, ``order``, ``branches``, ``benchmark``.
+        Datasets by name: ``points``, ``master``, ``limit``, ``order``, ``branches``, ``benchmark``, ``schemes``,
+        ``modes``, ``lag``.
     sources
         The files they were read from, by the same names.
     """
@@ -64,7 +49,7 @@ def summarise(data: Mapping[str, xr.Dataset], sources: Mapping[str, str]) -> dic
         failed, "count", "of these, ended by a typed error instead of a result", "0", failed == 0, sources["branches"]
     )
     _benchmark(out, data["benchmark"], sources["benchmark"])
-    return out
+    return out | summary_dynamics.summarise(data, sources)
 
 
 def _points(out: dict[str, Entry], points: xr.Dataset, master: xr.Dataset, sources: Mapping[str, str]) -> None:
