@@ -9,6 +9,7 @@ configfile: "workflow/config/paper.yaml"
 
 include: "workflow/rules/common.smk"
 include: "workflow/rules/continuation.smk"
+include: "workflow/rules/collapse.smk"
 include: "workflow/rules/dynamics.smk"
 include: "workflow/rules/studies.smk"
 include: "workflow/rules/figures.smk"
@@ -19,5 +20,6 @@ rule all:
     default_target: True
     input:
         rules.critical_points.output,
+        rules.film.output,
         rules.summary.output,
         FIGURE_FILES,

@@ -1,4 +1,4 @@
-"""The command line: one critical point, or one eta_b.  Heavy imports wait until a command needs them."""
+"""The command line: a critical point, an eta_b, a collapse, its film.  Heavy imports wait until they are needed."""
 
 from __future__ import annotations
 
@@ -6,12 +6,14 @@ import argparse
 import json
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from math import isfinite
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stripfold import __version__
-from stripfold.errors import InvalidInputError, StripfoldError
+from stripfold.errors import InvalidInputError, SolveError, StripfoldError, TimeStepError
 
 if TYPE_CHECKING:
     from stripfold.scene import Scene
@@ -29,7 +31,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
         os.environ.setdefault(name, "1")
     try:
-        command = {"critical": _critical, "eta": _eta}[arguments.command]
+        commands = {"critical": _critical, "eta": _eta, "simulate": _simulate, "film": _film}
+        command = commands[arguments.command]
         print(command(arguments))
     except StripfoldError as error:
         print(f"stripfold: error: {' '.join(str(error).split())}", file=sys.stderr)
@@ -73,22 +76,46 @@ def _parser() -> argparse.ArgumentParser:
     )
     eta.add_argument("--fold-height", type=float, required=True, metavar="M", help="largest height of the loop, m")
     eta.add_argument("--json", action="store_true", help="print one JSON object")
+
+    simulate = commands.add_parser(
+        "simulate",
+        help="one strip through its collapse: statics, fall, statics again",
+        description="Move a strip's gripper to the critical point, let the strip fall to rest, and move on.",
+        allow_abbrev=False,
+    )
+    simulate.add_argument("scene", metavar="SCENE.yaml", help="the strip, the height, how it is let go")
+    simulate.add_argument("--output", metavar="RESULT.nc", help="where to write [the scene's name with .nc, here]")
+
+    film = commands.add_parser(
+        "film",
+        help="a film of a simulated collapse",
+        description="Draw what `stripfold simulate` stored as an MP4 film.",
+        allow_abbrev=False,
+    )
+    film.add_argument("result", metavar="RESULT.nc", help="from stripfold simulate")
+    film.add_argument("--output", metavar="FILM.mp4", help="where to write [the result's name with .mp4, here]")
     return parser
 
 
 def _critical(arguments: argparse.Namespace) -> str:
-    from tqdm import tqdm
-
     from stripfold.scene import Scene, require_long_enough
     from stripfold.studies.critical import find
 
     keys = ("length", "height", "eta_b", "eta_m", "nu", "model", "accuracy")
     scene = Scene.create(**{key: getattr(arguments, key) for key in keys})
     require_long_enough(scene)
-    # disable=None: a bar on a terminal only.
-    with tqdm(disable=None, leave=False, file=sys.stderr, bar_format="{desc} [{elapsed}]") as bar:
-        result = find(scene, bar.set_description_str)
+    with _progress() as say:
+        result = find(scene, say)
     return _as_json(_fields(result)) if arguments.json else _as_text(scene, result)
+
+
+@contextmanager
+def _progress() -> Iterator[Callable[[str], None]]:
+    """A function that shows what is being done, on a terminal only."""
+    from tqdm import tqdm
+
+    with tqdm(disable=None, leave=False, file=sys.stderr, bar_format="{desc} [{elapsed}]") as bar:
+        yield bar.set_description_str
 
 
 def _fields(result: CriticalResult) -> dict[str, Any]:
@@ -134,6 +161,52 @@ def _eta(arguments: argparse.Namespace) -> str:
     if arguments.json:
         return _as_json(values)
     return f"eta_b        {eta_b:.6g} m^-4 s^2\nL*           {values['gravity_length']:.6g} m"
+
+
+def _simulate(arguments: argparse.Namespace) -> str:
+    from stripfold import simulation, store
+    from stripfold.studies import collapse_data
+
+    asked = simulation.read(arguments.scene)
+    path = _output(arguments.output, arguments.scene, ".nc")
+    try:
+        with _progress() as say:
+            data = collapse_data.run(asked, say)
+    except TimeStepError as error:
+        rescue = path.with_suffix(".last-good.nc")
+        store.write(collapse_data.last_good(asked, error), rescue, title="last good state", config=asked.as_config())
+        raise SolveError(f"{error}; the last good state is in {rescue}") from error
+    store.write(data, path, title="a strip through its collapse", config=asked.as_config())
+    attrs = data.attrs
+    lines = [
+        ("lambda_c", _metres(attrs["lambda_c"], "advance of the gripper past the flat end at the snap")),
+        ("touch", f"after {attrs['touch_time']:.4g} s at x = {attrs['touch_x']:.4g} m"),
+        ("rest", f"after {attrs['settle_time']:.4g} s" if isfinite(attrs["settle_time"]) else "-"),
+        ("end", attrs["end"]),
+        ("written", str(path)),
+    ]
+    return "\n".join(f"{name:<12} {text}" for name, text in lines)
+
+
+def _film(arguments: argparse.Namespace) -> str:
+    from stripfold import store
+    from stripfold.film import film
+
+    path = _output(arguments.output, arguments.result, ".mp4")
+    data = store.read(arguments.result)
+    with _progress() as say:
+        film(data, path, progress=say)
+    return f"written      {path}"
+
+
+def _output(given: str | None, source: str, suffix: str) -> Path:
+    """Where to write: as asked, or in the working folder under the source's name."""
+    path = Path(given or Path(source).with_suffix(suffix).name)
+    if path.suffix != suffix:
+        raise InvalidInputError("output", str(path), f"a name that ends in {suffix}")
+    if not path.parent.is_dir():
+        raise InvalidInputError("output", str(path), "a path in an existing folder", f"make {path.parent} first")
+    return path
 
 
 def _as_json(values: dict[str, Any]) -> str:

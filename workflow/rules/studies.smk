@@ -67,3 +67,5 @@ rule studies:
         rules.schemes.output,
         rules.modes.output,
         rules.lag.output,
+        rules.falls.output,
+        rules.fall_benchmark.output,

@@ -12,6 +12,8 @@ rule summary:
         schemes=rules.schemes.output[0],
         modes=rules.modes.output[0],
         lag=rules.lag.output[0],
+        falls=rules.falls.output[0],
+        fall_benchmark=rules.fall_benchmark.output[0],
     output:
         f"{RESULTS}/summary.json",
     log:

@@ -1,4 +1,4 @@
-"""Time and memory of one lambda_c of the solid, each run in a process of its own as a user would start it."""
+"""Time and memory of what a user starts: each run in a process of its own, on one core."""
 
 from __future__ import annotations
 
@@ -7,6 +7,9 @@ import os
 import resource
 import subprocess
 import sys
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
 from time import perf_counter
 
 import numpy as np
@@ -19,27 +22,50 @@ COMMAND = ("critical", "--length", "0.6", "--eta-b", "3780", "--height", "0.09",
 
 
 def run(repeats: int) -> xr.Dataset:
-    """Run the command line ``repeats`` times after one uncounted run, on one core."""
-    environment = os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
-    command = [sys.executable, "-m", "stripfold", *COMMAND]
-    rows = []
-    for _ in range(repeats + 1):
-        began = perf_counter()
-        done = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
-        wall = perf_counter() - began
-        if done.returncode:
-            raise StripfoldError(f"the benchmark's command failed: {done.stderr.strip()}")
-        answer = json.loads(done.stdout)
-        rows.append((answer["seconds"], wall, answer["error"] / answer["lambda_c"]))
-    # The largest child so far: all of them run the same command.
-    peak = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss * 1024 / 1e6
-    seconds, walls, errors = np.array(rows[1:]).T
+    """One lambda_c of the solid, ``repeats`` times after one uncounted run."""
+    walls, answers, peak = _timed(COMMAND, repeats)
+    found = [json.loads(answer) for answer in answers]
     return xr.Dataset(
         {
-            "seconds": ("repeat", seconds, {"units": "s", "long_name": "time of the solve"}),
+            "seconds": ("repeat", [a["seconds"] for a in found], {"units": "s", "long_name": "time of the solve"}),
             "wall": ("repeat", walls, {"units": "s", "long_name": "time of the whole process"}),
-            "relative_error": ("repeat", errors, {"units": "1", "long_name": "estimated relative error of lambda_c"}),
+            "relative_error": (
+                "repeat",
+                [a["error"] / a["lambda_c"] for a in found],
+                {"units": "1", "long_name": "estimated relative error of lambda_c"},
+            ),
             "memory": ((), peak, {"units": "MB", "long_name": "peak memory of the process"}),
         },
         attrs={"command": "stripfold " + " ".join(COMMAND)},
     )
+
+
+def run_fall(repeats: int, scene: str) -> xr.Dataset:
+    """One ``stripfold simulate`` of a scene file, ``repeats`` times after one uncounted run."""
+    with tempfile.TemporaryDirectory() as folder:
+        walls, _, peak = _timed(("simulate", scene, "--output", str(Path(folder) / "result.nc")), repeats)
+    return xr.Dataset(
+        {
+            "wall": ("repeat", walls, {"units": "s", "long_name": "time of the whole process"}),
+            "memory": ((), peak, {"units": "MB", "long_name": "peak memory of the process"}),
+        },
+        attrs={"command": f"stripfold simulate {Path(scene).name}"},
+    )
+
+
+def _timed(command: Sequence[str], repeats: int) -> tuple[list[float], list[str], float]:
+    """Seconds of each counted run, what it printed, and the peak memory of all in MB."""
+    environment = os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    walls, answers = [], []
+    for _ in range(repeats + 1):
+        began = perf_counter()
+        done = subprocess.run(
+            [sys.executable, "-m", "stripfold", *command], capture_output=True, text=True, env=environment, check=False
+        )
+        walls.append(perf_counter() - began)
+        if done.returncode:
+            raise StripfoldError(f"the benchmark's command failed: {done.stderr.strip()}")
+        answers.append(done.stdout)
+    # The largest child so far: all of them run the same command.
+    peak = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss * 1024 / 1e6
+    return walls[1:], answers[1:], float(np.round(peak, 1))

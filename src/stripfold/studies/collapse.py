@@ -12,17 +12,20 @@ from math import inf
 import numpy as np
 from numpy.typing import NDArray
 
+from .. import planning
 from ..errors import NewtonError, SolveError, TimeStepError
 from ..problem import AlongX, StripProblem
 from ..solve import continuation, dynamics
 from ..solve.dynamics import Drive, Moment, Moving, Nudge, TimeOptions
 from ..solve.problem import Point
 from ..solve.schemes import Damping, EnergyMomentum
-from .static import PATIENT, X_STEPS, End, Strip, XRun, contact_positions, lift_off, solve_height, touches
+from .static import PATIENT, X_STEPS, End, Strip, XRun, along_x, contact_positions, lift, lift_off, touches
 
 Array = NDArray[np.float64]
 Progress = Callable[[str], None]
 
+SIZES = planning.Sizes(free=0.15, lying=0.15)
+"""The loop rolls over all of the strip: no part may be coarse."""
 NUDGE = 0.01
 """How far a held gripper is moved past lambda_c, smoothly within one time unit, L*: there no equilibrium is near, also
 not one that a tooth of the contact would hold (docs/numerics.md)."""
@@ -110,7 +113,7 @@ def simulate(
     """
     say = progress or (lambda _: None)
     say("following the branch to its critical point")
-    run = solve_height(strip, height, refinement, past=0.0)
+    run = to_critical_point(strip, height, refinement)
     if run.critical is None:
         raise SolveError(f"there is no fall to follow: {run.end.reason}", advice="choose a height that snaps")
     motion = let_fall(run, fall, progress=say)
@@ -119,6 +122,14 @@ def simulate(
     say("going on from the state at rest")
     after, end = go_on(run.problem, motion.moments[-1])
     return Collapse(height, run, motion, after, end)
+
+
+def to_critical_point(strip: Strip, height: float, refinement: float = 1.0) -> XRun:
+    """The static run, on a mesh on which the strip can also be laid down and rolled on."""
+    sweep = planning.lift_off_sweep(height)
+    mesh = planning.boundaries(strip.length, sweep, refinement, SIZES)
+    (_, model, state) = next(lift(strip, [height]))
+    return along_x(strip, height, (model, state), mesh, past=0.0)
 
 
 def beginning(run: XRun, fall: Fall) -> tuple[Moment, Drive]:
@@ -149,76 +160,103 @@ def let_fall(run: XRun, fall: Fall, options: TimeOptions = TIME_OPTIONS, progres
     say = progress or (lambda _: None)
     problem = run.problem
     first, drive = beginning(run, fall)
-    scheme = EnergyMomentum()
-    patience = PATIENCE * (1.0 + fall.damping.air + fall.damping.stiffness)
-    moments: list[Moment] = []
-    touch: int | None = None
-    quiet_since = inf
-    start_potential = first.energy.elastic + first.energy.gravity
-    for moment in _with_shape(problem, dynamics.march(problem, first, drive, fall.damping, scheme, options)):
-        if touch is None and moments and touches(problem.model, moment):
-            before = moments[-1]
-            moments.extend(_locate_touch(problem, before, moment, drive, fall.damping, scheme, options))
-            touch = len(moments) - 1
-            say(f"touch after {moments[-1].t:.1f} sqrt(L*/g)")
-            if not fall.to_rest:
-                break
-        moments.append(moment)
-        if moment.t > patience * (1 if touch is None else 2):
-            what = "nothing happened: the strip did not touch" if touch is None else "the strip did not come to rest"
-            raise TimeStepError(
-                f"{what} within {moment.t:.0f} sqrt(L*/g)",
-                parameter=moment.lam,
-                advice="give a larger disturbance" if touch is None else "add damping, or ask for the touch only",
-                last=moment,
-                details={"mid_surface": problem.model.mid_surface(moment.q)},
-            )
-        released = start_potential - moment.energy.elastic - moment.energy.gravity
-        if touch is None or moment.energy.kinetic > REST * released:
-            quiet_since = inf
-            continue
-        quiet_since = min(quiet_since, moment.t)
-        if fall.speed == 0.0 and moment.t - quiet_since > QUIET:
-            break
-    assert touch is not None
+    motion = _Marching(problem, drive, fall.damping, options)
+    moments = _to_touch(motion, first)
+    touch = len(moments) - 1
+    say(f"touch after {moments[-1].t:.1f} sqrt(L*/g)")
+    if fall.to_rest:
+        moments += _to_rest(motion, moments[0], moments[-1])
     return Motion(tuple(moments), touch, touch_position(problem, moments[touch]))
 
 
-def _with_shape(problem: StripProblem, moments: Iterator[Moment]) -> Iterator[Moment]:
-    """The same moments; an error gets the shape of the strip at the last good one."""
-    try:
-        yield from moments
-    except TimeStepError as error:
-        error.details["mid_surface"] = problem.model.mid_surface(error.last.q)
-        raise
+@dataclass(frozen=True)
+class _Marching:
+    """A problem with all that its motion needs."""
+
+    problem: StripProblem
+    drive: Drive
+    damping: Damping
+    options: TimeOptions
+    scheme: EnergyMomentum = field(default_factory=EnergyMomentum)
+
+    def march(self, first: Moment) -> Iterator[Moment]:
+        """Moments from ``first`` on; an error gets the shape of the strip at the last good one."""
+        try:
+            yield from dynamics.march(self.problem, first, self.drive, self.damping, self.scheme, self.options)
+        except TimeStepError as error:
+            error.details["mid_surface"] = self.problem.model.mid_surface(error.last.q)
+            raise
+
+    def step(self, before: Moment, dt: float) -> Moment:
+        """One step."""
+        return dynamics.step(self.problem, before, dt, self.drive, self.damping, self.scheme, self.options)
+
+    def out_of_patience(self, moment: Moment, since: float, what: str, advice: str) -> None:
+        """Raise when the motion goes on for too long."""
+        if moment.t - since > PATIENCE * (1.0 + self.damping.air + self.damping.stiffness):
+            raise TimeStepError(
+                f"{what} within {moment.t - since:.0f} sqrt(L*/g)",
+                parameter=moment.lam,
+                advice=advice,
+                last=moment,
+                details={"mid_surface": self.problem.model.mid_surface(moment.q)},
+            )
 
 
-def _locate_touch(
-    problem: StripProblem,
-    before: Moment,
-    after: Moment,
-    drive: Drive,
-    damping: Damping,
-    scheme: EnergyMomentum,
-    options: TimeOptions,
-) -> list[Moment]:
-    """Bisect for the first touch: the last moment found before it, where there is one, and the first with it."""
+def _to_touch(motion: _Marching, first: Moment) -> list[Moment]:
+    """All moments up to the first at which the falling part touches."""
+    model = motion.problem.model
+    moments: list[Moment] = []
+    for moment in motion.march(first):
+        if moments and touches(model, moment):
+            return moments + _locate_touch(motion, moments[-1], moment)
+        moments.append(moment)
+        motion.out_of_patience(
+            moment, first.t, "nothing happened: the strip did not touch", "give a larger disturbance"
+        )
+    raise AssertionError("a motion does not end by itself")
+
+
+def _to_rest(motion: _Marching, first: Moment, touch: Moment) -> list[Moment]:
+    """The moments after the touch until the strip rests; for a moving gripper there is no rest."""
+    moments: list[Moment] = []
+    quiet_since = inf
+    potential = first.energy.elastic + first.energy.gravity
+    for moment in motion.march(touch):
+        if moment is touch:
+            continue
+        moments.append(moment)
+        advice = "add damping, hold the gripper, or ask for the touch only"
+        motion.out_of_patience(moment, touch.t, "the strip did not come to rest", advice)
+        released = potential - moment.energy.elastic - moment.energy.gravity
+        if moment.energy.kinetic > REST * released:
+            quiet_since = inf
+        else:
+            quiet_since = min(quiet_since, moment.t)
+            if moment.t - quiet_since > QUIET:
+                return moments
+    raise AssertionError("a motion does not end by itself")
+
+
+def _locate_touch(motion: _Marching, before: Moment, after: Moment) -> list[Moment]:
+    """Bisect for the first touch: the moments found before it, and the first one with it."""
     nearer: list[Moment] = []
     at = before
     length = after.t - before.t
     while length > TOUCH_TOLERANCE:
         length /= 2.0
         try:
-            middle = dynamics.step(problem, at, length, drive, damping, scheme, options)
+            middle = motion.step(at, length)
         except NewtonError:
             continue
-        if touches(problem.model, middle):
+        if touches(motion.problem.model, middle):
             after = middle
         else:
             at = middle
-            nearer = [middle]
-    if after.t - at.t > 0.0 and after.dt != after.t - at.t:
-        after = dynamics.step(problem, at, max(after.t - at.t, options.smallest), drive, damping, scheme, options)
+            nearer.append(middle)
+    if after.dt > after.t - at.t:
+        # It was stepped to from further back.
+        after = motion.step(at, after.t - at.t)
     return [*nearer, after]
 
 

@@ -16,11 +16,13 @@ EXPONENT_TOLERANCE = 0.05
 
 
 def summarise(data: Mapping[str, xr.Dataset], sources: Mapping[str, str]) -> dict[str, Entry]:
-    """Entries of the datasets ``schemes``, ``modes`` and ``lag``, read from the files ``sources``."""
+    """Entries of ``schemes``, ``modes``, ``lag``, ``falls`` and ``fall_benchmark``, read from the files ``sources``."""
     return {
         **_schemes(data["schemes"], sources["schemes"]),
         **_modes(data["modes"], sources["modes"]),
         **_lag(data["lag"], sources["lag"]),
+        **_falls(data["falls"], sources["falls"]),
+        **_fall_benchmark(data["fall_benchmark"], sources["fall_benchmark"]),
     }
 
 
@@ -99,3 +101,71 @@ def _lag(data: xr.Dataset, source: str) -> dict[str, Entry]:
         2,
     )
     return out
+
+
+def _falls(data: xr.Dataset, source: str) -> dict[str, Entry]:
+    failed = int(np.sum(np.isnan(data["touch_x"].values)))
+    gap, gain = float(data["minimal_gap"].min()), float(data["closing"].max())
+    same = ["half the step", "other sign"]
+    spread = float(data["distance"].sel(case=same).max())
+    touch = data["touch_x"].sel(case=["coarse mesh", "base", "fine mesh"]).values
+    coarse, fine = abs(touch[0] - touch[1]), abs(touch[1] - touch[2])
+    return {
+        "falls": entry(data.sizes["case"], "count", "falls, hard and easy", ">= 6", data.sizes["case"] >= 6, source),
+        "falls_failed": entry(failed, "count", "of these, not followed to their end", "0", failed == 0, source),
+        "falls_penetration": entry(
+            max(-gap, 0.0), "L*", "deepest penetration of the floor", "< 1e-4 L*", gap > -1e-4, source
+        ),
+        "falls_energy_gain": entry(
+            gain,
+            "1",
+            "largest energy gained in a fall, in rho_a g L*^2",
+            "< 1e-6",
+            gain < 1e-6,
+            source,
+            2,
+        ),
+        "falls_end_state": entry(
+            spread,
+            "L*",
+            f"largest distance of the end states of {' and '.join(same)} from that of the first fall",
+            "< 1e-3 L*",
+            spread < 1e-3,
+            source,
+            2,
+        ),
+        "touch_convergence": entry(
+            fine,
+            "L*",
+            f"change of the first touch's x when the elements are halved; the halving before: {coarse:.1e} L*",
+            "less than from the coarser mesh, and < 5e-3 L*",
+            fine < min(coarse, 5e-3),
+            source,
+            2,
+        ),
+        "handed_over": entry(
+            float(data["handed_over"].max()),
+            "L*",
+            "largest distance between a state at rest and the equilibrium the static solver finds from it",
+            "< 0.01 L*",
+            float(data["handed_over"].max()) < 0.01,
+            source,
+            2,
+        ),
+    }
+
+
+def _fall_benchmark(data: xr.Dataset, source: str) -> dict[str, Entry]:
+    seconds, memory = float(data["wall"].median()), float(data["memory"])
+    return {
+        "time_fall": entry(
+            seconds,
+            "s",
+            "median time of one `stripfold simulate`, statics, fall to rest and statics again, one core",
+            "<= 20 s",
+            seconds <= 20.0,
+            source,
+            3,
+        ),
+        "memory_fall": entry(memory, "MB", "peak memory of that process", "<= 500 MB", memory <= 500.0, source, 3),
+    }

@@ -1,0 +1,196 @@
+"""The way through a collapse: touch, rest, hand-over, and on; against what the elastica says of the laid-down strip."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from stripfold import elastica
+from stripfold.errors import SolveError, TimeStepError
+from stripfold.simulation import Simulation
+from stripfold.solve import dynamics
+from stripfold.solve.schemes import Damping
+from stripfold.studies import collapse, collapse_data
+from stripfold.studies.collapse import Collapse, Fall
+from stripfold.studies.static import Strip, contact_positions, touches
+
+STRIP, HEIGHT = Strip(15.0, 0.03), 1.8
+FALL = Fall(1e-2, damping=Damping(0.2, 0.1))
+
+
+@pytest.fixture(scope="module")
+def found() -> Collapse:
+    return collapse.simulate(STRIP, HEIGHT, FALL, refinement=1.5)
+
+
+@pytest.fixture(scope="module")
+def stored() -> tuple[Simulation, xr.Dataset]:
+    asked = Simulation.create(length=0.3, height=0.054, eta_b=3780.0, disturbance=0.01, air=5.0)
+    return asked, collapse_data.run(asked)
+
+
+def test_it_goes_from_the_critical_point_to_the_end(found: Collapse) -> None:
+    first, last = found.motion.moments[0], found.motion.moments[-1]
+    assert first.lam == found.run.last.lam
+    assert last.lam == pytest.approx(first.lam + collapse.NUDGE)
+    assert found.after[0].lam == last.lam
+    assert found.end == "the gripper is above the held end"
+    assert found.after[-1].lam >= STRIP.length
+    assert all(point.negatives == 0 for point in found.after)
+
+
+def test_nothing_penetrates_or_gains_energy(found: Collapse) -> None:
+    bounded = found.run.problem.bounded
+    moments = found.motion.moments
+    assert min(m.q[bounded].min() for m in moments) >= 0.0
+    closing = np.array([m.energy.closing for m in moments])
+    assert np.abs(closing).max() < 1e-9
+    for name in ("air", "viscous", "contact", "numerical"):
+        lost = np.array([getattr(m.energy, name) for m in moments])
+        assert np.all(np.diff(lost) >= -1e-15), name
+        assert lost[-1] > 0.0, name
+
+
+def test_the_ledger_is_the_energy(found: Collapse) -> None:
+    """Independent of the integrator: the energies of the states themselves, and air drag by quadrature."""
+    problem, moments = found.run.problem, found.motion.moments
+    first, last = moments[0], moments[-1]
+    change = sum(problem.energies(last.q)) - sum(problem.energies(first.q)) - first.energy.kinetic
+    energy = last.energy
+    assert change == pytest.approx(energy.work - energy.lost - energy.kinetic, rel=1e-6)
+    power = np.array([m.mean_v @ (problem.mass @ m.mean_v) for m in moments[1:]])
+    dt = np.array([m.dt for m in moments[1:]])
+    assert energy.air == pytest.approx(FALL.damping.air * float(power @ dt), rel=1e-6)
+
+
+def test_the_touch_is_the_first(found: Collapse) -> None:
+    model, motion = found.run.problem.model, found.motion
+    assert not any(touches(model, m) for m in motion.moments[: motion.touch])
+    at = motion.moments[motion.touch]
+    assert touches(model, at)
+    assert at.t - motion.moments[motion.touch - 1].t <= collapse.TOUCH_TOLERANCE
+    column = int(np.argmin(np.abs(model.s - contact_positions(model, at)[0])))
+    assert motion.touch_x == pytest.approx(model.mid_surface(at.q)[column, 0], abs=0.1)
+
+
+def test_where_it_touches_lies_between_nodes(found: Collapse) -> None:
+    """The strip shifted and bent to a known parabola: its lowest point comes out, not the node's."""
+    problem = found.run.problem
+    model = problem.model
+    moment = found.motion.moments[found.motion.touch]
+    column = int(np.argmin(np.abs(model.s - contact_positions(model, moment)[0])))
+    lowest = model.s[column] + 0.3 * (model.s[column + 1] - model.s[column])
+    q = moment.q.copy()
+    q[model.middle[:, 0]] = 0.25
+    q[model.middle[:, 1]] = (model.s - lowest) ** 2
+    expected = lowest - model.length / 2.0 + 0.25
+    assert collapse.touch_position(problem, replace(moment, q=q)) == pytest.approx(expected, abs=1e-9)
+
+
+def test_a_lying_upper_layer_leaves_the_folded_loop(found: Collapse) -> None:
+    """Truth: where the upper layer lies flat no horizontal force is left, and the loop is the elastica's folded one."""
+    model, last = found.run.problem.model, found.after[-1]
+    s = contact_positions(model, last)
+    gap = int(np.argmax(np.diff(s)))
+    assert s[gap] - s[0] > 0.5, "the upper layer lies"
+    shape = model.mid_surface(last.q)
+    loop = shape[(model.s > s[gap]) & (model.s < s[gap + 1])]
+    assert loop[:, 1].max() == pytest.approx(elastica.folded_loop().height, abs=6e-3)
+    # And towards the gripper it is the strip that was lifted without horizontal force.
+    rising = elastica.state_no_horizontal_force(HEIGHT)
+    assert s[0] == pytest.approx(rising.length, abs=0.12)
+
+
+def test_both_signs_end_in_the_same_state(found: Collapse) -> None:
+    other = collapse.let_fall(found.run, replace(FALL, disturbance=-FALL.disturbance))
+    middle = found.run.problem.model.mid_surface
+    apart = middle(other.moments[-1].q) - middle(found.motion.moments[-1].q)
+    assert np.abs(apart).max() < 1e-3
+    # Against the fall it takes longer: the disturbance has a direction.
+    assert other.moments[other.touch].t > found.motion.moments[found.motion.touch].t
+
+
+def test_the_disturbance_has_its_speed_and_direction(found: Collapse) -> None:
+    first, drive = collapse.beginning(found.run, FALL)
+    problem = found.run.problem
+    speed = np.linalg.norm(first.v[problem.model.middle], axis=1).max()
+    assert speed == pytest.approx(FALL.disturbance)
+    onwards = found.run.last.tangent.q
+    assert first.v @ (problem.mass @ onwards) > 0.0
+    assert drive.lam(0.0) == found.run.last.lam
+
+
+def test_a_moving_gripper(found: Collapse) -> None:
+    motion = collapse.let_fall(found.run, replace(FALL, speed=0.02, to_rest=False))
+    last = motion.moments[-1]
+    assert last.lam == pytest.approx(found.run.last.lam + 0.02 * last.t)
+    assert motion.touch == len(motion.moments) - 1
+    assert abs(last.energy.closing) < 1e-9
+
+
+def test_a_strip_that_stays_is_an_error(found: Collapse, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(collapse, "PATIENCE", 10.0)
+    with pytest.raises(TimeStepError, match="nothing happened") as caught:
+        collapse.let_fall(found.run, replace(FALL, disturbance=1e-4, speed=-0.02))
+    assert caught.value.last.t > 10.0
+    assert caught.value.details["mid_surface"].shape == (len(found.run.problem.model.s), 2)
+
+
+def test_a_step_that_fails_keeps_the_last_good_state(found: Collapse, monkeypatch: pytest.MonkeyPatch) -> None:
+    step = dynamics.step
+
+    def breaking(problem, before, dt, *rest):  # type: ignore[no-untyped-def]
+        if before.t + dt > 3.0:
+            raise SolveError("planted")
+        return step(problem, before, dt, *rest)
+
+    monkeypatch.setattr(dynamics, "step", breaking)
+    with pytest.raises(TimeStepError, match="planted") as caught:
+        collapse.let_fall(found.run, FALL)
+    assert caught.value.last.t == pytest.approx(3.0, abs=1e-3)
+    assert np.isfinite(caught.value.details["mid_surface"]).all()
+
+
+def test_no_snap_no_fall() -> None:
+    with pytest.raises(SolveError, match="no fall to follow"):
+        collapse.simulate(Strip(12.0, 0.0594), 1.2, FALL, refinement=2.0)
+
+
+def test_what_is_not_at_rest_is_not_handed_over(found: Collapse) -> None:
+    """The state at rest with its loop blown up: the equilibrium found from it is another state."""
+    model, rest = found.run.problem.model, found.motion.moments[-1]
+    collapse.settled(found.run.problem, rest)
+    q = rest.q.copy()
+    height = model.mid_surface(q)[:, 1]
+    q[model.middle[1:-1, 1]] += 0.2 * height[1:-1]
+    with pytest.raises(SolveError, match=r"from the equilibrium|did not converge"):
+        collapse.settled(found.run.problem, replace(rest, q=q))
+
+
+def test_dataset(stored: tuple[Simulation, xr.Dataset]) -> None:
+    asked, data = stored
+    phase = data["phase"].values
+    assert list(dict.fromkeys(phase)) == ["before", "fall", "after"]
+    assert all(var.attrs["units"] and var.attrs["long_name"] for var in data.variables.values())
+    fall = data.isel(state=phase == "fall")
+    assert data.attrs["lambda_c"] == pytest.approx(float(fall["lambda"][0]))
+    assert data.attrs["lambda_0"] == pytest.approx(float(data["lambda"][0]))
+    # SI, from what can be measured in the file itself.
+    last = data.isel(state=-1)
+    assert float(last["z"][0]) == pytest.approx(0.054)
+    assert float(last["x"][0]) == pytest.approx(float(last["lambda"]) - 0.15)
+    assert float(last["x"][-1]) == pytest.approx(0.15)
+    weights = np.gradient(data["arc"].values)
+    gravity = 9.81 * (fall["z"].values @ weights)
+    assert fall["gravity"].values - fall["gravity"].values[0] == pytest.approx(gravity - gravity[0], abs=2e-3)
+    speed = np.gradient(fall["z"].values, fall["time"].values, axis=0) ** 2
+    speed += np.gradient(fall["x"].values, fall["time"].values, axis=0) ** 2
+    kinetic = 0.5 * speed @ weights
+    assert kinetic.max() == pytest.approx(float(fall["kinetic"].max()), rel=0.1)
+    assert fall["time"].values[0] == 0.0
+    assert np.isnan(data["time"].values[phase != "fall"]).all()
+    assert asked.time_unit < data.attrs["touch_time"] < data.attrs["settle_time"]
+    assert float(data["deflection"][0]) == 0.0

@@ -1,0 +1,77 @@
+"""What `stripfold simulate` is asked for: units, defaults, and errors that name the key."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from stripfold import simulation
+from stripfold.errors import InvalidInputError
+from stripfold.simulation import Simulation
+from stripfold.studies.collapse_data import fall_of
+
+STRIP = {"length": 0.6, "height": 0.15, "eta_b": 3780.0}
+
+
+def test_solver_units() -> None:
+    asked = Simulation.create(**STRIP, disturbance=-0.02, speed=0.1, air=3.0, stiffness=0.01, until="touch")
+    star = (3780.0 * 9.81) ** (-1 / 3)
+    time = (star / 9.81) ** 0.5
+    fall = fall_of(asked)
+    assert asked.time_unit == pytest.approx(time)
+    assert fall.disturbance == pytest.approx(-0.02 * time / star)
+    assert fall.speed == pytest.approx(0.1 * time / star)
+    assert fall.damping.air == pytest.approx(3.0 * time)
+    assert fall.damping.stiffness == pytest.approx(0.01 / time)
+    assert not fall.to_rest
+
+
+def test_resolved_keys_give_the_same() -> None:
+    asked = Simulation.create(**STRIP, air=1.0)
+    assert Simulation.create(**asked.as_config()) == asked
+
+
+@pytest.mark.parametrize(
+    ("change", "key", "says"),
+    [
+        ({"heigth": 0.1}, "heigth", "did you mean height"),
+        ({"eta_b": None}, "eta_b", "a number"),
+        ({"length": 600.0}, "length", "check the units"),
+        ({"length": 0.2}, "length", "too short"),
+        ({"air": -1.0}, "air", "from 0"),
+        ({"air": float("nan")}, "air", "from 0"),
+        ({"stiffness": "soft"}, "stiffness", "a number"),
+        ({"speed": 50}, "speed", "m s"),
+        ({"disturbance": True}, "disturbance", "a number"),
+        ({"until": "tomorrow"}, "until", "rest or touch"),
+    ],
+)
+def test_bad_input_names_the_key(change: dict[str, object], key: str, says: str) -> None:
+    with pytest.raises(InvalidInputError, match=says) as caught:
+        Simulation.create(**{**STRIP, **change})
+    assert caught.value.key == key
+
+
+def test_a_missing_key() -> None:
+    with pytest.raises(InvalidInputError, match="missing") as caught:
+        Simulation.create(length=0.6, height=0.15)
+    assert caught.value.key == "eta_b"
+
+
+@pytest.mark.parametrize("text", ["- 1\n- 2\n", "length: [", "", "just words"])
+def test_a_file_that_is_no_scene(tmp_path: Path, text: str) -> None:
+    path = tmp_path / "scene.yaml"
+    path.write_text(text)
+    with pytest.raises(InvalidInputError, match=r"scene\.yaml"):
+        simulation.read(path)
+
+
+def test_no_file() -> None:
+    with pytest.raises(InvalidInputError, match="nowhere"):
+        simulation.read("nowhere.yaml")
+
+
+def test_the_projects_own_scene() -> None:
+    asked = simulation.read(Path(__file__).parents[1] / "workflow/config/collapse.yaml")
+    assert asked.letting_go == simulation.LettingGo()

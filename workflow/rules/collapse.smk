@@ -1,0 +1,60 @@
+# Section IV of the paper, its dynamics: one strip from lambda_0 through its collapse to the end of the motion.
+
+COLLAPSE = f"{RESULTS}/collapse.nc"
+
+
+rule collapse:
+    input:
+        CONFIG["collapse"],
+    output:
+        COLLAPSE,
+    log:
+        f"{LOGS}/collapse.log",
+    resources:
+        mem_mb=1000,
+        runtime=10,
+    script:
+        "../scripts/collapse.py"
+
+
+rule film:
+    input:
+        COLLAPSE,
+    output:
+        f"{FIGURES}/collapse.mp4",
+    log:
+        f"{LOGS}/film.log",
+    resources:
+        mem_mb=1000,
+        runtime=10,
+    script:
+        "../scripts/film.py"
+
+
+rule falls:
+    output:
+        f"{RESULTS}/studies/falls.nc",
+    log:
+        f"{LOGS}/falls.log",
+    resources:
+        mem_mb=1000,
+        runtime=30,
+    params:
+        **CONFIG["studies"]["falls"],
+    script:
+        "../scripts/falls.py"
+
+
+rule fall_benchmark:
+    input:
+        CONFIG["collapse"],
+    output:
+        f"{RESULTS}/studies/fall_benchmark.nc",
+    log:
+        f"{LOGS}/fall_benchmark.log",
+    # Alone on the machine, so that nothing else is in the times.
+    threads: workflow.cores
+    params:
+        **CONFIG["studies"]["benchmark"],
+    script:
+        "../scripts/fall_benchmark.py"
