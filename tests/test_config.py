@@ -65,6 +65,19 @@ MINIMAL: dict[str, Any] = {
             "air": 1,
             "damped_speeds": [0.001, 0.002, 0.003],
         },
+        "falls": {
+            "base": {
+                "length": 10,
+                "thickness": 0.05,
+                "height": 1.8,
+                "disturbance": -0.01,
+                "air": 0,
+                "stiffness": 0.1,
+                "refinement": 2,
+                "tolerance": 1e-5,
+            },
+            "cases": [{"name": "other sign", "disturbance": 0.01}],
+        },
     },
 }
 
@@ -137,7 +150,7 @@ def objects(rules: dict[str, Any]):
 def test_the_schema_is_one_and_refuses_unknown_keys_everywhere():
     Draft202012Validator.check_schema(config.schema())
     found = list(objects(config.schema()))
-    assert len(found) == 12
+    assert len(found) == 15
     assert all(rules["additionalProperties"] is False for rules in found)
 
 

@@ -70,7 +70,20 @@ def datasets() -> dict[str, xr.Dataset]:
         lag[f"lag{suffix}"] = lag[f"expected{suffix}"] = (f"speed{suffix}", [0.01, 0.06])
         lag[f"exponent{suffix}"], lag[f"exponent_half_width{suffix}"] = theory - 0.01, 0.005
         lag[f"theory{suffix}"], lag[f"limit{suffix}"] = theory, 11.7824
+    cases = ["base", "half the step", "other sign", "coarse mesh", "fine mesh", "no damping"]
+    falls = xr.Dataset(
+        {
+            "touch_x": ("case", [0.77, 0.77, 0.77, 0.775, 0.7705, 0.78]),
+            "minimal_gap": ("case", np.zeros(6)),
+            "closing": ("case", np.full(6, 1e-12)),
+            "distance": ("case", np.full(6, 1e-5)),
+            "handed_over": ("case", [1e-4] * 5 + [np.nan]),
+        },
+        {"case": cases},
+    )
     return {
+        "falls": falls,
+        "fall_benchmark": xr.Dataset({"wall": ("repeat", [8.0]), "memory": ((), 150.0)}),
         "schemes": scheme,
         "modes": modes,
         "lag": lag,
@@ -102,6 +115,7 @@ def test_all_keys_and_all_hold() -> None:
         "lag_exponent",
         "lag_exponent_damped",
         "lag_limit_error",
+        "time_fall",
     }
     assert asked <= set(summary)
     for key, item in summary.items():
@@ -132,6 +146,14 @@ def test_all_keys_and_all_hold() -> None:
         ("lag", "exponent", 0.7, "lag_exponent"),
         ("lag", "exponent_damped", 0.8, "lag_exponent_damped"),
         ("lag", "limit", 11.79, "lag_limit_error"),
+        ("falls", "touch_x", np.nan, "falls_failed"),
+        ("falls", "touch_x", 0.9, "touch_convergence"),
+        ("falls", "minimal_gap", -1e-3, "falls_penetration"),
+        ("falls", "closing", 1e-5, "falls_energy_gain"),
+        ("falls", "distance", 0.01, "falls_end_state"),
+        ("falls", "handed_over", 0.05, "handed_over"),
+        ("fall_benchmark", "wall", 25.0, "time_fall"),
+        ("fall_benchmark", "memory", 600.0, "memory_fall"),
     ],
 )
 def test_a_criterion_that_is_broken_does_not_hold(dataset: str, name: str, value: float, key: str) -> None:

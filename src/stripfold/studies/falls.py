@@ -1,11 +1,11 @@
 """Hard and easy falls: does the motion stay bounded, above the floor and free of energy gain, and where does it end?
 
-Every case differs from the first in what its name says.  All in units of L*.
+Every case differs from the base in what its name says.  All in units of L*.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -26,7 +26,7 @@ FREE_RUN = 10.0
 
 
 def run(
-    base: Mapping[str, float], cases: Mapping[str, Mapping[str, float]], progress: Callable[[str], None] | None = None
+    base: Mapping[str, float], cases: Sequence[Mapping[str, Any]], progress: Callable[[str], None] | None = None
 ) -> xr.Dataset:
     """Let strips fall.
 
@@ -36,30 +36,28 @@ def run(
         ``length``, ``thickness``, ``height`` (L*), ``disturbance`` (sqrt(g L*)), ``air`` (sqrt(g/L*)), ``stiffness``
         (sqrt(L*/g)), ``refinement``, ``tolerance`` (of a step, L*).
     cases
-        By name, what a case changes; the first should change nothing.
+        What each further case changes of it, and its ``name``.
 
     Returns
     -------
-    Dataset over ``case``; a case that failed has nan and its error's message.
+    Dataset over ``case``, the first being called "base"; a case that failed has nan and its error's message.
     """
-    names = list(cases)
+    falls = {"base": dict(base)} | {case["name"]: {**base, **case} for case in cases}
     columns: dict[str, list[float]] = {name: [] for name in _NAMES}
     messages: list[str] = []
     shapes: dict[str, Callable[[Array], Array]] = {}
     branches: dict[tuple[float, ...], XRun] = {}
-    for name in names:
-        given = {**base, **cases[name]}
+    for name, given in falls.items():
         try:
             measured, shapes[name] = _measure(given, branches)
             messages.append("")
         except SolveError as error:
             measured = dict.fromkeys(_NAMES, np.nan)
             messages.append(f"{type(error).__name__}: {error}")
-        if name in shapes and names[0] in shapes:
-            s = np.linspace(0.0, given["length"], 400)
-            if given["length"] == base["length"]:
-                apart = shapes[name](s) - shapes[names[0]](s)
-                measured["distance"] = float(np.linalg.norm(apart, axis=1).max())
+        if name in shapes and "base" in shapes and given["length"] == base["length"]:
+            s = np.linspace(0.0, base["length"], 400)
+            apart = shapes[name](s) - shapes["base"](s)
+            measured["distance"] = float(np.linalg.norm(apart, axis=1).max())
         for key in _NAMES:
             columns[key].append(measured.get(key, np.nan))
         if progress:
@@ -69,7 +67,7 @@ def run(
         for key, (units, text) in _NAMES.items()
     }
     data["message"] = ("case", np.array(messages, dtype=object), {"units": "1", "long_name": "the error's message"})
-    coords = {"case": ("case", np.array(names, dtype=object), {"units": "1", "long_name": "name of the case"})}
+    coords = {"case": ("case", np.array(list(falls), dtype=object), {"units": "1", "long_name": "name of the case"})}
     return xr.Dataset(data, coords=coords, attrs={f"base_{key}": value for key, value in base.items()})
 
 
