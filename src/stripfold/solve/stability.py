@@ -1,7 +1,7 @@
 """Eigenvalues of the tangent that decide stability.
 
 Near a fold of the strip one eigenvalue crosses zero almost flat and stays a hundred times smaller than the next
-(``docs/physics.md``, section 7): inverse iteration about zero finds it, a shifted one may not.
+(``docs/physics.md``, section 5): inverse iteration about zero finds it, a shifted one may not.
 """
 
 from __future__ import annotations
