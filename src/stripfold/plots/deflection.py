@@ -28,16 +28,34 @@ def draw(data: xr.Dataset, height: float | None = None) -> Figure:
     _curve(ax, chosen)
     right = CM * float(chosen.deflection.max())
     low, high = CM * chosen.lambda_0, CM * chosen.lambda_c
-    for value, name, at in ((low, "lambda_0", 0.12), (high, "lambda_c", 0.0)):
-        ax.axhline(value, color=REFERENCE, lw=1.0, zorder=1, label=f"_{name}")
-        ax.text(at * right, value, rf"$\{name}$ = {value:.2f} cm", color=REFERENCE, va="bottom")
+    level(ax, "lambda_0", chosen.lambda_0, 0.12 * right)
+    level(ax, "lambda_c", chosen.lambda_c)
     ax.set_xlim(-0.02 * right, 1.05 * right)
     ax.set_ylim(low - 0.07 * (high - low), high + 0.12 * (high - low))
-    ax.set_xlabel(r"deflection: rms displacement of the mid-surface from $\lambda_0$ [cm]")
-    ax.set_ylabel(r"gripper position $\lambda$ [cm]")
+    name_axes(ax)
     ax.legend(loc="upper left", bbox_to_anchor=(0.0, 0.86), title=f"$z$ = {CM * chosen.height:.1f} cm")
     _zoom(ax, chosen)
     return fig
+
+
+def level(ax: Axes, name: str, value: float, at: float = 0.0) -> None:
+    """A line at a gripper position, m, with its name and value from the deflection ``at`` on, cm."""
+    ax.axhline(CM * value, color=REFERENCE, lw=1.0, zorder=1, label=f"_{name}")
+    ax.text(at, CM * value, rf"$\{name}$ = {CM * value:.2f} cm", color=REFERENCE, va="bottom")
+
+
+def name_axes(ax: Axes) -> None:
+    """What a control-parameter/deflection curve is drawn over."""
+    ax.set_xlabel(r"deflection: rms displacement of the mid-surface from $\lambda_0$ [cm]")
+    ax.set_ylabel(r"gripper position $\lambda$ [cm]")
+
+
+def enlarged(ax: Axes, where: tuple[float, float, float, float]) -> Axes:
+    """An inset for a part of ``ax``, at ``where`` in parts of it."""
+    inset = ax.inset_axes(where)
+    inset.locator_params(nbins=4)
+    inset.tick_params(labelsize=7)
+    return inset
 
 
 def _curve(ax: Axes, chosen: Branch, marker: str = "") -> None:
@@ -61,11 +79,9 @@ def _zoom(ax: Axes, chosen: Branch) -> None:
     if point == len(x) - 1:
         return  # nothing beyond it
     wide, deep = x[point:].max() - x[point], y[point] - y[point:].min()
-    inset = ax.inset_axes((0.53, 0.16, 0.44, 0.42))
+    inset = enlarged(ax, (0.53, 0.16, 0.44, 0.42))
     _curve(inset, chosen, ".")
     inset.axhline(CM * chosen.lambda_c, color=REFERENCE, lw=1.0, zorder=1)
     inset.set_xlim(x[point] - 1.5 * wide, x[point] + 1.2 * wide)
     inset.set_ylim(y[point] - 1.2 * deep, y[point] + 0.25 * deep)
-    inset.locator_params(nbins=4)
-    inset.tick_params(labelsize=7)
     ax.indicate_inset_zoom(inset, edgecolor=GREY)

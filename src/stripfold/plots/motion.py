@@ -64,17 +64,23 @@ def _states(ax: Axes, chosen: Branch) -> None:
 
 
 def _path(ax: Axes, chosen: Branch) -> None:
-    """The gripper's way, with an arrow, and the names of its ends."""
-    start, end = CM * chosen.states[0][0], CM * chosen.states[chosen.critical][0]
-    arrow = {"arrowstyle": "-|>", "lw": 1.2, "color": BLUE, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 8}
-    ax.annotate("", xy=(end[0], end[1]), xytext=(start[0], start[1]), arrowprops=arrow, zorder=5)
-    text = f"gripper, $z$ = {CM * chosen.height:.1f} cm"
-    _above(ax, 0.5 * (start + end), text, BLUE)
-    ax.plot(*start, "o", ms=3, color=BLUE, zorder=6)
+    """The gripper's way and the names of its ends."""
+    start, end = chosen.states[0][0], chosen.states[chosen.critical][0]
+    gripper(ax, start, end)
     for point, text in ((start, r"$\lambda_0$"), (end, r"$\lambda_c$")):
-        _above(ax, point, text)
+        above(ax, point, text)
 
 
-def _above(ax: Axes, point: Array, text: str, colour: str = BLACK) -> None:
-    at = (float(point[0]), float(point[1]))
+def gripper(ax: Axes, start: Array, end: Array, label: Array | None = None) -> None:
+    """The gripper's way between two points, m, as an arrow that tells its height, halfway or over ``label``."""
+    a, b = CM * start, CM * end
+    arrow = {"arrowstyle": "-|>", "lw": 1.2, "color": BLUE, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 8}
+    ax.annotate("", xy=(b[0], b[1]), xytext=(a[0], a[1]), arrowprops=arrow, zorder=5)
+    above(ax, 0.5 * (start + end) if label is None else label, f"gripper, $z$ = {a[1]:.1f} cm", BLUE)
+    ax.plot(*a, "o", ms=3, color=BLUE, zorder=6, label="_gripper")
+
+
+def above(ax: Axes, point: Array, text: str, colour: str = BLACK) -> None:
+    """Text over a point, m."""
+    at = (CM * float(point[0]), CM * float(point[1]))
     ax.annotate(text, at, (0, 4), textcoords="offset points", ha="center", va="bottom", color=colour)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import wraps
 from typing import NamedTuple, ParamSpec, TypeVar
 
@@ -19,12 +19,16 @@ WIDTH = 3.5
 CM = 100.0
 """Centimetres in a metre."""
 
-# The palette of Okabe and Ito; each colour with the one meaning it has in every figure.
+# The palette of Okabe and Ito, and the paper's red.
 BLUE, VERMILLION, GREEN, PURPLE = "#0072B2", "#D55E00", "#009E73", "#CC79A7"
 ORANGE, SKY, BLACK, GREY = "#E69F00", "#56B4E9", "#000000", "#8C8C8C"
-MID_SURFACE = "#D40000"
+RED = "#D40000"
+# What colours stand for.  Two meanings in one figure has only the green of control-parameter/deflection curves, as in
+# the paper: lines at a value are thinner than states.
+MID_SURFACE = RED
 HOLDING, GRASPING = BLUE, "#882288"
 UNSTABLE, REFERENCE = VERMILLION, GREEN
+FALLING, SETTLED = RED, GREEN
 STRIP, SHADE = "#DDDDDD", "#EEEEEE"
 
 RC = {
@@ -88,18 +92,34 @@ def figure(height: float, width: float = WIDTH) -> Figure:
     return Figure(figsize=(width, height), layout="constrained")
 
 
+Limits = tuple[tuple[float, float], tuple[float, float]]
+
+
 def equal(xlim: tuple[float, float], ylim: tuple[float, float], above: float = 0.0) -> tuple[Figure, Axes]:
     """A figure as high as its one pair of axes needs for equal scales, plus ``above`` inches for a legend."""
+    fig, (ax,) = equal_panels([(xlim, ylim)], above)
+    return fig, ax
+
+
+def equal_panels(limits: Sequence[Limits], above: float = 0.0) -> tuple[Figure, list[Axes]]:
+    """Axes below each other, each with equal scales for its x and y limits, plus ``above`` inches for a legend."""
     left, right, below, top = 0.5, 0.1, 0.42, 0.05 + above  # inches
     across = WIDTH - left - right
-    up = across * (ylim[1] - ylim[0]) / (xlim[1] - xlim[0])
-    height = below + up + top
+    ups = [across * (ylim[1] - ylim[0]) / (xlim[1] - xlim[0]) for xlim, ylim in limits]
+    gap = below + 0.08
+    height = below + sum(ups) + gap * (len(ups) - 1) + top
     # Placed by hand: constrained layout misjudges axes of a fixed shape.
     fig = Figure(figsize=(WIDTH, height))
-    ax = fig.add_axes((left / WIDTH, below / height, across / WIDTH, up / height))
-    ax.set(aspect="equal", xlim=xlim, ylim=ylim)
-    ax.locator_params(nbins=8, steps=[1, 2, 5, 10])
-    return fig, ax
+    axes = []
+    under = height - top
+    for up, (xlim, ylim) in zip(ups, limits, strict=True):
+        under -= up
+        ax = fig.add_axes((left / WIDTH, under / height, across / WIDTH, up / height))
+        ax.set(aspect="equal", xlim=xlim, ylim=ylim)
+        ax.locator_params(nbins=8, steps=[1, 2, 5, 10])
+        axes.append(ax)
+        under -= gap
+    return fig, axes
 
 
 def floor(ax: Axes, level: float = 0.0) -> None:

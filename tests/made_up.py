@@ -1,0 +1,82 @@
+"""A small made-up collapse with the layout of ``stripfold.studies.collapse_data``, for figures and films."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+LENGTH, HEIGHT = 0.6, 0.15
+LAMBDA_0, LAMBDA_C, LAMBDA_END = 0.12, 0.36, 0.6
+TOUCH, SETTLE = 0.5, 2.0
+COUNTS = {"before": 31, "fall": 41, "after": 21}
+NODES = 61
+
+
+def collapse(after: bool = True) -> xr.Dataset:
+    """A straight leg down to a sag that goes down to the floor in the fall; times in it are not evenly spaced."""
+    way = {phase: np.linspace(0.0, 1.0, count) for phase, count in COUNTS.items()}
+    time = SETTLE * way["fall"] ** 2
+    advance = np.concatenate(
+        [
+            LAMBDA_0 + (LAMBDA_C - LAMBDA_0) * way["before"],
+            np.full(COUNTS["fall"], LAMBDA_C),
+            LAMBDA_C + (LAMBDA_END - LAMBDA_C) * way["after"],
+        ]
+    )
+    down = np.concatenate([np.zeros(COUNTS["before"]), np.minimum(time / TOUCH, 1.0), np.ones(COUNTS["after"])])
+    s = np.linspace(0.0, LENGTH, NODES)
+    # From the gripper down to the floor within 0.2 m, and lying from there on; the sag is a cosine.
+    hanging = s < 0.2
+    x = np.where(hanging, advance[:, None] - LENGTH / 2.0, s - LENGTH / 2.0)
+    sag = 0.02 * np.exp(-(((s - 0.25) / 0.05) ** 2))
+    z = np.where(hanging, HEIGHT * (1.0 - s / 0.2), 0.0) + (1.0 - down[:, None]) * np.where(hanging, 0.0, sag)
+    phase = np.repeat(list(COUNTS), list(COUNTS.values()))
+    falling = phase == "fall"
+
+    def in_fall(values: np.ndarray) -> np.ndarray:
+        out = np.full(len(phase), np.nan)
+        out[falling] = values
+        return out
+
+    share = np.minimum(time / SETTLE, 1.0)
+    deflection = np.sqrt(np.mean((x - x[0]) ** 2 + (z - z[0]) ** 2, axis=1))
+    at = ("state",)
+    columns = {
+        "time": (at, in_fall(time), "s"),
+        "lambda": (at, advance, "m"),
+        "deflection": (at, deflection, "m"),
+        "kinetic": (at, in_fall(2e-4 * share * (1.0 - share)), "J m-1"),
+        "elastic": (at, 0.03 + in_fall(2e-3 * share), "J m-1"),
+        "gravity": (at, 0.12 - in_fall(3e-3 * share), "J m-1"),
+        "work": (at, in_fall(0.0 * share), "J m-1"),
+        "air": (at, in_fall(5e-4 * share), "J m-1"),
+        "viscous": (at, in_fall(3e-4 * share - 2e-4 * share * (1.0 - share)), "J m-1"),
+        "contact": (at, in_fall(1e-4 * share), "J m-1"),
+        "numerical": (at, in_fall(1e-4 * share), "J m-1"),
+        "closing": (at, in_fall(-3e-15 * np.sign(share)), "J m-1"),
+        "contacts": (at, np.full(len(phase), 40.0), "1"),
+        "minimal_gap": (at, np.zeros(len(phase)), "m"),
+        "x": ((*at, "node"), x, "m"),
+        "z": ((*at, "node"), z, "m"),
+        "arc": (("node",), s, "m"),
+    }
+    data = xr.Dataset({name: (dims, v, {"units": u, "long_name": name}) for name, (dims, v, u) in columns.items()})
+    data = data.assign_coords(phase=("state", phase.astype(object), {"units": "1", "long_name": "part of the motion"}))
+    data.attrs = {
+        "height": HEIGHT,
+        "length": LENGTH,
+        "lambda_0": LAMBDA_0,
+        "lambda_c": LAMBDA_C,
+        "gravity_length": 0.03,
+        "eta_b": 3780.0,
+        "touch_time": TOUCH,
+        "touch_x": -0.05,
+        "settle_time": SETTLE,
+    }
+    return data if after else until_touch(data)
+
+
+def until_touch(data: xr.Dataset) -> xr.Dataset:
+    """The same, as it is when only the way to the first touch was asked for."""
+    keep = (data["phase"].values == "before") | (data["time"].values <= TOUCH)
+    return data.isel(state=np.flatnonzero(keep)).assign_attrs(settle_time=np.nan)
