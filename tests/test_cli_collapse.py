@@ -1,0 +1,81 @@
+"""`stripfold simulate` and `stripfold film`: files written whole or not at all, errors in one line."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+from stripfold import store
+from stripfold.cli import main
+from stripfold.errors import SolveError
+from stripfold.solve import dynamics
+
+SCENE = "length: 0.3\nheight: 0.054\neta_b: 3780.0\ndisturbance: 0.01\nair: 5.0\nuntil: touch\n"
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A working folder with a scene in it."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "strip.yaml").write_text(SCENE)
+    return tmp_path
+
+
+def test_simulate_and_film(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["simulate", "strip.yaml"]) == 0
+    out = capsys.readouterr().out
+    data = store.read(here / "strip.nc", require=["phase", "x", "z", "closing", "touch_time"])
+    assert f"{data.attrs['touch_time']:.4g} s" in out
+    assert list(dict.fromkeys(data["phase"].values)) == ["before", "fall"]
+    assert data.attrs["end"] == "first touch"
+    assert '"until": "touch"' in data.attrs["config"]
+    assert main(["film", "strip.nc", "--output", "falling.mp4"]) == 0
+    assert (here / "falling.mp4").stat().st_size > 10_000
+    assert sorted(os.listdir(here)) == ["falling.mp4", "strip.nc", "strip.yaml"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["simulate", "nowhere.yaml"], "nowhere.yaml"),
+        (["simulate", "strip.yaml", "--output", "strip.txt"], "ends in .nc"),
+        (["simulate", "strip.yaml", "--output", "no/such/strip.nc"], "existing folder"),
+        (["film", "nowhere.nc"], "nowhere.nc"),
+        (["film", "strip.yaml"], "netCDF"),
+        (["film", "strip.nc", "--output", "film.gif"], "ends in .mp4"),
+    ],
+)
+def test_bad_input(here: Path, capsys: pytest.CaptureFixture[str], arguments: list[str], says: str) -> None:
+    assert main(arguments) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.count("\n") == 1
+    assert says in captured.err
+    assert os.listdir(here) == ["strip.yaml"]
+
+
+def test_a_scene_that_is_too_short(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (here / "strip.yaml").write_text(SCENE.replace("0.3", "0.1"))
+    assert main(["simulate", "strip.yaml"]) == 2
+    assert "length = 0.1" in capsys.readouterr().err
+
+
+def test_a_failed_motion_leaves_its_last_good_state_only(
+    here: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    step = dynamics.step
+
+    def breaking(problem, before, dt, *rest):  # type: ignore[no-untyped-def]
+        if before.t + dt > 2.0:
+            raise SolveError("planted")
+        return step(problem, before, dt, *rest)
+
+    monkeypatch.setattr(dynamics, "step", breaking)
+    assert main(["simulate", "strip.yaml"]) == 3
+    assert "strip.last-good.nc" in capsys.readouterr().err
+    assert sorted(os.listdir(here)) == ["strip.last-good.nc", "strip.yaml"]
+    kept = store.read(here / "strip.last-good.nc", require=["x", "z", "time", "lambda"])
+    assert "planted" in kept.attrs["error"]
+    assert float(kept["z"][0]) == pytest.approx(0.054)
