@@ -24,7 +24,7 @@ def complete(data: xr.Dataset) -> None:
 
 @pytest.fixture(scope="module")
 def compared() -> xr.Dataset:
-    return schemes.run(12.0, 0.0594, 5.0, 2.0, [0.1, 0.05, 0.025], 4.0, [0.4, 0.2, 0.1], 6.0)
+    return schemes.run(12.0, 0.0594, 5.0, 2.0, [0.1, 0.05, 0.025], 4.0, [0.4, 0.2], 4.0)
 
 
 def test_every_scheme_is_of_second_order(compared: xr.Dataset) -> None:
