@@ -8,6 +8,7 @@ import av
 import matplotlib as mpl
 import numpy as np
 import pytest
+from av.video.reformatter import ColorRange, Colorspace
 from matplotlib.colors import to_rgb
 
 import made_up
@@ -106,6 +107,18 @@ class TestFilm:
         assert green == [i >= 16 for i in range(23)]
         assert all(has(frame, style.BLUE) for frame in frames)
 
+    def test_colours_are_those_of_hdtv(self, made):
+        with av.open(str(made)) as container:
+            context = container.streams.video[0].codec_context
+            assert (context.colorspace, context.color_range) == (Colorspace.ITU709, ColorRange.MPEG)
+            frame = next(container.decode(video=0))
+        luma = np.frombuffer(frame.planes[0], np.uint8).reshape(frame.height, -1)[:, : frame.width]
+        assert luma[0, 0] == 235  # white
+        blue = np.array(to_rgb(style.BLUE)) @ [0.2126, 0.7152, 0.0722]
+        stage = module._Stage(phases.collapse(made_up.collapse()), SLOW)
+        x, z = stage.gripper.axes.transData.transform((100.0 * (made_up.LAMBDA_0 - made_up.LENGTH / 2.0), 15.0))
+        assert luma[frame.height - int(z), int(x)] == pytest.approx(16.0 + 219.0 * blue, abs=2.0)
+
     def test_axes_stay(self, made):
         frames = decode(made)
         # Left of the axes and under them are only numbers and names; a moved one would differ by 255.
@@ -126,10 +139,12 @@ class TestFilm:
         assert stage.said.get_text() == "fall, slowed down 2 times: $t$ = 0.06 s"
         assert stage.position.get_text() == r"$\lambda$ = 36.0 cm"
         assert stage.critical.get_visible()
+        assert [one.get_color() for one in (stage.strip, stage.said)] == [style.RED, style.RED]
         stage.frame(0, 15, 1.0)
         assert stage.said.get_text() == "static"
         assert stage.position.get_text() == r"$\lambda$ = 24.0 cm"
         assert not stage.critical.get_visible()
+        assert [one.get_color() for one in (stage.strip, stage.said)] == [style.BLACK, style.BLACK]
 
     @pytest.mark.parametrize(
         ("slowdown", "text"), [(1.0, "real time"), (5.0, "slowed down 5 times"), (0.5, "sped up 2 times")]
@@ -179,10 +194,11 @@ class TestErrors:
         path.write_bytes(b"old")
 
         def stop(text: str) -> None:
-            if text.startswith("drawing frame 9 "):
+            # Late: the encoder looks ahead, and before it has written something there is nothing to spoil.
+            if text == "drawing frame 67 of 67":
                 raise KeyboardInterrupt
 
         with pytest.raises(KeyboardInterrupt):
-            short(path, progress=stop)
+            short(path, fps=30, progress=stop)
         assert path.read_bytes() == b"old"
         assert [one.name for one in tmp_path.iterdir()] == ["film.mp4"]

@@ -17,7 +17,7 @@ Index = NDArray[np.intp]
 BEFORE, FALL, AFTER = PHASES = "before", "fall", "after"
 """Values of ``phase``, in their order; the last may be missing."""
 REQUIRED = ("phase", "time", "lambda", "deflection", "x", "z", "arc")
-REQUIRED_ATTRS = ("height", "length", "lambda_0", "lambda_c", "touch_time", "touch_x", "settle_time")
+REQUIRED_ATTRS = ("height", "lambda_0", "lambda_c", "touch_time", "touch_x", "settle_time")
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,8 +26,8 @@ class Collapse:
 
     Parameters
     ----------
-    height, length
-        Of the gripper and of the strip, m.
+    height
+        Of the gripper, m.
     lambda_0, lambda_c
         Advance of the gripper at the first state and at the critical point, m.
     touch_time, settle_time
@@ -48,7 +48,6 @@ class Collapse:
     """
 
     height: float
-    length: float
     lambda_0: float
     lambda_c: float
     touch_time: float
