@@ -17,7 +17,7 @@ from stripfold.solve import newton
 from stripfold.studies import branches, order, static, xaxis
 from stripfold.studies.checks import check_branch
 from stripfold.studies.critical import find
-from stripfold.studies.diagnostics import record
+from stripfold.studies.diagnostics import node_weights, record
 from stripfold.studies.static import End, Strip
 
 THIN = Strip(16.0, 0.02)
@@ -264,3 +264,9 @@ def test_gripper_motion_is_prescribed(run: static.XRun) -> None:
     problem = StripProblem(run.problem.model, AlongX(3.0))
     assert problem.prescribed_values(2.5).tolist() == [2.5, 3.0, 0.0, 0.0]
     assert problem.prescribed_rates(2.5).tolist() == [1.0, 0.0, 0.0, 0.0]
+
+
+def test_node_weights_integrate() -> None:
+    s = np.array([0.0, 1.0, 3.0, 3.5])
+    assert node_weights(s) == pytest.approx([0.5, 1.5, 1.25, 0.25])
+    assert node_weights(s) @ (2.0 + 3.0 * s) == pytest.approx(2.0 * 3.5 + 1.5 * 3.5**2)

@@ -151,8 +151,8 @@ class Reference:
     def mass(self) -> Array:
         """Mass matrix of a strip of unit mass per length, shape (n, n)."""
         t = self.transformation()
-        return np.asarray(t.T @ mass.assemble(self.mesh.basis, rho=1.0 / self.mesh.thickness) @ t)
+        return np.asarray(t.T @ mass.assemble(self.mesh.full, rho=1.0 / self.mesh.thickness) @ t)
 
     def weight(self) -> Array:
         """Force that holds the strip's weight up, shape (n,)."""
-        return np.asarray(self.transformation().T @ weight.assemble(self.mesh.basis, rho=1.0 / self.mesh.thickness))
+        return np.asarray(self.transformation().T @ weight.assemble(self.mesh.full, rho=1.0 / self.mesh.thickness))

@@ -58,7 +58,7 @@ class Solid:
         # Row (quadrature point, component pair iJ), column (local unknown): the displacement gradient's matrix.
         n_el, n_q, n_loc = mesh.gradients.shape[:3]
         gradient = np.ascontiguousarray(mesh.gradients.transpose(0, 1, 3, 4, 2).reshape(n_el, n_q * 4, n_loc))
-        w = mesh.weights / thickness
+        w = mesh.value_weights / thickness
         mass = np.einsum("eq,eqai,eqbi->eab", w, mesh.values, mesh.values, optimize=True)
         weight = np.zeros(mesh.size)
         np.add.at(weight, mesh.element_unknowns, np.einsum("eq,eqa->ea", w, mesh.values[..., 1]))

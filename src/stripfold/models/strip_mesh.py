@@ -45,10 +45,14 @@ class StripMesh:
     gradients
         Shape (n_elements, n_quadrature, unknowns_per_element, 2, 2): derivative of the displacement gradient
         ``du_i/dX_J`` with respect to each unknown.
-    values
-        Shape (n_elements, n_quadrature, unknowns_per_element, 2): derivative of the displacement.
     weights
         Shape (n_elements, n_quadrature): quadrature weights times Jacobian.
+    full
+        The basis with a full rule, for mass and weight: with the other a pattern of alternating nodes had no mass.
+    values
+        Shape (n_elements, n_full_quadrature, unknowns_per_element, 2): derivative of the displacement, full rule.
+    value_weights
+        Shape (n_elements, n_full_quadrature): weights of the full rule.
     s
         Shape (columns,): distance of each column from the grasped end in the reference configuration.
     """
@@ -58,8 +62,10 @@ class StripMesh:
     unknowns: Index
     element_unknowns: Index
     gradients: Array
-    values: Array
     weights: Array
+    full: skfem.Basis
+    values: Array
+    value_weights: Array
     s: Array
     thickness: float
 
@@ -136,15 +142,17 @@ def build(
     s = s + length / 2.0
     if distort is not None:
         basis = skfem.Basis(skfem.MeshQuad(distort(mesh.p), mesh.t), element, quadrature=rule)
+    full = skfem.Basis(basis.mesh, element, quadrature=_tensor_rule(order + 1, order + 1))
     dofs, pick = _element_unknowns(basis, nodal_of)
     gradients = np.stack([np.asarray(b[0].grad).transpose(2, 3, 0, 1) for b in basis.basis], axis=2)
-    values = np.stack([np.asarray(b[0].value).transpose(1, 2, 0) for b in basis.basis], axis=2)
+    values = np.stack([np.asarray(b[0].value).transpose(1, 2, 0) for b in full.basis], axis=2)
     gradients = np.take_along_axis(gradients, pick[:, None, :, None, None], axis=2)
     values = np.take_along_axis(values, pick[:, None, :, None], axis=2)
     middle = np.isin(dofs, unknowns[:, order * across // 2, :])
     gradients = _relative(gradients, middle, order, thickness)
     values = _relative(values, middle, order, thickness)
-    return StripMesh(basis, nodal_of, unknowns, dofs, gradients, values, np.asarray(basis.dx), s, thickness)
+    weights, value_weights = np.asarray(basis.dx), np.asarray(full.dx)
+    return StripMesh(basis, nodal_of, unknowns, dofs, gradients, weights, full, values, value_weights, s, thickness)
 
 
 def _tensor_rule(along: int, across: int) -> tuple[Array, Array]:

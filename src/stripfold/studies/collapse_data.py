@@ -15,6 +15,7 @@ from ..solve.dynamics import Energy, Moment
 from ..solve.problem import Point
 from ..solve.schemes import Damping
 from .collapse import Collapse, Fall, Progress, simulate
+from .diagnostics import node_weights
 from .static import Strip
 
 Array = NDArray[np.float64]
@@ -139,7 +140,7 @@ def dataset(simulation: Simulation, found: Collapse) -> xr.Dataset:
 
 def _mean(model: Solid, values: Array) -> Array:
     """Mean along the strip of nodal values, shape (..., columns)."""
-    return np.asarray(values @ np.gradient(model.s) / model.length)
+    return np.asarray(values @ node_weights(model.s) / model.length)
 
 
 def last_good(simulation: Simulation, error: TimeStepError) -> xr.Dataset:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ..material import Material
 from ..solve.critical import CriticalPoint
-from .diagnostics import Record, record
+from .diagnostics import Record, node_weights, record
 from .static import End, Strip, XRun, along_x, lift
 
 Array = NDArray[np.float64]
@@ -271,7 +271,7 @@ def _node_weights(s: Array) -> Array:
     weights = np.zeros_like(s)
     for row, out in zip(s, weights, strict=True):
         n = int(np.isfinite(row).sum())
-        out[:n] = np.gradient(row[:n]) / row[n - 1]
+        out[:n] = node_weights(row[:n]) / row[n - 1]
     return weights
 
 
