@@ -20,9 +20,10 @@ from numpy.typing import NDArray
 
 from stripfold.errors import InvalidInputError
 from stripfold.plots.collapse import limits
-from stripfold.plots.phases import AFTER, BEFORE, FALL, Collapse, collapse
+from stripfold.plots.phases import Collapse, collapse
 from stripfold.plots.states import Array
 from stripfold.plots.style import BLACK, BLUE, CM, FALLING, GREY, SETTLED, floor, styled
+from stripfold.simulation import AFTER, BEFORE, FALL
 from stripfold.store import atomic
 
 DPI = 256

@@ -18,6 +18,8 @@ from stripfold.scene import Scene, checked_number, require_long_enough
 OF_SCENE = ("length", "height", "eta_b", "eta_m", "nu", "rho_a", "gravity")
 REQUIRED = ("length", "height", "eta_b")
 UNTIL = ("rest", "touch")
+BEFORE, FALL, AFTER = PHASES = "before", "fall", "after"
+"""Values of a simulated motion's ``phase``, in their order: statics to lambda_c, the fall, statics from rest on."""
 
 
 @dataclass(frozen=True, slots=True)

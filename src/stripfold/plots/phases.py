@@ -11,11 +11,10 @@ from numpy.typing import NDArray
 
 from stripfold.errors import InvalidInputError
 from stripfold.plots.states import Array
+from stripfold.simulation import BEFORE, FALL, PHASES
 
 Index = NDArray[np.intp]
 
-BEFORE, FALL, AFTER = PHASES = "before", "fall", "after"
-"""Values of ``phase``, in their order; the last may be missing."""
 REQUIRED = ("phase", "time", "lambda", "deflection", "x", "z", "arc")
 REQUIRED_ATTRS = ("height", "lambda_0", "lambda_c", "touch_time", "touch_x", "settle_time")
 
@@ -35,7 +34,7 @@ class Collapse:
     touch_x
         Where the falling part touches, m; nan where it does not.
     phase
-        Shape (m,): one of :data:`PHASES`.
+        Shape (m,): one of :data:`.PHASES`; the last may be missing.
     time
         Shape (m,): since the start of the fall, s; nan in statics.
     advance, deflection

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..errors import TimeStepError
 from ..models.solid import Solid
-from ..simulation import Simulation
+from ..simulation import AFTER, BEFORE, FALL, Simulation
 from ..solve.dynamics import Energy, Moment
 from ..solve.problem import Point
 from ..solve.schemes import Damping
@@ -20,7 +20,6 @@ from .static import Strip
 
 Array = NDArray[np.float64]
 
-BEFORE, FALL, AFTER = "before", "fall", "after"
 LEDGER = {
     "kinetic": "kinetic energy per width",
     "elastic": "elastic energy per width",
