@@ -114,8 +114,6 @@ def simulate(
     say = progress or (lambda _: None)
     say("following the branch to its critical point")
     run = to_critical_point(strip, height, refinement)
-    if run.critical is None:
-        raise SolveError(f"there is no fall to follow: {run.end.reason}", advice="choose a height that snaps")
     motion = let_fall(run, fall, progress=say)
     if not fall.to_rest:
         return Collapse(height, run, motion, (), "first touch")
@@ -125,11 +123,20 @@ def simulate(
 
 
 def to_critical_point(strip: Strip, height: float, refinement: float = 1.0) -> XRun:
-    """The static run, on a mesh on which the strip can also be laid down and rolled on."""
+    """The static run, on a mesh on which the strip can also be laid down and rolled on.
+
+    Raises
+    ------
+    SolveError
+        It cannot be computed, or there is no snap at this height.
+    """
     sweep = planning.lift_off_sweep(height)
     mesh = planning.boundaries(strip.length, sweep, refinement, SIZES)
     (_, model, state) = next(lift(strip, [height]))
-    return along_x(strip, height, (model, state), mesh, past=0.0)
+    run = along_x(strip, height, (model, state), mesh, past=0.0)
+    if run.critical is None:
+        raise SolveError(f"there is no fall to follow: {run.end.reason}", advice="choose a height that snaps")
+    return run
 
 
 def beginning(run: XRun, fall: Fall) -> tuple[Moment, Drive]:

@@ -1,0 +1,68 @@
+"""The study of falls: what it reports of each, and that a failure is reported and not hidden."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from stripfold.studies import falls
+
+BASE = {
+    "length": 10.0,
+    "thickness": 0.0594,
+    "height": 1.8,
+    "disturbance": 1e-2,
+    "air": 0.2,
+    "stiffness": 0.1,
+    "refinement": 2.0,
+    "tolerance": 4e-5,
+}
+CASES = [
+    {"name": "other sign", "disturbance": -1e-2},
+    {"name": "no damping", "air": 0.0, "stiffness": 0.0},
+    {"name": "another height", "height": 2.0},
+    {"name": "too low to snap", "height": 1.2},
+]
+
+
+@pytest.fixture(scope="module")
+def found() -> xr.Dataset:
+    return falls.run(BASE, CASES)
+
+
+def test_every_case_is_there(found: xr.Dataset) -> None:
+    assert list(found["case"].values) == ["base", *(case["name"] for case in CASES)]
+    assert all(variable.attrs["units"] and variable.attrs["long_name"] for variable in found.variables.values())
+
+
+def test_a_failure_is_told(found: xr.Dataset) -> None:
+    failed = found.sel(case="too low to snap")
+    assert "no fall to follow" in str(failed["message"].values)
+    assert np.isnan(float(failed["touch_x"]))
+    assert np.isnan(float(failed["minimal_gap"]))
+    assert not any(found.drop_sel(case="too low to snap")["message"].values)
+
+
+def test_falls_are_bounded(found: xr.Dataset) -> None:
+    good = found.drop_sel(case="too low to snap")
+    assert (good["minimal_gap"] > -1e-10).all()
+    assert (good["minimal_gap"] < 1e-10).all()  # the strip lies on the floor
+    assert (np.abs(good["largest_gain"]) < 1e-9).all()
+    assert (good["largest_gain"] != 0.0).all()
+    assert (good["released"] > 1e-4).all()
+    assert (good["numerical"] > 0.0).all()
+
+
+def test_end_states_are_compared(found: xr.Dataset) -> None:
+    distance = found["distance"]
+    assert float(distance.sel(case="base")) == 0.0
+    assert 0.0 < float(distance.sel(case="other sign")) < 1e-3
+    assert float(distance.sel(case="another height")) > 0.1
+
+
+def test_undamped_is_followed_past_the_touch(found: xr.Dataset) -> None:
+    free = found.sel(case="no damping")
+    assert float(free["end_time"] - free["touch_time"]) == pytest.approx(falls.FREE_RUN, abs=0.5)
+    assert np.isnan(float(free["handed_over"]))
+    assert 0.0 <= float(found["handed_over"].sel(case="base")) < 1e-2
