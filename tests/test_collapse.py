@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 from stripfold import elastica
-from stripfold.errors import SolveError, TimeStepError
+from stripfold.errors import NewtonError, SolveError, TimeStepError
 from stripfold.simulation import Simulation
 from stripfold.solve import dynamics
 from stripfold.solve.schemes import Damping
@@ -74,6 +74,32 @@ def test_the_touch_is_the_first(found: Collapse) -> None:
     assert at.t - motion.moments[motion.touch - 1].t <= collapse.TOUCH_TOLERANCE
     column = int(np.argmin(np.abs(model.s - contact_positions(model, at)[0])))
     assert motion.touch_x == pytest.approx(model.mid_surface(at.q)[column, 0], abs=0.1)
+
+
+def test_the_touch_is_found_although_short_steps_fail(found: Collapse, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In a very thin strip they may: what has been found by then is a chain of moments all the same."""
+    moments = found.motion.moments
+    touch = found.motion.touch
+    at = next(i for i in range(touch, 0, -1) if moments[touch].t - moments[i].t > 0.01)
+    problem = found.run.problem
+    _, drive = collapse.beginning(found.run, FALL)
+    motion = collapse._Marching(problem, drive, FALL.damping, collapse.TIME_OPTIONS)
+    after = motion.step(moments[at], moments[touch].t - moments[at].t + 0.01)
+    assert touches(problem.model, after)
+
+    def no_short_steps(*arguments: object) -> dynamics.Moment:
+        if float(arguments[2]) < 0.004:  # type: ignore[arg-type]
+            raise NewtonError("a short step")
+        return step(*arguments)  # type: ignore[arg-type]
+
+    step = dynamics.step
+    monkeypatch.setattr(dynamics, "step", no_short_steps)
+    chain = collapse._locate_touch(motion, moments[at], after)
+    assert chain[-1].t < after.t
+    assert touches(problem.model, chain[-1])
+    assert not any(touches(problem.model, moment) for moment in chain[:-1])
+    times = [moments[at].t, *(moment.t for moment in chain)]
+    np.testing.assert_allclose(np.diff(times), [moment.dt for moment in chain], rtol=1e-9)
 
 
 def test_where_it_touches_lies_between_nodes(found: Collapse) -> None:

@@ -249,6 +249,7 @@ def _locate_touch(motion: _Marching, before: Moment, after: Moment) -> list[Mome
     """Bisect for the first touch: the moments found before it, and the first one with it."""
     nearer: list[Moment] = []
     at = before
+    leading = 0  # how many of them lead up to ``after``; each was stepped to from the one before
     length = after.t - before.t
     while length > TOUCH_TOLERANCE:
         length /= 2.0
@@ -257,14 +258,11 @@ def _locate_touch(motion: _Marching, before: Moment, after: Moment) -> list[Mome
         except NewtonError:
             continue
         if touches(motion.problem.model, middle):
-            after = middle
+            after, leading = middle, len(nearer)
         else:
             at = middle
             nearer.append(middle)
-    if after.dt > after.t - at.t:
-        # It was stepped to from further back.
-        after = motion.step(at, after.t - at.t)
-    return [*nearer, after]
+    return [*nearer[:leading], after]
 
 
 def touch_position(problem: StripProblem, moment: Moment) -> float:
