@@ -76,30 +76,33 @@ def test_the_touch_is_the_first(found: Collapse) -> None:
     assert motion.touch_x == pytest.approx(model.mid_surface(at.q)[column, 0], abs=0.1)
 
 
-def test_the_touch_is_found_although_short_steps_fail(found: Collapse, monkeypatch: pytest.MonkeyPatch) -> None:
-    """In a very thin strip they may: what has been found by then is a chain of moments all the same."""
+def test_the_touch_is_located_step_by_step(found: Collapse, monkeypatch: pytest.MonkeyPatch) -> None:
+    """No instant is stepped to twice, as a second step may fail in a thin strip: what is handed out is a chain."""
     moments = found.motion.moments
     touch = found.motion.touch
     at = next(i for i in range(touch, 0, -1) if moments[touch].t - moments[i].t > 0.01)
     problem = found.run.problem
     _, drive = collapse.beginning(found.run, FALL)
     motion = collapse._Marching(problem, drive, FALL.damping, collapse.TIME_OPTIONS)
-    after = motion.step(moments[at], moments[touch].t - moments[at].t + 0.01)
-    assert touches(problem.model, after)
+    step, reached = dynamics.step, []
 
-    def no_short_steps(*arguments: object) -> dynamics.Moment:
-        if float(arguments[2]) < 0.004:  # type: ignore[arg-type]
-            raise NewtonError("a short step")
-        return step(*arguments)  # type: ignore[arg-type]
+    def once(problem: object, before: dynamics.Moment, dt: float, *rest: object) -> dynamics.Moment:
+        if any(abs(before.t + dt - t) < 1e-12 for t in reached):
+            raise NewtonError("a step to where one has led before")
+        reached.append(before.t + dt)
+        return step(problem, before, dt, *rest)  # type: ignore[arg-type]
 
-    step = dynamics.step
-    monkeypatch.setattr(dynamics, "step", no_short_steps)
-    chain = collapse._locate_touch(motion, moments[at], after)
-    assert chain[-1].t < after.t
-    assert touches(problem.model, chain[-1])
-    assert not any(touches(problem.model, moment) for moment in chain[:-1])
-    times = [moments[at].t, *(moment.t for moment in chain)]
-    np.testing.assert_allclose(np.diff(times), [moment.dt for moment in chain], rtol=1e-9)
+    monkeypatch.setattr(dynamics, "step", once)
+    # Just after the touch and well after it: the last trial touches or does not.
+    for beyond in (1e-4, 1e-3, 3e-3, 0.01):
+        after = motion.step(moments[at], moments[touch].t - moments[at].t + beyond)
+        assert touches(problem.model, after)
+        chain = collapse._locate_touch(motion, moments[at], after)
+        assert moments[touch].t - collapse.TOUCH_TOLERANCE < chain[-1].t <= after.t
+        assert chain[-1].t < moments[touch].t + collapse.TOUCH_TOLERANCE
+        assert [touches(problem.model, moment) for moment in chain] == [False] * (len(chain) - 1) + [True]
+        times = [moments[at].t, *(moment.t for moment in chain)]
+        np.testing.assert_allclose(np.diff(times), [moment.dt for moment in chain], rtol=1e-9)
 
 
 def test_where_it_touches_lies_between_nodes(found: Collapse) -> None:
