@@ -141,7 +141,7 @@ def test_unresolved_states_raise():
 def test_bordered_determinant_keeps_its_sign():
     start = first_point(3.0, 1e-8)
     signs = {start.orientation}
-    for point in continuation.march(start, 3.0, step=0.05, max_step=0.2, tolerance=1e-8):
+    for point in continuation.march(start, continuation.at_height(3.0), step=0.05, max_step=0.2, tolerance=1e-8):
         signs.add(point.orientation)
         # Over the turn of the length and over the critical point: both are regular points of the branch.
         if point.rate < -1.0:
@@ -155,7 +155,7 @@ def test_a_jump_is_refused():
     point = first_point(3.0, 1e-8)
     flipped = continuation.Point(point.e, point.tangent, point.normal, -point.orientation, point.rate)
     with pytest.raises(ContinuationError, match="could not be followed"):
-        next(continuation.march(flipped, 3.0, step=0.1, max_step=0.2, tolerance=1e-8))
+        next(continuation.march(flipped, continuation.at_height(3.0), step=0.1, max_step=0.2, tolerance=1e-8))
 
 
 def test_determinant_sign():

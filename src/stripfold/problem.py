@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .models.solid import Solid
+from .paths.curve import Piece
 from .solve.linear import Band
 
 Array = NDArray[np.float64]
@@ -48,7 +49,25 @@ class AlongX:
         return np.array([1.0, 0.0])
 
 
-Motion = Lift | AlongX
+@dataclass(frozen=True)
+class AlongPiece:
+    """The gripper follows a smooth piece of a path: lambda is the length travelled."""
+
+    piece: Piece
+    length: float
+    """Length of the strip, L*."""
+
+    def grasped(self, model: Solid) -> Index:
+        return np.asarray(model.middle[0])
+
+    def values(self, lam: float) -> Array:
+        return self.piece.position(lam) + np.array([self.length / 2.0, 0.0])
+
+    def rates(self, lam: float) -> Array:
+        return self.piece.rate(lam)
+
+
+Motion = Lift | AlongX | AlongPiece
 
 
 @dataclass(frozen=True)

@@ -1,8 +1,9 @@
-"""Pseudo-arclength continuation of the states at a fixed gripper height.
+"""Pseudo-arclength continuation of a one-parameter family of states.
 
-Neither l nor the advance will do as the parameter: from the state without horizontal force the
-length l first *decreases* (the gripper pushes the strip down to the floor), turns, and grows up to
-the critical point, where the advance turns.  The arc length of the branch never turns.
+At a fixed gripper height neither l nor the advance will do as the parameter: from the state without
+horizontal force the length l first *decreases* (the gripper pushes the strip down to the floor),
+turns, and grows up to the critical point, where the advance turns.  The arc length of the branch
+never turns.
 
 Guards against landing on another branch: the corrector may move theta only a little, the tangent
 may turn only a little, and the orientation (the sign of the bordered determinant), which is constant
@@ -24,6 +25,7 @@ from stripfold.elastica._system import (
     LENGTH,
     SCALARS,
     TOLERANCE,
+    Condition,
     Evaluation,
     Factors,
     angle_change,
@@ -48,6 +50,19 @@ MIN_STEP = 1e-7
 PROBE, REACH = 1e-3, 0.05
 """First and largest distance, in arc length, that a located point may move when it is resolved."""
 MAX_POINTS = 5000
+
+
+@dataclass(frozen=True, slots=True)
+class Family:
+    """A one-parameter family of states: two closing conditions, and what to call it in an error."""
+
+    conditions: tuple[Condition, ...]
+    name: str
+
+
+def at_height(z: float) -> Family:
+    """States with the gripper at height ``z``."""
+    return Family(lifted(z), f"z = {z:g}")
 
 
 @dataclass(frozen=True)
@@ -101,52 +116,52 @@ def advance_rate(e: Evaluation, v: FloatArray) -> float:
     return float(stretch + e.length * (quadrature @ (e.sin * angle_change(v))))
 
 
-def tangent_at(e: Evaluation, z: float, forward: FloatArray) -> tuple[FloatArray, Factors]:
+def tangent_at(e: Evaluation, family: Family, forward: FloatArray) -> tuple[FloatArray, Factors]:
     """Unit tangent with a positive part along the row ``forward``, and the bordered factors.
 
     The sign of the bordered determinant is the orientation; ``forward`` must not be
     perpendicular to the branch.
     """
-    factors = factor(np.vstack([jacobian(e, lifted(z)), forward]))
+    factors = factor(np.vstack([jacobian(e, family.conditions), forward]))
     right = np.zeros(e.y.size)
     right[-1] = 1.0
     v = factors.solve(right)
     return v / np.sqrt(weigh(e, v) @ v), factors
 
 
-def point_at(e: Evaluation, z: float, forward: FloatArray, arc: float = 0.0) -> Point:
+def point_at(e: Evaluation, family: Family, forward: FloatArray, arc: float = 0.0) -> Point:
     """The point of the branch with the state ``e``.
 
     The bordered determinant is taken with ``forward``; its sign is the one with the tangent
     itself, because both rows have a positive product with the tangent.
     """
-    v, factors = tangent_at(e, z, forward)
+    v, factors = tangent_at(e, family, forward)
     return Point(e, v, weigh(e, v), factors.sign, advance_rate(e, v), arc)
 
 
-def corrected(guess: FloatArray, base: Point, z: float, step: float, *, limit: int = 7) -> Point:
+def corrected(guess: FloatArray, base: Point, family: Family, step: float, *, limit: int = 7) -> Point:
     """The point at distance ``step`` from ``base`` along its tangent, from the given guess."""
     plane = on_plane(base.normal, base.e.y + step * base.tangent)
-    e, _ = newton(guess, (*lifted(z), plane), limit=limit)
-    return point_at(e, z, base.normal, base.arc + step)
+    e, _ = newton(guess, (*family.conditions, plane), limit=limit)
+    return point_at(e, family, base.normal, base.arc + step)
 
 
-def regridded(point: Point, z: float, n: int) -> Point:
+def regridded(point: Point, family: Family, n: int) -> Point:
     """The same point with ``n`` nodes."""
     guess, tangent = refine(point.e.y, n), refine(point.tangent, n)
     normal = weigh(evaluate(guess), tangent)
-    e, _ = newton(guess, (*lifted(z), on_plane(normal, guess)))
-    return point_at(e, z, normal, point.arc)
+    e, _ = newton(guess, (*family.conditions, on_plane(normal, guess)))
+    return point_at(e, family, normal, point.arc)
 
 
-def finer(point: Point, z: float, tolerance: float) -> Point:
+def finer(point: Point, family: Family, tolerance: float) -> Point:
     """The same point with enough nodes: the tail of ``u`` is below ``tolerance``."""
     while point.e.grid.tail(point.e.y[:-SCALARS]) > tolerance:
-        point = regridded(point, z, next_count(point.e.grid.n))
+        point = regridded(point, family, next_count(point.e.grid.n))
     return point
 
 
-def march(point: Point, z: float, *, step: float, max_step: float, tolerance: float) -> Iterator[Point]:
+def march(point: Point, family: Family, *, step: float, max_step: float, tolerance: float) -> Iterator[Point]:
     """Accepted points after ``point``, without end; the caller stops.
 
     Raises
@@ -159,19 +174,19 @@ def march(point: Point, z: float, *, step: float, max_step: float, tolerance: fl
         while True:
             if step < MIN_STEP:
                 raise ContinuationError(
-                    f"the branch at z = {z:g} could not be followed beyond arc length {point.arc:.6g}",
+                    f"the branch {family.name} could not be followed beyond arc length {point.arc:.6g}",
                     parameter=point.arc,
                     step=step,
                     advice="the state there may not be resolved; look at the last accepted state",
-                    details={"z": z, "length": point.e.length, "nodes": point.e.grid.n},
+                    details={"family": family.name, "length": point.e.length, "nodes": point.e.grid.n},
                 )
             guess = point.e.y + step * point.tangent
             if bend is not None:
                 guess = guess + 0.5 * step**2 * bend
             try:
-                new = corrected(guess, point, z, step)
+                new = corrected(guess, point, family, step)
                 correction = float(np.abs(angle_change(new.e.y - guess)).max())
-                new = finer(new, z, tolerance)
+                new = finer(new, family, tolerance)
             except NewtonError:
                 step /= 2
                 continue
@@ -189,21 +204,21 @@ def march(point: Point, z: float, *, step: float, max_step: float, tolerance: fl
         yield point
         step = float(min(max_step, step * min(2.0, max(0.5, growth))))
     raise ContinuationError(
-        f"the branch at z = {z:g} did not meet its end within {MAX_POINTS} points",
+        f"the branch {family.name} did not meet its end within {MAX_POINTS} points",
         parameter=point.arc,
         step=step,
         advice="allow longer steps",
-        details={"z": z, "length": point.e.length},
+        details={"family": family.name, "length": point.e.length},
     )
 
 
-def locate(before: Point, after: Point, z: float, function: Callable[[Point], float]) -> Point:
+def locate(before: Point, after: Point, family: Family, function: Callable[[Point], float]) -> Point:
     """The point between two accepted neighbours where ``function`` changes sign.
 
     Bracketed (Brent's method) to 1e-7 in arc length; every trial is a corrected point of the
     branch, predicted by interpolation of the trials so far.
     """
-    base = before if before.e.grid.n == after.e.grid.n else regridded(before, z, after.e.grid.n)
+    base = before if before.e.grid.n == after.e.grid.n else regridded(before, family, after.e.grid.n)
     span = after.arc - before.arc
     known = [(0.0, base), (span, after)]
 
@@ -212,7 +227,7 @@ def locate(before: Point, after: Point, z: float, function: Callable[[Point], fl
             if a == place:
                 return function(point)
         known.sort(key=lambda pair: abs(pair[0] - a))
-        point = corrected(_interpolate(known[:4], a), base, z, a)
+        point = corrected(_interpolate(known[:4], a), base, family, a)
         known.append((a, point))
         return function(point)
 
@@ -234,7 +249,7 @@ def _interpolate(known: list[tuple[float, Point]], a: float) -> FloatArray:
     return total
 
 
-def polish(point: Point, z: float, function: Callable[[Point], float]) -> Point:
+def polish(point: Point, family: Family, function: Callable[[Point], float]) -> Point:
     """The zero of ``function`` close to ``point``, fully resolved: the secant method.
 
     Raises
@@ -242,26 +257,26 @@ def polish(point: Point, z: float, function: Callable[[Point], float]) -> Point:
     ContinuationError
         The zero of the resolved branch is not where the coarse search put it.
     """
-    base = finer(point, z, TOLERANCE)
+    base = finer(point, family, TOLERANCE)
     points = [(0.0, function(base), base)]
     a = PROBE
     for _ in range(12):
         known = [(place, p) for place, _, p in points[-3:]]
         guess = _interpolate(known, a) if len(known) > 1 else base.e.y + a * base.tangent
-        new = corrected(guess, base, z, a)
+        new = corrected(guess, base, family, a)
         points.append((a, function(new), new))
         (a0, f0, _), (a1, f1, _) = points[-2:]
         step = 0.0 if f1 == f0 else -f1 * (a1 - a0) / (f1 - f0)
         if abs(step) < 1e-10:
-            return finer(new, z, TOLERANCE)
+            return finer(new, family, TOLERANCE)
         a = a1 + step
         if not abs(a) < REACH:
             break
     raise ContinuationError(
-        f"an event near arc length {point.arc:.6g} at z = {z:g} could not be located",
+        f"an event near arc length {point.arc:.6g} {family.name} could not be located",
         parameter=point.arc,
         step=a,
         residuals=[f for _, f, _ in points],
         advice="the coarse search and the resolved branch disagree; report the height",
-        details={"z": z},
+        details={"family": family.name},
     )

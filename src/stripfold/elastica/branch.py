@@ -8,7 +8,7 @@ import numpy as np
 
 from stripfold.elastica._chebyshev import FloatArray, grid
 from stripfold.elastica._checks import height, positive
-from stripfold.elastica._continuation import Point, locate, march, point_at
+from stripfold.elastica._continuation import Point, at_height, locate, march, point_at
 from stripfold.elastica._system import (
     FORCE_X,
     LENGTH,
@@ -90,7 +90,7 @@ def first_point(z: float, tolerance: float) -> Point:
     e = _start(z, tolerance)
     forward = np.zeros(e.y.size)
     forward[FORCE_X] = -1.0  # advancing pushes the strip
-    return point_at(e, z, forward)
+    return point_at(e, at_height(z), forward)
 
 
 def x_axis_branch(z: float, *, past: float = 0.5, max_step: float = 0.3) -> Iterator[State]:
@@ -138,7 +138,7 @@ def _states(z: float, past: float, max_step: float) -> Iterator[State]:
     state = State._from(start.e)
     yield state
     highest = state.advance
-    for point in march(start, z, step=FIRST_STEP, max_step=max_step, tolerance=TOLERANCE):
+    for point in march(start, at_height(z), step=FIRST_STEP, max_step=max_step, tolerance=TOLERANCE):
         state = State._from(point.e)
         yield state
         highest = max(highest, state.advance)
@@ -189,18 +189,18 @@ def state_at(z: float, length: float, guess: State | None = None) -> State:
         return point.length_rate
 
     previous, behind = first_point(z, COARSE), False
-    for point in march(previous, z, step=FIRST_STEP, max_step=MAX_STEP, tolerance=COARSE):
+    for point in march(previous, at_height(z), step=FIRST_STEP, max_step=MAX_STEP, tolerance=COARSE):
         if not behind and turning(point) > 0.0:
-            previous, behind = locate(previous, point, z, turning), True
+            previous, behind = locate(previous, point, at_height(z), turning), True
             if excess(previous) > 0.0:
                 allowed = f"at least {previous.e.length:.9g} at z = {z:g}"
                 raise InvalidInputError("length", length, allowed, "give a guess for a state before the turn")
         elif behind and turning(point) < 0.0:
-            point = locate(previous, point, z, turning)
+            point = locate(previous, point, at_height(z), turning)
             if excess(point) < 0.0:
                 raise InvalidInputError("length", length, f"at most {point.e.length:.9g} at z = {z:g}")
         if behind and excess(point) >= 0.0:
-            near = locate(previous, point, z, excess)
+            near = locate(previous, point, at_height(z), excess)
             return State._from(solve(near.e.y, (*lifted(z), fixed(LENGTH, length))))
         previous = point
     raise AssertionError("march does not end without raising")

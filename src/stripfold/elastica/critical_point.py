@@ -24,7 +24,7 @@ from scipy.optimize import brentq
 
 from stripfold.elastica._chebyshev import FloatArray
 from stripfold.elastica._checks import height
-from stripfold.elastica._continuation import Point, locate, march, polish
+from stripfold.elastica._continuation import Point, at_height, locate, march, polish
 from stripfold.elastica.branch import COARSE, FIRST_STEP, MAX_STEP, first_point
 from stripfold.elastica.state import State
 from stripfold.errors import InvalidInputError
@@ -96,7 +96,7 @@ def _rate(point: Point) -> float:
 def _bracket(z: float, passed: Callable[[Point], bool]) -> tuple[Point, Point]:
     """The first neighbours on the branch of which the second one has passed the event."""
     before = first_point(z, COARSE)
-    for point in march(before, z, step=FIRST_STEP, max_step=MAX_STEP, tolerance=COARSE):
+    for point in march(before, at_height(z), step=FIRST_STEP, max_step=MAX_STEP, tolerance=COARSE):
         if passed(point):
             return before, point
         before = point
@@ -105,7 +105,7 @@ def _bracket(z: float, passed: Callable[[Point], bool]) -> tuple[Point, Point]:
 
 def _resolved(before: Point, after: Point, z: float, event: Callable[[Point], float]) -> State:
     """The state between two neighbours where ``event`` vanishes."""
-    return State._from(polish(locate(before, after, z, event), z, event).e)
+    return State._from(polish(locate(before, after, at_height(z), event), at_height(z), event).e)
 
 
 def critical(z: float) -> Critical:

@@ -1,0 +1,174 @@
+"""A strip whose gripper follows a path: statics along it, from the flat strip to its end or a critical point.
+
+All in units of L*; lambda is the length travelled.  Corners of the path are states of their own: the branch is
+followed to the corner, and from there with the direction of the next piece.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import ContinuationError, SolveError
+from ..models.solid import Solid
+from ..paths.curve import GripperPath
+from ..problem import AlongPiece, StripProblem
+from ..solve import continuation, critical, newton
+from ..solve.continuation import StepOptions
+from ..solve.critical import CriticalPoint
+from ..solve.problem import Equilibrium, Point, Tangent
+from .static import LAMBDA_TOLERANCE, LOOK_AHEAD, PATIENT, touches
+
+Array = NDArray[np.float64]
+
+STEPS = StepOptions(first=0.05, largest=0.5, slow_below=0.4, wanted_iterations=10)
+FIRST_HEIGHT = 0.01
+"""Length travelled at the first state, L*: nearer to the flat strip every contact would be about to change."""
+AT_CORNER = 1e-7
+"""How near a corner has to be stepped to before it is solved for, L*."""
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Statics along a part of a path.
+
+    Attributes
+    ----------
+    points
+        Accepted points, in order; at a corner two, one for each direction.
+    pieces
+        For each point the index of its piece.
+    critical
+        What ended it: the critical point, or None at the end of the path.
+    contact_folds
+        Maxima of lambda that were the mesh's own (docs/numerics.md), passed.
+    """
+
+    model: Solid
+    path: GripperPath
+    points: tuple[Point, ...]
+    pieces: tuple[int, ...]
+    critical: CriticalPoint | None
+    contact_folds: int
+
+    def problem(self, i: int) -> StripProblem:
+        """What the point ``i`` solves."""
+        return problem_on(self.model, self.path, self.pieces[i])
+
+
+def problem_on(model: Solid, path: GripperPath, piece: int) -> StripProblem:
+    """The strip with its gripper on one piece of a path."""
+    return StripProblem(model, AlongPiece(path.pieces[piece], model.length))
+
+
+def from_flat(model: Solid, path: GripperPath) -> Point:
+    """The first state of a path, its gripper just lifted."""
+    problem = problem_on(model, path, 0)
+    travelled = min(FIRST_HEIGHT, path.pieces[0].end / 4.0)
+    return continuation.start(
+        problem, np.zeros(model.size), travelled, problem.bounded, 1.0, replace(STEPS, newton=PATIENT)
+    )
+
+
+def follow(
+    model: Solid, path: GripperPath, first: Point | None = None, piece: int = 0, options: StepOptions = STEPS
+) -> Stretch:
+    """Follow a path from the flat strip, or from a state on one of its pieces.
+
+    Raises
+    ------
+    SolveError
+        When a state or the branch cannot be computed.
+    """
+    point = first or from_flat(model, path)
+    points, pieces, folds = [point], [piece], 0
+    for i in range(piece, len(path.pieces)):
+        problem = problem_on(model, path, i)
+        if points[-1].lam < path.pieces[i].end:
+            walked, found, contact_folds = _along_piece(problem, point, path.pieces[i].end, options)
+            points += walked[1:]
+            pieces += [i] * (len(walked) - 1)
+            folds += contact_folds
+            if found is not None:
+                return Stretch(model, path, tuple(points), tuple(pieces), found, folds)
+        if i + 1 < len(path.pieces):
+            onward = problem_on(model, path, i + 1)
+            point = around_corner(onward, points[-1].state, path.pieces[i + 1].start)
+            points.append(point)
+            pieces.append(i + 1)
+            if critical.passed(point):
+                raise SolveError("the strip is not stable at a corner of the path", parameter=point.lam)
+    return Stretch(model, path, tuple(points), tuple(pieces), None, folds)
+
+
+def around_corner(problem: StripProblem, state: Equilibrium, lam: float) -> Point:
+    """The state at a corner with the tangent of the piece that begins there."""
+    state = newton.solve(problem, state.q, lam, state.active, options=STEPS.newton)
+    return continuation.evaluate(problem, state, Tangent(np.zeros(problem.size), 1.0))
+
+
+def _along_piece(
+    problem: StripProblem, first: Point, end: float, options: StepOptions
+) -> tuple[list[Point], CriticalPoint | None, int]:
+    """Points up to ``end`` or up to a critical point, which is returned too, and the contact's folds passed."""
+    points = [first]
+    fold: int | None = None
+    folds = 0
+    for point in _branch(problem, first, options):
+        if fold is None and point.lam >= end and not critical.passed(point, points[-1]):
+            points.append(step_to(problem, points[-1], end, options))
+            return points, None, folds
+        if fold is not None and (point.arc - points[fold].arc > LOOK_AHEAD):
+            break
+        points.append(point)
+        if fold is None:
+            if critical.passed(point, points[-2]):
+                fold = len(points) - 1
+        elif not critical.passed(point) and point.lam > max(p.lam for p in points[:-1]):
+            folds += 1
+            fold = None
+    if fold is None:
+        raise SolveError("the branch ends before the path does", parameter=points[-1].lam)
+    found = critical.locate(problem, points[fold - 1], points[fold], LAMBDA_TOLERANCE, options)
+    return [*points[:fold], found.before], found, folds
+
+
+def _branch(problem: StripProblem, first: Point, options: StepOptions) -> Iterator[Point]:
+    """The points after ``first``; past a maximum of lambda the branch may end where it cannot be followed."""
+    branch = continuation.follow(problem, first, options)
+    point = next(branch)
+    while True:
+        try:
+            point = next(branch)
+        except ContinuationError:
+            if not critical.passed(point):
+                raise
+            return
+        yield point
+
+
+def step_to(problem: StripProblem, point: Point, lam: float, options: StepOptions = STEPS) -> Point:
+    """The point at ``lam``, from one shortly before it, in guarded steps.
+
+    Raises
+    ------
+    SolveError
+        It is not reached.
+    """
+    for _ in range(20):
+        if abs(lam - point.lam) <= AT_CORNER:
+            state = newton.solve(problem, point.q, lam, point.active, options=options.newton)
+            return continuation.evaluate(problem, state, point.tangent, point.arc, point.mode)
+        point = continuation.step(problem, point, (lam - point.lam) / point.tangent.lam, options)
+    raise SolveError("the corner was not reached", parameter=lam)
+
+
+def first_touch(stretch: Stretch) -> int | None:
+    """Index of the first point at which something beside the lying part touches."""
+    for i, point in enumerate(stretch.points):
+        if touches(stretch.model, point):
+            return i
+    return None
