@@ -6,11 +6,12 @@ The holding pin and the grasp are prescribed unknowns, the floor is a bound on u
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .effects import Effect
 from .models.solid import Solid
 from .paths.curve import Piece
 from .solve.linear import Band
@@ -72,10 +73,14 @@ Motion = Lift | AlongX | AlongPiece
 
 @dataclass(frozen=True)
 class StripProblem:
-    """A strip on the floor, held at one end and moved at the other."""
+    """A strip on the floor, held at one end and moved at the other.
+
+    ``effects`` act on it besides; what they remember changes in :meth:`accepted` only.
+    """
 
     model: Solid
     motion: Motion
+    effects: tuple[Effect, ...] = ()
     prescribed: Index = field(init=False)
     bounded: Index = field(init=False)
     lower: Array = field(init=False)
@@ -102,16 +107,30 @@ class StripProblem:
         return self.model.mass
 
     def residual(self, q: Array, lam: float) -> Array:
-        return self.model.internal_force(q) + self.model.weight
+        force = self.model.internal_force(q) + self.model.weight
+        for effect in self.effects:
+            force = force + effect.force(q)
+        return force
 
     def linearise(self, q: Array, lam: float, carried: Array | None = None) -> tuple[Array, Band, Array]:
         force, tangent = self.model.force_and_tangent(q, carried)
-        return force + self.model.weight, tangent, np.zeros(self.size)
+        force = force + self.model.weight
+        for effect in self.effects:
+            more, stiffness = effect.force_and_tangent(q)
+            force, tangent = force + more, tangent + stiffness
+        return force, tangent, np.zeros(self.size)
+
+    def accepted(self, q: Array) -> StripProblem:
+        """The problem after an accepted step to ``q``: its effects remember that state."""
+        if not self.effects:
+            return self
+        return replace(self, effects=tuple(effect.committed(q) for effect in self.effects))
 
     def carry(self, q: Array, dq: Array) -> Array:
         return self.model.carry(q, dq)
 
     def force_over_step(self, q0: Array, q1: Array, kappa: float, carried: Array | None = None) -> tuple[Array, Band]:
+        self._without_effects()
         force, tangent = self.model.force_over_step(q0, q1, kappa, carried)
         return force + self.model.weight, tangent
 
@@ -119,6 +138,7 @@ class StripProblem:
         return self.model.strain_distance(q0, q1)
 
     def energies(self, q: Array) -> tuple[float, float]:
+        self._without_effects()
         return self.model.energy(q), float(self.model.weight @ q)
 
     def prescribed_values(self, lam: float) -> Array:
@@ -126,3 +146,8 @@ class StripProblem:
 
     def prescribed_rates(self, lam: float) -> Array:
         return np.concatenate([self.motion.rates(lam), np.zeros(2)])
+
+    def _without_effects(self) -> None:
+        # A step in time balances energies; those of an effect would be missing without a sign of it.
+        if self.effects:
+            raise ValueError("motion in time is for problems without effects: their energy would be left out")

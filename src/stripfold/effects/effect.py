@@ -1,0 +1,33 @@
+"""What a problem may ask of an effect."""
+
+from __future__ import annotations
+
+from typing import Protocol, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..solve.linear import Band
+
+Array = NDArray[np.float64]
+
+
+class Effect(Protocol):
+    """A force with a memory, which changes with accepted steps only.
+
+    Effects are frozen: asking for a force at a trial state leaves no trace, :meth:`committed` returns a new effect.
+    Lengths in L*, forces per width in rho_a g L*.
+    """
+
+    def force(self, q: Array) -> Array:
+        """What is added to the residual (internal force plus weight), shape (n,): the force on the strip is its
+        negative."""
+        ...
+
+    def force_and_tangent(self, q: Array) -> tuple[Array, Band]:
+        """The same and its derivative, in the model's band."""
+        ...
+
+    def committed(self, q: Array) -> Self:
+        """The effect that remembers ``q`` as its last accepted state."""
+        ...
