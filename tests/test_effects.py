@@ -1,0 +1,451 @@
+"""Internal friction: derivatives, objectivity, the loop of moment and curvature, memory, equilibria with it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from oracles.held_solid import arc
+from stripfold.effects import Hysteresis, Pull
+from stripfold.errors import InvalidInputError
+from stripfold.models.solid import Solid
+from stripfold.problem import AlongX, Lift, StripProblem
+from stripfold.solve import newton
+from stripfold.studies.static import PATIENT, Strip, lift
+
+LENGTH, THICKNESS = 6.0, 0.1
+BOUNDARIES = np.array([0.0, 0.6, 1.0, 1.9, 2.5, 3.3, 4.2, 4.8, 5.5, 6.0])
+MOMENT, YIELD = 0.3, 0.2
+KINDS = [
+    pytest.param(1, 2, id="order1-across2"),
+    pytest.param(2, 1, id="order2"),
+    pytest.param(2, 2, id="order2-across2"),
+]
+on_all = pytest.mark.parametrize(("order", "across"), KINDS)
+
+
+def strip(order: int = 2, across: int = 1) -> Solid:
+    return Solid.of(LENGTH, THICKNESS, order=order, elements=BOUNDARIES, across=across)
+
+
+def friction(model: Solid) -> Hysteresis:
+    return Hysteresis.of(model, MOMENT, yield_curvature=YIELD)
+
+
+def bent(model: Solid, curvature: float) -> np.ndarray:
+    return arc(model, curvature * LENGTH) if curvature else np.zeros(model.size)
+
+
+def rate(model: Solid, curvature: float) -> np.ndarray:
+    """``d bent / d curvature``: what a force does on it is the end moment times the strip's length."""
+    e = 1e-5
+    return (bent(model, curvature + e) - bent(model, curvature - e)) / (2.0 * e)
+
+
+def end_moment(effect: Hysteresis, curvature: float) -> float:
+    model = effect.model
+    return float(effect.force(bent(model, curvature)) @ rate(model, curvature)) / LENGTH
+
+
+def crooked(model: Solid) -> np.ndarray:
+    """An arc of 230 degrees, disturbed: sections neither normal nor of unit length."""
+    q = bent(model, np.radians(230.0) / LENGTH)
+    return q + 0.05 * np.random.default_rng(1).standard_normal(model.size)
+
+
+def partly_slid(model: Solid) -> tuple[Hysteresis, np.ndarray]:
+    """A friction with a past, and a state in which some elements stick and some slide, none near the edge."""
+    q = crooked(model)
+    effect = friction(model)
+    n = len(effect.slid)
+    beyond = np.array([-3.0, -0.4, 0.3, 2.0])[np.arange(n) % 4] * YIELD
+    return replace(effect, slid=effect.curvature(q) - beyond), q
+
+
+class TestDerivatives:
+    @on_all
+    def test_force_is_the_derivative_of_the_stored_energy_where_it_sticks(self, order, across):
+        """Taylor: the energy's remainder has slope 2 without the force and 3 with half its change."""
+        model = strip(order, across)
+        q = crooked(model)
+        effect = Hysteresis.of(model, 50.0, yield_curvature=100.0)  # stiffness 0.5, never slides
+        direction = np.random.default_rng(2).standard_normal(model.size)
+        steps = 0.02 * 0.5 ** np.arange(6)
+        start, slope = effect.stored(q), effect.force(q) @ direction
+        second = direction @ (effect.force_and_tangent(q)[1] @ direction)
+        energy = np.array([effect.stored(q + e * direction) for e in steps]) - start
+        first_left = np.abs(energy - steps * slope)
+        second_left = np.abs(energy - steps * slope - 0.5 * steps**2 * second)
+        slopes = [np.log2(r[:-1] / r[1:])[-1] for r in (first_left, second_left)]
+        print("slopes", slopes)
+        assert effect.dissipation(q) == 0.0
+        assert slopes == pytest.approx([2.0, 3.0], abs=0.05)
+
+    @on_all
+    def test_tangent_where_some_stick_and_some_slide(self, order, across):
+        """Taylor: the force's remainder has slope 2; central differences, column by column; symmetry."""
+        model = strip(order, across)
+        effect, q = partly_slid(model)
+        force, tangent = effect.force_and_tangent(q)
+        assert 0.2 < np.mean(np.abs(effect.moments(q)) < MOMENT * (1.0 - 1e-12)) < 0.8
+        np.testing.assert_array_equal(force, effect.force(q))
+        direction = np.random.default_rng(4).standard_normal(model.size)
+        steps = 2e-3 * 0.5 ** np.arange(5)
+        left = [np.abs(effect.force(q + e * direction) - force - e * (tangent @ direction)).max() for e in steps]
+        slopes = np.log2(np.divide(left[:-1], left[1:]))
+        print("slopes", slopes)
+        assert slopes[-1] == pytest.approx(2.0, abs=0.05)
+        dense = tangent.to_sparse().toarray()
+        e = 1e-6
+        differences = np.stack(
+            [(effect.force(q + e * v) - effect.force(q - e * v)) / (2.0 * e) for v in np.eye(model.size)], axis=1
+        )
+        size = np.abs(dense).max()
+        assert np.abs(dense - differences).max() < 1e-8 * size
+        assert np.abs(dense - dense.T).max() < 1e-14 * size
+
+    def test_pull(self):
+        """Zero where it pulls to; its tangent is ``k_f M`` and it is linear."""
+        model = strip()
+        here, there = crooked(model), bent(model, 0.3)
+        pull = Pull(model, 0.7, here)
+        assert not pull.force(here).any()
+        force, tangent = pull.force_and_tangent(there)
+        np.testing.assert_array_equal(force, pull.force(there))
+        np.testing.assert_array_equal(tangent.ab, 0.7 * model.mass.ab)
+        np.testing.assert_allclose(force, tangent @ (there - here), atol=1e-15)
+
+
+class TestPull:
+    def test_of_a_shift(self):
+        """Truth: every point has gone by (0.3, -0.4), so the force is k_f times 0.5 times the length (mass one)."""
+        model = strip()
+        pull = Pull(model, 2.0, np.zeros(model.size))
+        q = np.zeros(model.size)
+        q[model.middle] = 0.3, -0.4
+        force = pull.force(q)[model.middle].sum(axis=0)
+        np.testing.assert_allclose(force, np.array([0.6, -0.8]) * LENGTH, rtol=1e-13)
+        assert pull.pulling_force(q) == pytest.approx(1.0 * LENGTH, rel=1e-13)
+
+    def test_pulling_force_bounds_the_resultant(self):
+        model = strip()
+        pull = Pull(model, 2.0, np.zeros(model.size))
+        q = np.zeros(model.size)
+        q[model.middle] = np.random.default_rng(0).standard_normal(model.middle.shape)
+        resultant = np.linalg.norm(pull.force(q)[model.middle].sum(axis=0))
+        assert 0.0 < resultant < pull.pulling_force(q)
+        # Half of it one way and half the other: no resultant, and the same bound as all one way.
+        q[model.middle[:, 0]], q[model.middle[:, 1]] = np.sign(model.s - model.s.mean()), 0.0
+        assert pull.pulling_force(q) == pytest.approx(2.0 * LENGTH, rel=0.1)
+
+
+class TestObjectivity:
+    @on_all
+    @pytest.mark.parametrize("degrees", [37.0, 90.0, 180.0, -135.0])
+    def test_a_rigid_motion_needs_no_force(self, order, across, degrees):
+        """Truth: nothing is bent, so nothing resists; nor does it dissipate."""
+        model = strip(order, across)
+        angle = np.radians(degrees)
+        along = np.outer(model.s, [np.cos(angle), np.sin(angle)])
+        q = model.unknowns_of(along + np.array([0.4, -2.0]), np.full(len(model.s), angle))
+        effect = friction(model)
+        assert np.abs(effect.curvature(q)).max() < 1e-14
+        assert np.abs(effect.force(q)).max() < 1e-13
+        assert effect.committed(q).dissipated == 0.0
+
+    @on_all
+    def test_turning_a_bent_strip_turns_its_forces(self, order, across):
+        """Truth: f(R q) = R f(q), and the moments are the same; stick and slide, sections of any shape."""
+        model = strip(order, across)
+        effect, q = partly_slid(model)
+        a = np.radians(200.0)
+        turn = np.array([[np.cos(a), -np.sin(a)], [np.sin(a), np.cos(a)]])
+        offset = np.linspace(-0.5, 0.5, model.mesh.unknowns.shape[1])
+        section = np.stack([0.0 * offset, offset], axis=1)
+        section[len(offset) // 2] = 0.0
+        turned = q.copy()
+        # Of the positions themselves: a section's node relative to the middle, which counts from its own place.
+        turned[model.mesh.unknowns] = (q[model.mesh.unknowns] + section) @ turn.T - section
+        np.testing.assert_allclose(effect.moments(turned), effect.moments(q), atol=1e-13)
+        wanted = np.zeros(model.size)
+        wanted[model.mesh.unknowns] = effect.force(q)[model.mesh.unknowns] @ turn.T
+        np.testing.assert_allclose(effect.force(turned), wanted, atol=1e-12)
+
+    def test_turns_beyond_half_a_circle(self):
+        """Truth: an arc has its curvature in each element, also wound up two and a half times."""
+        model = Solid.of(LENGTH, THICKNESS, elements=40)
+        for curvature in (0.4, -0.9, 5.0 * np.pi / LENGTH):
+            found = friction(model).curvature(bent(model, curvature))
+            np.testing.assert_allclose(found, curvature, rtol=1e-12)
+
+
+class TestBending:
+    """A strip bent to arcs of one curvature, the same in all elements."""
+
+    @on_all
+    @pytest.mark.parametrize("curvature", [0.1, 0.2, 0.7, -0.15, -0.9])
+    def test_end_moment(self, order, across, curvature):
+        """Truth: stiffness times curvature up to M_0."""
+        effect = friction(strip(order, across))
+        wanted = np.clip(MOMENT / YIELD * curvature, -MOMENT, MOMENT)
+        assert effect.stiffness == pytest.approx(1.5)
+        assert end_moment(effect, curvature) == pytest.approx(wanted, rel=1e-8)
+        np.testing.assert_allclose(effect.moments(bent(effect.model, curvature)), wanted, rtol=1e-12)
+
+    @on_all
+    def test_loop(self, order, across):
+        """Truth: a loop between -K and K has the area 4 M_0 (K - kappa_y) per length: the work in, and dissipated.
+
+        Each step's work is by the trapezoidal rule, exact as the steps meet the corners of the loop.
+        """
+        largest, step = 0.8, 0.1
+        quarter = np.arange(step, largest + step / 2.0, step)
+        there_and_back = np.concatenate([quarter[-2::-1], [0.0], -quarter, -quarter[-2::-1], [0.0], quarter])
+        effect = friction(strip(order, across))
+        model = effect.model
+
+        def through(effect: Hysteresis, curvatures: np.ndarray, before: float) -> tuple[Hysteresis, float]:
+            work, moment = 0.0, end_moment(effect, before)
+            for curvature in curvatures:
+                next_moment = end_moment(effect, curvature)
+                work += 0.5 * (moment + next_moment) * (curvature - before) * LENGTH
+                effect = effect.committed(bent(model, curvature))
+                before, moment = curvature, next_moment
+            return effect, work
+
+        loaded, first_work = through(effect, quarter, 0.0)
+        top = bent(model, largest)
+        # Energy in the springs M_0 kappa_y / 2, the rest is gone: the first bending's share of the balance.
+        assert loaded.dissipated == pytest.approx(MOMENT * (largest - YIELD) * LENGTH, rel=1e-10)
+        assert loaded.stored(top) == pytest.approx(0.5 * MOMENT * YIELD * LENGTH, rel=1e-10)
+        assert first_work == pytest.approx(loaded.stored(top) + loaded.dissipated, rel=1e-7)
+        round_trip, work = through(loaded, there_and_back, largest)
+        area = 4.0 * MOMENT * (largest - YIELD) * LENGTH
+        assert round_trip.dissipated - loaded.dissipated == pytest.approx(area, rel=1e-10)
+        assert work == pytest.approx(area, rel=1e-7)
+
+    def test_turning_back(self):
+        """Truth: from the limit M_0 the moment falls with the spring's stiffness, to -M_0 after 2 kappa_y."""
+        model = strip()
+        effect = friction(model).committed(bent(model, 0.8))
+        for back, wanted in ((0.0, 1.0), (0.5, 0.5), (1.0, 0.0), (1.5, -0.5), (2.0, -1.0), (3.0, -1.0)):
+            assert end_moment(effect, 0.8 - back * YIELD) == pytest.approx(wanted * MOMENT, abs=1e-8)
+
+    @pytest.mark.parametrize("curvature", [0.15, 0.9])
+    def test_one_step_or_ten(self, curvature):
+        """Steps of a monotone bending leave no trace: force, energies and memory to rounding."""
+        model = strip()
+        one = friction(model).committed(bent(model, curvature))
+        ten = friction(model)
+        for part in curvature * np.arange(1, 11) / 10.0:
+            ten = ten.committed(bent(model, part))
+        q = bent(model, curvature - 0.1)
+        np.testing.assert_allclose(ten.slid, one.slid, atol=1e-13)
+        np.testing.assert_allclose(ten.force(q), one.force(q), atol=1e-13)
+        assert ten.dissipated == pytest.approx(one.dissipated, abs=1e-13)
+
+    def test_slack_when_bent(self):
+        """A friction that starts in a bent state has no moment there; the moment counts from that state."""
+        model = strip()
+        q = bent(model, 0.6)
+        effect = Hysteresis.of(model, MOMENT, yield_curvature=YIELD, slack=q)
+        assert not effect.force(q).any()
+        assert end_moment(effect, 0.6 + 0.5 * YIELD) == pytest.approx(0.5 * MOMENT, rel=1e-8)
+
+
+class TestMemory:
+    def test_trials_leave_no_trace(self):
+        """Only ``committed`` changes what is remembered, and it changes a new effect, not the old one."""
+        model = strip()
+        q, trial = bent(model, 0.1), bent(model, 2.0)
+        held = q.copy()
+        for effect in (friction(model), Pull(model, 0.5, held)):
+            before = effect.force(q)
+            effect.force(trial)
+            effect.force_and_tangent(trial)
+            after = effect.committed(trial)
+            np.testing.assert_array_equal(effect.force(q), before)
+            assert np.abs(after.force(q) - before).max() > 1e-3
+        # Nor may a caller that goes on with its array.
+        pull = Pull(model, 0.5, np.zeros(model.size)).committed(held)
+        held += 1.0
+        assert not pull.force(q).any()
+
+    def test_tangent_just_after_sliding(self):
+        """A state that slid is committed as one that sticks, in all elements alike: rounding does not decide."""
+        model = strip()
+        q = bent(model, np.pi / 4.0)
+        effect = friction(model).committed(q)
+        direction = rate(model, np.pi / 4.0)
+        stiffness = direction @ (effect.force_and_tangent(q)[1] @ direction)
+        # The arcs are no straight line: the curve's own second derivative has its part.
+        e = 1e-3
+        second = (bent(model, np.pi / 4.0 + e) - 2.0 * q + bent(model, np.pi / 4.0 - e)) / e**2
+        along_arcs = stiffness + effect.force(q) @ second
+        assert along_arcs == pytest.approx(MOMENT / YIELD * LENGTH, rel=1e-5)
+
+    def test_problem_accepts(self):
+        """The problem with all its effects committed; without effects itself."""
+        model = strip()
+        q = crooked(model)
+        plain = StripProblem(model, AlongX(1.0))
+        assert plain.accepted(q) is plain
+        rubbed = StripProblem(model, AlongX(1.0), (friction(model), Pull(model, 0.5, np.zeros(model.size))))
+        after = rubbed.accepted(q)
+        assert after.motion == rubbed.motion
+        assert after.model is model
+        assert [type(effect) for effect in after.effects] == [Hysteresis, Pull]
+        assert not after.effects[1].force(q).any()
+        assert rubbed.effects[1].force(q).any()
+        assert after.effects[0].dissipated > 0.0 == rubbed.effects[0].dissipated
+
+
+class TestProblem:
+    def test_adds_the_effects(self):
+        """Residual and tangent are those without effects plus each effect's."""
+        model = strip()
+        q = crooked(model)
+        effects = (friction(model), Pull(model, 0.5, np.zeros(model.size)))
+        plain, rubbed = StripProblem(model, AlongX(1.0)), StripProblem(model, AlongX(1.0), effects)
+        more = sum(effect.force(q) for effect in effects)
+        size = np.abs(plain.residual(q, 0.0)).max()
+        np.testing.assert_allclose(rubbed.residual(q, 0.0), plain.residual(q, 0.0) + more, atol=1e-14 * size)
+        r, k, load = rubbed.linearise(q, 0.0)
+        np.testing.assert_array_equal(r, rubbed.residual(q, 0.0))
+        wanted = plain.linearise(q, 0.0)[1].ab + sum(effect.force_and_tangent(q)[1].ab for effect in effects)
+        np.testing.assert_allclose(k.ab, wanted, atol=1e-14 * np.abs(wanted).max())
+        assert not load.any()
+
+    def test_without_effects_it_is_the_models(self):
+        """Bit for bit."""
+        model = strip()
+        q = crooked(model)
+        problem = StripProblem(model, AlongX(1.0))
+        force, tangent = model.force_and_tangent(q)
+        r, k, _ = problem.linearise(q, 0.0)
+        np.testing.assert_array_equal(r, force + model.weight)
+        np.testing.assert_array_equal(k.ab, tangent.ab)
+        np.testing.assert_array_equal(problem.residual(q, 0.0), model.internal_force(q) + model.weight)
+
+    def test_motion_in_time_is_refused(self):
+        model = strip()
+        q = np.zeros(model.size)
+        problem = StripProblem(model, Lift(), (Pull(model, 0.0, q),))
+        with pytest.raises(ValueError, match="without effects"):
+            problem.energies(q)
+        with pytest.raises(ValueError, match="without effects"):
+            problem.force_over_step(q, q, 0.0)
+
+    @pytest.mark.parametrize(
+        ("name", "make"),
+        [
+            ("k_f", lambda m: Pull(m, -1.0, np.zeros(m.size))),
+            ("k_f", lambda m: Pull(m, np.nan, np.zeros(m.size))),
+            ("moment", lambda m: Hysteresis.of(m, -0.1)),
+            ("yield_curvature", lambda m: Hysteresis.of(m, 0.1, yield_curvature=0.0)),
+        ],
+    )
+    def test_refuses(self, name, make):
+        with pytest.raises(InvalidInputError, match=name):
+            make(strip())
+
+
+@pytest.fixture(scope="module")
+def lifted():
+    """A strip lifted to 1 L* without friction: model, state."""
+    return next(lift(Strip(12.0, 0.02), [1.0]))[1:]
+
+
+class TestNewton:
+    """Equilibria of a lifted strip that is lifted on."""
+
+    HEIGHT = 1.1
+    # Below what rounding leaves: the history goes on as far as it can.
+    OPTIONS = replace(PATIENT, force_tolerance=1e-11, largest_step=np.inf)
+
+    def onward(self, lifted, *effects):
+        model, state = lifted
+        problem = StripProblem(model, Lift(), effects)
+        return newton.solve(problem, state.q, self.HEIGHT, state.active, options=self.OPTIONS)
+
+    @staticmethod
+    def assert_quadratic(residuals: tuple[float, ...]) -> None:
+        """The last step that rounding does not hide: from below 1e-4 to below 100 times the square."""
+        print(residuals)
+        last = np.flatnonzero(np.array(residuals) > 1e-7)[-1]
+        assert residuals[last] < 1e-4
+        assert residuals[last + 1] < 100.0 * residuals[last] ** 2
+
+    def test_pull(self, lifted):
+        """Quadratic; nothing at k_f = 0; held back in proportion to k_f."""
+        model, state = lifted
+        without = self.onward(lifted)
+        np.testing.assert_array_equal(self.onward(lifted, Pull(model, 0.0, state.q)).q, without.q)
+        away = []
+        for k_f in (0.01, 0.02, 1.0):
+            pulled = self.onward(lifted, Pull(model, k_f, state.q))
+            self.assert_quadratic(pulled.residuals)
+            assert len(pulled.residuals) <= len(without.residuals) + 1
+            away.append(np.abs(pulled.q - without.q).max())
+        assert away[0] > 1e-5
+        assert away[1] / away[0] == pytest.approx(2.0, rel=0.05)
+
+    @pytest.mark.parametrize(("moment", "yield_curvature"), [(0.05, 0.02), (0.2, 0.02)])
+    def test_hysteresis(self, lifted, moment, yield_curvature):
+        """Some elements slide, some stick: Newton's method still ends quadratically."""
+        model, state = lifted
+        effect = Hysteresis.of(model, moment, yield_curvature=yield_curvature, slack=state.q)
+        there = self.onward(lifted, effect)
+        self.assert_quadratic(there.residuals)
+        share = np.abs(effect.moments(there.q)) / moment
+        assert np.any(share > 0.999)
+        assert np.any((share > 0.01) & (share < 0.99))
+        assert effect.committed(there.q).dissipated > 0.0
+
+    def test_work_of_the_gripper(self, lifted):
+        """Truth: the gripper's work is the gain in elastic energy, in height, in the springs, and what is lost.
+
+        Over small steps, by the trapezoidal rule; without what the friction holds and loses the balance is far off.
+        """
+        model, state = lifted
+        problem = StripProblem(model, Lift(), (Hysteresis.of(model, 0.2, slack=state.q),))
+        grasp = model.middle[0, 1]
+
+        def energy(q):
+            return model.energy(q) + float(model.weight @ q)
+
+        last, work, before = state, 0.0, problem.residual(state.q, 1.0)[grasp]
+        heights = np.linspace(1.0, 1.5, 41)
+        for height in heights[1:]:
+            last = newton.solve(problem, last.q, height, last.active, options=PATIENT)
+            pull = problem.residual(last.q, height)[grasp]
+            work += 0.5 * (before + pull) * (heights[1] - heights[0])
+            before, problem = pull, problem.accepted(last.q)
+        effect = problem.effects[0]
+        gain = energy(last.q) - energy(state.q)
+        print(work, gain, effect.stored(last.q), effect.dissipated)
+        assert effect.dissipated > 0.05 * work
+        assert gain + effect.stored(last.q) + effect.dissipated == pytest.approx(work, rel=5e-4)
+
+    def test_hysteresis_does_not_depend_on_the_steps(self, lifted):
+        """Four steps or eight: each element is bent one way only here, so it is all the same; to the pull it is not."""
+        model, state = lifted
+
+        def up(steps: int, *effects: Hysteresis | Pull) -> np.ndarray:
+            problem, last = StripProblem(model, Lift(), effects), state
+            for height in np.linspace(1.0, 1.4, steps + 1)[1:]:
+                last = newton.solve(problem, last.q, height, last.active, options=PATIENT)
+                problem = problem.accepted(last.q)
+            return last.q
+
+        def far(a: np.ndarray, b: np.ndarray) -> float:
+            return float(np.abs(a - b).max())
+
+        hysteresis = Hysteresis.of(model, 0.05, slack=state.q)
+        rubbed, pulled = up(4, hysteresis), up(4, Pull(model, 0.1, state.q))
+        assert far(rubbed, up(4)) > 1e-3
+        assert hysteresis.dissipation(rubbed) > 1e-3
+        assert far(rubbed, up(8, hysteresis)) < 1e-10
+        assert far(pulled, up(8, Pull(model, 0.1, state.q))) > 1e-5
