@@ -1,4 +1,4 @@
-"""Internal friction: derivatives, objectivity, the loop of moment and curvature, memory, equilibria with it."""
+"""Internal friction: derivatives, objectivity, the loop of moment and curvature, memory."""
 
 from __future__ import annotations
 
@@ -12,8 +12,6 @@ from stripfold.effects import Hysteresis, Pull
 from stripfold.errors import InvalidInputError
 from stripfold.models.solid import Solid
 from stripfold.problem import AlongX, Lift, StripProblem
-from stripfold.solve import newton
-from stripfold.studies.static import PATIENT, Strip, lift
 
 LENGTH, THICKNESS = 6.0, 0.1
 BOUNDARIES = np.array([0.0, 0.6, 1.0, 1.9, 2.5, 3.3, 4.2, 4.8, 5.5, 6.0])
@@ -350,102 +348,3 @@ class TestProblem:
     def test_refuses(self, name, make):
         with pytest.raises(InvalidInputError, match=name):
             make(strip())
-
-
-@pytest.fixture(scope="module")
-def lifted():
-    """A strip lifted to 1 L* without friction: model, state."""
-    return next(lift(Strip(12.0, 0.02), [1.0]))[1:]
-
-
-class TestNewton:
-    """Equilibria of a lifted strip that is lifted on."""
-
-    HEIGHT = 1.1
-    # Below what rounding leaves: the history goes on as far as it can.
-    OPTIONS = replace(PATIENT, force_tolerance=1e-11, largest_step=np.inf)
-
-    def onward(self, lifted, *effects):
-        model, state = lifted
-        problem = StripProblem(model, Lift(), effects)
-        return newton.solve(problem, state.q, self.HEIGHT, state.active, options=self.OPTIONS)
-
-    @staticmethod
-    def assert_quadratic(residuals: tuple[float, ...]) -> None:
-        """The last step that rounding does not hide: from below 1e-4 to below 100 times the square."""
-        print(residuals)
-        last = np.flatnonzero(np.array(residuals) > 1e-7)[-1]
-        assert residuals[last] < 1e-4
-        assert residuals[last + 1] < 100.0 * residuals[last] ** 2
-
-    def test_pull(self, lifted):
-        """Quadratic; nothing at k_f = 0; held back in proportion to k_f."""
-        model, state = lifted
-        without = self.onward(lifted)
-        np.testing.assert_array_equal(self.onward(lifted, Pull(model, 0.0, state.q)).q, without.q)
-        away = []
-        for k_f in (0.01, 0.02, 1.0):
-            pulled = self.onward(lifted, Pull(model, k_f, state.q))
-            self.assert_quadratic(pulled.residuals)
-            assert len(pulled.residuals) <= len(without.residuals) + 1
-            away.append(np.abs(pulled.q - without.q).max())
-        assert away[0] > 1e-5
-        assert away[1] / away[0] == pytest.approx(2.0, rel=0.05)
-
-    @pytest.mark.parametrize(("moment", "yield_curvature"), [(0.05, 0.02), (0.2, 0.02)])
-    def test_hysteresis(self, lifted, moment, yield_curvature):
-        """Some elements slide, some stick: Newton's method still ends quadratically."""
-        model, state = lifted
-        effect = Hysteresis.of(model, moment, yield_curvature=yield_curvature, slack=state.q)
-        there = self.onward(lifted, effect)
-        self.assert_quadratic(there.residuals)
-        share = np.abs(effect.moments(there.q)) / moment
-        assert np.any(share > 0.999)
-        assert np.any((share > 0.01) & (share < 0.99))
-        assert effect.committed(there.q).dissipated > 0.0
-
-    def test_work_of_the_gripper(self, lifted):
-        """Truth: the gripper's work is the gain in elastic energy, in height, in the springs, and what is lost.
-
-        Over small steps, by the trapezoidal rule; without what the friction holds and loses the balance is far off.
-        """
-        model, state = lifted
-        problem = StripProblem(model, Lift(), (Hysteresis.of(model, 0.2, slack=state.q),))
-        grasp = model.middle[0, 1]
-
-        def energy(q):
-            return model.energy(q) + float(model.weight @ q)
-
-        last, work, before = state, 0.0, problem.residual(state.q, 1.0)[grasp]
-        heights = np.linspace(1.0, 1.5, 41)
-        for height in heights[1:]:
-            last = newton.solve(problem, last.q, height, last.active, options=PATIENT)
-            pull = problem.residual(last.q, height)[grasp]
-            work += 0.5 * (before + pull) * (heights[1] - heights[0])
-            before, problem = pull, problem.accepted(last.q)
-        effect = problem.effects[0]
-        gain = energy(last.q) - energy(state.q)
-        print(work, gain, effect.stored(last.q), effect.dissipated)
-        assert effect.dissipated > 0.05 * work
-        assert gain + effect.stored(last.q) + effect.dissipated == pytest.approx(work, rel=5e-4)
-
-    def test_hysteresis_does_not_depend_on_the_steps(self, lifted):
-        """Four steps or eight: each element is bent one way only here, so it is all the same; to the pull it is not."""
-        model, state = lifted
-
-        def up(steps: int, *effects: Hysteresis | Pull) -> np.ndarray:
-            problem, last = StripProblem(model, Lift(), effects), state
-            for height in np.linspace(1.0, 1.4, steps + 1)[1:]:
-                last = newton.solve(problem, last.q, height, last.active, options=PATIENT)
-                problem = problem.accepted(last.q)
-            return last.q
-
-        def far(a: np.ndarray, b: np.ndarray) -> float:
-            return float(np.abs(a - b).max())
-
-        hysteresis = Hysteresis.of(model, 0.05, slack=state.q)
-        rubbed, pulled = up(4, hysteresis), up(4, Pull(model, 0.1, state.q))
-        assert far(rubbed, up(4)) > 1e-3
-        assert hysteresis.dissipation(rubbed) > 1e-3
-        assert far(rubbed, up(8, hysteresis)) < 1e-10
-        assert far(pulled, up(8, Pull(model, 0.1, state.q))) > 1e-5

@@ -66,8 +66,9 @@ class Hysteresis:
     ) -> Self:
         """Friction on a strip that is slack (no friction moment) when flat, or in the state ``slack``, shape (n,).
 
-        The smaller ``yield_curvature``, the nearer to dry friction, which holds any curvature until M_0 is exceeded.
-        Sliding everywhere, the force does not depend on it at all.
+        The smaller ``yield_curvature``, the nearer to dry friction, which holds any curvature until M_0 is exceeded,
+        and the shorter the steps have to be: Newton's method stands changes of two or three yield curvatures in one.
+        Where it slides the moment does not depend on it.
 
         Raises
         ------
