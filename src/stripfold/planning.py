@@ -12,10 +12,21 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import brentq, minimize_scalar
 
 from . import elastica
+from .paths.curve import GripperPath
 
 Array = NDArray[np.float64]
+
+SCAN = 0.5
+"""Spacing at which a path is looked at, L*."""
+HIGHEST = 60.0
+"""Height up to which lambda_c is asked for, L*."""
+NEAR = 0.1
+"""How near the stability boundary a path may come without being taken to meet it, L*."""
+FAR = 1e3
+"""Stands for a place at whose height nothing snaps, L*."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +62,43 @@ def lift_off_sweep(height: float) -> Sweep:
     last = end.state or (end.touch.state if end.touch else None)
     assert last is not None
     return Sweep(min(state.length for state in elastica.x_axis_branch(height)), last.length)
+
+
+def sweep_on_path(path: GripperPath, length: float) -> Sweep:
+    """Where the elastica lifts off when a path first meets the stability boundary lambda_c(z).
+
+    It crosses it, or comes within :data:`NEAR` of it: the R-path touches it only.  Where it does neither, half the
+    strip: then no state of the path has to be fine anywhere.
+    """
+    travelled = path.sampled(SCAN)[0]
+
+    def beyond(s: float) -> float:
+        x, z = path.position(s)
+        if not elastica.touch_limit() < z <= HIGHEST:
+            return -FAR
+        return float(x + length / 2.0 - elastica.critical(float(z)).advance)
+
+    values = np.array([beyond(float(s)) for s in travelled])
+    for i in range(1, len(travelled)):
+        s = float(travelled[i])
+        if -FAR < values[i - 1] < 0.0 <= values[i]:
+            s = brentq(beyond, float(travelled[i - 1]), s, xtol=1e-3)
+        elif i + 1 < len(travelled) and values[i] > max(values[i - 1], -1.0) and values[i] >= values[i + 1]:
+            found = minimize_scalar(
+                lambda s: -beyond(s),
+                bounds=(travelled[i - 1], travelled[i + 1]),
+                method="bounded",
+                options={"xatol": 1e-3},
+            )
+            if found.fun > NEAR:
+                continue
+            s = float(found.x)
+        else:
+            continue
+        free = elastica.critical(float(path.position(s)[1])).length
+        if free < length:
+            return Sweep(0.0, free)
+    return Sweep(0.0, 0.5 * length)
 
 
 def boundaries(length: float, sweep: Sweep, refinement: float = 1.0, sizes: Sizes | None = None) -> Array:

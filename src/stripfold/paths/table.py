@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import os
-from pathlib import Path
+from itertools import pairwise
 
 import numpy as np
 
@@ -55,7 +55,7 @@ def read(path: str | os.PathLike[str], length: float, unit: float) -> GripperPat
     turn = np.abs(np.angle(np.exp(1j * np.diff(np.arctan2(steps[:, 1], steps[:, 0])))))
     ends = [0, *(np.flatnonzero(turn > CORNER) + 1), len(places) - 1]
     pieces: list[Piece] = []
-    for i, j in zip(ends[:-1], ends[1:], strict=True):
+    for i, j in pairwise(ends):
         pieces.append(Piece.through(places[i : j + 1], pieces[-1].end if pieces else 0.0, f"rows {i + 1} to {j + 1}"))
     found = GripperPath(os.path.basename(path), tuple(pieces), (polygon_length(places), t))
     lowest = found.sampled(SPACING)[1][:, 1].min()

@@ -1,0 +1,178 @@
+"""Gripper paths: the plans, their geometry, and tables of a user's own."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stripfold import elastica, paths, planning
+from stripfold.errors import InvalidInputError
+from stripfold.paths import GripperPath, Piece, RPath
+
+
+@pytest.fixture(scope="module")
+def plan() -> RPath:
+    return paths.plan_r_path(20.0)
+
+
+def test_triangular() -> None:
+    path = paths.triangular(4.0)
+    np.testing.assert_allclose(path.position(0.0), [-2.0, 0.0], atol=1e-15)
+    np.testing.assert_allclose(path.position(path.corners[0]), [0.0, 2.0], atol=1e-15)
+    np.testing.assert_allclose(path.position(path.length), [2.0, 0.0], atol=1e-15)
+    assert path.length == pytest.approx(4.0 * np.sqrt(2.0))
+    np.testing.assert_allclose(path.pieces[0].rate(1.0), np.sqrt([0.5, 0.5]), atol=1e-12)
+    assert path.pseudo_time(path.corners[0]) == pytest.approx(0.5)
+
+
+def test_circular() -> None:
+    path = paths.circular(4.0)
+    s, places = path.sampled(0.1)
+    np.testing.assert_allclose(np.linalg.norm(places, axis=1), 2.0, atol=1e-12)
+    assert path.length == pytest.approx(2.0 * np.pi)
+    rates = np.array([path.pieces[0].rate(float(value)) for value in s])
+    np.testing.assert_allclose(np.gradient(places, s, axis=0)[1:-1], rates[1:-1], atol=1e-3)
+    np.testing.assert_allclose(path.position(path.length), [2.0, 0.0], atol=1e-12)
+
+
+@pytest.mark.parametrize("length", [7.3, 20.0, 60.0])
+def test_r_path_ends_in_the_half_fold(length: float) -> None:
+    plan = paths.plan_r_path(length)
+    assert plan.lying_length == pytest.approx(length / 2.0 - 1.099425, abs=1e-6)
+    assert plan.landing == pytest.approx(3.584045, abs=1e-6)
+    np.testing.assert_allclose(plan.path.position(0.0), [-length / 2.0, 0.0], atol=1e-12)
+    np.testing.assert_allclose(plan.path.position(plan.path.length), [length / 2.0, 0.0], atol=1e-12)
+    assert [piece.name for piece in plan.path.pieces] == ["lift", "carry", "roll", "lay"]
+    # Before anything lies flat, the touch is on this side of where the folded state lands.
+    assert plan.first_touch < plan.landing
+    assert plan.path.sampled(0.05)[1][:, 1].min() > -1e-9
+
+
+def test_the_planned_states_are_on_the_path(plan: RPath) -> None:
+    for s, state in zip(plan.travelled, plan.states, strict=True):
+        np.testing.assert_allclose(plan.path.position(float(s)), state.gripper, atol=1e-9)
+        if state.phase == "lift":
+            assert state.force_x == pytest.approx(0.0, abs=1e-10)
+        else:
+            assert state.lying_length == pytest.approx(plan.lying_length, abs=1e-9)
+    steps = np.diff([state.gripper for state in plan.states], axis=0)
+    assert np.linalg.norm(steps, axis=1).max() < 0.7
+
+
+def test_planned_mid_surfaces(plan: RPath) -> None:
+    for state in plan.states[::9]:
+        s, places = state.mid_surface(60)
+        assert np.all(np.diff(s) <= 1e-9)
+        assert s[0] == pytest.approx(20.0)
+        assert s[-1] == pytest.approx(0.0, abs=1e-9)
+        np.testing.assert_allclose(places[0], [10.0, 0.0], atol=1e-12)
+        np.testing.assert_allclose(places[-1], state.gripper, atol=1e-9)
+        # Chords of an inextensible strip are as long as what they span, but for their curvature.
+        chords = np.linalg.norm(np.diff(places, axis=0), axis=1)
+        np.testing.assert_allclose(chords, -np.diff(s), atol=1e-4)
+        assert places[:, 1].min() > -1e-9
+
+
+def test_r_path_is_tangent_to_the_stability_boundary(plan: RPath) -> None:
+    """It meets lambda_c(z) in one place, and beyond it lies on neither side."""
+    carry = plan.path.pieces[1]
+    s = np.linspace(carry.start, carry.end, 200)
+    places = np.array([carry.position(float(value)) for value in s])
+    beyond = np.array([x + 10.0 - elastica.critical(float(z)).advance for x, z in places])
+    top = int(np.argmax(beyond))
+    assert 0 < top < len(s) - 1
+    assert beyond[top] == pytest.approx(0.0, abs=1e-3)
+    assert beyond.max() < 1e-6
+    # Tangent: away from the place the distance grows with its square.
+    near = beyond[top - 10] / beyond[top - 20]
+    assert near == pytest.approx(0.25, abs=0.06)
+    assert beyond[top + 5] < beyond[top]
+
+
+@pytest.mark.parametrize("length", [7.0, -3.0, float("nan"), 101.0])
+def test_r_path_of_a_length_that_does_not_allow_it(length: float) -> None:
+    with pytest.raises(InvalidInputError, match="length"):
+        paths.plan_r_path(length)
+
+
+def test_corners(plan: RPath) -> None:
+    s, places = plan.path.sampled(0.3)
+    assert set(np.round(plan.path.corners, 9)) <= set(np.round(s, 9))
+    assert np.diff(s).max() <= 0.3 + 1e-12
+    assert plan.path.piece_at(float(plan.path.corners[0])).name == "lift"
+    assert len(places) == len(s)
+
+
+def test_mesh_is_planned_where_the_strip_becomes_critical(plan: RPath) -> None:
+    assert planning.sweep_on_path(plan.path, 20.0).critical == pytest.approx(11.0994, abs=1e-3)
+    sweep = planning.sweep_on_path(paths.circular(20.0), 20.0)
+    state = next(z for z in np.linspace(8.0, 9.0, 201) if elastica.critical(float(z)).length > sweep.critical)
+    x, z = np.sqrt(100.0 - state**2), state
+    assert x + 10.0 == pytest.approx(elastica.critical(float(z)).advance, abs=0.02)
+    # A short way up crosses nothing.
+    up = GripperPath("up", (Piece.through(np.array([[-10.0, 0.0], [-9.0, 3.0]]), 0.0, "up"),))
+    assert planning.sweep_on_path(up, 20.0).critical == 10.0
+
+
+def test_table_and_back(plan: RPath, tmp_path: Path) -> None:
+    target = tmp_path / "r.csv"
+    rows = paths.write(plan.path, target, 0.03, ("R-path",))
+    assert len(target.read_text(encoding="utf-8").splitlines()) == rows + 2
+    found = paths.read(target, 20.0, 0.03)
+    assert len(found.pieces) == 3  # where rolling ends the direction does not change
+    s, places = plan.path.sampled(0.2)
+    for travelled, place in zip(s, places, strict=True):
+        t = plan.path.pseudo_time(float(travelled))
+        back = float(np.interp(t, found.stamps[1], found.stamps[0]))  # type: ignore[index]
+        np.testing.assert_allclose(found.position(back), place, atol=1e-5)
+        assert found.pseudo_time(back) == pytest.approx(t)
+
+
+def table(tmp_path: Path, *rows: str, header: str = "t,x,z") -> Path:
+    path = tmp_path / "own.csv"
+    path.write_text("\n".join([header, *rows]) + "\n", encoding="utf-8")
+    return path
+
+
+def test_own_path_with_its_own_times_and_a_wait(tmp_path: Path) -> None:
+    path = paths.read(table(tmp_path, "5,-0.3,0", "6,-0.2,0.1", "7,-0.2,0.1", "9,0,0.2", "10,0.1,0.1"), 20.0, 0.03)
+    assert len(path.pieces) == 3  # a slight turn at the second row, and the apex
+    assert path.pseudo_time(0.0) == 5.0
+    assert path.pseudo_time(path.length) == 10.0
+    np.testing.assert_allclose(path.position(path.corners[-1]), [0.0, 0.2 / 0.03], atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("rows", "header", "key"),
+    [
+        ((), "t,x,z", "header t,x,z and 2"),
+        (("0,-0.3,0",), "t,x,z", "2 to"),
+        (("0,-0.3,0", "1,0,0.2"), "time,x,z", "header t,x,z"),
+        (("0,-0.3,0", "1,0"), "t,x,z", "numbers"),
+        (("0,-0.3,0", "1,zero,0.2"), "t,x,z", "numbers"),
+        (("0,-0.3,0", "1,nan,0.2"), "t,x,z", "not finite"),
+        (("0,-0.3,0", "1,0,0.2", "1,0.1,0.1"), "t,x,z", "row 3"),
+        (("0,-0.2,0", "1,0,0.2"), "t,x,z", r"start at \(-0.3, 0\) m"),
+        (("0,-0.3,0", "1,0,0.2", "2,0.1,-0.01"), "t,x,z", "the floor"),
+        (("0,-0.3,0", "1,-0.3,0.2"), "t,x,z", "out of the strip's reach"),
+        (("0,-0.3,0", "1,-0.3,0"), "t,x,z", "two different places"),
+        (("0,-300,0", "1,0,200"), "t,x,z", "start at"),
+    ],
+)
+def test_bad_tables(tmp_path: Path, rows: tuple[str, ...], header: str, key: str) -> None:
+    with pytest.raises(InvalidInputError, match=key):
+        paths.read(table(tmp_path, *rows, header=header), 20.0, 0.03)
+
+
+def test_a_path_that_dips_below_the_floor_between_its_rows(tmp_path: Path) -> None:
+    z = [0.0, 0.0005, 0.002, 0.0005, 0.0, 0.0, 0.0005, 0.003]
+    rows = [f"{i},{-0.3 + 0.02 * i},{value}" for i, value in enumerate(z)]
+    with pytest.raises(InvalidInputError, match="between the rows"):
+        paths.read(table(tmp_path, *rows), 20.0, 0.03)
+
+
+def test_no_such_table(tmp_path: Path) -> None:
+    with pytest.raises(InvalidInputError, match="path"):
+        paths.read(tmp_path / "none.csv", 20.0, 0.03)
