@@ -73,6 +73,10 @@ class ContinuationError(SolveError):
     """A branch could not be followed: the step became smaller than allowed."""
 
 
+class LostStabilityError(SolveError):
+    """A strip with friction did not follow its gripper: it moved far within one step, or no stable state was found."""
+
+
 class TimeStepError(SolveError):
     """A motion could not be followed: the time step became smaller than allowed; ``last`` is the last good moment."""
 

@@ -230,21 +230,22 @@ class _TwoParts:
     def jacobian(self, y: FloatArray, _: float) -> FloatArray:
         """Derivative of :meth:`residual`."""
         g, n = grid(self.n), self.n
-        _, _, force_x, force_0, reaction, loop = self.split(y)
+        force_x, force_0, reaction, loop = self.split(y)[2:]
         upper = self.length - loop
         theta, slope, phi, phi_slope = self.angles(y)
         twice = g.integral @ g.integral
         angle, rate = twice - np.outer(g.nodes, twice[-1]), g.integral - twice[-1]
-        vertical, behind = force_0 + loop * g.nodes, force_0 + loop - reaction + upper * g.nodes
+        vertical = force_0 + loop * g.nodes
+        vertical_2 = force_0 + loop - reaction + upper * g.nodes
         sin, cos, sin2, cos2 = np.sin(theta), np.cos(theta), np.sin(phi), np.cos(phi)
         out = np.zeros((y.size, y.size))
         out[:n, :n] = np.eye(n) - loop**2 * (force_x * cos + vertical * sin)[:, None] * angle
         out[:n, -4], out[:n, -3] = -(loop**2) * sin, loop**2 * cos
         out[:n, -1] = -2.0 * loop * (force_x * sin - vertical * cos) + loop**2 * g.nodes * cos
         rows = slice(n, 2 * n)
-        out[rows, rows] = np.eye(n) - upper**2 * (force_x * cos2 + behind * sin2)[:, None] * g.angle
+        out[rows, rows] = np.eye(n) - upper**2 * (force_x * cos2 + vertical_2 * sin2)[:, None] * g.angle
         out[rows, -4], out[rows, -3], out[rows, -2] = -(upper**2) * sin2, upper**2 * cos2, -(upper**2) * cos2
-        out[rows, -1] = 2.0 * upper * (force_x * sin2 - behind * cos2) + upper**2 * (1.0 - g.nodes) * cos2
+        out[rows, -1] = 2.0 * upper * (force_x * sin2 - vertical_2 * cos2) + upper**2 * (1.0 - g.nodes) * cos2
         out[-4, :n] = rate[0]
         out[-3, :n], out[-3, -1] = loop * (g.integral[-1] * cos) @ angle, g.integral[-1] @ sin
         out[-2, :n], out[-2, -1] = rate[-1] / loop, -slope[-1] / loop**2

@@ -57,6 +57,11 @@ class PlannedState:
         part = self.parts[0][0]
         return part.loop.force_x if isinstance(part, Touching) else part.force_x
 
+    def at(self, s: Array) -> Array:
+        """Places (x, z), shape (m, 2), of the distances ``s``, shape (m,), from the grasped end."""
+        distance, places = self.mid_surface()
+        return np.stack([np.interp(s, distance[::-1], places[::-1, i]) for i in range(2)], axis=1)
+
     def mid_surface(self, per_length: int = 20) -> tuple[Array, Array]:
         """Distances from the grasped end, descending, shape (n,), and places (x, z), shape (n, 2)."""
         half = self.length / 2.0
@@ -96,6 +101,16 @@ class RPath:
     lying_length: float
     first_touch: float
     landing: float
+
+    def mid_surface(self, travelled: float, s: Array) -> Array:
+        """Planned places (x, z), shape (m, 2), of the distances ``s``, shape (m,), from the grasped end.
+
+        Between two planned states the straight line, to 1e-3 L*.
+        """
+        after = int(np.clip(np.searchsorted(self.travelled, travelled), 1, len(self.states) - 1))
+        begin, end = self.travelled[after - 1], self.travelled[after]
+        share = (travelled - begin) / (end - begin) if end > begin else 0.0
+        return (1.0 - share) * self.states[after - 1].at(s) + share * self.states[after].at(s)
 
 
 def plan_r_path(length: float) -> RPath:

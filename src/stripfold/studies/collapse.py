@@ -265,7 +265,7 @@ def _locate_touch(motion: _Marching, before: Moment, after: Moment) -> list[Mome
     return [*nearer[:leading], after]
 
 
-def touch_position(problem: StripProblem, moment: Moment) -> float:
+def touch_position(problem: StripProblem, moment: Moment | Point) -> float:
     """Where the falling part touches: x of the lowest point of a parabola through three nodes, origin mid-strip."""
     model = problem.model
     s = contact_positions(model, moment)

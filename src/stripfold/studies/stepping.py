@@ -1,0 +1,117 @@
+"""A path followed in steps of a given size, with effects that remember: internal friction.
+
+Each step is one equilibrium, and what the effects remember changes after it.  With the paper's pull the result depends
+on the size of the steps, so that is fixed and stated; it is never shortened behind the caller's back.  All in units
+of L*; lambda is the length travelled.  Source: docs/physics.md, section 8.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..effects import Effect
+from ..errors import InvalidInputError, LostStabilityError, NewtonError
+from ..models.solid import Solid
+from ..paths.curve import GripperPath
+from ..problem import AlongPiece, StripProblem
+from ..solve import continuation, newton
+from ..solve.problem import Array, Equilibrium, Point, Tangent
+from .following import from_flat
+from .static import PATIENT
+
+Effects = Callable[[Solid, Array], tuple[Effect, ...]]
+"""The effects on a strip, slack or at rest in the state given."""
+
+SMALLEST_SHARE = 1.0 / 64.0
+"""Shortest way on which a step is searched for, as a share of the step."""
+SWEEP = 10.0
+"""A strip of which some place moves this many times farther than the gripper has not been followed: it went."""
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """An accepted step.
+
+    Attributes
+    ----------
+    point
+        The state; its eigenvalues are those with the effects' tangent, before they remember this state.
+    piece
+        Index of the path's piece.
+    problem
+        What it solves, the effects remembering the state before.
+    moved
+        Farthest way of a place of the mid-surface in this step.
+    """
+
+    point: Point
+    piece: int
+    problem: StripProblem
+    moved: float
+
+
+def steps_on(path: GripperPath, size: float) -> Iterator[tuple[int, float]]:
+    """Pieces and lengths travelled, at equal steps of at most ``size`` within each piece, corners included."""
+    for i, piece in enumerate(path.pieces):
+        count = int(np.ceil((piece.end - piece.start) / size * (1.0 - 1e-12)))
+        for travelled in np.linspace(piece.start, piece.end, count + 1)[1:]:
+            yield i, float(travelled)
+
+
+def walk(model: Solid, path: GripperPath, effects: Effects, size: float) -> Iterator[Step]:
+    """Follow a path from the flat strip in steps of ``size``, L*, to its end.
+
+    Raises
+    ------
+    InvalidInputError
+        A step that is no length.
+    LostStabilityError
+        The strip did not follow; the steps before have been yielded.
+    """
+    if not 0.0 < size <= path.length:
+        raise InvalidInputError("step", size, f"more than 0 and at most {path.length:g} L*")
+    first = from_flat(model, path)
+    acting = effects(model, first.q)
+    state, change, last_piece = first.state, np.zeros(model.size), -1
+    for piece, travelled in steps_on(path, size):
+        if travelled <= first.lam:
+            continue
+        problem = StripProblem(model, AlongPiece(path.pieces[piece], model.length), acting)
+        guess = state.q + change if piece == last_piece else state.q
+        point = _step(problem, state, guess, travelled)
+        moved = float(np.linalg.norm((point.q - state.q)[model.middle], axis=1).max())
+        if point.negatives or moved > SWEEP * max(travelled - state.lam, 0.01):
+            raise LostStabilityError("the strip does not follow its gripper", parameter=travelled)
+        yield Step(point, piece, problem, moved)
+        change, state, last_piece = point.q - state.q, point.state, piece
+        acting = problem.accepted(state.q).effects
+
+
+def _step(problem: StripProblem, before: Equilibrium, guess: Array, travelled: float) -> Point:
+    """The state at ``travelled``: by one solve, or on a way of several with the memory kept."""
+    try:
+        state = newton.solve(problem, guess, travelled, before.active)
+    except NewtonError:
+        state = _on_a_way(problem, before, travelled)
+    return continuation.evaluate(problem, state, Tangent(np.zeros(problem.size), 1.0))
+
+
+def _on_a_way(problem: StripProblem, before: Equilibrium, travelled: float) -> Equilibrium:
+    whole = travelled - before.lam
+    q, active, at, share = before.q, before.active, before.lam, 0.5
+    while at < travelled:
+        to = min(at + share * whole, travelled)
+        try:
+            state = newton.solve(problem, q, to, active, options=PATIENT)
+        except NewtonError as error:
+            share /= 2.0
+            if share < SMALLEST_SHARE:
+                raise LostStabilityError(
+                    f"no state was found behind lambda = {at:.6g}: {error}", parameter=at, residuals=error.residuals
+                ) from error
+            continue
+        q, active, at = state.q, state.active, to
+    return state
