@@ -14,8 +14,9 @@ from ..simulation import AFTER, BEFORE, FALL, Simulation
 from ..solve.dynamics import Energy, Moment
 from ..solve.problem import Point
 from ..solve.schemes import Damping
-from .collapse import Collapse, Fall, Progress, simulate
+from .collapse import Collapse, simulate
 from .diagnostics import node_weights
+from .falling import Fall, Progress
 from .static import Strip
 
 Array = NDArray[np.float64]
@@ -114,6 +115,7 @@ def dataset(simulation: Simulation, found: Collapse) -> xr.Dataset:
         )
         columns[name] = (where, force * unit * values, "J m-1", long_name)
     motion = found.motion
+    assert motion.touch is not None  # else there is no collapse
     touched = motion.moments[motion.touch]
     data = {name: (dims, values, {"units": u, "long_name": t}) for name, (dims, values, u, t) in columns.items()}
     phase = np.array([phase for phase, _ in states], dtype=object)

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from ..errors import SolveError
 from ..solve import dynamics
 from ..solve.schemes import Damping
-from .collapse import TIME_OPTIONS, Fall, beginning, let_fall, settled, to_critical_point
+from .collapse import release_of, to_critical_point
+from .falling import TIME_OPTIONS, Fall, beginning, let_fall, settled
 from .static import Strip, XRun
 
 Array = NDArray[np.float64]
@@ -98,10 +99,12 @@ def _measure(
     damped = damping != Damping()
     fall = Fall(given["disturbance"], 0.0, damping, to_rest=damped)
     options = replace(TIME_OPTIONS, tolerance=given["tolerance"])
-    motion = let_fall(branch, fall, options)
+    motion = let_fall(release_of(branch), fall, options)
+    if motion.touch is None:
+        raise SolveError("the strip came to rest without touching")
     moments = list(motion.moments)
     if not damped:
-        _, drive = beginning(branch, fall)
+        _, drive = beginning(release_of(branch), fall)
         rest = dynamics.march(branch.problem, moments[-1], drive, damping, options=options)
         moments += [next(rest)]
         while moments[-1].t < motion.moments[-1].t + FREE_RUN:
