@@ -54,6 +54,15 @@ def test_nothing_penetrates_or_gains_energy(found: Collapse) -> None:
         assert lost[-1] > 0.0, name
 
 
+def test_what_lies_and_what_is_held_has_its_velocity(found: Collapse) -> None:
+    """After an impact nothing on the floor goes into it, and the gripper and the pin go as they are driven."""
+    problem, moments = found.run.problem, found.motion.moments
+    _, drive = collapse.beginning(found.run, FALL)
+    for moment in moments[1:]:
+        assert np.abs(moment.v[moment.active]).max() < 1e-12
+        np.testing.assert_allclose(moment.v[problem.prescribed], [drive.rate(moment.t), 0.0, 0.0, 0.0], atol=1e-12)
+
+
 def test_the_ledger_is_the_energy(found: Collapse) -> None:
     """Independent of the integrator: the energies of the states themselves, and air drag by quadrature."""
     problem, moments = found.run.problem, found.motion.moments
@@ -121,6 +130,8 @@ def test_the_disturbance_has_its_speed_and_direction(found: Collapse) -> None:
     onwards = found.run.last.tangent.q
     assert first.v @ (problem.mass @ onwards) > 0.0
     assert drive.lam(0.0) == found.run.last.lam
+    # It is an equilibrium: what rounding leaves of its forces would make the light thickness unknowns fly.
+    assert np.all(first.a == 0.0)
 
 
 def test_a_moving_gripper(found: Collapse) -> None:
