@@ -240,6 +240,14 @@ def test_schemes_for_comparison_refuse_damping(scheme: Scheme, damping: Damping)
         fixed(problem, begin(problem), 0.01, 1, scheme, damping)
 
 
+def test_bathes_method_refuses_a_moving_gripper() -> None:
+    problem = Pendulum(moved=np.array([1]))
+    first = dynamics.start(problem, np.zeros(2), np.zeros(2), 0.0, NONE)
+    with pytest.raises(ValueError, match="gripper at rest"):
+        dynamics.step(problem, first, 0.01, Moving(0.0, 0.1), Damping(), Bathe(), TimeOptions())
+    dynamics.step(problem, first, 0.01, STILL, Damping(), Bathe(), TimeOptions())
+
+
 @pytest.mark.parametrize(
     ("scheme", "radius"), [(GeneralisedAlpha(1.0), 1.0), (GeneralisedAlpha(0.8), 0.8), (Bathe(), 0.0)], ids=repr
 )
