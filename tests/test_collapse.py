@@ -205,3 +205,56 @@ def test_dataset(stored: tuple[Simulation, xr.Dataset]) -> None:
     assert np.isnan(data["time"].values[phase != "fall"]).all()
     assert asked.time_unit < data.attrs["touch_time"] < data.attrs["settle_time"]
     assert float(data["deflection"][0]) == 0.0
+
+
+def test_what_is_stored_is_what_the_stored_shapes_say(stored: tuple[Simulation, xr.Dataset]) -> None:
+    _, data = stored
+    x, z, arc = (data[name].values for name in ("x", "z", "arc"))
+    assert (arc[0], arc[-1]) == (0.0, pytest.approx(0.3))
+    rms = np.sqrt(np.trapezoid((x - x[0]) ** 2 + (z - z[0]) ** 2, arc, axis=1) / 0.3)
+    assert rms.max() > 0.05
+    np.testing.assert_allclose(data["deflection"], rms, atol=1e-12)
+    # The nodes between gripper and pin are those that can be on the floor.
+    np.testing.assert_allclose(data["minimal_gap"], z[:, 1:-1].min(axis=1), atol=1e-12)
+    np.testing.assert_array_equal(data["contacts"], np.sum(z[:, 1:-1] == 0.0, axis=1))
+
+
+def test_the_parts_join(stored: tuple[Simulation, xr.Dataset]) -> None:
+    """Statics end where the fall begins, and the numbers quoted are those of the states."""
+    _, data = stored
+    before, fall, after = (data.isel(state=data["phase"].values == name) for name in ("before", "fall", "after"))
+    for name in ("lambda", "x", "z", "elastic", "gravity"):
+        np.testing.assert_allclose(before[name][-1], fall[name][0], rtol=1e-12, atol=1e-15, err_msg=name)
+    assert data.attrs["settle_time"] == pytest.approx(float(fall["time"][-1]))
+    touch = int(np.argmin(np.abs(fall["time"].values - data.attrs["touch_time"])))
+    assert float(fall["time"][touch]) == pytest.approx(data.attrs["touch_time"])
+    assert int(fall["contacts"][touch]) > int(fall["contacts"][touch - 1])
+    down = (fall["z"].values[touch] == 0.0) & (fall["z"].values[touch - 1] > 0.0)
+    assert data.attrs["touch_x"] == pytest.approx(float(fall["x"].values[touch][down].mean()), abs=5e-3)
+    for name in collapse_data.LEDGER:
+        assert np.isfinite(fall[name]).all(), name
+        for statics in (before, after):
+            expected = np.isfinite if name in collapse_data.IN_STATICS else np.isnan
+            assert expected(statics[name]).all(), name
+    for statics in (before, after):
+        assert (statics["kinetic"] == 0.0).all()
+        assert (statics["negatives"] == 0.0).all()
+    assert np.isnan(fall["negatives"]).all()
+
+
+def test_the_strip_that_is_simulated_is_the_one_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = Simulation.create(length=0.3, height=0.054, eta_b=3780.0, eta_m=2e-3, nu=0.3, until="touch")
+    seen: list[tuple[object, ...]] = []
+
+    def simulate(*given: object, **_: object) -> None:
+        seen.append(given)
+        raise SolveError("seen")
+
+    monkeypatch.setattr(collapse_data, "simulate", simulate)
+    with pytest.raises(SolveError, match="seen"):
+        collapse_data.run(asked)
+    star = (3780.0 * 9.81) ** (-1.0 / 3.0)
+    ((strip, height, fall),) = seen
+    assert strip == Strip(pytest.approx(0.3 / star), asked.scene.material.relative_thickness, 0.3)
+    assert height == pytest.approx(0.054 / star)
+    assert fall == collapse_data.fall_of(asked)
