@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from stripfold.simulation import Simulation
 from stripfold.solve import dynamics
 from stripfold.solve.schemes import Damping
 from stripfold.studies import collapse, collapse_data
-from stripfold.studies.collapse import Collapse, Fall
+from stripfold.studies.collapse import TIME_OPTIONS, Collapse, Fall
 from stripfold.studies.static import Strip, contact_positions, touches
 
 STRIP, HEIGHT = Strip(15.0, 0.03), 1.8
@@ -63,6 +64,17 @@ def test_what_lies_and_what_is_held_has_its_velocity(found: Collapse) -> None:
         np.testing.assert_allclose(moment.v[problem.prescribed], [drive.rate(moment.t), 0.0, 0.0, 0.0], atol=1e-12)
 
 
+def test_it_ends_when_it_has_been_at_rest_for_a_while(found: Collapse) -> None:
+    """A millionth of what was released, for two time units: at the turn of an oscillation nothing moves either."""
+    moments, problem = found.motion.moments, found.run.problem
+    potential = np.array([sum(problem.energies(m.q)) for m in moments])
+    share = np.array([m.energy.kinetic for m in moments]) / np.maximum(potential[0] - potential, 1e-12)
+    t = np.array([m.t for m in moments])
+    assert share[t > t[-1] - 2.0].max() < 1e-6
+    # And no later: before that it moved.
+    assert share[t > t[-1] - 2.0 - 2.5 * TIME_OPTIONS.largest].max() > 1e-6
+
+
 def test_the_ledger_is_the_energy(found: Collapse) -> None:
     """Independent of the integrator: the energies of the states themselves, and air drag by quadrature."""
     problem, moments = found.run.problem, found.motion.moments
@@ -81,6 +93,9 @@ def test_the_touch_is_the_first(found: Collapse) -> None:
     at = motion.moments[motion.touch]
     assert touches(model, at)
     assert at.t - motion.moments[motion.touch - 1].t <= collapse.TOUCH_TOLERANCE
+    # One way leads there: also where the touch was found by halving, each step begins where the last one ended.
+    for before, after in pairwise(motion.moments):
+        assert after.t - before.t == pytest.approx(after.dt, rel=1e-6)
     column = int(np.argmin(np.abs(model.s - contact_positions(model, at)[0])))
     assert motion.touch_x == pytest.approx(model.mid_surface(at.q)[column, 0], abs=0.1)
 
@@ -146,8 +161,23 @@ def test_a_strip_that_stays_is_an_error(found: Collapse, monkeypatch: pytest.Mon
     monkeypatch.setattr(collapse, "PATIENCE", 10.0)
     with pytest.raises(TimeStepError, match="nothing happened") as caught:
         collapse.let_fall(found.run, replace(FALL, disturbance=1e-4, speed=-0.02))
-    assert caught.value.last.t > 10.0
+    # Longer by the damping, which slows the start.
+    assert 13.0 < caught.value.last.t < 13.0 + TIME_OPTIONS.largest
     assert caught.value.details["mid_surface"].shape == (len(found.run.problem.model.s), 2)
+
+
+def test_a_strip_that_never_rests_is_an_error(found: Collapse, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(collapse, "PATIENCE", 20.0)
+    with pytest.raises(TimeStepError, match="did not come to rest") as caught:
+        collapse.let_fall(found.run, replace(FALL, disturbance=0.05, damping=Damping()))
+    assert caught.value.last.energy.kinetic > 0.0
+
+
+def test_an_unstable_state_is_not_handed_over(found: Collapse, monkeypatch: pytest.MonkeyPatch) -> None:
+    start = collapse.continuation.start
+    monkeypatch.setattr(collapse.continuation, "start", lambda *given: replace(start(*given), negatives=1))
+    with pytest.raises(SolveError, match="not stable"):
+        collapse.settled(found.run.problem, found.motion.moments[-1])
 
 
 def test_a_step_that_fails_keeps_the_last_good_state(found: Collapse, monkeypatch: pytest.MonkeyPatch) -> None:
