@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from stripfold import store
@@ -27,7 +28,11 @@ def test_simulate_and_film(here: Path, capsys: pytest.CaptureFixture[str]) -> No
     assert main(["simulate", "strip.yaml"]) == 0
     out = capsys.readouterr().out
     data = store.read(here / "strip.nc", require=["phase", "x", "z", "closing", "touch_time"])
-    assert f"{data.attrs['touch_time']:.4g} s" in out
+    said = dict(line.split(maxsplit=1) for line in out.splitlines())
+    assert said["lambda_c"].startswith(f"{data.attrs['lambda_c']:.6g} m ")
+    assert said["touch"] == f"after {data.attrs['touch_time']:.4g} s at x = {data.attrs['touch_x']:.4g} m"
+    assert said["rest"] == "-"
+    assert np.isnan(data.attrs["settle_time"])
     assert list(dict.fromkeys(data["phase"].values)) == ["before", "fall"]
     assert data.attrs["end"] == "first touch"
     assert '"until": "touch"' in data.attrs["config"]
@@ -79,3 +84,8 @@ def test_a_failed_motion_leaves_its_last_good_state_only(
     kept = store.read(here / "strip.last-good.nc", require=["x", "z", "time", "lambda"])
     assert "planted" in kept.attrs["error"]
     assert float(kept["z"][0]) == pytest.approx(0.054)
+    # SI: 2 sqrt(L*/g) after the start, the pin at half the length.
+    star = (3780.0 * 9.81) ** (-1.0 / 3.0)
+    assert float(kept["time"]) == pytest.approx(2.0 * np.sqrt(star / 9.81), rel=1e-3)
+    assert float(kept["x"][-1]) == pytest.approx(0.15)
+    assert float(kept["x"][0]) == pytest.approx(float(kept["lambda"]) - 0.15)

@@ -232,6 +232,12 @@ class TestEnergy:
         (released,) = [line for line in energy.draw(data).axes[1].lines if line.get_label() == "released"]
         assert released.get_ydata()[-1] == pytest.approx(1.1)
 
+    def test_so_does_the_disturbance(self, data):
+        data["kinetic"] = data["kinetic"] + 1e-4
+        (released,) = [line for line in energy.draw(data).axes[1].lines if line.get_label() == "released"]
+        assert released.get_ydata()[0] == pytest.approx(0.1)
+        assert released.get_ydata()[-1] == pytest.approx(1.1)
+
     def test_closing_error(self, data):
         bottom = energy.draw(data).axes[2]
         assert bottom.get_yscale() == "log"

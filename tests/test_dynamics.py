@@ -8,14 +8,15 @@ from itertools import pairwise, takewhile
 import numpy as np
 import pytest
 
-from oracles.moving import NONE, Pendulum
+from oracles.moving import NONE, Pendulum, Small
 from stripfold.errors import NewtonError, TimeStepError
 from stripfold.models.solid import Solid
 from stripfold.solve import dynamics
-from stripfold.solve.dynamics import Moment, Moving, Nudge, TimeOptions
-from stripfold.solve.schemes import Bathe, Damping, Done, EnergyMomentum, GeneralisedAlpha, Scheme
+from stripfold.solve.dynamics import Drive, Moment, Moving, Nudge, TimeOptions
+from stripfold.solve.schemes import Bathe, Damping, Done, EnergyMomentum, GeneralisedAlpha, Scheme, Stretch
 from stripfold.studies import static
 from stripfold.studies.modes import HeldStrip
+from stripfold.studies.schemes import Oscillator
 from stripfold.studies.static import Strip
 
 CONSERVING = EnergyMomentum(0.0)
@@ -153,6 +154,26 @@ def test_dropped_mass_lands_and_stays(scheme: Scheme) -> None:
     assert np.abs(balance(moments)).max() < 1e-9
 
 
+@dataclass(frozen=True)
+class Coupled(Pendulum):
+    """An impact of one unknown acts on the other."""
+
+    mass = Small(np.array([[2.0, 1.0], [1.0, 2.0]]))
+
+
+def test_an_impact_does_not_move_the_gripper() -> None:
+    """A gripper at rest does no work, whatever lands next to it."""
+    problem = Coupled(stiffness=0.0, moved=np.array([0]), floor=-0.5)
+    moments = fixed(problem, begin(problem, np.zeros(2), np.zeros(2)), 0.07, 30)
+    assert len(moments[-1].active) == 1
+    for moment in moments:
+        assert moment.energy.work == pytest.approx(0.0, abs=1e-12)
+        assert moment.v[0] == pytest.approx(0.0, abs=1e-12)
+        if len(moment.active):
+            assert moment.v[1] == pytest.approx(0.0, abs=1e-12)
+    assert moments[-1].energy.contact == pytest.approx(0.5, abs=1e-9)
+
+
 def test_fallen_strip_neither_penetrates_nor_gains() -> None:
     run = static.solve_height(Strip(10.0, 0.06), 3.0, 2.0, past=0.0)
     problem, last = run.problem, run.last
@@ -212,10 +233,60 @@ def test_damping_loses_what_is_recorded_at_the_right_rate(damping: Damping, name
 
 
 @pytest.mark.parametrize("scheme", [GeneralisedAlpha(), Bathe()], ids=repr)
-def test_schemes_for_comparison_refuse_damping(scheme: Scheme) -> None:
+@pytest.mark.parametrize("damping", [Damping(air=0.1), Damping(stiffness=0.1)], ids=repr)
+def test_schemes_for_comparison_refuse_damping(scheme: Scheme, damping: Damping) -> None:
     problem = Pendulum()
     with pytest.raises(ValueError, match="without damping"):
-        fixed(problem, begin(problem), 0.01, 1, scheme, Damping(air=0.1))
+        fixed(problem, begin(problem), 0.01, 1, scheme, damping)
+
+
+def test_bathes_method_refuses_a_moving_gripper() -> None:
+    problem = Pendulum(moved=np.array([1]))
+    first = dynamics.start(problem, np.zeros(2), np.zeros(2), 0.0, NONE)
+    with pytest.raises(ValueError, match="gripper at rest"):
+        dynamics.step(problem, first, 0.01, Moving(0.0, 0.1), Damping(), Bathe(), TimeOptions())
+    dynamics.step(problem, first, 0.01, STILL, Damping(), Bathe(), TimeOptions())
+
+
+@pytest.mark.parametrize(
+    ("scheme", "radius"), [(GeneralisedAlpha(1.0), 1.0), (GeneralisedAlpha(0.8), 0.8), (Bathe(), 0.0)], ids=repr
+)
+def test_what_is_faster_than_the_step_is_left_by_the_named_share(scheme: Scheme, radius: float) -> None:
+    """The largest eigenvalue of what a step of 10^4 / omega makes of displacement, velocity and acceleration."""
+    problem, dt = Oscillator(), 1e4
+    scale = np.array([1.0, dt, dt**2])
+    columns = []
+    for q, v, a in np.eye(3) / scale:
+        one = Stretch(*(np.array([x]) for x in (q, v, a)), mean_v=np.array([v]), active=NONE, dt=dt)
+        done = scheme.step(problem, one, 0.0, Damping(), TimeOptions().newton)
+        columns.append(scale * [done.q[0], done.v[0], done.a[0]])
+    assert np.abs(np.linalg.eigvals(np.array(columns).T)).max() == pytest.approx(radius, abs=0.02)
+
+
+def test_a_step_longer_than_the_dissipations_time_ends_at_its_mean_velocity() -> None:
+    """The weight of the velocity at the end is one there, not more: that would turn a flicker round."""
+    problem = Pendulum(stiffness=1.0)
+    moment = fixed(problem, begin(problem), 0.3, 1, EnergyMomentum(20.0))[-1]
+    np.testing.assert_allclose(moment.v, moment.mean_v, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("problem", "drive"),
+    [(Pendulum(moved=np.array([1])), Nudge(0.0, 0.4, 1.0)), (Pendulum(stiffness=0.0, floor=-0.05), STILL)],
+    ids=["moved", "landing"],
+)
+def test_generalised_alpha_accounts_to_its_order(problem: Pendulum, drive: Drive) -> None:
+    """The balance of energy closes to the error of the step, with the work of the mover and what the floor takes."""
+    moments = [dynamics.start(problem, np.zeros(2), np.zeros(2), 0.0, NONE)]
+    scheme, options = GeneralisedAlpha(1.0), TimeOptions(largest_gain=np.inf)
+    for _ in range(100):
+        moments.append(dynamics.step(problem, moments[-1], 0.01, drive, Damping(), scheme, options))
+    end = moments[-1].energy
+    lacking = balance(moments)
+    assert np.abs(lacking).max() < 1e-4
+    assert max(end.work, end.contact) > 0.04
+    # What is recorded of it adds up.
+    assert [m.energy.closing for m in moments] == pytest.approx(lacking, abs=1e-15)
 
 
 def test_steps_follow_the_tolerance() -> None:
@@ -283,11 +354,20 @@ def test_a_gain_of_energy_is_refused() -> None:
     with pytest.raises(TimeStepError, match="created an energy"):
         list(dynamics.march(problem, begin(problem), STILL, scheme=Generous(1.01)))
     fixed(problem, begin(problem), 0.01, 1, Generous(0.99))
+    # The limit is where it is said to be: the kinetic energy is 0.245.
+    fixed(problem, begin(problem), 0.01, 1, Generous(1.0 + 1e-7))
+    with pytest.raises(NewtonError, match="created an energy"):
+        fixed(problem, begin(problem), 0.01, 1, Generous(1.0 + 4e-7))
+    # And what is no number is no gain that could be allowed.
+    with pytest.raises(NewtonError, match="created an energy"):
+        fixed(problem, begin(problem), 0.01, 1, Generous(np.nan))
 
 
 def test_what_is_held_does_not_accelerate_at_the_start(cantilever: tuple[HeldStrip, np.ndarray]) -> None:
     problem, q = cantilever
     first = dynamics.start(problem, q, q, 0.0, NONE)
     assert np.all(first.a[problem.prescribed] == 0.0)
+    # The first step's error is told from the change of this: a start in motion is no jerk.
+    np.testing.assert_array_equal(first.mean_a, first.a)
     # Free fall of all the rest, on the whole: two Gauss points along an element leave its nodes room to alternate.
     assert problem.model.weight @ first.a == pytest.approx(-problem.model.length, rel=0.02)

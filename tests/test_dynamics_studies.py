@@ -39,7 +39,8 @@ def test_the_conserving_scheme_conserves(compared: xr.Dataset) -> None:
     chosen, conserving = (compared.sel(scheme=name) for name in (schemes.DEFAULT, schemes.CONSERVING))
     assert np.abs(conserving["swing_energy"].values).max() < 1e-6
     assert np.all(chosen["swing_energy"].values < 0.0)
-    assert abs(float(conserving["drift"])) < 1e-6
+    assert 0.0 < abs(float(conserving["drift"])) < 1e-6  # zero it would not be measured
+    assert (compared["touch_iterations"] > 1.2 * compared["touch_steps"]).all()
     assert float(conserving["numerical_share"]) == 0.0
     assert 0.0 < float(chosen["numerical_share"]) < 0.05
     for one in (chosen, conserving):
@@ -139,6 +140,18 @@ def test_exponent_and_limit_of_a_known_law() -> None:
     residual = y - y.mean() - slope * x
     assert half_width == pytest.approx(3.18245 * np.sqrt(residual @ residual / 3.0 / (x @ x)), rel=1e-4)
     assert lag.limit(v, 7.0 + 2.0 * v**0.8, 0.8) == pytest.approx(7.0, abs=1e-12)
+
+
+def test_a_fall_without_end_has_failed(fold: lag.Fold, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(schemes, "LATEST", 0.5)
+    with pytest.raises(SolveError, match="no touch"):
+        schemes.fall_to_touch(fold.run, EnergyMomentum())
+
+
+def test_a_failed_step_leaves_no_order() -> None:
+    assert schemes.observed_order([0.2, 0.1], np.array([4e-3, 1e-3])) == pytest.approx(2.0)
+    assert np.isnan(schemes.observed_order([0.2, 0.1], np.array([np.nan, 1e-3])))
+    assert np.isnan(schemes.observed_order([0.2], np.array([1e-3])))
 
 
 def test_lag_needs_a_fold_and_a_branch(fold: lag.Fold) -> None:

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import xarray as xr
 
+from stripfold.solve.schemes import Damping
 from stripfold.studies import falls
+from stripfold.studies.collapse import TIME_OPTIONS, Fall, let_fall, to_critical_point
+from stripfold.studies.static import Strip
 
 BASE = {
     "length": 10.0,
@@ -22,6 +27,7 @@ CASES = [
     {"name": "other sign", "disturbance": -1e-2},
     {"name": "no damping", "air": 0.0, "stiffness": 0.0},
     {"name": "another height", "height": 2.0},
+    {"name": "another mesh", "refinement": 1.5},
     {"name": "too low to snap", "height": 1.2},
 ]
 
@@ -66,3 +72,35 @@ def test_undamped_is_followed_past_the_touch(found: xr.Dataset) -> None:
     assert float(free["end_time"] - free["touch_time"]) == pytest.approx(falls.FREE_RUN, abs=0.5)
     assert np.isnan(float(free["handed_over"]))
     assert 0.0 <= float(found["handed_over"].sel(case="base")) < 1e-2
+
+
+def test_the_numbers_are_those_of_the_motion(found: xr.Dataset) -> None:
+    """The base and its other sign once more, measured from the energies and shapes of their moments."""
+    run = to_critical_point(Strip(BASE["length"], BASE["thickness"]), BASE["height"], BASE["refinement"])
+    options = replace(TIME_OPTIONS, tolerance=BASE["tolerance"])
+    fall = Fall(BASE["disturbance"], damping=Damping(air=BASE["air"], stiffness=BASE["stiffness"]))
+    motion, other = (let_fall(run, replace(fall, disturbance=v), options) for v in (1e-2, -1e-2))
+    moments, energy = motion.moments, [m.energy for m in motion.moments]
+    lacking = np.array([e.total - e.work + e.lost for e in energy]) - energy[0].total
+    wanted = {
+        "touch_time": moments[motion.touch].t,
+        "touch_x": motion.touch_x,
+        "end_time": moments[-1].t,
+        "steps": len(moments) - 1,
+        "released": sum(run.problem.energies(moments[0].q)) - sum(run.problem.energies(moments[-1].q)),
+        "numerical": energy[-1].numerical,
+    }
+    base = found.sel(case="base")
+    for name, value in wanted.items():
+        assert float(base[name]) == pytest.approx(value, rel=1e-6), name
+    assert float(base["closing"]) == pytest.approx(lacking[-1], abs=1e-14)
+    assert float(base["largest_gain"]) == pytest.approx(np.diff(lacking).max(), abs=1e-14)
+    shapes = [run.problem.model.mid_surface(one.moments[-1].q) for one in (motion, other)]
+    apart = np.linalg.norm(shapes[0] - shapes[1], axis=1).max()
+    assert float(found["distance"].sel(case="other sign")) == pytest.approx(apart, rel=0.05)
+    assert float(found["touch_time"].sel(case="other sign")) == pytest.approx(other.moments[other.touch].t, rel=1e-6)
+
+
+def test_another_mesh_is_another_computation(found: xr.Dataset) -> None:
+    change = abs(float(found["touch_x"].sel(case="another mesh") - found["touch_x"].sel(case="base")))
+    assert 1e-6 < change < 0.1

@@ -139,6 +139,9 @@ class TestFilm:
         assert stage.said.get_text() == "fall, slowed down 2 times: $t$ = 0.06 s"
         assert stage.position.get_text() == r"$\lambda$ = 36.0 cm"
         assert stage.critical.get_visible()
+        np.testing.assert_allclose(np.transpose(stage.critical.get_data()), 100.0 * found.states[found.critical])
+        (way,) = [line for line in stage.critical.axes.lines if line.get_linestyle() == ":"]
+        np.testing.assert_allclose(np.transpose(way.get_data()), 100.0 * found.states[:, 0])
         assert [one.get_color() for one in (stage.strip, stage.said)] == [style.RED, style.RED]
         stage.frame(0, 15, 1.0)
         assert stage.said.get_text() == "static"

@@ -174,6 +174,14 @@ class TestWeightAndMass:
         assert up @ (model.mass @ up) == pytest.approx(LENGTH, rel=1e-14)
         assert abs(along @ (model.mass @ up)) < 1e-15
 
+    def test_a_distorted_strip_weighs_its_area(self):
+        """Truth: half as long again in the reference configuration is half as heavy again."""
+        model = Solid.of(LENGTH, THICKNESS, elements=ELEMENTS, distort=lambda p: p * [[1.5], [1.0]])
+        up = np.zeros(model.size)
+        up[model.middle[:, 1]] = 1.0
+        assert model.weight @ up == pytest.approx(1.5 * LENGTH, rel=1e-14)
+        assert up @ (model.mass @ up) == pytest.approx(1.5 * LENGTH, rel=1e-14)
+
     @pytest.mark.parametrize("across", [1, 2])
     @pytest.mark.parametrize("powers", [(0, 0), (1, 0), (0, 1), (0, 2), (1, 1), (2, 0), (1, 2)])
     def test_exact_products(self, powers, across):

@@ -162,6 +162,42 @@ def test_a_criterion_that_is_broken_does_not_hold(dataset: str, name: str, value
     assert entries(data)[key]["holds"] is False
 
 
+@pytest.mark.parametrize(
+    ("name", "case", "value", "key"),
+    [
+        ("minimal_gap", "fine mesh", -1e-3, "falls_penetration"),
+        ("closing", "no damping", 1e-5, "falls_energy_gain"),
+        ("distance", "half the step", 0.01, "falls_end_state"),
+        ("distance", "other sign", 0.01, "falls_end_state"),
+        ("handed_over", "other sign", 0.05, "handed_over"),
+        ("touch_x", "coarse mesh", 0.7701, "touch_convergence"),
+        ("touch_x", "no damping", np.nan, "falls_failed"),
+    ],
+)
+def test_one_bad_fall_is_enough(name: str, case: str, value: float, key: str) -> None:
+    data = datasets()
+    data["falls"][name].loc[{"case": case}] = value
+    assert entries(data)[key]["holds"] is False
+
+
+def test_five_falls_are_too_few() -> None:
+    data = datasets()
+    data["falls"] = data["falls"].isel(case=slice(0, 5))
+    assert entries(data)["falls"]["holds"] is False
+
+
+def test_the_finest_step_the_smaller_order_and_the_median_are_quoted() -> None:
+    data = datasets()
+    data["modes"] = data["modes"].isel(steps=[0, 0]).assign_coords(steps=[25, 100])
+    data["modes"]["motion_error"][..., 0] = 0.07
+    data["schemes"]["swing_order"] += 0.5
+    data["fall_benchmark"] = xr.Dataset({"wall": ("repeat", [8.0, 11.0, 30.0]), "memory": ((), 150.0)})
+    found = entries(data)
+    assert found["modes_error"]["value"] == pytest.approx(7e-4)
+    assert found["dynamics_order"]["value"] == 1.99
+    assert found["time_fall"]["value"] == 11.0
+
+
 def test_table_is_replaced_and_nothing_else() -> None:
     summary = entries(datasets())
     text = "before\n" + TABLE[0] + "old\n" + TABLE[1] + "after\n"
