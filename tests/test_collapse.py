@@ -14,8 +14,9 @@ from stripfold.errors import NewtonError, SolveError, TimeStepError
 from stripfold.simulation import Simulation
 from stripfold.solve import dynamics
 from stripfold.solve.schemes import Damping
-from stripfold.studies import collapse, collapse_data
-from stripfold.studies.collapse import TIME_OPTIONS, Collapse, Fall
+from stripfold.studies import collapse, collapse_data, falling
+from stripfold.studies.collapse import Collapse
+from stripfold.studies.falling import TIME_OPTIONS, Fall
 from stripfold.studies.static import Strip, contact_positions, touches
 
 STRIP, HEIGHT = Strip(15.0, 0.03), 1.8
@@ -36,7 +37,7 @@ def stored() -> tuple[Simulation, xr.Dataset]:
 def test_it_goes_from_the_critical_point_to_the_end(found: Collapse) -> None:
     first, last = found.motion.moments[0], found.motion.moments[-1]
     assert first.lam == found.run.last.lam
-    assert last.lam == pytest.approx(first.lam + collapse.NUDGE)
+    assert last.lam == pytest.approx(first.lam + falling.NUDGE)
     assert found.after[0].lam == last.lam
     assert found.end == "the gripper is above the held end"
     assert found.after[-1].lam >= STRIP.length
@@ -58,7 +59,7 @@ def test_nothing_penetrates_or_gains_energy(found: Collapse) -> None:
 def test_what_lies_and_what_is_held_has_its_velocity(found: Collapse) -> None:
     """After an impact nothing on the floor goes into it, and the gripper and the pin go as they are driven."""
     problem, moments = found.run.problem, found.motion.moments
-    _, drive = collapse.beginning(found.run, FALL)
+    _, drive = falling.beginning(collapse.release_of(found.run), FALL)
     for moment in moments[1:]:
         assert np.abs(moment.v[moment.active]).max() < 1e-12
         np.testing.assert_allclose(moment.v[problem.prescribed], [drive.rate(moment.t), 0.0, 0.0, 0.0], atol=1e-12)
@@ -92,7 +93,7 @@ def test_the_touch_is_the_first(found: Collapse) -> None:
     assert not any(touches(model, m) for m in motion.moments[: motion.touch])
     at = motion.moments[motion.touch]
     assert touches(model, at)
-    assert at.t - motion.moments[motion.touch - 1].t <= collapse.TOUCH_TOLERANCE
+    assert at.t - motion.moments[motion.touch - 1].t <= falling.TOUCH_TOLERANCE
     # One way leads there: also where the touch was found by halving, each step begins where the last one ended.
     for before, after in pairwise(motion.moments):
         assert after.t - before.t == pytest.approx(after.dt, rel=1e-6)
@@ -106,8 +107,8 @@ def test_the_touch_is_located_step_by_step(found: Collapse, monkeypatch: pytest.
     touch = found.motion.touch
     at = next(i for i in range(touch, 0, -1) if moments[touch].t - moments[i].t > 0.01)
     problem = found.run.problem
-    _, drive = collapse.beginning(found.run, FALL)
-    motion = collapse._Marching(problem, drive, FALL.damping, collapse.TIME_OPTIONS)
+    _, drive = falling.beginning(collapse.release_of(found.run), FALL)
+    motion = falling._Marching(problem, drive, FALL.damping, falling.TIME_OPTIONS)
     step, reached = dynamics.step, []
 
     def once(problem: object, before: dynamics.Moment, dt: float, *rest: object) -> dynamics.Moment:
@@ -121,9 +122,9 @@ def test_the_touch_is_located_step_by_step(found: Collapse, monkeypatch: pytest.
     for beyond in (1e-4, 1e-3, 3e-3, 0.01):
         after = motion.step(moments[at], moments[touch].t - moments[at].t + beyond)
         assert touches(problem.model, after)
-        chain = collapse._locate_touch(motion, moments[at], after)
-        assert moments[touch].t - collapse.TOUCH_TOLERANCE < chain[-1].t <= after.t
-        assert chain[-1].t < moments[touch].t + collapse.TOUCH_TOLERANCE
+        chain = falling._locate_touch(motion, moments[at], after)
+        assert moments[touch].t - falling.TOUCH_TOLERANCE < chain[-1].t <= after.t
+        assert chain[-1].t < moments[touch].t + falling.TOUCH_TOLERANCE
         assert [touches(problem.model, moment) for moment in chain] == [False] * (len(chain) - 1) + [True]
         times = [moments[at].t, *(moment.t for moment in chain)]
         np.testing.assert_allclose(np.diff(times), [moment.dt for moment in chain], rtol=1e-9)
@@ -140,7 +141,7 @@ def test_where_it_touches_lies_between_nodes(found: Collapse) -> None:
     q[model.middle[:, 0]] = 0.25
     q[model.middle[:, 1]] = (model.s - lowest) ** 2
     expected = lowest - model.length / 2.0 + 0.25
-    assert collapse.touch_position(problem, replace(moment, q=q)) == pytest.approx(expected, abs=1e-9)
+    assert falling.touch_position(problem, replace(moment, q=q)) == pytest.approx(expected, abs=1e-9)
 
 
 def test_a_lying_upper_layer_leaves_the_folded_loop(found: Collapse) -> None:
@@ -158,7 +159,7 @@ def test_a_lying_upper_layer_leaves_the_folded_loop(found: Collapse) -> None:
 
 
 def test_both_signs_end_in_the_same_state(found: Collapse) -> None:
-    other = collapse.let_fall(found.run, replace(FALL, disturbance=-FALL.disturbance))
+    other = falling.let_fall(collapse.release_of(found.run), replace(FALL, disturbance=-FALL.disturbance))
     middle = found.run.problem.model.mid_surface
     apart = middle(other.moments[-1].q) - middle(found.motion.moments[-1].q)
     assert np.abs(apart).max() < 1e-3
@@ -167,7 +168,7 @@ def test_both_signs_end_in_the_same_state(found: Collapse) -> None:
 
 
 def test_the_disturbance_has_its_speed_and_direction(found: Collapse) -> None:
-    first, drive = collapse.beginning(found.run, FALL)
+    first, drive = falling.beginning(collapse.release_of(found.run), FALL)
     problem = found.run.problem
     speed = np.linalg.norm(first.v[problem.model.middle], axis=1).max()
     assert speed == pytest.approx(FALL.disturbance)
@@ -179,7 +180,7 @@ def test_the_disturbance_has_its_speed_and_direction(found: Collapse) -> None:
 
 
 def test_a_moving_gripper(found: Collapse) -> None:
-    motion = collapse.let_fall(found.run, replace(FALL, speed=0.02, to_rest=False))
+    motion = falling.let_fall(collapse.release_of(found.run), replace(FALL, speed=0.02, to_rest=False))
     last = motion.moments[-1]
     assert last.lam == pytest.approx(found.run.last.lam + 0.02 * last.t)
     assert motion.touch == len(motion.moments) - 1
@@ -187,26 +188,26 @@ def test_a_moving_gripper(found: Collapse) -> None:
 
 
 def test_a_strip_that_stays_is_an_error(found: Collapse, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(collapse, "PATIENCE", 10.0)
+    monkeypatch.setattr(falling, "PATIENCE", 10.0)
     with pytest.raises(TimeStepError, match="nothing happened") as caught:
-        collapse.let_fall(found.run, replace(FALL, disturbance=1e-4, speed=-0.02))
+        falling.let_fall(collapse.release_of(found.run), replace(FALL, disturbance=1e-4, speed=-0.02))
     # Longer by the damping, which slows the start.
     assert 13.0 < caught.value.last.t < 13.0 + TIME_OPTIONS.largest
     assert caught.value.details["mid_surface"].shape == (len(found.run.problem.model.s), 2)
 
 
 def test_a_strip_that_never_rests_is_an_error(found: Collapse, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(collapse, "PATIENCE", 20.0)
+    monkeypatch.setattr(falling, "PATIENCE", 20.0)
     with pytest.raises(TimeStepError, match="did not come to rest") as caught:
-        collapse.let_fall(found.run, replace(FALL, disturbance=0.05, damping=Damping()))
+        falling.let_fall(collapse.release_of(found.run), replace(FALL, disturbance=0.05, damping=Damping()))
     assert caught.value.last.energy.kinetic > 0.0
 
 
 def test_an_unstable_state_is_not_handed_over(found: Collapse, monkeypatch: pytest.MonkeyPatch) -> None:
     start = collapse.continuation.start
-    monkeypatch.setattr(collapse.continuation, "start", lambda *given: replace(start(*given), negatives=1))
+    monkeypatch.setattr(falling.continuation, "start", lambda *given: replace(start(*given), negatives=1))
     with pytest.raises(SolveError, match="not stable"):
-        collapse.settled(found.run.problem, found.motion.moments[-1])
+        falling.settled(found.run.problem, found.motion.moments[-1])
 
 
 def test_a_step_that_fails_keeps_the_last_good_state(found: Collapse, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -219,7 +220,7 @@ def test_a_step_that_fails_keeps_the_last_good_state(found: Collapse, monkeypatc
 
     monkeypatch.setattr(dynamics, "step", breaking)
     with pytest.raises(TimeStepError, match="planted") as caught:
-        collapse.let_fall(found.run, FALL)
+        falling.let_fall(collapse.release_of(found.run), FALL)
     assert caught.value.last.t == pytest.approx(3.0, abs=1e-3)
     assert np.isfinite(caught.value.details["mid_surface"]).all()
 
@@ -232,12 +233,12 @@ def test_no_snap_no_fall() -> None:
 def test_what_is_not_at_rest_is_not_handed_over(found: Collapse) -> None:
     """The state at rest with its loop blown up: the equilibrium found from it is another state."""
     model, rest = found.run.problem.model, found.motion.moments[-1]
-    collapse.settled(found.run.problem, rest)
+    falling.settled(found.run.problem, rest)
     q = rest.q.copy()
     height = model.mid_surface(q)[:, 1]
     q[model.middle[1:-1, 1]] += 0.2 * height[1:-1]
     with pytest.raises(SolveError, match=r"from the equilibrium|did not converge"):
-        collapse.settled(found.run.problem, replace(rest, q=q))
+        falling.settled(found.run.problem, replace(rest, q=q))
 
 
 def test_dataset(stored: tuple[Simulation, xr.Dataset]) -> None:
