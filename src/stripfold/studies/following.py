@@ -20,7 +20,7 @@ from ..solve import continuation, critical, newton
 from ..solve.continuation import StepOptions
 from ..solve.critical import CriticalPoint
 from ..solve.problem import Equilibrium, Point, Tangent
-from .static import LAMBDA_TOLERANCE, LOOK_AHEAD, PATIENT, touches
+from .static import LAMBDA_TOLERANCE, LOOK_AHEAD, PATIENT
 
 Array = NDArray[np.float64]
 
@@ -99,7 +99,7 @@ def follow(
             point = around_corner(onward, points[-1].state, path.pieces[i + 1].start)
             points.append(point)
             pieces.append(i + 1)
-            if critical.passed(point):
+            if point.negatives:
                 raise SolveError("the strip is not stable at a corner of the path", parameter=point.lam)
     return Stretch(model, path, tuple(points), tuple(pieces), None, folds)
 
@@ -164,11 +164,3 @@ def step_to(problem: StripProblem, point: Point, lam: float, options: StepOption
             return continuation.evaluate(problem, state, point.tangent, point.arc, point.mode)
         point = continuation.step(problem, point, (lam - point.lam) / point.tangent.lam, options)
     raise SolveError("the corner was not reached", parameter=lam)
-
-
-def first_touch(stretch: Stretch) -> int | None:
-    """Index of the first point at which something beside the lying part touches."""
-    for i, point in enumerate(stretch.points):
-        if touches(stretch.model, point):
-            return i
-    return None

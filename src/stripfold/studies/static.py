@@ -256,7 +256,7 @@ def _run(model: Solid, height: float, start: tuple[Solid, Equilibrium], past: fl
         if fold is None:
             if touches(model, point):
                 # The maximum may lie just before the touch, in the same step.
-                near, last = _first_touch(problem, points[-1], point, options)
+                near, last = locate_touch(problem, points[-1], point, options)
                 if near is not points[-1]:
                     points.append(near)
                 if len(points) == 1 or not critical.passed(near, points[-2]):
@@ -286,7 +286,7 @@ def _run(model: Solid, height: float, start: tuple[Solid, Equilibrium], past: fl
     return XRun(problem, tuple(points), End.SNAP, found, found.before, contact_folds, close)
 
 
-def _first_touch(problem: StripProblem, before: Point, after: Point, options: StepOptions) -> tuple[Point, Point]:
+def locate_touch(problem: StripProblem, before: Point, after: Point, options: StepOptions) -> tuple[Point, Point]:
     """Bisect for the touch of the sag: the last point before it and the first one after."""
     share = 0.5
     while after.arc - before.arc > TOUCH_TOLERANCE:
