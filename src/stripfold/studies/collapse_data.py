@@ -9,8 +9,9 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from ..errors import TimeStepError
+from ..material import Material
 from ..models.solid import Solid
-from ..simulation import AFTER, BEFORE, FALL, Simulation
+from ..simulation import AFTER, BEFORE, FALL, LettingGo, Simulation
 from ..solve.dynamics import Energy, Moment
 from ..solve.problem import Point
 from ..solve.schemes import Damping
@@ -37,8 +38,13 @@ IN_STATICS = ("kinetic", "elastic", "gravity")
 
 def fall_of(simulation: Simulation) -> Fall:
     """How the strip is let go, in solver units."""
-    time, go = simulation.time_unit, simulation.letting_go
-    speed = simulation.scene.material.gravity_length / time
+    return in_solver_units(simulation.letting_go, simulation.scene.material)
+
+
+def in_solver_units(go: LettingGo, material: Material) -> Fall:
+    """How a strip of a material is let go, in units of L* and sqrt(L*/g)."""
+    time = float(np.sqrt(material.gravity_length / material.gravity))
+    speed = material.gravity_length / time
     return Fall(
         disturbance=go.disturbance / speed,
         speed=go.speed / speed,

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import ContinuationError, SolveError
+from ..errors import ContinuationError, NewtonError, SolveError
 from ..models.solid import Solid
 from ..paths.curve import GripperPath
 from ..problem import AlongPiece, StripProblem
@@ -158,9 +158,18 @@ def step_to(problem: StripProblem, point: Point, lam: float, options: StepOption
     SolveError
         It is not reached.
     """
-    for _ in range(20):
+    for _ in range(40):
         if abs(lam - point.lam) <= AT_CORNER:
             state = newton.solve(problem, point.q, lam, point.active, options=options.newton)
             return continuation.evaluate(problem, state, point.tangent, point.arc, point.mode)
-        point = continuation.step(problem, point, (lam - point.lam) / point.tangent.lam, options)
+        ds = (lam - point.lam) / point.tangent.lam
+        try:
+            point = continuation.step(problem, point, ds, options)
+        except NewtonError:
+            if ds < 0.0:
+                raise
+            # A contact changes on the way, perhaps turning the branch: half the way as any other part of it.
+            branch = continuation.follow(problem, point, replace(options, first=ds / 2.0, largest=ds / 2.0))
+            next(branch)
+            point = next(branch)
     raise SolveError("the corner was not reached", parameter=lam)
