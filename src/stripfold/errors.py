@@ -73,6 +73,10 @@ class ContinuationError(SolveError):
     """A branch could not be followed: the step became smaller than allowed."""
 
 
+class CoarseMeshError(SolveError):
+    """A mesh's own contact decided over the strip's stability: a finer mesh is needed."""
+
+
 class LostStabilityError(SolveError):
     """A strip with friction did not follow its gripper: it moved far within one step, or no stable state was found."""
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,6 +42,8 @@ class Sizes:
     """Where the lift-off is near the critical point."""
     lying: float = 0.4
     """In the part that lies all the time."""
+    grasp: float = inf
+    """At the grasped end: a strip that lies and is pushed bends within a fifth of L* (docs/numerics.md)."""
     growth: float = 0.4
     """Growth of the element length per length travelled away from a fine zone."""
 
@@ -122,7 +125,7 @@ def boundaries(length: float, sweep: Sweep, refinement: float = 1.0, sizes: Size
         before, after = max(sweep.first - 0.2 - s, 0.0), max(s - sweep.critical - 0.4, 0.0)
         coarse = min(z.free, z.sweep + z.growth * before) if before else min(z.lying, z.sweep + z.growth * after)
         away = max(abs(s - sweep.critical) - half_width, 0.0)
-        return refinement * min(coarse, z.critical + z.growth * away)
+        return refinement * min(coarse, z.critical + z.growth * away, z.grasp + z.growth * s)
 
     # Outwards from the critical lift-off, which stays where it is; each side is stretched evenly to its length.
     meeting = min(sweep.critical, 0.9 * length)

@@ -45,7 +45,7 @@ def read(path: str | os.PathLike[str], length: float, unit: float) -> GripperPat
     t, places = _rows(path)
     places = places / unit
     half = length / 2.0
-    _check_rows(t, places, length, unit, str(path))
+    _check_rows(t, places, length, unit, os.path.basename(path))
     places[0] = (-half, 0.0)
     moved = np.concatenate([[True], np.linalg.norm(np.diff(places, axis=0), axis=1) > 1e-9])
     if moved.sum() < 2:

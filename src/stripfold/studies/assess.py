@@ -12,14 +12,15 @@ from math import degrees
 import numpy as np
 
 from .. import planning
+from ..errors import CoarseMeshError
 from ..models.solid import Solid
 from ..paths import GripperPath
 from ..problem import StripProblem
+from ..solve.continuation import StepOptions
 from ..solve.critical import CriticalPoint
 from ..solve.problem import Array, Point
-from .collapse import SIZES
 from .falling import Fall, Motion, Progress, Release, let_fall, settled, touch_position
-from .following import STEPS, Stretch, follow
+from .following import SIZES, STEPS, Stretch, follow
 from .static import Strip, lift_off, locate_touch, solve_height, touches
 
 SNAP, BIFURCATION = KINDS = "snap-through", "bifurcation"
@@ -32,6 +33,8 @@ does so at zero; planned on the elastica and followed by a strip of thickness h 
 (measured: docs/numerics.md), an unfolded bifurcation.
 """
 MOST_FALLS = 5
+FINEST = 0.25
+"""Smallest factor on the element lengths."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,7 +114,37 @@ def mesh_for(strip: Strip, path: GripperPath, refinement: float = 1.0) -> Solid:
     return strip.model(planning.boundaries(strip.length, sweep, refinement, SIZES))
 
 
-def assess(model: Solid, path: GripperPath, fall: Fall | None = None, progress: Progress | None = None) -> Assessment:
+def assess_strip(
+    strip: Strip,
+    path: GripperPath,
+    fall: Fall | None = None,
+    refinement: float = 1.0,
+    progress: Progress | None = None,
+    options: StepOptions = STEPS,
+) -> Assessment:
+    """Assess a path on a planned mesh; on a finer one where that proves too coarse.
+
+    Raises
+    ------
+    SolveError, TimeStepError
+        As in :func:`assess`.
+    """
+    while True:
+        try:
+            return assess(mesh_for(strip, path, refinement), path, fall, progress, options)
+        except CoarseMeshError:
+            refinement /= 2.0
+            if refinement < FINEST:
+                raise
+
+
+def assess(
+    model: Solid,
+    path: GripperPath,
+    fall: Fall | None = None,
+    progress: Progress | None = None,
+    options: StepOptions = STEPS,
+) -> Assessment:
     """Follow a path; ``fall`` says how the strip is let go at critical points, without it the first one is the end.
 
     Raises
@@ -123,7 +156,7 @@ def assess(model: Solid, path: GripperPath, fall: Fall | None = None, progress: 
     """
     say = progress or (lambda _: None)
     say("following the path")
-    stretches, motions, events = [follow(model, path)], [], []
+    stretches, motions, events = [follow(model, path, options=options)], [], []
     touch = _static_touch(stretches[0])
     while (found := stretches[-1].critical) is not None:
         stretch = stretches[-1]
@@ -138,7 +171,7 @@ def assess(model: Solid, path: GripperPath, fall: Fall | None = None, progress: 
             touch = Touchdown(found.lam, motion.touch_x, True)
         point = settled(problem, motion.moments[-1])
         say("following the path from the state at rest")
-        stretches.append(follow(model, path, point, piece))
+        stretches.append(follow(model, path, point, piece, options))
         touch = touch or _static_touch(stretches[-1])
     return Assessment(model, path, tuple(stretches), tuple(motions), tuple(events), touch)
 

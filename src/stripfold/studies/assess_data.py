@@ -10,7 +10,7 @@ import xarray as xr
 from ..material import Material
 from ..paths import GripperPath, circular, plan_r_path, triangular
 from ..solve.problem import Array
-from .assess import Assessment, assess, grip_and_hold, lying_length, mesh_for, off_the_boundary
+from .assess import Assessment, assess_strip, grip_and_hold, lying_length, off_the_boundary
 from .falling import Fall, Progress
 from .states import dataset, rows_of_motion, rows_of_stretch
 from .static import Strip
@@ -76,7 +76,7 @@ def run(
     unit = material.gravity_length
     strip = Strip(length / unit, material.relative_thickness, material.nu)
     path = path_of(name, strip.length)
-    found = assess(mesh_for(strip, path, refinement), path, fall, progress)
+    found = assess_strip(strip, path, fall, refinement, progress)
     rows = []
     for i, stretch in enumerate(found.stretches):
         rows += rows_of_stretch(stretch, 2 * i)

@@ -12,7 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import ContinuationError, NewtonError, SolveError
+from .. import planning
+from ..errors import CoarseMeshError, ContinuationError, NewtonError, SolveError
 from ..models.solid import Solid
 from ..paths.curve import GripperPath
 from ..problem import AlongPiece, StripProblem
@@ -24,9 +25,18 @@ from .static import LAMBDA_TOLERANCE, LOOK_AHEAD, PATIENT
 
 Array = NDArray[np.float64]
 
+SIZES = planning.Sizes(free=0.15, lying=0.15, grasp=0.05)
+"""The lift-off sweeps the whole strip, and what is laid down rolls over it: no part may be coarse."""
 STEPS = StepOptions(first=0.05, largest=0.5, slow_below=0.4, wanted_iterations=10)
 FIRST_HEIGHT = 0.01
 """Length travelled at the first state, L*: nearer to the flat strip every contact would be about to change."""
+BOUNCED = 0.2
+"""Eigenvalue, g/L*, that a critical point of the strip's own is far below on its stable side: there it goes to zero.
+Where it jumps from above this a single contact of the mesh has opened (docs/numerics.md)."""
+POP = 0.3
+"""Largest way by which the strip may pop when that happens, L*, and go on from there."""
+BEYOND = (0.01, 0.03, 0.1)
+"""How far behind such a point the strip is looked for, L*."""
 AT_CORNER = 1e-7
 """How near a corner has to be stepped to before it is solved for, L*."""
 
@@ -44,7 +54,7 @@ class Stretch:
     critical
         What ended it: the critical point, or None at the end of the path.
     contact_folds
-        Maxima of lambda that were the mesh's own (docs/numerics.md), passed.
+        Maxima of lambda that were the mesh's own (docs/numerics.md), passed: one contact held the strip back.
     """
 
     model: Solid
@@ -87,12 +97,14 @@ def follow(
     points, pieces, folds = [point], [piece], 0
     for i in range(piece, len(path.pieces)):
         problem = problem_on(model, path, i)
-        if points[-1].lam < path.pieces[i].end:
-            walked, found, contact_folds = _along_piece(problem, point, path.pieces[i].end, options)
+        while points[-1].lam < path.pieces[i].end:
+            walked, found, contact_folds = _along_piece(problem, points[-1], path.pieces[i].end, options)
+            popped = _popped(problem, found) if found is not None else None
+            walked += [popped] if popped is not None else []
             points += walked[1:]
             pieces += [i] * (len(walked) - 1)
-            folds += contact_folds
-            if found is not None:
+            folds += contact_folds + (popped is not None)
+            if found is not None and popped is None:
                 return Stretch(model, path, tuple(points), tuple(pieces), found, folds)
         if i + 1 < len(path.pieces):
             onward = problem_on(model, path, i + 1)
@@ -102,6 +114,33 @@ def follow(
             if point.negatives:
                 raise SolveError("the strip is not stable at a corner of the path", parameter=point.lam)
     return Stretch(model, path, tuple(points), tuple(pieces), None, folds)
+
+
+def _popped(problem: StripProblem, found: CriticalPoint) -> Point | None:
+    """The state just behind a place where one contact opened and the strip popped; None at other critical points.
+
+    Raises
+    ------
+    CoarseMeshError
+        It popped far: that is not the strip's doing.
+    """
+    before = found.before
+    if before.eigenvalues[0] < BOUNCED:
+        return None
+    for beyond in BEYOND:
+        try:
+            state = newton.solve(problem, before.q, before.lam + beyond, before.active, options=PATIENT)
+        except NewtonError:
+            continue
+        point = continuation.evaluate(problem, state, Tangent(np.zeros(problem.size), 1.0))
+        moved = np.linalg.norm((point.q - before.q)[problem.model.middle], axis=1).max()
+        if moved < POP and not critical.passed(point):
+            return point
+    raise CoarseMeshError(
+        f"one contact's opening lets the strip go at lambda = {before.lam:.6g}",
+        parameter=before.lam,
+        advice="refine the mesh",
+    )
 
 
 def around_corner(problem: StripProblem, state: Equilibrium, lam: float) -> Point:

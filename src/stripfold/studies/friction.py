@@ -19,8 +19,8 @@ from ..paths import RPath
 from ..problem import AlongPiece, StripProblem
 from ..solve import continuation, newton
 from ..solve.problem import Array, Point, Tangent
-from .collapse import SIZES
 from .falling import touch_position
+from .following import SIZES
 from .static import PATIENT, Strip, touches
 from .stepping import Step, walk
 
