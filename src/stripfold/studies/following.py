@@ -21,7 +21,7 @@ from ..solve import continuation, critical, newton
 from ..solve.continuation import StepOptions
 from ..solve.critical import CriticalPoint
 from ..solve.problem import Equilibrium, Point, Tangent
-from .static import LAMBDA_TOLERANCE, LOOK_AHEAD, PATIENT
+from .static import LAMBDA_TOLERANCE, LOOK_AHEAD, PATIENT, touches
 
 Array = NDArray[np.float64]
 
@@ -136,6 +136,9 @@ def _popped(problem: StripProblem, found: CriticalPoint) -> Point | None:
         moved = np.linalg.norm((point.q - before.q)[problem.model.middle], axis=1).max()
         if moved < POP and not critical.passed(point):
             return point
+    if touches(problem.model, before):
+        # The part that touched comes off: what it held is let go at once, on any mesh.
+        return None
     raise CoarseMeshError(
         f"one contact's opening lets the strip go at lambda = {before.lam:.6g}",
         parameter=before.lam,
