@@ -1,18 +1,16 @@
-"""The command line: a critical point, an eta_b, a collapse, its film.  Heavy imports wait until they are needed."""
+"""The command line; of paths in :mod:`.cli_paths`.  Heavy imports wait until they are needed."""
 
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import sys
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from math import isfinite
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from stripfold import __version__
+from stripfold import __version__, cli_paths
+from stripfold.cli_common import as_json, metres, output_path, progress
 from stripfold.errors import InvalidInputError, SolveError, StripfoldError, TimeStepError
 
 if TYPE_CHECKING:
@@ -31,7 +29,14 @@ def main(argv: Sequence[str] | None = None) -> int:
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
         os.environ.setdefault(name, "1")
     try:
-        commands = {"critical": _critical, "eta": _eta, "simulate": _simulate, "film": _film}
+        commands = {
+            "critical": _critical,
+            "eta": _eta,
+            "simulate": _simulate,
+            "film": _film,
+            "path": cli_paths.path,
+            "assess": cli_paths.assess,
+        }
         command = commands[arguments.command]
         print(command(arguments))
     except StripfoldError as error:
@@ -94,6 +99,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     film.add_argument("result", metavar="RESULT.nc", help="from stripfold simulate")
     film.add_argument("--output", metavar="FILM.mp4", help="where to write [the result's name with .mp4, here]")
+    cli_paths.add_to(commands)
     return parser
 
 
@@ -104,18 +110,9 @@ def _critical(arguments: argparse.Namespace) -> str:
     keys = ("length", "height", "eta_b", "eta_m", "nu", "model", "accuracy")
     scene = Scene.create(**{key: getattr(arguments, key) for key in keys})
     require_long_enough(scene)
-    with _progress() as say:
+    with progress() as say:
         result = find(scene, say)
-    return _as_json(_fields(result)) if arguments.json else _as_text(scene, result)
-
-
-@contextmanager
-def _progress() -> Iterator[Callable[[str], None]]:
-    """A function that shows what is being done, on a terminal only."""
-    from tqdm import tqdm
-
-    with tqdm(disable=None, leave=False, file=sys.stderr, bar_format="{desc} [{elapsed}]") as bar:
-        yield bar.set_description_str
+    return as_json(_fields(result)) if arguments.json else _as_text(scene, result)
 
 
 def _fields(result: CriticalResult) -> dict[str, Any]:
@@ -132,19 +129,15 @@ def _as_text(scene: Scene, result: CriticalResult) -> str:
             f"{result.model}; L* = {star:.5g} m, length {scene.length_star:.4g} L*, height {scene.height_star:.4g} L*",
         ),
         ("snap", f"{'yes' if result.snap else 'no'}: {result.reason}"),
-        ("lambda_0", _metres(result.lambda_0, "advance of the gripper without horizontal force")),
-        ("lambda_c", _metres(result.lambda_c, "advance past the flat end at the snap")),
+        ("lambda_0", metres(result.lambda_0, "advance of the gripper without horizontal force")),
+        ("lambda_c", metres(result.lambda_c, "advance past the flat end at the snap")),
         ("  between", f"{result.lambda_c_lower:.9f} and {result.lambda_c_upper:.9f} m" if result.snap else "-"),
-        ("  error", _metres(result.error, "estimated")),
-        ("x_c", _metres(result.x_c, "gripper in the frame with its origin mid-strip")),
-        ("free length", _metres(result.free_length, "off the floor where the advance ends")),
+        ("  error", metres(result.error, "estimated")),
+        ("x_c", metres(result.x_c, "gripper in the frame with its origin mid-strip")),
+        ("free length", metres(result.free_length, "off the floor where the advance ends")),
         ("time", f"{result.seconds:.2f} s"),
     ]
     return "\n".join(f"{name:<12} {text}" for name, text in lines)
-
-
-def _metres(value: float, what: str) -> str:
-    return f"{value:.6g} m  ({what})" if isfinite(value) else "-"
 
 
 def _eta(arguments: argparse.Namespace) -> str:
@@ -159,7 +152,7 @@ def _eta(arguments: argparse.Namespace) -> str:
     eta_b = elastica.eta_b_from_fold_height(height)
     values = {"eta_b": eta_b, "gravity_length": elastica.gravity_length(eta_b)}
     if arguments.json:
-        return _as_json(values)
+        return as_json(values)
     return f"eta_b        {eta_b:.6g} m^-4 s^2\nL*           {values['gravity_length']:.6g} m"
 
 
@@ -168,9 +161,9 @@ def _simulate(arguments: argparse.Namespace) -> str:
     from stripfold.studies import collapse_data
 
     asked = simulation.read(arguments.scene)
-    path = _output(arguments.output, arguments.scene, ".nc")
+    path = output_path(arguments.output, arguments.scene, ".nc")
     try:
-        with _progress() as say:
+        with progress() as say:
             data = collapse_data.run(asked, say)
     except TimeStepError as error:
         rescue = path.with_suffix(".last-good.nc")
@@ -179,7 +172,7 @@ def _simulate(arguments: argparse.Namespace) -> str:
     store.write(data, path, title="a strip through its collapse", config=asked.as_config())
     attrs = data.attrs
     lines = [
-        ("lambda_c", _metres(attrs["lambda_c"], "advance of the gripper past the flat end at the snap")),
+        ("lambda_c", metres(attrs["lambda_c"], "advance of the gripper past the flat end at the snap")),
         ("touch", f"after {attrs['touch_time']:.4g} s at x = {attrs['touch_x']:.4g} m"),
         ("rest", f"after {attrs['settle_time']:.4g} s" if isfinite(attrs["settle_time"]) else "-"),
         ("end", attrs["end"]),
@@ -192,24 +185,8 @@ def _film(arguments: argparse.Namespace) -> str:
     from stripfold import store
     from stripfold.film import film
 
-    path = _output(arguments.output, arguments.result, ".mp4")
+    path = output_path(arguments.output, arguments.result, ".mp4")
     data = store.read(arguments.result)
-    with _progress() as say:
+    with progress() as say:
         film(data, path, progress=say)
     return f"written      {path}"
-
-
-def _output(given: str | None, source: str, suffix: str) -> Path:
-    """Where to write: as asked, or in the working folder under the source's name."""
-    path = Path(given or Path(source).with_suffix(suffix).name)
-    if path.suffix != suffix:
-        raise InvalidInputError("output", str(path), f"a name that ends in {suffix}")
-    if not path.parent.is_dir():
-        raise InvalidInputError("output", str(path), "a path in an existing folder", f"make {path.parent} first")
-    return path
-
-
-def _as_json(values: dict[str, Any]) -> str:
-    # JSON has no nan: where there is no number there is null.
-    plain = {key: None if isinstance(value, float) and not isfinite(value) else value for key, value in values.items()}
-    return json.dumps(plain, allow_nan=False)

@@ -35,6 +35,9 @@ _RANGES = {
     "speed": (0.0, 1.0, " m s^-1"),
     "air": (0.0, 100.0, " s^-1"),
     "stiffness": (0.0, 1.0, " s"),
+    "friction": (0.0, 1e9, " s^-2"),
+    "hysteresis": (0.0, 1e3, " N"),
+    "step": (1e-9, 1e6, " m"),
 }
 _OF_MATERIAL = ("eta_b", "eta_m", "nu", "rho_a", "gravity")
 
@@ -71,25 +74,16 @@ class Scene:
 
     def __post_init__(self) -> None:
         set_ = object.__setattr__
-        numbers = {key: checked_number(key, getattr(self.material, key)) for key in _OF_MATERIAL}
-        set_(self, "material", Material(**numbers))
-        for key in ("length", "height", "accuracy"):
+        material, length = checked_strip(self.material, self.length)
+        set_(self, "material", material)
+        set_(self, "length", length)
+        for key in ("height", "accuracy"):
             set_(self, key, checked_number(key, getattr(self, key)))
         _choice("model", self.model, get_args(Model))
         _choice("law", self.law, get_args(Law))
         if self.model == "elastica":
             _choice("law", self.law, ("svk",), "the elastica has no other law")
-        _check_length(self.material, self.length)
         _check_height(self.material, self.length, self.height)
-        if not self.material.relative_thickness <= MAX_THICKNESS_STAR:
-            # h / L* = sqrt(12 eta_m / eta_b) / L*
-            largest = (MAX_THICKNESS_STAR * self.material.gravity_length) ** 2 * self.material.eta_b / 12.0
-            raise InvalidInputError(
-                "eta_m",
-                self.material.eta_m,
-                f"at most {largest:.3g} m^-2 s^2 with eta_b = {self.material.eta_b:g} m^-4 s^2",
-                f"the model would be {self.material.thickness:.3g} m thick, more than {MAX_THICKNESS_STAR} L*",
-            )
 
     @classmethod
     def create(
@@ -165,6 +159,29 @@ def require_long_enough(scene: Scene) -> None:
             f"more than {shortest:.4g} m with height = {scene.height:g} m",
             "the strip is too short: all of it would leave the floor before it could snap; lengthen it or go lower",
         )
+
+
+def checked_strip(material: Material, length: float) -> tuple[Material, float]:
+    """A strip's material and length, m, if they go together.
+
+    Raises
+    ------
+    InvalidInputError
+        Not a number, a number outside its range, or a combination that is no strip.
+    """
+    material = Material(**{key: checked_number(key, getattr(material, key)) for key in _OF_MATERIAL})
+    length = checked_number("length", length)
+    _check_length(material, length)
+    if not material.relative_thickness <= MAX_THICKNESS_STAR:
+        # h / L* = sqrt(12 eta_m / eta_b) / L*
+        largest = (MAX_THICKNESS_STAR * material.gravity_length) ** 2 * material.eta_b / 12.0
+        raise InvalidInputError(
+            "eta_m",
+            material.eta_m,
+            f"at most {largest:.3g} m^-2 s^2 with eta_b = {material.eta_b:g} m^-4 s^2",
+            f"the model would be {material.thickness:.3g} m thick, more than {MAX_THICKNESS_STAR} L*",
+        )
+    return material, length
 
 
 def checked_number(key: str, value: Any) -> float:

@@ -2,17 +2,20 @@
 
 from .curve import GripperPath, Piece
 from .geometric import circular, triangular
-from .rpath import PlannedState, RPath, plan_r_path
-from .table import read, write
+from .rpath import LONGEST, PlannedState, RPath, plan_r_path, shortest_half_fold
+from .table import as_text, read, write
 
 __all__ = [
+    "LONGEST",
     "GripperPath",
     "Piece",
     "PlannedState",
     "RPath",
+    "as_text",
     "circular",
     "plan_r_path",
     "read",
+    "shortest_half_fold",
     "triangular",
     "write",
 ]

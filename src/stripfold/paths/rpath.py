@@ -113,6 +113,12 @@ class RPath:
         return (1.0 - share) * self.states[after - 1].at(s) + share * self.states[after].at(s)
 
 
+def shortest_half_fold() -> float:
+    """Length, L*, of the strip whose upper layer only just reaches the lower one."""
+    loop = elastica.folded_loop()
+    return loop.arc + loop.offset
+
+
 def plan_r_path(length: float) -> RPath:
     """Plan for a strip of the given length, L*.
 
@@ -130,7 +136,7 @@ def plan_r_path(length: float) -> RPath:
     (8.900575, 3.584045)
     """
     loop = elastica.folded_loop()
-    shortest = loop.arc + loop.offset
+    shortest = shortest_half_fold()
     if not shortest < length <= LONGEST:
         raise InvalidInputError(
             "length",

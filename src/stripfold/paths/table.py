@@ -113,14 +113,19 @@ def _check_rows(t: Array, places: Array, length: float, unit: float, name: str) 
 
 
 def write(path: GripperPath, target: str | os.PathLike[str], unit: float, comments: tuple[str, ...] = ()) -> int:
-    """Write a path as a table that :func:`read` takes; returns the number of rows.
+    """Write :func:`as_text` to a file; returns the number of rows."""
+    text = as_text(path, unit, comments)
+    write_text(text, target)
+    return text.count("\n") - len(comments) - 1
+
+
+def as_text(path: GripperPath, unit: float, comments: tuple[str, ...] = ()) -> str:
+    """A path as a table that :func:`read` takes.
 
     Parameters
     ----------
     path
-        What to write.
-    target
-        Where to.
+        The path, in L*.
     unit
         L*, m.
     comments
@@ -130,5 +135,4 @@ def write(path: GripperPath, target: str | os.PathLike[str], unit: float, commen
     lines = [f"# {line}" for line in comments] + [HEADER]
     for travelled, (x, z) in zip(s, places * unit, strict=True):
         lines.append(f"{path.pseudo_time(float(travelled)):.9g},{x:.9g},{max(z, 0.0):.9g}")
-    write_text("\n".join(lines) + "\n", target)
-    return len(s)
+    return "\n".join(lines) + "\n"

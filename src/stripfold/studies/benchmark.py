@@ -16,7 +16,12 @@ import numpy as np
 import xarray as xr
 
 from ..errors import StripfoldError
+from ..material import Material
+from ..paths import read
+from .verdict import reach
 
+STRIP = ("--length", "0.5", "--eta-b", "3780")
+"""The strip whose R-path is assessed."""
 COMMAND = ("critical", "--length", "0.6", "--eta-b", "3780", "--height", "0.09", "--accuracy", "5e-3", "--json")
 """What is timed: the paper's material in the middle of the range, to a relative error of 5e-3."""
 
@@ -50,6 +55,35 @@ def run_fall(repeats: int, scene: str) -> xr.Dataset:
             "memory": ((), peak, {"units": "MB", "long_name": "peak memory of the process"}),
         },
         attrs={"command": f"stripfold simulate {Path(scene).name}"},
+    )
+
+
+def run_assess(repeats: int) -> xr.Dataset:
+    """One ``stripfold assess`` of an R-path, ``repeats`` times after one uncounted run; its error from a finer mesh."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = str(Path(folder) / "r-path.csv")
+        _timed(("path", "r-path", *STRIP, "--csv", path), 0)
+        walls, answers, peak = _timed(("assess", path, *STRIP, "--json"), repeats)
+        material = Material(float(STRIP[3]))
+        unit, length = material.gravity_length, float(STRIP[1])
+        found = json.loads(answers[0])
+        finer = reach(material, length, read(path, length / unit, unit), refinement=0.5)
+    first, again = found["critical"][0], finer.critical[0]
+    error = max(
+        float(np.hypot(first["x"] - again["x"], first["z"] - again["z"])),
+        abs(found["first_touch_x"] - finer.first_touch_x),
+    )
+    return xr.Dataset(
+        {
+            "wall": ("repeat", walls, {"units": "s", "long_name": "time of the whole process"}),
+            "memory": ((), peak, {"units": "MB", "long_name": "peak memory of the process"}),
+            "error": (
+                (),
+                error / length,
+                {"units": "1", "long_name": "change of critical point and first touch on half the elements / length"},
+            ),
+        },
+        attrs={"command": "stripfold assess r-path.csv " + " ".join(STRIP)},
     )
 
 

@@ -6,7 +6,7 @@ second time with shorter steps on another mesh: a branch taken by mistake would 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -44,13 +44,12 @@ class Case:
     rows: Array
 
 
-def cases(count: int, seed: int) -> Iterator[Case]:
-    """Random cases, the same for the same seed."""
-    random = np.random.default_rng(seed)
-    for i in range(count):
-        strip = Strip(float(random.uniform(*LENGTHS)), float(random.uniform(*THICKNESSES)))
-        kind = KINDS[i % len(KINDS)]
-        yield Case(kind, strip, _rows(random, strip.length, kind))
+def case(number: int, seed: int) -> Case:
+    """A random case, the same for the same numbers; any part of the study can be run alone."""
+    random = np.random.default_rng([seed, number])
+    strip = Strip(float(random.uniform(*LENGTHS)), float(random.uniform(*THICKNESSES)))
+    kind = KINDS[number % len(KINDS)]
+    return Case(kind, strip, _rows(random, strip.length, kind))
 
 
 def _rows(random: np.random.Generator, length: float, kind: str) -> Array:
@@ -74,8 +73,8 @@ def _rows(random: np.random.Generator, length: float, kind: str) -> Array:
     return np.column_stack([np.arange(len(points)), points])
 
 
-def run(count: int, seed: int, refinement: float, progress: Callable[[str], None] | None = None) -> xr.Dataset:
-    """Assess ``count`` random paths statically, each twice.
+def run(numbers: range, seed: int, refinement: float, progress: Callable[[str], None] | None = None) -> xr.Dataset:
+    """Assess the random paths with these numbers statically, each twice.
 
     Returns
     -------
@@ -83,20 +82,20 @@ def run(count: int, seed: int, refinement: float, progress: Callable[[str], None
     both runs and the message of an error.
     """
     rows: list[dict[str, Any]] = []
-    for i, case in enumerate(cases(count, seed)):
-        rows.append(outcome(case, refinement))
+    for number in numbers:
+        rows.append(outcome(case(number, seed), refinement))
         if progress:
-            progress(f"{i}: {rows[-1]['outcome']} {rows[-1]['message']}")
-    return dataset(rows)
+            progress(f"{number}: {rows[-1]['outcome']} {rows[-1]['message']}")
+    return dataset(rows, numbers)
 
 
-def outcome(case: Case, refinement: float) -> dict[str, Any]:
+def outcome(asked: Case, refinement: float) -> dict[str, Any]:
     """What became of one case."""
     nan = float("nan")
     row: dict[str, Any] = {
-        "kind": case.kind,
-        "length": case.strip.length,
-        "thickness": case.strip.thickness,
+        "kind": asked.kind,
+        "length": asked.strip.length,
+        "thickness": asked.strip.thickness,
         "critical": nan,
         "again": nan,
         "angle": nan,
@@ -104,12 +103,12 @@ def outcome(case: Case, refinement: float) -> dict[str, Any]:
         "message": "",
     }
     try:
-        path = as_table(case)
+        path = as_table(asked)
     except InvalidInputError as error:
         return {**row, "outcome": "refused", "message": str(error)}
     try:
-        found = assess_strip(case.strip, path, refinement=refinement)
-        again = _again(case, path, refinement)
+        found = assess_strip(asked.strip, path, refinement=refinement)
+        again = _again(asked, path, refinement)
     except SolveError as error:
         return {**row, "outcome": "undecided", "message": f"{type(error).__name__}: {error}"}
     row["critical"], row["again"] = _first(found), _first(again)
@@ -120,7 +119,7 @@ def outcome(case: Case, refinement: float) -> dict[str, Any]:
     return {**row, "outcome": "stable" if found.stable else "critical"}
 
 
-def as_table(case: Case) -> GripperPath:
+def as_table(asked: Case) -> GripperPath:
     """The path as a user would hand it in.
 
     Raises
@@ -130,21 +129,21 @@ def as_table(case: Case) -> GripperPath:
     """
     with TemporaryDirectory() as folder:
         path = Path(folder) / "path.csv"
-        lines = ["t,x,z", *(",".join(f"{value:.9g}" for value in row) for row in case.rows)]
+        lines = ["t,x,z", *(",".join(f"{value:.9g}" for value in row) for row in asked.rows)]
         path.write_text("\n".join(lines) + "\n", encoding="utf-8")
-        return paths.read(path, case.strip.length, 1.0)
+        return paths.read(path, asked.strip.length, 1.0)
 
 
-def _again(case: Case, path: GripperPath, refinement: float) -> Assessment:
+def _again(asked: Case, path: GripperPath, refinement: float) -> Assessment:
     steps = replace(STEPS, first=SHORTER * STEPS.first, largest=SHORTER * STEPS.largest)
-    return assess_strip(case.strip, path, refinement=refinement * SHORTER**0.5, options=steps)
+    return assess_strip(asked.strip, path, refinement=refinement * SHORTER**0.5, options=steps)
 
 
 def _first(found: Assessment) -> float:
     return found.events[0].travelled if found.events else float("nan")
 
 
-def dataset(rows: list[dict[str, Any]]) -> xr.Dataset:
+def dataset(rows: list[dict[str, Any]], numbers: range) -> xr.Dataset:
     """Rows of :func:`outcome` over ``case``."""
     units: Mapping[str, tuple[str, str]] = {
         "kind": ("1", "smooth, or with corners"),
@@ -162,4 +161,5 @@ def dataset(rows: list[dict[str, Any]]) -> xr.Dataset:
         values = [row[name] for row in rows]
         array = np.array(values, dtype=object if isinstance(values[0], str) else np.float64)
         data[name] = ("case", array, {"units": unit, "long_name": text})
-    return xr.Dataset(data)
+    coords = {"case": ("case", np.array(numbers), {"units": "1", "long_name": "number of the case"})}
+    return xr.Dataset(data, coords=coords)

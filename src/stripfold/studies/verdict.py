@@ -1,0 +1,181 @@
+"""The verdict on a path, in SI: what ``stripfold assess`` prints."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..errors import InvalidInputError, LostStabilityError
+from ..material import Material
+from ..paths import GripperPath, plan_r_path
+from ..problem import StripProblem
+from ..simulation import LettingGo
+from ..solve.problem import Array, Point
+from .assess import SNAP, assess_strip, grip_and_hold, lying_length, mesh_for
+from .collapse_data import in_solver_units
+from .falling import touch_position
+from .friction import effects_of
+from .static import Strip, touches
+from .stepping import Step, walk
+
+STEP = 0.1
+"""Size of the steps with friction where none is given, L*."""
+AT_END = 1e-3
+"""How near to the fold's own end a path has to end for the last state to be compared with the folded one, L*."""
+
+
+@dataclass(frozen=True, eq=False)
+class Verdict:
+    """What a path does to a strip; lengths in m, forces in N per m of width, nan where there is no such thing.
+
+    Attributes
+    ----------
+    stable
+        Whether the strip follows all of the path.
+    critical
+        Its critical points: ``t``, ``x``, ``z`` of the gripper, ``kind``, and the ``angle`` with the stability
+        boundary in degrees.
+    first_touch_x, planned_touch_x, touch_error
+        Where it first touches, where the folded state lands, the difference.
+    shape_error
+        Largest distance of the last state from the folded one; nan for a path that ends elsewhere.
+    lying_length
+        Length that lies from the held end in the last state.
+    peak_force, peak_hold
+        Largest force of the gripper and horizontal force of the held end, statics.
+    completed
+        Whether the path was followed to its end.
+    """
+
+    stable: bool
+    critical: tuple[Mapping[str, Any], ...]
+    first_touch_x: float
+    planned_touch_x: float
+    touch_error: float
+    shape_error: float
+    lying_length: float
+    peak_force: float
+    peak_hold: float
+    completed: bool
+
+
+def reach(
+    material: Material,
+    length: float,
+    path: GripperPath,
+    *,
+    friction: float | None = None,
+    hysteresis: float | None = None,
+    step: float | None = None,
+    refinement: float = 1.0,
+    progress: Callable[[str], None] | None = None,
+) -> Verdict:
+    """Assess a path; with friction in steps, without along the branch and through its falls.
+
+    Parameters
+    ----------
+    material, length
+        The strip; m.
+    path
+        The gripper's path, in L*.
+    friction
+        The paper's k_f, s^-2.
+    hysteresis
+        The bending hysteresis' M_0, N.
+    step
+        Size of the steps with either, m.
+    refinement
+        Factor on all element lengths.
+
+    Raises
+    ------
+    InvalidInputError, SolveError, TimeStepError
+        Bad input; a part that could not be computed.
+    """
+    unit = material.gravity_length
+    strip = Strip(length / unit, material.relative_thickness, material.nu)
+    if friction is None and hysteresis is None:
+        fall = in_solver_units(LettingGo(), material)
+        found = assess_strip(strip, path, fall, refinement, progress)
+        events = [{"travelled": e.travelled, "kind": e.kind, "angle": e.angle} for e in found.events]
+        states = [(s.problem(i), point) for s in found.stretches for i, point in enumerate(s.points)]
+        touch = found.touch.x if found.touch else float("nan")
+        return _verdict(strip, material, path, events, touch, states)
+    if friction is not None:
+        law, strength = "pull", friction * unit / material.gravity
+    else:
+        assert hysteresis is not None
+        law, strength = "hysteresis", hysteresis / (material.rho_a * material.gravity * unit**2)
+    size = STEP if step is None else step / unit
+    steps, lost = _walked(strip, path, law, strength, size, refinement)
+    touch = next((touch_position(s.problem, s.point) for s in steps if touches(s.problem.model, s.point)), float("nan"))
+    events = [{"travelled": lost, "kind": SNAP, "angle": float("nan")}] if lost is not None else []
+    return _verdict(strip, material, path, events, touch, [(s.problem, s.point) for s in steps])
+
+
+def _walked(
+    strip: Strip, path: GripperPath, law: str, strength: float, size: float, refinement: float
+) -> tuple[list[Step], float | None]:
+    """The steps with friction, and the length travelled at which the strip was lost, if it was."""
+    steps: list[Step] = []
+    try:
+        for new in walk(mesh_for(strip, path, refinement), path, effects_of(law, strength), size):
+            steps.append(new)
+    except LostStabilityError as error:
+        if not steps:
+            raise
+        return steps, error.parameter
+    return steps, None
+
+
+def _verdict(
+    strip: Strip,
+    material: Material,
+    path: GripperPath,
+    events: list[dict[str, Any]],
+    touch: float,
+    states: list[tuple[StripProblem, Point]],
+) -> Verdict:
+    unit, force = material.gravity_length, material.rho_a * material.gravity * material.gravity_length
+    problem, last = states[-1]
+    forces = [grip_and_hold(*state) for state in states]
+    completed = abs(last.lam - path.length) < 1e-6
+    landing, shape = _folded(strip, path, problem, last) if completed else (_landing(strip), float("nan"))
+    critical = []
+    for event in events:
+        x, z = unit * path.position(event["travelled"])
+        t = path.pseudo_time(event["travelled"])
+        critical.append({"t": t, "x": float(x), "z": float(z), "kind": event["kind"], "angle": event["angle"]})
+    return Verdict(
+        stable=not events,
+        critical=tuple(critical),
+        first_touch_x=unit * touch,
+        planned_touch_x=unit * landing,
+        touch_error=unit * (touch - landing),
+        shape_error=unit * shape,
+        lying_length=unit * lying_length(problem.model, last),
+        peak_force=force * max(float(np.linalg.norm(grip)) for grip, _ in forces),
+        peak_hold=force * max(abs(hold) for _, hold in forces),
+        completed=completed,
+    )
+
+
+def _landing(strip: Strip) -> float:
+    """Where the folded state lands, L*; nan for a strip that has none."""
+    try:
+        return plan_r_path(strip.length).landing
+    except InvalidInputError:
+        return float("nan")
+
+
+def _folded(strip: Strip, path: GripperPath, problem: StripProblem, last: Point) -> tuple[float, float]:
+    """Landing place of the folded state, and the last state's distance from it where the path ends as a fold does."""
+    end: Array = path.position(path.length) - np.array([strip.length / 2.0, 0.0])
+    landing = _landing(strip)
+    if np.isnan(landing) or np.linalg.norm(end) > AT_END * strip.length:
+        return landing, float("nan")
+    folded = plan_r_path(strip.length).states[-1].at(problem.model.s)
+    return landing, float(np.linalg.norm(problem.model.mid_surface(last.q) - folded, axis=1).max())
