@@ -11,6 +11,7 @@ include: "workflow/rules/common.smk"
 include: "workflow/rules/continuation.smk"
 include: "workflow/rules/collapse.smk"
 include: "workflow/rules/dynamics.smk"
+include: "workflow/rules/assessment.smk"
 include: "workflow/rules/studies.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/summary.smk"
@@ -21,5 +22,8 @@ rule all:
     input:
         rules.critical_points.output,
         rules.film.output,
+        rules.assessment.output,
+        rules.friction_table.output,
+        expand(rules.two_ways.output[0], material=MATERIALS),
         rules.summary.output,
         FIGURE_FILES,

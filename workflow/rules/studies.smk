@@ -69,3 +69,7 @@ rule studies:
         rules.lag.output,
         rules.falls.output,
         rules.fall_benchmark.output,
+        rules.tangency.output,
+        rules.friction_steps.output,
+        rules.random_paths.output,
+        rules.assess_benchmark.output,

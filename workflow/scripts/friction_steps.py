@@ -1,0 +1,8 @@
+from _run import config_of, logged
+from stripfold import store
+from stripfold.studies import friction_steps
+
+with logged(snakemake) as say:
+    study = snakemake.params
+    data = friction_steps.run(study.length, study.thickness, study.steps, study.refinement, say)
+    store.write(data, snakemake.output[0], title="smallest friction against the size of the steps", config=config_of(snakemake))

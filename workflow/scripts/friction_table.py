@@ -1,0 +1,9 @@
+from _run import config_of, logged
+from stripfold import store
+from stripfold.studies import friction_data
+
+with logged(snakemake):
+    labels = snakemake.params.labels
+    files = {name: store.read(path) for name, path in zip(labels, snakemake.input, strict=True)}
+    data = friction_data.table(files, labels)
+    store.write(data, snakemake.output[0], title="friction that an R-path needs", config=config_of(snakemake))

@@ -1,0 +1,8 @@
+from _run import config_of, logged
+from stripfold import store
+from stripfold.studies import tangency
+
+with logged(snakemake) as say:
+    study = snakemake.params
+    data = tangency.run(study.lengths, study.thicknesses, study.refinement, say)
+    store.write(data, snakemake.output[0], title="where R-paths meet the stability boundary", config=config_of(snakemake))
