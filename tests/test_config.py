@@ -16,7 +16,7 @@ from jsonschema import Draft202012Validator
 from stripfold import config, elastica, scene
 from stripfold.errors import InvalidInputError
 from stripfold.scene import Scene
-from stripfold.studies import benchmark, lag, limit, modes, order, schemes
+from stripfold.studies import benchmark, friction_steps, lag, limit, modes, order, schemes, tangency
 
 ROOT = Path(__file__).parents[1]
 SHIPPED = ["paper", "quick"]
@@ -78,6 +78,9 @@ MINIMAL: dict[str, Any] = {
             },
             "cases": [{"name": "other sign", "disturbance": 0.01}],
         },
+        "tangency": {"lengths": [15.0], "thicknesses": [0.05], "refinement": 2},
+        "friction_steps": {"length": 12, "thickness": 0.05, "steps": [0.2], "refinement": 3},
+        "random_paths": {"cases": 2, "seed": 1, "refinement": 2},
     },
 }
 
@@ -150,7 +153,7 @@ def objects(rules: dict[str, Any]):
 def test_the_schema_is_one_and_refuses_unknown_keys_everywhere():
     Draft202012Validator.check_schema(config.schema())
     found = list(objects(config.schema()))
-    assert len(found) == 15
+    assert len(found) == 19
     assert all(rules["additionalProperties"] is False for rules in found)
 
 
@@ -173,11 +176,14 @@ def test_the_schema_agrees_with_the_scene():
         ("schemes", schemes),
         ("modes", modes),
         ("lag", lag),
+        ("tangency", tangency),
+        ("friction_steps", friction_steps),
     ],
 )
 def test_the_schema_agrees_with_the_studies(name, study):
     rules = config.schema()["properties"]["studies"]["properties"][name]
-    assert set(rules["properties"]) == set(rules["required"]) == set(inspect.signature(study.run).parameters)
+    parameters = set(inspect.signature(study.run).parameters) - {"progress"}
+    assert set(rules["properties"]) == set(rules["required"]) == parameters
 
 
 # -- what is wrong is named

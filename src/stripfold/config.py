@@ -164,12 +164,23 @@ def _resolve_secant(material: Config, gravity: float, root: Path, at: str) -> No
 
 
 def _check_heights(config: Config, material: Config, at: str) -> None:
+    from stripfold.paths import LONGEST, shortest_half_fold
+
     lists = [(name, material[name]) for name in ("heights", "touching_heights")]
     scenes = [
         _scene_at(config, material, height, at, f"{at}.{name}[{i}]")
         for name, heights in lists
         for i, height in enumerate(heights)
     ]
+    longest = LONGEST * scenes[0].material.gravity_length
+    shortest = shortest_half_fold() * scenes[0].material.gravity_length
+    if not shortest < material["length"] <= longest:
+        raise InvalidInputError(
+            f"{at}.length",
+            material["length"],
+            f"more than {shortest:.4g} m and at most {longest:.4g} m with eta_b = {material['eta_b']:g} m^-4 s^2",
+            "a strip outside has no R-path",
+        )
     # The free length grows with the height.
     with _named({}, at):
         require_long_enough(max(scenes, key=lambda scene: scene.height))

@@ -14,6 +14,12 @@ rule summary:
         lag=rules.lag.output[0],
         falls=rules.falls.output[0],
         fall_benchmark=rules.fall_benchmark.output[0],
+        assessment=rules.assessment.output[0],
+        friction=rules.friction_table.output[0],
+        tangency=rules.tangency.output[0],
+        friction_steps=rules.friction_steps.output[0],
+        random_paths=rules.random_paths.output[0],
+        assess_benchmark=rules.assess_benchmark.output[0],
     output:
         f"{RESULTS}/summary.json",
     log:

@@ -57,6 +57,13 @@ class PlannedState:
         part = self.parts[0][0]
         return part.loop.force_x if isinstance(part, Touching) else part.force_x
 
+    @property
+    def first_integral_error(self) -> float:
+        """Largest error of the first integral in its parts (:attr:`.State.first_integral_error`)."""
+        parts = [part for part, _, _ in self.parts]
+        states = [s for part in parts for s in ((part.loop, part.upper) if isinstance(part, Touching) else (part,))]
+        return max((state.first_integral_error for state in states), default=0.0)
+
     def at(self, s: Array) -> Array:
         """Places (x, z), shape (m, 2), of the distances ``s``, shape (m,), from the grasped end."""
         distance, places = self.mid_surface()

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 import xarray as xr
 
-from . import summary_dynamics
+from . import summary_dynamics, summary_paths
 from .branches import FAILED, WRONG
 from .summary_entry import Entry, entry
 
@@ -18,8 +18,8 @@ def summarise(data: Mapping[str, xr.Dataset], sources: Mapping[str, str]) -> dic
     Parameters
     ----------
     data
-        Datasets by name: ``points``, ``master``, ``limit``, ``order``, ``branches``, ``benchmark``, ``schemes``,
-        ``modes``, ``lag``.
+        Datasets by name: ``points``, ``master``, ``limit``, ``order``, ``branches``, ``benchmark``, and those of
+        :mod:`.summary_dynamics` and :mod:`.summary_paths`.
     sources
         The files they were read from, by the same names.
     """
@@ -49,7 +49,7 @@ def summarise(data: Mapping[str, xr.Dataset], sources: Mapping[str, str]) -> dic
         failed, "count", "of these, ended by a typed error instead of a result", "0", failed == 0, sources["branches"]
     )
     _benchmark(out, data["benchmark"], sources["benchmark"])
-    return out | summary_dynamics.summarise(data, sources)
+    return out | summary_dynamics.summarise(data, sources) | summary_paths.summarise(data, sources)
 
 
 def _points(out: dict[str, Entry], points: xr.Dataset, master: xr.Dataset, sources: Mapping[str, str]) -> None:

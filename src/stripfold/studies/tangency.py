@@ -37,13 +37,14 @@ def run(
     shape = (len(lengths), len(thicknesses))
     names = ("x", "z", "angle", "boundary_error", "bifurcation")
     found: dict[str, Array] = {name: np.full(shape, np.nan) for name in names}
-    plans: dict[str, list[float]] = {"planned_x": [], "planned_z": [], "elastica_error": []}
+    plans: dict[str, list[float]] = {"planned_x": [], "planned_z": [], "elastica_error": [], "plan_error": []}
     for i, length in enumerate(lengths):
         plan = plan_r_path(length)
         state = critical_on_the_way(length - plan.lying_length)
         x, z = state.gripper
         plans["planned_x"].append(length / 2.0 - plan.lying_length - x)
         plans["planned_z"].append(z)
+        plans["plan_error"].append(max(state.first_integral_error for state in plan.states))
         plans["elastica_error"].append(state.advance - elastica.critical(z).advance)
         for j, thickness in enumerate(thicknesses):
             strip = Strip(length, thickness)
@@ -65,6 +66,7 @@ def run(
         "bifurcation": ("1", "1 where it is told to be a bifurcation; nan where there is no critical point"),
         "planned_x": ("1", "gripper at the elastica's critical state, horizontal / L*"),
         "planned_z": ("1", "gripper at the elastica's critical state, height / L*"),
+        "plan_error": ("1", "largest error of the first integral in the planned states"),
         "elastica_error": ("1", "its advance less lambda_c of its height / L*"),
     }
     data: dict[str, Any] = {}
