@@ -114,10 +114,12 @@ def mesh_for(strip: Strip, path: GripperPath, refinement: float = 1.0) -> Solid:
 def assess(model: Solid, path: GripperPath, fall: Fall | None = None, progress: Progress | None = None) -> Assessment:
     """Follow a path; ``fall`` says how the strip is let go at critical points, without it the first one is the end.
 
+    After :data:`MOST_FALLS` falls the next critical point is the end.
+
     Raises
     ------
     SolveError
-        A part could not be computed, or there are too many critical points.
+        A part could not be computed.
     TimeStepError
         A fall could not be followed.
     """
