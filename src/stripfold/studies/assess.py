@@ -147,10 +147,12 @@ def assess(
 ) -> Assessment:
     """Follow a path; ``fall`` says how the strip is let go at critical points, without it the first one is the end.
 
+    After :data:`MOST_FALLS` falls the next critical point is the end.
+
     Raises
     ------
     SolveError
-        A part could not be computed, or there are too many critical points.
+        A part could not be computed.
     TimeStepError
         A fall could not be followed.
     """

@@ -163,7 +163,10 @@ def _along_piece(
         if fold is None and point.lam >= end and not critical.passed(point, points[-1]):
             points.append(step_to(problem, points[-1], end, options))
             return points, None, folds
-        if fold is not None and (point.arc - points[fold].arc > LOOK_AHEAD):
+        if fold is not None and point.arc - points[fold].arc > LOOK_AHEAD:
+            break
+        if fold is not None and touches(problem.model, point) and not touches(problem.model, points[fold - 1]):
+            # It is the floor under the sag that stops the fall: no tooth, however soon lambda rises again.
             break
         points.append(point)
         if fold is None:

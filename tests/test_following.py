@@ -1,0 +1,364 @@
+"""Statics along a gripper path: corners, contacts, its end and its critical point, against the planned elastica and the
+runs along x."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stripfold import elastica, paths
+from stripfold.errors import ContinuationError, NewtonError, SolveError
+from stripfold.paths import GripperPath, Piece, RPath
+from stripfold.problem import StripProblem
+from stripfold.solve import continuation, critical, newton
+from stripfold.solve.problem import Point
+from stripfold.studies import following, static
+from stripfold.studies.assess import grip_and_hold, lying_length, mesh_for
+from stripfold.studies.following import Stretch
+from stripfold.studies.static import Strip
+
+STRIP = Strip(12.0, 0.06)
+THIN = Strip(20.0, 0.01)
+CORNERS = [(-6.0, 0.0), (-5.2, 1.2), (5.0, 1.2), (6.0, 0.0)]
+"""Lower than where anything snaps: the sag is laid down."""
+
+
+def polygon(*corners: tuple[float, float]) -> GripperPath:
+    """Straight from corner to corner."""
+    pieces: list[Piece] = []
+    for ends in pairwise(corners):
+        pieces.append(Piece.through(np.array(ends), pieces[-1].end if pieces else 0.0, "side"))
+    return GripperPath("polygon", tuple(pieces))
+
+
+PATH = polygon(*CORNERS)
+
+
+def split(path: GripperPath, *at: float) -> GripperPath:
+    """The same path with a corner more at each of the lengths travelled."""
+    pieces: list[Piece] = []
+    for piece in path.pieces:
+        inside = [s for s in at if piece.start < s < piece.end]
+        ends = [piece.start, *inside, piece.end]
+        pieces += [replace(piece, start=a, end=b) for a, b in pairwise(ends)]
+    return replace(path, pieces=tuple(pieces))
+
+
+def along_x_path(begin: float, height: float, length: float) -> GripperPath:
+    """A straight path of one piece at a constant height, from ``begin``."""
+    piece = Piece(0.0, length, lambda s: np.array([begin + s, height]), lambda s: np.array([1.0, 0.0]), "x")
+    return GripperPath("along x", (piece,))
+
+
+def distance(stretch: Stretch, a: Point, b: Point) -> float:
+    """Largest distance between two mid-surfaces."""
+    middle = stretch.model.mid_surface
+    return float(np.linalg.norm(middle(a.q) - middle(b.q), axis=1).max())
+
+
+@pytest.fixture(scope="module")
+def followed() -> Stretch:
+    """A low path on which the strip is laid down without a snap."""
+    return following.follow(mesh_for(STRIP, PATH, 2.0), PATH)
+
+
+@pytest.fixture(scope="module")
+def plan() -> RPath:
+    return paths.plan_r_path(THIN.length)
+
+
+@pytest.fixture(scope="module")
+def planned(plan: RPath) -> Stretch:
+    """A strip that is nearly the elastica, on the path planned for it."""
+    return following.follow(mesh_for(THIN, plan.path, 2.0), plan.path)
+
+
+@pytest.fixture(scope="module")
+def x_run() -> static.XRun:
+    """Along x at a height that snaps, and past it."""
+    return static.solve_height(Strip(13.0, 0.06), 3.0, 1.0)
+
+
+def started(run: static.XRun, path: GripperPath) -> Point:
+    """The first state of a run along x as one of a path."""
+    problem = following.problem_on(run.problem.model, path, 0)
+    first = run.points[0]
+    return continuation.start(problem, first.q, 0.0, first.active, 1.0, following.STEPS)
+
+
+def assert_points_are_equilibria(stretch: Stretch) -> None:
+    """Each of its own problem, the gripper where the path says, pushed by the floor only, stable."""
+    half = stretch.model.length / 2.0
+    for i, point in enumerate(stretch.points):
+        problem = stretch.problem(i)
+        grip, held = stretch.model.middle[[0, -1]]
+        np.testing.assert_allclose(point.q[grip] - [half, 0.0], stretch.path.position(point.lam), atol=1e-9)
+        assert np.all(point.q[held] == 0.0)
+        residual = problem.residual(point.q, point.lam)
+        assert residual[point.active].min() > -1e-7
+        residual[problem.prescribed] = residual[point.active] = 0.0
+        assert np.abs(residual).max() < 1e-6
+        assert point.q[problem.bounded].min() >= -1e-12
+        assert point.negatives == 0
+
+
+def test_it_goes_through_equilibria_to_the_end(followed: Stretch) -> None:
+    assert followed.critical is None
+    assert_points_are_equilibria(followed)
+    lam = np.array([point.lam for point in followed.points])
+    assert lam[0] == following.FIRST_HEIGHT
+    assert lam[-1] == PATH.length
+    assert len(followed.points) == len(followed.pieces)
+    assert np.all(np.diff(lam) >= 0.0)
+    assert followed.contact_folds == 0
+    np.testing.assert_allclose(followed.points[-1].q[followed.model.middle[0]], [STRIP.length, 0.0], atol=1e-9)
+
+
+def test_a_corner_is_a_state_with_two_directions(followed: Stretch) -> None:
+    grip = followed.model.middle[0]
+    for i, corner in enumerate(PATH.corners):
+        at = [k for k, point in enumerate(followed.points) if point.lam == corner]
+        assert [followed.pieces[k] for k in at] == [i, i + 1]
+        before, after = (followed.points[k] for k in at)
+        np.testing.assert_allclose(before.q, after.q, atol=1e-7)
+        for point, piece in ((before, i), (after, i + 1)):
+            side = np.subtract(CORNERS[piece + 1], CORNERS[piece])
+            assert point.tangent.lam > 0.0
+            way = point.tangent.q[grip] / point.tangent.lam
+            np.testing.assert_allclose(way, side / np.linalg.norm(side), atol=1e-9)
+        # The tangent is that of the branch: a short way behind the corner the strip has moved along it.
+        ds = 1e-4
+        near = newton.solve(following.problem_on(followed.model, PATH, i + 1), after.q, corner + ds, after.active)
+        moved = (near.q - after.q)[followed.model.middle] / ds
+        expected = (after.tangent.q / after.tangent.lam)[followed.model.middle]
+        assert np.abs(moved - expected).max() < 0.02 * np.abs(expected).max()
+
+
+def test_corners_that_are_none_change_nothing(followed: Stretch) -> None:
+    """One just behind the first state, one on either side."""
+    path = split(PATH, 0.02, 3.0, 12.5)
+    other = following.follow(followed.model, path)
+    assert other.points[0].lam == 0.005
+    assert sorted(set(other.pieces)) == [0, 1, 2, 3, 4, 5]
+    assert_points_are_equilibria(other)
+    for s in (*PATH.corners, PATH.length):
+        a, b = (next(p for p in x.points if p.lam == s) for x in (followed, other))
+        assert distance(followed, a, b) < 1e-6
+    for s in (3.0, 12.5):
+        ends = [p for p in other.points if p.lam == s]
+        assert len(ends) == 2
+        np.testing.assert_allclose(ends[0].tangent.q, ends[1].tangent.q, atol=1e-6)
+        before = max((p for p in followed.points if p.lam < s), key=lambda p: p.lam)
+        problem = followed.problem(followed.points.index(before))
+        there = following.step_to(problem, before, s)
+        assert distance(followed, there, ends[0]) < 1e-6
+
+
+def test_a_table_of_a_path_is_the_path(followed: Stretch, tmp_path: Path) -> None:
+    """Written in metres by hand; with another pseudo time."""
+    unit = 0.03
+    file = tmp_path / "path.csv"
+    file.write_text("t,x,z\n" + "".join(f"{t**2},{unit * x},{unit * z}\n" for t, (x, z) in enumerate(CORNERS)))
+    path = paths.read(file, STRIP.length, unit)
+    other = following.follow(followed.model, path)
+    assert other.critical is None
+    assert other.points[-1].lam == pytest.approx(PATH.length, abs=1e-9)
+    assert distance(followed, other.points[-1], followed.points[-1]) < 1e-6
+    assert path.pseudo_time(other.points[-1].lam) == pytest.approx(9.0)
+
+
+def test_a_thin_strip_follows_its_plan(plan: RPath, planned: Stretch) -> None:
+    """Truth: the elastica's states, up to where two states meet: there any thickness opens a gap between them."""
+    assert_points_are_equilibria(replace(planned, points=planned.points[:-1], pieces=planned.pieces[:-1]))
+    assert planned.critical is not None
+    meets = planned.critical.lam
+    found = [p for p in planned.points if p.lam < meets - 0.4]
+    away = [
+        np.linalg.norm(planned.model.mid_surface(p.q) - plan.mid_surface(p.lam, planned.model.s), axis=1).max()
+        for p in found
+    ]
+    assert np.max(away) < 0.012
+    assert planned.pieces[-1] == 1
+    # A path of states touches the boundary, and the thin strip with it.
+    x, z = plan.path.position(meets)
+    assert x + THIN.length / 2.0 - elastica.critical(float(z)).advance == pytest.approx(0.0, abs=2e-3)
+
+
+def test_forces_and_lying_length_are_the_plans(plan: RPath, planned: Stretch) -> None:
+    """The held end carries what the elastica's horizontal force is, the gripper its reaction and the rest's weight."""
+    checked = 0
+    corner = plan.path.corners[0]
+    for i, point in enumerate(planned.points):
+        nearest = int(np.argmin(np.abs(plan.travelled - point.lam)))
+        state = plan.states[nearest]
+        if planned.pieces[i] == 1 and corner < point.lam < planned.points[-1].lam - 1.0:
+            assert lying_length(planned.model, point) == pytest.approx(plan.lying_length, abs=0.1)
+        if abs(plan.travelled[nearest] - point.lam) > 0.02 or point.lam > planned.points[-1].lam - 1.0 or not nearest:
+            continue
+        grip, hold = grip_and_hold(planned.problem(i), point)
+        elastica_state = state.parts[0][0]
+        vertical = elastica_state.length - elastica_state.reaction
+        assert grip == pytest.approx([-state.force_x, vertical], abs=0.06)
+        assert hold == pytest.approx(state.force_x, abs=0.06)
+        checked += planned.pieces[i]
+    assert checked > 1
+    assert min(grip_and_hold(planned.problem(i), p)[1] for i, p in enumerate(planned.points)) < -0.5
+
+
+def test_constant_height_is_the_run_along_x(x_run: static.XRun) -> None:
+    begin = x_run.lambda_0 - 6.5
+    path = along_x_path(begin, 3.0, 10.0)
+    stretch = following.follow(x_run.problem.model, path, started(x_run, path))
+    assert x_run.critical is not None
+    assert stretch.critical is not None
+    assert stretch.critical.lam + x_run.lambda_0 == pytest.approx(x_run.critical.lam, abs=2e-6)
+    assert stretch.critical.width <= static.LAMBDA_TOLERANCE
+    assert stretch.points[-1] is stretch.critical.before
+    assert all(p.lam <= stretch.critical.upper for p in stretch.points)
+    assert distance(stretch, stretch.points[-1], x_run.last) < 0.01
+    assert_points_are_equilibria(stretch)
+    assert stretch.contact_folds == x_run.contact_folds
+
+
+def test_a_touch_right_behind_the_maximum_is_no_tooth(x_run: static.XRun) -> None:
+    """At this height the floor stops the sag 0.2 L* of arc behind it, and lambda rises again, higher, in 0.1 more."""
+    assert x_run.critical is not None
+    problem, before = x_run.problem, x_run.points[x_run.points.index(x_run.last) - 1]
+    branch = [
+        point
+        for point, _ in zip(continuation.follow(problem, before, following.STEPS), range(60), strict=False)
+        if point.arc - x_run.last.arc < static.LOOK_AHEAD
+    ]
+    risen = [p for p in branch if p.lam > x_run.critical.upper and not p.negatives]
+    assert risen
+    assert all(static.touches(problem.model, p) for p in risen)
+    points, found, folds = following._along_piece(problem, before, 12.0, following.STEPS)
+    assert found is not None
+    assert found.lam == pytest.approx(x_run.critical.lam, abs=2e-6)
+    assert folds == 0
+    assert not any(static.touches(problem.model, p) for p in points)
+
+
+def test_a_path_that_ends_before_the_critical_point(x_run: static.XRun) -> None:
+    """The step in which it lies may reach both."""
+    assert x_run.critical is not None
+    way = x_run.critical.lam - x_run.lambda_0
+    path = along_x_path(x_run.lambda_0 - 6.5, 3.0, way - 1e-3)
+    stretch = following.follow(x_run.problem.model, path, started(x_run, path))
+    assert stretch.critical is None or stretch.critical.lam > path.length
+    if stretch.critical is None:
+        assert stretch.points[-1].lam == pytest.approx(path.length, abs=1e-12)
+
+
+def test_an_unstable_state_is_not_taken_round_a_corner(x_run: static.XRun) -> None:
+    unstable = next(p for p in x_run.points if p.negatives)
+    path = split(along_x_path(-6.5, 3.0, 15.0), unstable.lam)
+    with pytest.raises(SolveError, match="not stable at a corner"):
+        following.follow(x_run.problem.model, path, unstable)
+
+
+def test_step_to(x_run: static.XRun) -> None:
+    """Forwards, back, nowhere; on the unstable branch too."""
+    problem = x_run.problem
+    i = len(x_run.points) // 3
+    point = x_run.points[i]
+    for lam in (point.lam + 0.05, point.lam - 0.05, point.lam, point.lam + 0.5 * following.AT_CORNER):
+        there = following.step_to(problem, point, lam)
+        assert there.lam == lam
+        assert there.negatives == 0
+        assert there.tangent.lam > 0.0
+        solved = newton.solve(problem, point.q, lam, point.active)
+        np.testing.assert_allclose(there.q, solved.q, atol=1e-6)
+    before = next(p for p in x_run.points if p.negatives and p.tangent.lam < -1e-3)
+    down = following.step_to(problem, before, before.lam - 1e-4)
+    assert down.lam == before.lam - 1e-4
+    assert down.negatives == 1
+    assert down.tangent.lam < 0.0
+    assert down.arc > before.arc
+    assert x_run.critical is not None
+    with pytest.raises(SolveError):
+        following.step_to(problem, x_run.critical.before, x_run.critical.upper + 0.05)
+
+
+def test_step_to_goes_round_a_failure(x_run: static.XRun, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A step that fails is made as a part of the branch, half as long; backwards there is nothing to be gained."""
+    problem, point = x_run.problem, x_run.points[len(x_run.points) // 3]
+    expected = following.step_to(problem, point, point.lam + 0.1)
+    step, tried = continuation.step, []
+
+    def short(problem: StripProblem, at: Point, ds: float, options: continuation.StepOptions) -> Point:
+        tried.append(ds)
+        if abs(ds) > 0.03:
+            raise NewtonError("planted")
+        return step(problem, at, ds, options)
+
+    monkeypatch.setattr(continuation, "step", short)
+    there = following.step_to(problem, point, point.lam + 0.1)
+    assert there.lam == expected.lam
+    np.testing.assert_allclose(there.q, expected.q, atol=1e-7)
+    assert tried[1] == tried[0] / 2.0
+    with pytest.raises(NewtonError, match="planted"):
+        following.step_to(problem, point, point.lam - 0.1)
+
+
+@pytest.mark.parametrize(("again", "folds"), [(0.2, 1), (0.45, 1), (0.9, None)])
+def test_a_tooth_is_passed_and_a_maximum_is_not(
+    x_run: static.XRun, monkeypatch: pytest.MonkeyPatch, again: float, folds: int | None
+) -> None:
+    """A branch made up: lambda falls at arc 1 and is higher again, and stable, at an arc of 1 + ``again``."""
+    problem, first = x_run.problem, x_run.points[0]
+    begin = first.lam
+
+    def at(arc: float) -> Point:
+        unstable = 1.0 <= arc < 1.0 + again
+        lam = begin + (1.0 - 0.1 * (arc - 1.0) if unstable else arc)
+        slope = -0.1 if unstable else 1.0
+        state = replace(first.state, lam=lam)
+        return replace(first, state=state, arc=arc, tangent=replace(first.tangent, lam=slope), negatives=int(unstable))
+
+    branch = [at(arc) for arc in np.arange(0.0, 3.0, 0.05)]
+    monkeypatch.setattr(following, "_branch", lambda *_: iter(branch[1:]))
+    monkeypatch.setattr(following, "step_to", lambda problem, point, lam, options: point)
+    located: list[tuple[Point, Point]] = []
+
+    def locate(problem: StripProblem, before: Point, after: Point, *_: object) -> critical.CriticalPoint:
+        located.append((before, after))
+        return critical.CriticalPoint(before.lam, 0.0, 0.0, 0.0, True, before, after, first.mode, 0)
+
+    monkeypatch.setattr(critical, "locate", locate)
+    points, found, passed = following._along_piece(problem, branch[0], begin + 2.5, following.STEPS)
+    if folds is None:
+        ((before, after),) = located
+        assert (before.arc, after.arc) == pytest.approx((0.95, 1.0))
+        assert found is not None
+        assert points[-1] is before
+        assert len(points) == 21
+    else:
+        assert not located
+        assert found is None
+        assert passed == folds
+        assert points[-1].lam == pytest.approx(begin + 2.45)
+
+
+def test_a_branch_that_ends(x_run: static.XRun, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Before its maximum that is an error; behind it the critical point is known all the same."""
+    problem = x_run.problem
+    stable, unstable = (next(p for p in x_run.points if bool(p.negatives) is which) for which in (False, True))
+
+    def ending(*points: Point) -> Callable[..., object]:
+        def follow(*_: object) -> object:
+            yield from points
+            raise ContinuationError("planted")
+
+        return follow
+
+    monkeypatch.setattr(continuation, "follow", ending(stable, stable))
+    with pytest.raises(ContinuationError, match="planted"):
+        list(following._branch(problem, stable, following.STEPS))
+    monkeypatch.setattr(continuation, "follow", ending(stable, unstable))
+    assert list(following._branch(problem, stable, following.STEPS)) == [unstable]
