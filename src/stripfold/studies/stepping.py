@@ -27,8 +27,15 @@ Effects = Callable[[Solid, Array], tuple[Effect, ...]]
 
 SMALLEST_SHARE = 1.0 / 64.0
 """Shortest way on which a step is searched for, as a share of the step."""
+QUICK = 3.0
+"""A step in which some place moves this many times farther than the gripper is looked at again, in shorter ones."""
+LOOKED_AT = 16
+"""Into how many."""
 SWEEP = 10.0
-"""A strip of which some place moves this many times farther than the gripper has not been followed: it went."""
+"""A strip of which some place moves this many times farther than the gripper in one of those has not followed: it went.
+Where it only hurries, shorter ways of the gripper mean shorter ways of the strip."""
+SETTLING = 0.5
+"""How far it may settle at most when its memory is renewed, L*, in steps however short."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,9 +89,12 @@ def walk(model: Solid, path: GripperPath, effects: Effects, size: float) -> Iter
         problem = StripProblem(model, AlongPiece(path.pieces[piece], model.length), acting)
         guess = state.q + change if piece == last_piece else state.q
         point = _step(problem, state, guess, travelled)
-        moved = float(np.linalg.norm((point.q - state.q)[model.middle], axis=1).max())
-        if point.negatives or moved > SWEEP * max(travelled - state.lam, 0.01):
-            raise LostStabilityError("the strip does not follow its gripper", parameter=travelled)
+        moved = _moved(problem, state, point.state)
+        if moved > QUICK * (travelled - state.lam):
+            point = continuation.evaluate(problem, _closely(problem, state, travelled), point.tangent)
+            moved = _moved(problem, state, point.state)
+        if point.negatives:
+            raise LostStabilityError("the strip does not follow its gripper: it is unstable", parameter=travelled)
         yield Step(point, piece, problem, moved)
         change, state, last_piece = point.q - state.q, point.state, piece
         acting = problem.accepted(state.q).effects
@@ -97,6 +107,30 @@ def _step(problem: StripProblem, before: Equilibrium, guess: Array, travelled: f
     except NewtonError:
         state = _on_a_way(problem, before, travelled)
     return continuation.evaluate(problem, state, Tangent(np.zeros(problem.size), 1.0))
+
+
+def _moved(problem: StripProblem, before: Equilibrium, after: Equilibrium) -> float:
+    """Farthest way of a place of the mid-surface."""
+    return float(np.linalg.norm((after.q - before.q)[problem.model.middle], axis=1).max())
+
+
+def _closely(problem: StripProblem, before: Equilibrium, travelled: float) -> Equilibrium:
+    """The state at ``travelled`` by way of many between, each near the last.
+
+    Raises
+    ------
+    LostStabilityError
+        One of them is far from the last: the strip went by itself.
+    """
+    state = before
+    for to in np.linspace(before.lam, travelled, LOOKED_AT + 1)[1:]:
+        new = _on_a_way(problem, state, float(to))
+        # The first state is that of the memory before: it may settle, by as much as a whole step moves it.
+        most = SWEEP * (new.lam - state.lam) if state is not before else max(QUICK * (travelled - before.lam), SETTLING)
+        if _moved(problem, state, new) > most:
+            raise LostStabilityError("the strip does not follow its gripper: it went by itself", parameter=float(to))
+        state = new
+    return state
 
 
 def _on_a_way(problem: StripProblem, before: Equilibrium, travelled: float) -> Equilibrium:

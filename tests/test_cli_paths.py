@@ -1,0 +1,150 @@
+"""`stripfold path` and `stripfold assess`: tables that fit together, verdicts, errors in one line."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from stripfold import cli_paths, paths
+from stripfold.cli import main
+from stripfold.material import Material
+from stripfold.studies import verdict
+from stripfold.studies.static import Strip
+
+STRIP = ["--length", "0.45", "--eta-b", "3780"]
+UNIT = Material(3780.0).gravity_length
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Assess on elements of twice the length."""
+    reach = verdict.reach
+    monkeypatch.setattr(verdict, "reach", lambda *given, **asked: reach(*given, **{"refinement": 2.0, **asked}))
+
+
+@pytest.mark.parametrize("kind", cli_paths.KINDS)
+def test_path_is_printed_and_written_alike(here: Path, kind: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["path", kind, *STRIP]) == 0
+    printed = capsys.readouterr().out
+    assert main(["path", kind, *STRIP, "--csv", "own.csv"]) == 0
+    assert (here / "own.csv").read_text(encoding="utf-8") == printed
+    rows = np.loadtxt(here / "own.csv", delimiter=",", skiprows=2)
+    assert capsys.readouterr().out == f"written      own.csv, {len(rows)} rows\n"
+    assert rows[0].tolist() == [0.0, -0.225, 0.0]
+    np.testing.assert_allclose(rows[-1], [1.0, 0.225, 0.0], atol=1e-9)
+    assert np.all(np.diff(rows[:, 0]) > 0.0)
+    back = paths.read(here / "own.csv", 0.45 / UNIT, UNIT)
+    assert back.pieces[-1].end == pytest.approx(back.length)
+
+
+def test_assess_says_where_the_strip_leaves(here: Path, coarse: None, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["path", "triangular", *STRIP, "--csv", "own.csv"]) == 0
+    capsys.readouterr()
+    assert main(["assess", "own.csv", *STRIP, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    (event,) = found["critical"]
+    assert not found["stable"]
+    assert found["completed"]
+    assert event["kind"] == "snap-through"
+    # On the way down, at 45 degrees from the apex.
+    assert event["x"] + event["z"] == pytest.approx(0.225, abs=1e-9)
+    assert event["t"] == pytest.approx(0.5 + event["x"] / 0.45, abs=1e-6)
+    assert found["planned_touch_x"] == pytest.approx(3.584045 * UNIT, abs=1e-6)
+    assert found["touch_error"] == pytest.approx(found["first_touch_x"] - found["planned_touch_x"])
+    assert found["touch_error"] < -0.02
+    assert 0.0 < found["shape_error"] < 0.02 * UNIT
+    assert found["seconds"] > 0.0
+    assert sorted(os.listdir(here)) == ["own.csv"]
+
+
+def test_assess_in_words_with_friction(here: Path, coarse: None, capsys: pytest.CaptureFixture[str]) -> None:
+    """With friction in bending the R-path is stable; heavier strips have proportionate forces."""
+    assert main(["path", "r-path", *STRIP, "--csv", "r.csv"]) == 0
+    capsys.readouterr()
+    weight = ["--rho-a", "0.2"]
+    friction = ["--hysteresis", str(0.2 * 9.81 * UNIT**2 * 0.012), "--step", str(0.2 * UNIT)]
+    assert main(["assess", "r.csv", *STRIP, *weight, *friction]) == 0
+    said = dict(line.split(maxsplit=1) for line in capsys.readouterr().out.splitlines() if not line.startswith(" "))
+    assert said["stable"] == "yes"
+    assert said["completed"] == "yes"
+    assert "critical" not in said
+    assert float(said["peak"].split()[1]) < 0.2 * 9.81 * 0.45
+
+
+def test_a_lost_strip_is_a_verdict(coarse: None) -> None:
+    """Strong friction on a path that would have the strip flung over: it is lost, and where is said."""
+    material = Material(3780.0)
+    path = paths.triangular(0.45 / UNIT)
+    found = verdict.reach(material, 0.45, path, friction=1e-3 * 9.81 / UNIT, step=0.3 * UNIT, refinement=2.0)
+    (event,) = found.critical
+    assert not found.stable
+    assert not found.completed
+    assert event["kind"] == "snap-through"
+    assert event["x"] + event["z"] == pytest.approx(0.225, abs=1e-9)
+    assert np.isnan(found.shape_error)
+
+
+def test_units_of_friction(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[tuple[str, float, float]] = []
+
+    def walked(strip: Strip, path: object, law: str, strength: float, size: float, refinement: float) -> Any:
+        asked.append((law, strength, size))
+        raise RuntimeError
+
+    monkeypatch.setattr(verdict, "_walked", walked)
+    material = Material(3780.0, rho_a=0.2)
+    path = paths.triangular(15.0)
+    for given in ({"friction": 25.0, "step": 0.003}, {"hysteresis": 1e-5}):
+        with pytest.raises(RuntimeError):
+            verdict.reach(material, 15.0 * UNIT, path, **given)
+    assert asked[0] == ("pull", pytest.approx(25.0 * UNIT / 9.81), pytest.approx(0.003 / UNIT))
+    assert asked[1] == ("hysteresis", pytest.approx(1e-5 / (0.2 * 9.81 * UNIT**2)), 0.1)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["path", "r-path", "--length", "0.2", "--eta-b", "3780"], "more than 0.215 m"),
+        (["path", "r-path", "--length", "3.5", "--eta-b", "3780"], "at most 2.999 m"),
+        (["path", "circular", "--length", "-1", "--eta-b", "3780"], "length = -1.0"),
+        (["path", "circular", "--length", "450", "--eta-b", "3780"], "length = 450.0"),
+        (["path", "circular", *STRIP, "--csv", "own.txt"], "ends in .csv"),
+        (["assess", "nowhere.csv", *STRIP], "nowhere.csv"),
+        (["assess", "bad.csv", *STRIP], "header t,x,z"),
+        (["assess", "good.csv", *STRIP, "--eta-m", "1"], "eta_m"),
+        (["assess", "good.csv", *STRIP, "--friction", "-1"], "friction = -1.0"),
+        (["assess", "good.csv", *STRIP, "--friction", "nan"], "friction = nan"),
+        (["assess", "good.csv", *STRIP, "--step", "0.01"], "together with --friction"),
+        (["assess", "good.csv", *STRIP, "--friction", "1", "--step", "9"], "step"),
+        (["assess", "good.csv", "--length", "0.6", "--eta-b", "3780"], "start at (-0.3, 0) m"),
+    ],
+)
+def test_bad_input_is_one_line_and_code_2(
+    here: Path, arguments: list[str], says: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (here / "bad.csv").write_text("time;x;z\n0;1;2\n", encoding="utf-8")
+    (here / "good.csv").write_text("t,x,z\n0,-0.225,0\n1,0,0.225\n", encoding="utf-8")
+    assert main(arguments) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.count("\n") == 1
+    assert says in err
+    assert str(here) not in err
+    assert sorted(os.listdir(here)) == ["bad.csv", "good.csv"]
+
+
+def test_both_laws_at_once_are_refused(here: Path) -> None:
+    with pytest.raises(SystemExit) as stopped:
+        main(["assess", "own.csv", *STRIP, "--friction", "1", "--hysteresis", "1"])
+    assert stopped.value.code == 2

@@ -1,0 +1,125 @@
+"""Studies of paths, small: what they store is what they say."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stripfold import paths
+from stripfold.errors import SolveError
+from stripfold.studies import assess, friction, friction_steps, random_paths, tangency
+from stripfold.studies.static import Strip
+
+
+def test_tangency() -> None:
+    data = tangency.run([14.0], [0.06], 2.0)
+    assert abs(float(data["boundary_error"][0, 0])) < 2e-3
+    assert float(data["plan_error"][0]) < 1e-9
+    assert abs(float(data["elastica_error"][0])) < 1e-9
+    assert 2.0 < float(data["angle"][0, 0]) < assess.TANGENT
+    assert float(data["bifurcation"][0, 0]) == 1.0
+    # The solid is critical a little before the elastica, on the way over.
+    assert float(data["x"][0, 0]) == pytest.approx(float(data["planned_x"][0]), abs=0.3)
+    assert float(data["z"][0, 0]) > float(data["planned_z"][0])
+    x, z = data["x"].values[0, 0], data["z"].values[0, 0]
+    path = paths.plan_r_path(14.0).path
+    s = np.linspace(path.pieces[1].start, path.pieces[1].end, 2000)
+    near = min(np.hypot(*(path.position(float(value)) - [x, z])) for value in s)
+    assert near < 2e-3
+
+
+def test_friction_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Brackets and touches end up under their own law and step."""
+
+    class Fake:
+        def __init__(self, touch_x: float) -> None:
+            self.touch_x = touch_x
+
+    plan = paths.plan_r_path(12.0)
+    monkeypatch.setattr(
+        friction_steps, "smallest", lambda model, plan, law, step: (1.0 if law == "pull" else 2.0, 10.0 * step)
+    )
+    monkeypatch.setattr(
+        friction_steps,
+        "follow",
+        lambda model, plan, law, strength, step: Fake(plan.first_touch + strength + (0.5 if law == "pull" else 0.0)),
+    )
+    data = friction_steps.run(12.0, 0.06, [0.2, 0.1], 3.0)
+    assert data["fails"].values.tolist() == [[1.0, 1.0], [2.0, 2.0]]
+    np.testing.assert_allclose(data["suffices"], [[2.0, 1.0], [2.0, 1.0]])
+    np.testing.assert_allclose(data["touch_error"], [[2.5, 1.5], [2.0, 1.0]])
+    assert data["law"].values.tolist() == list(friction.LAWS)
+    assert plan.first_touch > 2.0
+
+
+def test_random_cases_are_of_all_kinds() -> None:
+    found = [random_paths.case(number, 3) for number in range(40)]
+    again = random_paths.case(7, 3)
+    np.testing.assert_array_equal(found[7].rows, again.rows)
+    assert again.strip == found[7].strip
+    assert {case.kind for case in found} == {"smooth", "corners"}
+    below = sum(bool((case.rows[:, 2] < 0.0).any()) for case in found)
+    beyond = sum(
+        bool((np.hypot(case.rows[1:, 1] - case.strip.length / 2, case.rows[1:, 2]) > case.strip.length).any())
+        for case in found
+    )
+    assert below >= 1
+    assert beyond >= 1
+    assert below + beyond <= 12
+    for case in found:
+        np.testing.assert_allclose(case.rows[0, 1:], [-case.strip.length / 2.0, 0.0])
+        turns = np.diff(np.unwrap(np.arctan2(*np.diff(case.rows[:, 1:], axis=0).T[::-1])))
+        assert (np.abs(turns).max() > 0.2) == (case.kind == "corners") or case.kind == "smooth"
+
+
+class Assessed:
+    """What an assessment says, made up."""
+
+    def __init__(self, travelled: float | None) -> None:
+        event = type("Event", (), {"travelled": travelled, "angle": 80.0})()
+        self.events = () if travelled is None else (event,)
+        self.stable, self.touch = travelled is None, None
+
+
+@pytest.mark.parametrize(
+    ("runs", "outcome"),
+    [
+        ((None, None), "stable"),
+        ((3.0, 3.001), "critical"),
+        ((3.0, 3.2), "undecided"),
+        ((None, 3.0), "undecided"),
+        ((3.0, None), "undecided"),
+        ((None, SolveError("no")), "undecided"),
+    ],
+)
+def test_outcomes(runs: tuple[object, object], outcome: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    said, sizes = iter(runs), []
+
+    def assess_strip(strip: Strip, path: object, **given: object) -> Assessed:
+        sizes.append((given["refinement"], getattr(given.get("options"), "largest", None)))
+        answer = next(said)
+        if isinstance(answer, Exception):
+            raise answer
+        return Assessed(answer)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(random_paths, "assess_strip", assess_strip)
+    path = paths.triangular(12.0)
+    s, places = path.sampled(1.0)
+    case = random_paths.Case("corners", Strip(12.0, 0.05), np.column_stack([s, places]))
+    row = random_paths.outcome(case, 2.0)
+    assert row["outcome"] == outcome
+    # The second run is another one: other elements, shorter steps.
+    assert sizes[1][0] < sizes[0][0]
+    assert sizes[1][1] == pytest.approx(0.5 * random_paths.STEPS.largest)
+    stored = random_paths.dataset([row], range(5, 6))
+    assert stored["outcome"].values.tolist() == [outcome]
+    assert stored["case"].values.tolist() == [5]
+    assert np.isnan(float(stored["critical"][0])) == (runs[0] is None or isinstance(runs[1], Exception))
+
+
+def test_a_path_below_the_floor_is_refused() -> None:
+    rows = np.array([[0.0, -6.0, 0.0], [1.0, 0.0, 4.0], [2.0, 2.0, -1.0]])
+    row = random_paths.outcome(random_paths.Case("corners", Strip(12.0, 0.05), rows), 2.0)
+    assert row["outcome"] == "refused"
+    assert "the floor" in row["message"]
+    assert "/" not in row["message"].replace("m^-2", "")
