@@ -178,6 +178,9 @@ def _along_piece(
     if fold is None:
         raise SolveError("the branch ends before the path does", parameter=points[-1].lam)
     found = critical.locate(problem, points[fold - 1], points[fold], LAMBDA_TOLERANCE, options)
+    if found.lam >= end:
+        # The piece ends before: what lies behind its end is not on the path.
+        return [*points[:fold], step_to(problem, points[fold - 1], end, options)], None, folds
     return [*points[:fold], found.before], found, folds
 
 
