@@ -1,0 +1,590 @@
+"""What a path does to a strip: critical points and their kind, falls, first touch, end; and what is stored of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from stripfold import elastica, paths
+from stripfold.errors import InvalidInputError, SolveError
+from stripfold.material import Material
+from stripfold.paths import GripperPath, Piece, RPath
+from stripfold.solve.schemes import Damping
+from stripfold.studies import assess as assessing
+from stripfold.studies import assess_data, directions, falling, following, friction_data
+from stripfold.studies.assess import BIFURCATION, SNAP, Assessment, assess, mesh_for
+from stripfold.studies.directions import TwoWays
+from stripfold.studies.falling import Fall
+from stripfold.studies.states import rows_of_motion
+from stripfold.studies.static import Strip, contact_positions, touches
+
+THICKNESS = 0.0594
+STRIP = Strip(20.0, THICKNESS)
+FALL = Fall(1e-2, damping=Damping(0.2, 0.1))
+MATERIAL = Material(3780.0)
+OTHER = Material(8.0 * 3780.0, eta_m=2e-3, rho_a=3.0)
+"""L* half as long, and the same thickness / L*: in solver units the same strip."""
+SHORT = 13.0
+PATHS: dict[str, Callable[[], GripperPath]] = {
+    "triangular": lambda: paths.triangular(STRIP.length),
+    "circular": lambda: paths.circular(STRIP.length),
+    "r-path": lambda: paths.plan_r_path(STRIP.length).path,
+}
+PLACES = {"triangular": (3.392, 6.608), "circular": (5.289, 8.487), "r-path": (4.309, 7.518)}
+
+
+@pytest.fixture(scope="module")
+def statics() -> dict[str, Assessment]:
+    """The paper's paths up to their critical points."""
+    return {name: assess(mesh_for(STRIP, make(), 2.0), make()) for name, make in PATHS.items()}
+
+
+@pytest.fixture(scope="module")
+def stored() -> tuple[xr.Dataset, Assessment]:
+    """A circular path with its fall as it is stored, and what was found."""
+    kept: list[Assessment] = []
+
+    def keep(*given: object) -> Assessment:
+        kept.append(assess(*given))  # type: ignore[arg-type]
+        return kept[-1]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(assess_data, "assess", keep)
+        data = assess_data.run(MATERIAL, SHORT * MATERIAL.gravity_length, "circular", FALL, 2.0)
+    return data, kept[0]
+
+
+@pytest.fixture(scope="module")
+def low() -> tuple[Strip, Assessment]:
+    """A path too low for a snap."""
+    strip = Strip(12.0, 0.06)
+    corners = np.array([(-6.0, 0.0), (-5.2, 1.2), (5.0, 1.2), (6.0, 0.0)])
+    pieces: list[Piece] = []
+    for i in range(3):
+        pieces.append(Piece.through(corners[i : i + 2], pieces[-1].end if pieces else 0.0, "side"))
+    path = GripperPath("low", tuple(pieces))
+    return strip, assess(mesh_for(strip, path, 2.0), path, FALL)
+
+
+WAYS_LENGTH = 17.0
+
+
+@pytest.fixture(scope="module")
+def ways() -> tuple[xr.Dataset, TwoWays, RPath]:
+    """Both ways out of an R-path: stored, and as they were found."""
+    kept: list[TwoWays] = []
+
+    def keep(*given: object) -> TwoWays:
+        kept.append(directions.leave(*given))  # type: ignore[arg-type]
+        return kept[-1]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(friction_data, "leave", keep)
+        data = friction_data.two_ways(MATERIAL, WAYS_LENGTH * MATERIAL.gravity_length, FALL, 3.0)
+    return data, kept[0], paths.plan_r_path(WAYS_LENGTH)
+
+
+def elasticas_angle(path: GripperPath, travelled: float) -> float:
+    """Angle between a path and the elastica's lambda_c(z), by differences of both, degrees."""
+    d = 1e-3
+    (x0, z0), (x1, z1) = path.position(travelled - d), path.position(travelled + d)
+    slope = (elastica.critical(float(z1) + d).advance - elastica.critical(float(z1) - d).advance) / (2.0 * d)
+    path_angle, boundary_angle = np.arctan2(z1 - z0, x1 - x0), np.arctan2(1.0, slope)
+    apart = abs(np.degrees(path_angle - boundary_angle)) % 180.0
+    return float(min(apart, 180.0 - apart))
+
+
+class TestCriticalPoints:
+    """Where, and of which kind."""
+
+    @pytest.mark.parametrize("name", PATHS)
+    def test_place_is_on_the_boundary(self, statics: dict[str, Assessment], name: str):
+        """Truth: the elastica's lambda_c at this height; a thickness takes 6 (h/L*)^2 off it."""
+        found = statics[name]
+        (event,) = found.events
+        assert event.place == pytest.approx(PLACES[name], abs=4e-3)
+        np.testing.assert_allclose(PATHS[name]().position(event.travelled), event.place, atol=1e-12)
+        x, z = (float(value) for value in event.place)
+        off = x + STRIP.length / 2.0 - elastica.critical(z).advance
+        assert off == pytest.approx(-6.0 * THICKNESS**2, abs=8e-3)
+        assert event.travelled == event.found.lam
+        assert not found.stable
+        assert not found.at_end
+        assert found.touch is None
+        assert not found.motions
+        assert len(found.stretches) == 1
+        assert found.last is found.stretches[0].points[-1]
+
+    @pytest.mark.parametrize("name", PATHS)
+    def test_kind_by_the_angle(self, statics: dict[str, Assessment], name: str):
+        """Truth: the elastica's boundary, by differences.  The R-path of the elastica meets its own at no angle."""
+        (event,) = statics[name].events
+        truth = elasticas_angle(PATHS[name](), event.travelled)
+        assert event.angle == pytest.approx(truth, abs=2.5)
+        if name == "r-path":
+            assert event.kind == BIFURCATION
+            assert event.angle == pytest.approx(8.7, abs=0.3)
+        else:
+            assert event.kind == SNAP
+            assert event.angle == pytest.approx({"triangular": 89.0, "circular": 77.3}[name], abs=0.8)
+
+    def test_angle_is_that_of_the_way(self, statics: dict[str, Assessment]):
+        """The same critical state come upon along its boundary, across it, and in between."""
+        found = statics["circular"]
+        (event,) = found.events
+        problem = found.stretches[0].problem(-1)
+        z = float(event.place[1])
+        slope = (elastica.critical(z + 1e-3).advance - elastica.critical(z - 1e-3).advance) / 2e-3
+        along = np.array([slope, 1.0]) / np.hypot(slope, 1.0)
+        across = np.array([along[1], -along[0]])
+        for angle in (0.0, 30.0, 60.0, 90.0):
+            way = np.cos(np.radians(angle)) * along + np.sin(np.radians(angle)) * across
+            for signed in (3.0 * way, -way):
+                piece = replace(problem.motion.piece, rate=lambda s, way=signed: way)
+                turned = replace(problem, motion=replace(problem.motion, piece=piece))
+                assert assessing.boundary_angle(turned, event.found) == pytest.approx(angle, abs=2.0)
+
+    def test_normal_by_differences(self, statics: dict[str, Assessment]):
+        """At fixed other unknowns a move of the gripper changes the forces; what the mode feels of it is the normal."""
+        found = statics["circular"]
+        (event,) = found.events
+        problem, before, mode = found.stretches[0].problem(-1), event.found.before, event.found.mode
+        grasp = found.model.middle[0]
+        normal = []
+        for unknown in grasp:
+            q = before.q.copy()
+            forces = []
+            for d in (1e-6, -1e-6):
+                q[unknown] = before.q[unknown] + d
+                forces.append(problem.residual(q, before.lam))
+            normal.append(float(mode @ (forces[0] - forces[1])) / 2e-6)
+        way = problem.motion.rates(event.travelled)
+        sine = abs(np.dot(normal, way)) / np.linalg.norm(normal) / np.linalg.norm(way)
+        assert event.angle == pytest.approx(np.degrees(np.arcsin(sine)), abs=1e-2)
+
+    @pytest.mark.parametrize(("angle", "kind"), [(14.9, BIFURCATION), (15.1, SNAP)])
+    def test_threshold(self, statics: dict[str, Assessment], monkeypatch: pytest.MonkeyPatch, angle: float, kind: str):
+        found = statics["r-path"]
+        monkeypatch.setattr(assessing, "boundary_angle", lambda *_: angle)
+        (event,) = found.events
+        assert assessing._event(found.stretches[0].problem(-1), found.path, event.found).kind == kind
+
+    def test_a_table_of_the_triangle_is_the_triangle(self, statics: dict[str, Assessment], tmp_path: Path):
+        file = tmp_path / "triangle.csv"
+        file.write_text("t,x,z\n0,-0.3,0\n0.2,0,0.3\n1,0.3,0\n")
+        other = assess(statics["triangular"].model, paths.read(file, 20.0, 0.03))
+        (event,), (truth,) = other.events, statics["triangular"].events
+        assert event.travelled == pytest.approx(truth.travelled, abs=2e-6)
+        assert event.angle == pytest.approx(truth.angle, abs=0.01)
+        assert event.kind == SNAP
+
+    def test_off_the_boundary(self, statics: dict[str, Assessment], monkeypatch: pytest.MonkeyPatch):
+        """Truth: the run along x at the same height; and how far that is from a place that is moved off."""
+        (event,) = statics["r-path"].events
+        assert abs(assessing.off_the_boundary(STRIP, event, 2.0)) < 1e-3
+        asked: list[tuple[object, ...]] = []
+
+        def run(*given: object, **_: object) -> SimpleNamespace:
+            asked.append(given)
+            return SimpleNamespace(critical=SimpleNamespace(lam=13.0))
+
+        monkeypatch.setattr(assessing, "solve_height", run)
+        moved = replace(event, place=np.array([3.1, 5.0]))
+        assert assessing.off_the_boundary(STRIP, moved, 0.5) == pytest.approx(0.1)
+        assert asked == [(STRIP, 5.0, 0.5)]
+        monkeypatch.setattr(assessing, "solve_height", lambda *_, **__: SimpleNamespace(critical=None))
+        assert np.isnan(assessing.off_the_boundary(STRIP, moved))
+
+
+class TestLow:
+    """A path on which nothing snaps."""
+
+    def test_it_is_followed_to_its_end(self, low: tuple[Strip, Assessment]):
+        _, found = low
+        assert found.stable
+        assert found.at_end
+        assert not found.motions
+        assert found.last.lam == pytest.approx(found.path.length)
+        assert not replace(
+            found, stretches=(replace(found.stretches[0], points=found.stretches[0].points[:-1]),)
+        ).at_end
+
+    def test_first_touch(self, low: tuple[Strip, Assessment]):
+        """Truth: at this height the elastica's sag comes down at a known advance and place; located to 1e-4 L*."""
+        strip, found = low
+        assert found.touch is not None
+        assert not found.touch.fell
+        truth = elastica.critical(1.2).touch
+        assert truth is not None
+        half = strip.length / 2.0
+        x, z = found.path.position(found.touch.travelled)
+        assert z == pytest.approx(1.2)
+        assert x + half == pytest.approx(truth.advance, abs=0.04)
+        touch = x + truth.state.x[-1] - float(np.asarray(truth.state.at(np.array([truth.s])).x)[0])
+        assert found.touch.x == pytest.approx(touch, abs=0.06)
+        stretch = found.stretches[0]
+        i = max(k for k, p in enumerate(stretch.points) if p.lam < found.touch.travelled)
+        for d, expected in ((-1e-3, False), (1e-3, True)):
+            there = following.step_to(stretch.problem(i), stretch.points[i], found.touch.travelled + d)
+            assert touches(found.model, there) is expected
+        on_floor = contact_positions(found.model, following.step_to(stretch.problem(i), stretch.points[i], there.lam))
+        column = int(np.argmin(np.abs(found.model.s - on_floor[0])))
+        assert found.model.mid_surface(there.q)[column, 0] == pytest.approx(found.touch.x, abs=0.3)
+
+    def test_a_strip_that_lies_from_the_first_does_not_touch_again(self, low: tuple[Strip, Assessment]):
+        _, found = low
+        stretch = found.stretches[0]
+        lying = next(i for i, p in enumerate(stretch.points) if touches(found.model, p))
+        rest = replace(stretch, points=stretch.points[lying:], pieces=stretch.pieces[lying:])
+        assert assessing._static_touch(rest) is None
+        hanging = replace(stretch, points=stretch.points[:lying], pieces=stretch.pieces[:lying])
+        assert assessing._static_touch(hanging) is None
+
+    def test_numbers(self, low: tuple[Strip, Assessment]):
+        """Where nothing is critical there is no number, and none is made up."""
+        strip, found = low
+        numbers = assess_data.numbers(found, strip, "triangular", 2.0)
+        assert set(numbers) == set(assess_data.NUMBERS)
+        missing = {key for key, value in numbers.items() if np.isnan(value)}
+        critical = {f"critical_{name}" for name in ("travelled", "x", "z", "angle")}
+        assert missing == {*critical, "bifurcation", "boundary_error"}
+        assert numbers["critical_points"] == numbers["fell"] == numbers["assumed_touch_x"] == 0.0
+        assert numbers["completed"] == 1.0
+        assert found.touch is not None
+        assert numbers["touch_x"] == found.touch.x
+        assert numbers["touch_travelled"] == found.touch.travelled
+
+    def test_numbers_without_a_touch(self, statics: dict[str, Assessment]):
+        found = statics["r-path"]
+        numbers = assess_data.numbers(found, STRIP, "r-path", 2.0)
+        missing = {key for key, value in numbers.items() if np.isnan(value)}
+        assert missing == {"touch_x", "touch_travelled", "touch_error", "fell"}
+        assert numbers["completed"] == 0.0
+        assert numbers["critical_points"] == numbers["bifurcation"] == 1.0
+        plan = paths.plan_r_path(STRIP.length)
+        assert numbers["assumed_touch_x"] == plan.first_touch
+        assert numbers["planned_touch_x"] == plan.landing
+
+
+class TestFallen:
+    """A path with a snap, to its end."""
+
+    def test_the_parts_join(self, stored: tuple[xr.Dataset, Assessment]):
+        _, found = stored
+        before, after = found.stretches
+        (motion,), (event,) = found.motions, found.events
+        assert event.kind == SNAP
+        first, last = motion.moments[0], motion.moments[-1]
+        assert first.lam == event.travelled == before.points[-1].lam
+        np.testing.assert_array_equal(first.q, before.points[-1].q)
+        assert last.lam == pytest.approx(first.lam + falling.NUDGE)
+        assert after.points[0].lam == last.lam
+        moved = found.model.mid_surface(after.points[0].q) - found.model.mid_surface(last.q)
+        assert np.abs(moved).max() < 0.01
+        assert found.at_end
+        assert not found.stable
+        assert all(point.negatives == 0 for point in after.points)
+
+    def test_it_fell_to_its_touch(self, stored: tuple[xr.Dataset, Assessment]):
+        _, found = stored
+        assert found.touch is not None
+        assert found.touch.fell
+        assert found.touch.travelled == found.events[0].travelled
+        assert found.touch.x == found.motions[0].touch_x
+        moment = found.motions[0].moments[found.motions[0].touch]
+        column = int(np.argmin(np.abs(found.model.s - contact_positions(found.model, moment)[0])))
+        assert found.model.mid_surface(moment.q)[column, 0] == pytest.approx(found.touch.x, abs=0.3)
+
+    def test_it_ends_folded(self, stored: tuple[xr.Dataset, Assessment]):
+        """Truth: the elastica's folded state with aligned edges."""
+        data, found = stored
+        plan = paths.plan_r_path(SHORT)
+        assert assessing.lying_length(found.model, found.last) == pytest.approx(plan.lying_length, abs=0.15)
+        folded = plan.states[-1].at(found.model.s)
+        away = np.linalg.norm(found.model.mid_surface(found.last.q) - folded, axis=1).max()
+        assert away < 0.02
+        unit = MATERIAL.gravity_length
+        assert data.attrs["shape_error"] == pytest.approx(unit * away)
+        assert data.attrs["lying_length"] == pytest.approx(unit * plan.lying_length, abs=0.15 * unit)
+        _, hold = assessing.grip_and_hold(found.stretches[-1].problem(-1), found.last)
+        assert abs(hold) < 0.02
+
+    def test_no_more_falls_than_allowed(self, stored: tuple[xr.Dataset, Assessment], monkeypatch: pytest.MonkeyPatch):
+        """A strip that would fall for ever is let go five times."""
+        _, found = stored
+        first = found.stretches[0]
+        let_go: list[object] = []
+        monkeypatch.setattr(assessing, "follow", lambda *_: first)
+        monkeypatch.setattr(assessing, "let_fall", lambda *given: let_go.append(given) or found.motions[0])
+        monkeypatch.setattr(assessing, "settled", lambda *_: found.stretches[1].points[0])
+        endless = assess(found.model, found.path, FALL)
+        assert len(let_go) == len(endless.motions) == 5
+        assert len(endless.events) == len(endless.stretches) == 6
+        assert not endless.at_end
+
+    def test_a_touch_before_the_fall_is_the_first(
+        self, stored: tuple[xr.Dataset, Assessment], monkeypatch: pytest.MonkeyPatch
+    ):
+        _, found = stored
+        stretches = iter(found.stretches)
+        pieces = []
+
+        def follow(model: object, path: object, first: object = None, piece: int = 0) -> following.Stretch:
+            pieces.append(piece)
+            return next(stretches)
+
+        early = assessing.Touchdown(1.0, 2.0, False)
+        monkeypatch.setattr(assessing, "follow", follow)
+        monkeypatch.setattr(assessing, "let_fall", lambda *_: found.motions[0])
+        touched = iter((early, assessing.Touchdown(3.0, 4.0, False)))
+        monkeypatch.setattr(assessing, "_static_touch", lambda _: next(touched))
+        assert assess(found.model, found.path, FALL).touch is early
+        # Fallen without a touch: the next static one is it.
+        stretches = iter([replace(s, pieces=tuple(p + 3 for p in s.pieces)) for s in found.stretches])
+        monkeypatch.setattr(following.Stretch, "problem", lambda *_: found.motions[0] and problem)
+        problem = following.problem_on(found.model, found.path, 0)
+        monkeypatch.setattr(
+            assessing, "let_fall", lambda *_: replace(found.motions[0], touch=None, touch_x=float("nan"))
+        )
+        late = assessing.Touchdown(3.0, 4.0, False)
+        touched = iter((None, late))
+        assert assess(found.model, found.path, FALL).touch is late
+        # And on from the piece on which it fell.
+        assert pieces == [0, 0, 0, 3]
+
+
+class TestStored:
+    """The dataset, in SI."""
+
+    def test_layout(self, stored: tuple[xr.Dataset, Assessment]):
+        data, found = stored
+        assert all(v.attrs["units"] and v.attrs["long_name"] for v in data.variables.values())
+        phase, part = data["phase"].values, data["part"].values
+        assert part.tolist() == sorted(part)
+        assert [str(phase[part == i][0]) for i in range(3)] == ["static", "fall", "static"]
+        assert set(phase[part == 1]) == {"fall"}
+        counts = [len(found.stretches[0].points), np.sum(part == 1), len(found.stretches[1].points)]
+        assert [int(np.sum(part == i)) for i in range(3)] == counts
+        fall = phase == "fall"
+        assert np.all(np.isnan(data["time"].values) == ~fall)
+        for name in ("force_x", "force_z", "hold_x", "eigenvalue", "negatives"):
+            assert np.all(np.isnan(data[name].values) == fall), name
+        for name in ("travelled", "pseudo_time", "x", "z", "gripper_x", "gripper_z"):
+            assert np.isfinite(data[name].values).all(), name
+        assert data.attrs["path"] == "circular"
+        assert set(assess_data.NUMBERS) <= set(data.attrs)
+
+    def test_what_the_stored_shapes_say(self, stored: tuple[xr.Dataset, Assessment]):
+        data, _ = stored
+        unit, length = MATERIAL.gravity_length, data.attrs["length"]
+        assert data["arc"].values[[0, -1]] == pytest.approx([0.0, length])
+        np.testing.assert_array_equal(data["gripper_x"], data["x"][:, 0])
+        np.testing.assert_array_equal(data["gripper_z"], data["z"][:, 0])
+        assert np.hypot(data["gripper_x"], data["gripper_z"]).values == pytest.approx(length / 2.0)
+        angle = np.arctan2(np.abs(data["gripper_z"].values), -data["gripper_x"].values)
+        np.testing.assert_allclose(data["travelled"], angle * length / 2.0, atol=1e-9)
+        np.testing.assert_allclose(data["pseudo_time"], angle / np.pi, atol=1e-9)
+        # The floor has no friction: what the gripper pushes along x the held end takes.
+        static_ = data.isel(state=data["phase"].values == "static")
+        np.testing.assert_allclose(static_["force_x"], -static_["hold_x"], atol=1e-6)
+        size = np.hypot(static_["force_x"], static_["force_z"])
+        assert data.attrs["peak_force"] == pytest.approx(float(size.max()))
+        assert data.attrs["peak_hold"] == pytest.approx(float(np.abs(static_["hold_x"]).max()))
+        assert data.attrs["peak_hold"] > 0.0
+        critical = data.isel(state=int(np.sum(data["part"].values == 0)) - 1)
+        for name, value in (("x", "gripper_x"), ("z", "gripper_z"), ("travelled", "travelled")):
+            assert data.attrs[f"critical_{name}"] == pytest.approx(float(critical[value]), abs=1e-6 * unit)
+        low_ = data["z"].values[data["part"].values == 1]
+        came = np.flatnonzero((low_[-1] == 0.0) & (low_[0] > 0.0))
+        assert data["x"].values[data["part"].values == 1][-1, came].min() < data.attrs["touch_x"] + 0.5 * unit
+        assert data.attrs["touch_error"] == pytest.approx(data.attrs["touch_x"] - data.attrs["planned_touch_x"])
+
+    def test_work_of_the_gripper(self, stored: tuple[xr.Dataset, Assessment]):
+        """Truth, in SI and from what is stored: the gripper's work is the gain in height and in bending energy."""
+        data, _ = stored
+        first = data.isel(state=data["part"].values == 0)
+        x, z, arc = first["x"].values, first["z"].values, first["arc"].values
+        fx, fz = first["force_x"].values, first["force_z"].values
+        work = np.trapezoid(fx, x[:, 0]) + np.trapezoid(fz, z[:, 0])
+        slope = np.unwrap(np.arctan2(np.gradient(z, arc, axis=1), np.gradient(x, arc, axis=1)), axis=1)
+        curvature = np.gradient(slope, arc, axis=1)
+        stiffness = MATERIAL.rho_a / MATERIAL.eta_b
+        energy = np.trapezoid(MATERIAL.rho_a * 9.81 * z + 0.5 * stiffness * curvature**2, arc, axis=1)
+        assert energy[-1] - energy[0] == pytest.approx(work, rel=0.05)
+
+    def test_fall_is_thinned_and_keeps_its_ends_and_touch(self, stored: tuple[xr.Dataset, Assessment]):
+        data, found = stored
+        (motion,) = found.motions
+        second = np.sqrt(MATERIAL.gravity_length / 9.81)
+        time = data["time"].values[data["part"].values == 1] / second
+        assert time[0] == 0.0
+        assert np.all(np.diff(time) > 0.0)
+        assert time[-1] == pytest.approx(motion.moments[-1].t)
+        assert np.abs(time - motion.moments[motion.touch].t).min() < 1e-9
+        assert 20 < len(time) <= 63 < len(motion.moments)
+        rows = rows_of_motion(motion, found.stretches[0].problem(-1), 1)
+        middle = found.model.mid_surface
+        ways = [np.linalg.norm(middle(b.state.q) - middle(a.state.q), axis=1).max() for a, b in pairwise(rows)]
+        assert max(ways) < 4.0 * np.sum(ways) / 60
+        without = rows_of_motion(replace(motion, touch=None), found.stretches[0].problem(-1), 1)
+        assert len(rows) - 1 <= len(without) <= len(rows)
+
+    def test_another_material_of_the_same_ratios(
+        self, stored: tuple[xr.Dataset, Assessment], monkeypatch: pytest.MonkeyPatch
+    ):
+        """The same numbers of another size: by hand L* is half, rho_a g L* is 3/2, a second 1/sqrt(2)."""
+        data, found = stored
+        given: list[tuple[object, ...]] = []
+        monkeypatch.setattr(assess_data, "assess", lambda *x: given.append(x) or found)
+        other = assess_data.run(OTHER, SHORT * OTHER.gravity_length, "circular", FALL, 2.0)
+        ((model, path, fall, _),) = given
+        assert model.length == pytest.approx(SHORT)
+        np.testing.assert_allclose(model.s, found.model.s)
+        np.testing.assert_allclose(model.weight, found.model.weight)
+        assert path.length == pytest.approx(found.path.length)
+        assert fall is FALL
+        factors = {"m": 0.5, "N m-1": 1.5, "s": np.sqrt(0.5), "s-2": 2.0, "1": 1.0, "degree": 1.0}
+        for name, variable in data.data_vars.items():
+            factor = factors[variable.attrs["units"]]
+            np.testing.assert_allclose(other[name], factor * variable, rtol=1e-6, atol=1e-9, err_msg=str(name))
+        for name, (units, _) in assess_data.NUMBERS.items():
+            expected = factors[units] * data.attrs[name]
+            assert other.attrs[name] == pytest.approx(expected, rel=1e-4, abs=1e-6), name
+        assert other.attrs["length"] == pytest.approx(0.5 * data.attrs["length"])
+        assert (other.attrs["rho_a"], other.attrs["eta_m"]) == (3.0, 2e-3)
+
+        files = {
+            (m, p): source.assign_attrs(touch_x=source.attrs["touch_x"] + i)
+            for m, source in (("b", other), ("a", data))
+            for i, p in enumerate(assess_data.PATHS)
+        }
+        table = assess_data.table(files, {"a": "A", "b": "B"})
+        assert table["material"].values.tolist() == ["a", "b"]
+        assert table["label"].values.tolist() == ["A", "B"]
+        assert table["path"].values.tolist() == list(assess_data.PATHS)
+        assert all(v.attrs["units"] and v.attrs["long_name"] for v in table.variables.values())
+        for (m, p), file in files.items():
+            cell = table.sel(material=m, path=p)
+            for name in assess_data.NUMBERS:
+                assert float(cell[name]) == file.attrs[name]
+            assert float(cell["eta_b"]) == file.attrs["eta_b"]
+            assert float(cell["gravity_length"]) == file.attrs["gravity_length"]
+
+    def test_paths(self):
+        for name in assess_data.PATHS:
+            path = assess_data.path_of(name, 14.0)
+            assert path.name == name
+            np.testing.assert_allclose(path.position(path.length), [7.0, 0.0], atol=1e-9)
+        with pytest.raises(InvalidInputError, match="length"):
+            assess_data.path_of("r-path", 7.0)
+        with pytest.raises(InvalidInputError, match="length"):
+            assess_data.run(MATERIAL, 0.2, "r-path", FALL, 2.0)
+
+
+class TestTwoWays:
+    """Where the planned state is unstable it goes either way."""
+
+    def test_it_starts_in_the_planned_unstable_state(self, ways: tuple[xr.Dataset, TwoWays, RPath]):
+        _, found, plan = ways
+        travelled = plan.path.pieces[1].end - 0.15
+        start, model = found.start, found.model
+        assert start.lam == pytest.approx(travelled)
+        assert start.negatives == 1
+        assert not touches(model, start)
+        grip = start.q[model.middle[0]] - [WAYS_LENGTH / 2.0, 0.0]
+        np.testing.assert_allclose(grip, plan.path.position(travelled), atol=1e-9)
+        problem = following.problem_on(model, plan.path, 1)
+        residual = problem.residual(start.q, start.lam)
+        residual[problem.prescribed] = residual[start.active] = 0.0
+        assert np.abs(residual).max() < 1e-7
+        away = model.mid_surface(start.q) - plan.mid_surface(travelled, model.s)
+        assert np.linalg.norm(away, axis=1).max() < 0.2
+
+    def test_it_goes_either_way(self, ways: tuple[xr.Dataset, TwoWays, RPath]):
+        """One touches near the planned place, the other comes to rest without a touch."""
+        _, found, plan = ways
+        down, up = found.directions
+        assert (down.sign, up.sign) == (1.0, -1.0)
+        for way in found.directions:
+            assert {m.lam for m in way.motion.moments} == {found.start.lam}
+            np.testing.assert_array_equal(way.motion.moments[0].q, found.start.q)
+            last = way.motion.moments[-1]
+            assert last.energy.kinetic < 1e-6
+            point = way.after.points[0]
+            assert (point.lam, point.negatives) == (last.lam, 0)
+            moved = found.model.mid_surface(point.q) - found.model.mid_surface(last.q)
+            assert np.abs(moved).max() < 0.02
+            assert way.after.pieces[0] == 1
+        np.testing.assert_allclose(down.motion.moments[0].v, -up.motion.moments[0].v, atol=1e-15)
+        speed = np.linalg.norm(up.motion.moments[0].v[found.model.middle], axis=1).max()
+        assert speed == pytest.approx(FALL.disturbance)
+        assert down.motion.touch is not None
+        assert down.motion.touch_x == pytest.approx(2.71, abs=0.03)
+        assert down.after.critical is None
+        assert down.after.points[-1].lam == pytest.approx(plan.path.length)
+        assert up.motion.touch is None
+        assert np.isnan(up.motion.touch_x)
+        assert not any(touches(found.model, m) for m in up.motion.moments)
+        away = np.linalg.norm((up.motion.moments[-1].q - found.start.q)[found.model.middle], axis=1).max()
+        assert away > falling.AWAY
+        # It rested for a while, and its motion ended then.
+        times = np.array([m.t for m in up.motion.moments])
+        quiet = times > times[-1] - falling.QUIET
+        assert max(m.energy.kinetic for m, q in zip(up.motion.moments, quiet, strict=True) if q) < 1e-6
+
+    def test_stored(self, ways: tuple[xr.Dataset, TwoWays, RPath]):
+        data, found, plan = ways
+        unit = MATERIAL.gravity_length
+        way, part, phase = (data[name].values for name in ("way", "part", "phase"))
+        assert data["way"].attrs["units"] == "1"
+        assert way.tolist() == sorted(way)
+        for i, direction in enumerate(found.directions):
+            assert set(part[way == i]) == {2 * i, 2 * i + 1}
+            assert set(phase[part == 2 * i]) == {"fall"}
+            assert set(phase[part == 2 * i + 1]) == {"static"}
+            assert np.sum(part == 2 * i + 1) == len(direction.after.points)
+            end = float(data["travelled"].values[way == i][-1])
+            assert data.attrs["ends"][i] == pytest.approx(end)
+        assert data.attrs["signs"] == [1.0, -1.0]
+        assert data.attrs["reason"] == ""
+        touch, no_touch = data.attrs["touch_x"]
+        assert touch == pytest.approx(unit * found.directions[0].motion.touch_x)
+        assert np.isnan(no_touch)
+        assert data.attrs["landing_x"] == pytest.approx(unit * plan.landing)
+        assert data.attrs["planned_touch_x"] == pytest.approx(unit * plan.first_touch)
+        start = data.isel(state=0)
+        place = plan.path.position(plan.path.pieces[1].end - 0.15) * unit
+        assert [float(start["gripper_x"]), float(start["gripper_z"])] == pytest.approx(list(place))
+
+    def test_a_short_strip_has_no_unstable_planned_state(self):
+        data = friction_data.two_ways(MATERIAL, 13.0 * MATERIAL.gravity_length, FALL, 3.0)
+        assert "no unstable planned state" in data.attrs["reason"]
+        assert data.attrs["length"] == pytest.approx(13.0 * MATERIAL.gravity_length)
+        assert data.attrs["eta_b"] == MATERIAL.eta_b
+        assert not data.data_vars
+
+    def test_a_state_that_is_not_the_planned_one_is_refused(
+        self, ways: tuple[xr.Dataset, TwoWays, RPath], monkeypatch: pytest.MonkeyPatch
+    ):
+        _, found, plan = ways
+        strip = Strip(WAYS_LENGTH, MATERIAL.relative_thickness)
+        monkeypatch.setattr(directions, "along_x", lambda *_, **__: None)
+        monkeypatch.setattr(directions, "_at", lambda *_: found.start)
+        travelled = plan.path.pieces[1].end - 0.15
+        assert directions.planned_unstable(found.model, strip, plan, travelled).negatives == 1
+        touching = lambda *_: True  # noqa: E731
+        monkeypatch.setattr(directions, "touches", touching)
+        with pytest.raises(SolveError, match="hangs free"):
+            directions.planned_unstable(found.model, strip, plan, travelled)
+        monkeypatch.undo()
+        monkeypatch.setattr(directions, "along_x", lambda *_, **__: None)
+        monkeypatch.setattr(directions, "_at", lambda *_: found.directions[1].after.points[0])
+        with pytest.raises(SolveError, match="not an unstable one"):
+            directions.planned_unstable(found.model, strip, plan, travelled)
