@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from stripfold.plots.materials import ETA_TITLE
-from stripfold.plots.states import Array
 from stripfold.plots.style import BLUE, HELD, PURPLE, Look, figure, note, styled
 from stripfold.plots.touch_error import common, draw_points, lengths_above
 
@@ -21,7 +21,7 @@ RATIOS = {"ratio_max": ("largest", Look(HELD, "^")), "ratio_median": ("median", 
 def draw(data: xr.Dataset) -> Figure:
     """Draw over eta_b (a) the friction that suffices, by either law, (b) pulling force over gripper force.
 
-    A bar reaches down to what was found not to suffice.  Strips of the commonest length are joined by a line.
+    Strips of the commonest length are joined by a line.
 
     Parameters
     ----------
@@ -36,17 +36,15 @@ def draw(data: xr.Dataset) -> Figure:
     fig = figure(4.6)
     top, bottom = fig.subplots(2, 1, sharex=True, height_ratios=(1.3, 1.0))
     for law, (label, look) in LOOKS.items():
-        low, high = (factor[law] * data[name].sel(law=law).values for name in ("fails", "suffices"))
-        draw_points(top, eta, high, look, joined, filled, law)
-        top.vlines(eta, low, high, color=look.colour, lw=1.0, label=f"_{law}-bracket")
+        draw_points(top, eta, factor[law] * data["suffices"].sel(law=law).values, look, joined, filled, law)
         top.plot([], [], color=look.colour, marker=look.marker, lw=1.0, label=label)
     for name, (label, look) in RATIOS.items():
         draw_points(bottom, eta, data[name].sel(law="pull").values, look, joined, filled, name)
         bottom.plot([], [], color=look.colour, marker=look.marker, lw=1.0, label=label)
     for ax in (top, bottom):
         ax.set(xscale="log", yscale="log")
-        ax.margins(y=0.25)
-        ax.legend(loc="best", fontsize=7)
+        _decades(ax)
+        ax.legend(loc="upper right", fontsize=7)
     top.set_ylabel("friction that suffices")
     bottom.set(xlabel=f"weight-to-bending-stiffness ratio {ETA_TITLE}", ylabel="pull$\\,/\\,$gripper force")
     note(top, "(a)")
@@ -54,3 +52,9 @@ def draw(data: xr.Dataset) -> Figure:
     lengths_above(top, data, long, joined)
     fig.align_ylabels()
     return fig
+
+
+def _decades(ax: Axes) -> None:
+    """Whole powers of ten around what is drawn, with room for the markers."""
+    low, high = np.log10(ax.dataLim.intervaly)
+    ax.set_ylim(10.0 ** np.floor(low - 0.1), 10.0 ** np.ceil(high + 0.1))

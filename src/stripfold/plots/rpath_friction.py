@@ -67,7 +67,7 @@ def draw(r_path: xr.Dataset, ways: xr.Dataset, friction: xr.Dataset) -> Figure:
         ax.set(xlabel="$x$ [cm]", ylabel="$z$ [cm]")
         ax.grid(visible=False)
         floor(ax)
-    fig.legend(handles=_handles(), loc="upper center", borderaxespad=0.3, ncols=2, columnspacing=1.2)
+    fig.legend(handles=_handles(fig), loc="upper center", borderaxespad=0.3, ncols=2, columnspacing=1.2)
     return fig
 
 
@@ -99,12 +99,19 @@ def _held(ax: Axes, states: Array, chosen: list[int], eigenvalues: Array) -> Non
         ax.plot(*(CM * states[i]).T, color=colour, lw=width, zorder=order, label=f"_{name}")
 
 
-def _handles() -> list[Line2D]:
+def _handles(fig: Figure) -> list[Line2D]:
+    """What is drawn, by name."""
+    looks = {
+        "static": (STATES_GREY, 0.8, "-", "static, stable"),
+        "critical": (BLACK, 1.4, "-", "last before the critical point"),
+        "unstable": (BLACK, 1.2, "--", "planned, unstable"),
+        "touching-fall": (TOUCHING, 1.0, "-", "falls and touches"),
+        "hanging-fall": (HANGING, 1.0, "-", "rests without touching"),
+        "held": (HELD, 1.2, "-", "held by friction alone"),
+    }
+    shown = {line.get_label() for ax in fig.axes for line in ax.lines}
     return [
-        Line2D([], [], color=STATES_GREY, lw=0.8, label="static, stable"),
-        Line2D([], [], color=BLACK, lw=1.4, label="last before the critical point"),
-        Line2D([], [], color=BLACK, lw=1.2, ls="--", label="planned, unstable"),
-        Line2D([], [], color=TOUCHING, lw=1.0, label="falls and touches"),
-        Line2D([], [], color=HANGING, lw=1.0, label="rests without touching"),
-        Line2D([], [], color=HELD, lw=1.2, label="held by friction alone"),
+        Line2D([], [], color=colour, lw=width, ls=line, label=text)
+        for name, (colour, width, line, text) in looks.items()
+        if f"_{name}" in shown
     ]

@@ -116,7 +116,7 @@ def equal_panels(limits: Sequence[Limits], above: float = 0.0, one_x: bool = Fal
     height = below + sum(ups) + gap * (len(ups) - 1) + top
     # Placed by hand: constrained layout misjudges axes of a fixed shape.
     fig = Figure(figsize=(WIDTH, height))
-    axes = []
+    axes: list[Axes] = []
     under = height - top
     for up, (xlim, ylim) in zip(ups, limits, strict=True):
         under -= up

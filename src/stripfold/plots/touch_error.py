@@ -7,10 +7,13 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from numpy.typing import NDArray
 
 from stripfold.plots.materials import ETA_TITLE, names
 from stripfold.plots.states import Array
 from stripfold.plots.style import BLACK, BLUE, GREEN, GREY, VERMILLION, Look, figure, styled
+
+Mask = NDArray[np.bool_]
 
 LOOKS = {
     "r-path": ("R-path", Look(BLUE, "o")),
@@ -40,7 +43,7 @@ def draw(data: xr.Dataset) -> Figure:
     assumed = data["assumed_touch_x"].sel(path="r-path").values - data["planned_touch_x"].sel(path="r-path").values
     order = np.argsort(eta)
     ax.plot(eta[order], (assumed / unit)[order], "--", color=BLUE, lw=0.8, zorder=1, label="_assumed")
-    for name, (label, look) in LOOKS.items():
+    for name, (_, look) in LOOKS.items():
         one = data.sel(path=name)
         error = one["touch_error"].values / unit
         draw_points(ax, eta, error, look, joined, one["fell"].values > 0.0, name)
@@ -54,30 +57,30 @@ def draw(data: xr.Dataset) -> Figure:
     return fig
 
 
-def common(length: Array) -> Array:
+def common(length: Array) -> Mask:
     """Which materials have the commonest of the strips' lengths, m; shape (n,)."""
     rounded = np.round(length, 6)
     values, counts = np.unique(rounded, return_counts=True)
     return np.asarray(rounded == values[np.argmax(counts)])
 
 
-def draw_points(ax: Axes, eta: Array, y: Array, look: Look, joined: Array, filled: Array, name: str) -> None:
+def draw_points(ax: Axes, eta: Array, y: Array, look: Look, joined: Mask, filled: Mask, name: str) -> None:
     """Points over eta_b, some joined by a line, some hollow."""
     order = np.argsort(eta)
     line = order[joined[order] & np.isfinite(y[order])]
     ax.plot(eta[line], y[line], color=look.colour, lw=1.0, zorder=2, label=f"_{name}-line")
     for chosen, fill, kind in ((filled, look.colour, "filled"), (~filled, "white", "hollow")):
         own = order[chosen[order]]
-        how = {"ls": "none", "marker": look.marker, "ms": 4.5, "mec": look.colour, "mfc": fill, "zorder": 3}
-        ax.plot(eta[own], y[own], label=f"_{name}-{kind}", **how)
+        (points,) = ax.plot(eta[own], y[own], look.marker, color=look.colour, mfc=fill, zorder=3)
+        points.set_label(f"_{name}-{kind}")
 
 
-def lengths_above(ax: Axes, data: xr.Dataset, long: Array, joined: Array) -> None:
+def lengths_above(ax: Axes, data: xr.Dataset, long: Array, joined: Mask) -> None:
     """The strips' lengths in L* at a second axis above; what stands apart has its name there too."""
     above = ax.secondary_xaxis("top")
-    labels = []
-    for i, name in enumerate(names(data)):
-        labels.append(f"{long[i]:.0f}" if joined[i] else f"{name}:\n{long[i]:.0f}")
+    labels = [f"{length:.0f}" + ("" if joined[i] else f" ({names(data)[i]})") for i, length in enumerate(long)]
     above.set_xticks(data["eta_b"].values, labels)
     above.set_xticks([], minor=True)
-    above.set_xlabel("length of the strip$\\,/\\,L^*$")
+    above.tick_params(pad=1.0)
+    above.set_xlabel("length of the strip$\\,/\\,L^*$", labelpad=2.0)
+    ax.margins(x=0.1)

@@ -66,9 +66,7 @@ def dataset(material: Material, length: float) -> xr.Dataset:
 def _places(path: GripperPath) -> Array:
     """Lengths travelled, L*: evenly spaced on each piece."""
     count = (PLACES - 1) // len(path.pieces)
-    return np.concatenate(
-        [[0.0], *(np.linspace(piece.start, piece.end, count + 1)[1:] for piece in path.pieces)]
-    )
+    return np.concatenate([[0.0], *(np.linspace(piece.start, piece.end, count + 1)[1:] for piece in path.pieces)])
 
 
 def assumed(name: str, plan: RPath, length: float, travelled: float, s: Array) -> Array:
