@@ -232,6 +232,10 @@ class TestPlannedPaths:
         assert [notes(ax)[0][4:] for ax in fig.axes] == ["triangular path", "circular path", "R-path"]
         assert colours(fig, "fold-line") == {style.BLUE.lower()}
 
+    def test_the_lowest_panel_alone_has_numbers_below(self):
+        shown = [ax.xaxis.get_tick_params()["labelbottom"] for ax in planned_paths.draw(made_up.plans()).axes]
+        assert shown == [False, False, True]
+
 
 class TestEvolutions:
     @pytest.fixture
@@ -302,6 +306,9 @@ class TestRPathFriction:
         assert low < fall[:, moved.argmax(), 0].min()
         assert high > fall[:, moved.argmax(), 0].max()
         assert high - low < 40.0
+        # Of what is high only the lower part: it would make the panel long.
+        assert near.get_ylim()[0] < 0.0
+        assert 0.4 < near.get_ylim()[1] / (high - low) < 0.7
 
     def test_without_ways(self):
         fig = rpath_friction.draw(made_up.assessment(critical=False), made_up.without_ways(), made_up.with_friction())
