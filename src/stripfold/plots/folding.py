@@ -71,7 +71,8 @@ def layered(state: Array, apart: float) -> Array:
 
 def _strip(ax: Axes, state: Array, deep: Array) -> None:
     """The strip as a ribbon, ``deep`` from its front to its back edge: what is farther away is drawn first."""
-    begin, end = state[:-1], state[1:]
+    nodes = state[::2]  # an odd number: both ends are among them
+    begin, end = nodes[:-1], nodes[1:]
     along = end - begin
     # The upper face of the flat strip is seen where its normal (-z', x') has a part towards the eye.
     face = np.where(SLANT[1] * along[:, 0] - SLANT[0] * along[:, 1] > 0.0, FACE, REVERSE)
