@@ -1,9 +1,11 @@
-"""A small made-up collapse with the layout of ``stripfold.studies.collapse_data``, for figures and films."""
+"""Small made-up datasets for figures and films: a collapse; assessments of folding paths, and friction on them."""
 
 from __future__ import annotations
 
 import numpy as np
 import xarray as xr
+
+from stripfold.studies import assess_data, friction_data
 
 LENGTH, HEIGHT = 0.6, 0.15
 LAMBDA_0, LAMBDA_C, LAMBDA_END = 0.12, 0.36, 0.6
@@ -80,3 +82,132 @@ def until_touch(data: xr.Dataset) -> xr.Dataset:
     """The same, as it is when only the way to the first touch was asked for."""
     keep = (data["phase"].values == "before") | (data["time"].values <= TOUCH)
     return data.isel(state=np.flatnonzero(keep)).assign_attrs(settle_time=np.nan)
+
+
+UNIT = 0.03
+"""L* of the strip on folding paths, m."""
+RADIUS = 0.2
+LABELS = {"soft": "η_b = 3780 m⁻⁴ s²", "stiff": "η_b = 820 m⁻⁴ s²", "cloth": "some cloth"}
+ETAS, UNITS, LENGTHS = np.array([3780.0, 820.0, 95.0]), np.array([0.03, 0.05, 0.1]), np.array([0.6, 0.6, 2.0])
+TOUCH_ERRORS = {"r-path": (-0.3, -0.2, -0.5), "triangular": (-1.2, -0.9, -1.1), "circular": (0.7, np.nan, 0.6)}
+"""L*, for each material."""
+
+
+def _leg(time: np.ndarray, dip: np.ndarray | float = 0.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Arc length and places x and z of a straight leg that turns over, ``dip`` lower at its middle."""
+    s = np.linspace(0.0, LENGTH, NODES)
+    leg = np.maximum(RADIUS - s, 0.0) * np.ones((len(time), 1))
+    angle = np.pi * time[:, None]
+    bump = np.where(leg > 0.0, leg * (RADIUS - leg) / RADIUS**2, 0.0)
+    lower = np.reshape(np.asarray(dip) * np.ones(len(time)), (-1, 1)) * bump
+    x = np.where(leg > 0.0, RADIUS - LENGTH / 2.0 - leg * np.cos(angle), s - LENGTH / 2.0)
+    return s, x, leg * np.sin(angle) - lower
+
+
+def _rows(pieces: list[tuple[str, int, np.ndarray, np.ndarray | float]]) -> xr.Dataset:
+    """States of phase, part, pseudo time and dip, with the layout of ``stripfold.studies.states``."""
+    time = np.concatenate([times for _, _, times, _ in pieces])
+    dip = np.concatenate([np.ones(len(times)) * d for _, _, times, d in pieces])
+    s, x, z = _leg(time, dip)
+    columns = {
+        "pseudo_time": (("state",), time, "1"),
+        "part": (("state",), np.repeat([p for _, p, _, _ in pieces], [len(t) for _, _, t, _ in pieces]), "1"),
+        "x": (("state", "node"), x, "m"),
+        "z": (("state", "node"), z, "m"),
+        "arc": (("node",), s, "m"),
+    }
+    data = xr.Dataset({name: (dims, v, {"units": u, "long_name": name}) for name, (dims, v, u) in columns.items()})
+    phase = np.repeat([p for p, _, _, _ in pieces], [len(t) for _, _, t, _ in pieces]).astype(object)
+    data = data.assign_coords(phase=("state", phase, {"units": "1", "long_name": "phase"}))
+    return data.assign_attrs(length=LENGTH, gravity_length=UNIT)
+
+
+def assessment(critical: bool = True) -> xr.Dataset:
+    """A path on which a strip falls at the pseudo time 0.5, or on which it does not."""
+    before = ("static", 0, np.linspace(0.0, 0.5 if critical else 1.0, 21), 0.0)
+    fall = ("fall", 1, np.full(11, 0.5), np.linspace(0.0, 0.1, 11))
+    after = ("static", 2, np.linspace(0.5, 1.0, 13), 0.1)
+    return _rows([before, fall, after] if critical else [before]).assign_attrs(critical_points=float(critical))
+
+
+def two_ways() -> xr.Dataset:
+    """Two ways out at the pseudo time 0.6: first one that rises, then one that touches at x = -0.04 m."""
+    pieces = []
+    for way, dip in enumerate((-0.2, 0.1)):
+        pieces.append(("fall", 2 * way, np.full(9, 0.6), np.linspace(0.0, dip, 9)))
+        pieces.append(("static", 2 * way + 1, np.linspace(0.6, 0.7 if way == 0 else 1.0, 7), dip))
+    data = _rows(pieces)
+    data["way"] = (("state",), np.repeat([0.0, 1.0], 16), {"units": "1", "long_name": "way"})
+    return data.assign_attrs(reason="", touch_x=[np.nan, -0.04])
+
+
+def without_ways() -> xr.Dataset:
+    """What is stored where there is no unstable planned state."""
+    return xr.Dataset(attrs={"length": LENGTH, "reason": "there is no unstable planned state"})
+
+
+def with_friction(suffices: tuple[float, float] = (0.08, 0.009), attrs: dict[str, float] | None = None) -> xr.Dataset:
+    """A path followed with both laws; from 0.5 to 0.6 friction alone holds the strip; the first touch is at 0.6."""
+    laws = friction_data.LAWS
+    time = np.linspace(0.0, 1.0, 41)
+    alone = (time > 0.499) & (time < 0.601)
+    s, x, z = _leg(time, 0.02)
+    _, _, other = _leg(time, 0.04)
+    ratio = np.where(time < 0.61, 0.001 + 0.1 * time**2, 5.0)
+    on = ("law", "state")
+    columns = {
+        "fails": (("law",), np.array(suffices) / 1.1, "1"),
+        "suffices": (("law",), np.array(suffices), "1"),
+        "touch_x": (("law",), np.full(2, -0.03), "m"),
+        "touch_step": (("law",), np.full(2, 24.0), "1"),
+        "pseudo_time": (on, np.array([time, time]), "1"),
+        "ratio": (on, np.array([ratio, 0.0 * ratio]), "1"),
+        "eigenvalue": (on, np.array([np.where(alone, -3.0, 4.0)] * 2), "s-2"),
+        "deviation": (on, np.array([0.01 * time] * 2), "m"),
+        "x": ((*on, "node"), np.array([x, x]), "m"),
+        "z": ((*on, "node"), np.array([z, other]), "m"),
+        "arc": (("node",), s, "m"),
+    }
+    data = xr.Dataset({name: (dims, v, {"units": u, "long_name": name}) for name, (dims, v, u) in columns.items()})
+    data = data.assign_coords(law=("law", np.array(laws, dtype=object), {"units": "1", "long_name": "law"}))
+    return data.assign_attrs(attrs or {})
+
+
+def plans() -> xr.Dataset:
+    """The same path for all three, with its states."""
+    time = np.linspace(0.0, 1.0, 51)
+    s, x, z = _leg(time)
+    on = ("path", "place")
+    columns = {
+        "pseudo_time": (on, np.array([time] * 3)),
+        "x": ((*on, "node"), np.array([x] * 3)),
+        "z": ((*on, "node"), np.array([z] * 3)),
+        "arc": (("node",), s),
+    }
+    data = xr.Dataset({name: (dims, v, {"units": "m", "long_name": name}) for name, (dims, v) in columns.items()})
+    data = data.assign_coords(path=("path", np.array(assess_data.PATHS, dtype=object)))
+    return data.assign_attrs(length=LENGTH, lying_length=0.26)
+
+
+def assessments() -> xr.Dataset:
+    """The table of three materials; the second strip does not touch on the circular path, the third does not fall."""
+    files = {}
+    for i, material in enumerate(LABELS):
+        for path in assess_data.PATHS:
+            numbers = dict.fromkeys(assess_data.NUMBERS, 0.0)
+            error = TOUCH_ERRORS[path][i] * UNITS[i]
+            numbers |= {"planned_touch_x": 3.6 * UNITS[i], "touch_error": error, "fell": float(i < 2)}
+            numbers |= {"assumed_touch_x": 2.6 * UNITS[i], "relative_length": LENGTHS[i] / UNITS[i]}
+            files[material, path] = xr.Dataset(attrs={**numbers, "eta_b": ETAS[i], "gravity_length": UNITS[i]})
+    return assess_data.table(files, LABELS)
+
+
+def frictions() -> xr.Dataset:
+    """The friction that the three materials need, with steps of 0.1 L*."""
+    files = {}
+    for i, material in enumerate(LABELS):
+        names = ("eta_b", "gravity_length", "relative_length", "step", "k_f", "M_0", "planned_touch_x")
+        values = (ETAS[i], UNITS[i], LENGTHS[i] / UNITS[i], 0.1 * UNITS[i], 25.0, 7e-5, 0.08)
+        attrs = {name: float(value) for name, value in zip(names, values, strict=True)}
+        files[material] = with_friction((0.08 + 0.02 * i, 0.009 - 0.002 * i), attrs)
+    return friction_data.table(files, LABELS)

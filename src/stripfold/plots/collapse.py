@@ -10,14 +10,13 @@ from matplotlib.lines import Line2D
 
 from stripfold.plots.motion import above, gripper
 from stripfold.plots.phases import Collapse, collapse
-from stripfold.plots.style import BLACK, CM, FALLING, SETTLED, Limits, equal_panels, floor, note, styled
+from stripfold.plots.style import BLACK, CM, FALLING, SETTLED, STATES_GREY, Limits, equal_panels, floor, note, styled
 from stripfold.simulation import AFTER, FALL
 
 STATIC, TO_TOUCH, TO_REST = 12, 5, 3
 """Largest numbers of states drawn in each static part, in the fall up to the touch, and from there to rest."""
 MOVING = 0.25
 """What moves at least this part of the largest displacement in the fall is enlarged."""
-STATES_GREY = "0.62"
 
 
 @styled

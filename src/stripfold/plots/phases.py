@@ -121,11 +121,12 @@ def collapse(data: xr.Dataset) -> Collapse:
         advance=data["lambda"].values,
         deflection=data["deflection"].values,
         states=states,
-        way=_way(states, data["arc"].values),
+        way=way_of(states, data["arc"].values),
     )
 
 
-def _way(states: Array, arc: Array) -> Array:
+def way_of(states: Array, arc: Array) -> Array:
+    """How far a strip has moved since the first state: the sum of the rms displacements from state to state, m."""
     squares = np.sum(np.diff(states, axis=0) ** 2, axis=2)
     steps = np.sqrt(np.trapezoid(squares, arc, axis=1) / (arc[-1] - arc[0]))
     return np.concatenate([[0.0], np.cumsum(steps)])

@@ -29,6 +29,9 @@ MID_SURFACE = RED
 HOLDING, GRASPING = BLUE, "#882288"
 UNSTABLE, REFERENCE = VERMILLION, GREEN
 FALLING, SETTLED = RED, GREEN
+# The two ways out of an R-path; held by friction; where the folded strip lies.
+TOUCHING, HANGING, HELD, LYING = RED, BLUE, ORANGE, "#C800A1"
+STATES_GREY = "0.62"
 STRIP, SHADE = "#DDDDDD", "#EEEEEE"
 
 RC = {
@@ -101,22 +104,26 @@ def equal(xlim: tuple[float, float], ylim: tuple[float, float], above: float = 0
     return fig, ax
 
 
-def equal_panels(limits: Sequence[Limits], above: float = 0.0) -> tuple[Figure, list[Axes]]:
-    """Axes below each other, each with equal scales for its x and y limits, plus ``above`` inches for a legend."""
+def equal_panels(limits: Sequence[Limits], above: float = 0.0, one_x: bool = False) -> tuple[Figure, list[Axes]]:
+    """Axes below each other, each with equal scales for its x and y limits, plus ``above`` inches for a legend.
+
+    With ``one_x`` only the lowest has numbers at its x axis.
+    """
     left, right, below, top = 0.5, 0.1, 0.42, 0.05 + above  # inches
     across = WIDTH - left - right
     ups = [across * (ylim[1] - ylim[0]) / (xlim[1] - xlim[0]) for xlim, ylim in limits]
-    gap = below + 0.08
+    gap = 0.1 if one_x else below + 0.08
     height = below + sum(ups) + gap * (len(ups) - 1) + top
     # Placed by hand: constrained layout misjudges axes of a fixed shape.
     fig = Figure(figsize=(WIDTH, height))
-    axes = []
+    axes: list[Axes] = []
     under = height - top
     for up, (xlim, ylim) in zip(ups, limits, strict=True):
         under -= up
         ax = fig.add_axes((left / WIDTH, under / height, across / WIDTH, up / height))
         ax.set(aspect="equal", xlim=xlim, ylim=ylim)
         ax.locator_params(nbins=8, steps=[1, 2, 5, 10])
+        ax.tick_params(labelbottom=not one_x or len(axes) == len(limits) - 1)
         axes.append(ax)
         under -= gap
     return fig, axes

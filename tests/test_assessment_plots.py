@@ -1,0 +1,456 @@
+"""Figures of the folding paths show what they should, from made-up assessments."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
+
+import made_up
+from stripfold.errors import InvalidInputError
+from stripfold.material import Material
+from stripfold.plots import (
+    evolutions,
+    folding,
+    followed,
+    friction_needed,
+    planned_paths,
+    rpath_curve,
+    rpath_friction,
+    style,
+    touch_error,
+)
+from stripfold.plots.save import save
+from stripfold.studies import plans as plan_study
+
+LYING = 100.0 * (made_up.LENGTH / 2.0 - 0.26)
+HALF = 100.0 * made_up.LENGTH / 2.0
+
+
+def named(part: Figure | Axes, name: str) -> list[Artist]:
+    """Artists with this name as a label that no legend shows."""
+    return part.findobj(lambda artist: artist.get_label() == f"_{name}")
+
+
+def drawn(part: Figure | Axes, name: str) -> np.ndarray:
+    """Lines of this name, shape (lines, points, 2)."""
+    return np.array([np.asarray(line.get_data()).T for line in named(part, name)])
+
+
+def colours(part: Figure | Axes, name: str) -> set[str]:
+    return {to_hex(line.get_color()) for line in named(part, name)}
+
+
+def labelled(ax: Axes, label: str) -> np.ndarray:
+    (line,) = [line for line in ax.lines if line.get_label() == label]
+    return np.asarray(line.get_data()).T
+
+
+def legend_texts(part: Figure | Axes) -> list[str]:
+    legends = part.legends if isinstance(part, Figure) else [part.get_legend()]
+    return [text.get_text() for legend in legends for text in legend.get_texts()]
+
+
+def notes(ax: Axes) -> list[str]:
+    return [artist.txt.get_text() for artist in ax.artists if hasattr(artist, "txt")]
+
+
+def states_of(data: xr.Dataset) -> np.ndarray:
+    """Shape (states, nodes, 2), cm."""
+    return 100.0 * np.stack([data["x"].values, data["z"].values], axis=-1)
+
+
+def indices_of(data: xr.Dataset, shown: np.ndarray) -> list[int]:
+    """Which states of the dataset they are; the first of those that look the same."""
+    states = states_of(data)
+    return [int(np.flatnonzero(np.abs(states - one).max(axis=(1, 2)) < 1e-9)[0]) for one in shown]
+
+
+class TestFollowed:
+    def test_parts(self):
+        data = made_up.assessment()
+        found = followed.parts(data)
+        assert [part.phase for part in found] == ["static", "fall", "static"]
+        assert [len(part.pseudo_time) for part in found] == [21, 11, 13]
+        np.testing.assert_allclose(100.0 * found[1].states[3], states_of(data)[24])
+
+    def test_even_states_include_both_ends(self):
+        part = followed.parts(made_up.assessment())[0]
+        # A leg that turns at a constant rate.
+        assert part.evenly(5) == [0, 5, 10, 15, 20]
+        assert part.evenly(1) == [0]
+
+    def test_displacement_and_height(self):
+        s = np.linspace(0.0, 2.0, 5)
+        flat = np.stack([s - 1.0, 0.0 * s], axis=1)
+        moved = np.array([flat, flat + np.array([0.3, 0.4])])
+        part = followed.Part("static", np.array([0.0, 1.0]), moved, s)
+        np.testing.assert_allclose(part.displacement(), [0.0, 0.5], atol=1e-15)
+        plan = followed.Part("static", np.array([0.0, 2.0]), np.array([flat, flat + np.array([0.0, 0.6])]), s)
+        # At the time 1 the plan is 0.3 high.
+        np.testing.assert_allclose(part.above(plan), [0.0, 0.1], atol=1e-15)
+
+    def test_the_way_that_touches_is_first(self):
+        data = made_up.two_ways()
+        first, second = followed.ways_out(data)
+        assert first.touch_x == -0.04
+        assert (first.touches, second.touches) == (True, False)
+        np.testing.assert_array_equal(100.0 * first.fall.states[-1], states_of(data)[24])
+        assert second.after.pseudo_time[-1] == 0.7
+
+    def test_no_ways(self):
+        assert followed.ways_out(made_up.without_ways()) == []
+
+    @pytest.mark.parametrize(
+        ("break_it", "told"),
+        [
+            (lambda data: data.drop_vars("phase"), "without phase"),
+            (lambda data: data.drop_vars(["x", "arc"]), "without x, arc"),
+            (lambda data: data.assign(z=data["z"].where(data["state"] != 4)), "not finite"),
+            (lambda data: data.assign(pseudo_time=data["pseudo_time"] * np.nan), "not finite"),
+            (lambda data: data.assign(part=0 * data["part"]), "both static and in a fall"),
+            (lambda data: data.assign_coords(phase=("state", ["after"] * data.sizes["state"])), "phases after"),
+        ],
+    )
+    def test_other_data_are_refused(self, break_it, told):
+        with pytest.raises(InvalidInputError, match=told):
+            followed.parts(break_it(made_up.assessment().assign_coords(state=np.arange(45))))
+
+    def test_half_a_way_is_refused(self):
+        data = made_up.two_ways()
+        with pytest.raises(InvalidInputError, match="way 1 without one fall"):
+            followed.ways_out(data.isel(state=np.flatnonzero(data["part"] < 3)))
+
+    def test_unknown_names_are_refused(self):
+        with pytest.raises(InvalidInputError, match="no path square"):
+            followed.planned(made_up.plans(), "square")
+        with pytest.raises(InvalidInputError, match="no law glue"):
+            followed.held(made_up.with_friction(), "glue")
+
+
+@pytest.fixture(scope="module")
+def planned() -> xr.Dataset:
+    return plan_study.dataset(Material(eta_b=3780.0), 0.6)
+
+
+class TestPlans:
+    def test_every_strip_keeps_its_length_and_is_held(self, planned):
+        steps = np.hypot(planned["x"].diff("node"), planned["z"].diff("node"))
+        np.testing.assert_allclose(steps.sum("node"), 0.6, rtol=1e-3)
+        np.testing.assert_allclose(planned["x"][..., -1], 0.3)
+        assert float(planned["z"].min()) > -1e-12
+        np.testing.assert_allclose(planned["arc"], np.linspace(0.0, 0.6, 401))
+
+    def test_all_begin_flat_and_end_folded(self, planned):
+        np.testing.assert_allclose(planned["x"].isel(place=0), np.tile(planned["arc"] - 0.3, (3, 1)), atol=1e-12)
+        np.testing.assert_allclose(planned["x"].isel(place=-1, node=0), 0.3)
+        np.testing.assert_allclose(planned["z"].isel(place=[0, -1], node=0), 0.0, atol=1e-12)
+        np.testing.assert_allclose(planned["pseudo_time"].isel(place=[0, -1]), [[0.0, 1.0]] * 3)
+
+    def test_corners_are_among_the_places(self, planned):
+        triangle = planned.sel(path="triangular").isel(node=0)
+        assert float(triangle["z"].max()) == pytest.approx(0.3)
+
+    def test_assumed_states(self, planned):
+        middle = planned.isel(place=150)
+        # Half down the triangle: 15 cm hang from the gripper, 15 cm lie on the lower layer from the fold line on.
+        one = middle.sel(path="triangular").interp(node=[0, 50, 100, 150, 200, 300])
+        np.testing.assert_allclose(one["x"], [0.15, 0.15, 0.15, 0.075, 0.0, 0.15], atol=1e-12)
+        np.testing.assert_allclose(one["z"], [0.15, 0.075, 0.0, 0.0, 0.0, 0.0], atol=1e-12)
+        up = planned.isel(place=50).sel(path="triangular").interp(node=[0, 100, 150])
+        np.testing.assert_allclose(up["x"], [-0.15, -0.15, -0.075], atol=1e-12)
+        np.testing.assert_allclose(up["z"], [0.15, 0.0, 0.0], atol=1e-12)
+        # A rigid half turned by 135 degrees.
+        one = middle.sel(path="circular").interp(node=[0, 100, 200])
+        for place in (one["x"], one["z"]):
+            np.testing.assert_allclose(place, np.sqrt(0.5) * np.array([0.3, 0.15, 0.0]), atol=1e-12)
+
+    def test_the_lying_length_is_the_plans(self, planned):
+        state = planned.sel(path="r-path").isel(place=-1)
+        lifted = state["x"].where(state["z"] > 1e-7, drop=True)
+        begins = 0.3 - float(planned.attrs["lying_length"])
+        assert float(lifted[-1]) == pytest.approx(begins, abs=0.003)
+        assert float(planned.attrs["landing_x"]) == pytest.approx(begins + 2.484620 * planned.attrs["gravity_length"])
+
+
+class TestFolding:
+    def test_both_states(self):
+        data = made_up.plans()
+        fig = folding.draw(data)
+        assert [ax.get_aspect() for ax in fig.axes] == [1.0, 1.0]
+        flat, folded = drawn(fig, "front")
+        plan = states_of(data.sel(path="r-path")) / 100.0
+        np.testing.assert_allclose(flat, plan[0])
+        np.testing.assert_allclose(folded[:, 0], plan[-1, :, 0])
+        assert len(named(fig, "fold-line")) == 2
+        assert colours(fig, "fold-line") == {style.BLUE.lower()}
+        (path,) = drawn(fig, "path")
+        np.testing.assert_allclose(path - path[0], plan[:, 0] - plan[0, 0], atol=1e-12)
+
+    def test_layers_are_drawn_apart(self):
+        x = np.array([3.0, 2.0, 1.0, 0.5, 1.0, 2.0, 3.0])
+        z = np.array([0.0, 0.0, 0.2, 0.2, 0.2, 0.0, 0.0])
+        state = folding.layered(np.stack([x, z], axis=1), 0.1)
+        np.testing.assert_allclose(state[:, 1], [0.1, 0.1, 0.3, 0.25, 0.2, 0.0, 0.0])
+        flat = np.stack([x, 0.0 * z], axis=1)
+        np.testing.assert_array_equal(folding.layered(flat, 0.1), flat)
+
+    def test_faces(self):
+        """The flat strip shows its upper face, and a strip turned over the other."""
+        flat, turned = (
+            ax.findobj(PolyCollection)[0].get_facecolor()[::2, 0] for ax in folding.draw(made_up.plans()).axes
+        )
+        np.testing.assert_allclose(flat, folding.FACE)
+        assert set(np.round(turned, 6)) == {folding.FACE, folding.REVERSE}
+
+
+class TestPlannedPaths:
+    def test_paths_and_states(self):
+        data = made_up.plans()
+        data["x"][1] = data["x"][1] + 0.01
+        fig = planned_paths.draw(data)
+        for ax, name in zip(fig.axes, ("triangular", "circular", "r-path"), strict=True):
+            one = data.sel(path=name)
+            assert ax.get_aspect() == 1.0
+            (path,) = drawn(ax, "path")
+            np.testing.assert_allclose(path, states_of(one)[:, 0])
+            assert named(ax, "path")[0].get_linestyle() == "--"
+            chosen = indices_of(one, drawn(ax, "state"))
+            assert len(chosen) == planned_paths.STATES
+            assert (chosen[0], chosen[-1]) == (0, 50)
+            greys = [float(line.get_color()) for line in named(ax, "state")]
+            assert greys == sorted(greys, reverse=True)
+            np.testing.assert_array_equal(drawn(ax, "fold-line"), [[[0.0, 0.0]]])
+        assert [notes(ax)[0][4:] for ax in fig.axes] == ["triangular path", "circular path", "R-path"]
+        assert colours(fig, "fold-line") == {style.BLUE.lower()}
+
+    def test_the_lowest_panel_alone_has_numbers_below(self):
+        shown = [ax.xaxis.get_tick_params()["labelbottom"] for ax in planned_paths.draw(made_up.plans()).axes]
+        assert shown == [False, False, True]
+
+
+class TestEvolutions:
+    @pytest.fixture
+    def fig(self) -> Figure:
+        data = made_up.assessment()
+        return evolutions.draw(data, data, made_up.assessment(critical=False), made_up.plans())
+
+    def test_states(self, fig):
+        data = made_up.assessment()
+        for ax in fig.axes[:2]:
+            assert len(named(ax, "static")) == evolutions.SHOWN - 1
+            assert max(indices_of(data, drawn(ax, "static"))) < 20
+            assert indices_of(data, drawn(ax, "critical")) == [20]
+        assert colours(fig, "static") == {to_hex(style.STATES_GREY)}
+        assert colours(fig, "critical") == {style.BLACK}
+
+    def test_no_critical_point_is_told(self, fig):
+        whole = fig.axes[2]
+        assert not named(whole, "critical")
+        assert indices_of(made_up.assessment(critical=False), drawn(whole, "static")[-1:]) == [20]
+        assert ["no critical point" in notes(ax)[0] for ax in fig.axes] == [False, False, True]
+
+    def test_lying_point_and_path(self, fig):
+        plan = states_of(made_up.plans().isel(path=0))
+        for ax in fig.axes:
+            assert ax.get_aspect() == 1.0
+            np.testing.assert_allclose(drawn(ax, "lying"), [[[LYING, 0.0]]])
+            np.testing.assert_allclose(drawn(ax, "path")[0], plan[:, 0])
+        assert colours(fig, "lying") == {style.LYING.lower()}
+
+
+class TestRPathFriction:
+    @pytest.fixture
+    def fig(self) -> Figure:
+        return rpath_friction.draw(made_up.assessment(), made_up.two_ways(), made_up.with_friction())
+
+    def test_without_friction(self, fig):
+        whole, near, _ = fig.axes
+        data = made_up.two_ways()
+        assert indices_of(made_up.assessment(), drawn(whole, "critical")) == [20]
+        for ax in (whole, near):
+            np.testing.assert_allclose(drawn(ax, "unstable")[0], states_of(data)[0])
+            assert named(ax, "unstable")[0].get_linestyle() == "--"
+            np.testing.assert_allclose(drawn(ax, "touch"), [[[-4.0, 0.0]]])
+        for name, colour, first in (("touching", style.RED, 16), ("hanging", style.BLUE, 0)):
+            assert colours(near, f"{name}-fall") == {colour.lower()}
+            chosen = indices_of(data, drawn(near, f"{name}-fall"))
+            assert len(chosen) == rpath_friction.FALLS
+            assert first < min(chosen)
+            assert max(chosen) == first + 8
+            assert len(named(whole, f"{name}-static")) > 2
+        assert [ax.get_aspect() for ax in fig.axes] == [1.0] * 3
+
+    def test_with_friction(self, fig):
+        data = made_up.with_friction().sel(law="pull")
+        held = indices_of(data, drawn(fig.axes[2], "held"))
+        assert colours(fig.axes[2], "held") == {style.ORANGE.lower()}
+        assert {20, 24} <= set(held) <= set(range(20, 25))
+        free = indices_of(data, drawn(fig.axes[2], "static"))
+        assert not set(free) & set(range(20, 25))
+        assert {0, 40} <= set(free)
+
+    def test_what_moves_is_in_view(self, fig):
+        near = fig.axes[1]
+        low, high = near.get_xlim()
+        fall = drawn(near, "hanging-fall")
+        moved = np.abs(fall - fall[0]).max(axis=(0, 2))
+        assert low < fall[:, moved.argmax(), 0].min()
+        assert high > fall[:, moved.argmax(), 0].max()
+        assert high - low < 40.0
+        # Of what is high only the lower part: it would make the panel long.
+        assert near.get_ylim()[0] < 0.0
+        assert 0.4 < near.get_ylim()[1] / (high - low) < 0.7
+
+    def test_without_ways(self):
+        fig = rpath_friction.draw(made_up.assessment(critical=False), made_up.without_ways(), made_up.with_friction())
+        whole, held = fig.axes
+        assert "no unstable planned state" in notes(whole)[0]
+        assert notes(held) == ["(b) with friction"]
+        for name in ("critical", "unstable", "touch", "touching-fall"):
+            assert not named(fig, name)
+        assert "falls and touches" not in legend_texts(fig)
+
+    def test_nothing_needs_friction(self):
+        data = made_up.with_friction()
+        data["eigenvalue"] = abs(data["eigenvalue"])
+        fig = rpath_friction.draw(made_up.assessment(), made_up.two_ways(), data)
+        assert not named(fig, "held")
+        assert "held by friction alone" not in legend_texts(fig)
+
+
+class TestRPathCurve:
+    @pytest.fixture
+    def fig(self) -> Figure:
+        return rpath_curve.draw(made_up.assessment(), made_up.two_ways(), made_up.with_friction(), made_up.plans())
+
+    def test_displacement(self, fig):
+        top, _ = fig.axes
+        data = made_up.assessment()
+        curve = labelled(top, rpath_curve.BEFORE)
+        np.testing.assert_allclose(curve[:, 1], np.linspace(0.0, 0.5, 21))
+        s = data["arc"].values
+        away = states_of(data)[20] - np.stack([100.0 * s - HALF, 0.0 * s], axis=1)
+        rms = np.sqrt(np.trapezoid(np.sum(away**2, axis=1), s) / made_up.LENGTH)
+        assert curve[-1, 0] == pytest.approx(rms)
+        np.testing.assert_allclose(labelled(top, "critical point"), [[rms, 0.5]])
+
+    def test_mean_height_over_the_plan(self, fig):
+        _, bottom = fig.axes
+        # The dip is a parabola of height 1/4 times its factor over a third of the strip: 0.1 is a mean of 5.556 mm.
+        touching = labelled(bottom, rpath_curve.TOUCHES)
+        np.testing.assert_allclose(touching[8:, 0], -1e3 * 0.1 / 6.0 / 3.0, rtol=5e-3, atol=0.05)
+        np.testing.assert_allclose(touching[:9, 1], 0.6)
+        hanging = labelled(bottom, rpath_curve.HANGS)
+        assert hanging[8, 0] == pytest.approx(2e3 * 0.1 / 6.0 / 3.0, rel=5e-3, abs=0.05)
+        np.testing.assert_allclose(labelled(bottom, rpath_curve.PLANNED)[:, 0], 0.0, atol=1e-9)
+        low, high = bottom.get_ylim()
+        assert low < 0.5 < 0.6 < high < 0.8
+
+    def test_colours(self, fig):
+        expected = {
+            rpath_curve.BEFORE: (style.BLACK, "-"),
+            rpath_curve.BEHIND: (style.RED, ":"),
+            rpath_curve.TOUCHES: (style.RED, "-"),
+            rpath_curve.HANGS: (style.BLUE, "-"),
+            rpath_curve.FRICTION: (style.ORANGE, "-"),
+            rpath_curve.PLANNED: (style.GREY, "--"),
+        }
+        for ax in fig.axes:
+            found = {line.get_label(): (line.get_color(), line.get_linestyle()) for line in ax.lines}
+            assert {name: found[name] for name in expected} == expected
+        assert set(legend_texts(fig)) == {*expected, "critical point"}
+
+    def test_friction_is_the_pull(self, fig):
+        np.testing.assert_allclose(
+            labelled(fig.axes[1], rpath_curve.FRICTION)[-1, 0], -1e3 * 0.02 / 6.0 / 3.0, rtol=5e-3
+        )
+
+    def test_without_a_critical_point_and_ways(self):
+        fig = rpath_curve.draw(
+            made_up.assessment(critical=False), made_up.without_ways(), made_up.with_friction(), made_up.plans()
+        )
+        assert set(legend_texts(fig)) == {rpath_curve.PLANNED, rpath_curve.FRICTION, rpath_curve.WHOLE}
+
+
+class TestTouchError:
+    def test_points(self):
+        (ax,) = touch_error.draw(made_up.assessments()).axes
+        assert ax.get_xscale() == "log"
+        for name, errors in made_up.TOUCH_ERRORS.items():
+            assert colours(ax, f"{name}-filled") == {touch_error.LOOKS[name][1].colour.lower()}
+            filled, hollow = drawn(ax, f"{name}-filled")[0], drawn(ax, f"{name}-hollow")[0]
+            # In the order of eta_b; the third material is the one that does not fall.
+            np.testing.assert_allclose(filled, [(820.0, errors[1]), (3780.0, errors[0])])
+            np.testing.assert_allclose(hollow, [(95.0, errors[2])])
+            assert named(ax, f"{name}-hollow")[0].get_markerfacecolor() == "white"
+
+    def test_only_strips_of_one_length_are_joined(self):
+        (ax,) = touch_error.draw(made_up.assessments()).axes
+        np.testing.assert_allclose(drawn(ax, "r-path-line")[0][:, 0], [820.0, 3780.0])
+        # No line where there is no touch.
+        np.testing.assert_allclose(drawn(ax, "circular-line")[0], [(3780.0, 0.7)])
+
+    def test_lengths_and_plan(self):
+        fig = touch_error.draw(made_up.assessments())
+        (ax,) = fig.axes
+        (above,) = ax.child_axes
+        assert [text.get_text() for text in above.get_xticklabels()] == ["20", "12", "20 (cloth)"]
+        np.testing.assert_allclose(above.get_xticks(), made_up.ETAS)
+        np.testing.assert_allclose(drawn(ax, "assumed")[0][:, 1], -1.0)
+        assert "laid down without a fall" in legend_texts(fig)
+
+    def test_all_fall(self):
+        data = made_up.assessments()
+        data["fell"][:] = 1.0
+        assert "laid down without a fall" not in legend_texts(touch_error.draw(data))
+
+
+class TestFrictionNeeded:
+    def test_points(self):
+        top, bottom = friction_needed.draw(made_up.frictions()).axes
+        # k_f / (g/L*) times the step of 0.1 L*.
+        np.testing.assert_allclose(drawn(top, "pull-filled")[0], [(95.0, 0.012), (820.0, 0.010), (3780.0, 0.008)])
+        np.testing.assert_allclose(drawn(top, "hysteresis-filled")[0], [(95.0, 0.005), (820.0, 0.007), (3780.0, 0.009)])
+        # Up to the first touch, at the pseudo time 0.6; the median is at 0.3.
+        np.testing.assert_allclose(drawn(bottom, "ratio_max-filled")[0][:, 1], 0.037)
+        np.testing.assert_allclose(drawn(bottom, "ratio_median-filled")[0][:, 1], 0.010)
+        assert top.get_yscale() == bottom.get_yscale() == "log"
+        np.testing.assert_allclose(drawn(top, "pull-line")[0][:, 0], [820.0, 3780.0])
+
+    def test_names_and_limits(self):
+        top, bottom = friction_needed.draw(made_up.frictions()).axes
+        assert legend_texts(top) == [friction_needed.PULL, friction_needed.MOMENT]
+        assert legend_texts(bottom) == ["largest", "median"]
+        np.testing.assert_allclose(top.get_ylim(), [1e-3, 1e-1])
+        # Not on the border.
+        np.testing.assert_allclose(bottom.get_ylim(), [1e-3, 1e-1])
+
+
+def test_same_bytes(tmp_path):
+    assessment, plans = made_up.assessment(), made_up.plans()
+    ways, friction = made_up.two_ways(), made_up.with_friction()
+    sources = {
+        folding: (plans,),
+        rpath_friction: (assessment, ways, friction),
+        rpath_curve: (assessment, ways, friction, plans),
+        friction_needed: (made_up.frictions(),),
+    }
+    for module, data in sources.items():
+        runs = [save(module.draw(*data), tmp_path / run / "figure") for run in ("a", "b")]
+        for kind in zip(*runs, strict=True):
+            assert len({path.read_bytes() for path in kind}) == 1, module.__name__
+
+
+def test_pyplot_is_not_needed():
+    modules = "evolutions, folding, friction_needed, planned_paths, rpath_curve, rpath_friction, touch_error"
+    code = f"import sys; from stripfold.plots import {modules}; sys.exit('matplotlib.pyplot' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code]).returncode == 0
