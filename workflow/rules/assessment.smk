@@ -84,6 +84,22 @@ rule two_ways:
         "../scripts/two_ways.py"
 
 
+# The material whose single runs are drawn: the second, or the only one.
+SHOWN = list(MATERIALS)[min(1, len(MATERIALS) - 1)]
+
+
+rule plans:
+    output:
+        f"{RESULTS}/plans.nc",
+    log:
+        f"{LOGS}/plans.log",
+    params:
+        material=MATERIALS[SHOWN],
+        gravity=CONFIG["gravity"],
+    script:
+        "../scripts/plans.py"
+
+
 rule tangency:
     output:
         f"{RESULTS}/studies/tangency.nc",

@@ -1,8 +1,9 @@
 # Every figure from stored files alone, as PNG and SVG.
 
-# The material whose single runs are drawn: the second, or the only one.
-SHOWN = list(MATERIALS)[min(1, len(MATERIALS) - 1)]
 RUN = f"{RESULTS}/xaxis/{SHOWN}.nc"
+ASSESSED = {path: f"{RESULTS}/assess/{SHOWN}_{path}.nc" for path in PATHS}
+WAYS, HELD = f"{RESULTS}/two_ways/{SHOWN}.nc", f"{RESULTS}/friction/{SHOWN}.nc"
+PLANS = f"{RESULTS}/plans.nc"
 POINTS, MASTER = f"{RESULTS}/critical_points.nc", f"{RESULTS}/master_curve.nc"
 # What each figure is drawn from, in the order its function takes it.
 SOURCES = {
@@ -15,6 +16,13 @@ SOURCES = {
     "paths": [POINTS],
     "critical_points": [POINTS],
     "master_curve": [POINTS, MASTER],
+    "folding": [PLANS],
+    "planned_paths": [PLANS],
+    "evolutions": [*(ASSESSED[path] for path in ("r-path", "triangular", "circular")), PLANS],
+    "rpath_friction": [ASSESSED["r-path"], WAYS, HELD],
+    "rpath_curve": [ASSESSED["r-path"], WAYS, HELD, PLANS],
+    "touch_error": [f"{RESULTS}/assessment.nc"],
+    "friction_needed": [f"{RESULTS}/friction.nc"],
     "printed_law": [f"{RESULTS}/printed_law.nc"],
 }
 FIGURE_FILES = expand(f"{FIGURES}/{{name}}.{{suffix}}", name=SOURCES, suffix=["png", "svg"])
