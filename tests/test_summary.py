@@ -82,6 +82,7 @@ def datasets() -> dict[str, xr.Dataset]:
         {"case": cases},
     )
     return {
+        **of_paths(),
         "falls": falls,
         "fall_benchmark": xr.Dataset({"wall": ("repeat", [8.0]), "memory": ((), 150.0)}),
         "schemes": scheme,
@@ -93,6 +94,56 @@ def datasets() -> dict[str, xr.Dataset]:
         "order": order,
         "branches": verdicts,
         "benchmark": benchmark,
+    }
+
+
+def of_paths() -> dict[str, xr.Dataset]:
+    """The datasets of folding paths."""
+    where = ("length", "thickness")
+    tangency = xr.Dataset(
+        {
+            "boundary_error": (where, np.full((5, 2), -1e-4)),
+            "angle": (where, np.tile([8.0, 2.0], (5, 1))),
+            "plan_error": ("length", np.full(5, 1e-12)),
+            "elastica_error": ("length", np.full(5, -1e-13)),
+        },
+        {"length": np.linspace(13.0, 30.0, 5), "thickness": [0.06, 0.015]},
+    )
+    names = ["r-path", "triangular", "circular"]
+    assessment = xr.Dataset(
+        {
+            "touch_error": (("material", "path"), 0.03 * np.array([[0.0, -1.2, 0.7], [0.0, -0.1, 0.2]])),
+            "fell": (("material", "path"), [[1.0, 1.0, 1.0], [0.0, 1.0, 0.0]]),
+            "gravity_length": ("material", [0.03, 0.03]),
+        },
+        {"path": names},
+    )
+    of_law = ("material", "law")
+    friction = xr.Dataset(
+        {
+            "ratio_max": (of_law, [[1e-2, 0.0], [2e-2, 0.0]]),
+            "ratio_median": (of_law, [[7e-3, 0.0], [8e-3, 0.0]]),
+            "suffices": (of_law, [[0.08, 0.008], [0.1, 0.01]]),
+            "deviation_end": (of_law, 0.03 * np.full((2, 2), 0.01)),
+            "gravity_length": ("material", [0.03, 0.03]),
+        },
+        {"law": ["pull", "hysteresis"]},
+    )
+    steps = xr.Dataset(
+        {"suffices": (("law", "step"), [[0.04, 0.08, 0.16], [0.008, 0.0082, 0.008]])},
+        {"law": ["pull", "hysteresis"], "step": [0.2, 0.1, 0.05]},
+    )
+    outcome = np.array(["stable"] * 100 + ["critical"] * 80 + ["refused"] * 15 + ["undecided"] * 5, dtype=object)
+    found = np.where(outcome == "critical", 10.0, np.nan)
+    random = xr.Dataset({"outcome": ("case", outcome), "critical": ("case", found), "again": ("case", found + 1e-3)})
+    benchmark = xr.Dataset({"wall": ("repeat", [12.0]), "memory": ((), 150.0), "error": ((), 1e-3)})
+    return {
+        "tangency": tangency,
+        "assessment": assessment,
+        "friction": friction,
+        "friction_steps": steps,
+        "random_paths": random,
+        "assess_benchmark": benchmark,
     }
 
 
@@ -116,6 +167,14 @@ def test_all_keys_and_all_hold() -> None:
         "lag_exponent_damped",
         "lag_limit_error",
         "time_fall",
+        "tangency_error_max",
+        "friction_ratio_max",
+        "first_touch_triangular",
+        "first_touch_circular",
+        "rpath_completed",
+        "random_paths",
+        "random_paths_undecided",
+        "time_assess",
     }
     assert asked <= set(summary)
     for key, item in summary.items():
@@ -154,6 +213,20 @@ def test_all_keys_and_all_hold() -> None:
         ("falls", "handed_over", 0.05, "handed_over"),
         ("fall_benchmark", "wall", 25.0, "time_fall"),
         ("fall_benchmark", "memory", 600.0, "memory_fall"),
+        ("tangency", "boundary_error", 2e-3, "tangency_error_max"),
+        ("tangency", "angle", 5.0, "tangency_angle"),
+        ("tangency", "plan_error", 1e-7, "rpath_plan_error"),
+        ("assessment", "touch_error", 0.01, "first_touch_triangular"),
+        ("assessment", "touch_error", -0.01, "first_touch_circular"),
+        ("assessment", "fell", 0.0, "first_touch_circular"),
+        ("friction", "deviation_end", 0.01, "rpath_completed"),
+        ("friction", "deviation_end", np.nan, "rpath_completed"),
+        ("friction", "ratio_max", 0.2, "friction_ratio_max"),
+        ("friction", "suffices", 0.2, "friction_moment_max"),
+        ("friction_steps", "suffices", 0.1, "friction_step_k_f"),
+        ("random_paths", "outcome", "undecided", "random_paths_undecided"),
+        ("assess_benchmark", "wall", 31.0, "time_assess"),
+        ("assess_benchmark", "error", 6e-3, "time_assess"),
     ],
 )
 def test_a_criterion_that_is_broken_does_not_hold(dataset: str, name: str, value: float, key: str) -> None:
@@ -178,6 +251,45 @@ def test_one_bad_fall_is_enough(name: str, case: str, value: float, key: str) ->
     data = datasets()
     data["falls"][name].loc[{"case": case}] = value
     assert entries(data)[key]["holds"] is False
+
+
+@pytest.mark.parametrize(
+    ("dataset", "name", "where", "value", "key"),
+    [
+        ("tangency", "boundary_error", {"length": 3, "thickness": 0}, 2e-3, "tangency_error_max"),
+        ("tangency", "boundary_error", {"length": 3, "thickness": 1}, np.nan, "tangency_error_max"),
+        ("tangency", "plan_error", {"length": 2}, 1e-7, "rpath_plan_error"),
+        ("assessment", "touch_error", {"material": 1, "path": 1}, 0.001, "first_touch_triangular"),
+        ("assessment", "touch_error", {"material": 0, "path": 2}, -0.001, "first_touch_circular"),
+        ("friction", "deviation_end", {"material": 1, "law": 1}, 0.01, "rpath_completed"),
+        ("friction", "ratio_max", {"material": 1, "law": 0}, 0.2, "friction_ratio_max"),
+        ("friction_steps", "suffices", {"law": 1, "step": 1}, 0.02, "friction_step_M_0"),
+    ],
+)
+def test_one_bad_path_is_enough(dataset: str, name: str, where: dict[str, int], value: float, key: str) -> None:
+    data = datasets()
+    data[dataset][name][where] = value
+    assert entries(data)[key]["holds"] is False
+
+
+def test_what_is_laid_down_does_not_count_as_a_fall() -> None:
+    data = datasets()
+    data["assessment"]["touch_error"][{"material": 1, "path": 2}] = -0.03
+    found = entries(data)["first_touch_circular"]
+    assert found["holds"] is True
+    assert found["value"] == pytest.approx(0.7)
+    assert "-1.000" in found["statement"]
+
+
+def test_too_few_random_paths_or_too_many_undecided() -> None:
+    data = datasets()
+    data["random_paths"] = data["random_paths"].isel(case=slice(1, None))
+    found = entries(data)
+    assert found["random_paths"]["holds"] is False
+    assert found["random_paths_undecided"]["value"] == 5
+    data = datasets()
+    data["random_paths"]["outcome"][:6] = "undecided"
+    assert entries(data)["random_paths_undecided"]["holds"] is False
 
 
 def test_five_falls_are_too_few() -> None:

@@ -73,10 +73,10 @@ def _tangency(data: xr.Dataset, source: str) -> dict[str, Entry]:
 def _touches(data: xr.Dataset, source: str) -> dict[str, Entry]:
     out: dict[str, Entry] = {}
     error = data["touch_error"] / data["gravity_length"]
-    for name, way, worst in (("triangular", "short of", np.nanmax), ("circular", "beyond", np.nanmin)):
+    for name, way, worst in (("triangular", "short of", np.max), ("circular", "beyond", np.min)):
         one, fell = error.sel(path=name).values, data["fell"].sel(path=name).values == 1.0
         laid = ", ".join(f"{value:+.3f}" for value in one[~fell]) or "none"
-        value = float(worst(one[fell]))
+        value = float(worst(one[fell])) if fell.any() else float("nan")
         sign = -1.0 if name == "triangular" else 1.0
         out[f"first_touch_{name}"] = entry(
             value,
@@ -85,7 +85,7 @@ def _touches(data: xr.Dataset, source: str) -> dict[str, Entry]:
             f"{int(fell.sum())} strips that fall (all {way} it: the paper's claim); strips laid down without a fall: "
             f"{laid} L*",
             f"{'<' if sign < 0 else '>'} 0",
-            sign * value > 0.0 and bool(fell.any()),
+            sign * value > 0.0,
             source,
         )
     return out
@@ -102,7 +102,7 @@ def _friction(data: xr.Dataset, source: str) -> dict[str, Entry]:
             completed,
             "count",
             f"materials, of {data.sizes['material']}, whose whole R-path is followed with friction of either law, the "
-            f"last state within 0.05 L* of the folded one (farthest: {np.nanmax(end):.3f} L*)",
+            f"last state within 0.05 L* of the folded one (farthest: {end.max():.3f} L*)",
             "all",
             completed == data.sizes["material"],
             source,
