@@ -8,12 +8,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from stripfold.plots.materials import ETA_TITLE
-from stripfold.plots.style import BLUE, HELD, PURPLE, Look, figure, note, styled
+from stripfold.plots.style import BLACK, BLUE, HELD, Look, figure, note, styled
 from stripfold.plots.touch_error import common, draw_points, lengths_above
 
 MOMENT = r"hysteresis: $M_0\,/\,\rho_a g {L^*}^2$"
 PULL = r"pull: $k_f\,\Delta s\,/\,g$"
-LOOKS = {"pull": (PULL, Look(HELD, "s")), "hysteresis": (MOMENT, Look(PURPLE, "D"))}
+LOOKS = {"pull": (PULL, Look(HELD, "s")), "hysteresis": (MOMENT, Look(BLACK, "x"))}
 RATIOS = {"ratio_max": ("largest", Look(HELD, "^")), "ratio_median": ("median", Look(BLUE, "v"))}
 
 
