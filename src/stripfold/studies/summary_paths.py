@@ -76,14 +76,14 @@ def _touches(data: xr.Dataset, source: str) -> dict[str, Entry]:
     for name, way, worst in (("triangular", "short of", np.max), ("circular", "beyond", np.min)):
         one, fell = error.sel(path=name).values, data["fell"].sel(path=name).values == 1.0
         laid = ", ".join(f"{value:+.3f}" for value in one[~fell]) or "none"
+        each = ", ".join(f"{value:+.2f}" for value in one[fell])
         value = float(worst(one[fell])) if fell.any() else float("nan")
         sign = -1.0 if name == "triangular" else 1.0
         out[f"first_touch_{name}"] = entry(
             value,
             "L*",
             f"first touch less the landing place of the folded state, the {'largest' if sign < 0 else 'smallest'} of "
-            f"{int(fell.sum())} strips that fall (all {way} it: the paper's claim); strips laid down without a fall: "
-            f"{laid} L*",
+            f"{int(fell.sum())} strips that fall: {each} (the paper: {way} it); laid down without a fall: {laid}",
             f"{'<' if sign < 0 else '>'} 0",
             sign * value > 0.0,
             source,
