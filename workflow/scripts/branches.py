@@ -1,34 +1,12 @@
-import os
-
-# One process per core below: Snakemake tells the numerical libraries to use all of the rule's threads in each of them.
-os.environ |= dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-
-from concurrent.futures import ProcessPoolExecutor
-
-import xarray as xr
-
+# First: it settles how many threads the numerical libraries take.
+from _pool import in_parts  # isort: skip
 from _run import config_of, logged
 from stripfold import store
 from stripfold.studies import branches
 
 with logged(snakemake) as say:
     study = snakemake.params
-    size = 50
-    parts = []
-    with ProcessPoolExecutor(snakemake.threads) as pool:
-        jobs = [
-            pool.submit(
-                branches.run,
-                range(first, min(first + size, study.cases)),
-                study.seed,
-                study.refinement,
-                study.eta_m,
-            )
-            for first in range(0, study.cases, size)
-        ]
-        for job in jobs:
-            parts.append(job.result())
-            say(f"{sum(part.sizes['case'] for part in parts)} of {study.cases} cases")
-    data = xr.concat(parts, dim="case", combine_attrs="override")
+    given = (study.seed, study.refinement, study.eta_m)
+    data = in_parts(branches.run, study.cases, 50, *given, threads=snakemake.threads, say=say)
     config = config_of(snakemake)
     store.write(data, snakemake.output[0], title="random strips on the solid against the elastica", config=config)

@@ -5,4 +5,5 @@ from stripfold.studies import friction_steps
 with logged(snakemake) as say:
     study = snakemake.params
     data = friction_steps.run(study.length, study.thickness, study.steps, study.refinement, say)
-    store.write(data, snakemake.output[0], title="smallest friction against the size of the steps", config=config_of(snakemake))
+    config = config_of(snakemake)
+    store.write(data, snakemake.output[0], title="smallest friction against the size of the steps", config=config)

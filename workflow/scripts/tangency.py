@@ -5,4 +5,5 @@ from stripfold.studies import tangency
 with logged(snakemake) as say:
     study = snakemake.params
     data = tangency.run(study.lengths, study.thicknesses, study.refinement, say)
-    store.write(data, snakemake.output[0], title="where R-paths meet the stability boundary", config=config_of(snakemake))
+    config = config_of(snakemake)
+    store.write(data, snakemake.output[0], title="where R-paths meet the stability boundary", config=config)

@@ -1,0 +1,25 @@
+"""Studies of many independent cases, on all cores of a rule."""
+
+import os
+
+# One process per core: Snakemake tells the numerical libraries to use all of the rule's threads in each of them. Before
+# anything imports them.
+os.environ |= dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+
+import xarray as xr
+
+
+def in_parts(
+    part: Callable[..., xr.Dataset], count: int, size: int, *arguments: object, threads: int, say: Callable[[str], None]
+) -> xr.Dataset:
+    """``part(range, *arguments)`` for all of ``count`` cases, ``size`` at a time, joined along ``case``."""
+    parts: list[xr.Dataset] = []
+    with ProcessPoolExecutor(threads) as pool:
+        ranges = [range(first, min(first + size, count)) for first in range(0, count, size)]
+        for job in [pool.submit(part, cases, *arguments) for cases in ranges]:
+            parts.append(job.result())
+            say(f"{sum(part.sizes['case'] for part in parts)} of {count} cases")
+    return xr.concat(parts, dim="case", combine_attrs="override")
