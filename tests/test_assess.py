@@ -284,7 +284,7 @@ class TestFallen:
         first, last = motion.moments[0], motion.moments[-1]
         assert first.lam == event.travelled == before.points[-1].lam
         np.testing.assert_array_equal(first.q, before.points[-1].q)
-        assert last.lam == pytest.approx(first.lam + falling.NUDGE)
+        assert last.lam == pytest.approx(first.lam + 0.01)
         assert after.points[0].lam == last.lam
         moved = found.model.mid_surface(after.points[0].q) - found.model.mid_surface(last.q)
         assert np.abs(moved).max() < 0.01
@@ -315,6 +315,10 @@ class TestFallen:
         assert data.attrs["lying_length"] == pytest.approx(unit * plan.lying_length, abs=0.15 * unit)
         _, hold = assessing.grip_and_hold(found.stretches[-1].problem(-1), found.last)
         assert abs(hold) < 0.02
+        # Before, the held end takes what the gripper pushes.
+        grip, hold = assessing.grip_and_hold(found.stretches[0].problem(-1), found.stretches[0].points[-1])
+        assert hold == pytest.approx(-grip[0], abs=1e-6)
+        assert abs(hold) > 0.1
 
     def test_no_more_falls_than_allowed(self, stored: tuple[xr.Dataset, Assessment], monkeypatch: pytest.MonkeyPatch):
         """A strip that would fall for ever is let go five times."""
@@ -538,6 +542,18 @@ class TestTwoWays:
         times = np.array([m.t for m in up.motion.moments])
         quiet = times > times[-1] - falling.QUIET
         assert max(m.energy.kinetic for m, q in zip(up.motion.moments, quiet, strict=True) if q) < 1e-6
+
+    def test_a_slow_start_is_no_rest(self, ways: tuple[xr.Dataset, TwoWays, RPath], monkeypatch: pytest.MonkeyPatch):
+        """However quiet, it has to have gone somewhere: 0.1 L* from where it began."""
+        _, found, plan = ways
+        monkeypatch.setattr(falling, "_Rest", lambda _: lambda moment: True)
+        problem = following.problem_on(found.model, plan.path, 1)
+        release = falling.Release(problem, found.start, found.start.mode, 0.0)
+        motion = falling.let_fall(release, replace(FALL, disturbance=-FALL.disturbance))
+        assert motion.touch is None
+        middle = found.model.middle
+        away = [np.linalg.norm((m.q - found.start.q)[middle], axis=1).max() for m in motion.moments]
+        assert away[-2] <= 0.1 < away[-1]
 
     def test_stored(self, ways: tuple[xr.Dataset, TwoWays, RPath]):
         data, found, plan = ways

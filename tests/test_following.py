@@ -139,10 +139,18 @@ def test_a_corner_is_a_state_with_two_directions(followed: Stretch) -> None:
         assert np.abs(moved - expected).max() < 0.02 * np.abs(expected).max()
 
 
-def test_corners_that_are_none_change_nothing(followed: Stretch) -> None:
+def test_corners_that_are_none_change_nothing(followed: Stretch, monkeypatch: pytest.MonkeyPatch) -> None:
     """One just behind the first state, one on either side."""
     path = split(PATH, 0.02, 3.0, 12.5)
+    along_piece = following._along_piece
+
+    def one_tooth_more(*given: object) -> tuple[object, ...]:
+        points, found, folds = along_piece(*given)  # type: ignore[arg-type]
+        return points, found, folds + 1
+
+    monkeypatch.setattr(following, "_along_piece", one_tooth_more)
     other = following.follow(followed.model, path)
+    assert other.contact_folds == 6
     assert other.points[0].lam == 0.005
     assert sorted(set(other.pieces)) == [0, 1, 2, 3, 4, 5]
     assert_points_are_equilibria(other)
