@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from itertools import pairwise
+from itertools import pairwise, takewhile
 from pathlib import Path
 
 import numpy as np
@@ -237,11 +237,8 @@ def test_a_touch_right_behind_the_maximum_is_no_tooth(x_run: static.XRun) -> Non
     """At this height the floor stops the sag 0.2 L* of arc behind it, and lambda rises again, higher, in 0.1 more."""
     assert x_run.critical is not None
     problem, before = x_run.problem, x_run.points[x_run.points.index(x_run.last) - 1]
-    branch = [
-        point
-        for point, _ in zip(continuation.follow(problem, before, following.STEPS), range(60), strict=False)
-        if point.arc - x_run.last.arc < static.LOOK_AHEAD
-    ]
+    ahead = continuation.follow(problem, before, following.STEPS)
+    branch = list(takewhile(lambda p: p.arc - x_run.last.arc < static.LOOK_AHEAD, ahead))
     risen = [p for p in branch if p.lam > x_run.critical.upper and not p.negatives]
     assert risen
     assert all(static.touches(problem.model, p) for p in risen)
