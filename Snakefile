@@ -24,6 +24,5 @@ rule all:
         rules.film.output,
         rules.assessment.output,
         rules.friction_table.output,
-        expand(rules.two_ways.output[0], material=MATERIALS),
         rules.summary.output,
         FIGURE_FILES,

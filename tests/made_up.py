@@ -210,4 +210,4 @@ def frictions() -> xr.Dataset:
         values = (ETAS[i], UNITS[i], LENGTHS[i] / UNITS[i], 0.1 * UNITS[i], 25.0, 7e-5, 0.08)
         attrs = {name: float(value) for name, value in zip(names, values, strict=True)}
         files[material] = with_friction((0.08 + 0.02 * i, 0.009 - 0.002 * i), attrs)
-    return friction_data.table(files, LABELS)
+    return friction_data.table(files, dict.fromkeys(LABELS, xr.Dataset()), LABELS)

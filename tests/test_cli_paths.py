@@ -12,6 +12,7 @@ import pytest
 
 from stripfold import cli_paths, paths
 from stripfold.cli import main
+from stripfold.cli_common import as_json
 from stripfold.material import Material
 from stripfold.studies import verdict
 from stripfold.studies.static import Strip
@@ -142,6 +143,12 @@ def test_bad_input_is_one_line_and_code_2(
     assert says in err
     assert str(here) not in err
     assert sorted(os.listdir(here)) == ["bad.csv", "good.csv"]
+
+
+def test_what_is_no_number_is_null_in_json() -> None:
+    nan = float("nan")
+    text = as_json({"a": nan, "critical": [{"t": 0.5, "angle": nan}], "b": (1.0, float("inf"))})
+    assert json.loads(text) == {"a": None, "critical": [{"t": 0.5, "angle": None}], "b": [1.0, None]}
 
 
 def test_both_laws_at_once_are_refused(here: Path) -> None:

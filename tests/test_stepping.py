@@ -417,7 +417,13 @@ class TestFrictionData:
         assert other.attrs["step"] == pytest.approx(0.5 * data.attrs["step"])
         assert other.attrs["rho_a"] == 3.0
 
-        table = friction_data.table({"b": other, "a": data}, {"a": "A", "b": "B"})
+        nan = float("nan")
+        ways = {"a": xr.Dataset(attrs={"touch_x": [nan, 0.08]}), "b": xr.Dataset(attrs={"touch_x": [0.08, 0.07]})}
+        table = friction_data.table({"b": other, "a": data}, ways, {"a": "A", "b": "B"})
+        assert table["two_ways"].values.tolist() == [1.0, 0.0]
+        ways["a"] = xr.Dataset(attrs={"reason": "there is none"})
+        table = friction_data.table({"b": other, "a": data}, ways, {"a": "A", "b": "B"})
+        assert table["two_ways"].values.tolist() == [0.0, 0.0]
         assert table["material"].values.tolist() == ["a", "b"]
         assert table["label"].values.tolist() == ["A", "B"]
         assert all(v.attrs["units"] and v.attrs["long_name"] for v in table.variables.values())

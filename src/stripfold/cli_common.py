@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from math import isfinite
 from pathlib import Path
@@ -37,7 +37,14 @@ def output_path(given: str | None, source: str, suffix: str) -> Path:
     return path
 
 
-def as_json(values: dict[str, Any]) -> str:
-    # JSON has no nan: where there is no number there is null.
-    plain = {key: None if isinstance(value, float) and not isfinite(value) else value for key, value in values.items()}
-    return json.dumps(plain, allow_nan=False)
+def as_json(values: Mapping[str, Any]) -> str:
+    """One JSON object; JSON has no nan: where there is no number there is null."""
+
+    def plain(value: Any) -> Any:
+        if isinstance(value, Mapping):
+            return {key: plain(item) for key, item in value.items()}
+        if isinstance(value, list | tuple):
+            return [plain(item) for item in value]
+        return None if isinstance(value, float) and not isfinite(value) else value
+
+    return json.dumps(plain(values), allow_nan=False)

@@ -57,7 +57,8 @@ rule friction:
 
 rule friction_table:
     input:
-        expand(f"{RESULTS}/friction/{{material}}.nc", material=MATERIALS),
+        runs=expand(f"{RESULTS}/friction/{{material}}.nc", material=MATERIALS),
+        ways=expand(f"{RESULTS}/two_ways/{{material}}.nc", material=MATERIALS),
     output:
         f"{RESULTS}/friction.nc",
     log:

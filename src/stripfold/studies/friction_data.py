@@ -167,8 +167,11 @@ def two_ways(
     )
 
 
-def table(files: Mapping[str, xr.Dataset], labels: Mapping[str, str]) -> xr.Dataset:
-    """What friction each material needs, over ``material`` and ``law``."""
+def table(files: Mapping[str, xr.Dataset], ways: Mapping[str, xr.Dataset], labels: Mapping[str, str]) -> xr.Dataset:
+    """What friction each material needs, over ``material`` and ``law``, and whether it has two ways out without.
+
+    ``files`` are of :func:`run` and ``ways`` of :func:`two_ways`, by the material's name.
+    """
     names = list(labels)
     runs = [files[name] for name in names]
 
@@ -229,6 +232,9 @@ def table(files: Mapping[str, xr.Dataset], labels: Mapping[str, str]) -> xr.Data
     for name, (units, text) in of_files.items():
         values = np.array([float(d.attrs[name]) for d in runs])
         data[name] = (("material",), values, {"units": units, "long_name": text})
+    both = np.array([float(np.isfinite(ways[name].attrs.get("touch_x", [])).sum() == 1) for name in names])
+    text = "1 where the unstable planned state falls on the lower layer one way and rests without a touch the other"
+    data["two_ways"] = (("material",), both, {"units": "1", "long_name": text})
     coords = {
         "material": ("material", np.array(names, dtype=object), {"units": "1", "long_name": "name"}),
         "label": ("material", np.array(list(labels.values()), dtype=object), {"units": "1", "long_name": "label"}),

@@ -97,7 +97,19 @@ def _friction(data: xr.Dataset, source: str) -> dict[str, Entry]:
     end = (data["deviation_end"] / data["gravity_length"]).values
     completed = int(np.sum(np.all(np.isfinite(end) & (end < 0.05), axis=1)))
     moment = data["suffices"].sel(law="hysteresis").values
+    both = data["two_ways"].values == 1.0
+    long = data["relative_length"].values
     return {
+        "rpath_two_ways": entry(
+            int(both.sum()),
+            "count",
+            f"materials, of {len(both)}, whose unstable planned state goes two ways without friction, on the lower "
+            f"layer or to a rest above it ({', '.join(f'{x:.0f}' for x in long[both])} L* long; not: "
+            f"{', '.join(f'{x:.0f}' for x in long[~both]) or 'none'})",
+            ">= 1",
+            bool(both.any()),
+            source,
+        ),
         "rpath_completed": entry(
             completed,
             "count",
