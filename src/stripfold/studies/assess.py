@@ -33,7 +33,7 @@ does so at zero; planned on the elastica and followed by a strip of thickness h 
 (measured: docs/numerics.md), an unfolded bifurcation.
 """
 MOST_FALLS = 5
-FINEST = 0.25
+FINEST = 0.5
 """Smallest factor on the element lengths."""
 
 
