@@ -92,7 +92,7 @@ class Assessed:
         ((None, SolveError("no")), "undecided"),
     ],
 )
-def test_outcomes(runs: tuple[object, object], outcome: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_outcomes_once(runs: tuple[object, object], outcome: str, monkeypatch: pytest.MonkeyPatch) -> None:
     said, sizes = iter(runs), []
 
     def assess_strip(strip: Strip, path: object, **given: object) -> Assessed:
@@ -106,7 +106,7 @@ def test_outcomes(runs: tuple[object, object], outcome: str, monkeypatch: pytest
     path = paths.triangular(12.0)
     s, places = path.sampled(1.0)
     case = random_paths.Case("corners", Strip(12.0, 0.05), np.column_stack([s, places]))
-    row = random_paths.outcome(case, 2.0)
+    row = random_paths._outcome(case, 2.0)
     assert row["outcome"] == outcome
     # The second run is another one: other elements, shorter steps.
     assert sizes[1][0] < sizes[0][0]
@@ -115,6 +115,32 @@ def test_outcomes(runs: tuple[object, object], outcome: str, monkeypatch: pytest
     assert stored["outcome"].values.tolist() == [outcome]
     assert stored["case"].values.tolist() == [5]
     assert np.isnan(float(stored["critical"][0])) == (runs[0] is None or isinstance(runs[1], Exception))
+
+
+def test_a_touch_where_the_other_run_is_critical_is_a_close_call(monkeypatch: pytest.MonkeyPatch) -> None:
+    stable, critical = Assessed(None), Assessed(3.0)
+    stable.touch = type("Touch", (), {"travelled": 3.02})()  # type: ignore[assignment]
+    said = iter((stable, critical, critical, stable))
+    monkeypatch.setattr(random_paths, "assess_strip", lambda *given, **asked: next(said))
+    case = random_paths.Case("corners", Strip(12.0, 0.05), np.array([[0.0, -6.0, 0.0], [1.0, 0.0, 4.0]]))
+    assert random_paths.outcome(case, 2.0)["outcome"] == "close"
+    stable.touch.travelled = 3.2
+    assert random_paths._outcome(case, 2.0)["outcome"] == "undecided"
+
+
+def test_what_is_undecided_is_tried_once_more(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = []
+
+    def assess_strip(strip: Strip, path: object, **given: float) -> Assessed:
+        asked.append(given["refinement"])
+        if given["refinement"] > 1.0:
+            raise SolveError("no")
+        return Assessed(None)
+
+    monkeypatch.setattr(random_paths, "assess_strip", assess_strip)
+    case = random_paths.Case("corners", Strip(12.0, 0.05), np.array([[0.0, -6.0, 0.0], [1.0, 0.0, 4.0]]))
+    assert random_paths.outcome(case, 2.0)["outcome"] == "stable"
+    assert asked == [2.0, 1.0, pytest.approx(0.5**0.5)]
 
 
 def test_a_path_below_the_floor_is_refused() -> None:

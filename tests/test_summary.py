@@ -11,6 +11,7 @@ import pytest
 import xarray as xr
 
 import stripfold.material
+from stripfold.studies.random_paths import OTHERWISE
 from stripfold.studies.schemes import CONSERVING, DEFAULT
 from stripfold.studies.summary import TABLE, fill_table, markdown, summarise
 
@@ -138,6 +139,7 @@ def of_paths() -> dict[str, xr.Dataset]:
     outcome = np.array(["stable"] * 100 + ["critical"] * 80 + ["refused"] * 15 + ["undecided"] * 5, dtype=object)
     found = np.where(outcome == "critical", 10.0, np.nan)
     random = xr.Dataset({"outcome": ("case", outcome), "critical": ("case", found), "again": ("case", found + 1e-3)})
+    random["message"] = ("case", np.where(outcome == "undecided", "NewtonError: no", "").astype(object))
     benchmark = xr.Dataset({"wall": ("repeat", [12.0]), "memory": ((), 150.0), "error": ((), 1e-3)})
     return {
         "tangency": tangency,
@@ -291,7 +293,10 @@ def test_too_few_random_paths_or_too_many_undecided() -> None:
     assert found["random_paths"]["holds"] is False
     assert found["random_paths_undecided"]["value"] == 5
     data = datasets()
-    data["random_paths"]["outcome"][:6] = "undecided"
+    data["random_paths"]["outcome"][:21] = "undecided"
+    assert entries(data)["random_paths_undecided"]["holds"] is False
+    data = datasets()
+    data["random_paths"]["message"][-1] = OTHERWISE
     assert entries(data)["random_paths_undecided"]["holds"] is False
 
 

@@ -31,6 +31,7 @@ SAME_PLACE = 0.05
 """Largest distance between the critical points of both runs, L*."""
 SHORTER = 0.5
 """Factor on the steps of the second run; its mesh has other elements by this factor's root."""
+OTHERWISE = "the second run says otherwise"
 SEGMENTS = (3, 6)
 ROWS_PER_SEGMENT = 40
 
@@ -78,7 +79,7 @@ def run(numbers: range, seed: int, refinement: float, progress: Callable[[str], 
 
     Returns
     -------
-    Dataset over ``case``: ``outcome`` ("stable", "critical", "refused" or "undecided"), the first critical point of
+    Dataset over ``case``: ``outcome`` ("stable", "critical", "close", "refused" or "undecided"), the first critical point of
     both runs and the message of an error.
     """
     rows: list[dict[str, Any]] = []
@@ -90,7 +91,12 @@ def run(numbers: range, seed: int, refinement: float, progress: Callable[[str], 
 
 
 def outcome(asked: Case, refinement: float) -> dict[str, Any]:
-    """What became of one case."""
+    """What became of one case; undecided ones are tried once more on half the elements' length."""
+    row = _outcome(asked, refinement)
+    return row if row["outcome"] != "undecided" else _outcome(asked, refinement / 2.0)
+
+
+def _outcome(asked: Case, refinement: float) -> dict[str, Any]:
     nan = float("nan")
     row: dict[str, Any] = {
         "kind": asked.kind,
@@ -114,8 +120,10 @@ def outcome(asked: Case, refinement: float) -> dict[str, Any]:
     row["critical"], row["again"] = _first(found), _first(again)
     row["angle"] = found.events[0].angle if found.events else nan
     row["touched"] = float(found.touch is not None)
+    if found.stable != again.stable and _at_the_touch(found, again):
+        return {**row, "outcome": "close", "message": "the sag touches where the strip would become critical"}
     if found.stable != again.stable or abs(row["critical"] - row["again"]) > SAME_PLACE:
-        return {**row, "outcome": "undecided", "message": "the second run says otherwise"}
+        return {**row, "outcome": "undecided", "message": OTHERWISE}
     return {**row, "outcome": "stable" if found.stable else "critical"}
 
 
@@ -139,6 +147,12 @@ def _again(asked: Case, path: GripperPath, refinement: float) -> Assessment:
     return assess_strip(asked.strip, path, refinement=refinement * SHORTER**0.5, options=steps)
 
 
+def _at_the_touch(one: Assessment, other: Assessment) -> bool:
+    """Whether one run touches where the other becomes critical: near the limit below which nothing snaps."""
+    stable, critical = (one, other) if one.stable else (other, one)
+    return stable.touch is not None and abs(stable.touch.travelled - critical.events[0].travelled) < SAME_PLACE
+
+
 def _first(found: Assessment) -> float:
     return found.events[0].travelled if found.events else float("nan")
 
@@ -149,7 +163,7 @@ def dataset(rows: list[dict[str, Any]], numbers: range) -> xr.Dataset:
         "kind": ("1", "smooth, or with corners"),
         "length": ("1", "length of the strip / L*"),
         "thickness": ("1", "thickness of the strip / L*"),
-        "outcome": ("1", "stable, critical, refused or undecided"),
+        "outcome": ("1", "stable, critical, close to being so, refused or undecided"),
         "critical": ("1", "length travelled at the first critical point / L*"),
         "again": ("1", "the same with shorter steps on another mesh"),
         "angle": ("degree", "angle between path and stability boundary there"),
