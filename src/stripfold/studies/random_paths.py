@@ -79,8 +79,8 @@ def run(numbers: range, seed: int, refinement: float, progress: Callable[[str], 
 
     Returns
     -------
-    Dataset over ``case``: ``outcome`` ("stable", "critical", "close", "refused" or "undecided"), the first critical point of
-    both runs and the message of an error.
+    Dataset over ``case``: ``outcome`` ("stable", "critical", "close", "refused" or "undecided"), the first critical
+    point of both runs and the message of an error.
     """
     rows: list[dict[str, Any]] = []
     for number in numbers:
