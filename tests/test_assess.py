@@ -13,7 +13,7 @@ import pytest
 import xarray as xr
 
 from stripfold import elastica, paths
-from stripfold.errors import InvalidInputError, SolveError
+from stripfold.errors import CoarseMeshError, InvalidInputError, SolveError
 from stripfold.material import Material
 from stripfold.paths import GripperPath, Piece, RPath
 from stripfold.solve.schemes import Damping
@@ -604,3 +604,28 @@ class TestTwoWays:
         monkeypatch.setattr(directions, "_at", lambda *_: found.directions[1].after.points[0])
         with pytest.raises(SolveError, match="not an unstable one"):
             directions.planned_unstable(found.model, strip, plan, travelled)
+
+
+def test_a_mesh_whose_contact_decides_is_refined() -> None:
+    """Pushed at 45 degrees, this strip would pop up on coarse elements; on finer ones it is laid down without a snap."""
+    strip, path = Strip(9.0, THICKNESS), paths.triangular(9.0)
+    with pytest.raises(CoarseMeshError, match="refine the mesh"):
+        assess(mesh_for(strip, path, 2.0), path)
+    found = assessing.assess_strip(strip, path, refinement=2.0)
+    assert found.stable
+    assert found.at_end
+    assert len(found.model.s) > 1.5 * len(mesh_for(strip, path, 2.0).s)
+
+
+def test_the_finest_mesh_is_the_last(monkeypatch: pytest.MonkeyPatch) -> None:
+    tried = []
+
+    def assess(model: object, *given: object) -> Assessment:
+        tried.append(model)
+        raise CoarseMeshError("refine")
+
+    monkeypatch.setattr(assessing, "assess", assess)
+    monkeypatch.setattr(assessing, "mesh_for", lambda strip, path, refinement: refinement)
+    with pytest.raises(CoarseMeshError):
+        assessing.assess_strip(Strip(9.0, THICKNESS), paths.triangular(9.0), refinement=2.0)
+    assert tried == [2.0, 1.0, 0.5]
