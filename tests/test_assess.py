@@ -607,7 +607,7 @@ class TestTwoWays:
 
 
 def test_a_mesh_whose_contact_decides_is_refined() -> None:
-    """Pushed at 45 degrees, this strip would pop up on coarse elements; on finer ones it is laid down without a snap."""
+    """Pushed at 45 degrees, this strip pops up on coarse elements; on finer ones it is laid down without a snap."""
     strip, path = Strip(9.0, THICKNESS), paths.triangular(9.0)
     with pytest.raises(CoarseMeshError, match="refine the mesh"):
         assess(mesh_for(strip, path, 2.0), path)
