@@ -34,6 +34,17 @@ def walk(problem: Problem, options: StepOptions, until: Callable[[Point], bool],
     raise AssertionError("the end was not reached")
 
 
+def test_a_branch_without_an_end_is_given_up() -> None:
+    problem = Truss()
+    options = replace(STEPS, most_attempts=5)
+    first = continuation.start(problem, np.zeros(problem.size), 0.0, NONE, 1.0, options)
+    points = []
+    with pytest.raises(ContinuationError, match="in 5 steps"):
+        for point in continuation.follow(problem, first, options):
+            points.append(point)
+    assert len(points) == 6
+
+
 class TestTruss:
     """Truth: the symmetric path of von Mises' truss, lambda(w) = EA w (b^2 - w^2) / L^3."""
 

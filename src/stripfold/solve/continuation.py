@@ -44,6 +44,8 @@ class StepOptions:
     step, but no other branch is so near."""
     largest_inertia_change: int = 1
     """Guard: largest change of the number of negative eigenvalues in one step."""
+    most_attempts: int = 100_000
+    """Steps that may be tried along one branch, failed ones included: where each is tiny there is no end to it."""
     newton: newton.NewtonOptions = field(default_factory=newton.NewtonOptions)
 
 
@@ -129,7 +131,7 @@ def follow(problem: Problem, first: Point, options: StepOptions) -> Iterator[Poi
     point, ds = first, options.first
     turned = False
     yield point
-    while True:
+    for _ in range(options.most_attempts):
         try:
             new = step(problem, point, ds, options)
         except NewtonError as error:
@@ -152,6 +154,12 @@ def follow(problem: Problem, first: Point, options: StepOptions) -> Iterator[Poi
         ds = min(ds * min(2.0, max(0.5, options.wanted_iterations / max(iterations, 1))), _longest(new, options))
         point, turned = new, False
         yield point
+    raise ContinuationError(
+        f"the branch was not followed to its end in {options.most_attempts} steps; it is at lambda = {point.lam:.9g}",
+        parameter=point.lam,
+        step=ds,
+        advice="refine the mesh or allow longer steps",
+    )
 
 
 def _longest(point: Point, options: StepOptions) -> float:

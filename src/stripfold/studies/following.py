@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 
 SIZES = planning.Sizes(free=0.15, lying=0.15, grasp=0.05)
 """The lift-off sweeps the whole strip, and what is laid down rolls over it: no part may be coarse."""
-STEPS = StepOptions(first=0.05, largest=0.5, slow_below=0.4, wanted_iterations=10)
+STEPS = StepOptions(first=0.05, largest=0.5, slow_below=0.4, wanted_iterations=10, most_attempts=600)
 FIRST_HEIGHT = 0.01
 """Length travelled at the first state, L*: nearer to the flat strip every contact would be about to change."""
 BOUNCED = 0.2

@@ -25,8 +25,8 @@ from .following import STEPS
 from .static import Strip
 
 KINDS = ("smooth", "corners")
-LENGTHS, THICKNESSES = (9.0, 20.0), (0.02, 0.1)
-"""Ranges of strips, L*."""
+LENGTHS, THICKNESSES = (9.0, 20.0), (0.04, 0.1)
+"""Ranges of strips, L*; the paper's eta_m gives its fabrics these thicknesses."""
 SAME_PLACE = 0.05
 """Largest distance between the critical points of both runs, L*."""
 SHORTER = 0.5
