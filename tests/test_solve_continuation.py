@@ -35,14 +35,13 @@ def walk(problem: Problem, options: StepOptions, until: Callable[[Point], bool],
 
 
 def test_a_branch_without_an_end_is_given_up() -> None:
-    problem = Truss()
+    problem = Truss(1.0, 1.0)
     options = replace(STEPS, most_attempts=5)
     first = continuation.start(problem, np.zeros(problem.size), 0.0, NONE, 1.0, options)
-    points = []
+    branch = continuation.follow(problem, first, options)
+    assert len(list(islice(branch, 6))) == 6
     with pytest.raises(ContinuationError, match="in 5 steps"):
-        for point in continuation.follow(problem, first, options):
-            points.append(point)
-    assert len(points) == 6
+        next(branch)
 
 
 class TestTruss:
