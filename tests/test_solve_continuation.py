@@ -35,7 +35,7 @@ def walk(problem: Problem, options: StepOptions, until: Callable[[Point], bool],
 
 
 def test_a_branch_without_an_end_is_given_up() -> None:
-    problem = Truss(1.0, 1.0)
+    problem = Truss(1.0, 0.3).problem()
     options = replace(STEPS, most_attempts=5)
     first = continuation.start(problem, np.zeros(problem.size), 0.0, NONE, 1.0, options)
     branch = continuation.follow(problem, first, options)

@@ -17,7 +17,7 @@ import xarray as xr
 from scipy.interpolate import PchipInterpolator
 
 from .. import paths
-from ..errors import InvalidInputError, SolveError
+from ..errors import CoarseMeshError, InvalidInputError, SolveError
 from ..paths import GripperPath
 from ..solve.problem import Array
 from .assess import Assessment, assess_strip
@@ -91,9 +91,10 @@ def run(numbers: range, seed: int, refinement: float, progress: Callable[[str], 
 
 
 def outcome(asked: Case, refinement: float) -> dict[str, Any]:
-    """What became of one case; undecided ones are tried once more on half the elements' length."""
+    """What became of one case; undecided ones are tried once more on half the elements' length, unless they were."""
     row = _outcome(asked, refinement)
-    return row if row["outcome"] != "undecided" else _outcome(asked, refinement / 2.0)
+    again = row["outcome"] == "undecided" and not row["message"].startswith(CoarseMeshError.__name__)
+    return _outcome(asked, refinement / 2.0) if again else row
 
 
 def _outcome(asked: Case, refinement: float) -> dict[str, Any]:
