@@ -16,9 +16,6 @@ import numpy as np
 import xarray as xr
 
 from ..errors import StripfoldError
-from ..material import Material
-from ..paths import read
-from .verdict import reach
 
 STRIP = ("--length", "0.5", "--eta-b", "3780")
 """The strip whose R-path is assessed."""
@@ -64,6 +61,11 @@ def run_assess(repeats: int) -> xr.Dataset:
         path = str(Path(folder) / "r-path.csv")
         _timed(("path", "r-path", *STRIP, "--csv", path), 0)
         walls, answers, peak = _timed(("assess", path, *STRIP, "--json"), repeats)
+        # Only now: what this process has in memory counts in a child's peak.
+        from ..material import Material
+        from ..paths import read
+        from .verdict import reach
+
         material = Material(float(STRIP[3]))
         unit, length = material.gravity_length, float(STRIP[1])
         found = json.loads(answers[0])
