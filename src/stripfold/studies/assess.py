@@ -29,8 +29,8 @@ TANGENT = 15.0
 """Angle between path and stability boundary, degrees, below which two states meet.
 
 At a snap the path crosses the boundary, at 75 degrees or more on the paper's paths.  A path of states that touches it
-does so at zero; planned on the elastica and followed by a strip of thickness h it crosses at about 150 h / L* degrees
-(measured: docs/numerics.md), an unfolded bifurcation.
+does so at zero; planned on the elastica and followed by a strip of thickness h it crosses at an angle that goes to zero
+with h (measured: the study tangency, up to 13 degrees), an unfolded bifurcation.
 """
 MOST_FALLS = 5
 FINEST = 0.5
