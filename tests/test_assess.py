@@ -52,11 +52,11 @@ def stored() -> tuple[xr.Dataset, Assessment]:
     kept: list[Assessment] = []
 
     def keep(*given: object) -> Assessment:
-        kept.append(assess(*given))  # type: ignore[arg-type]
+        kept.append(assessing.assess_strip(*given))  # type: ignore[arg-type]
         return kept[-1]
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(assess_data, "assess", keep)
+        patch.setattr(assess_data, "assess_strip", keep)
         data = assess_data.run(MATERIAL, SHORT * MATERIAL.gravity_length, "circular", FALL, 2.0)
     return data, kept[0]
 
@@ -130,10 +130,10 @@ class TestCriticalPoints:
         assert event.angle == pytest.approx(truth, abs=2.5)
         if name == "r-path":
             assert event.kind == BIFURCATION
-            assert event.angle == pytest.approx(8.7, abs=0.3)
+            assert event.angle == pytest.approx(8.2, abs=0.5)
         else:
             assert event.kind == SNAP
-            assert event.angle == pytest.approx({"triangular": 89.0, "circular": 77.3}[name], abs=0.8)
+            assert event.angle == pytest.approx({"triangular": 89.0, "circular": 76.4}[name], abs=0.8)
 
     def test_angle_is_that_of_the_way(self, statics: dict[str, Assessment]):
         """The same critical state come upon along its boundary, across it, and in between."""
@@ -282,7 +282,8 @@ class TestFallen:
         (motion,), (event,) = found.motions, found.events
         assert event.kind == SNAP
         first, last = motion.moments[0], motion.moments[-1]
-        assert first.lam == event.travelled == before.points[-1].lam
+        assert first.lam == before.points[-1].lam
+        assert first.lam == pytest.approx(event.travelled, abs=1e-6)
         np.testing.assert_array_equal(first.q, before.points[-1].q)
         assert last.lam == pytest.approx(first.lam + 0.01)
         assert after.points[0].lam == last.lam
@@ -325,7 +326,7 @@ class TestFallen:
         _, found = stored
         first = found.stretches[0]
         let_go: list[object] = []
-        monkeypatch.setattr(assessing, "follow", lambda *_: first)
+        monkeypatch.setattr(assessing, "follow", lambda *_, **__: first)
         monkeypatch.setattr(assessing, "let_fall", lambda *given: let_go.append(given) or found.motions[0])
         monkeypatch.setattr(assessing, "settled", lambda *_: found.stretches[1].points[0])
         endless = assess(found.model, found.path, FALL)
@@ -340,7 +341,9 @@ class TestFallen:
         stretches = iter(found.stretches)
         pieces = []
 
-        def follow(model: object, path: object, first: object = None, piece: int = 0) -> following.Stretch:
+        def follow(
+            model: object, path: object, first: object = None, piece: int = 0, options: object = None
+        ) -> following.Stretch:
             pieces.append(piece)
             return next(stretches)
 
@@ -446,12 +449,12 @@ class TestStored:
         """The same numbers of another size: by hand L* is half, rho_a g L* is 3/2, a second 1/sqrt(2)."""
         data, found = stored
         given: list[tuple[object, ...]] = []
-        monkeypatch.setattr(assess_data, "assess", lambda *x: given.append(x) or found)
+        monkeypatch.setattr(assess_data, "assess_strip", lambda *x: given.append(x) or found)
         other = assess_data.run(OTHER, SHORT * OTHER.gravity_length, "circular", FALL, 2.0)
-        ((model, path, fall, _),) = given
-        assert model.length == pytest.approx(SHORT)
-        np.testing.assert_allclose(model.s, found.model.s)
-        np.testing.assert_allclose(model.weight, found.model.weight)
+        ((strip, path, fall, refinement, _),) = given
+        assert strip.length == pytest.approx(SHORT)  # type: ignore[attr-defined]
+        assert strip.thickness == pytest.approx(found.model.thickness)  # type: ignore[attr-defined]
+        assert refinement == 2.0
         assert path.length == pytest.approx(found.path.length)
         assert fall is FALL
         factors = {"m": 0.5, "N m-1": 1.5, "s": np.sqrt(0.5), "s-2": 2.0, "1": 1.0, "degree": 1.0}

@@ -189,15 +189,18 @@ class TestWalk:
         with pytest.raises(LostStabilityError, match="does not follow") as caught:
             go()
         assert critical - 0.02 < caught.value.parameter < critical + 0.12
-        assert handed_out[-1].point.lam == pytest.approx(caught.value.parameter - 0.1, abs=2e-3)
+        assert 0.0 < caught.value.parameter - handed_out[-1].point.lam < 0.1 + 2e-3
         assert max(step.moved for step in handed_out) < 1.0
 
-    @pytest.mark.parametrize(("moved", "negatives", "lost"), [(4.9, 0, False), (5.1, 0, True), (0.1, 1, True)])
+    @pytest.mark.parametrize("found", [True, False])
+    @pytest.mark.parametrize(
+        ("moved", "negatives", "lost"), [(1.4, 0, False), (4.9, 0, False), (5.2, 0, True), (0.1, 1, True)]
+    )
     def test_what_counts_as_lost(
-        self, low_model: Solid, monkeypatch: pytest.MonkeyPatch, moved: float, negatives: int, lost: bool
+        self, low_model: Solid, monkeypatch: pytest.MonkeyPatch, moved: float, negatives: int, lost: bool, found: bool
     ):
-        """Ten times the step of 0.5 L*, or not stable."""
-        step = stepping._step
+        """Not stable; or ten times the step of 0.5 L*, and no states between that show how it went there."""
+        step, closely = stepping._step, stepping._closely
 
         def planted(problem, before, guess, travelled):  # type: ignore[no-untyped-def]
             point = step(problem, before, guess, travelled)
@@ -208,17 +211,67 @@ class TestWalk:
             return replace(point, state=replace(point.state, q=q), negatives=negatives)
 
         monkeypatch.setattr(stepping, "_step", planted)
+        looked: list[float] = []
+
+        def look(problem, before, travelled):  # type: ignore[no-untyped-def]
+            looked.append(travelled)
+            return closely(problem, before, travelled) if found else None
+
+        monkeypatch.setattr(stepping, "_closely", look)
         path = polygon((-6.0, 0.0), (-5.2, 1.2), (5.0, 1.2))
         size = 10.2 / 20
         steps = walk(low_model, path, none, size)
         while (new := next(steps)).point.lam < 6.0 - size:
             pass
-        if lost:
+        assert not looked
+        if negatives or (lost and not found):
             with pytest.raises(LostStabilityError, match="does not follow"):
                 next(steps)
         else:
-            assert next(steps).moved == pytest.approx(moved)
+            # Where states between were found, the last of them counts.
+            expected = moved if not looked_at(moved, size) or not found else None
+            moved_on = next(steps).moved
+            assert moved_on == pytest.approx(expected) if expected else moved_on < stepping.QUICK * size
+        assert bool(looked) == looked_at(moved, size)
         assert new.moved < 5.0
+
+    def test_states_between_tell_haste_from_a_jump(self, low_model: Solid, monkeypatch: pytest.MonkeyPatch):
+        """Equal ways to all of them are haste; one far from the last is a jump, wherever in the step it is."""
+        path = polygon((-6.0, 0.0), (-5.2, 1.2), (5.0, 1.2))
+        before = next(walk(low_model, path, none, 0.5)).point.state
+        problem = StripProblem(low_model, AlongPiece(path.pieces[0], low_model.length))
+        place = low_model.middle[5, 1]
+
+        def solving(ways):  # type: ignore[no-untyped-def]
+            left = iter(ways)
+            height = [before.q[place]]
+
+            def solve(problem, q, lam, active, options):  # type: ignore[no-untyped-def]
+                height[0] += next(left)
+                q = before.q.copy()
+                q[place] = height[0]
+                return replace(before, q=q, lam=lam)
+
+            return solve
+
+        count, way = stepping.LOOKED_AT, 0.5 / stepping.LOOKED_AT
+        for ways, lost in (
+            ([9.0 * way] * count, False),
+            ([*[way] * 8, 11.0 * way, *[way] * 7], True),
+            ([1.4, *[way] * (count - 1)], False),
+            ([1.6, *[way] * (count - 1)], True),
+        ):
+            monkeypatch.setattr(stepping.newton, "solve", solving(ways))
+            if lost:
+                with pytest.raises(LostStabilityError, match="went by itself"):
+                    stepping._closely(problem, before, before.lam + 0.5)
+            else:
+                assert stepping._closely(problem, before, before.lam + 0.5).lam == pytest.approx(before.lam + 0.5)
+
+
+def looked_at(moved: float, size: float) -> bool:
+    """Whether a step of this way is looked at again."""
+    return moved > stepping.QUICK * size
 
 
 class TestFriction:

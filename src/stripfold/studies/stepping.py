@@ -91,7 +91,11 @@ def walk(model: Solid, path: GripperPath, effects: Effects, size: float) -> Iter
         point = _step(problem, state, guess, travelled)
         moved = _moved(problem, state, point.state)
         if moved > QUICK * (travelled - state.lam):
-            point = continuation.evaluate(problem, _closely(problem, state, travelled), point.tangent)
+            nearer = _closely(problem, state, travelled)
+            if nearer is not None:
+                point = continuation.evaluate(problem, nearer, point.tangent)
+            elif moved > SWEEP * (travelled - state.lam):
+                raise LostStabilityError("the strip does not follow its gripper: it went far", parameter=travelled)
             moved = _moved(problem, state, point.state)
         if point.negatives:
             raise LostStabilityError("the strip does not follow its gripper: it is unstable", parameter=travelled)
@@ -114,21 +118,26 @@ def _moved(problem: StripProblem, before: Equilibrium, after: Equilibrium) -> fl
     return float(np.linalg.norm((after.q - before.q)[problem.model.middle], axis=1).max())
 
 
-def _closely(problem: StripProblem, before: Equilibrium, travelled: float) -> Equilibrium:
-    """The state at ``travelled`` by way of many between, each near the last.
+def _closely(problem: StripProblem, before: Equilibrium, travelled: float) -> Equilibrium | None:
+    """The state at ``travelled`` by way of many between, each near the last; None where one of them is not found.
 
     Raises
     ------
     LostStabilityError
         One of them is far from the last: the strip went by itself.
     """
-    state = before
+    state, change = before, np.zeros(problem.size)
     for to in np.linspace(before.lam, travelled, LOOKED_AT + 1)[1:]:
-        new = _on_a_way(problem, state, float(to))
+        try:
+            new = newton.solve(problem, state.q + change, float(to), state.active, options=PATIENT)
+        except NewtonError:
+            return None
         # The first state is that of the memory before: it may settle, by as much as a whole step moves it.
         most = SWEEP * (new.lam - state.lam) if state is not before else max(QUICK * (travelled - before.lam), SETTLING)
         if _moved(problem, state, new) > most:
             raise LostStabilityError("the strip does not follow its gripper: it went by itself", parameter=float(to))
+        # How far the first one settled says nothing about the next.
+        change = new.q - state.q if state is not before else change
         state = new
     return state
 
