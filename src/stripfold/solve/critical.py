@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ..errors import NewtonError, SolveError
+from ..errors import CoarseMeshError, NewtonError, SolveError
 from .continuation import CONTACT_REACH, StepOptions, step, turn
 from .problem import Array, Point, Problem
 
@@ -79,7 +79,7 @@ def locate(
         if upper - lower <= tolerance:
             break
         if evaluations == most:
-            raise SolveError(
+            raise CoarseMeshError(
                 f"the critical point was only bracketed to {upper - lower:.1e}",
                 parameter=lower,
                 advice="refine the mesh",
