@@ -8,6 +8,7 @@ flat; laid down without horizontal force.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -126,6 +127,7 @@ def shortest_half_fold() -> float:
     return loop.arc + loop.offset
 
 
+@lru_cache(maxsize=4)
 def plan_r_path(length: float) -> RPath:
     """Plan for a strip of the given length, L*.
 
@@ -175,10 +177,12 @@ def plan_r_path(length: float) -> RPath:
         pieces.append(Piece.through(points, start, phase))
         travelled.append(polygon_length(points, start))
     touch = carry[-1].gripper[0] + free_states[-1].gripper[0] - free_states[-1].at(_sag(free_states[-1])).x
+    at_states = np.concatenate(travelled)
+    at_states.flags.writeable = False  # the plan is kept for the next who asks
     return RPath(
         GripperPath("r-path", tuple(pieces)),
         (*lift, *carry, *roll, *lay),
-        np.concatenate(travelled),
+        at_states,
         half - place,
         float(touch),
         place + loop.offset,
