@@ -17,6 +17,7 @@ from stripfold.models.solid import Solid
 from stripfold.paths import GripperPath, Piece, plan_r_path, triangular
 from stripfold.problem import AlongPiece, StripProblem
 from stripfold.solve import continuation, newton
+from stripfold.solve.problem import Point
 from stripfold.studies import following, friction, friction_data, stepping
 from stripfold.studies.assess import mesh_for
 from stripfold.studies.friction import Run
@@ -52,6 +53,12 @@ def none(model: Solid, q: np.ndarray) -> tuple[Effect, ...]:
 def both(model: Solid, q: np.ndarray) -> tuple[Effect, ...]:
     """Both laws at once."""
     return Pull(model, 0.05, q), Hysteresis.of(model, 0.02, slack=q)
+
+
+def without_friction(step: Step) -> Point:
+    """The equilibrium without friction near a step's, stable or not."""
+    bare = StripProblem(step.problem.model, step.problem.motion)
+    return continuation.start(bare, step.point.q, step.point.lam, step.point.active, 1.0, following.PATIENT_STEPS)
 
 
 @pytest.fixture(scope="module")
@@ -138,7 +145,7 @@ class TestWalk:
         assert walked[-1].problem.effects[1].dissipated > 1e-3
         # What is reported of a step's stability is with the friction: without it the eigenvalue is lower by k_f.
         step = walked[len(walked) // 2]
-        bare = friction.without_friction(step)
+        bare = without_friction(step)
         assert step.point.eigenvalues[0] > bare.eigenvalues[0] + 0.04
 
     def test_a_state_is_found_on_a_way_of_several(
@@ -358,7 +365,7 @@ class TestFriction:
     def test_without_friction(self, stored: tuple[xr.Dataset, list[Run]]):
         """The planned state itself is not stable where friction holds it."""
         _, runs = stored
-        bare = [friction.without_friction(step) for run in runs for step in run.steps[run.touch - 6 : run.touch]]
+        bare = [without_friction(step) for run in runs for step in run.steps[run.touch - 6 : run.touch]]
         held = [step for run in runs for step in run.steps[run.touch - 6 : run.touch]]
         for point, step in zip(bare, held, strict=True):
             assert point.lam == step.point.lam

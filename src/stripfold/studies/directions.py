@@ -10,15 +10,13 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
-import numpy as np
-
 from ..errors import SolveError
 from ..models.solid import Solid
 from ..paths import RPath
-from ..solve import continuation, newton
-from ..solve.problem import Point, Tangent
+from ..solve import continuation
+from ..solve.problem import Point
 from .falling import Fall, Motion, Progress, Release, let_fall, settled
-from .following import Stretch, follow, problem_on, step_to
+from .following import STEPS, Stretch, follow, problem_on, step_to
 from .static import Strip, XRun, along_x, lift, touches
 
 BEFORE_TOUCH = 0.15
@@ -84,8 +82,7 @@ def planned_unstable(model: Solid, strip: Strip, plan: RPath, travelled: float) 
     run = along_x(strip, float(height), (coarse, state), mesh=ends, past=PAST)
     unstable = _at(run, lam)
     problem = problem_on(model, plan.path, CARRY)
-    found = newton.solve(problem, unstable.q, travelled, unstable.active)
-    point = continuation.evaluate(problem, found, Tangent(np.zeros(problem.size), 1.0))
+    point = continuation.start(problem, unstable.q, travelled, unstable.active, 1.0, STEPS)
     if point.negatives != 1 or touches(model, point):
         raise SolveError("the planned state is not an unstable one that hangs free", parameter=travelled)
     return point

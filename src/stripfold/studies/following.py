@@ -20,7 +20,7 @@ from ..problem import AlongPiece, StripProblem
 from ..solve import continuation, critical, newton
 from ..solve.continuation import StepOptions
 from ..solve.critical import CriticalPoint
-from ..solve.problem import Equilibrium, Point, Tangent
+from ..solve.problem import Point
 from .static import LAMBDA_TOLERANCE, LOOK_AHEAD, PATIENT, touches
 
 Array = NDArray[np.float64]
@@ -28,6 +28,7 @@ Array = NDArray[np.float64]
 SIZES = planning.Sizes(free=0.15, lying=0.15, grasp=0.05)
 """The lift-off sweeps the whole strip, and what is laid down rolls over it: no part may be coarse."""
 STEPS = StepOptions(first=0.05, largest=0.5, slow_below=0.4, wanted_iterations=10, most_attempts=600)
+PATIENT_STEPS = replace(STEPS, newton=PATIENT)
 FIRST_HEIGHT = 0.01
 """Length travelled at the first state, L*: nearer to the flat strip every contact would be about to change."""
 BOUNCED = 0.2
@@ -78,9 +79,7 @@ def from_flat(model: Solid, path: GripperPath) -> Point:
     """The first state of a path, its gripper just lifted."""
     problem = problem_on(model, path, 0)
     travelled = min(FIRST_HEIGHT, path.pieces[0].end / 4.0)
-    return continuation.start(
-        problem, np.zeros(model.size), travelled, problem.bounded, 1.0, replace(STEPS, newton=PATIENT)
-    )
+    return continuation.start(problem, np.zeros(model.size), travelled, problem.bounded, 1.0, PATIENT_STEPS)
 
 
 def follow(
@@ -108,7 +107,8 @@ def follow(
                 return Stretch(model, path, tuple(points), tuple(pieces), found, folds)
         if i + 1 < len(path.pieces):
             onward = problem_on(model, path, i + 1)
-            point = around_corner(onward, points[-1].state, path.pieces[i + 1].start)
+            corner = points[-1].state
+            point = continuation.start(onward, corner.q, path.pieces[i + 1].start, corner.active, 1.0, STEPS)
             points.append(point)
             pieces.append(i + 1)
             if point.negatives:
@@ -129,10 +129,9 @@ def _popped(problem: StripProblem, found: CriticalPoint) -> Point | None:
         return None
     for beyond in BEYOND:
         try:
-            state = newton.solve(problem, before.q, before.lam + beyond, before.active, options=PATIENT)
+            point = continuation.start(problem, before.q, before.lam + beyond, before.active, 1.0, PATIENT_STEPS)
         except NewtonError:
             continue
-        point = continuation.evaluate(problem, state, Tangent(np.zeros(problem.size), 1.0))
         moved = np.linalg.norm((point.q - before.q)[problem.model.middle], axis=1).max()
         if moved < POP and not critical.passed(point):
             return point
@@ -144,12 +143,6 @@ def _popped(problem: StripProblem, found: CriticalPoint) -> Point | None:
         parameter=before.lam,
         advice="refine the mesh",
     )
-
-
-def around_corner(problem: StripProblem, state: Equilibrium, lam: float) -> Point:
-    """The state at a corner with the tangent of the piece that begins there."""
-    state = newton.solve(problem, state.q, lam, state.active, options=STEPS.newton)
-    return continuation.evaluate(problem, state, Tangent(np.zeros(problem.size), 1.0))
 
 
 def _along_piece(

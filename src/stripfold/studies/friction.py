@@ -9,19 +9,15 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from math import inf, sqrt
 
-import numpy as np
-
 from .. import planning
 from ..effects import Effect, Hysteresis, Pull
 from ..errors import LostStabilityError, SolveError
 from ..models.solid import Solid
 from ..paths import RPath
-from ..problem import AlongPiece, StripProblem
-from ..solve import continuation, newton
-from ..solve.problem import Array, Point, Tangent
+from ..solve.problem import Array
 from .falling import touch_position
 from .following import SIZES
-from .static import PATIENT, Strip, touches
+from .static import Strip, touches
 from .stepping import Step, walk
 
 LAWS = ("pull", "hysteresis")
@@ -123,12 +119,3 @@ def smallest(model: Solid, plan: RPath, law: str, step: float) -> tuple[float, f
     raise SolveError(
         f"no {law} friction between {fails:.3g} and {suffices:.3g} was found with which the plan is followed"
     )
-
-
-def without_friction(step: Step) -> Point:
-    """The equilibrium without friction near a step's, stable or not."""
-    held = step.problem
-    assert isinstance(held.motion, AlongPiece)
-    problem = StripProblem(held.model, held.motion)
-    state = newton.solve(problem, step.point.q, step.point.lam, step.point.active, options=PATIENT)
-    return continuation.evaluate(problem, state, Tangent(np.zeros(problem.size), 1.0))
