@@ -170,6 +170,10 @@ class Solid:
         position[:, 0] += self.s - self.length / 2.0
         return position
 
+    def largest_move(self, q0: Array, q1: Array) -> float:
+        """Largest distance between the places of one mid-surface node in two states, L*."""
+        return float(np.linalg.norm((q1 - q0)[self.middle], axis=1).max())
+
     def unknowns_of(self, position: Array, angle: Array) -> Array:
         """Unknowns of a strip bent to a given mid-surface, sections normal and unstretched.
 

@@ -6,6 +6,7 @@ of L*, sqrt(L*/g) and rho_a g L*.  Source: docs/physics.md, section 5.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import degrees
 
@@ -14,7 +15,7 @@ import numpy as np
 from .. import planning
 from ..errors import CoarseMeshError
 from ..models.solid import Solid
-from ..paths import GripperPath
+from ..paths import GripperPath, RPath
 from ..problem import StripProblem
 from ..solve.continuation import StepOptions
 from ..solve.critical import CriticalPoint
@@ -91,6 +92,11 @@ class Assessment:
     motions: tuple[Motion, ...]
     events: tuple[CriticalEvent, ...]
     touch: Touchdown | None
+
+    @property
+    def states(self) -> list[tuple[StripProblem, Point]]:
+        """All static states, each with what it solves."""
+        return [(stretch.problem(i), point) for stretch in self.stretches for i, point in enumerate(stretch.points)]
 
     @property
     def stable(self) -> bool:
@@ -233,3 +239,15 @@ def grip_and_hold(problem: StripProblem, point: Point) -> tuple[Array, float]:
     """Force (x, z) of the gripper on the strip, and the horizontal one of the held end, rho_a g L*."""
     residual = problem.residual(point.q, point.lam)
     return np.asarray(residual[problem.model.middle[0]]), float(residual[problem.model.middle[-1, 0]])
+
+
+def peak_forces(states: Sequence[tuple[StripProblem, Point]]) -> tuple[float, float]:
+    """Largest force of the gripper, and largest horizontal force of the held end, over static states."""
+    forces = [grip_and_hold(*state) for state in states]
+    return max(float(np.linalg.norm(grip)) for grip, _ in forces), max(abs(hold) for _, hold in forces)
+
+
+def shape_error(model: Solid, point: Point, plan: RPath) -> float:
+    """Largest distance of a state from the folded state that an R-path ends in, L*."""
+    apart = model.mid_surface(point.q) - plan.states[-1].at(model.s)
+    return float(np.linalg.norm(apart, axis=1).max())

@@ -10,7 +10,7 @@ import xarray as xr
 from ..material import Material
 from ..paths import GripperPath, circular, plan_r_path, triangular
 from ..solve.problem import Array
-from .assess import Assessment, assess_strip, grip_and_hold, lying_length, off_the_boundary
+from .assess import Assessment, assess_strip, lying_length, off_the_boundary, peak_forces, shape_error
 from .falling import Fall, Progress
 from .states import dataset, rows_of_motion, rows_of_stretch
 from .static import Strip
@@ -93,12 +93,7 @@ def numbers(found: Assessment, strip: Strip, name: str, refinement: float) -> di
     plan = plan_r_path(strip.length)
     # What each path takes for granted: no stiffness or a hinge at the fold line; the elastica.
     assumed = plan.first_touch if name == "r-path" else 0.0
-    shape = found.model.mid_surface(found.last.q) - plan.states[-1].at(found.model.s)
-    forces = [
-        grip_and_hold(stretch.problem(i), point)
-        for stretch in found.stretches
-        for i, point in enumerate(stretch.points)
-    ]
+    peak_force, peak_hold = peak_forces(found.states)
     touch = found.touch
     return {
         "critical_points": float(len(found.events)),
@@ -115,9 +110,9 @@ def numbers(found: Assessment, strip: Strip, name: str, refinement: float) -> di
         "assumed_touch_x": assumed,
         "touch_error": touch.x - plan.landing if touch else nan,
         "lying_length": lying_length(found.model, found.last),
-        "shape_error": float(np.linalg.norm(shape, axis=1).max()),
-        "peak_force": max(float(np.linalg.norm(grip)) for grip, _ in forces),
-        "peak_hold": max(abs(hold) for _, hold in forces),
+        "shape_error": shape_error(found.model, found.last, plan),
+        "peak_force": peak_force,
+        "peak_hold": peak_hold,
         "relative_length": strip.length,
         "completed": float(found.at_end),
     }

@@ -193,8 +193,7 @@ def _to_touch(motion: _Marching, first: Moment) -> tuple[list[Moment], bool]:
         if touches(model, moment):
             return (moments + _locate_touch(motion, moments[-1], moment) if moments else [moment]), True
         moments.append(moment)
-        away = np.linalg.norm((moment.q - first.q)[model.middle], axis=1).max()
-        if at_rest(moment) and away > AWAY:
+        if at_rest(moment) and model.largest_move(first.q, moment.q) > AWAY:
             return moments, False
         motion.out_of_patience(
             moment, first.t, "nothing happened: the strip did not touch", "give a larger disturbance"
@@ -275,10 +274,9 @@ def settled(problem: StripProblem, moment: Moment) -> Point:
     SolveError
         It does not converge, is another state, or is not stable.
     """
-    model = problem.model
     options = replace(X_STEPS, newton=PATIENT)
     point = continuation.start(problem, moment.q, moment.lam, moment.active, 1.0, options)
-    distance = np.linalg.norm(model.mid_surface(point.q) - model.mid_surface(moment.q), axis=1).max()
+    distance = problem.model.largest_move(moment.q, point.q)
     if distance > SAME_STATE:
         raise SolveError(f"the strip at rest is {distance:.2g} L* from the equilibrium found from it")
     if point.negatives:

@@ -125,7 +125,7 @@ def _measure(
     }
     if damped:
         q = settled(branch.problem, end).q
-        measured["handed_over"] = float(np.linalg.norm(model.mid_surface(q) - model.mid_surface(end.q), axis=1).max())
+        measured["handed_over"] = model.largest_move(end.q, q)
     shape = model.mid_surface(end.q)
 
     def at(s: Array) -> Array:

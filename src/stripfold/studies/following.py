@@ -132,8 +132,7 @@ def _popped(problem: StripProblem, found: CriticalPoint) -> Point | None:
             point = continuation.start(problem, before.q, before.lam + beyond, before.active, 1.0, PATIENT_STEPS)
         except NewtonError:
             continue
-        moved = np.linalg.norm((point.q - before.q)[problem.model.middle], axis=1).max()
-        if moved < POP and not critical.passed(point):
+        if problem.model.largest_move(before.q, point.q) < POP and not critical.passed(point):
             return point
     if touches(problem.model, before):
         # The part that touched comes off: what it held is let go at once, on any mesh.

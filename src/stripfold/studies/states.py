@@ -40,9 +40,8 @@ def rows_of_stretch(stretch: Stretch, part: int) -> list[Row]:
 
 def rows_of_motion(motion: Motion, problem: StripProblem, part: int) -> list[Row]:
     """Moments of a fall, the first, the touch and the last among them."""
-    middle = problem.model.middle
     moments = motion.moments
-    moved = [np.linalg.norm((b.q - a.q)[middle], axis=1).max() for a, b in pairwise(moments)]
+    moved = [problem.model.largest_move(a.q, b.q) for a, b in pairwise(moments)]
     way = np.concatenate([[0.0], np.cumsum(moved)])
     kept = set(np.searchsorted(way, np.linspace(0.0, way[-1], MOST_MOMENTS)).tolist()) | {0, len(moments) - 1}
     if motion.touch is not None:

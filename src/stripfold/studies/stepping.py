@@ -89,14 +89,14 @@ def walk(model: Solid, path: GripperPath, effects: Effects, size: float) -> Iter
         problem = StripProblem(model, AlongPiece(path.pieces[piece], model.length), acting)
         guess = state.q + change if piece == last_piece else state.q
         point = _step(problem, state, guess, travelled)
-        moved = _moved(problem, state, point.state)
+        moved = model.largest_move(state.q, point.q)
         if moved > QUICK * (travelled - state.lam):
             nearer = _closely(problem, state, travelled)
             if nearer is not None:
                 point = continuation.evaluate(problem, nearer, point.tangent)
             elif moved > SWEEP * (travelled - state.lam):
                 raise LostStabilityError("the strip does not follow its gripper: it went far", parameter=travelled)
-            moved = _moved(problem, state, point.state)
+            moved = model.largest_move(state.q, point.q)
         if point.negatives:
             raise LostStabilityError("the strip does not follow its gripper: it is unstable", parameter=travelled)
         yield Step(point, piece, problem, moved)
@@ -111,11 +111,6 @@ def _step(problem: StripProblem, before: Equilibrium, guess: Array, travelled: f
     except NewtonError:
         state = _on_a_way(problem, before, travelled)
     return continuation.evaluate(problem, state, Tangent(np.zeros(problem.size), 1.0))
-
-
-def _moved(problem: StripProblem, before: Equilibrium, after: Equilibrium) -> float:
-    """Farthest way of a place of the mid-surface."""
-    return float(np.linalg.norm((after.q - before.q)[problem.model.middle], axis=1).max())
 
 
 def _closely(problem: StripProblem, before: Equilibrium, travelled: float) -> Equilibrium | None:
@@ -134,7 +129,7 @@ def _closely(problem: StripProblem, before: Equilibrium, travelled: float) -> Eq
             return None
         # The first state is that of the memory before: it may settle, by as much as a whole step moves it.
         most = SWEEP * (new.lam - state.lam) if state is not before else max(QUICK * (travelled - before.lam), SETTLING)
-        if _moved(problem, state, new) > most:
+        if problem.model.largest_move(state.q, new.q) > most:
             raise LostStabilityError("the strip does not follow its gripper: it went by itself", parameter=float(to))
         # How far the first one settled says nothing about the next.
         change = new.q - state.q if state is not before else change

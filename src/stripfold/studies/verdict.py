@@ -14,7 +14,7 @@ from ..paths import GripperPath, plan_r_path
 from ..problem import StripProblem
 from ..simulation import LettingGo
 from ..solve.problem import Array, Point
-from .assess import SNAP, assess_strip, grip_and_hold, lying_length, mesh_for
+from .assess import SNAP, assess_strip, lying_length, mesh_for, peak_forces, shape_error
 from .collapse_data import in_solver_units
 from .falling import touch_position
 from .friction import effects_of
@@ -101,9 +101,8 @@ def reach(
         fall = in_solver_units(LettingGo(), material)
         found = assess_strip(strip, path, fall, refinement, progress)
         events = [{"travelled": e.travelled, "kind": e.kind, "angle": e.angle} for e in found.events]
-        states = [(s.problem(i), point) for s in found.stretches for i, point in enumerate(s.points)]
         touch = found.touch.x if found.touch else float("nan")
-        return _verdict(strip, material, path, events, touch, states)
+        return _verdict(strip, material, path, events, touch, found.states)
     if friction is not None:
         law, strength = "pull", friction * unit / material.gravity
     else:
@@ -141,7 +140,7 @@ def _verdict(
 ) -> Verdict:
     unit, force = material.gravity_length, material.rho_a * material.gravity * material.gravity_length
     problem, last = states[-1]
-    forces = [grip_and_hold(*state) for state in states]
+    peak_force, peak_hold = peak_forces(states)
     completed = abs(last.lam - path.length) < 1e-6
     landing, shape = _folded(strip, path, problem, last) if completed else (_landing(strip), float("nan"))
     critical = []
@@ -157,8 +156,8 @@ def _verdict(
         touch_error=unit * (touch - landing),
         shape_error=unit * shape,
         lying_length=unit * lying_length(problem.model, last),
-        peak_force=force * max(float(np.linalg.norm(grip)) for grip, _ in forces),
-        peak_hold=force * max(abs(hold) for _, hold in forces),
+        peak_force=force * peak_force,
+        peak_hold=force * peak_hold,
         completed=completed,
     )
 
@@ -177,5 +176,4 @@ def _folded(strip: Strip, path: GripperPath, problem: StripProblem, last: Point)
     landing = _landing(strip)
     if np.isnan(landing) or np.linalg.norm(end) > AT_END * strip.length:
         return landing, float("nan")
-    folded = plan_r_path(strip.length).states[-1].at(problem.model.s)
-    return landing, float(np.linalg.norm(problem.model.mid_surface(last.q) - folded, axis=1).max())
+    return landing, shape_error(problem.model, last, plan_r_path(strip.length))
