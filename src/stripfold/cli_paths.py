@@ -84,10 +84,8 @@ def path(arguments: argparse.Namespace) -> str:
 def _planned(kind: str, length: float, unit: float) -> GripperPath:
     from stripfold import paths
 
-    if kind != "r-path":
-        return {"triangular": paths.triangular, "circular": paths.circular}[kind](length)
     try:
-        return paths.plan_r_path(length).path
+        return paths.path_of(kind, length)
     except InvalidInputError as error:
         shortest = paths.shortest_half_fold() * unit
         allowed = f"more than {shortest:.4g} m and at most {paths.LONGEST * unit:.4g} m"

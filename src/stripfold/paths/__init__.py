@@ -2,7 +2,7 @@
 
 from .curve import GripperPath, Piece
 from .geometric import circular, triangular
-from .rpath import LONGEST, PlannedState, RPath, plan_r_path, shortest_half_fold
+from .rpath import LONGEST, PlannedState, RPath, path_of, plan_r_path, shortest_half_fold
 from .table import as_text, read, write
 
 __all__ = [
@@ -13,6 +13,7 @@ __all__ = [
     "RPath",
     "as_text",
     "circular",
+    "path_of",
     "plan_r_path",
     "read",
     "shortest_half_fold",

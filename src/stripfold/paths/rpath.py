@@ -17,6 +17,7 @@ from ..elastica.carrying import Touching, carrying, lifting, rolling
 from ..elastica.state import State
 from ..errors import InvalidInputError
 from .curve import Array, GripperPath, Piece, polygon_length
+from .geometric import circular, triangular
 
 PHASES = ("lift", "carry", "roll", "lay")
 LONGEST = 100.0
@@ -192,3 +193,16 @@ def plan_r_path(length: float) -> RPath:
 def _sag(state: State) -> float:
     assert state.sag is not None  # the last state that is carried touches with its sag
     return state.sag.s
+
+
+def path_of(name: str, length: float) -> GripperPath:
+    """One of the paper's paths for a strip of this length, L*.
+
+    Raises
+    ------
+    InvalidInputError
+        A length that does not allow it.
+    """
+    if name == "r-path":
+        return plan_r_path(length).path
+    return {"triangular": triangular, "circular": circular}[name](length)

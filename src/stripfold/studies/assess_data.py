@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from ..material import Material
-from ..paths import GripperPath, circular, plan_r_path, triangular
+from ..paths import path_of, plan_r_path
 from ..solve.problem import Array
 from .assess import Assessment, assess_strip, lying_length, off_the_boundary, peak_forces, shape_error
 from .falling import Fall, Progress
@@ -38,19 +38,6 @@ NUMBERS = {
     "relative_length": ("1", "length of the strip / L*"),
     "completed": ("1", "1 where the path was followed to its end"),
 }
-
-
-def path_of(name: str, length: float) -> GripperPath:
-    """One of the paper's paths for a strip of this length, L*.
-
-    Raises
-    ------
-    InvalidInputError
-        A length that does not allow it.
-    """
-    if name == "r-path":
-        return plan_r_path(length).path
-    return {"triangular": triangular, "circular": circular}[name](length)
 
 
 def run(
