@@ -87,3 +87,38 @@ class TimeStepError(SolveError):
     def __init__(self, message: str, *, last: Any, **details: Any) -> None:
         super().__init__(message, **details)
         self.last = last
+
+
+class MeasurementError(StripfoldError):
+    """A recording or picture that can be read but not measured; ``found`` says what was there instead.
+
+    Parameters
+    ----------
+    source
+        The file or part of the recording, as its user knows it.
+    found
+        What was found.
+    needed
+        What a measurement needs.
+    advice
+        What to do about it; optional.
+    """
+
+    exit_code = 4
+
+    def __init__(self, source: str, found: str, needed: str, advice: str = "") -> None:
+        self.source, self.found, self.needed, self.advice = source, found, needed, advice
+        tail = f"; {advice}" if advice else ""
+        super().__init__(f"{source}: {found}; needed is {needed}{tail}")
+
+
+class CalibrationError(MeasurementError):
+    """The calibration of a camera, of the folding plane or of the robot is not good enough to measure with."""
+
+
+class TrackingError(MeasurementError):
+    """The gripper or the strip was lost, or was not found at all."""
+
+
+class SynchronisationError(MeasurementError):
+    """The video's clock and the robot's could not be brought together."""
