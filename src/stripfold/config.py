@@ -8,19 +8,17 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from difflib import get_close_matches
 from functools import lru_cache
 from importlib.resources import files
-from math import isclose, isfinite
+from math import isclose
 from pathlib import Path
 from typing import Any
 
 import yaml
-from jsonschema import Draft202012Validator
-from jsonschema.exceptions import ValidationError
 
+from stripfold import schemas
 from stripfold.errors import InvalidInputError
 from stripfold.material import Material
 from stripfold.scene import Scene, require_long_enough
@@ -52,15 +50,8 @@ def load(source: str | os.PathLike[str] | Mapping[str, Any], root: str | os.Path
     SolveError
         The elastica, which tells how long a strip must be, could not be solved.
     """
-    config = _complete(schema(), source if isinstance(source, Mapping) else _read(Path(source)))
-    _check_finite(config, ())
-    # A misspelt key is missing too: say that it is unknown first.
-    errors = sorted(
-        Draft202012Validator(schema()).iter_errors(config),
-        key=lambda e: (e.validator != "additionalProperties", list(map(str, e.absolute_path)), e.message),
-    )
-    if errors:
-        raise _in_words(errors[0])
+    config: Config = schemas.complete(schema(), source if isinstance(source, Mapping) else _read(Path(source)))
+    schemas.check(schema(), config, "the configuration")
     _check_names(config["materials"])
     for i, material in enumerate(config["materials"]):
         at = f"materials[{i}]"
@@ -108,30 +99,6 @@ def _read(path: Path) -> Any:
         return yaml.safe_load(path.read_text(encoding="utf-8"))
     except (OSError, ValueError, yaml.YAMLError) as error:
         raise InvalidInputError("configuration", str(path), "a readable YAML file", str(error)) from error
-
-
-def _complete(rules: Mapping[str, Any], value: Any) -> Any:
-    """A copy of ``value`` with the schema's defaults; what is malformed is left for the validation."""
-    if isinstance(value, Mapping):
-        properties = rules.get("properties", {})
-        defaults = {key: rule["default"] for key, rule in properties.items() if "default" in rule}
-        return {key: _complete(properties.get(key, {}), item) for key, item in {**defaults, **value}.items()}
-    if isinstance(value, list | tuple):
-        return [_complete(rules.get("items", {}), item) for item in value]
-    return value
-
-
-def _check_finite(value: Any, path: tuple[str | int, ...]) -> None:
-    # JSON schema knows no nan: it would pass every limit.
-    if isinstance(value, float) and not isfinite(value):
-        raise InvalidInputError(_dotted(path), value, "a finite number")
-    pairs: Iterable[tuple[Any, Any]] = ()
-    if isinstance(value, dict):
-        pairs = value.items()
-    elif isinstance(value, list):
-        pairs = enumerate(value)
-    for key, item in pairs:
-        _check_finite(item, (*path, key))
 
 
 def _check_names(materials: list[Config]) -> None:
@@ -212,50 +179,3 @@ def _named(keys: Mapping[str, str], at: str) -> Iterator[None]:
         key = keys.get(error.key, f"{at}.{error.key}")
         advice = "heights are in L* here, the value shown is in m" if error.key == "height" else error.advice
         raise InvalidInputError(key, error.value, error.allowed, advice) from error
-
-
-def _in_words(error: ValidationError) -> InvalidInputError:
-    """The validator's finding as key, value and what is allowed."""
-    path = tuple(error.absolute_path)
-    rules: Any = error.schema
-    instance: Any = error.instance
-    properties = rules.get("properties", {})
-    if error.validator == "additionalProperties":
-        key = min((key for key in instance if key not in properties), key=str)
-        near = get_close_matches(str(key), properties, n=1)
-        advice = f"did you mean {near[0]!r}?" if near else ""
-        return InvalidInputError(_dotted((*path, key)), instance[key], f"only the keys {', '.join(properties)}", advice)
-    if error.validator in ("required", "anyOf"):
-        wanted = rules["required"] if error.validator == "required" else ["eta_b"]
-        key = next(key for key in wanted if key not in instance)
-        advice = "give secant in its place" if error.validator == "anyOf" else ""
-        return InvalidInputError(_dotted((*path, key)), "(missing)", _allowed(properties[key]), advice)
-    advice = ""
-    if isinstance(instance, str) and rules.get("type") in ("number", "integer"):
-        advice = "YAML takes a number with an exponent for a text unless it has a point: write 1.0e-3"
-    return InvalidInputError(_dotted(path), instance, _allowed(rules), advice)
-
-
-def _allowed(rules: Mapping[str, Any]) -> str:
-    """A schema in words."""
-    if "enum" in rules:
-        what = "one of " + ", ".join(map(str, rules["enum"]))
-    else:
-        kinds = {"array": "a list", "object": "a mapping", "string": "a text", "integer": "a whole number"}
-        what = kinds.get(rules["type"], "a number")
-    limits = {
-        "minimum": "at least {}",
-        "exclusiveMinimum": "greater than {}",
-        "minLength": "of at least {} letter",
-        "minItems": "of at least {} entries",
-    }
-    parts = [what, *(words.format(rules[key]) for key, words in limits.items() if key in rules)]
-    if rules.get("uniqueItems"):
-        parts.append("no two alike")
-    return ", ".join(parts) + f" ({rules.get('description', 'the configuration')})"
-
-
-def _dotted(path: Iterable[str | int]) -> str:
-    """A path as people write it: materials[0].heights[1]."""
-    text = "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in path)
-    return text.removeprefix(".") or "configuration"

@@ -32,7 +32,8 @@ class Camera:
     def undistort(self, points: Array) -> Array:
         """Where a camera without distortion and with the same matrix sees ``points``; shape (n, 2), pixels."""
         flat = np.ascontiguousarray(points, dtype=np.float64).reshape(-1, 1, 2)
-        return np.asarray(cv2.undistortPoints(flat, self.matrix, self.distortion, P=self.matrix)).reshape(-1, 2)
+        ideal = cv2.undistortPoints(flat, self.matrix, self.distortion, P=self.matrix)
+        return np.asarray(ideal, dtype=np.float64).reshape(-1, 2)
 
     def distort(self, points: Array) -> Array:
         """The inverse of :meth:`undistort`; shape (n, 2), pixels."""
@@ -44,4 +45,4 @@ class Camera:
         """Pixels, shape (n, 2), of ``points``, shape (n, 3), m, with the pose of their frame as vectors, shape (3,)."""
         flat = np.ascontiguousarray(points, dtype=np.float64).reshape(-1, 1, 3)
         seen, _ = cv2.projectPoints(flat, rotation, translation, self.matrix, self.distortion)
-        return np.asarray(seen).reshape(-1, 2)
+        return np.asarray(seen, dtype=np.float64).reshape(-1, 2)

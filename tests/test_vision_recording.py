@@ -1,0 +1,135 @@
+"""The folder of a recording: what is taken, and what each thing that is wrong with it is called."""
+
+from __future__ import annotations
+
+from copy import deepcopy
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from stripfold.errors import InvalidInputError
+from stripfold.vision import recording
+
+ENTRIES: dict[str, Any] = {
+    "title": "a made-up strip",
+    "strip": {"length": 0.3, "eta_b": 3780.0},
+    "gripper": {
+        "height": 0.09,
+        "speed": 0.005,
+        "flat_end": 0.1,
+        "marker": {"dictionary": "4x4_50", "id": 3, "size": 0.02, "offset": [0.0, -0.02]},
+    },
+    "video": "video.mkv",
+    "camera": {"images": "camera", "board": {"type": "chessboard", "columns": 9, "rows": 6, "square": 0.025}},
+    "plane": {
+        "image": "plane.png",
+        "board": {
+            "type": "charuco",
+            "columns": 5,
+            "rows": 7,
+            "square": 0.04,
+            "marker": 0.02,
+            "dictionary": "6x6_250",
+        },
+    },
+    "robot": {"grid": "stops/robot.csv"},
+}
+
+
+def entries_with(path: str, value: Any) -> dict[str, Any]:
+    """A copy with one entry changed, or removed where the value is None."""
+    changed = deepcopy(ENTRIES)
+    *parents, key = path.split(".")
+    at = changed
+    for parent in parents:
+        at = at[parent]
+    if value is None:
+        del at[key]
+    else:
+        at[key] = value
+    return changed
+
+
+def write(folder: Path, entries: Any) -> Path:
+    """A folder with all the files that the entries above name; their content does not matter here."""
+    (folder / "camera").mkdir(parents=True)
+    (folder / "stops").mkdir()
+    for name in ("video.mkv", "plane.png", "stops/robot.csv"):
+        (folder / name).touch()
+    (folder / recording.NAME).write_text(yaml.safe_dump(entries), encoding="utf-8")
+    return folder
+
+
+def test_a_whole_folder_is_read_and_completed(tmp_path: Path) -> None:
+    found = recording.read(write(tmp_path / "one", ENTRIES))
+    assert found.entries["synthetic"] is False
+    assert found.entries["gripper"]["direction"] == 1
+    assert found.entries["camera"]["rolling_shutter"] == 0.0
+    assert found.file("camera", "images") == tmp_path / "one" / "camera"
+    assert found.file("robot_log") is None
+    assert found.file("camera", "intrinsics") is None
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "key", "words"),
+    [
+        ("gripper.hight", 0.1, "gripper.hight", "did you mean 'height'"),
+        ("gripper.height", -0.1, "gripper.height", "greater than 0"),
+        ("gripper.height", 90.0, "gripper.height", "at most 10"),
+        ("gripper.height", float("nan"), "gripper.height", "a finite number"),
+        ("gripper.height", "9e-2", "gripper.height", "unless it has a point"),
+        ("gripper.direction", 0, "gripper.direction", "one of 1, -1"),
+        ("gripper.marker.offset", [0.0], "gripper.marker.offset", "at least 2"),
+        ("gripper.marker.dictionary", "7x7", "gripper.marker.dictionary", "apriltag_36h11"),
+        ("strip.eta_b", None, "strip.eta_b", "(missing)"),
+        ("camera.images", None, "camera.images", "give intrinsics in its place"),
+        ("camera.intrinsics", "plane.png", "camera", "only one of: images and board or intrinsics"),
+        ("plane.board.marker", None, "plane.board.marker", "(missing)"),
+        ("plane.board.type", "circles", "plane.board.type", "chessboard, charuco"),
+        ("video", "film.mp4", "video", "an existing file"),
+        ("video", "../film.mp4", "video", "inside the recording"),
+        ("video", "/film.mp4", "video", "inside the recording"),
+        ("video", "camera", "timestamps", "beside a folder of frames"),
+    ],
+)
+def test_what_is_wrong_is_named(tmp_path: Path, path: str, value: Any, key: str, words: str) -> None:
+    with pytest.raises(InvalidInputError) as caught:
+        recording.read(write(tmp_path / "one", entries_with(path, value)))
+    assert caught.value.key == key
+    assert words in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (b"", "a mapping"),
+        (b"[1, 2]", "a mapping"),
+        (b"title: [", "readable YAML"),
+        (b"\xff\xfe\x00\x80", "readable YAML"),
+        (b"a: " + b"[" * 50_000, "levels deep"),
+        (b"#" * (recording.MOST_BYTES + 1), "at most"),
+    ],
+)
+def test_a_file_that_is_no_recording(tmp_path: Path, content: bytes, words: str) -> None:
+    folder = write(tmp_path / "one", ENTRIES)
+    (folder / recording.NAME).write_bytes(content)
+    with pytest.raises(InvalidInputError, match=words):
+        recording.read(folder)
+
+
+def test_a_folder_without_one(tmp_path: Path) -> None:
+    for folder in (tmp_path, tmp_path / "missing"):
+        with pytest.raises(InvalidInputError, match=r"a folder with a recording\.yaml"):
+            recording.read(folder)
+
+
+def test_yaml_bombs_stay_small(tmp_path: Path) -> None:
+    """Aliases that would unfold to billions of entries are refused, and soon."""
+    lines = ["a0: &a0 [x, x, x, x, x, x, x, x, x]"]
+    lines += [f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 9)}]" for i in range(1, 12)]
+    folder = write(tmp_path / "one", ENTRIES)
+    (folder / recording.NAME).write_text("\n".join(lines), encoding="utf-8")
+    with pytest.raises(InvalidInputError):
+        recording.read(folder)
