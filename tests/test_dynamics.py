@@ -371,3 +371,23 @@ def test_what_is_held_does_not_accelerate_at_the_start(cantilever: tuple[HeldStr
     np.testing.assert_array_equal(first.mean_a, first.a)
     # Free fall of all the rest, on the whole: two Gauss points along an element leave its nodes room to alternate.
     assert problem.model.weight @ first.a == pytest.approx(-problem.model.length, rel=0.02)
+
+
+@dataclass(frozen=True)
+class Weakening(Pendulum):
+    """Its bar has no stiffness left once a step has taken it below a depth."""
+
+    def accepted(self, q: np.ndarray) -> Weakening:
+        return replace(self, stiffness=0.0) if q[1] < -0.2 else self
+
+
+def test_what_a_problem_remembers_changes_with_accepted_steps():
+    """From the depth on it falls freely; a problem that forgets would swing on."""
+    first = begin(Weakening(), np.zeros(2), np.zeros(2))
+    moments = list(takewhile(lambda m: m.t < 3.0, dynamics.march(Weakening(), first, STILL)))
+    below = [m for m in moments if m.q[1] < -0.2]
+    assert len(below) > 5
+    start = below[0]
+    for moment in below[1:]:
+        t = moment.t - start.t
+        assert moment.q[1] == pytest.approx(start.q[1] + start.v[1] * t - 0.5 * t**2, abs=1e-3)

@@ -130,15 +130,23 @@ class StripProblem:
         return self.model.carry(q, dq)
 
     def force_over_step(self, q0: Array, q1: Array, kappa: float, carried: Array | None = None) -> tuple[Array, Band]:
-        self._without_effects()
         force, tangent = self.model.force_over_step(q0, q1, kappa, carried)
-        return force + self.model.weight, tangent
+        force = force + self.model.weight
+        for effect in self.effects:
+            if effect.needs_steps:
+                raise ValueError("motion in time is for effects that do not depend on the size of the steps")
+            # That at the end of the step: what is at rest then is an equilibrium, and the work is never too small.
+            more, stiffness = effect.force_and_tangent(q1)
+            force, tangent = force + more, tangent + stiffness
+        return force, tangent
+
+    def friction_work(self, q0: Array, q1: Array) -> float:
+        return sum(float(effect.force(q1) @ (q1 - q0)) for effect in self.effects)
 
     def strain_distance(self, q0: Array, q1: Array) -> float:
         return self.model.strain_distance(q0, q1)
 
     def energies(self, q: Array) -> tuple[float, float]:
-        self._without_effects()
         return self.model.energy(q), float(self.model.weight @ q)
 
     def prescribed_values(self, lam: float) -> Array:
@@ -146,8 +154,3 @@ class StripProblem:
 
     def prescribed_rates(self, lam: float) -> Array:
         return np.concatenate([self.motion.rates(lam), np.zeros(2)])
-
-    def _without_effects(self) -> None:
-        # A step in time balances energies; those of an effect would be missing without a sign of it.
-        if self.effects:
-            raise ValueError("motion in time is for problems without effects: their energy would be left out")

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from stripfold.solve.linear import Dense
+from stripfold.solve.schemes import WithoutMemory
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -27,7 +28,7 @@ class Small(Dense):
 
 
 @dataclass(frozen=True)
-class Pendulum:
+class Pendulum(WithoutMemory):
     """A unit mass in the plane on a bar of length one from the origin, at rest at (1, 0); gravity acts along -y.
 
     The bar's energy is ``stiffness (d . d - 1)^2 / 8`` with d the place of the mass (Green's strain).  Unknowns are the

@@ -19,6 +19,11 @@ class Effect(Protocol):
     Lengths in L*, forces per width in rho_a g L*.
     """
 
+    @property
+    def needs_steps(self) -> bool:
+        """Whether what it does depends on the size of the steps: it then has no motion in time."""
+        ...
+
     def force(self, q: Array) -> Array:
         """What is added to the residual (internal force plus weight), shape (n,): the force on the strip is its
         negative."""

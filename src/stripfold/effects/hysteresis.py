@@ -86,6 +86,11 @@ class Hysteresis:
         return cls(model, moment, yield_curvature, slid, 0.0, directors)
 
     @property
+    def needs_steps(self) -> bool:
+        """No: it depends on neither rate nor steps."""
+        return False
+
+    @property
     def stiffness(self) -> float:
         """The spring's, in units of the strip's bending stiffness rho_a g L*^3."""
         return self.moment / self.yield_curvature

@@ -46,6 +46,11 @@ class Pull:
         if not 0.0 <= self.k_f < np.inf:
             raise InvalidInputError("k_f", self.k_f, "a finite number >= 0 (g/L*)")
 
+    @property
+    def needs_steps(self) -> bool:
+        """Yes: it pulls towards the last step."""
+        return True
+
     def force(self, q: Array) -> Array:
         """``k_f M (q - q_prev)``, shape (n,)."""
         return self.k_f * (self.model.mass @ (q - self.q_prev))

@@ -76,8 +76,9 @@ class Energy:
         What is there.
     work
         Done by the gripper since the start.
-    air, viscous, contact, numerical
-        Lost since the start: to mass-proportional and to stiffness-proportional damping, in impacts, by the scheme.
+    air, viscous, friction, contact, numerical
+        Lost since the start: to mass-proportional and to stiffness-proportional damping, to effects that remember
+        (their springs may give a little back), in impacts, by the scheme.
     closing
         What the balance lacks since the start; zero but for the tolerance of Newton's method.
     """
@@ -88,6 +89,7 @@ class Energy:
     work: float = 0.0
     air: float = 0.0
     viscous: float = 0.0
+    friction: float = 0.0
     contact: float = 0.0
     numerical: float = 0.0
     closing: float = 0.0
@@ -100,7 +102,7 @@ class Energy:
     @property
     def lost(self) -> float:
         """All that is dissipated."""
-        return self.air + self.viscous + self.contact + self.numerical
+        return self.air + self.viscous + self.friction + self.contact + self.numerical
 
 
 @dataclass(frozen=True, eq=False)
@@ -206,6 +208,7 @@ def step(
         old.work + done.work + (kinetic - after_impact),
         old.air + done.air,
         old.viscous + done.viscous,
+        old.friction + done.friction,
         old.contact + done.contact + impact,
         old.numerical + done.numerical,
     )
@@ -256,7 +259,7 @@ def march(
         # Third order per step; a little less than what the estimate allows, and no sudden growth.
         share = 0.9 * (options.tolerance / max(error, 1e-300)) ** (1.0 / 3.0)
         dt = min(dt * min(max(share, 0.5), 1.5), options.largest)
-        moment = new
+        moment, problem = new, problem.accepted(new.q)
         yield moment
 
 

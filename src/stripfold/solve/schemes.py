@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Protocol, Self
 
 import numpy as np
 
@@ -32,7 +32,8 @@ class DynamicProblem(Problem, Protocol):
     def force_over_step(self, q0: Array, q1: Array, kappa: float, carried: Any = None) -> tuple[Array, Band]:
         """Force over a time step and its derivative by ``q1``.
 
-        Its work over the step is the gain of elastic and gravity energy plus ``kappa`` :meth:`strain_distance`.
+        Its work over the step is the gain of elastic and gravity energy plus ``kappa`` :meth:`strain_distance` plus
+        :meth:`friction_work`.
         """
         ...
 
@@ -43,6 +44,26 @@ class DynamicProblem(Problem, Protocol):
     def energies(self, q: Array) -> tuple[float, float]:
         """Elastic and gravity energy."""
         ...
+
+    def friction_work(self, q0: Array, q1: Array) -> float:
+        """What effects that remember took on the way: heat, and what their springs keep."""
+        ...
+
+    def accepted(self, q: Array) -> Self:
+        """The problem after a step to ``q``, which its effects then remember."""
+        ...
+
+
+class WithoutMemory:
+    """What a problem without effects that remember has in their place."""
+
+    def friction_work(self, q0: Array, q1: Array) -> float:
+        """Nothing."""
+        return 0.0
+
+    def accepted(self, q: Array) -> Self:
+        """The same problem."""
+        return self
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,6 +111,7 @@ class Done:
     contact: float
     air: float = 0.0
     viscous: float = 0.0
+    friction: float = 0.0
     numerical: float = 0.0
 
 
@@ -179,6 +201,7 @@ class EnergyMomentum:
             contact=-float(force[state.active] @ moved[state.active]),
             air=drag * float(moved @ (mass @ moved)),
             viscous=damping.stiffness / dt * strain,
+            friction=problem.friction_work(begin.q, state.q),
             numerical=0.5 * chi * float(jump @ (mass @ jump)),
         )
 

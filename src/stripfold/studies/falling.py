@@ -137,6 +137,9 @@ def let_fall(
     """
     say = progress or (lambda _: None)
     problem = release.problem
+    if problem.effects:
+        # The search for the touch goes back in time; what an effect remembers does not.
+        raise ValueError("a fall is for problems without effects")
     first, drive = beginning(release, fall)
     motion = _Marching(problem, drive, fall.damping, options)
     moments, touched = _to_touch(motion, first)

@@ -20,7 +20,7 @@ from ..models.solid import Solid
 from ..solve import dynamics, newton
 from ..solve.dynamics import Moving
 from ..solve.linear import Band
-from ..solve.schemes import Damping, EnergyMomentum
+from ..solve.schemes import Damping, EnergyMomentum, WithoutMemory
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -32,7 +32,7 @@ TERMS = 16
 
 
 @dataclass(frozen=True)
-class HeldStrip:
+class HeldStrip(WithoutMemory):
     """A strip without a floor: some unknowns are held, and move with lambda.
 
     Attributes

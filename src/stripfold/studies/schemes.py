@@ -19,7 +19,7 @@ from ..errors import SolveError
 from ..solve import dynamics
 from ..solve.dynamics import Moment, Moving, TimeOptions
 from ..solve.linear import Band, BandPattern
-from ..solve.schemes import Bathe, Damping, DynamicProblem, EnergyMomentum, GeneralisedAlpha, Scheme
+from ..solve.schemes import Bathe, Damping, DynamicProblem, EnergyMomentum, GeneralisedAlpha, Scheme, WithoutMemory
 from .modes import HeldStrip
 from .static import Strip, XRun, solve_height, touches
 
@@ -67,7 +67,7 @@ _TOUCH = {
 
 
 @dataclass(frozen=True)
-class Oscillator:
+class Oscillator(WithoutMemory):
     """``q'' + q = 0``: a mass of one on a linear spring, as the schemes see a problem."""
 
     size: int = 1

@@ -7,7 +7,7 @@ of L*; lambda is the length travelled.  Source: docs/physics.md, section 8.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +16,7 @@ from ..effects import Effect
 from ..errors import InvalidInputError, LostStabilityError, NewtonError
 from ..models.solid import Solid
 from ..paths.curve import GripperPath
-from ..problem import AlongPiece, StripProblem
+from ..problem import AlongPiece, Motion, StripProblem
 from ..solve import continuation, newton
 from ..solve.problem import Array, Equilibrium, Point, Tangent
 from .following import from_flat
@@ -81,12 +81,28 @@ def walk(model: Solid, path: GripperPath, effects: Effects, size: float) -> Iter
     if not 0.0 < size <= path.length:
         raise InvalidInputError("step", size, f"more than 0 and at most {path.length:g} L*")
     first = from_flat(model, path)
-    acting = effects(model, first.q)
-    state, change, last_piece = first.state, np.zeros(model.size), -1
-    for piece, travelled in steps_on(path, size):
-        if travelled <= first.lam:
-            continue
-        problem = StripProblem(model, AlongPiece(path.pieces[piece], model.length), acting)
+    places = [(piece, travelled) for piece, travelled in steps_on(path, size) if travelled > first.lam]
+    motions = [AlongPiece(piece, model.length) for piece in path.pieces]
+    return walk_from(model, first.state, effects(model, first.q), motions, places)
+
+
+def walk_from(
+    model: Solid,
+    state: Equilibrium,
+    acting: tuple[Effect, ...],
+    motions: Sequence[Motion],
+    places: Iterable[tuple[int, float]],
+) -> Iterator[Step]:
+    """Steps from a state to each of ``places``: which of the motions of the gripper, and lambda, ascending.
+
+    Raises
+    ------
+    LostStabilityError
+        The strip did not follow; the steps before have been yielded.
+    """
+    change, last_piece = np.zeros(model.size), -1
+    for piece, travelled in places:
+        problem = StripProblem(model, motions[piece], acting)
         guess = state.q + change if piece == last_piece else state.q
         point = _step(problem, state, guess, travelled)
         moved = model.largest_move(state.q, point.q)

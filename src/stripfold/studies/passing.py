@@ -1,0 +1,169 @@
+"""A gripper that does not stop at the critical point, on a strip with friction in bending: what a camera would film.
+
+Statics with the friction's memory first, in steps, to where no stable state is left; then motion in time from a state
+well before, through the snap and past the first touch.  All in units of L*, sqrt(L*/g) and rho_a g L*.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .. import planning
+from ..effects import Effect, Hysteresis
+from ..errors import LostStabilityError, NewtonError, SolveError
+from ..models.solid import Solid
+from ..problem import AlongX, StripProblem
+from ..solve import continuation, dynamics, newton
+from ..solve.dynamics import Moment, Moving, TimeOptions
+from ..solve.problem import Array, Equilibrium
+from ..solve.schemes import Damping
+from .collapse import SIZES
+from .static import PATIENT, Strip, lift, lift_off, no_horizontal_force, touches, transfer
+from .stepping import Step, walk_from
+
+STEP = 0.1
+"""Size of the static steps, L*."""
+NEAREST = 1e-4
+"""How near the loss of stability is approached, L*."""
+POPPED = 0.3
+"""A strip of which a place moves farther than this in one of the last steps has gone to another state, L*."""
+MOST_STEPS = 20000
+TIME_OPTIONS = TimeOptions(first=0.02, tolerance=1e-5)
+
+
+@dataclass(frozen=True, eq=False)
+class Passage:
+    """A snap that was passed.
+
+    Attributes
+    ----------
+    model
+        The strip.
+    static
+        Last lambda at which a stable state was found, friction included, L*.
+    moments
+        The motion, at accepted times; ``lam`` is the gripper's advance.
+    touch
+        Index of the first moment at which the sag touches.
+    """
+
+    model: Solid
+    static: float
+    moments: tuple[Moment, ...]
+    touch: int
+
+
+def run(
+    strip: Strip,
+    height: float,
+    moment: float,
+    speed: float,
+    before: float,
+    after: float,
+    damping: Damping,
+    refinement: float = 1.0,
+) -> Passage:
+    """Advance the gripper past the snap.
+
+    Parameters
+    ----------
+    strip, height
+        L*.
+    moment
+        M_0 of the bending hysteresis, rho_a g L*^2; 0 for none.
+    speed
+        Of the gripper, sqrt(g L*).
+    before
+        How far before the loss of stability the motion in time begins, L*.
+    after
+        How long it goes on after the first touch, sqrt(L*/g).
+
+    Raises
+    ------
+    SolveError
+        There is no snap at this height, or a part could not be computed.
+    TimeStepError
+        The motion could not be followed.
+    """
+    steps, static = to_loss(strip, height, moment, refinement)
+    # The step that is ``before`` ahead, and one before it: they tell how fast the strip moves there.
+    places = np.array([step.point.lam for step in steps])
+    at = int(np.clip(np.searchsorted(places, static - before, side="right") - 1, 1, len(steps) - 1))
+    rate = (steps[at].point.q - steps[at - 1].point.q) / (places[at] - places[at - 1])
+    point = steps[at].point
+    problem = steps[at].problem.accepted(point.q)
+    first = dynamics.start(problem, point.q, speed * rate, point.lam, point.state.active)
+    moments: list[Moment] = []
+    touch: int | None = None
+    for moment_ in dynamics.march(problem, first, Moving(point.lam, speed), damping, options=TIME_OPTIONS):
+        moments.append(moment_)
+        if touch is None and touches(problem.model, moment_):
+            touch = len(moments) - 1
+        if touch is not None and moment_.t > moments[touch].t + after:
+            return Passage(problem.model, static, tuple(moments), touch)
+        if len(moments) > MOST_STEPS:
+            raise SolveError("the strip does not come down", parameter=moment_.lam)
+    raise AssertionError("a motion does not end by itself")
+
+
+def to_loss(strip: Strip, height: float, moment: float, refinement: float) -> tuple[list[Step], float]:
+    """The static steps along x to the loss of stability, and the last lambda before it.
+
+    Raises
+    ------
+    SolveError
+        The sag touches before, or the whole strip is lifted.
+    """
+    model, state = _start(strip, height, refinement)
+    problem = StripProblem(model, AlongX(height), _friction(model, moment, state.q))
+    lambda_0 = float(state.q[model.middle[0, 0]])
+    steps: list[Step] = []
+    first = Equilibrium(state.q, lambda_0, state.active, state.residuals)
+    places = ((0, lambda_0 + STEP * n) for n in range(1, MOST_STEPS))
+    try:
+        for step in walk_from(model, first, problem.effects, [problem.motion], places):
+            steps.append(step)
+            if touches(model, step.point):
+                raise SolveError("the sag touches before the strip snaps", parameter=step.point.lam)
+            if lift_off(model, step.point) > model.length - 0.5:
+                raise SolveError("the whole strip is lifted before it snaps", parameter=step.point.lam)
+    except LostStabilityError:
+        if not steps:
+            raise
+    return steps, _nearer(steps[-1])
+
+
+def _start(strip: Strip, height: float, refinement: float) -> tuple[Solid, Equilibrium]:
+    """The strip lifted without horizontal force, on a mesh for all that follows."""
+    (_, coarse, lifted) = next(lift(strip, [height]))
+    model = strip.model(planning.boundaries(strip.length, planning.lift_off_sweep(height), refinement, SIZES))
+    problem = StripProblem(model, AlongX(height))
+    return model, no_horizontal_force(problem, transfer(coarse, lifted.q, model), height)
+
+
+def _friction(model: Solid, moment: float, slack: Array) -> tuple[Effect, ...]:
+    return (Hysteresis.of(model, moment, slack=slack),) if moment else ()
+
+
+def _nearer(last: Step) -> float:
+    """lambda of the last stable state, from a step in which the strip was not yet lost.
+
+    A walk takes a strip for lost that moves much faster than its gripper.  At a fold it does so on the last bit of the
+    way, and every step is as good as it is short.
+    """
+    problem, state = last.problem.accepted(last.point.q), last.point.state
+    size = STEP / 2.0
+    while size > NEAREST:
+        try:
+            new = newton.solve(problem, state.q, state.lam + size, state.active, options=PATIENT)
+            point = continuation.evaluate(problem, new, last.point.tangent)
+        except NewtonError:
+            size /= 2.0
+            continue
+        if point.negatives or problem.model.largest_move(state.q, new.q) > POPPED or touches(problem.model, point):
+            size /= 2.0
+            continue
+        problem, state = problem.accepted(new.q), new
+    return state.lam
