@@ -1,0 +1,161 @@
+"""The snap in a recording: when it sets in, whether there is one, and where its quasi-static branch ends.
+
+A definition that depends on neither the frame rate nor the scale: the strip's speed u is the root mean square, over
+points fixed in the material, of how far each gets within a fixed window of time, per time.  Before the snap it follows
+the gripper, u_0; the snap sets in when u has come half the way from u_0 to its peak.  The slower the gripper, the
+nearer that is to the static critical point; past it by a lag of order v^(2/3) to v^(4/5) (docs/physics.md, section 7).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import PchipInterpolator
+from scipy.optimize import least_squares
+
+Array = NDArray[np.float64]
+
+WINDOW = 0.1
+"""Window of the speed, s: three frames at the usual 30 per second."""
+GRID = 0.005
+"""Spacing of the moments at which the speed is evaluated, s."""
+REFERENCE = 0.4
+"""Share of the recording before the peak that tells how fast the strip follows its gripper."""
+LEAST_RATIO = 2.0
+"""Peak over u_0 below which a recording shows no snap that can be told from following."""
+SEVERAL = 0.7
+"""A second peak this high, as a share of the first above u_0, with a rest between them, makes several snaps."""
+RESTED = 0.25
+"""What counts as a rest between two peaks, as a share of the peak above u_0."""
+APART = 0.3
+"""Least time between two peaks that are two snaps, s."""
+
+
+@dataclass(frozen=True, eq=False)
+class Speed:
+    """The strip's speed in time; m, s.
+
+    Attributes
+    ----------
+    t, u
+        Shape (m,): moments, and the speed in the window around each.
+    following
+        u_0: median while the strip followed its gripper.
+    peak
+        Index of the largest.
+    """
+
+    t: Array
+    u: Array
+    following: float
+    peak: int
+
+    @property
+    def half(self) -> float:
+        """Half the way from following to the peak."""
+        return 0.5 * (self.following + float(self.u[self.peak]))
+
+    @property
+    def ratio(self) -> float:
+        """Peak over following."""
+        return float(self.u[self.peak]) / self.following
+
+    @property
+    def onset(self) -> float:
+        """When the snap sets in: the last time before the peak at which the speed rises through the half."""
+        below = np.flatnonzero(self.u[: self.peak] < self.half)
+        if not len(below):
+            return float("nan")
+        i = int(below[-1])
+        share = (self.half - self.u[i]) / (self.u[i + 1] - self.u[i])
+        return float(self.t[i] + share * (self.t[i + 1] - self.t[i]))
+
+    @property
+    def several(self) -> bool:
+        """Whether there is another peak like this one, with a rest between them."""
+        above = (self.u - self.following) / (self.u[self.peak] - self.following)
+        for other in np.flatnonzero((above > SEVERAL) & (np.abs(self.t - self.t[self.peak]) > APART)):
+            first, last = sorted((int(other), self.peak))
+            if above[first:last].min() < RESTED:
+                return True
+        return False
+
+
+def speed(t: Array, points: Array) -> Speed:
+    """The speed of points fixed in the material.
+
+    Parameters
+    ----------
+    t
+        Shape (n,): s, ascending; need not be equally spaced.
+    points
+        Shape (n, k, 2): m.
+    """
+    path = PchipInterpolator(t, points.reshape(len(t), -1))
+    moments = np.arange(t[0] + 0.5 * WINDOW, t[-1] - 0.5 * WINDOW, GRID)
+    way = (path(moments + 0.5 * WINDOW) - path(moments - 0.5 * WINDOW)).reshape(len(moments), -1, 2)
+    u = np.sqrt(np.mean(np.sum(way**2, axis=2), axis=1)) / WINDOW
+    peak = int(np.argmax(u))
+    following = float(np.median(u[: max(int(REFERENCE * peak), 1)]))
+    return Speed(moments, u, following, peak)
+
+
+@dataclass(frozen=True, slots=True)
+class StaticFit:
+    """The quasi-static branch as a square root that ends at ``lam``, m; ``sd`` is what the fit says of it."""
+
+    lam: float
+    sd: float
+    residual: float
+
+
+FIT_BELOW = 0.25
+"""The fit takes the frames until the speed has come this share of the way from following to its peak."""
+LEAST_FRAMES = 12
+VAGUE = 0.2
+"""Standard deviation from which the end is out of sight, as a share of the way of the gripper that is fitted."""
+
+
+def static_fit(lam: Array, points: Array) -> StaticFit | None:
+    """Where the branch would end without a lag: points = a + b lam - c sqrt(lambda_c - lam), least squares.
+
+    The lag that is left pushes it up, the more the faster the gripper.
+
+    Parameters
+    ----------
+    lam
+        Shape (n,): advance of the gripper, m, in the frames before the snap.
+    points
+        Shape (n, k, 2), m.
+
+    Returns
+    -------
+    StaticFit or None
+        None where the branch does not bend: its end is out of sight.
+    """
+    if len(lam) < LEAST_FRAMES:
+        return None
+    values = points.reshape(len(lam), -1)
+    span = float(np.ptp(lam))
+    # One coordinate is enough: the one that says most of the motion.
+    left, singular, _ = np.linalg.svd(values - values.mean(axis=0), full_matrices=False)
+    coordinate = left[:, 0] * singular[0]
+
+    def basis(end: float) -> Array:
+        return np.column_stack([np.ones_like(lam), lam - lam[0], np.sqrt(np.maximum(end - lam, 0.0))])
+
+    def residual(ahead: Array) -> Array:
+        matrix = basis(float(lam.max() + span * np.exp(ahead[0])))
+        fitted = matrix @ np.linalg.lstsq(matrix, coordinate, rcond=None)[0]
+        return np.asarray(coordinate - fitted)
+
+    found = min((least_squares(residual, [guess]) for guess in (-6.0, -4.0, -2.0, 0.0)), key=lambda r: float(r.cost))
+    distance = span * float(np.exp(found.x[0]))
+    if distance > span or distance < 1e-6 * span:
+        return None
+    noise = float(np.sqrt(2.0 * found.cost / max(len(lam) - 4, 1)))
+    slope = float(np.linalg.norm(found.jac[:, 0]))
+    sd = distance * noise / slope if slope else float("inf")
+    return StaticFit(float(lam.max() + distance), sd, noise) if sd < VAGUE * span else None

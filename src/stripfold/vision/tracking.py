@@ -1,0 +1,252 @@
+"""A film turned into numbers: where the gripper and the strip are in each frame, in metres of the robot."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from stripfold.errors import MeasurementError, TrackingError
+
+from . import video
+from .calibrated import Calibration
+from .centreline import Centreline, find, refine
+from .gripper import Grip, GripperTracker, Track, joined
+from .recording import Recording
+from .timing import Timing, row_time, timing
+from .video import Frame, VideoReport
+
+Array = NDArray[np.float64]
+
+POINTS = 80
+"""Points measured along the strip."""
+STATIONS = 40
+"""Points fixed in the material whose motion is judged."""
+MOST_LOST = 0.2
+"""Share of the frames in which the strip may be lost."""
+LONGEST_LOSS = 0.5
+"""For how long at a time, s."""
+RIM = 1.6
+"""Size of the marker with its rim, in the marker's own."""
+DROPPED = 0.03
+"""Distance of the strip from where the gripper should hold it, as a share of its length, that means it does not."""
+
+
+@dataclass(frozen=True, eq=False)
+class Tracks:
+    """What was measured in a film.
+
+    Attributes
+    ----------
+    timing, report
+        Times of the frames and what was met while decoding.
+    gripper
+        The marker, pixels.
+    grip_time
+        Shape (n,): when its row was exposed, s.
+    place
+        Shape (n, 2): the strip's gripped end, x and z of the robot, m.
+    strip_time
+        Shape (n,): when the strip's rows were exposed, s; nan where the strip was lost.
+    points
+        Shape (n, stations, 2): points at equal lengths along the strip from its gripped end, x and z, m; nan where it
+        was lost.
+    stations
+        Shape (stations,): these lengths, m.
+    score
+        Shape (n,): mean over the strip, 0 where it was lost.
+    visible
+        Shape (n,): visible length of the strip, m.
+    whole
+        Whether both ends of the strip are in the picture.
+    size
+        Width and height of the frames.
+    """
+
+    timing: Timing
+    report: VideoReport
+    gripper: Track
+    grip_time: Array
+    place: Array
+    strip_time: Array
+    points: Array
+    stations: Array
+    score: Array
+    visible: Array
+    whole: bool
+    size: tuple[int, int]
+
+    @property
+    def seen(self) -> NDArray[np.bool_]:
+        """Shape (n,): frames in which the strip was measured and that are pictures of their own time."""
+        return np.asarray(np.isfinite(self.strip_time) & ~self.timing.doubled)
+
+
+def track(recording: Recording, calibration: Calibration, progress: Callable[[str], None] | None = None) -> Tracks:
+    """Follow the gripper and the strip through a recording's film.
+
+    Raises
+    ------
+    InvalidInputError
+        The film cannot be read, or has another size than the calibration's pictures.
+    TrackingError
+        The gripper or the strip was lost.
+    """
+    say = progress or (lambda _: None)
+    path = recording.file("video")
+    assert path is not None
+    marker = recording.entries["gripper"]["marker"]
+    follow_gripper = GripperTracker(marker["dictionary"], marker["id"], path.name)
+    follow_strip = _StripTracker(path.name)
+    offset = np.array(marker["offset"])
+    grips: list[Grip] = []
+    lines: list[Centreline | None] = []
+    doubled: list[bool] = []
+    size = (0, 0)
+    with video.read(path, recording.file("timestamps")) as frames:
+        for frame in frames:
+            size = (frame.image.shape[1], frame.image.shape[0])
+            _check_size(size, calibration, path.name)
+            grip = follow_gripper(frame)
+            grips.append(grip)
+            end = calibration.mapping.to_pixels(place_of(calibration, grip.centre[None], offset))[0]
+            lines.append(follow_strip(frame, end, grip.corners))
+            doubled.append(frame.doubled)
+            if frame.index % 30 == 0:
+                say(f"frame {frame.index}, {frame.time:.2f} s")
+        report = frames.report
+    track_ = joined(grips, path.name)
+    times = timing(track_.time, np.array(doubled))
+    shutter = recording.entries["camera"]["rolling_shutter"]
+    strip_time = np.array(
+        [
+            np.nan if line is None else float(row_time(t, line.points[:, 1].mean(), size[1], shutter))
+            for t, line in zip(track_.time, lines, strict=True)
+        ]
+    )
+    stations, points, visible = _stations(lines, calibration)
+    return Tracks(
+        times,
+        report,
+        track_,
+        row_time(track_.time, track_.centre[:, 1], size[1], shutter),
+        place_of(calibration, track_.centre, offset),
+        strip_time,
+        points,
+        stations,
+        np.array([0.0 if line is None else float(line.score.mean()) for line in lines]),
+        visible,
+        not any(any(line.open_ends) for line in lines if line is not None),
+        size,
+    )
+
+
+def place_of(calibration: Calibration, centres: Array, offset: Array) -> Array:
+    """Where the strip's gripped end is, shape (n, 2), x and z of the robot, m, from the marker's centres, pixels."""
+    return np.asarray(calibration.mapping.to_robot(centres) + offset)
+
+
+class _StripTracker:
+    """Follows the strip from frame to frame: call it with each in turn and the pixel of its gripped end."""
+
+    def __init__(self, source: str) -> None:
+        self._source = source
+        self._last: Centreline | None = None
+        self._since = 0.0
+        self._frames, self._lost = 0, 0
+
+    def __call__(self, frame: Frame, end: Array, marker: Array) -> Centreline | None:
+        """The strip in the next frame, or None where it is lost for a moment; ``marker`` are its corners, (4, 2).
+
+        Raises
+        ------
+        TrackingError
+            It is not in the first frame, is lost for long, or is not where the gripper holds it.
+        """
+        line = self._followed(frame, end, marker)
+        if line is not None:
+            self._last, self._since = line, frame.time
+            return line
+        if self._last is None or frame.time - self._since > LONGEST_LOSS:
+            raise TrackingError(
+                self._source,
+                f"the strip is lost at {frame.time:.3f} s",
+                f"the strip in view, but for gaps of up to {LONGEST_LOSS:g} s",
+                "light it evenly, before a background much darker or brighter, and film from the side",
+            )
+        return None
+
+    def _followed(self, frame: Frame, end: Array, marker: Array) -> Centreline | None:
+        if self._last is not None:
+            try:
+                return self._held(refine(frame.image, self._last, end, source=self._source), end)
+            except TrackingError:
+                pass
+        try:
+            return self._held(find(without(frame.image, marker), end, points=POINTS, source=self._source), end)
+        except TrackingError:
+            if self._last is None:
+                raise
+            return None
+
+    def _held(self, line: Centreline, end: Array) -> Centreline:
+        away = float(np.hypot(*(line.points[0] - end)))
+        if away > DROPPED * line.length + 2.0 * float(np.median(line.width)):
+            raise TrackingError(
+                self._source,
+                f"the strip is {away:.0f} px from where the gripper should hold it",
+                "a strip held by its end",
+                "did it slip? compare gripper.marker.offset with the gripper",
+            )
+        return line
+
+
+def without(image: NDArray[np.uint8], marker: Array) -> NDArray[np.uint8]:
+    """A copy of a picture in which the marker and its rim have the grey that is around them: they are no strip."""
+    centre = marker.mean(axis=0)
+    covered = np.zeros(image.shape, np.uint8)
+    around = np.zeros(image.shape, np.uint8)
+    for canvas, grown in ((covered, RIM), (around, 1.3 * RIM)):
+        cv2.fillConvexPoly(canvas, np.rint(centre + grown * (marker - centre)).astype(np.int32), (1,))
+    ring = (around > 0) & (covered == 0)
+    cleared = image.copy()
+    if ring.any():
+        cleared[covered > 0] = int(np.median(image[ring]))
+    return cleared
+
+
+def _check_size(size: tuple[int, int], calibration: Calibration, name: str) -> None:
+    camera = calibration.mapping.camera
+    if size != camera.size:
+        raise MeasurementError(
+            name,
+            f"frames of {size[0]} x {size[1]} pixels",
+            f"{camera.size[0]} x {camera.size[1]}, as the pictures of the calibration",
+            "calibrate with the very settings of the film",
+        )
+
+
+def _stations(lines: list[Centreline | None], calibration: Calibration) -> tuple[Array, Array, Array]:
+    """Lengths along the strip, the points there in each frame, and its visible length; m."""
+    curves = [None if line is None else calibration.mapping.to_robot(line.points) for line in lines]
+    arcs = [
+        None if c is None else np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(c, axis=0), axis=1))])
+        for c in curves
+    ]
+    visible = np.array([np.nan if arc is None else arc[-1] for arc in arcs])
+    if np.mean(np.isnan(visible)) > MOST_LOST:
+        raise TrackingError(
+            "video",
+            f"the strip is lost in {np.mean(np.isnan(visible)):.0%} of the frames",
+            f"at most {MOST_LOST:.0%}",
+            "light it evenly, before a background much darker or brighter",
+        )
+    stations = np.linspace(0.0, float(np.nanpercentile(visible, 5)), STATIONS)
+    points = np.full((len(lines), STATIONS, 2), np.nan)
+    for i, (curve, arc) in enumerate(zip(curves, arcs, strict=True)):
+        if curve is not None and arc is not None:
+            points[i] = np.stack([np.interp(stations, arc, curve[:, k]) for k in range(2)], axis=1)
+    return stations, points, visible

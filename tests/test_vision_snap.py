@@ -1,0 +1,98 @@
+"""The snap in a record of points: its onset against motions whose speed is known, and the end of a branch."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stripfold.vision import snap
+
+STARTS, TOP, ENDS, STOPS = 2.0, 2.6, 2.9, 3.1
+SLOW, FAST = 0.01, 0.21
+HALF = 0.5 * (STARTS + TOP)
+SHAPE = np.random.default_rng(7).normal(size=(20, 2))
+SHAPE /= np.sqrt(np.mean(np.sum(SHAPE**2, axis=1)))
+
+
+def way(t: np.ndarray) -> np.ndarray:
+    """Integral of a speed that rises from SLOW to FAST, stays there, and falls back, all in straight lines."""
+    fine = np.linspace(0.0, 5.0, 50001)
+    rise = (fine - STARTS) / (TOP - STARTS)
+    fall = (STOPS - fine) / (STOPS - ENDS)
+    u = SLOW + (FAST - SLOW) * np.clip(np.minimum(rise, fall), 0.0, 1.0)
+    along = np.concatenate([[0.0], np.cumsum(0.5 * (u[1:] + u[:-1]) * np.diff(fine))])
+    return np.interp(t, fine, along)
+
+
+def moving(t: np.ndarray, scale: float = 1.0) -> np.ndarray:
+    """Points that move along a direction of their own each, root mean square as :func:`way`."""
+    return scale * way(t)[:, None, None] * SHAPE
+
+
+@pytest.mark.parametrize("rate", [25.0, 30.0, 60.0, 240.0])
+def test_onset_is_half_way_to_the_peak_at_any_frame_rate(rate: float):
+    t = np.arange(0.013, 4.0, 1.0 / rate)
+    found = snap.speed(t, moving(t))
+    assert found.onset == pytest.approx(HALF, abs=0.004)
+    assert found.following == pytest.approx(SLOW, rel=1e-3)
+    assert found.ratio == pytest.approx(FAST / SLOW, rel=0.01)
+    assert not found.several
+
+
+def test_onset_at_uneven_times():
+    random = np.random.default_rng(1)
+    t = np.sort(np.arange(0.0, 4.0, 1.0 / 30.0) + random.uniform(-0.012, 0.012, 120))
+    assert snap.speed(t, moving(t)).onset == pytest.approx(HALF, abs=0.006)
+
+
+def test_onset_does_not_depend_on_the_scale_or_on_parts_at_rest():
+    t = np.arange(0.0, 4.0, 1.0 / 30.0)
+    lying = np.concatenate([moving(t), np.zeros((len(t), 30, 2))], axis=1)
+    wanted = snap.speed(t, moving(t)).onset
+    assert snap.speed(t, moving(t, 7.0)).onset == pytest.approx(wanted, abs=1e-9)
+    assert snap.speed(t, lying).onset == pytest.approx(wanted, abs=1e-9)
+
+
+def test_following_alone_is_no_snap():
+    t = np.arange(0.0, 4.0, 1.0 / 30.0)
+    noise = 2e-5 * np.random.default_rng(3).normal(size=(len(t), 20, 2))
+    found = snap.speed(t, SLOW * t[:, None, None] * SHAPE + noise)
+    assert found.ratio < snap.LEAST_RATIO
+
+
+def test_two_snaps_are_told_from_one():
+    t = np.arange(0.0, 6.0, 1.0 / 30.0)
+    twice = moving(t) + moving(np.maximum(t - 1.8, 0.0))
+    assert snap.speed(t, twice).several
+    assert not snap.speed(t, moving(t)).several
+
+
+class TestStaticFit:
+    LAM = np.linspace(0.29, 0.2995, 80)
+    END = 0.3
+
+    def branch(self, noise: float = 0.0, seed: int = 0) -> np.ndarray:
+        q = 0.02 - 0.25 * np.sqrt(self.END - self.LAM) + 0.4 * (self.LAM - 0.29)
+        points = q[:, None, None] * SHAPE
+        return points + noise * np.random.default_rng(seed).normal(size=points.shape)
+
+    def test_a_square_root_is_continued_to_its_end(self):
+        found = snap.static_fit(self.LAM, self.branch())
+        assert found is not None
+        assert found.lam == pytest.approx(self.END, abs=1e-6)
+
+    def test_its_standard_deviation_is_that_of_the_error(self):
+        errors = []
+        for seed in range(60):
+            found = snap.static_fit(self.LAM, self.branch(5e-5, seed))
+            assert found is not None
+            errors.append((found.lam - self.END) / found.sd)
+        assert 0.7 < np.std(errors) < 1.4
+        assert abs(np.mean(errors)) < 0.5
+
+    def test_a_straight_branch_has_no_end_in_sight(self):
+        points = (self.LAM - 0.29)[:, None, None] * SHAPE
+        assert snap.static_fit(self.LAM, points + 1e-5 * np.random.default_rng(0).normal(size=points.shape)) is None
+
+    def test_too_few_frames_tell_nothing(self):
+        assert snap.static_fit(self.LAM[:8], self.branch()[:8]) is None
