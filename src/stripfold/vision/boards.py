@@ -30,7 +30,22 @@ WINDOW = 0.3
 
 From 0.4 on the window reaches edges of the next corner; towards 0.1 it holds too few pixels.
 """
-STOP = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_COUNT, 100, 1e-4)
+
+
+class Refinement(NamedTuple):
+    """How corners are refined: half-window in pixels, and when a corner is done: iterations, or pixels of a change."""
+
+    half_window: int
+    iterations: int = 100
+    change: float = 1e-4
+
+    def of(self, image: Picture, pixels: Array) -> Array:
+        """Corners, shape (n, 2), to a fraction of a pixel, from where they were roughly found."""
+        refined = np.asarray(pixels, dtype=np.float32).reshape(-1, 1, 2)
+        stop = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_COUNT, self.iterations, self.change)
+        # A copy: OpenCV refines in place, and the caller keeps what was found.
+        refined = cv2.cornerSubPix(image, refined.copy(), (self.half_window, self.half_window), (-1, -1), stop)
+        return np.asarray(refined, dtype=np.float64).reshape(-1, 2)
 
 
 class Corners(NamedTuple):
@@ -49,10 +64,6 @@ class Corners(NamedTuple):
     ids: np.ndarray
     object_points: Array
     pixels: Array
-
-    def but(self, pixels: Array) -> Corners:
-        """The same corners, seen elsewhere."""
-        return self._replace(pixels=np.asarray(pixels, dtype=np.float64))
 
 
 @dataclass(frozen=True)
@@ -124,7 +135,7 @@ def dictionary(name: str) -> cv2.aruco.Dictionary:
     return cv2.aruco.getPredefinedDictionary(DICTIONARIES[name])
 
 
-def detect(image: Picture, board: Board, half_window: int | None = None) -> Corners | None:
+def detect(image: Picture, board: Board, refinement: Refinement | None = None) -> Corners | None:
     """Find a board's corners in a picture, to a fraction of a pixel.
 
     Parameters
@@ -133,8 +144,8 @@ def detect(image: Picture, board: Board, half_window: int | None = None) -> Corn
         Grey, shape (height, width).
     board
         Which board.  A chessboard must be seen whole, of a ChArUco board :data:`FEWEST` corners.
-    half_window
-        Half-window of the refinement, pixels; without it the window grows with the corners' distance in the picture.
+    refinement
+        How the corners are refined; without it the window grows with the corners' distance in the picture.
 
     Returns
     -------
@@ -150,11 +161,9 @@ def detect(image: Picture, board: Board, half_window: int | None = None) -> Corn
     ids, rough = found
     # Pixel centres are at integers: a scaled picture's first pixel is not centred on the whole one's.
     rough = (rough + 0.5) * (np.array(image.shape[::-1]) / np.array(size)) - 0.5
-    if half_window is None:
-        half_window = max(2, int(board.window * spacing(rough)))
-    pixels = rough.astype(np.float32).reshape(-1, 1, 2)
-    cv2.cornerSubPix(image, pixels, (half_window, half_window), (-1, -1), STOP)
-    return Corners(ids, board.points[ids], pixels.reshape(-1, 2).astype(np.float64))
+    if refinement is None:
+        refinement = Refinement(max(2, int(board.window * spacing(rough))))
+    return Corners(ids, board.points[ids], refinement.of(image, rough))
 
 
 def spacing(pixels: Array) -> float:

@@ -15,7 +15,7 @@ from . import calibration, intrinsics_file, pictures
 from .boards import Board, Corners, detect
 from .calibration import STANDS_OUT, Intrinsics
 from .camera import Array, Camera
-from .mapping import Mapping, Similarity, homography, through
+from .mapping import Mapping, Similarity, homography, rms, through
 from .robot_grid import FEWEST, Stop, stops_in
 
 LARGEST_PLANE_RMS = 0.5
@@ -27,7 +27,9 @@ LEAST_SPREAD = 0.1
 LARGEST_SCALE = 0.03
 """By how much a metre of the robot may differ from one of the plane's board."""
 LARGEST_SIDE = 0.05
-"""By how much the marker's sides may differ from what they are said to be."""
+"""By how much the marker's sides may differ from what they are said to be, and:"""
+SIDE_PIXELS = 0.5
+"""how many pixels more, because blur makes a black square look smaller."""
 STEEPEST = np.deg2rad(45.0)
 """How far the robot's z may be from upwards in the pictures."""
 
@@ -71,10 +73,10 @@ class Calibration:
         return Mapping(camera, plane, Similarity.fit(centres, _places(self.stops) + noise))
 
 
-def _noise(rms: float, n: int, unknowns: int, random: np.random.Generator) -> Array:
-    """Shape (n, 2), as residuals with this RMS (of their length) after a fit of some unknowns tell."""
+def _noise(size: float, n: int, unknowns: int, random: np.random.Generator) -> Array:
+    """Shape (n, 2), as residuals with the RMS ``size`` (of their length) after a fit of some unknowns tell."""
     # The sum of the residuals' squares is sd^2 times a chi-square of the degrees of freedom.
-    sd = rms * np.sqrt(n / random.chisquare(2 * n - unknowns))
+    sd = size * np.sqrt(n / random.chisquare(2 * n - unknowns))
     return np.asarray(random.normal(0.0, 1.0, (n, 2)) * sd)
 
 
@@ -153,8 +155,8 @@ def assemble(
     robot, left_out = fit_robot(_centres(camera, plane, stops), stops)
     mapping = Mapping(camera, plane, robot)
     quality = quality_of(mapping, intrinsics, board, stops, side) | {"plane_rms": plane_rms}
-    quality["robot_left_out_rms"] = _rms(left_out)
-    _check(mapping, board, quality)
+    quality["robot_left_out_rms"] = rms(left_out)
+    _check(mapping, board, quality, side)
     return Calibration(mapping, intrinsics, board, tuple(stops), quality)
 
 
@@ -162,7 +164,7 @@ def fit_plane(camera: Camera, board: Corners) -> tuple[Array, float]:
     """The homography from undistorted pixels to the board's plane, m, and the RMS of what is left, pixels."""
     points = board.object_points[:, :2]
     plane = homography(camera.undistort(board.pixels), points)
-    return plane, _rms(camera.distort(through(np.linalg.inv(plane), points)) - board.pixels)
+    return plane, rms(camera.distort(through(np.linalg.inv(plane), points)) - board.pixels)
 
 
 def fit_robot(centres: Array, stops: Sequence[Stop]) -> tuple[Similarity, Array]:
@@ -223,7 +225,7 @@ def quality_of(
         "camera_from": "file" if intrinsics is None else "pictures",
         "camera_uncertainty": "taken as zero" if intrinsics is None else "from the views",
         "resolution": resolution,
-        "robot_rms": _rms(mapping.robot.apply(centres) - _places(stops)),
+        "robot_rms": rms(mapping.robot.apply(centres) - _places(stops)),
         "robot_scale": mapping.robot.scale,
         "marker_side": float(np.mean(sides)) / side,
         "stops": len(stops),
@@ -240,7 +242,7 @@ def quality_of(
     return found
 
 
-def _check(mapping: Mapping, board: Corners, quality: Table[str, Any]) -> None:
+def _check(mapping: Mapping, board: Corners, quality: Table[str, Any], side: float) -> None:
     off = quality["robot_scale"] - 1.0
     if not abs(off) <= LARGEST_SCALE:
         raise CalibrationError(
@@ -249,11 +251,12 @@ def _check(mapping: Mapping, board: Corners, quality: Table[str, Any]) -> None:
             f"within {LARGEST_SCALE:.0%} of 1 m",
             "are x and z in m, is the board's square as described, was the board held in the folding plane?",
         )
-    if not abs(quality["marker_side"] - 1.0) <= LARGEST_SIDE:
+    allowed = LARGEST_SIDE + SIDE_PIXELS * quality["resolution"] / side
+    if not abs(quality["marker_side"] - 1.0) <= allowed:
         raise CalibrationError(
             "robot grid",
             f"markers with sides {quality['marker_side']:.3g} times as long as described",
-            f"within {LARGEST_SIDE:.0%}",
+            f"within {allowed:.0%}",
             "measure the marker's black square; is it in the folding plane?",
         )
     middle = board.pixels.mean(axis=0)
@@ -281,8 +284,3 @@ def _centres(camera: Camera, plane: Array, stops: Sequence[Stop]) -> Array:
 
 def _places(stops: Sequence[Stop]) -> Array:
     return np.array([stop.place for stop in stops])
-
-
-def _rms(off: Array) -> float:
-    """Root mean square of the lengths of vectors, shape (n, 2)."""
-    return float(np.sqrt(np.mean(np.sum(off**2, axis=1))))

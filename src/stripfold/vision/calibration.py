@@ -17,8 +17,9 @@ import numpy as np
 
 from ..errors import CalibrationError
 from . import pictures
-from .boards import Board, Corners, detect
+from .boards import Board, Corners, Refinement, detect
 from .camera import Array, Camera
+from .mapping import homography, rms, through
 
 PARAMETERS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
 FEWEST_VIEWS, MOST_VIEWS = 6, 200
@@ -62,8 +63,8 @@ class Intrinsics:
     left_out_rms
         Shape (n,): RMS of the fit without each view, pixels.
     split_half
-        How far the cameras of every second view and of the others disagree, RMS over the picture, pixels; without what
-        a homography takes away, because the folding plane's picture will.
+        How far the cameras of every second view and of the others disagree where the views have corners, RMS, pixels;
+        without what a homography takes away, because the folding plane's picture will.
     inflation
         By how much the parameters vary more between the views than the covariance says; at least 1.
     """
@@ -114,7 +115,7 @@ def camera_of(values: Array, size: tuple[int, int]) -> Camera:
     return Camera(np.array([[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]]), np.array(values[4:]), size)
 
 
-def views_in(folder: Path, board: Board) -> tuple[list[View], tuple[int, int]]:
+def views_in(folder: Path, board: Board, refinement: Refinement | None = None) -> tuple[list[View], tuple[int, int]]:
     """The views of a folder that show the board, and the pictures' width and height.
 
     Raises
@@ -128,7 +129,7 @@ def views_in(folder: Path, board: Board) -> tuple[list[View], tuple[int, int]]:
     paths = pictures.listed(folder, MOST_VIEWS)
     height, width = pictures.read(paths[0]).shape
     for path in paths:
-        corners = detect(pictures.of_size(path, (width, height)), board)
+        corners = detect(pictures.of_size(path, (width, height)), board, refinement)
         if corners is not None:
             views.append(View(path.name, corners))
     return views, (width, height)
@@ -143,7 +144,7 @@ def fit(views: Sequence[View], size: tuple[int, int], start: Camera | None = Non
     distortion = np.zeros(5) if start is None else start.distortion.copy()
     stop = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_COUNT, 50, 1e-10)
     try:
-        rms, matrix, distortion, turns, shifts, *_, each = cv2.calibrateCameraExtended(
+        total, matrix, distortion, turns, shifts, *_, each = cv2.calibrateCameraExtended(
             points, seen, size, matrix, distortion, flags=flags, criteria=stop
         )
     except cv2.error as error:
@@ -152,7 +153,7 @@ def fit(views: Sequence[View], size: tuple[int, int], start: Camera | None = Non
         ) from error
     poses = np.column_stack([np.reshape(turns, (-1, 3)), np.reshape(shifts, (-1, 3))])
     camera = Camera(np.asarray(matrix), np.asarray(distortion).ravel()[:5], size)
-    return Fit(camera, poses, np.asarray(each).ravel(), float(rms))
+    return Fit(camera, poses, np.asarray(each).ravel(), float(total))
 
 
 def calibrate(views: Sequence[View], size: tuple[int, int]) -> Intrinsics:
@@ -200,6 +201,7 @@ def calibrate(views: Sequence[View], size: tuple[int, int]) -> Intrinsics:
             f"the views are too alike: {advice}",
         )
     halves = [fit(views[k::2], size, whole.camera).camera for k in (0, 1)]
+    everywhere = np.concatenate([view.corners.pixels for view in views])
     return Intrinsics(
         camera=whole.camera,
         names=tuple(view.name for view in views),
@@ -209,16 +211,16 @@ def calibrate(views: Sequence[View], size: tuple[int, int]) -> Intrinsics:
         coverage=covered,
         left_out=left_out,
         left_out_rms=np.array([other.rms for other in others]),
-        split_half=disagreement(halves[0], halves[1]),
+        split_half=disagreement(halves[0], halves[1], everywhere),
         inflation=inflation,
     )
 
 
 def _refuse_bad_views(views: Sequence[View], whole: Fit) -> None:
     typical = max(float(np.median(whole.view_rms)), FLOOR)
-    bad = [(view.name, rms) for view, rms in zip(views, whole.view_rms, strict=True) if not rms <= STANDS_OUT * typical]
+    bad = [(view.name, off) for view, off in zip(views, whole.view_rms, strict=True) if not off <= STANDS_OUT * typical]
     if bad:
-        told = ", ".join(f"{name} ({rms:.2f} px)" for name, rms in bad)
+        told = ", ".join(f"{name} ({off:.2f} px)" for name, off in bad)
         raise CalibrationError(
             told,
             f"more than {STANDS_OUT:g} times the median of {np.median(whole.view_rms):.2f} px off",
@@ -269,18 +271,14 @@ def jackknife_sd(left_out: Array) -> Array:
     return np.asarray(np.sqrt((n - 1) / n * np.sum((left_out - left_out.mean(axis=0)) ** 2, axis=0)))
 
 
-def disagreement(first: Camera, second: Camera) -> float:
-    """How far two cameras disagree over the picture, RMS, pixels, after the homography that brings them closest."""
-    width, height = first.size
-    grid = np.stack(np.meshgrid(np.linspace(0, width - 1, 24), np.linspace(0, height - 1, 18)), axis=-1).reshape(-1, 2)
-    one, other = first.undistort(grid), second.undistort(grid)
-    homography, _ = cv2.findHomography(one, other)
-    moved = cv2.perspectiveTransform(one.reshape(-1, 1, 2), homography).reshape(-1, 2)
-    return float(np.sqrt(np.mean(np.sum((moved - other) ** 2, axis=1))))
+def disagreement(first: Camera, second: Camera, pixels: Array) -> float:
+    """How far two cameras disagree at pixels, shape (n, 2): RMS, pixels, after the best homography."""
+    one, other = first.undistort(pixels), second.undistort(pixels)
+    return rms(through(homography(one, other), one) - other)
 
 
 def reprojection(camera: Camera, corners: Corners) -> float:
     """RMS of the reprojection of one view with a known camera, its pose being fitted, pixels."""
     _, turn, shift = cv2.solvePnP(corners.object_points, corners.pixels, camera.matrix, camera.distortion)
     off = camera.project(corners.object_points, turn, shift) - corners.pixels
-    return float(np.sqrt(np.mean(np.sum(off**2, axis=1))))
+    return rms(off)

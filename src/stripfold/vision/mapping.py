@@ -109,3 +109,8 @@ def homography(pixels: Array, points: Array) -> Array:
     """The homography, shape (3, 3), from undistorted pixels to points of a plane, m; both of shape (n, 2)."""
     found, _ = cv2.findHomography(pixels, points)
     return np.asarray(found)
+
+
+def rms(off: Array) -> float:
+    """Root mean square of the lengths of vectors, shape (n, 2)."""
+    return float(np.sqrt(np.mean(np.sum(off**2, axis=1))))

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from .boards import STOP, dictionary
+from .boards import Refinement, dictionary
 from .camera import Array
 from .pictures import Picture
 
@@ -70,11 +70,9 @@ def find(
     found: list[Marker] = []
     for corners, number in zip(seen, np.ravel(ids), strict=True):
         if number == identity:
-            corners = np.reshape(corners, (4, 2)).astype(np.float32)
+            corners = np.asarray(corners, dtype=np.float64).reshape(4, 2)
             shortest = float(np.linalg.norm(corners - np.roll(corners, 1, axis=0), axis=1).min())
-            window = max(2, int(WINDOW * shortest))
-            cv2.cornerSubPix(part, corners, (window, window), (-1, -1), STOP)
-            corners = corners.astype(np.float64)
+            corners = Refinement(max(2, int(WINDOW * shortest))).of(part, corners)
             found.append(Marker(crossing(corners) + corner, corners + corner, _score(part, name, identity, corners)))
     return max(found, key=lambda marker: marker.score, default=None)
 
