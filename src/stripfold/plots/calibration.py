@@ -52,7 +52,7 @@ def draw_views(ax: Axes, data: xr.Dataset) -> None:
         ms=7.0,
         label=f"published: {published:.3f} px",
     )
-    ax.axhline(TARGET, color=GREY, lw=0.8, ls="--", label="_target")
+    ax.axhline(TARGET, color=GREY, lw=0.8, ls="--", label=f"target for all views: {TARGET:g} px")
     ax.set_xticks(x, names)
     ax.grid(False, axis="x")
     ax.set(xlabel="view", ylabel="RMS error / px")

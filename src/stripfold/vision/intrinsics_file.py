@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import prod
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +30,8 @@ def _mapping(loader: _Loader, node: yaml.MappingNode) -> dict[Any, Any]:
     return loader.construct_mapping(node, deep=True)
 
 
-_Loader.add_constructor("tag:yaml.org,2002:opencv-matrix", _mapping)
+for _tag in ("opencv-matrix", "opencv-nd-matrix"):
+    _Loader.add_constructor(f"tag:yaml.org,2002:{_tag}", _mapping)
 
 
 def read(path: Path) -> Camera:
@@ -89,10 +91,12 @@ def _pixels(value: Any) -> int:
 def _matrix(entry: Any) -> Array:
     if not isinstance(entry, dict):
         raise ValueError("a matrix has rows, cols and data")
-    rows, columns, data = int(entry["rows"]), int(entry["cols"]), entry["data"]
-    if not isinstance(data, list) or not 0 < rows * columns == len(data):
+    # OpenCV 5 writes arrays of one dimension with their sizes.
+    shape = entry["sizes"] if "sizes" in entry else [entry["rows"], entry["cols"]]
+    shape, data = [int(size) for size in shape], entry["data"]
+    if not isinstance(data, list) or not 0 < prod(shape) == len(data) or min(shape) < 1:
         raise ValueError("a matrix has as many numbers as its rows and cols say")
-    values = np.array([float(value) for value in data]).reshape(rows, columns)
+    values = np.array([float(value) for value in data]).reshape(shape)
     if not np.all(np.isfinite(values)):
         raise ValueError("a number is not finite")
     return values
