@@ -15,6 +15,7 @@ import pytest
 import boards_seen as seen
 from stripfold.errors import CalibrationError, InvalidInputError
 from stripfold.vision import calibrated, calibration, markers, pictures, robot_grid
+from stripfold.vision.boards import Board
 from stripfold.vision.calibrated import Calibration
 from stripfold.vision.camera import Array, Camera
 from stripfold.vision.mapping import Mapping, Similarity
@@ -80,10 +81,11 @@ def test_predicted_spread_is_the_true_error() -> None:
     random = np.random.default_rng(5)
     pixels = seen.pixels_of(PLACES)
     normalised, spent = [], []
+    board = Board("chessboard", 6, 5, 0.035)
     for _ in range(60):
-        intrinsics = calibration.calibrate(seen.views(9, 0.15, random), seen.SIZE)
-        board, stops = seen.plane_board(0.15, random), seen.stops(0.1, 2e-4, random)
-        found = calibrated.assemble(intrinsics, board, stops, seen.SIDE)
+        intrinsics = calibration.calibrate(seen.views(9, 0.15, random, board), seen.SIZE)
+        stops = seen.stops(0.1, 2e-4, random)
+        found = calibrated.assemble(intrinsics, seen.plane_board(0.15, random), stops, seen.SIDE)
         start = time.process_time()
         draws = np.array([found.resample(random).to_robot(pixels) for _ in range(40)])
         spent.append((time.process_time() - start) / len(draws))
@@ -92,7 +94,7 @@ def test_predicted_spread_is_the_true_error() -> None:
     assert min(spent) < 2e-3
 
 
-@pytest.mark.parametrize(("corner", "slack"), [(0.4, 2e-5), (0.02, 8e-4)])
+@pytest.mark.parametrize(("corner", "slack"), [(0.4, 2e-5), (0.02, 5e-4)])
 def test_each_part_of_the_spread(corner: float, slack: float) -> None:
     """Where the plane's picture, or the robot, is nearly all of the error, the camera being exact."""
     random = np.random.default_rng(6)
@@ -158,13 +160,13 @@ def test_robot_grids_that_are_refused(change: Callable[[list[Stop]], list[Stop]]
 def test_planes_that_are_refused() -> None:
     random = np.random.default_rng(9)
     board, stops = seen.plane_board(0.05, random), seen.stops(0.05, 1e-4, random)
-    with pytest.raises(CalibrationError, match=r"wall\.png: corners 0\.\d+ px off a plane"):
+    with pytest.raises(CalibrationError, match=r"wall\.png: corners 1\.\d+ px off a plane"):
         calibrated.assemble(seen.LENS, seen.plane_board(0.8, random), stops, seen.SIDE, "wall.png")
     # Another camera's lens: the board's lines are not straight.
     with pytest.raises(CalibrationError, match="same zoom"):
         calibrated.assemble(Camera(seen.LENS.matrix, np.zeros(5), seen.SIZE), board, stops, seen.SIDE)
+    wrong = board._replace(object_points=board.object_points * 0.9)
     with pytest.raises(CalibrationError, match=r"board's square as described"):
-        wrong = board._replace(object_points=board.object_points * 0.9)
         calibrated.assemble(seen.LENS, wrong, stops, seen.SIDE)
     with pytest.raises(CalibrationError, match=r"sides 0\.75 times"):
         calibrated.assemble(seen.LENS, board, stops, seen.SIDE / 0.75)
@@ -179,11 +181,11 @@ def test_markers(name: str) -> None:
     np.testing.assert_allclose(found.centre, seen.pixels_of(place)[0], atol=0.1)
     np.testing.assert_allclose(found.corners, seen.pixels_of(seen.square(place)), atol=0.6)
     assert 0.8 < found.score <= 1.0
-    near = markers.find(image, name, 3, found.centre + [4.0, -3.0], 20.0)
+    near = markers.find(image, name, 3, found.centre + np.array([4.0, -3.0]), 20.0)
     assert near is not None
     np.testing.assert_allclose(near.centre, found.centre, atol=0.02)
     assert markers.find(image, name, 4) is None
-    assert markers.find(image, name, 3, found.centre + [100.0, 0.0], 20.0) is None
+    assert markers.find(image, name, 3, found.centre + np.array([100.0, 0.0]), 20.0) is None
     assert markers.find(image, name, 3, np.array([-500.0, 9000.0]), 20.0) is None
 
 
@@ -211,7 +213,7 @@ def test_a_rendered_calibration(filmed: tuple[Path, dict[str, Any]], tmp_path: P
     assert np.abs((found.mapping.to_robot(pixels) - PLACES) / draws.std(axis=0)).max() < 3.5
     for key in ("camera_rms", "plane_rms"):
         assert found.quality[key] < 0.2
-    assert found.quality["camera_views"] == 9
+    assert 6 <= found.quality["camera_views"] <= 9
     assert found.quality["stops"] == 9
     # The same with the camera from a file.
     storage = cv2.FileStorage(str(folder / "camera.yml"), cv2.FILE_STORAGE_WRITE)

@@ -144,6 +144,8 @@ def assemble(
     """
     intrinsics = source if isinstance(source, Intrinsics) else None
     camera = source.camera if isinstance(source, Intrinsics) else source
+    if len(stops) < FEWEST:
+        raise CalibrationError("robot grid", f"{len(stops)} stops", f"{FEWEST} stops or more, better 8 to 12")
     plane, plane_rms = fit_plane(camera, board)
     if not plane_rms <= LARGEST_PLANE_RMS:
         raise CalibrationError(
@@ -184,11 +186,9 @@ def fit_robot(centres: Array, stops: Sequence[Stop]) -> tuple[Similarity, Array]
     Raises
     ------
     CalibrationError
-        Too few stops, stops on a line, one that stands out, or stops that no similarity fits.
+        Stops on a line, one that stands out, or stops that no similarity fits.
     """
     places, n = _places(stops), len(stops)
-    if n < FEWEST:
-        raise CalibrationError("robot grid", f"{n} stops", f"{FEWEST} stops or more, better 8 to 12")
     for found in (places, centres):
         along, across = np.linalg.svd(found - found.mean(axis=0), compute_uv=False)
         if not across > LEAST_SPREAD * along:
