@@ -172,8 +172,10 @@ def spacing(pixels: Array) -> float:
 
 
 def _chessboard(image: Picture, board: Board) -> tuple[np.ndarray, Array] | None:
+    # The fast check first: without it a picture of noise takes eight times as long.
+    flags = cv2.CALIB_CB_ADAPTIVE_THRESH | cv2.CALIB_CB_NORMALIZE_IMAGE | cv2.CALIB_CB_FAST_CHECK
     # findChessboardCornersSB finds as many boards, in 20 times the time, with 2.5 times the error on rendered boards.
-    found, corners = cv2.findChessboardCorners(image, (board.columns, board.rows))
+    found, corners = cv2.findChessboardCorners(image, (board.columns, board.rows), flags=flags)
     if not found:
         return None
     return np.arange(board.columns * board.rows), np.asarray(corners, dtype=np.float64).reshape(-1, 2)

@@ -9,6 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import Delaunay
 
 from ..errors import CalibrationError
 from . import calibration, intrinsics_file, pictures
@@ -18,7 +20,7 @@ from .camera import Array, Camera
 from .mapping import Mapping, Similarity, homography, rms, through
 from .robot_grid import FEWEST, Stop, stops_in
 
-LARGEST_PLANE_RMS = 0.5
+LARGEST_PLANE_RMS = 0.35
 """Pixels: residual of the homography of the plane's picture."""
 LARGEST_STOP = 0.002
 """Metres: how far a stop may be from where the others put it."""
@@ -57,6 +59,11 @@ class Calibration:
     board: Corners
     stops: tuple[Stop, ...]
     quality: dict[str, Any]
+
+    def covers(self, pixels: Array) -> NDArray[np.bool_]:
+        """Which pixels, shape (n, 2), lie among the board's corners and the stops: others are extrapolated."""
+        known = np.concatenate([self.board.pixels, *(stop.corners for stop in self.stops)])
+        return np.asarray(Delaunay(known).find_simplex(np.reshape(pixels, (-1, 2))) >= 0)
 
     def resample(self, random: np.random.Generator) -> Mapping:
         """A mapping from the calibration's uncertainty.

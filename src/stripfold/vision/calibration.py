@@ -22,7 +22,7 @@ from .camera import Array, Camera
 from .mapping import homography, rms, through
 
 PARAMETERS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
-FEWEST_VIEWS, MOST_VIEWS = 6, 200
+FEWEST_VIEWS, MOST_VIEWS = 6, 100
 STANDS_OUT = 3.0
 """A view whose RMS is more than this many times the median is refused."""
 FLOOR = 0.05
