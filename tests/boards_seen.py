@@ -159,12 +159,25 @@ def marker_picture(name: str, identity: int, place: Array, random: np.random.Gen
     return render(paper, per_metre, PLANE_TURN, shift, random)
 
 
+def write_intrinsics(path: Path, **changes: object) -> Path:
+    """The camera in a file that OpenCV writes, with other entries, or without those that are None."""
+    entries: dict[str, object] = {"image_width": SIZE[0], "image_height": SIZE[1]}
+    entries |= {"camera_matrix": LENS.matrix, "distortion_coefficients": LENS.distortion}
+    storage = cv2.FileStorage(str(path), cv2.FILE_STORAGE_WRITE)
+    for key, value in (entries | changes).items():
+        if value is not None:
+            storage.write(key, value)
+    storage.release()
+    return path
+
+
 def write_folder(folder: Path, random: np.random.Generator) -> dict:
     """A recording's calibration, rendered; returns what its recording.yaml says of it."""
     for part in ("camera", "grid"):
         (folder / part).mkdir()
     for i, pose in enumerate(poses(9, random, CHESS.points.mean(axis=0))):
         cv2.imwrite(str(folder / "camera" / f"{i}.png"), board_picture(CHESS, *pose, random))
+    write_intrinsics(folder / "camera.yml")
     held = Board("charuco", 7, 5, 0.05, 0.037, "5x5_100")
     shift = PLANE_SHIFT + cv2.Rodrigues(PLANE_TURN)[0] @ [0.12, 0.08, 0.0]
     cv2.imwrite(str(folder / "plane.png"), board_picture(held, PLANE_TURN, shift, random))

@@ -21,8 +21,8 @@ DICTIONARIES = {
     "apriltag_36h11": cv2.aruco.DICT_APRILTAG_36h11,
 }
 CHESSBOARD, CHARUCO = "chessboard", "charuco"
-FEWEST = 6
-"""Corners that a picture of a ChArUco board must show: with fewer its pose is hardly known."""
+FEWEST = 8
+"""Corners that a picture of a ChArUco board must show, two or more off each line: fewer hardly tell its pose."""
 SEARCH = 1600
 """Longest side of the picture in which corners are sought, pixels: larger ones are searched smaller, refined whole."""
 WINDOW = 0.3
@@ -190,6 +190,5 @@ def _charuco(image: Picture, board: Board) -> tuple[np.ndarray, Array] | None:
         return None
     # Flat: OpenCV 4 and 5 give different shapes.
     ids, corners = np.asarray(ids).ravel(), np.asarray(corners, dtype=np.float64).reshape(-1, 2)
-    columns = np.unique(ids % (board.columns - 1))
-    rows = np.unique(ids // (board.columns - 1))
-    return (ids, corners) if len(columns) > 1 and len(rows) > 1 else None
+    most = max(np.bincount(line).max() for line in (ids % (board.columns - 1), ids // (board.columns - 1)))
+    return (ids, corners) if len(ids) - most >= 2 else None

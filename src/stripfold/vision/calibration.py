@@ -34,6 +34,8 @@ LEAST_COVERAGE = 0.3
 LARGEST_FOCAL_SD = 0.01
 """Standard deviation of the focal length, as a share of it: above, the views are too alike."""
 
+ADVICE = "show the board tilted, near and far, and in every part of the picture"
+
 
 class View(NamedTuple):
     """A picture of a board: its file's name and the corners in it."""
@@ -172,7 +174,6 @@ def calibrate(views: Sequence[View], size: tuple[int, int]) -> Intrinsics:
         Too few views, views that leave too much of the picture empty, a view that stands out, too large residuals, or
         views too alike to know the focal length.
     """
-    advice = "show the board tilted, near and far, and in every part of the picture"
     if len(views) < FEWEST_VIEWS:
         raise CalibrationError(
             "calibration pictures",
@@ -183,22 +184,20 @@ def calibrate(views: Sequence[View], size: tuple[int, int]) -> Intrinsics:
     covered = coverage(views, size)
     if covered < LEAST_COVERAGE:
         raise CalibrationError(
-            "calibration pictures", f"boards in {covered:.0%} of the picture", f"{LEAST_COVERAGE:.0%} or more", advice
+            "calibration pictures", f"boards in {covered:.0%} of the picture", f"{LEAST_COVERAGE:.0%} or more", ADVICE
         )
     whole = fit(views, size)
     _refuse_bad_views(views, whole)
     others = [fit([*views[:i], *views[i + 1 :]], size, whole.camera) for i in range(len(views))]
     left_out = np.array([parameters(other.camera) for other in others])
-    spread = covariance(views, whole)
-    sd = np.sqrt(np.diag(spread))
-    inflation = max(1.0, float(np.sqrt(np.mean((jackknife_sd(left_out) / sd) ** 2))))
+    spread, sd, inflation = _spread(views, whole, left_out)
     focal_sd = inflation * sd[:2].max() / whole.camera.matrix[0, 0]
     if not focal_sd < LARGEST_FOCAL_SD:
         raise CalibrationError(
             "calibration pictures",
             f"a focal length known to {focal_sd:.1%}",
             f"{LARGEST_FOCAL_SD:.0%} or better",
-            f"the views are too alike: {advice}",
+            f"the views are too alike: {ADVICE}",
         )
     halves = [fit(views[k::2], size, whole.camera).camera for k in (0, 1)]
     everywhere = np.concatenate([view.corners.pixels for view in views])
@@ -214,6 +213,21 @@ def calibrate(views: Sequence[View], size: tuple[int, int]) -> Intrinsics:
         split_half=disagreement(halves[0], halves[1], everywhere),
         inflation=inflation,
     )
+
+
+def _spread(views: Sequence[View], whole: Fit, left_out: Array) -> tuple[Array, Array, float]:
+    """Covariance and standard deviations of :data:`PARAMETERS`, and by how much the views' differences exceed them."""
+    try:
+        with np.errstate(invalid="raise", divide="raise"):
+            spread = covariance(views, whole)
+            sd = np.sqrt(np.diag(spread))
+            np.linalg.cholesky(spread / np.outer(sd, sd))
+            ratios = jackknife_sd(left_out) / sd
+    except (np.linalg.LinAlgError, FloatingPointError):
+        ratios = np.array([np.nan])
+    if not np.all(np.isfinite(ratios)):
+        raise CalibrationError("calibration pictures", "views that no one camera fits", "views that differ", ADVICE)
+    return spread, sd, max(1.0, float(np.sqrt(np.mean(ratios**2))))
 
 
 def _refuse_bad_views(views: Sequence[View], whole: Fit) -> None:

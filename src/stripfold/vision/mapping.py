@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from ..errors import CalibrationError
 from .camera import Array, Camera
 
 
@@ -106,8 +107,16 @@ def through(homography: NDArray[np.floating[Any]], points: Array) -> Array:
 
 
 def homography(pixels: Array, points: Array) -> Array:
-    """The homography, shape (3, 3), from undistorted pixels to points of a plane, m; both of shape (n, 2)."""
+    """The homography, shape (3, 3), from undistorted pixels to points of a plane, m; both of shape (n, 2).
+
+    Raises
+    ------
+    CalibrationError
+        Points on a line, or that no homography fits.
+    """
     found, _ = cv2.findHomography(pixels, points)
+    if found is None:
+        raise CalibrationError("board", "corners that no plane fits", "corners spread over the board")
     return np.asarray(found)
 
 
