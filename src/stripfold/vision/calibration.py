@@ -31,7 +31,7 @@ LARGEST_RMS = 0.5
 """Pixels."""
 LEAST_COVERAGE = 0.3
 """Share of the picture's area that the boards must have been in, all views together."""
-LARGEST_FOCAL_SD = 0.01
+LARGEST_FOCAL_SD = 0.02
 """Standard deviation of the focal length, as a share of it: above, the views are too alike."""
 
 ADVICE = "show the board tilted, near and far, and in every part of the picture"
