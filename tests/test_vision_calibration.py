@@ -280,6 +280,14 @@ def test_hostile_intrinsics(tmp_path: Path, content: bytes) -> None:
         intrinsics_file.read(tmp_path / "camera.yml")
 
 
+@pytest.mark.parametrize("value", [".nan", ".inf", "-.inf"])
+def test_intrinsics_that_are_not_finite(tmp_path: Path, value: str) -> None:
+    path = seen.write_intrinsics(tmp_path / "camera.yml")
+    path.write_text(path.read_text().replace("-2.1000000000000000e-01", value).replace("-0.21", value))
+    with pytest.raises(InvalidInputError, match="not finite"):
+        intrinsics_file.read(path)
+
+
 def test_no_intrinsics(tmp_path: Path) -> None:
     with pytest.raises(InvalidInputError, match="existing file"):
         intrinsics_file.read(tmp_path)
