@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import struct
 import zlib
 from pathlib import Path
@@ -283,7 +284,7 @@ def test_hostile_intrinsics(tmp_path: Path, content: bytes) -> None:
 @pytest.mark.parametrize("value", [".nan", ".inf", "-.inf"])
 def test_intrinsics_that_are_not_finite(tmp_path: Path, value: str) -> None:
     path = seen.write_intrinsics(tmp_path / "camera.yml")
-    path.write_text(path.read_text().replace("-2.1000000000000000e-01", value).replace("-0.21", value))
+    path.write_text(re.sub(r"-2\.\d+e-01|-0\.2\d*", value, path.read_text(), count=1))
     with pytest.raises(InvalidInputError, match="not finite"):
         intrinsics_file.read(path)
 
