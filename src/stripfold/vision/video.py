@@ -19,7 +19,6 @@ from .decoder import Decoder, Image
 from .decoding import MOST_FRAMES
 from .tables import ascending, table
 
-
 _BLACK: Any = 16
 """Black where the range of greys is limited: it goes to 235 then."""
 
