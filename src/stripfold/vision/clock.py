@@ -131,7 +131,7 @@ def synchronise(time: Array, x: Array, sd: float, log: RobotLog, mapping_sd: flo
             f"{LEAST_CORRELATION}",
             _ADVICE,
         )
-    noise = max(sd, float(np.std(left)))
+    noise = max(sd, float(np.std(left)) * _shared(left))
     rate = _rate(time[inside] + offset, log)
     return Clock(
         offset,
@@ -142,6 +142,18 @@ def synchronise(time: Array, x: Array, sd: float, log: RobotLog, mapping_sd: flo
         correlation,
         float(np.sqrt(np.mean((left - shift) ** 2))),
     )
+
+
+def _shared(left: Array) -> float:
+    """By how much the scatter of a mean of ``left`` exceeds that of independent values of the same scatter."""
+    centred = left - left.mean()
+    power, total = float(centred @ centred), 1.0
+    for lag in range(1, len(left) // 4):
+        share = float(centred[lag:] @ centred[:-lag]) / power if power > 0.0 else 0.0
+        if share < 2.0 / np.sqrt(len(left)):
+            break
+        total += 2.0 * share
+    return float(np.sqrt(total))
 
 
 def _left(time: Array, x: Array, log: RobotLog, offsets: Array) -> tuple[Array, Array]:
@@ -161,7 +173,7 @@ def _cost(time: Array, x: Array, sd: float, log: RobotLog, mapping_sd: float, of
     left, inside = _left(time, x, log, offsets)
     count = inside.sum(axis=1)
     total = np.where(inside, left, 0.0).sum(axis=1)
-    squares = np.where(inside, left**2, 0.0).sum(axis=1) - total**2 / (count + (sd / mapping_sd) ** 2)
+    squares = np.where(inside, left**2, 0.0).sum(axis=1) - total**2 / (np.maximum(count, 1) + (sd / mapping_sd) ** 2)
     shared = LEAST_OVERLAP * min(1.0, np.ptp(log.time) / np.ptp(time)) * len(time)
     return np.where(count >= max(shared, 5.0), squares / np.maximum(count, 1), np.inf)
 

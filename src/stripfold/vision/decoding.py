@@ -68,19 +68,24 @@ def messages(mode: str, path: Path) -> Iterator[tuple[dict[str, Any], bytes]]:
                 return
             torn = False
             for packet in container.demux(stream):
+                fault, frames = packet.is_corrupt, []
                 try:
-                    frames = packet.decode()
+                    with av.logging.Capture() as complaints:
+                        frames = packet.decode()
+                    # Some decoders patch up what they cannot read, and only say so.
+                    fault = fault or bool(complaints)
                 except (av.error.InvalidDataError, av.error.PatchWelcomeError, av.error.ArgumentError) as error:
-                    errors, torn, frames = errors + 1, True, []
+                    errors, fault = errors + 1, True
                     if errors > MOST_ERRORS:
                         raise Refusal(f"more than {MOST_ERRORS} packets do not decode: {error}") from error
+                # What follows a fault is built on what was there before it, up to the next whole picture.
+                torn = torn or fault
                 for frame in frames:
                     count += 1
                     if count > MOST_FRAMES:
                         raise Refusal(f"more than {MOST_FRAMES} frames", "cut it into shorter recordings")
-                    # What follows a gap is built on what was there before it, up to the next whole picture.
-                    torn = torn and not frame.key_frame
-                    yield _frame(frame, torn or frame.is_corrupt)
+                    torn = frame.is_corrupt or fault or (torn and not frame.key_frame)
+                    yield _frame(frame, torn)
     yield {"kind": "end", "errors": errors}, b""
 
 
@@ -106,7 +111,8 @@ def _stream(container: av.container.InputContainer) -> VideoStream:
         size = f"{context.width} x {context.height} pixels" if context.width else "no size of its pictures"
         raise Refusal(f"its header declares {size}", f"at most {MOST_PIXELS} pixels can be read")
     # Before the decoder opens: no larger picture gets memory, whatever later frames declare.
-    context.options = {"max_pixels": str(MOST_PIXELS)}
+    # Faults are looked for: where there is a check sum, by it.
+    context.options = {"max_pixels": str(MOST_PIXELS), "err_detect": "crccheck+bitstream+buffer"}
     context.thread_count = 1
     return stream
 
@@ -141,7 +147,7 @@ def _frame(frame: VideoFrame, damaged: bool) -> tuple[dict[str, Any], bytes]:
         "time": float(frame.pts * frame.time_base) if frame.pts is not None and frame.time_base else None,
         "size": [frame.width, frame.height],
         "limited": limited,
-        "damaged": bool(damaged),
+        "damaged": damaged,
         "interlaced": bool(frame.interlaced_frame),
         "turn": int(frame.rotation),
     }
@@ -150,6 +156,7 @@ def _frame(frame: VideoFrame, damaged: bool) -> tuple[dict[str, Any], bytes]:
 
 def main(mode: str, path: str) -> None:
     """Tell everything about ``path`` on the standard output; what goes wrong is told too."""
+    av.logging.set_level(av.logging.ERROR)
     resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY, MOST_MEMORY))
     resource.setrlimit(resource.RLIMIT_CPU, (MOST_SECONDS, MOST_SECONDS + 5))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))

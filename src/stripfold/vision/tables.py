@@ -57,7 +57,7 @@ def table(key: str, path: Path, header: str, rows: tuple[int, int]) -> Array:
         values = np.empty((len(lines) - 1, len(columns)))
         for number, row in enumerate(csv.reader(lines[1:]), start=1):
             try:
-                values[number - 1] = [float(entry) for entry in row]
+                values[number - 1] = np.array([float(entry) for entry in row]).reshape(len(columns))
             except ValueError as error:
                 raise InvalidInputError(key, ",".join(row)[:80], allowed, f"row {number} of {path.name}") from error
     except (OSError, UnicodeDecodeError, csv.Error) as error:
