@@ -79,7 +79,7 @@ def test_nothing_where_there_is_no_marker() -> None:
 
 
 def way(t: NDArray[np.float64]) -> NDArray[np.float64]:
-    """A gripper that starts at 0.3 s, advances at 90 px/s, stops at 1.0 s, and shakes a little upwards and downwards."""
+    """A gripper that starts at 0.3 s, advances at 90 px/s, stops at 1.0 s, and shakes a little up and down."""
     return np.column_stack([70.0 + 90.0 * np.clip(t - 0.3, 0.0, 0.7), 100.0 + 2.0 * np.sin(3.0 * t)])
 
 
@@ -121,7 +121,7 @@ def test_a_shadow_over_half_of_it(film: list[Image]) -> None:
 def test_a_finger_over_a_corner(film: list[Image]) -> None:
     covered = [image.copy() for image in film]
     for image, place in zip(covered[1:], way(TIMES)[1:], strict=True):
-        cv2.circle(image, tuple(np.rint(place + [20.0, -20.0]).astype(int).tolist()), 11, 130, -1)
+        cv2.circle(image, tuple(np.rint(place + np.array([20.0, -20.0])).astype(int).tolist()), 11, 130, -1)
     track = follow(covered)
     assert np.all(track.tracked)
     assert np.abs(track.centre - way(TIMES)).max() < 0.1
@@ -154,7 +154,7 @@ def test_lost(film: list[Image]) -> None:
     assert "film.mp4" in str(caught.value)
     with pytest.raises(TrackingError, match=r"lost from 0\.300 to 0\.\d+ s"):
         follow([*film[:10], *[PLAIN] * 30])
-    with pytest.raises(TrackingError, match="2[0-9]% of 40 frames"):
+    with pytest.raises(TrackingError, match=r"2[0-9]% of 40 frames"):
         follow([PLAIN if k % 4 == 3 else image for k, image in enumerate(film)])
 
 

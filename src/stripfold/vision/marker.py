@@ -27,7 +27,7 @@ CORNERS = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
 """The marker's corners in its own frame, in sides, in OpenCV's order."""
 _MARGIN = 0.5
 """How much of the white around the marker is fitted too, cells."""
-_SAMPLES = (20, 32)
+_SAMPLES = (24, 32)
 """Fewest and most points of the fit along a side: about one per pixel between."""
 _SMOOTHED = 0.7
 """How much the picture is smoothed first, pixels and distances of the points: interpolating changes little then."""
@@ -35,7 +35,7 @@ _ITERATIONS = 12
 _CONVERGED = 3e-3
 """Movement of the centre that ends the iteration, pixels."""
 _TUKEY = 4.685
-_NOISE = 0.03
+_NOISE = 0.015
 """Least scale of the residuals, as a share of the contrast: edges are never blurred quite as the model says."""
 _KERNEL = np.clip(1.5 - np.abs(np.arange(-5, 6)) / 4.0, 0.0, 1.0)
 """How far residuals count as correlated, by their distance in samples."""
@@ -222,10 +222,13 @@ def _corner_steps(pattern: Array) -> Array:
 
 
 def _fields(count: int) -> Array:
-    """Nine smooth fields that sum to 1, shape (n*n, 9): hats on a grid of three by three."""
-    nodes = np.linspace(0.0, count - 1.0, 3)
+    """Sixteen smooth fields that sum to 1, shape (n*n, 16): hats on a grid of four by four.
+
+    The edge of a shadow over the marker moves the centre by a quarter of a pixel with a grid of three by three.
+    """
+    nodes = np.linspace(0.0, count - 1.0, 4)
     hats = np.clip(1.0 - np.abs(np.arange(count)[:, None] - nodes) / nodes[1], 0.0, None)
-    return np.asarray(np.einsum("ia,jb->ijab", hats, hats).reshape(count * count, 9))
+    return np.asarray(np.einsum("ia,jb->ijab", hats, hats).reshape(count * count, 16))
 
 
 def _smoothed(image: Image, start: Fit, width: float) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
