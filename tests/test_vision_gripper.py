@@ -43,7 +43,7 @@ def test_centre_and_corners(dictionary: str, number: int, side: float, motion: f
     if not perspective:
         turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
         square = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]]) * side
-        np.testing.assert_allclose(fit.corners, centre + square @ turn.T, atol=0.06)
+        np.testing.assert_allclose(fit.corners, centre + square @ turn.T, atol=0.12)
         assert fit.side == pytest.approx(side, abs=0.05)
 
 
@@ -121,10 +121,10 @@ def test_a_shadow_over_half_of_it(film: list[Image]) -> None:
 def test_a_finger_over_a_corner(film: list[Image]) -> None:
     covered = [image.copy() for image in film]
     for image, place in zip(covered[1:], way(TIMES)[1:], strict=True):
-        cv2.circle(image, tuple(np.rint(place + np.array([20.0, -20.0])).astype(int).tolist()), 11, 130, -1)
+        cv2.circle(image, tuple(np.rint(place + np.array([20.0, -20.0])).astype(int).tolist()), 11, 200, -1)
     track = follow(covered)
     assert np.all(track.tracked)
-    assert np.abs(track.centre - way(TIMES)).max() < 0.1
+    assert np.abs(track.centre - way(TIMES)).max() < 0.04
 
 
 def test_out_of_sight_for_a_while(film: list[Image]) -> None:
@@ -140,12 +140,14 @@ def test_out_of_sight_for_a_while(film: list[Image]) -> None:
 
 
 def test_a_jump(film: list[Image]) -> None:
-    """Sixteen frames missing: the marker is farther on than the fit alone would find it."""
+    """Six frames missing, in a large picture: the marker is farther on than the fit alone would find it."""
     tracker = gripper.GripperTracker("4x4_50", 7)
-    for k in (*range(9), *range(25, 40)):
-        grip = tracker(Frame(k, TIMES[k], film[k]))
-        assert grip.tracked or k == 25
-    np.testing.assert_allclose(grip.centre, way(TIMES)[39], atol=0.03)
+    border = np.array([400, 500])
+    for k in (*range(10), *range(16, 40)):
+        image = np.pad(film[k], ((border[1], 0), (border[0], 0)), constant_values=90)
+        grip = tracker(Frame(k, TIMES[k], image))
+        assert grip.tracked
+        np.testing.assert_allclose(grip.centre, way(TIMES)[k] + border, atol=0.03)
 
 
 def test_lost(film: list[Image]) -> None:
