@@ -78,6 +78,23 @@ def test_nothing_where_there_is_no_marker() -> None:
     assert fit is None or fit.score < gripper.LEAST_SCORE
 
 
+def test_a_score_tells_the_marker_from_other_things() -> None:
+    """Fits that begin a side away, on a ground with a texture, do not pass for the marker."""
+    rng, marker = np.random.default_rng(8), Marker("4x4_50", 7)
+    base = marker_picture(A4, 7, (100.0, 95.0), 40.0)
+    texture = cv2.GaussianBlur(rng.normal(0.0, 1.0, base.shape), (0, 0), 3.0)
+    image = exposed(np.where(np.abs(base - 90.0) < 2.0, base + 30.0 * texture / texture.std(), base), 3.0, rng)
+    found = marker.find(exposed(base, 1.0, rng))
+    assert found is not None
+    fit = marker.fit(image, found)
+    assert fit is not None
+    assert fit.score > 0.95
+    for turn in np.linspace(0.0, 2.0 * np.pi, 24):
+        for distance in (20.0, 30.0, 45.0):
+            other = marker.fit(image, found.moved(distance * np.array([np.cos(turn), np.sin(turn)])))
+            assert other is None or other.score < gripper.LEAST_SCORE
+
+
 def way(t: NDArray[np.float64]) -> NDArray[np.float64]:
     """A gripper that starts at 0.3 s, advances at 90 px/s, stops at 1.0 s, and shakes a little up and down."""
     return np.column_stack([70.0 + 90.0 * np.clip(t - 0.3, 0.0, 0.7), 100.0 + 2.0 * np.sin(3.0 * t)])

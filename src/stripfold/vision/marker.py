@@ -60,7 +60,7 @@ class Fit:
     sd
         Shape (2,): standard deviation of the centre, pixels.
     score
-        Share of the picture that the marker explains: 1 is all.
+        Correlation of the picture with the marker's pattern, 0 to 1.
     """
 
     homography: Array
@@ -169,7 +169,7 @@ class Marker:
                 break
         assert gain is not None
         assert weights is not None
-        return self._judged(homography, blur, design, normal, residual, weights, gain, value, count)
+        return self._judged(homography, blur, design, normal, residual, weights, gain, value, greys, count)
 
     def _judged(
         self,
@@ -181,6 +181,7 @@ class Marker:
         weights: Array,
         gain: Array,
         value: Array,
+        greys: Array,
         count: int,
     ) -> Fit | None:
         if weights.sum() < 2 * design.shape[1] or np.median(gain) <= 0.0:
@@ -195,8 +196,8 @@ class Marker:
             field = np.ascontiguousarray(shares[:, k].reshape(count, count))
             around = cv2.sepFilter2D(field, -1, _KERNEL, _KERNEL, borderType=cv2.BORDER_CONSTANT)
             variance[k] = freedom * max(float(np.sum(field * around)), float(np.sum(field**2)))
-        signal = float(weights @ (gain * (value - np.average(value, weights=weights))) ** 2)
-        score = signal / (signal + float(weights @ residual**2)) * min(1.0, float(weights.mean()) / 0.9)
+        # Of all the greys, also those that the weights leave out: a fit to something else leaves out most of it.
+        score = max(float(np.corrcoef(value, greys)[0, 1]), 0.0) if np.ptp(greys) > 0.0 else 0.0
         return Fit(homography, (float(blur[0]), float(blur[1])), np.sqrt(variance), score)
 
     def _pattern(self, axis: Array, blur: Array) -> tuple[Array, Array, Array, Array, Array]:
