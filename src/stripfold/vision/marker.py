@@ -1,0 +1,268 @@
+"""A square marker in a picture, to a small part of a pixel: its known pattern is fitted to the greys.
+
+The model of a picture is the pattern, blurred, under a homography, times a gain and plus an offset that vary smoothly
+over the marker (lighting, shadows).  Blurred with a Gaussian, the pattern of square cells and its derivatives are
+known in closed form.  The fit is Gauss-Newton's with Tukey's weights, which leave out what covers the marker.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtr
+
+from .camera import Array
+from .decoder import Image
+
+DICTIONARIES = {
+    "4x4_50": cv2.aruco.DICT_4X4_50,
+    "5x5_100": cv2.aruco.DICT_5X5_100,
+    "6x6_250": cv2.aruco.DICT_6X6_250,
+    "apriltag_36h11": cv2.aruco.DICT_APRILTAG_36H11,
+}
+CORNERS = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
+"""The marker's corners in its own frame, in sides, in OpenCV's order."""
+_MARGIN = 0.5
+"""How much of the white around the marker is fitted too, cells."""
+_SAMPLES = (24, 32)
+"""Fewest and most points of the fit along a side: about one per pixel between."""
+_SMOOTHED = 0.7
+"""How much the picture is smoothed first, pixels and distances of the points: interpolating changes little then."""
+_ITERATIONS = 12
+_CONVERGED = 3e-3
+"""Movement of the centre that ends the iteration, pixels."""
+_TUKEY = 4.685
+_NOISE = 0.015
+"""Least scale of the residuals, as a share of the contrast: edges are never blurred quite as the model says."""
+_KERNEL = np.clip(1.5 - np.abs(np.arange(-5, 6)) / 4.0, 0.0, 1.0)
+"""How far residuals count as correlated, by their distance in samples."""
+_SHARED = 7.0
+"""Samples that share one value of the noise, after smoothing and interpolating."""
+_START_BLUR = 0.8
+"""Blur to begin with, pixels."""
+_LEAST_BLUR, _MOST_BLUR = 0.3, 1.0
+"""Least blur, pixels; most, cells."""
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A marker as it was found.
+
+    Attributes
+    ----------
+    homography
+        Shape (3, 3): from the marker's own frame, in sides, to pixels; its last entry is 1.
+    blur
+        Of the picture along the marker's two axes, sides.
+    sd
+        Shape (2,): standard deviation of the centre, pixels.
+    score
+        Correlation of the picture with the marker's pattern, 0 to 1.
+    """
+
+    homography: Array
+    blur: tuple[float, float]
+    sd: Array
+    score: float
+
+    @property
+    def centre(self) -> Array:
+        """Shape (2,), pixels."""
+        return self.homography[:2, 2]
+
+    @property
+    def corners(self) -> Array:
+        """Shape (4, 2), pixels, in OpenCV's order."""
+        return _mapped(self.homography, CORNERS)[0]
+
+    @property
+    def side(self) -> float:
+        """Length of a side in the picture, pixels."""
+        return float(np.sqrt(cv2.contourArea(self.corners.astype(np.float32))))
+
+    def moved(self, shift: Array) -> Fit:
+        """The same marker elsewhere; ``shift`` has shape (2,), pixels."""
+        move = np.eye(3)
+        move[:2, 2] = shift
+        return Fit(move @ self.homography, self.blur, self.sd, self.score)
+
+
+class Marker:
+    """One marker of a dictionary.
+
+    Parameters
+    ----------
+    dictionary
+        A name in :data:`DICTIONARIES`.
+    number
+        Which marker of it.
+    """
+
+    def __init__(self, dictionary: str, number: int) -> None:
+        known = cv2.aruco.getPredefinedDictionary(DICTIONARIES[dictionary])
+        self._number = number
+        parameters = cv2.aruco.DetectorParameters()
+        parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
+        self._detector = cv2.aruco.ArucoDetector(known, parameters)
+        self.cells = int(known.markerSize) + 2
+        pattern = np.asarray(cv2.aruco.generateImageMarker(known, number, self.cells), dtype=np.float64) / 255.0
+        self._steps = _corner_steps(pattern)
+
+    def find(self, image: Image) -> Fit | None:
+        """The marker anywhere in a picture, to about half a pixel, or None."""
+        quads, numbers, _ = self._detector.detectMarkers(image)
+        for quad, number in zip(quads, np.reshape(numbers, -1) if numbers is not None else (), strict=True):
+            if int(number) == self._number:
+                seen = np.asarray(quad, dtype=np.float32).reshape(4, 2)
+                homography = cv2.getPerspectiveTransform(CORNERS.astype(np.float32), seen).astype(np.float64)
+                fit = Fit(homography / homography[2, 2], (0.0, 0.0), np.full(2, 1.0), 0.0)
+                return Fit(fit.homography, (_START_BLUR / fit.side,) * 2, fit.sd, 0.0)
+        return None
+
+    def fit(self, image: Image, start: Fit) -> Fit | None:
+        """The marker near ``start``, to a small part of a pixel, or None where there is none."""
+        count = int(np.clip(round(start.side * (1.0 + 2.0 * _MARGIN / self.cells)), *_SAMPLES))
+        reach = 0.5 + _MARGIN / self.cells
+        axis = np.linspace(-reach, reach, count)
+        fields = _fields(count)
+        points = np.stack(np.meshgrid(axis, axis), axis=-1).reshape(-1, 2)
+        homography, blur = start.homography, np.array(start.blur)
+        part, corner = _smoothed(image, start, _SMOOTHED * max(1.0, start.side / count))
+        least, most = _LEAST_BLUR / start.side, _MOST_BLUR / self.cells
+        gain = weights = None
+        farthest = 1.5 * start.side / self.cells
+        for _ in range(_ITERATIONS):
+            places, jacobian, rates = _mapped_with_rates(homography, points)
+            greys, inside = _greys(part, places - corner, count)
+            value, along_u, along_v, wide_u, wide_v = self._pattern(axis, blur)
+            if gain is None:
+                gain = np.polyfit(value, greys, 1)[0] * np.ones(len(points))
+            slopes = gain[:, None] * np.stack([along_u, along_v], axis=1)
+            # Slopes in pixels: those in the marker's frame by the inverse of the mapping's Jacobian.
+            (a, b), (c, d) = np.moveaxis(jacobian, 0, -1)
+            slopes = np.stack([d * slopes[:, 0] - c * slopes[:, 1], a * slopes[:, 1] - b * slopes[:, 0]], axis=1)
+            slopes /= (a * d - b * c)[:, None]
+            moves = slopes[:, :1] * rates[:, 0] + slopes[:, 1:] * rates[:, 1]
+            design = np.hstack(
+                [-moves, (gain * wide_u)[:, None], (gain * wide_v)[:, None], fields, fields * value[:, None]]
+            )
+            weights = inside if weights is None else weights
+            weighted = design.T * weights
+            normal = weighted @ design
+            # A ridge: where the pattern is of one colour, its gain and its offset cannot be told apart.
+            scale = np.diag(normal).copy()
+            normal[np.diag_indices_from(normal)] += 1e-6 * scale + 1e-12
+            solution = np.linalg.solve(normal, weighted @ greys)
+            residual = greys - design @ solution
+            spread = max(1.4826 * float(np.median(np.abs(residual))), _NOISE * float(np.median(np.abs(gain))), 1e-3)
+            weights = inside * np.clip(1.0 - (residual / (_TUKEY * spread)) ** 2, 0.0, None) ** 2
+            gain = fields @ solution[10 + fields.shape[1] :]
+            change = np.append(solution[:8], 0.0).reshape(3, 3)
+            homography = homography + change
+            blur = np.clip(blur + solution[8:10], np.maximum(least, blur / 1.5), np.minimum(most, blur * 1.5))
+            if np.linalg.norm(homography[:2, 2] - start.centre) > farthest or not np.all(np.isfinite(homography)):
+                return None
+            if np.linalg.norm(change[:2, 2]) < _CONVERGED:
+                break
+        assert gain is not None
+        assert weights is not None
+        return self._judged(homography, blur, design, normal, residual, weights, gain, value, greys, count)
+
+    def _judged(
+        self,
+        homography: Array,
+        blur: Array,
+        design: Array,
+        normal: Array,
+        residual: Array,
+        weights: Array,
+        gain: Array,
+        value: Array,
+        greys: Array,
+        count: int,
+    ) -> Fit | None:
+        if weights.sum() < 2 * design.shape[1] or np.median(gain) <= 0.0:
+            return None
+        unit = np.zeros((len(normal), 2))
+        unit[2, 0] = unit[5, 1] = 1.0
+        # How much each sample moves the centre; summed with those of its neighbours, as noise is correlated.
+        shares = (design @ np.linalg.solve(normal, unit)) * (weights * residual)[:, None]
+        freedom = len(residual) / (len(residual) - _SHARED * design.shape[1])
+        variance = np.empty(2)
+        for k in range(2):
+            field = np.ascontiguousarray(shares[:, k].reshape(count, count))
+            around = cv2.sepFilter2D(field, -1, _KERNEL, _KERNEL, borderType=cv2.BORDER_CONSTANT)
+            variance[k] = freedom * max(float(np.sum(field * around)), float(np.sum(field**2)))
+        # Of all the greys, also those that the weights leave out: a fit to something else leaves out most of it.
+        score = max(float(np.corrcoef(value, greys)[0, 1]), 0.0) if np.ptp(greys) > 0.0 else 0.0
+        return Fit(homography, (float(blur[0]), float(blur[1])), np.sqrt(variance), score)
+
+    def _pattern(self, axis: Array, blur: Array) -> tuple[Array, Array, Array, Array, Array]:
+        """The blurred pattern at a grid of points and its derivatives: by u, by v, by both blurs; each shape (n*n,)."""
+        edges = np.arange(self.cells + 1) / self.cells - 0.5
+        u, v = (axis[:, None] - edges) / blur[0], (axis[:, None] - edges) / blur[1]
+        at_u, at_v = ndtr(u), ndtr(v)
+        slope_u, slope_v = (np.exp(-0.5 * t * t) / np.sqrt(2.0 * np.pi) for t in (u, v))
+        right, left = self._steps @ at_u.T, at_v @ self._steps
+        return (
+            1.0 + (at_v @ right).ravel(),
+            (left @ (slope_u / blur[0]).T).ravel(),
+            ((slope_v / blur[1]) @ right).ravel(),
+            (left @ (-u * slope_u / blur[0]).T).ravel(),
+            ((-v * slope_v / blur[1]) @ right).ravel(),
+        )
+
+
+def _corner_steps(pattern: Array) -> Array:
+    """The pattern on white as a sum of steps: entry (i, j) is added right of edge j and below edge i."""
+    darker = np.pad(pattern - 1.0, 1)
+    return np.diff(np.diff(darker, axis=0), axis=1)
+
+
+def _fields(count: int) -> Array:
+    """Sixteen smooth fields that sum to 1, shape (n*n, 16): hats on a grid of four by four.
+
+    The edge of a shadow over the marker moves the centre by a quarter of a pixel with a grid of three by three.
+    """
+    nodes = np.linspace(0.0, count - 1.0, 4)
+    hats = np.clip(1.0 - np.abs(np.arange(count)[:, None] - nodes) / nodes[1], 0.0, None)
+    return np.asarray(np.einsum("ia,jb->ijab", hats, hats).reshape(count * count, 16))
+
+
+def _smoothed(image: Image, start: Fit, width: float) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
+    """The part of a picture around a marker, smoothed, and the place of its first pixel."""
+    reach = start.side
+    low = np.clip(np.floor(start.centre - reach), 0, None).astype(np.int64)
+    high = np.clip(np.ceil(start.centre + reach) + 1, 0, image.shape[::-1]).astype(int)
+    part = image[low[1] : high[1], low[0] : high[0]]
+    if not part.size:
+        return np.zeros((1, 1), np.float32), low
+    return np.asarray(cv2.GaussianBlur(part.astype(np.float32), (0, 0), width), dtype=np.float32), low
+
+
+def _greys(image: NDArray[np.float32], places: Array, count: int) -> tuple[Array, Array]:
+    """Greys at ``places``, shape (n,), and 1 where they are inside of the picture, else 0."""
+    x, y = (np.ascontiguousarray(places[:, k].reshape(count, count), dtype=np.float32) for k in range(2))
+    greys = cv2.remap(image, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    inside = np.all((places >= 0.0) & (places <= np.array(image.shape[::-1]) - 1.0), axis=1)
+    return greys.ravel().astype(np.float64), inside.astype(np.float64)
+
+
+def _mapped(homography: Array, points: Array) -> tuple[Array, Array]:
+    """Where ``points``, shape (n, 2), are in the picture, and their third homogeneous coordinate."""
+    homogeneous = points @ homography[:, :2].T + homography[:, 2]
+    return homogeneous[:, :2] / homogeneous[:, 2:], homogeneous[:, 2]
+
+
+def _mapped_with_rates(homography: Array, points: Array) -> tuple[Array, Array, Array]:
+    """Places, shape (n, 2); their derivatives by the points, (n, 2, 2), and by the homography's first 8, (n, 2, 8)."""
+    places, third = _mapped(homography, points)
+    jacobian = (homography[:2, :2] - places[:, :, None] * homography[2, :2]) / third[:, None, None]
+    entries = np.column_stack([points, np.ones(len(points))]) / third[:, None]
+    rates = np.zeros((len(points), 2, 8))
+    rates[:, 0, :3] = rates[:, 1, 3:6] = entries
+    rates[:, :, 6:] = -places[:, :, None] * entries[:, None, :2]
+    return places, jacobian, rates

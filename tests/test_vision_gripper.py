@@ -1,0 +1,183 @@
+"""Following the gripper's marker, against markers drawn at known places."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from filmed import Image, exposed, marker_picture
+from stripfold.errors import TrackingError
+from stripfold.vision import gripper
+from stripfold.vision.marker import DICTIONARIES, Marker
+from stripfold.vision.video import Frame
+
+A4 = cv2.aruco.DICT_4X4_50
+PLAIN = np.full((200, 240), 90, np.uint8)
+
+
+@pytest.mark.parametrize(
+    ("dictionary", "number", "side", "motion", "perspective"),
+    [
+        ("4x4_50", 7, 60.0, 0.0, 0.0),
+        ("5x5_100", 99, 40.0, 0.0, 0.0),
+        ("6x6_250", 3, 48.0, 4.0, 0.0),
+        ("apriltag_36h11", 5, 80.0, 0.0, 0.03),
+    ],
+)
+def test_centre_and_corners(dictionary: str, number: int, side: float, motion: float, perspective: float) -> None:
+    rng = np.random.default_rng(number)
+    marker, angle, centre = Marker(dictionary, number), 0.2, (121.3, 98.8)
+    picture = marker_picture(
+        DICTIONARIES[dictionary], number, centre, side, angle, motion=motion, perspective=perspective
+    )
+    image = exposed(picture, 2.0, rng)
+    rough = marker.find(image)
+    assert rough is not None
+    fit = marker.fit(image, rough.moved(np.array([1.5, -1.5])))
+    assert fit is not None
+    np.testing.assert_allclose(fit.centre, centre, atol=0.02)
+    assert np.all(fit.sd < 0.02)
+    assert fit.score > 0.98
+    if not perspective:
+        turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+        square = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]]) * side
+        np.testing.assert_allclose(fit.corners, centre + square @ turn.T, atol=0.12)
+        assert fit.side == pytest.approx(side, abs=0.05)
+
+
+@pytest.mark.parametrize(("noise", "motion"), [(2.0, 0.0), (6.0, 0.0), (3.0, 3.0)])
+def test_the_stated_sd_is_the_scatter(noise: float, motion: float) -> None:
+    rng = np.random.default_rng(int(10 * noise))
+    marker, errors = Marker("4x4_50", 7), []
+    for _ in range(30):
+        centre = np.array([110.0, 90.0]) + rng.uniform(-1.0, 1.0, 2)
+        picture = marker_picture(A4, 7, tuple(centre), 44.0, rng.uniform(-0.1, 0.1), motion=motion)
+        rough = marker.find(exposed(picture, 1.0, rng))
+        assert rough is not None
+        for _ in range(3):
+            fit = marker.fit(exposed(picture, noise, rng), rough)
+            assert fit is not None
+            errors.append((fit.centre - centre) / fit.sd)
+    scatter = np.sqrt(np.mean(np.square(errors), axis=0))
+    assert np.all((scatter > 0.7) & (scatter < 1.4)), scatter
+
+
+def test_nothing_where_there_is_no_marker() -> None:
+    rng = np.random.default_rng(0)
+    image = exposed(marker_picture(A4, 7, (120.0, 100.0), 50.0), 2.0, rng)
+    marker = Marker("4x4_50", 7)
+    found = marker.find(image)
+    assert found is not None
+    assert Marker("4x4_50", 8).find(image) is None
+    for other in (PLAIN, rng.integers(0, 255, PLAIN.shape, dtype=np.uint8)):
+        fit = marker.fit(other, found)
+        assert fit is None or fit.score < gripper.LEAST_SCORE
+    fit = marker.fit(image, found.moved(np.array([500.0, 0.0])))
+    assert fit is None or fit.score < gripper.LEAST_SCORE
+
+
+def test_a_score_tells_the_marker_from_other_things() -> None:
+    """Fits that begin a side away, on a ground with a texture, do not pass for the marker."""
+    rng, marker = np.random.default_rng(8), Marker("4x4_50", 7)
+    base = marker_picture(A4, 7, (100.0, 95.0), 40.0)
+    texture = cv2.GaussianBlur(rng.normal(0.0, 1.0, base.shape), (0, 0), 3.0)
+    image = exposed(np.where(np.abs(base - 90.0) < 2.0, base + 30.0 * texture / texture.std(), base), 3.0, rng)
+    found = marker.find(exposed(base, 1.0, rng))
+    assert found is not None
+    fit = marker.fit(image, found)
+    assert fit is not None
+    assert fit.score > 0.95
+    for turn in np.linspace(0.0, 2.0 * np.pi, 24):
+        for distance in (20.0, 30.0, 45.0):
+            other = marker.fit(image, found.moved(distance * np.array([np.cos(turn), np.sin(turn)])))
+            assert other is None or other.score < gripper.LEAST_SCORE
+
+
+def way(t: NDArray[np.float64]) -> NDArray[np.float64]:
+    """A gripper that starts at 0.3 s, advances at 90 px/s, stops at 1.0 s, and shakes a little up and down."""
+    return np.column_stack([70.0 + 90.0 * np.clip(t - 0.3, 0.0, 0.7), 100.0 + 2.0 * np.sin(3.0 * t)])
+
+
+TIMES = np.arange(40) / 30.0
+
+
+@pytest.fixture(scope="module")
+def film() -> list[Image]:
+    rng = np.random.default_rng(5)
+    return [
+        exposed(marker_picture(A4, 7, tuple(place), 42.0, 0.05, motion=1.5 if 0.3 < t < 1.0 else 0.0), 2.0, rng)
+        for t, place in zip(TIMES, way(TIMES), strict=True)
+    ]
+
+
+def follow(images: list[Image]) -> gripper.Track:
+    tracker = gripper.GripperTracker("4x4_50", 7, "film.mp4")
+    return gripper.joined([tracker(Frame(k, TIMES[k], image)) for k, image in enumerate(images)], "film.mp4")
+
+
+def test_a_moving_gripper(film: list[Image]) -> None:
+    track = follow(film)
+    assert np.all(track.tracked)
+    errors = track.centre - way(TIMES)
+    assert np.abs(errors).max() < 0.03
+    scatter = np.sqrt(np.mean((errors / track.sd) ** 2))
+    assert 0.7 < scatter < 1.4
+    assert track.corners.shape == (40, 4, 2)
+
+
+def test_a_shadow_over_half_of_it(film: list[Image]) -> None:
+    columns = np.arange(240)
+    shaded = [(image * (0.6 + 0.4 / (1.0 + np.exp((columns - 100.0) / 2.0)))).astype(np.uint8) for image in film]
+    track = follow(shaded)
+    assert np.all(track.tracked)
+    assert np.abs(track.centre - way(TIMES)).max() < 0.1
+
+
+def test_a_finger_over_a_corner(film: list[Image]) -> None:
+    covered = [image.copy() for image in film]
+    for image, place in zip(covered[1:], way(TIMES)[1:], strict=True):
+        cv2.circle(image, tuple(np.rint(place + np.array([20.0, -20.0])).astype(int).tolist()), 11, 200, -1)
+    track = follow(covered)
+    assert np.all(track.tracked)
+    assert np.abs(track.centre - way(TIMES)).max() < 0.04
+
+
+def test_out_of_sight_for_a_while(film: list[Image]) -> None:
+    hidden = [PLAIN if 16 <= k < 22 else image for k, image in enumerate(film)]
+    track = follow(hidden)
+    assert np.flatnonzero(~track.tracked).tolist() == [16, 17, 18, 19, 20, 21]
+    assert np.all(track.score[16:22] == 0.0)
+    errors = track.centre - way(TIMES)
+    assert np.all(np.abs(errors) <= 4.0 * track.sd)
+    assert np.abs(errors).max() < 0.2
+    assert np.all(np.isfinite(track.centre))
+    assert np.all(track.sd[16:22] > track.sd[15])
+
+
+def test_a_jump(film: list[Image]) -> None:
+    """Six frames missing, in a large picture: the marker is farther on than the fit alone would find it."""
+    tracker = gripper.GripperTracker("4x4_50", 7)
+    border = np.array([400, 500])
+    for k in (*range(10), *range(16, 40)):
+        image = np.pad(film[k], ((border[1], 0), (border[0], 0)), constant_values=90)
+        grip = tracker(Frame(k, TIMES[k], image))
+        assert grip.tracked
+        np.testing.assert_allclose(grip.centre, way(TIMES)[k] + border, atol=0.03)
+
+
+def test_lost(film: list[Image]) -> None:
+    with pytest.raises(TrackingError, match="first frame") as caught:
+        follow([PLAIN, *film[1:]])
+    assert "film.mp4" in str(caught.value)
+    with pytest.raises(TrackingError, match=r"lost from 0\.300 to 0\.\d+ s"):
+        follow([*film[:10], *[PLAIN] * 30])
+    with pytest.raises(TrackingError, match=r"2[0-9]% of 40 frames"):
+        follow([PLAIN if k % 4 == 3 else image for k, image in enumerate(film)])
+
+
+def test_a_marker_that_leaves_the_picture(film: list[Image]) -> None:
+    cut = [image[:, :120] for image in film]
+    with pytest.raises(TrackingError, match="lost"):
+        follow(cut)
