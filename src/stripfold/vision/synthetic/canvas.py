@@ -33,11 +33,14 @@ class Canvas:
         self._figure = Figure(figsize=(1.0, 1.0), dpi=72)
         self._renderer = RendererAgg(size[0], size[1], 72.0)
         self._pixels = np.asarray(self._renderer.buffer_rgba())
+        self._rows = (0, size[1])
 
-    def clear(self, background: Grey) -> None:
-        """Begin with a picture, shape (height, width)."""
-        self._pixels[..., :3] = background[..., None]
-        self._pixels[..., 3] = 255
+    def clear(self, background: Grey, rows: tuple[int, int]) -> None:
+        """Begin with a picture, shape (height, width); only what is in these rows, first and end, is drawn."""
+        self._rows = rows
+        part = slice(*rows)
+        self._pixels[part, :, :3] = background[part, :, None]
+        self._pixels[part, :, 3] = 255
 
     def quads(self, corners: Array, greys: Array) -> None:
         """Draw quadrilaterals one after the other.
@@ -49,29 +52,35 @@ class Canvas:
         greys
             Shape (n,), 0 to 1.
         """
-        if not len(corners):
+        first, end = self._rows
+        row = corners[..., 1]
+        seen = (row.max(axis=1) > first - 1.0) & (row.min(axis=1) < end)
+        if not np.any(seen):
             return
-        colours = np.ones((len(greys), 4))
-        colours[:, :3] = np.clip(greys, 0.0, 1.0)[:, None]
-        drawn = PolyCollection(self._up(corners), facecolors=colours, edgecolors="none", linewidths=0, snap=False)  # type: ignore[arg-type]
+        colours = np.ones((int(seen.sum()), 4))
+        colours[:, :3] = np.clip(greys[seen], 0.0, 1.0)[:, None]
+        outlines = self._up(corners[seen])
+        drawn = PolyCollection(outlines, facecolors=colours, edgecolors="none", linewidths=0, snap=False)  # type: ignore[arg-type]
         drawn.set_figure(self._figure)
         drawn.draw(self._renderer)
 
-    def shape(self, polygons: list[Array], grey: float, alpha: float = 1.0) -> None:
-        """Draw polygons of one grey at once, each of shape (n, 2), pixels: where they meet there is no seam.
+    def shape(self, polygons: Array, grey: float, alpha: float = 1.0) -> None:
+        """Draw polygons of one grey at once, shape (n, k, 2), pixels: where they meet there is no seam.
 
         They must go round in the same sense; where they overlap they are drawn once.
         """
-        verts = np.concatenate([np.vstack([self._up(one), self._up(one)[:1]]) for one in polygons])
-        codes = np.full(len(verts), Outline.LINETO, dtype=np.uint8)
-        ends = np.cumsum([len(one) + 1 for one in polygons])
-        codes[np.concatenate([[0], ends[:-1]])] = Outline.MOVETO
-        codes[ends - 1] = Outline.CLOSEPOLY
+        count, corners, _ = polygons.shape
+        row = polygons[..., 1]
+        if row.max() < self._rows[0] - 1.0 or row.min() > self._rows[1]:
+            return
+        verts = self._up(np.concatenate([polygons, polygons[:, :1]], axis=1)).reshape(-1, 2)
+        codes = np.full((count, corners + 1), Outline.LINETO, dtype=np.uint8)
+        codes[:, 0], codes[:, -1] = Outline.MOVETO, Outline.CLOSEPOLY
         context: Any = self._renderer.new_gc()  # type: ignore[no-untyped-call]
         context.set_snap(False)
         context.set_linewidth(0.0)
         context.set_alpha(alpha)
-        outline = Outline(verts, codes)
+        outline = Outline(verts, codes.ravel())
         self._renderer.draw_path(context, outline, IdentityTransform(), (grey, grey, grey))
         context.restore()
 

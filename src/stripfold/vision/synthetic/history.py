@@ -48,3 +48,19 @@ class History:
         """Largest way of a material point between two moments, m."""
         curve, _ = self.at(np.array([start, end]))
         return float(np.linalg.norm(curve[1] - curve[0], axis=1).max())
+
+    def events(self) -> dict[str, float | None]:
+        """Moments of the snap, s: those of the truth; ``fastest``, and ``fall``, from where on it has a quarter of that.
+
+        Speeds are those of the fastest material point, relative to the gripper's.
+        """
+        onset, touch = self.truth["onset"], self.truth["touch"]
+        if touch is None:
+            return {"onset": onset, "fall": None, "fastest": None, "touch": None}
+        rates = np.gradient(self.curve, self.t, axis=0)
+        speed = np.linalg.norm(rates, axis=2).max(axis=1) - np.linalg.norm(rates[:, 0], axis=1)
+        within = np.flatnonzero(self.t <= touch)
+        top = int(within[np.argmax(speed[within])])
+        slow = np.flatnonzero(speed[:top] < 0.25 * speed[top])
+        start = int(slow[-1]) if len(slow) else 0
+        return {"onset": onset, "fall": float(self.t[start]), "fastest": float(self.t[top]), "touch": touch}

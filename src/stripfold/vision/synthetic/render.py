@@ -48,7 +48,7 @@ class Renderer:
         arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(first, axis=0), axis=1))])
         pixel = scene.filming.field / scene.filming.size[0]
         self._arc = arc / arc[-1]
-        self._stations = np.linspace(0.0, 1.0, int(np.clip(scene.strip.length / pixel, 60, 800)) + 1)
+        self._stations = np.linspace(0.0, 1.0, int(np.clip(scene.strip.length / (1.4 * pixel), 80, 600)) + 1)
         rng = np.random.default_rng([scene.seed, 1])
         shape = (len(self._stations) - 1,)
         weave = 1.0 + scene.strip.texture * rng.standard_normal((2, *shape))
@@ -88,7 +88,9 @@ class Renderer:
         picture = rays.averaged(np.asarray(grey, dtype=np.float32))
         return np.asarray(np.clip(np.rint(255.0 * picture), 0, 255), dtype=np.uint8)
 
-    def picture(self, curve: Array | None, gripper: Array, passing: float | None = None) -> Grey:
+    def picture(
+        self, curve: Array | None, gripper: Array, passing: float | None = None, rows: tuple[int, int] | None = None
+    ) -> Grey:
         """What is seen at one moment.
 
         Parameters
@@ -99,12 +101,14 @@ class Renderer:
             Shape (2,): the gripped end, or where it would be, m.
         passing
             x of the thing that passes in front, m; None for none.
+        rows
+            First and end of the rows that are wanted; None for all.
 
         Returns
         -------
         Shape (height, width): 255 is white in full light.  A view that the next call overwrites.
         """
-        self._canvas.clear(self.background)
+        self._canvas.clear(self.background, rows or (0, self.scene.filming.size[1]))
         if curve is not None:
             fine = CubicSpline(self._arc, curve)(self._stations)
             self._shadow(fine[::2])
@@ -132,16 +136,17 @@ class Renderer:
         towards = np.sign(np.sum(normal * (eye - middle), axis=1))[:, None]
         offset = 0.5 * strip.thickness * normal
         shade = 0.7 + 0.3 * np.abs(normal @ _LIGHT)
-        near = self.view.in_plane(np.stack([start + towards * offset, end + towards * offset], axis=1))
-        far = self.view.in_plane(
-            np.stack([end + towards * offset, start + towards * offset], axis=1), self.depth * strip.width
-        )
+        near = np.stack([start + towards * offset, end + towards * offset], axis=1)
+        rim = np.stack([start - offset, end - offset, end + offset, start + offset], axis=1)
+        points = np.concatenate([near, near[:, ::-1], rim], axis=1)
+        into = np.zeros(points.shape[:2])
+        into[:, 2:4] = self.depth * strip.width
+        pixels = self.view.pixels(np.stack([points[..., 0], into, points[..., 1]], axis=-1))
         # A ray meets what is nearer to the camera in the plane's projection first, since all pieces are equally wide.
         order = np.argsort(-np.linalg.norm(middle - eye, axis=1))
-        surface = np.concatenate([near, far], axis=1)
-        rim = self.view.in_plane(np.stack([start - offset, end - offset, end + offset, start + offset], axis=1))
+        greys = (self._surface_grey * shade)[order]
         self._canvas.quads(
-            np.concatenate([surface[order], rim]), np.concatenate([(self._surface_grey * shade)[order], self._edge_grey])
+            np.concatenate([pixels[order, :4], pixels[:, 4:]]), np.concatenate([greys, self._edge_grey])
         )
 
     def _hairy(self, fine: Array) -> None:
@@ -167,11 +172,11 @@ class Renderer:
         sides = quads - np.roll(quads, 1, axis=1)
         clockwise = np.cross(np.pad(sides[:, 1], ((0, 0), (0, 1))), np.pad(sides[:, 2], ((0, 0), (0, 1))))[:, 2] < 0.0
         quads[clockwise] = quads[clockwise, ::-1]
-        self._canvas.shape(list(quads), 0.0, 0.3)
+        self._canvas.shape(quads, 0.0, 0.3)
 
     def _block(self, x: Array, z: Array, grey: float, y: float = 0.0) -> None:
         """An upright rectangle parallel to the folding plane."""
-        self._canvas.shape([self.view.in_plane(_rectangle(x, z), self.depth * y)], grey)
+        self._canvas.shape(self.view.in_plane(_rectangle(x, z), self.depth * y)[None], grey)
 
     def _gripper(self, end: Array) -> None:
         gripper = self.scene.gripper
@@ -187,10 +192,10 @@ class Renderer:
                 [centre[0] + 0.008, centre[1]],
             ]
         )
-        self._canvas.shape([self.view.in_plane(finger)], FINGER)
+        self._canvas.shape(self.view.in_plane(finger)[None], FINGER)
         self._block(centre[0] + plate * np.array([-1, 1]), centre[1] + plate * np.array([-1, 1]), 0.95)
         self._block(centre[0] + half * np.array([-1, 1]), centre[1] + half * np.array([-1, 1]), 0.05)
-        self._canvas.shape(list(self.view.in_plane(centre + self._cells)), 0.95)
+        self._canvas.shape(self.view.in_plane(centre + self._cells), 0.95)
 
     @cached_property
     def _cells(self) -> Array:

@@ -100,7 +100,7 @@ class Filming:
     light: float = 0.8
     """Grey value of white paper in the middle, as a share of 255."""
     gradient: float = 0.1
-    """Share by which light falls from the middle to either side."""
+    """Share by which light falls from the left of the picture to its right."""
     flicker: float = 0.0
     """Amplitude of a flicker at 100 Hz, as a share."""
     shadow: float = 0.0

@@ -15,7 +15,7 @@ from .scene import Filming
 Array = NDArray[np.float64]
 
 # OpenCV's own default stops after five rounds, 0.01 px short at the corners of a picture with distortion.
-_EXACT = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 50, 1e-12)
+_EXACT = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 20, 1e-10)
 
 
 @dataclass(frozen=True, eq=False)
