@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from .render import Renderer
 from .scene import Filming
 from .sensor import Light, Sensor
-from .view import Rays, View, plane_homography
+from .view import Rays, View, as_vector, plane_homography
 
 Array = NDArray[np.float64]
 
@@ -81,10 +81,8 @@ class Board:
         x, y = u / np.float32(self.square), v / np.float32(self.square)
         with np.errstate(invalid="ignore"):
             sheet = (x > -_MARGIN) & (x < COLUMNS + _MARGIN) & (y > -_MARGIN) & (y < ROWS + _MARGIN)
-        places = [np.nan_to_num(value * _TEXELS - 0.5, nan=-1e6).astype(np.float32) for value in (x, y)]
-        grey = cv2.remap(
-            self.print, *places, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT, borderValue=(255.0,)
-        )
+        columns, rows = (np.nan_to_num(value * _TEXELS - 0.5, nan=-1e6).astype(np.float32) for value in (x, y))
+        grey = cv2.remap(self.print, columns, rows, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT, borderValue=255.0)
         # No print is quite black or white.
         ink = np.where(sheet, 14.0 + 0.88 * grey, 0.0).astype(np.float32)
         share = rays.averaged(sheet.astype(np.float32))
@@ -115,7 +113,9 @@ class Calibration:
         camera, rng = self.renderer.view.camera, self._rng
         filming = self.renderer.scene.filming
         size = np.array(camera.size, dtype=float)
-        spots = np.array([[0.5, 0.5], [0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.5, 0.0], [0.5, 1.0], [0, 0.5], [1, 0.5]])
+        spots = np.array(
+            [[0.5, 0.5], [0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.5, 0.0], [0.5, 1.0], [0, 0.5], [1, 0.5]]
+        )
         middle = self.board.square * np.array([COLUMNS / 2, ROWS / 2, 0.0])
         found: list[tuple[Array, Array]] = []
         reach = 0.36
@@ -125,10 +125,10 @@ class Calibration:
             turn = np.array([0.0, 0.0, np.radians(rng.uniform(-20.0, 20.0))])
             rotation = np.asarray(cv2.Rodrigues(lean)[0] @ cv2.Rodrigues(turn)[0])
             spot = (0.5 + reach * 2.0 * (spots[len(found) % len(spots)] - 0.5) * rng.uniform(0.8, 1.0)) * size
-            depth = filming.distance * rng.uniform(0.95, 1.5)
+            depth = filming.distance * rng.uniform(0.8, 1.2)
             ray = np.append(camera.undistort(spot[None])[0], 1.0) @ np.linalg.inv(camera.matrix).T
             translation = depth * ray - rotation @ middle
-            sheet = camera.project(self.board.outline, cv2.Rodrigues(rotation)[0].ravel(), translation)
+            sheet = camera.project(self.board.outline, as_vector(rotation), translation)
             if np.all(sheet > 3.0) and np.all(sheet < size - 4.0):
                 found.append((rotation, translation))
                 reach = 0.36
@@ -152,7 +152,7 @@ class Calibration:
         background = self.renderer.background.astype(np.float32)
         seen = self.board.seen(self._rays, rotation, translation, background)
         edge = np.linspace(self.board.outline, np.roll(self.board.outline, -1, axis=0), 20, axis=1).reshape(-1, 3)
-        free = self.renderer.view.camera.project(edge, cv2.Rodrigues(rotation)[0].ravel(), translation)
+        free = self.renderer.view.camera.project(edge, as_vector(rotation), translation)
         return self._sensor.delivered(seen, None, free)
 
     def stops(self) -> Array:

@@ -50,7 +50,7 @@ class History:
         return float(np.linalg.norm(curve[1] - curve[0], axis=1).max())
 
     def events(self) -> dict[str, float | None]:
-        """Moments of the snap, s: those of the truth; ``fastest``, and ``fall``, from where on it has a quarter of that.
+        """Moments of the snap, s: the truth's; ``fastest``, and ``fall``, from where on it has a quarter of that speed.
 
         Speeds are those of the fastest material point, relative to the gripper's.
         """

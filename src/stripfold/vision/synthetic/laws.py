@@ -184,7 +184,15 @@ def passage(law: Law, before: float, short: float, speed: float, after: float, r
         onset = drive.time_of(law.lambda_c)
         end = onset + _LONGEST
     found = solve_ivp(
-        rates, (0.0, end), first, args=(drive,), events=lies, dense_output=True, method="DOP853", max_step=0.02, **_ACCURACY
+        rates,
+        (0.0, end),
+        first,
+        args=(drive,),
+        events=lies,
+        dense_output=True,
+        method="DOP853",
+        max_step=0.02,
+        **_ACCURACY,
     )
     touch = float(found.t_events[0][0]) if len(found.t_events[0]) else None
     if (touch is None) != bool(short):

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import jsonschema
 import numpy as np
@@ -30,6 +30,17 @@ from .sensor import Sensor, Timeline, timeline
 Array = NDArray[np.float64]
 
 
+def history_of(scene: Scene) -> History:
+    """The motion of a scene, by its generator, which says what it cannot do."""
+    if scene.generator == "dynamics":
+        from .dynamics import from_dynamics  # type: ignore[import-not-found]
+
+        return cast(History, from_dynamics(scene))
+    from .shapes import history
+
+    return history(scene)
+
+
 def write_calibration(scene: Scene, folder: Path) -> None:
     """Render the calibration of a scene's camera into a new folder: boards, plane, robot stops.
 
@@ -42,7 +53,9 @@ def write_calibration(scene: Scene, folder: Path) -> None:
         Calibration(renderer, np.random.default_rng([scene.seed, 4])).write(temporary)
 
 
-def write_recording(history: History, scene: Scene, folder: str | os.PathLike[str], calibration: Path | None = None) -> None:
+def write_recording(
+    history: History, scene: Scene, folder: str | os.PathLike[str], calibration: Path | None = None
+) -> None:
     """Render everything of a recording and write its folder, whole or not at all.
 
     Parameters

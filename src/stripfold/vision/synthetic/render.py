@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
+from itertools import pairwise
 
 import cv2
 import numpy as np
@@ -17,7 +18,7 @@ Array = NDArray[np.float64]
 
 FRONT, BACK = -0.05, 0.4
 """Front edge of the table and the wall behind it, from the folding plane into the depth, m."""
-TABLE, TABLE_FRONT, CLAMP, FINGER, ARM = 0.35, 0.16, 0.12, 0.45, 0.2
+CLAMP, FINGER, ARM = 0.12, 0.45, 0.2
 """Greys, as shares of white."""
 _LIGHT = np.array([-0.35, 0.94])
 _SHADOW = (0.25, 0.35)
@@ -47,8 +48,9 @@ class Renderer:
         self._canvas = Canvas(scene.filming.size)
         arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(first, axis=0), axis=1))])
         pixel = scene.filming.field / scene.filming.size[0]
-        self._arc = arc / arc[-1]
         self._stations = np.linspace(0.0, 1.0, int(np.clip(scene.strip.length / (1.4 * pixel), 80, 600)) + 1)
+        # A spline is linear in its points: one matrix serves all moments.
+        self._refine = CubicSpline(arc / arc[-1], np.eye(len(arc)))(self._stations)
         rng = np.random.default_rng([scene.seed, 1])
         shape = (len(self._stations) - 1,)
         weave = 1.0 + scene.strip.texture * rng.standard_normal((2, *shape))
@@ -63,7 +65,7 @@ class Renderer:
     @cached_property
     def background(self) -> Grey:
         """Shape (height, width): the table and what is behind it, without anything on it."""
-        rays = Rays(self.view.camera, 2)
+        filming, rays = self.scene.filming, Rays(self.view.camera, 2)
         rng = np.random.default_rng([self.scene.seed, 2])
         rough = rng.standard_normal((256, 256)).astype(np.float32)
         along = self.view.matrix
@@ -82,9 +84,9 @@ class Renderer:
             on_table = (into >= FRONT) & (into <= BACK)
             below = ~on_table & (up < top)
         grey = np.where(
-            on_table, TABLE * (1.0 + 0.05 * grain), self.scene.filming.background * (1.0 + 0.02 * _blotches(wall, height))
+            on_table, filming.table * (1.0 + 0.05 * grain), filming.background * (1.0 + 0.02 * _blotches(wall, height))
         )
-        grey = np.where(below, TABLE_FRONT * (1.0 + 0.02 * _blotches(face, up)), grey)
+        grey = np.where(below, 0.5 * filming.table * (1.0 + 0.02 * _blotches(face, up)), grey)
         picture = rays.averaged(np.asarray(grey, dtype=np.float32))
         return np.asarray(np.clip(np.rint(255.0 * picture), 0, 255), dtype=np.uint8)
 
@@ -110,7 +112,7 @@ class Renderer:
         """
         self._canvas.clear(self.background, rows or (0, self.scene.filming.size[1]))
         if curve is not None:
-            fine = CubicSpline(self._arc, curve)(self._stations)
+            fine = self._refine @ curve
             self._shadow(fine[::2])
             self._strip(fine)
             self._hairy(fine)
@@ -124,30 +126,22 @@ class Renderer:
 
     def _strip(self, fine: Array) -> None:
         strip = self.scene.strip
-        start, end = fine[:-1], fine[1:]
-        tangent = end - start
-        # Each piece reaches under the next one: where two pieces met exactly, the background would shine through.
-        start, end = start - 0.15 * tangent, end + 0.15 * tangent
+        tangent = np.gradient(fine, axis=0)
         normal = np.stack([-tangent[:, 1], tangent[:, 0]], axis=1)
         normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+        # Both sides of the strip, at its edge in the folding plane and at its other edge.
+        sides = fine + 0.5 * strip.thickness * np.array([[[-1.0]], [[1.0]]]) * normal
+        into = np.array([0.0, self.depth * strip.width])[:, None, None] * np.ones(sides.shape[:2])
+        points = np.stack([np.broadcast_to(sides[None, ..., i], into.shape) for i in range(2)], axis=-1)
+        near, far = self.view.pixels(np.stack([points[..., 0], into, points[..., 1]], axis=-1))
         eye = self.view.place[[0, 2]]
-        middle = 0.5 * (start + end)
-        # The side that the camera sees is half a thickness towards it.
-        towards = np.sign(np.sum(normal * (eye - middle), axis=1))[:, None]
-        offset = 0.5 * strip.thickness * normal
-        shade = 0.7 + 0.3 * np.abs(normal @ _LIGHT)
-        near = np.stack([start + towards * offset, end + towards * offset], axis=1)
-        rim = np.stack([start - offset, end - offset, end + offset, start + offset], axis=1)
-        points = np.concatenate([near, near[:, ::-1], rim], axis=1)
-        into = np.zeros(points.shape[:2])
-        into[:, 2:4] = self.depth * strip.width
-        pixels = self.view.pixels(np.stack([points[..., 0], into, points[..., 1]], axis=-1))
-        # A ray meets what is nearer to the camera in the plane's projection first, since all pieces are equally wide.
-        order = np.argsort(-np.linalg.norm(middle - eye, axis=1))
-        greys = (self._surface_grey * shade)[order]
-        self._canvas.quads(
-            np.concatenate([pixels[order, :4], pixels[:, 4:]]), np.concatenate([greys, self._edge_grey])
-        )
+        shade = 0.7 + 0.3 * np.abs(normal[:-1] @ _LIGHT)
+        for part, facing in visible_runs(fine, eye):
+            ends = slice(part.start + 1, part.stop + 1)
+            pieces = [near[facing, part], near[facing, ends], far[facing, ends], far[facing, part]]
+            self._canvas.ribbon(np.stack(pieces, axis=1), (self._surface_grey * shade)[part])
+        rim = np.stack([near[0, :-1], near[0, 1:], near[1, 1:], near[1, :-1]], axis=1)
+        self._canvas.ribbon(rim, self._edge_grey)
 
     def _hairy(self, fine: Array) -> None:
         where, angle, length = self._hairs
@@ -166,12 +160,10 @@ class Renderer:
         x, y = fine[:, 0] + _SHADOW[0] * lifted, _SHADOW[1] * lifted
         top = np.full_like(x, -0.5 * self.scene.strip.thickness)
         rows = [
-            self.view.pixels(np.stack([x, self.depth * (y + add), top], axis=1)) for add in (0.0, self.scene.strip.width)
+            self.view.pixels(np.stack([x, self.depth * (y + add), top], axis=1))
+            for add in (0.0, self.scene.strip.width)
         ]
         quads = np.stack([rows[0][:-1], rows[0][1:], rows[1][1:], rows[1][:-1]], axis=1)
-        sides = quads - np.roll(quads, 1, axis=1)
-        clockwise = np.cross(np.pad(sides[:, 1], ((0, 0), (0, 1))), np.pad(sides[:, 2], ((0, 0), (0, 1))))[:, 2] < 0.0
-        quads[clockwise] = quads[clockwise, ::-1]
         self._canvas.shape(quads, 0.0, 0.3)
 
     def _block(self, x: Array, z: Array, grey: float, y: float = 0.0) -> None:
@@ -214,6 +206,55 @@ class Renderer:
         )
 
 
+def visible_runs(curve: Array, eye: Array) -> list[tuple[slice, int]]:
+    """Parts of a cross-section of which the eye sees one side, in the order in which to draw them.
+
+    Seen from the eye, a part never overlaps itself, and of two that do not cross one is behind wherever both are.
+
+    Parameters
+    ----------
+    curve
+        Shape (n, 2).
+    eye
+        Shape (2,).
+
+    Returns
+    -------
+    Segments of each part, and 1 where the eye is on the left of the way along the curve, else 0; what is behind first.
+    """
+    ray = curve - eye
+    angle, distance = np.arctan2(ray[:, 0], -ray[:, 1]), np.hypot(*ray.T)
+    turn = np.diff(angle)
+    # Straight above the eye the angle jumps.
+    left = np.where(np.abs(turn) > np.pi, -turn, turn) > 0.0
+    cuts = np.flatnonzero((left[1:] != left[:-1]) | (np.abs(turn[1:]) > np.pi) | (np.abs(turn[:-1]) > np.pi)) + 1
+    limits = [0, *cuts.tolist(), len(left)]
+    parts = [slice(*pair) for pair in pairwise(limits)]
+    profiles = []
+    for part in parts:
+        nodes = slice(part.start, part.stop + 1)
+        order = np.argsort(angle[nodes])
+        profiles.append((angle[nodes][order], distance[nodes][order]))
+
+    def behind(one: int, other: int) -> bool:
+        low = max(profiles[one][0][0], profiles[other][0][0])
+        high = min(profiles[one][0][-1], profiles[other][0][-1])
+        if low >= high:
+            return False
+        between = np.linspace(low, high, 9)[1:-1]
+        return bool(np.mean(np.interp(between, *profiles[one]) - np.interp(between, *profiles[other])) > 0.0)
+
+    found: list[tuple[slice, int]] = []
+    waiting = list(range(len(parts)))
+    while waiting:
+        # One that no other is behind of; were there a circle, which curves that do not cross cannot make, any.
+        free = (i for i in waiting if not any(behind(j, i) for j in waiting if j != i))
+        first = next(free, waiting[0])
+        waiting.remove(first)
+        found.append((parts[first], int(left[parts[first].start])))
+    return found
+
+
 def _rectangle(x: Array, z: Array) -> Array:
     """Shape (4 * 8, 2): the outline, its sides divided, since the lens bends them."""
     corners = np.array([[x[0], z[0]], [x[1], z[0]], [x[1], z[1]], [x[0], z[1]]])
@@ -225,8 +266,8 @@ def _textured(
     rough: NDArray[np.float32], long: float, broad: float, u: NDArray[np.float32], v: NDArray[np.float32], scale: float
 ) -> NDArray[np.float32]:
     """A grain with unit standard deviation at places u and v, m."""
-    grain = cv2.GaussianBlur(np.tile(rough, (2, 2)), (0, 0), sigmaX=long, sigmaY=broad)[128:384, 128:384]
-    grain /= grain.std()
+    smooth = cv2.GaussianBlur(np.tile(rough, (2, 2)), (0, 0), sigmaX=long, sigmaY=broad)[128:384, 128:384]
+    grain = np.asarray(smooth / smooth.std(), dtype=np.float32)
     places = [np.nan_to_num(np.mod(value * scale, 256.0)).astype(np.float32) for value in (u, v)]
     return np.asarray(cv2.remap(grain, places[0], places[1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP))
 

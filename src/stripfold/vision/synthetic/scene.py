@@ -109,6 +109,8 @@ class Filming:
     """Width of a thing that passes in front of the strip, m; 0 for none."""
     background: float = 0.25
     """Grey of what is behind, as a share of white."""
+    table: float = 0.35
+    """Grey of the table."""
     codec: str = "ffv1"
     container: str = "mkv"
     quality: int = 3
@@ -195,7 +197,7 @@ RANGES: dict[str, tuple[float, float]] = {
     **{"yaw": (-30.0, 30.0), "roll": (-30.0, 30.0), "distortion": (-0.5, 0.5), "exposure": (0.0, 0.1)},
     **{"rolling_shutter": (0.0, 0.1), "defocus": (0.0, 10.0), "shot_noise": (0.0, 50.0), "read_noise": (0.0, 50.0)},
     **{"light": (0.02, 1.0), "gradient": (0.0, 0.8), "flicker": (0.0, 0.5), "shadow": (0.0, 0.9)},
-    **{"passing": (0.0, 0.2), "background": (0.0, 1.0), "quality": (2, 31), "jitter": (0.0, 0.3)},
+    **{"passing": (0.0, 0.2), "background": (0.0, 1.0), "table": (0.0, 1.0), "quality": (2, 31), "jitter": (0.0, 0.3)},
     **{"dropped": (0.0, 0.5), "dropped_at_event": (0, 100), "doubled": (0.0, 0.5), "log_rate": (5.0, 1000.0)},
     **{"log_offset": (-1e4, 1e4), "log_noise": (0.0, 1e-2), "stop_noise": (0.0, 1e-2), "views": (4, 40)},
     **{"seed": (0, 2**32 - 1)},
@@ -208,7 +210,7 @@ Part = TypeVar("Part")
 def checked(
     part: type[Part], given: Any, name: str, ranges: Mapping[str, tuple[float, float]] = RANGES, **choices: Any
 ) -> Part:
-    """A frozen dataclass of plain numbers, texts and pairs from a mapping, each value checked against its default's type.
+    """A frozen dataclass of numbers, texts and pairs from a mapping; each value is checked by its default's type.
 
     Raises
     ------
@@ -248,7 +250,7 @@ def _checked(
     whole = isinstance(default, int)
     if isinstance(value, bool) or not isinstance(value, int if whole else Real) or not isfinite(float(value)):
         raise InvalidInputError(name, value, "a whole number" if whole else "a number")
-    if not low <= value <= high:
+    if not low <= float(value) <= high:
         raise InvalidInputError(name, value, f"from {low:g} to {high:g}")
     return value if whole else float(value)
 

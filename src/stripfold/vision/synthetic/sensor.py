@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 
 import cv2
 import numpy as np
@@ -20,7 +21,7 @@ Light = NDArray[np.float32]
 WORD = "SYNTHETIC"
 FLICKER = 100.0
 """Of lamps on 50 Hz, Hz."""
-_STEP, _BAND_STEP = 0.7, 0.1
+_STEP, _BAND_STEP = 0.7, 0.15
 """How far the strip may move between two partial exposures and between two bands of rows, pixels."""
 _MOST = 16
 """Partial exposures, and bands, at most."""
@@ -96,20 +97,19 @@ class Sensor:
         pixel = filming.field / width
         shutter, exposure = filming.rolling_shutter, filming.exposure
         whole = history.displacement(t - 0.5 * exposure, t + shutter + 0.5 * exposure) / pixel
+        # By the strip's motion alone: how smoothly a passing thing is blurred does not matter.
         moved = whole / (shutter + exposure) if shutter + exposure > 0.0 else 0.0
-        if filming.passing:
-            moved = max(moved, 1.4 * width / self._span)
         bands = int(np.clip(np.ceil(moved * shutter / _BAND_STEP), 1, _MOST))
         parts = int(np.clip(np.ceil(moved * exposure / _STEP), 1, _MOST))
         limits = np.rint(np.linspace(0, height, bands + 1)).astype(int)
         picture = np.empty((height, width), dtype=np.float32)
-        for first, end in zip(limits[:-1], limits[1:], strict=True):
+        for first, end in pairwise(limits.tolist()):
             middle = t + shutter * 0.5 * (first + end - 1) / (height - 1)
             moments = middle + exposure * ((np.arange(parts) + 0.5) / parts - 0.5)
             curves, grippers = history.at(moments)
             total = np.zeros((end - first, width), dtype=np.float32)
             for moment, curve, gripper in zip(moments, curves, grippers, strict=True):
-                seen = self._renderer.picture(curve, gripper, self._passing(moment), (int(first), int(end)))
+                seen = self._renderer.picture(curve, gripper, self._passing(moment), (first, end))
                 total += seen[first:end]
             picture[first:end] = total / parts
         return picture
@@ -129,7 +129,8 @@ class Sensor:
         filming = self._filming
         light = seen * self._lighting(t)
         if filming.defocus > 0.0:
-            light = cv2.GaussianBlur(light, (0, 0), filming.defocus, borderType=cv2.BORDER_REPLICATE)
+            blurred = cv2.GaussianBlur(light, (0, 0), filming.defocus, borderType=cv2.BORDER_REPLICATE)
+            light = np.asarray(blurred, dtype=np.float32)
         noise = self._rng.standard_normal(light.shape, dtype=np.float32)
         spread = np.sqrt(filming.shot_noise**2 / 255.0 * light + np.float32(filming.read_noise**2))
         picture = np.asarray(np.clip(np.rint(light + spread * noise), 0, 255), dtype=np.uint8)

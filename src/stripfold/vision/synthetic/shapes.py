@@ -17,7 +17,7 @@ from scipy.interpolate import CubicSpline
 from stripfold.errors import InvalidInputError
 
 from .history import History
-from .laws import LAWS, Law, Passage, passage
+from .laws import LAWS, Law, passage
 from .scene import Scene, checked
 
 Array = NDArray[np.float64]
@@ -235,5 +235,6 @@ def history(scene: Scene) -> History:
         "generator": "shapes",
         "motion": asdict(asked),
     }
-    return History(found.t, np.stack([strip.flat_end + found.advance, np.full_like(found.t, gripper.height)], 1), curve, truth)
-
+    return History(
+        found.t, np.stack([strip.flat_end + found.advance, np.full_like(found.t, gripper.height)], 1), curve, truth
+    )

@@ -20,7 +20,9 @@ _EXACT = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 20, 1e-10)
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """A camera and its pose in the robot's frame: x along the table, y into the depth, z up; the folding plane is y = 0.
+    """A camera and its pose in the robot's frame: x along the table, z up; the folding plane is y = 0.
+
+    Robot y points away from a camera that is not ``behind``.
 
     Attributes
     ----------
@@ -56,12 +58,12 @@ class View:
         ray = np.append(_rays(camera, middle)[0], 1.0) @ rotation
         target = np.array([filming.target[0], 0.0, filming.target[1]])
         place = target - ray * filming.distance
-        return cls(camera, cv2.Rodrigues(rotation)[0].ravel(), -rotation @ place)
+        return cls(camera, as_vector(rotation), -rotation @ place)
 
     @cached_property
     def matrix(self) -> Array:
         """Shape (3, 3): the rotation."""
-        return np.asarray(cv2.Rodrigues(self.rotation)[0])
+        return np.asarray(cv2.Rodrigues(self.rotation)[0], dtype=np.float64)
 
     @cached_property
     def place(self) -> Array:
@@ -78,12 +80,16 @@ class View:
         return self.pixels(np.stack([points[..., 0], np.full(points.shape[:-1], y), points[..., 1]], axis=-1))
 
 
+def as_vector(rotation: Array) -> Array:
+    """A rotation, shape (3, 3), as OpenCV takes it, shape (3,)."""
+    return np.asarray(cv2.Rodrigues(rotation)[0], dtype=np.float64).ravel()
+
+
 def _rays(camera: Camera, pixels: Array) -> Array:
     """Shape (n, 2): the direction in which each pixel looks, at depth 1, without the lens's distortion."""
     flat = np.ascontiguousarray(pixels, dtype=np.float64).reshape(-1, 1, 2)
-    return np.asarray(
-        cv2.undistortPoints(flat, camera.matrix, camera.distortion, R=None, P=None, criteria=_EXACT)
-    ).reshape(-1, 2)
+    seen = cv2.undistortPoints(flat, camera.matrix, camera.distortion, R=None, P=None, criteria=_EXACT)
+    return np.asarray(seen, dtype=np.float64).reshape(-1, 2)
 
 
 @dataclass(frozen=True, eq=False)
