@@ -137,36 +137,38 @@ def test_what_is_nearer_hides_what_is_behind(behind: bool, monkeypatch: pytest.M
 
 @pytest.mark.parametrize("kind", ["chessboard", "charuco"])
 def test_boards_are_found_where_they_are(kind: str) -> None:
-    filming = {"size": [480, 360], "board": kind, "distortion": [-0.2, 0.05, 1e-3, -1e-3], "tilt": 5.0, "views": 6}
+    filming = {"size": [480, 360], "board": kind, "distortion": [-0.2, 0.05, 1e-3, -1e-3], "defocus": 0.8, "views": 5}
     calibration = Calibration(Renderer(Scene.create(filming=filming), np.eye(2)), np.random.default_rng(0))
     board, camera = calibration.board, calibration.renderer.view.camera
     poses = [*calibration.poses(), calibration.plane_pose()]
-    assert len(poses) == 7
+    assert len(poses) == 6
     seen, errors = [], []
     for rotation, translation in poses:
         picture = calibration.picture(rotation, translation)
         truth = camera.project(board.corners, cv2.Rodrigues(rotation)[0].ravel(), translation)
+        said = board.as_config()
         if kind == "chessboard":
-            found, corners = cv2.findChessboardCorners(picture, (8, 5))
+            found, corners = cv2.findChessboardCorners(picture, (said["columns"], said["rows"]))
             assert found
-            half = max(2, int(np.linalg.norm(truth[1] - truth[0]) / 4))
-            corners = cv2.cornerSubPix(picture, corners, (half, half), (-1, -1), (3, 40, 1e-4)).reshape(-1, 2)
-            which = np.arange(40)
+            which, half = np.arange(40), 4
+            corners = corners.reshape(-1, 2)
+            if np.linalg.norm(corners[0] - truth[0]) > 10.0:
+                corners = corners[::-1]  # found from its other end
         else:
-            said = board.as_config()
-            size = (said["columns"], said["rows"])
             dictionary = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50)
+            size = (said["columns"], said["rows"])
             made = cv2.aruco.CharucoBoard(size, said["square"], said["marker"], dictionary)
             corners, which, _, _ = cv2.aruco.CharucoDetector(made).detectBoard(picture)
-            corners, which = corners.reshape(-1, 2), which.ravel()
+            which, half = which.ravel(), 2  # the markers are close
             assert len(which) > 30
-        error = np.linalg.norm(corners - truth[which], axis=1)
-        error_turned = np.linalg.norm(corners[::-1] - truth[which], axis=1)
-        errors.append(min(error.mean(), error_turned.mean()))
+        start = np.ascontiguousarray(corners.reshape(-1, 1, 2))
+        corners = cv2.cornerSubPix(picture, start, (half, half), (-1, -1), (3, 40, 1e-4)).reshape(-1, 2)
+        errors.append(corners - truth[which])
         seen.append(truth)
-    assert max(errors) < 0.1
+    assert max(np.sqrt(np.mean(np.sum(error**2, axis=1))) for error in errors) < 0.1
+    assert np.abs(np.concatenate(errors).mean(axis=0)).max() < 0.03
     reached = np.concatenate(seen)
-    assert np.all(np.ptp(reached, axis=0) > 0.8 * np.array([480, 360]))
+    assert np.all(np.ptp(reached, axis=0) > [0.7 * 480, 0.65 * 360])
 
 
 def test_the_plane_board_and_the_stops_are_in_the_folding_plane() -> None:
@@ -296,8 +298,8 @@ def test_time_stamps_are_kept_exactly(
 
 @pytest.mark.parametrize("law", LAWS)
 def test_the_family_keeps_the_length_and_ends_at_the_gripper(law: str) -> None:
-    for seed in range(3):
-        scene = Scene.create(seed=seed, motion={"law": law}, gripper={"height": 0.09 + 0.015 * seed})
+    for seed in range(2):
+        scene = Scene.create(seed=seed, motion={"law": law}, gripper={"height": 0.09 + 0.025 * seed})
         history = shapes.history(scene)
         np.testing.assert_allclose(history.curve[:, 0], history.gripper, atol=1e-9)
         np.testing.assert_allclose(
@@ -504,7 +506,9 @@ def test_bad_scenes(given: dict[str, object], key: str, says: str) -> None:
     assert caught.value.key == key
 
 
-@pytest.mark.parametrize("motion", [{"lw": "cubic"}, {"law": "quartic"}, {"inertia": -1.0}, {"before": 0.5}])
+@pytest.mark.parametrize(
+    "motion", [{"lw": "cubic"}, {"law": "quartic"}, {"inertia": -1.0}, {"law": "cubic", "cubic": 1.0, "before": 0.06}]
+)
 def test_bad_motions(motion: dict[str, object]) -> None:
     with pytest.raises(InvalidInputError, match="motion"):
         shapes.history(Scene.create(motion=motion))

@@ -118,7 +118,7 @@ class Calibration:
         )
         middle = self.board.square * np.array([COLUMNS / 2, ROWS / 2, 0.0])
         found: list[tuple[Array, Array]] = []
-        reach = 0.36
+        reach = 0.5
         while len(found) < filming.views:
             axis = rng.uniform(0.0, 2.0 * np.pi)
             lean = np.radians(rng.uniform(15.0, 38.0)) * np.array([np.cos(axis), np.sin(axis), 0.0])
@@ -131,9 +131,9 @@ class Calibration:
             sheet = camera.project(self.board.outline, as_vector(rotation), translation)
             if np.all(sheet > 3.0) and np.all(sheet < size - 4.0):
                 found.append((rotation, translation))
-                reach = 0.36
+                reach = 0.5
             else:
-                reach *= 0.995  # closer to the middle, until it fits
+                reach *= 0.997  # closer to the middle, until it fits
         return found
 
     def plane_pose(self) -> tuple[Array, Array]:

@@ -23,8 +23,7 @@ FLICKER = 100.0
 """Of lamps on 50 Hz, Hz."""
 _STEP, _BAND_STEP = 0.7, 0.15
 """How far the strip may move between two partial exposures and between two bands of rows, pixels."""
-_MOST = 16
-"""Partial exposures, and bands, at most."""
+_MOST_PARTS, _MOST_BANDS = 16, 32
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,8 +98,8 @@ class Sensor:
         whole = history.displacement(t - 0.5 * exposure, t + shutter + 0.5 * exposure) / pixel
         # By the strip's motion alone: how smoothly a passing thing is blurred does not matter.
         moved = whole / (shutter + exposure) if shutter + exposure > 0.0 else 0.0
-        bands = int(np.clip(np.ceil(moved * shutter / _BAND_STEP), 1, _MOST))
-        parts = int(np.clip(np.ceil(moved * exposure / _STEP), 1, _MOST))
+        bands = int(np.clip(np.ceil(moved * shutter / _BAND_STEP), 1, _MOST_BANDS))
+        parts = int(np.clip(np.ceil(moved * exposure / _STEP), 1, _MOST_PARTS))
         limits = np.rint(np.linspace(0, height, bands + 1)).astype(int)
         picture = np.empty((height, width), dtype=np.float32)
         for first, end in pairwise(limits.tolist()):
