@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import jsonschema
 import numpy as np
@@ -35,7 +35,8 @@ def history_of(scene: Scene) -> History:
     if scene.generator == "dynamics":
         from .dynamics import from_dynamics  # type: ignore[import-not-found]
 
-        return cast(History, from_dynamics(scene))
+        found: History = from_dynamics(scene)
+        return found
     from .shapes import history
 
     return history(scene)

@@ -4,23 +4,39 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import MISSING, asdict, dataclass, field, fields
-from difflib import get_close_matches
-from math import isfinite
-from numbers import Real
+from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import yaml
 
 from stripfold.errors import InvalidInputError
 from stripfold.material import GRAVITY
 
+from .checking import checked, known_keys
+
 GENERATORS = ("shapes", "dynamics")
 CODECS = ("ffv1", "mjpeg", "mpeg4")
 CONTAINERS = {"ffv1": ("mkv",), "mjpeg": ("mkv", "avi"), "mpeg4": ("mp4",)}
 BOARDS = ("chessboard", "charuco")
 MOST_PIXELS = 4096 * 2160
+
+# Lowest and highest value, both allowed.
+_RANGES: dict[str, tuple[float, float]] = {
+    **{"length": (0.05, 10.0), "eta_b": (0.1, 1e8), "width": (1e-3, 2.0), "thickness": (1e-5, 0.02)},
+    **{"grey": (0.0, 1.0), "edge": (0.0, 1.0), "texture": (0.0, 0.3), "hairs": (0.0, 1e4)},
+    **{"height": (1e-3, 10.0), "speed": (1e-4, 1.0), "finger": (0.0, 0.1), "marker": (0, 49)},
+    **{"marker_size": (1e-3, 1.0), "offset": (-1.0, 1.0), "size": (64, 4096), "frame_rate": (1.0, 1000.0)},
+    **{"target": (-10.0, 10.0), "distance": (0.05, 20.0), "field": (0.01, 20.0), "tilt": (0.0, 30.0)},
+    **{"yaw": (-30.0, 30.0), "roll": (-30.0, 30.0), "distortion": (-0.5, 0.5), "exposure": (0.0, 0.1)},
+    **{"rolling_shutter": (0.0, 0.1), "defocus": (0.0, 10.0), "shot_noise": (0.0, 50.0), "read_noise": (0.0, 50.0)},
+    **{"light": (0.02, 1.0), "gradient": (0.0, 0.8), "flicker": (0.0, 0.5), "shadow": (0.0, 0.9)},
+    **{"passing": (0.0, 0.2), "background": (0.0, 1.0), "table": (0.0, 1.0), "quality": (2, 31), "jitter": (0.0, 0.3)},
+    **{"dropped": (0.0, 0.5), "dropped_at_event": (0, 100), "doubled": (0.0, 0.5), "log_rate": (5.0, 1000.0)},
+    **{"log_offset": (-1e4, 1e4), "log_noise": (0.0, 1e-2), "stop_noise": (0.0, 1e-2), "views": (4, 40)},
+    **{"seed": (0, 2**32 - 1)},
+}
+_CHOICES = {"codec": CODECS, "board": BOARDS, "container": ("mkv", "avi", "mp4")}
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,16 +175,16 @@ class Scene:
         InvalidInputError
             An unknown key, or a value that cannot be used.
         """
-        _known(given, tuple(item.name for item in fields(cls)), "")
+        known_keys(given, tuple(item.name for item in fields(cls)), "")
         parts: dict[str, Any] = {"strip": Strip, "gripper": Gripper, "filming": Filming}
-        values = {key: checked(parts[key], given[key], key) for key in parts if key in given}
+        values = {key: checked(parts[key], given[key], key, _RANGES, _CHOICES) for key in parts if key in given}
         if "motion" in given:
             if not isinstance(given["motion"], Mapping):
                 raise InvalidInputError("motion", given["motion"], "keys and values")
             values["motion"] = {str(key): value for key, value in given["motion"].items()}
         if given.get("generator", "shapes") not in GENERATORS:
             raise InvalidInputError("generator", given["generator"], " or ".join(GENERATORS))
-        plain = checked(_Plain, {key: given[key] for key in ("seed", "title") if key in given}, "")
+        plain = checked(_Plain, {key: given[key] for key in ("seed", "title") if key in given}, "", _RANGES, _CHOICES)
         title = plain.title if "synthetic" in plain.title.lower() else f"{plain.title} (synthetic)"
         scene = cls(**values, generator=given.get("generator", "shapes"), seed=plain.seed, title=title)
         _check_together(scene)
@@ -185,83 +201,6 @@ class Scene:
 class _Plain:
     seed: int = 0
     title: str = "synthetic recording"
-
-
-# Lowest and highest value, both allowed.
-RANGES: dict[str, tuple[float, float]] = {
-    **{"length": (0.05, 10.0), "eta_b": (0.1, 1e8), "width": (1e-3, 2.0), "thickness": (1e-5, 0.02)},
-    **{"grey": (0.0, 1.0), "edge": (0.0, 1.0), "texture": (0.0, 0.3), "hairs": (0.0, 1e4)},
-    **{"height": (1e-3, 10.0), "speed": (1e-4, 1.0), "finger": (0.0, 0.1), "marker": (0, 49)},
-    **{"marker_size": (1e-3, 1.0), "offset": (-1.0, 1.0), "size": (64, 4096), "frame_rate": (1.0, 1000.0)},
-    **{"target": (-10.0, 10.0), "distance": (0.05, 20.0), "field": (0.01, 20.0), "tilt": (0.0, 30.0)},
-    **{"yaw": (-30.0, 30.0), "roll": (-30.0, 30.0), "distortion": (-0.5, 0.5), "exposure": (0.0, 0.1)},
-    **{"rolling_shutter": (0.0, 0.1), "defocus": (0.0, 10.0), "shot_noise": (0.0, 50.0), "read_noise": (0.0, 50.0)},
-    **{"light": (0.02, 1.0), "gradient": (0.0, 0.8), "flicker": (0.0, 0.5), "shadow": (0.0, 0.9)},
-    **{"passing": (0.0, 0.2), "background": (0.0, 1.0), "table": (0.0, 1.0), "quality": (2, 31), "jitter": (0.0, 0.3)},
-    **{"dropped": (0.0, 0.5), "dropped_at_event": (0, 100), "doubled": (0.0, 0.5), "log_rate": (5.0, 1000.0)},
-    **{"log_offset": (-1e4, 1e4), "log_noise": (0.0, 1e-2), "stop_noise": (0.0, 1e-2), "views": (4, 40)},
-    **{"seed": (0, 2**32 - 1)},
-}
-_CHOICES = {"codec": CODECS, "board": BOARDS, "container": ("mkv", "avi", "mp4")}
-
-Part = TypeVar("Part")
-
-
-def checked(
-    part: type[Part], given: Any, name: str, ranges: Mapping[str, tuple[float, float]] = RANGES, **choices: Any
-) -> Part:
-    """A frozen dataclass of numbers, texts and pairs from a mapping; each value is checked by its default's type.
-
-    Raises
-    ------
-    InvalidInputError
-        No mapping, an unknown key, or a value that cannot be used.
-    """
-    if not isinstance(given, Mapping):
-        raise InvalidInputError(name, given, "keys and values")
-    defaults = {item.name: item.default for item in fields(part) if item.default is not MISSING}  # type: ignore[arg-type]
-    _known(given, tuple(defaults), name)
-    allowed = {**_CHOICES, **choices}
-    values = {
-        str(key): _checked(f"{name}.{key}" if name else str(key), str(key), value, defaults[str(key)], ranges, allowed)
-        for key, value in given.items()
-    }
-    return part(**values)
-
-
-def _checked(
-    name: str, key: str, value: Any, default: Any, ranges: Mapping[str, tuple[float, float]], choices: Mapping[str, Any]
-) -> Any:
-    if isinstance(default, tuple):
-        if not isinstance(value, list | tuple) or len(value) != len(default):
-            raise InvalidInputError(name, value, f"{len(default)} numbers")
-        return tuple(_checked(name, key, item, default[0], ranges, choices) for item in value)
-    if isinstance(default, bool):
-        if not isinstance(value, bool):
-            raise InvalidInputError(name, value, "true or false")
-        return value
-    if isinstance(default, str):
-        if key in choices and value not in choices[key]:
-            raise InvalidInputError(name, value, " or ".join(choices[key]))
-        if not isinstance(value, str) or not value.strip():
-            raise InvalidInputError(name, value, "a text")
-        return value
-    low, high = ranges[key]
-    whole = isinstance(default, int)
-    if isinstance(value, bool) or not isinstance(value, int if whole else Real) or not isfinite(float(value)):
-        raise InvalidInputError(name, value, "a whole number" if whole else "a number")
-    if not low <= float(value) <= high:
-        raise InvalidInputError(name, value, f"from {low:g} to {high:g}")
-    return value if whole else float(value)
-
-
-def _known(given: Mapping[Any, Any], known: tuple[str, ...], name: str) -> None:
-    for key in given:
-        if key not in known:
-            near = get_close_matches(str(key), known, 1)
-            advice = f"did you mean {near[0]}?" if near else "remove it"
-            where = f"{name}.{key}" if name else str(key)
-            raise InvalidInputError(where, given[key], f"one of the keys {', '.join(known)}", advice)
 
 
 def _check_together(scene: Scene) -> None:

@@ -21,8 +21,8 @@ Light = NDArray[np.float32]
 WORD = "SYNTHETIC"
 FLICKER = 100.0
 """Of lamps on 50 Hz, Hz."""
-_STEP, _BAND_STEP = 0.7, 0.15
-"""How far the strip may move between two partial exposures and between two bands of rows, pixels."""
+_STEP, _BAND_STEP, _PASSING_STEP = 0.7, 0.15, 0.6
+"""How far the strip may move between partial exposures and between bands of rows, and a passing thing, pixels."""
 _MOST_PARTS, _MOST_BANDS = 16, 32
 
 
@@ -96,9 +96,11 @@ class Sensor:
         pixel = filming.field / width
         shutter, exposure = filming.rolling_shutter, filming.exposure
         whole = history.displacement(t - 0.5 * exposure, t + shutter + 0.5 * exposure) / pixel
-        # By the strip's motion alone: how smoothly a passing thing is blurred does not matter.
         moved = whole / (shutter + exposure) if shutter + exposure > 0.0 else 0.0
-        bands = int(np.clip(np.ceil(moved * shutter / _BAND_STEP), 1, _MOST_BANDS))
+        # A passing thing is nothing to measure: its steps need only be too small to be seen.
+        passing = 1.4 * width / self._span if filming.passing else 0.0
+        fine = max(moved / _BAND_STEP, passing / _PASSING_STEP)
+        bands = int(np.clip(np.ceil(fine * shutter), 1, _MOST_BANDS))
         parts = int(np.clip(np.ceil(moved * exposure / _STEP), 1, _MOST_PARTS))
         limits = np.rint(np.linspace(0, height, bands + 1)).astype(int)
         picture = np.empty((height, width), dtype=np.float32)

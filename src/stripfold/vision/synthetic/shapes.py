@@ -16,9 +16,10 @@ from scipy.interpolate import CubicSpline
 
 from stripfold.errors import InvalidInputError
 
+from .checking import checked
 from .history import History
 from .laws import LAWS, Law, passage
-from .scene import Scene, checked
+from .scene import Scene
 
 Array = NDArray[np.float64]
 
@@ -211,7 +212,7 @@ def history(scene: Scene) -> History:
     InvalidInputError
         ``scene.motion`` has an unknown key, or asks for what no such strip can do.
     """
-    asked = checked(Motion, scene.motion, "motion", _RANGES, law=LAWS)
+    asked = checked(Motion, scene.motion, "motion", _RANGES, {"law": LAWS})
     unit, strip, gripper = scene.strip.gravity_length, scene.strip, scene.gripper
     rng = np.random.default_rng([scene.seed, 3])
     vary = 1.0 + 0.04 * rng.uniform(-1.0, 1.0, 4)
