@@ -1,4 +1,4 @@
-"""The command line; of paths in :mod:`.cli_paths`.  Heavy imports wait until they are needed."""
+"""The command line; more of it in :mod:`.cli_paths` and :mod:`.cli_record`.  Heavy imports wait until needed."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from math import isfinite
 from typing import TYPE_CHECKING, Any
 
-from stripfold import __version__, cli_paths
+from stripfold import __version__, cli_paths, cli_record
 from stripfold.cli_common import as_json, metres, output_path, progress
 from stripfold.errors import InvalidInputError, SolveError, StripfoldError, TimeStepError
 
@@ -36,6 +36,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             "film": _film,
             "path": cli_paths.path,
             "assess": cli_paths.assess,
+            "record": cli_record.record,
         }
         command = commands[arguments.command]
         print(command(arguments))
@@ -100,6 +101,7 @@ def _parser() -> argparse.ArgumentParser:
     film.add_argument("result", metavar="RESULT.nc", help="from stripfold simulate")
     film.add_argument("--output", metavar="FILM.mp4", help="where to write [the result's name with .mp4, here]")
     cli_paths.add_to(commands)
+    cli_record.add_to(commands)
     return parser
 
 
