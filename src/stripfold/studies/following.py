@@ -36,6 +36,9 @@ BOUNCED = 0.2
 Where it jumps from above this a single contact of the mesh has opened (docs/numerics.md)."""
 POP = 0.3
 """Largest way by which the strip may pop when that happens, L*, and go on from there."""
+TOOTH = 0.05
+"""Largest way by which a place of the strip goes through a tooth of the contact, L*: one that is longer may be the
+strip's own small snap, and whether it is passed hangs on the mesh."""
 BEYOND = (0.01, 0.03, 0.1)
 """How far behind such a point the strip is looked for, L*."""
 AT_CORNER = 1e-7
@@ -165,6 +168,12 @@ def _along_piece(
             if critical.passed(point, points[-2]):
                 fold = len(points) - 1
         elif not critical.passed(point) and point.lam > max(p.lam for p in points[:-1]):
+            if problem.model.largest_move(points[fold - 1].q, point.q) > TOOTH:
+                raise CoarseMeshError(
+                    f"the strip pops at lambda = {points[fold - 1].lam:.6g}: the mesh decides whether it goes",
+                    parameter=points[fold - 1].lam,
+                    advice="refine the mesh",
+                )
             folds += 1
             fold = None
     if fold is None:
