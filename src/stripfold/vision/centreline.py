@@ -1,0 +1,379 @@
+"""The centreline of a strip in a picture: from nothing, and from the one in the picture before.
+
+Both end in the same measurement: sections across the strip, its two edges on each at half contrast, and a smoothing
+of the centres along the arc with a cut-off that follows from the strip's width.  The uncertainty of a point comes
+from how far the centres scatter about the smoothed curve, and how far neighbours scatter together.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.interpolate import CubicSpline
+
+from stripfold.errors import TrackingError
+
+from .mask import Rough, candidates
+from .sections import Edges, inside, locate, measure, normals, sample, tangents
+from .smooth import smooth, smoothed_values
+
+Array = NDArray[np.float64]
+Picture = NDArray[np.uint8]
+
+POINTS = 80
+GOOD = 0.4
+"""Score from which a section counts as measured."""
+LOST = 0.5
+"""Share of the sections that must be measured."""
+FLOOR = 0.02
+"""Least uncertainty of a point, pixels: the picture's own grid."""
+EXTENSION = 3.0
+"""How far beyond its last known end a strip is looked for, in its widths; at least 12 pixels."""
+
+
+@dataclass(frozen=True, eq=False)
+class Centreline:
+    """A strip's centreline in a picture, from the gripper's end along the strip.
+
+    Parameters
+    ----------
+    points
+        Shape (n, 2), pixels, equally spaced along the arc.
+    sd
+        Shape (n,), one standard deviation normal to the curve, pixels.
+    width
+        Shape (n,), of the visible band, pixels.
+    score
+        Shape (n,), from 0 (hidden) to 1 (as clear as the strip typically is).
+    bright
+        Whether the strip is brighter than what is around it.
+    contrast
+        Its typical difference to that, grey levels.
+    open_ends
+        Whether the strip leaves the picture at its first and at its last point.
+    """
+
+    points: Array
+    sd: Array
+    width: Array
+    score: Array
+    bright: bool
+    contrast: float
+    open_ends: tuple[bool, bool] = (False, False)
+
+    @property
+    def arc(self) -> Array:
+        """Arc length at the points, shape (n,), pixels."""
+        steps = np.linalg.norm(np.diff(self.points, axis=0), axis=1)
+        return np.concatenate([[0.0], np.cumsum(steps)])
+
+    @property
+    def length(self) -> float:
+        """Visible length, pixels."""
+        return float(self.arc[-1])
+
+    def reversed(self) -> Centreline:
+        """The same, from the other end."""
+        flipped = {name: getattr(self, name)[::-1] for name in ("points", "sd", "width", "score")}
+        return replace(self, **flipped, open_ends=self.open_ends[::-1])
+
+
+class _Band(NamedTuple):
+    """What is known of a strip before it is measured."""
+
+    width: float
+    bright: bool
+    contrast: float
+
+
+def find(image: Picture, start: ArrayLike | None = None, *, points: int = POINTS, source: str = "picture") -> Centreline:
+    """The longest and clearest strip in a picture.
+
+    Parameters
+    ----------
+    image
+        Grey values, shape (h, w).
+    start
+        Pixel of the gripper's end: what leads away from it on one side is taken.  Without it the strip starts at its
+        end further left.
+    points
+        How many points to return.
+    source
+        Name for errors.
+
+    Raises
+    ------
+    TrackingError
+        No strip.
+    """
+    best: tuple[float, Rough] | None = None
+    for rough in candidates(image):
+        if start is not None:
+            rough = _from_start(rough, np.asarray(start, dtype=np.float64))
+        worth = rough.length * min(rough.contrast, 100.0)
+        if start is not None:
+            away = float(np.hypot(*(rough.points[0] - np.asarray(start))))
+            worth /= 1.0 + (away / (4.0 * rough.width + 20.0)) ** 2
+        if best is None or worth > best[0]:
+            best = (worth, rough)
+    needed = "a strip much brighter or darker than what is around it"
+    if best is None or best[1].length < 20.0:
+        raise TrackingError(source, "no strip was found", needed, "light the strip, or put a plain cloth behind it")
+    rough = best[1]
+    if start is None and rough.points[0, 0] > rough.points[-1, 0]:
+        rough = replace(rough, points=rough.points[::-1])
+    band = _Band(rough.width, rough.bright, rough.contrast)
+    curve = _sections_of(_thinned(rough), band)
+    # The skeleton of a rough mask is a few pixels off: measured twice, the second time from a smooth curve.
+    for _ in range(2):
+        line = _measured(image, curve, band, _reach(band), points, source)
+        band = _Band(float(np.median(line.width)), band.bright, line.contrast)
+        curve = _sections_of(line.points, band)
+    return _measured(image, curve, band, 0, points, source)
+
+
+def refine(
+    image: Picture,
+    guess: Centreline,
+    start: ArrayLike | None = None,
+    *,
+    reach: float | None = None,
+    source: str = "picture",
+) -> Centreline:
+    """The strip of ``guess`` in the next picture; only what is near ``guess`` is looked at.
+
+    Parameters
+    ----------
+    image
+        Grey values, shape (h, w).
+    guess
+        From the picture before; the result has as many points.
+    start
+        Pixel of the gripper's end in this picture, where it is known: the first point is the one next to it.
+    reach
+        How far the strip may have moved, pixels; four widths and at least 16 by default.
+    source
+        Name for errors.
+
+    Raises
+    ------
+    TrackingError
+        Less than half of the strip was found.
+    """
+    band = _Band(float(np.median(guess.width)), guess.bright, guess.contrast)
+    curve = _sections_of(guess.points, band)
+    wide = _reach(band) if reach is None else int(np.ceil(reach + band.width))
+    line = _measured(image, curve, band, wide, len(guess.points), source)
+    if start is not None:
+        line = _cut(line, np.asarray(start, dtype=np.float64))
+    # What a clear strip is does not drift with what was found: a strip that blurs slowly shall lose its score.
+    return replace(line, contrast=0.9 * guess.contrast + 0.1 * line.contrast)
+
+
+def _reach(band: _Band) -> int:
+    return int(np.ceil(max(4.0 * band.width, 16.0)))
+
+
+def _spacing(band: _Band) -> float:
+    """Distance of the sections, pixels."""
+    return float(np.clip(0.5 * band.width, 3.0, 8.0))
+
+
+def _cutoff(band: _Band) -> float:
+    """Wave length that smoothing halves, pixels: hairs and weave are shorter, bends of a strip longer."""
+    return max(4.0 * band.width, 40.0)
+
+
+def _from_start(rough: Rough, start: Array) -> Rough:
+    """The way from its point nearest to ``start``, in the direction in which more of it is left."""
+    nearest = int(np.argmin(np.hypot(*(rough.points - start).T)))
+    tail, head = rough.points[nearest:], rough.points[: nearest + 1][::-1]
+    return replace(rough, points=tail if len(tail) >= len(head) else head)
+
+
+def _thinned(rough: Rough) -> Array:
+    """A few smooth points along the way of a skeleton."""
+    steps = np.linalg.norm(np.diff(rough.points, axis=0), axis=1)
+    arc = np.concatenate([[0.0], np.cumsum(steps)])
+    count = max(int(arc[-1] / 2.0), 12)
+    s = np.linspace(0.0, arc[-1], count)
+    even = np.column_stack([np.interp(s, arc, rough.points[:, i]) for i in range(2)])
+    return smoothed_values(even, np.ones(count), max(3.0 * rough.width, 20.0) / (arc[-1] / (count - 1)))
+
+
+def _sections_of(points: Array, band: _Band) -> Array:
+    """Points for sections, equally spaced along the curve and some beyond its ends; shape (n, 2)."""
+    steps = np.hypot(*np.diff(points, axis=0).T)
+    arc = np.concatenate([[0.0], np.cumsum(steps)])
+    inner = max(int(arc[-1] / _spacing(band)), 12)
+    h = arc[-1] / inner
+    curve = CubicSpline(arc, points)(h * np.arange(inner + 1))
+    more = max(int(np.ceil(max(EXTENSION * band.width, 12.0) / h)), 2)
+    beyond = np.arange(1, more + 1)[:, None]
+    # Straight on, in the direction of a piece that is longer than the scatter of its points.
+    k = min(3, inner)
+    before = curve[0] - beyond[::-1] * (curve[k] - curve[0]) / k
+    after = curve[-1] + beyond * (curve[-1] - curve[-1 - k]) / k
+    return np.concatenate([before, curve, after])
+
+
+def _measured(image: Picture, curve: Array, band: _Band, reach: int, points: int, source: str) -> Centreline:
+    """Locate (unless ``reach`` is 0), measure, smooth, trim the ends, and space equally."""
+    h = float(np.hypot(*(curve[len(curve) // 2 + 1] - curve[len(curve) // 2])))
+    if reach:
+        across = normals(tangents(curve))
+        profiles = sample(image, curve, across, reach, band.bright)
+        offset = locate(profiles, band.width, max(round(band.width / h), 2))
+        score = _score(measure(_shifted(profiles, offset, band), band.width), band)
+        curve = _settled(curve, across, offset, score * inside(curve, image.shape), _cutoff(band) / h)
+    across = normals(tangents(curve))
+    near = round(1.2 * band.width) + 5
+    edges = measure(sample(image, curve, across, near, band.bright), band.width)
+    score = np.where(inside(curve, image.shape), _score(edges, band), 0.0)
+    first, last = _ends(score, source)
+    keep = slice(first, last + 1)
+    curve, across, score = curve[keep], across[keep], score[keep]
+    edges = Edges(*(values[keep] for values in edges))
+    share = float(np.mean(score >= GOOD))
+    if share < LOST:
+        _lost(source, share)
+    centres = curve + edges.offset[:, None] * across
+    smoothed, sd = _smoothed(centres, edges, score, across, _cutoff(band) / h)
+    return _equally(image, smoothed, sd, edges, score, band, points, h)
+
+
+def _shifted(profiles: Array, offset: Array, band: _Band) -> Array:
+    """The middle parts of sections, moved so that the band is in their middle; shape (n, m)."""
+    half = round(1.2 * band.width) + 5
+    reach = profiles.shape[1] // 2
+    columns = reach + offset.astype(int)[:, None] + np.arange(-half, half + 1)
+    return np.take_along_axis(profiles, np.clip(columns, 0, profiles.shape[1] - 1), axis=1)
+
+
+def _settled(curve: Array, across: Array, offset: Array, score: Array, cutoff: float) -> Array:
+    """The curve moved by the offsets, those that do not fit their neighbours left out."""
+    weights = np.where(score >= GOOD, score, 0.0)
+    for _ in range(3):
+        smoothed = smoothed_values(offset[:, None], weights, cutoff)[:, 0]
+        away = np.abs(offset - smoothed)
+        weights = np.where(score >= GOOD, score, 0.0) / (1.0 + (away / 2.0) ** 2)
+    return np.asarray(curve + smoothed[:, None] * across)
+
+
+def _score(edges: Edges, band: _Band) -> Array:
+    """How much each section looks like the strip: clear, and as wide as it is."""
+    clear = np.clip(edges.contrast / (0.7 * band.contrast), 0.0, 1.0)
+    wider = np.log(np.maximum(edges.width, 0.1) / band.width) / 0.7
+    return np.asarray(np.where(edges.found, clear * np.exp(-0.5 * wider**2), 0.0))
+
+
+def _ends(score: Array, source: str) -> tuple[int, int]:
+    """First and last of the sections that are measured and have a measured neighbour."""
+    good = score >= GOOD
+    pairs = np.flatnonzero(good[1:] & good[:-1])
+    if pairs.size == 0:
+        _lost(source, float(good.mean()))
+    return int(pairs[0]), int(pairs[-1]) + 1
+
+
+def _lost(source: str, share: float) -> None:
+    found = f"the strip was found along {100.0 * share:.0f} % of where it was looked for"
+    advice = "it may be hidden, blurred, or have moved too far between two pictures"
+    raise TrackingError(source, found, f"at least {100.0 * LOST:.0f} %", advice)
+
+
+def _smoothed(centres: Array, edges: Edges, score: Array, across: Array, cutoff: float) -> tuple[Array, Array]:
+    """Smoothed centres, shape (n, 2), and their standard deviations, shape (n,)."""
+    good = score >= GOOD
+    typical = float(np.median(edges.noise[good]))
+    spread = np.clip(edges.noise / typical, 0.5, 3.0)
+    base = np.where(good, score / spread**2, 0.0)
+    base /= base[good].mean()
+    weights = base
+    for _ in range(3):
+        values = smoothed_values(centres, weights, cutoff)
+        away = np.einsum("ij,ij->i", centres - values, across)
+        scaled = away * np.sqrt(base)
+        sigma = max(1.4826 * float(np.median(np.abs(scaled[good]))), 1e-3)
+        # Hairs pull an edge outwards: what is far off counts less (Cauchy's weights).
+        weights = base / (1.0 + (scaled / (2.4 * sigma)) ** 2)
+    values, variance = smooth(centres, weights, cutoff)
+    away = np.einsum("ij,ij->i", centres - values, across)
+    used = weights * away**2
+    freedom = max(float(np.sum(good) - np.sum(weights * variance)), 1.0)
+    sigma2 = float(used.sum()) / freedom * float(np.sum(good) / max(weights.sum(), 1e-9))
+    sd = np.sqrt(sigma2 * variance * _inflation(away * np.sqrt(weights), good))
+    return values, np.hypot(sd, FLOOR)
+
+
+def _inflation(away: Array, good: NDArray[np.bool_]) -> float:
+    """By how much neighbours that scatter together raise the variance of a mean."""
+    pairs = good[1:] & good[:-1]
+    power = float(np.mean(away[good] ** 2))
+    if pairs.sum() < 8 or power == 0.0:
+        return 1.0
+    rho = float(np.clip(np.mean(away[1:][pairs] * away[:-1][pairs]) / power, 0.0, 0.8))
+    return (1.0 + rho) / (1.0 - rho)
+
+
+def _equally(
+    image: Picture, curve: Array, sd: Array, edges: Edges, score: Array, band: _Band, points: int, h: float
+) -> Centreline:
+    """Up to the strip's ends along the arc, in equal distances."""
+    steps = np.hypot(*np.diff(curve, axis=0).T)
+    arc = np.concatenate([[0.0], np.cumsum(steps)])
+    spline = CubicSpline(arc, curve)
+    low, high = (_tip(image, spline, arc, band, h, end) for end in (0, -1))
+    s = np.linspace(low, high, points)
+    shown = spline(s)
+    good = score >= GOOD
+    borders = 0.5 * band.width + 1.0
+    return Centreline(
+        points=shown,
+        sd=np.interp(s, arc, sd),
+        width=np.interp(s, arc[good], edges.width[good]),
+        score=np.interp(s, arc, score),
+        bright=band.bright,
+        contrast=float(np.median(edges.contrast[good])),
+        open_ends=tuple(not bool(v) for v in inside(shown[[0, -1]], image.shape, borders)),  # type: ignore[arg-type]
+    )
+
+
+def _tip(image: Picture, spline: CubicSpline, arc: Array, band: _Band, h: float, end: int) -> float:
+    """Arc length at which the strip ends: where the mean over half its width falls to half contrast."""
+    sign = -1.0 if end == 0 else 1.0
+    at, last = spline(arc[end]), arc[end]
+    away = sign * np.asarray(spline(last, 1))
+    away /= max(float(np.hypot(*away)), 1e-9)
+    back, out = min(3.0 * h, 0.5 * arc[-1]), max(EXTENSION * band.width, 12.0)
+    t = np.arange(-round(back), round(out) + 1, dtype=np.float64)
+    line = np.where(t[:, None] <= 0.0, spline(last + sign * np.minimum(t, 0.0)), at + t[:, None] * away)
+    across = np.broadcast_to([-away[1], away[0]], line.shape)
+    values = sample(image, line, across, max(int(0.25 * band.width), 0), band.bright).mean(axis=1)
+    seen = inside(line, image.shape)
+    inner = float(np.median(values[t <= -0.5 * back])) if np.any(t <= -0.5 * back) else float(values[0])
+    level = inner - 0.5 * band.contrast
+    low = np.flatnonzero((values < level) | ~seen)
+    if low.size == 0 or low[0] == 0:
+        return float(last)
+    i = int(low[0])
+    if not seen[i]:
+        return float(last + sign * t[i - 1])
+    part = (values[i - 1] - level) / max(float(values[i - 1] - values[i]), 1e-3)
+    return float(last + sign * (t[i - 1] + np.clip(part, 0.0, 1.0)))
+
+
+def _cut(line: Centreline, start: Array) -> Centreline:
+    """The line from its point next to ``start``, with as many points."""
+    arc = line.arc
+    spline = CubicSpline(arc, line.points)
+    near = float(np.clip(arc[int(np.argmin(np.hypot(*(line.points - start).T)))], 0.0, 0.9 * arc[-1]))
+    # The foot of the normal from start: one Newton step from the nearest point is enough for a smooth curve.
+    way = np.asarray(spline(near, 1))
+    near = float(np.clip(near + np.dot(start - spline(near), way) / np.dot(way, way), 0.0, 0.9 * arc[-1]))
+    s = np.linspace(near, arc[-1], len(line.points))
+    moved = {name: np.interp(s, arc, getattr(line, name)) for name in ("sd", "width", "score")}
+    return replace(line, points=spline(s), **moved)
