@@ -12,12 +12,11 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.interpolate import CubicSpline
 
 from stripfold.errors import TrackingError
 
 from .mask import Rough, candidates
-from .sections import Edges, inside, locate, measure, normals, sample, tangents
+from .sections import Edges, inside, interpolated, locate, measure, normals, sample, tangents
 from .smooth import smooth, smoothed_values
 
 Array = NDArray[np.float64]
@@ -28,7 +27,7 @@ GOOD = 0.4
 """Score from which a section counts as measured."""
 LOST = 0.5
 """Share of the sections that must be measured."""
-FLOOR = 0.02
+FLOOR = 0.01
 """Least uncertainty of a point, pixels: the picture's own grid."""
 EXTENSION = 3.0
 """How far beyond its last known end a strip is looked for, in its widths; at least 12 pixels."""
@@ -195,13 +194,15 @@ def _from_start(rough: Rough, start: Array) -> Rough:
 
 
 def _thinned(rough: Rough) -> Array:
-    """A few smooth points along the way of a skeleton."""
+    """Smooth points along the way of a skeleton, its ends left out: there it runs into corners and frays."""
     steps = np.linalg.norm(np.diff(rough.points, axis=0), axis=1)
     arc = np.concatenate([[0.0], np.cumsum(steps)])
-    count = max(int(arc[-1] / 2.0), 12)
-    s = np.linspace(0.0, arc[-1], count)
+    off = min(3.0 * rough.width, 0.1 * arc[-1])
+    length = float(arc[-1]) - 2.0 * off
+    count = max(int(length / 2.0), 12)
+    s = np.linspace(off, off + length, count)
     even = np.column_stack([np.interp(s, arc, rough.points[:, i]) for i in range(2)])
-    return smoothed_values(even, np.ones(count), max(3.0 * rough.width, 20.0) / (arc[-1] / (count - 1)))
+    return smoothed_values(even, np.ones(count), max(3.0 * rough.width, 20.0) / (length / (count - 1)))
 
 
 def _sections_of(points: Array, band: _Band) -> Array:
@@ -210,13 +211,11 @@ def _sections_of(points: Array, band: _Band) -> Array:
     arc = np.concatenate([[0.0], np.cumsum(steps)])
     inner = max(int(arc[-1] / _spacing(band)), 12)
     h = arc[-1] / inner
-    curve = CubicSpline(arc, points)(h * np.arange(inner + 1))
+    curve = interpolated(points, arc, h * np.arange(inner + 1))
     more = max(int(np.ceil(max(EXTENSION * band.width, 12.0) / h)), 2)
     beyond = np.arange(1, more + 1)[:, None]
-    # Straight on, in the direction of a piece that is longer than the scatter of its points.
-    k = min(3, inner)
-    before = curve[0] - beyond[::-1] * (curve[k] - curve[0]) / k
-    after = curve[-1] + beyond * (curve[-1] - curve[-1 - k]) / k
+    before = curve[0] + h * beyond[::-1] * _end(curve[::-1])
+    after = curve[-1] + h * beyond * _end(curve)
     return np.concatenate([before, curve, after])
 
 
@@ -323,57 +322,69 @@ def _equally(
     image: Picture, curve: Array, sd: Array, edges: Edges, score: Array, band: _Band, points: int, h: float
 ) -> Centreline:
     """Up to the strip's ends along the arc, in equal distances."""
-    steps = np.hypot(*np.diff(curve, axis=0).T)
-    arc = np.concatenate([[0.0], np.cumsum(steps)])
-    spline = CubicSpline(arc, curve)
-    low, high = (_tip(image, spline, arc, band, h, end) for end in (0, -1))
-    s = np.linspace(low, high, points)
-    shown = spline(s)
     good = score >= GOOD
+    beyond = [_tip(image, piece, band, h) for piece in (curve[::-1], curve)]
+    outer = [curve[0] + _end(curve[::-1]) * beyond[0], curve[-1] + _end(curve) * beyond[1]]
+    whole = [curve]
+    if beyond[0] > 0.0:
+        whole.insert(0, outer[0][None])
+    if beyond[1] > 0.0:
+        whole.append(outer[1][None])
+    places = np.concatenate(whole)
+    arc = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(places, axis=0).T))])
+    own = arc[int(beyond[0] > 0.0) :][: len(curve)]
+    s = np.linspace(max(-beyond[0], 0.0), arc[-1] + min(beyond[1], 0.0), points)
+    shown = interpolated(places, arc, s)
     borders = 0.5 * band.width + 1.0
+    first, last = (not bool(value) for value in inside(shown[[0, -1]], image.shape, borders))
     return Centreline(
         points=shown,
-        sd=np.interp(s, arc, sd),
-        width=np.interp(s, arc[good], edges.width[good]),
-        score=np.interp(s, arc, score),
+        sd=np.interp(s, own, sd),
+        width=np.interp(s, own[good], edges.width[good]),
+        score=np.interp(s, own, score),
         bright=band.bright,
         contrast=float(np.median(edges.contrast[good])),
-        open_ends=tuple(not bool(v) for v in inside(shown[[0, -1]], image.shape, borders)),  # type: ignore[arg-type]
+        open_ends=(first, last),
     )
 
 
-def _tip(image: Picture, spline: CubicSpline, arc: Array, band: _Band, h: float, end: int) -> float:
-    """Arc length at which the strip ends: where the mean over half its width falls to half contrast."""
-    sign = -1.0 if end == 0 else 1.0
-    at, last = spline(arc[end]), arc[end]
-    away = sign * np.asarray(spline(last, 1))
-    away /= max(float(np.hypot(*away)), 1e-9)
-    back, out = min(3.0 * h, 0.5 * arc[-1]), max(EXTENSION * band.width, 12.0)
-    t = np.arange(-round(back), round(out) + 1, dtype=np.float64)
-    line = np.where(t[:, None] <= 0.0, spline(last + sign * np.minimum(t, 0.0)), at + t[:, None] * away)
+def _end(curve: Array) -> Array:
+    """Direction in which a curve ends: of a piece longer than the scatter of its points."""
+    way = curve[-1] - curve[-1 - min(3, len(curve) - 1)]
+    return np.asarray(way / max(float(np.hypot(*way)), 1e-9))
+
+
+def _tip(image: Picture, curve: Array, band: _Band, h: float) -> float:
+    """How far beyond the last point of ``curve`` the strip ends, pixels.
+
+    The end is where the mean over half of the width falls to half of the contrast, or the picture's border.
+    """
+    back, out = round(3.0 * h), round(max(EXTENSION * band.width, 12.0))
+    t = np.arange(-back, out + 1, dtype=np.float64)
+    away = _end(curve)
+    line = curve[-1] + t[:, None] * away
     across = np.broadcast_to([-away[1], away[0]], line.shape)
-    values = sample(image, line, across, max(int(0.25 * band.width), 0), band.bright).mean(axis=1)
+    values = sample(image, line, across, int(0.25 * band.width), band.bright).mean(axis=1)
     seen = inside(line, image.shape)
-    inner = float(np.median(values[t <= -0.5 * back])) if np.any(t <= -0.5 * back) else float(values[0])
+    inner = float(np.median(values[: max(back // 2, 1)]))
     level = inner - 0.5 * band.contrast
     low = np.flatnonzero((values < level) | ~seen)
     if low.size == 0 or low[0] == 0:
-        return float(last)
+        return 0.0
     i = int(low[0])
     if not seen[i]:
-        return float(last + sign * t[i - 1])
+        return float(t[i - 1])
     part = (values[i - 1] - level) / max(float(values[i - 1] - values[i]), 1e-3)
-    return float(last + sign * (t[i - 1] + np.clip(part, 0.0, 1.0)))
+    return float(t[i - 1] + np.clip(part, 0.0, 1.0))
 
 
 def _cut(line: Centreline, start: Array) -> Centreline:
     """The line from its point next to ``start``, with as many points."""
     arc = line.arc
-    spline = CubicSpline(arc, line.points)
-    near = float(np.clip(arc[int(np.argmin(np.hypot(*(line.points - start).T)))], 0.0, 0.9 * arc[-1]))
-    # The foot of the normal from start: one Newton step from the nearest point is enough for a smooth curve.
-    way = np.asarray(spline(near, 1))
-    near = float(np.clip(near + np.dot(start - spline(near), way) / np.dot(way, way), 0.0, 0.9 * arc[-1]))
-    s = np.linspace(near, arc[-1], len(line.points))
+    fine = np.linspace(0.0, 0.9 * arc[-1], 8 * len(arc))
+    places = interpolated(line.points, arc, fine)
+    near = int(np.argmin(np.hypot(*(places - start).T)))
+    along = tangents(places)[near]
+    s = np.linspace(max(fine[near] + float(np.dot(start - places[near], along)), 0.0), arc[-1], len(arc))
     moved = {name: np.interp(s, arc, getattr(line, name)) for name in ("sd", "width", "score")}
-    return replace(line, points=spline(s), **moved)
+    return replace(line, points=interpolated(line.points, arc, s), **moved)

@@ -193,6 +193,8 @@ def _gap(before: Array, after: Array, width: float) -> float:
     way = after[0] - before[-1]
     distance = float(np.hypot(*way))
     directions = [_direction(before[-reach:]), _direction(after[:reach])]
+    if float(np.dot(way, directions[0])) < 0.0:
+        return np.inf  # beside it, not behind its end
     if distance > 2.0 * width:
         directions.append(way / distance)
     aligned = min(float(np.dot(a, b)) for a in directions for b in directions)

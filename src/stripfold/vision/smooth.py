@@ -12,6 +12,8 @@ Array = NDArray[np.float64]
 
 # Rows of the third difference.
 _THIRD = np.array([-1.0, 3.0, -3.0, 1.0])
+VARIANCE_EVERY = 4
+"""At every which point the variance is computed."""
 
 
 class Smoothed(NamedTuple):
@@ -38,9 +40,13 @@ def smooth(values: Array, weights: Array, cutoff: float) -> Smoothed:
     """
     factor = _factor(weights, cutoff)
     smoothed = cho_solve_banded((factor, True), weights[:, None] * values, check_finite=False)
-    # The curve is also uncertain where nothing was measured: the variance a posteriori says so.
-    inverse = cho_solve_banded((factor, True), np.eye(len(weights)), check_finite=False)
-    return Smoothed(smoothed, np.diagonal(inverse))
+    # The curve is also uncertain where nothing was measured: the variance a posteriori says so.  It changes slowly.
+    n = len(weights)
+    some = np.unique(np.append(np.arange(0, n, VARIANCE_EVERY), n - 1))
+    columns = np.zeros((n, len(some)))
+    columns[some, np.arange(len(some))] = 1.0
+    inverse = cho_solve_banded((factor, True), columns, check_finite=False)
+    return Smoothed(smoothed, np.interp(np.arange(n), some, inverse[some, np.arange(len(some))]))
 
 
 def smoothed_values(values: Array, weights: Array, cutoff: float) -> Array:
