@@ -27,6 +27,11 @@ GOOD = 0.4
 """Score from which a section counts as measured."""
 LOST = 0.5
 """Share of the sections that must be measured."""
+STRETCH = 0.1
+"""Largest relative change of the visible length from one picture to the next."""
+MOVED = "it may be hidden, blurred, or have moved too far between two pictures"
+MERGED = 1.3
+"""Width, in the strip's typical ones, from which a band is the strip and something else."""
 FLOOR = 0.01
 """Least uncertainty of a point, pixels: the picture's own grid."""
 EXTENSION = 3.0
@@ -160,7 +165,7 @@ def refine(
     Raises
     ------
     TrackingError
-        Less than half of the strip was found.
+        Less than half of the strip was found, or what was found is not as long as before.
     """
     band = _Band(float(np.median(guess.width)), guess.bright, guess.contrast)
     curve = _sections_of(guess.points, band)
@@ -168,6 +173,10 @@ def refine(
     line = _measured(image, curve, band, wide, len(guess.points), source)
     if start is not None:
         line = _cut(line, np.asarray(start, dtype=np.float64))
+    change = line.length / guess.length - 1.0
+    if abs(change) > STRETCH:
+        found = f"from one picture to the next the strip's visible length changed by {100.0 * change:.0f} %"
+        raise TrackingError(source, found, f"at most {100.0 * STRETCH:.0f} %", MOVED)
     # What a clear strip is does not drift with what was found: a strip that blurs slowly shall lose its score.
     return replace(line, contrast=0.9 * guess.contrast + 0.1 * line.contrast)
 
@@ -222,12 +231,15 @@ def _sections_of(points: Array, band: _Band) -> Array:
 def _measured(image: Picture, curve: Array, band: _Band, reach: int, points: int, source: str) -> Centreline:
     """Locate (unless ``reach`` is 0), measure, smooth, trim the ends, and space equally."""
     h = float(np.hypot(*(curve[len(curve) // 2 + 1] - curve[len(curve) // 2])))
-    if reach:
+    # Where it moved by more than its width, the normals were not its own: looked for again from where it seems to be.
+    while reach:
         across = normals(tangents(curve))
         profiles = sample(image, curve, across, reach, band.bright)
         offset = locate(profiles, band.width, max(round(band.width / h), 2))
-        score = _score(measure(_shifted(profiles, offset, band), band.width), band)
-        curve = _settled(curve, across, offset, score * inside(curve, image.shape), _cutoff(band) / h)
+        score = _score(measure(_shifted(profiles, offset, band), band.width), band) * inside(curve, image.shape)
+        curve = _settled(curve, across, offset, score, _cutoff(band) / h)
+        moved = float(np.quantile(np.abs(offset[score >= GOOD]), 0.9)) if np.any(score >= GOOD) else 0.0
+        reach = reach // 2 if moved > band.width else 0
     across = normals(tangents(curve))
     near = round(1.2 * band.width) + 5
     edges = measure(sample(image, curve, across, near, band.bright), band.width)
@@ -239,6 +251,7 @@ def _measured(image: Picture, curve: Array, band: _Band, reach: int, points: int
     share = float(np.mean(score >= GOOD))
     if share < LOST:
         _lost(source, share)
+    edges, score = _parted(edges, score, band, _cutoff(band) / h)
     centres = curve + edges.offset[:, None] * across
     smoothed, sd = _smoothed(centres, edges, score, across, _cutoff(band) / h)
     return _equally(image, smoothed, sd, edges, score, band, points, h)
@@ -280,8 +293,24 @@ def _ends(score: Array, source: str) -> tuple[int, int]:
 
 def _lost(source: str, share: float) -> None:
     found = f"the strip was found along {100.0 * share:.0f} % of where it was looked for"
-    advice = "it may be hidden, blurred, or have moved too far between two pictures"
-    raise TrackingError(source, found, f"at least {100.0 * LOST:.0f} %", advice)
+    raise TrackingError(source, found, f"at least {100.0 * LOST:.0f} %", MOVED)
+
+
+def _parted(edges: Edges, score: Array, band: _Band, cutoff: float) -> tuple[Edges, Array]:
+    """Sections on which the strip merges with another part of itself, or with a hair: one edge is the strip's own.
+
+    Which one says the smooth curve through the other sections; half a width from it is the centre.
+    """
+    merged = (edges.width > MERGED * band.width) & (score >= GOOD)
+    clean = np.where((score >= GOOD) & ~merged, 1.0, 0.0)
+    if not merged.any() or clean.sum() < 0.3 * len(clean):
+        return edges, score
+    expected = smoothed_values(edges.offset[:, None], clean, 2.0 * cutoff)[:, 0]
+    slack = 0.5 * (edges.width - band.width)
+    lower, upper = edges.offset - slack, edges.offset + slack
+    own = np.where(np.abs(lower - expected) < np.abs(upper - expected), lower, upper)
+    offset = np.where(merged, own, edges.offset)
+    return edges._replace(offset=offset), np.where(merged, np.maximum(0.5 * score, GOOD), score)
 
 
 def _smoothed(centres: Array, edges: Edges, score: Array, across: Array, cutoff: float) -> tuple[Array, Array]:
