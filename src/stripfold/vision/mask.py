@@ -71,7 +71,7 @@ def foreground(image: NDArray[np.uint8], bright: bool) -> tuple[Mask, Array]:
     mask, difference
         Shape (h, w): what stands out, and by how many grey levels each pixel does.
     """
-    smooth = cv2.GaussianBlur(image, (0, 0), 1.0)
+    smooth = np.asarray(cv2.GaussianBlur(image, (0, 0), 1.0), dtype=np.uint8)
     difference = (smooth.astype(np.float32) - background(smooth)) * (1.0 if bright else -1.0)
     noise = max(1.4826 * float(np.median(np.abs(difference - np.median(difference)))), 0.5)
     least = max(6.0 * noise, MIN_CONTRAST)
@@ -93,11 +93,18 @@ def background(image: NDArray[np.uint8]) -> Array:
     return np.asarray(cv2.resize(median, (w, h), interpolation=cv2.INTER_LINEAR), dtype=np.float32)
 
 
+def reduced(image: NDArray[np.uint8]) -> tuple[NDArray[np.uint8], Array]:
+    """``image`` at the size that masks are made of, and how many of its pixels one of that is, along x and y."""
+    factor = min(1.0, WORKING_SIZE / max(image.shape))
+    if factor == 1.0:
+        return image, np.ones(2)
+    small = np.asarray(cv2.resize(image, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA), dtype=np.uint8)
+    return small, np.array(image.shape[::-1]) / np.array(small.shape[::-1])
+
+
 def candidates(image: NDArray[np.uint8]) -> Iterator[Rough]:
     """Long thin things in ``image``, shape (h, w), bright and dark ones, each joined over its gaps."""
-    factor = min(1.0, WORKING_SIZE / max(image.shape))
-    small = image if factor == 1.0 else cv2.resize(image, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA)
-    scale = np.array(image.shape[::-1]) / np.array(small.shape[::-1])
+    small, scale = reduced(image)
     for bright in (True, False):
         mask, difference = foreground(small, bright)
         pieces = sorted(_pieces(mask, difference, bright), key=lambda piece: -piece.length)
@@ -119,7 +126,7 @@ def _pieces(mask: Mask, difference: Array, bright: bool) -> Iterator[Rough]:
         window = np.s_[y : y + h, x : x + w]
         piece = _piece(np.asarray(labels[window] == label), difference[window], bright)
         if piece is not None:
-            yield Rough(piece.points + (x, y), piece.width, bright, piece.contrast)
+            yield Rough(piece.points + np.array([x, y]), piece.width, bright, piece.contrast)
 
 
 def _piece(part: Mask, difference: Array, bright: bool) -> Rough | None:

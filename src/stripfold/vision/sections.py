@@ -12,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+# Single precision for grey values: they have eight bits.
+Grey = NDArray[np.float32]
 Mask = NDArray[np.bool_]
 
 THIN = 4.0
@@ -59,7 +61,7 @@ def interpolated(points: Array, arc: Array, s: Array) -> Array:
     return np.asarray((1.0 - u) * before + u * after + u * (1.0 - u) * bend)
 
 
-def sample(image: NDArray[np.uint8], points: Array, across: Array, reach: int, bright: bool) -> Array:
+def sample(image: NDArray[np.uint8], points: Array, across: Array, reach: int, bright: bool) -> Grey:
     """Grey values at each pixel up to ``reach`` to both sides; shape (n, 2 reach + 1); a dark strip is turned bright.
 
     Outside the picture the values at its border go on.
@@ -68,7 +70,7 @@ def sample(image: NDArray[np.uint8], points: Array, across: Array, reach: int, b
     x = (points[:, 0, None] + across[:, 0, None] * t).astype(np.float32)
     y = (points[:, 1, None] + across[:, 1, None] * t).astype(np.float32)
     values = cv2.remap(image, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE).astype(np.float32)
-    return values if bright else 255.0 - values
+    return np.asarray(values if bright else 255.0 - values, dtype=np.float32)
 
 
 def inside(points: Array, shape: tuple[int, ...], margin: float = 0.0) -> Mask:
@@ -77,7 +79,7 @@ def inside(points: Array, shape: tuple[int, ...], margin: float = 0.0) -> Mask:
     return (x >= margin) & (y >= margin) & (x <= shape[1] - 1 - margin) & (y <= shape[0] - 1 - margin)
 
 
-def locate(profiles: Array, width: float, along: int) -> Array:
+def locate(profiles: Grey, width: float, along: int) -> Array:
     """Roughly where a band of ``width`` is on each section, shape (n,), pixels from its middle.
 
     The answer to a template, a band less what is beside it, is smoothed over ``along`` neighbours and falls off from
@@ -85,21 +87,21 @@ def locate(profiles: Array, width: float, along: int) -> Array:
     """
     reach = profiles.shape[1] // 2
     core, wide = max(round(width), 1) | 1, (2 * max(round(width), 2)) | 1
-    options = {"normalize": True, "borderType": cv2.BORDER_REPLICATE}
-    answer = cv2.boxFilter(profiles, -1, (core, 1), **options) - cv2.boxFilter(profiles, -1, (wide + core, 1), **options)
-    answer = cv2.GaussianBlur(answer, (1, 2 * along + 1), 0.0, sigmaY=max(along / 2.0, 0.5))
+    beside = cv2.blur(profiles, (wide + core, 1), borderType=cv2.BORDER_REPLICATE)
+    answer = cv2.blur(profiles, (core, 1), borderType=cv2.BORDER_REPLICATE) - beside
+    smooth = cv2.GaussianBlur(answer, (1, 2 * along + 1), 0.0, sigmaY=max(along / 2.0, 0.5))
     t = np.arange(-reach, reach + 1)
-    answer = np.maximum(answer, 0.0) * np.exp(-0.5 * (t / (0.6 * reach)) ** 2).astype(np.float32)
+    answer = np.maximum(smooth, 0.0) * np.exp(-0.5 * (t / (0.6 * reach)) ** 2).astype(np.float32)
     return np.asarray(t[np.argmax(answer, axis=1)], dtype=np.float64)
 
 
-def measure(profiles: Array, width: float) -> Edges:
+def measure(profiles: Grey, width: float) -> Edges:
     """Sub-pixel centres of a band of about ``width`` that lies in the middle of each section.
 
     Each edge is where the grey value is half way between the band's and that beside it, on its own side: a strip
     often has its dimmer face on one side and the background on the other.
     """
-    n, m = profiles.shape
+    m = profiles.shape[1]
     reach = m // 2
     core = max(int(0.3 * width), 0)
     top = profiles[:, reach - core : reach + core + 1].mean(axis=1)
@@ -117,10 +119,11 @@ def measure(profiles: Array, width: float) -> Edges:
         offset = (weight @ t) / np.maximum(weight.sum(axis=1), 1e-6)
     contrast = top - np.maximum(left, right)
     noise = 0.5 * np.hypot(1.0 / slope_below, 1.0 / slope_above)
-    return Edges(*(np.asarray(a, dtype=np.float64) for a in (offset, wide, contrast, noise)), found_below & found_above)
+    offset, wide, contrast, noise = (np.asarray(a, dtype=np.float64) for a in (offset, wide, contrast, noise))
+    return Edges(offset, wide, contrast, noise, found_below & found_above)
 
 
-def _crossing(values: Array, level: Array) -> tuple[Array, Mask, Array]:
+def _crossing(values: Grey, level: Grey) -> tuple[Array, Mask, Array]:
     """Where each row first falls below its level: place, whether it does, and how steeply."""
     low = values < level[:, None]
     low[:, 0] = False
