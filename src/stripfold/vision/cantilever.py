@@ -31,7 +31,7 @@ MISFIT = 0.02
 REPLICATES = 2000
 RATIOS = np.geomspace(0.02, 3e4, 40)
 """(length / L*)^3 from which the fit starts: of the best of them."""
-EXPONENTS = np.array([0.3, 0.5, 0.7, 1.0, 1.4, 2.0, 3.0])
+EXPONENTS = np.array([0.35, 0.6, 1.0, 1.6, 2.6])
 # Of the unknowns: ln a, turn of the free end (rad), its place across (pixels), ln n.
 LOWEST, HIGHEST = np.array([[-7.0, -1.5, -np.inf, -1.8], [13.0, 1.5, np.inf, 1.8]])
 NEEDED = "a strip that hangs under its weight from a clamp to a free end below it"
@@ -104,7 +104,7 @@ def fit(points: Array, sd: Array, tip_sd: float, *, linear: bool = True, source:
     if not linear:
         reference = max(float(problem.curves(values[None])[1][0]) * problem.length, 1e-3)
         problem = _Problem(points, weights, linear=False, reference=reference)
-        grid = np.meshgrid(values[0] + np.linspace(-1.0, 1.0, 9), np.log(EXPONENTS))
+        grid = np.meshgrid(values[0] + np.linspace(-0.9, 0.9, 7), np.log(EXPONENTS))
         ratio, exponent = (axis.ravel() for axis in grid)
         other = np.tile(values[1:], (len(ratio), 1))
         values = _start(problem, np.column_stack([ratio, other, exponent]), source)
@@ -220,11 +220,11 @@ def _start(problem: _Problem, values: Array, source: str) -> Array:
     The residual has more than one valley, and a narrow one where a long strip hangs.
     """
     k = len(values)
-    for step in range(10):
+    for step in range(8):
         moved = [values + np.eye(values.shape[1])[i] * 1e-4 * problem.sizes[i] for i in (1, 2)]
         rows = problem.residuals(np.concatenate([values, *moved])).reshape(3, k, -1)
         slopes = (rows[1:] - rows[0]) / (1e-4 * problem.sizes[1:3, None, None])
-        if step < 4:
+        if step < 3:
             # First so that the curve leads to the measured clamp: from there Gauss and Newton find the rest.
             rows, slopes = rows[:, :, :1], slopes[:, :, :1]
         normal = np.einsum("ikn,jkn->kij", slopes, slopes) + 1e-6 * np.eye(2)

@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 
 SCALE = (1e-7, 1e-2)
 """Allowed metres per pixel."""
-POINTS = 160
+POINTS = 100
 VAGUE = 30.0
 """Largest ratio of an interval's ends that is still called a measurement."""
 LEVEL = (2.5, 97.5)

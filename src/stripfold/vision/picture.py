@@ -17,7 +17,12 @@ Picture = NDArray[np.uint8]
 
 MAX_PIXELS = 50_000_000
 """Largest picture that is decoded, pixels."""
-ALLOWED = f"a whole picture (PNG, JPEG, TIFF, BMP) of at most {MAX_PIXELS // 1_000_000} million pixels"
+SIDES = (32, 32_000)
+"""Shortest and longest side, pixels: OpenCV's own limit above."""
+ALLOWED = (
+    f"a whole picture (PNG, JPEG, TIFF, BMP) of at most {MAX_PIXELS // 1_000_000} million pixels,"
+    f" each side {SIDES[0]} to {SIDES[1]} long"
+)
 
 
 def read_grey(path: str | os.PathLike[str]) -> Picture:
@@ -52,7 +57,8 @@ def _read(path: str | os.PathLike[str], mode: str) -> Picture:
             opened = Image.open(path, formats=("PNG", "JPEG", "TIFF", "BMP"))
         with opened as picture:
             width, height = picture.size
-            if width * height > MAX_PIXELS:
+            sides = (min(width, height), max(width, height))
+            if width * height > MAX_PIXELS or sides[0] < SIDES[0] or sides[1] > SIDES[1]:
                 raise InvalidInputError("image", str(path), ALLOWED, f"it has {width} x {height}")
             picture.load()
             # As it was held: a telephone stores a turned picture and says so in its header.
