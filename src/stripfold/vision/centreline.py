@@ -69,7 +69,8 @@ def find(
         line = measured(image, curve, band, default_reach(band), points, source)
         band = Band(float(np.median(line.width)), band.bright, line.contrast)
         curve = sections_of(line.points, band)
-    return measured(image, curve, band, 0, points, source)
+    line = measured(image, curve, band, 0, points, source)
+    return line if start is None else _cut(line, np.asarray(start, dtype=np.float64))
 
 
 def refine(

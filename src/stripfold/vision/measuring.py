@@ -28,6 +28,12 @@ LOST = 0.5
 MOVED = "it may be hidden, blurred, or have moved too far between two pictures"
 MERGED = 1.3
 """Width, in the strip's typical ones, from which a band is the strip and something else."""
+HIDDEN = 0.003
+"""Weight of where a hidden part of the strip was expected, in that of a measured section."""
+ASTRAY = 0.03
+"""How far a hidden part may be off, in its distance from what was measured."""
+BEND = 0.1
+"""Largest distance that smoothing takes a curve off its bends, pixels."""
 FLOOR = 0.01
 """Least uncertainty of a point, pixels: the picture's own grid."""
 EXTENSION = 3.0
@@ -100,7 +106,7 @@ def _spacing(band: Band) -> float:
 
 def _cutoff(band: Band) -> float:
     """Wave length that smoothing halves, pixels: hairs and weave are shorter, bends of a strip longer."""
-    return max(4.0 * band.width, 40.0)
+    return max(3.0 * band.width, 24.0)
 
 
 def sections_of(points: Array, band: Band) -> Array:
@@ -126,7 +132,7 @@ def measured(image: Picture, curve: Array, band: Band, reach: int, points: int, 
         profiles = sample(image, curve, across, reach, band.bright)
         offset = locate(profiles, band.width, max(round(band.width / h), 2))
         score = _score(measure(_shifted(profiles, offset, band), band.width), band) * inside(curve, image.shape)
-        curve = _settled(curve, across, offset, score, _cutoff(band) / h)
+        curve = _settled(curve, across, offset, score, 2.0 * _cutoff(band) / h, source)
         moved = float(np.quantile(np.abs(offset[score >= GOOD]), 0.9)) if np.any(score >= GOOD) else 0.0
         reach = reach // 2 if moved > band.width else 0
     across = normals(tangents(curve))
@@ -141,8 +147,9 @@ def measured(image: Picture, curve: Array, band: Band, reach: int, points: int, 
     if share < LOST:
         _lost(source, share)
     edges, score = _parted(edges, score, band, _cutoff(band) / h)
-    centres = curve + edges.offset[:, None] * across
-    smoothed, sd = _smoothed(centres, edges, score, across, _cutoff(band) / h)
+    # Where nothing was measured the strip is roughly where it was, moved as its neighbours were.
+    centres = curve + np.where(score >= GOOD, edges.offset, 0.0)[:, None] * across
+    smoothed, sd = _smoothed(centres, edges, score, across, _cutoff(band) / h, h)
     return _equally(image, smoothed, sd, edges, score, band, points, h)
 
 
@@ -154,13 +161,18 @@ def _shifted(profiles: NDArray[np.float32], offset: Array, band: Band) -> NDArra
     return np.take_along_axis(profiles, np.clip(columns, 0, profiles.shape[1] - 1), axis=1)
 
 
-def _settled(curve: Array, across: Array, offset: Array, score: Array, cutoff: float) -> Array:
+def _settled(curve: Array, across: Array, offset: Array, score: Array, cutoff: float, source: str) -> Array:
     """The curve moved by the offsets, those that do not fit their neighbours left out."""
-    weights = np.where(score >= GOOD, score, 0.0)
+    if np.sum(score >= GOOD) < 6:
+        _lost(source, float(np.mean(score >= GOOD)))
+    good = score >= GOOD
+    # A hidden part moved as what is next to it.
+    index = np.arange(len(offset))
+    offset = np.where(good, offset, np.interp(index, index[good], offset[good]))
+    weights = base = np.where(good, score, 0.05)
     for _ in range(3):
         smoothed = smoothed_values(offset[:, None], weights, cutoff)[:, 0]
-        away = np.abs(offset - smoothed)
-        weights = np.where(score >= GOOD, score, 0.0) / (1.0 + (away / 2.0) ** 2)
+        weights = base / (1.0 + ((offset - smoothed) / 2.0) ** 2)
     return np.asarray(curve + smoothed[:, None] * across)
 
 
@@ -202,28 +214,34 @@ def _parted(edges: Edges, score: Array, band: Band, cutoff: float) -> tuple[Edge
     return edges._replace(offset=offset), np.where(merged, np.maximum(0.5 * score, GOOD), score)
 
 
-def _smoothed(centres: Array, edges: Edges, score: Array, across: Array, cutoff: float) -> tuple[Array, Array]:
+def _smoothed(
+    centres: Array, edges: Edges, score: Array, across: Array, cutoff: float, h: float
+) -> tuple[Array, Array]:
     """Smoothed centres, shape (n, 2), and their standard deviations, shape (n,)."""
     good = score >= GOOD
     typical = float(np.median(edges.noise[good]))
     spread = np.clip(edges.noise / typical, 0.5, 3.0)
     base = np.where(good, score / spread**2, 0.0)
     base /= base[good].mean()
+    base[~good] = HIDDEN
     weights = base
     for _ in range(3):
         values = smoothed_values(centres, weights, cutoff)
         away = np.einsum("ij,ij->i", centres - values, across)
-        scaled = away * np.sqrt(base)
-        sigma = max(1.4826 * float(np.median(np.abs(scaled[good]))), 1e-3)
-        # Hairs pull an edge outwards: what is far off counts less (Cauchy's weights).
+        scaled = np.where(good, away * np.sqrt(base), 0.0)
+        # Hairs pull an edge outwards: what is far off counts less (Cauchy's weights).  What the smoothing itself
+        # takes off a tight bend is no outlier.
+        sigma = max(1.4826 * float(np.median(np.abs(scaled[good]))), BEND)
         weights = base / (1.0 + (scaled / (2.4 * sigma)) ** 2)
     values, variance = smooth(centres, weights, cutoff)
     away = np.einsum("ij,ij->i", centres - values, across)
-    used = weights * away**2
-    freedom = max(float(np.sum(good) - np.sum(weights * variance)), 1.0)
-    sigma2 = float(used.sum()) / freedom * float(np.sum(good) / max(weights.sum(), 1e-9))
+    own = weights[good]
+    freedom = max(float(len(own) - np.sum(own * variance[good])), 1.0)
+    sigma2 = float(own @ away[good] ** 2) / freedom * len(own) / float(own.sum())
     sd = np.sqrt(sigma2 * variance * _inflation(away * np.sqrt(weights), good))
-    return values, np.hypot(sd, FLOOR)
+    index = np.arange(len(good))
+    hidden = np.abs(index[:, None] - index[good]).min(axis=1) if not good.all() else np.zeros(len(good))
+    return values, np.hypot(np.hypot(sd, FLOOR), ASTRAY * hidden * h)
 
 
 def _inflation(away: Array, good: NDArray[np.bool_]) -> float:
