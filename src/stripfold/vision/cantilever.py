@@ -120,11 +120,13 @@ def fit(points: Array, sd: Array, tip_sd: float, *, linear: bool = True, source:
     draws, effective = _draws(problem, values, found.jac, residual, tip_sd)
     curves, curvature = problem.curves(values[None])
     spread = np.std(draws @ found.jac.T, axis=0) / weights
-    exponents = np.ones(len(draws)) if linear else np.exp(np.clip(values[3] + draws[:, 3], -3.0, 3.0))
-    ratios = np.exp(np.clip(values[0] + draws[:, 0], -20.0, 20.0))
     exponent = 1.0 if linear else float(np.exp(values[3]))
+    exponents = np.ones(len(draws)) if linear else np.exp(np.clip(values[3] + draws[:, 3], -3.0, 3.0))
+    # The law is written for a reference curvature; the secant at the largest one is what can be pictured.
+    largest = (float(curvature[0]) * problem.length / problem.reference) ** (1.0 - exponent)
+    ratios = largest * np.exp(np.clip(values[0] + draws[:, 0], -20.0, 20.0))
     return Fit(
-        float(np.exp(values[0])),
+        largest * float(np.exp(values[0])),
         exponent,
         ratios,
         exponents,
@@ -198,7 +200,7 @@ class _Problem:
         y = np.zeros((4, len(values)))
         y[1] = self.angle + values[:, 1]
         path = [y]
-        # Runge and Kutta's fourth order from point to point: 1e-7 of the length for strips of up to 12 L*.
+        # Runge and Kutta's fourth order from point to point: with a hundred points a is right to 2e-4 up to 7 L*.
         for before, after in zip(self.u[:-1], self.u[1:], strict=True):
             h = after - before
             k1 = rates(before, y)
