@@ -1,13 +1,13 @@
-"""The solvers' systems are small: threads inside BLAS only wait for each other.  Before numpy is imported."""
+"""Threads inside BLAS, and the public test images."""
 
 import os
-
-for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
-    os.environ.setdefault(_name, "1")
-
 from pathlib import Path
 
 import pytest
+
+# The solvers' systems are small: threads inside BLAS only wait for each other.  Before numpy is imported.
+for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
+    os.environ.setdefault(_name, "1")
 
 ROOT = Path(__file__).parents[1]
 IMAGES = Path(os.environ.get("STRIPFOLD_IMAGES", ROOT.parent / "shared" / "data"))

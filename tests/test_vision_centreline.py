@@ -6,11 +6,11 @@ import time
 import zlib
 from pathlib import Path
 
-import drawn_strips as drawn
 import numpy as np
 import pytest
 from PIL import Image
 
+import drawn_strips as drawn
 from stripfold import elastica
 from stripfold.errors import InvalidInputError, TrackingError
 from stripfold.vision import mask, picture, smooth

