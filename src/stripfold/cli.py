@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from math import isfinite
 from typing import TYPE_CHECKING, Any
 
-from stripfold import __version__, cli_paths, cli_record
+from stripfold import __version__, cli_paths, cli_record, cli_vision
 from stripfold.cli_common import as_json, metres, output_path, progress
 from stripfold.errors import InvalidInputError, SolveError, StripfoldError, TimeStepError
 
@@ -76,11 +76,14 @@ def _parser() -> argparse.ArgumentParser:
 
     eta = commands.add_parser(
         "eta",
-        help="eta_b from the height of a folded strip",
-        description="The weight-to-bending-stiffness ratio from the height of the loop of a strip folded in half.",
+        help="eta_b from the height of a folded strip, or from a picture",
+        description="The weight-to-bending-stiffness ratio from the height of the loop of a strip folded in half, or"
+        " from a picture of such a loop or of a strip that hangs out of a clamp.",
         allow_abbrev=False,
     )
-    eta.add_argument("--fold-height", type=float, required=True, metavar="M", help="largest height of the loop, m")
+    given = eta.add_mutually_exclusive_group(required=True)
+    given.add_argument("--fold-height", type=float, metavar="M", help="largest height of the loop, m")
+    cli_vision.add_to_eta(eta, given)
     eta.add_argument("--json", action="store_true", help="print one JSON object")
 
     simulate = commands.add_parser(
@@ -146,6 +149,9 @@ def _eta(arguments: argparse.Namespace) -> str:
     from stripfold import elastica
     from stripfold.scene import ETA_B
 
+    if arguments.image is not None:
+        return cli_vision.eta(arguments)
+    cli_vision.refuse_without_image(arguments)
     height, unit_height = arguments.fold_height, elastica.folded_loop().height
     # From the limits of eta_b: they also catch a height in millimetres.
     highest, lowest = (unit_height * elastica.gravity_length(eta_b) for eta_b in ETA_B)

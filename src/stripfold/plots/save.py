@@ -34,9 +34,19 @@ def save(fig: Figure, stem: str | os.PathLike[str]) -> tuple[Path, Path]:
     fig.draw_without_rendering()
     fig.set_layout_engine("none")
     paths = []
-    for suffix, metadata in _METADATA.items():
-        path = Path(f"{os.fspath(stem)}.{suffix}")
-        with atomic(path) as temporary:
-            fig.savefig(temporary, format=suffix, metadata=metadata)
-        paths.append(path)
+    for suffix in _METADATA:
+        paths.append(Path(f"{os.fspath(stem)}.{suffix}"))
+        _write(fig, paths[-1], suffix)
     return paths[0], paths[1]
+
+
+@styled
+def save_png(fig: Figure, path: str | os.PathLike[str]) -> Path:
+    """Write ``fig`` as the one PNG file ``path``; it is whole or not there."""
+    _write(fig, Path(path), "png")
+    return Path(path)
+
+
+def _write(fig: Figure, path: Path, suffix: str) -> None:
+    with atomic(path) as temporary:
+        fig.savefig(temporary, format=suffix, metadata=_METADATA[suffix])

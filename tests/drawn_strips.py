@@ -1,0 +1,78 @@
+"""Pictures of strips whose centrelines are known: each pixel's share of the band from its distance to the curve."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+from scipy.spatial import cKDTree
+
+from stripfold import elastica
+
+Array = NDArray[np.float64]
+
+
+def coverage(curve: Array, width: float, size: tuple[int, int]) -> Array:
+    """Share of each pixel that a band of ``width`` with square ends covers; shape (h, w) of ``size`` (w, h)."""
+    steps = np.hypot(*np.diff(curve, axis=0).T)
+    arc = np.concatenate([[0.0], np.cumsum(steps)])
+    fine = CubicSpline(arc, curve)(np.linspace(0.0, arc[-1], int(arc[-1] / 0.1)))
+    y, x = np.mgrid[: size[1], : size[0]]
+    pixels = np.column_stack([x.ravel(), y.ravel()]).astype(float)
+    away, index = cKDTree(fine).query(pixels, distance_upper_bound=width / 2 + 2.0)
+    share = np.clip(width / 2 - np.minimum(away, width) + 0.5, 0.0, 1.0)
+    for end, before in ((0, 1), (len(fine) - 1, len(fine) - 2)):
+        out = fine[end] - fine[before]
+        beyond = (pixels - fine[end]) @ (out / np.hypot(*out))
+        share = np.where(index == end, share * np.clip(0.5 - beyond, 0.0, 1.0), share)
+    return np.asarray(share.reshape(size[1], size[0]))
+
+
+def picture(
+    share: Array,
+    seed: int = 0,
+    *,
+    strip: float = 200.0,
+    ground: float = 40.0,
+    blur: float = 1.0,
+    noise: float = 4.0,
+    slope: float = 25.0,
+) -> NDArray[np.uint8]:
+    """A photograph of it: background that grows brighter by ``slope`` from left to right, blur, noise."""
+    background = ground + slope * np.linspace(0.0, 1.0, share.shape[1])
+    image = cv2.GaussianBlur(background + (strip - background) * share, (0, 0), blur)
+    image = image + np.random.default_rng(seed).normal(0.0, noise, share.shape)
+    return np.clip(np.round(image), 0, 255).astype(np.uint8)
+
+
+def errors(points: Array, curve: Array) -> Array:
+    """Signed distances of ``points`` from ``curve``, normal to it, shape (n,)."""
+    arc = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(curve, axis=0).T))])
+    spline = CubicSpline(arc, curve)
+    fine = np.linspace(0.0, arc[-1], 20 * len(curve))
+    _, index = cKDTree(spline(fine)).query(points)
+    along = spline(fine[index], 1)
+    along /= np.hypot(*along.T)[:, None]
+    away = points - spline(fine[index])
+    return np.asarray(away[:, 1] * along[:, 0] - away[:, 0] * along[:, 1])
+
+
+def length(curve: Array) -> float:
+    """Length of a densely sampled curve."""
+    return float(np.hypot(*np.diff(curve, axis=0).T).sum())
+
+
+def arc(centre: tuple[float, float] = (320.0, 330.0), radius: float = 220.0) -> Array:
+    """Part of a circle, from the left over the top."""
+    angle = np.linspace(3.0, 0.4, 800)
+    return np.column_stack([centre[0] + radius * np.cos(angle), centre[1] - radius * np.sin(angle)])
+
+
+def hook(state: elastica.State, unit: float, floor: float, held: float, total: float) -> Array:
+    """A strip whose gripper moves to the right: from its end, through the loop, flat to the held end at ``held``."""
+    raised = state.at(np.linspace(state.length, 0.0, 600))
+    flat = np.linspace(0.0, total - state.length, 300)[1:]
+    x = np.concatenate([raised.x, -flat])
+    z = np.concatenate([raised.z, np.zeros(299)])
+    return np.column_stack([held - unit * (x + flat[-1]), floor - unit * z])

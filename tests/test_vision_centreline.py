@@ -1,0 +1,300 @@
+"""The centreline of a strip in a picture, against drawn strips and the authors' own line in a photograph."""
+
+from __future__ import annotations
+
+import time
+import zlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import drawn_strips as drawn
+from stripfold import elastica
+from stripfold.errors import InvalidInputError, TrackingError
+from stripfold.vision import mask, picture, smooth
+from stripfold.vision.centreline import Centreline, find, refine
+
+SIZE = (640, 400)
+LOOKS = {
+    "sharp": {"blur": 0.8, "noise": 2.0},
+    "noisy": {"blur": 1.5, "noise": 9.0},
+    "dark": {"strip": 30.0, "ground": 150.0},
+}
+
+
+def hook(advance: float = 0.6, shift: float = 0.0) -> drawn.Array:
+    """A state on the way from no horizontal force (0) to the critical point (1)."""
+    return drawn.hook(STATES[round(advance * (len(STATES) - 1))], 33.0, 340.0, 600.0 + shift, 14.5)
+
+
+def _states() -> list[elastica.State]:
+    states = list(elastica.x_axis_branch(2.5, max_step=0.05))
+    return states[: int(np.argmax([state.advance for state in states])) + 1]
+
+
+STATES = _states()
+CURVES = {"arc": drawn.arc(), "hook": hook()}
+SHARES = {
+    (name, width): drawn.coverage(curve, width, SIZE) for name, curve in CURVES.items() for width in (2.5, 6.0, 12.0)
+}
+
+
+@pytest.fixture(scope="module")
+def line() -> Centreline:
+    return find(drawn.picture(SHARES["hook", 6.0]), CURVES["hook"][0])
+
+
+@pytest.mark.parametrize("look", LOOKS)
+@pytest.mark.parametrize(("name", "width"), SHARES)
+def test_found_from_nothing(name: str, width: float, look: str) -> None:
+    curve = CURVES[name]
+    found = find(drawn.picture(SHARES[name, width], **LOOKS[look]), curve[0])
+    off = drawn.errors(found.points, curve)
+    limit = {"sharp": 0.04, "noisy": 0.15, "dark": 0.06}[look]
+    assert np.sqrt(np.mean(off**2)) < limit
+    assert found.bright == (look != "dark")
+    # From the gripper's end along the strip, both ends included.
+    np.testing.assert_allclose(found.points[[0, -1]], curve[[0, -1]], atol=1.5)
+    assert found.length == pytest.approx(drawn.length(curve), abs=1.5)
+    steps = np.hypot(*np.diff(found.points, axis=0).T)
+    np.testing.assert_allclose(steps, steps.mean(), rtol=0.02)
+    if look == "sharp" and width > 4.0:
+        assert np.median(found.width) == pytest.approx(width, abs=0.15)
+    assert np.median(found.score) > 0.9
+
+
+def test_uncertainty_is_that_of_the_errors() -> None:
+    pooled = []
+    for seed, ((name, _), share) in enumerate(SHARES.items()):
+        for look in LOOKS.values():
+            found = find(drawn.picture(share, 50 + seed, **look), CURVES[name][0])
+            pooled.append(drawn.errors(found.points, CURVES[name]) / found.sd)
+    scaled = np.concatenate(pooled)
+    assert 0.7 < np.std(scaled) < 1.4
+    assert np.mean(np.abs(scaled) < 1.96) > 0.88
+
+
+def test_same_from_either_end_and_without_a_start(line: Centreline) -> None:
+    image = drawn.picture(SHARES["hook", 6.0])
+    other = find(image, CURVES["hook"][-1])
+    np.testing.assert_allclose(other.points[::-1], line.points, atol=0.6)
+    left = find(image)
+    assert left.points[0, 0] < left.points[-1, 0]
+    np.testing.assert_allclose(left.reversed().points[::-1], left.points)
+
+
+def test_a_start_within_the_strip_leaves_the_rest_out() -> None:
+    curve = CURVES["arc"]
+    found = find(drawn.picture(SHARES["arc", 6.0]), curve[200])
+    assert found.length == pytest.approx(drawn.length(curve[200:]), abs=1.5)
+
+
+def test_followed_through_a_run_up_to_the_critical_point() -> None:
+    """From picture to picture, the gripper moving by up to ten pixels, without ever starting anew."""
+    line, worst, scaled = None, 0.0, []
+    for i, state in enumerate(STATES[::3]):
+        curve = drawn.hook(state, 33.0, 340.0, 600.0, 14.5)
+        image = drawn.picture(drawn.coverage(curve, 5.0, SIZE), i)
+        line = find(image, curve[0]) if line is None else refine(image, line, curve[0])
+        off = drawn.errors(line.points, curve)
+        worst = max(worst, float(np.abs(off).max()))
+        scaled.append(off / line.sd)
+        assert np.hypot(*(line.points[0] - curve[0])) < 2.0
+        assert line.length == pytest.approx(drawn.length(curve), abs=3.0)
+    assert worst < 0.6
+    assert 0.7 < np.std(np.concatenate(scaled)) < 1.4
+
+
+@pytest.mark.parametrize(
+    ("name", "shift", "reach"), [("hook", 6.0, None), ("hook", -8.0, None), ("arc", 12.0, None), ("arc", 30.0, 40.0)]
+)
+def test_refined_after_a_jump(name: str, shift: float, reach: float | None) -> None:
+    """A tight loop may move by half its radius, a gentle one by as much as it is asked to be looked for."""
+    moved = CURVES[name] + [shift, -0.3 * abs(shift)]
+    guess = find(drawn.picture(SHARES[name, 6.0]), CURVES[name][0])
+    found = refine(drawn.picture(drawn.coverage(moved, 6.0, SIZE), 3), guess, reach=reach)
+    assert np.abs(drawn.errors(found.points, moved)).max() < 0.4
+    assert found.length == pytest.approx(drawn.length(moved), abs=2.0)
+
+
+def test_the_end_grows_with_the_strip(line: Centreline) -> None:
+    short = CURVES["hook"][40:]
+    guess = find(drawn.picture(drawn.coverage(short, 6.0, SIZE)), short[0])
+    found = refine(drawn.picture(SHARES["hook", 6.0], 2), guess)
+    missing = drawn.length(CURVES["hook"]) - drawn.length(short)
+    assert missing > 8.0
+    assert found.length == pytest.approx(line.length, abs=1.0)
+
+
+def test_first_point_is_next_to_the_gripper(line: Centreline) -> None:
+    way = CURVES["hook"][61] - CURVES["hook"][60]
+    start = CURVES["hook"][60] + 4.0 * np.array([-way[1], way[0]]) / np.hypot(*way)
+    found = refine(drawn.picture(SHARES["hook", 6.0], 2), line, start)
+    assert np.hypot(*(found.points[0] - CURVES["hook"][60])) < 0.5
+    assert found.length == pytest.approx(drawn.length(CURVES["hook"][60:]), abs=1.5)
+    assert np.abs(drawn.errors(found.points, CURVES["hook"])).max() < 0.3
+
+
+@pytest.mark.parametrize("again", [True, False])
+def test_hidden_part_says_so(line: Centreline, again: bool) -> None:
+    image = drawn.picture(SHARES["arc", 6.0])
+    guess = find(image)
+    hidden = image.copy()
+    centre = CURVES["arc"][300].astype(int)
+    hidden[centre[1] - 20 : centre[1] + 20, centre[0] - 18 : centre[0] + 18] = 60
+    found = refine(hidden, guess) if again else find(hidden)
+    covered = np.all(np.abs(found.points - centre) < 14, axis=1)
+    assert covered.sum() >= 3
+    assert found.score[covered].max() < 0.4
+    assert found.score[~covered].mean() > 0.9
+    assert found.sd[covered].min() > 2.0 * np.median(found.sd[~covered])
+    off = drawn.errors(found.points, CURVES["arc"])
+    assert np.abs(off[~covered]).max() < 0.5
+    assert np.abs(off / found.sd).max() < 5.0
+
+
+def test_blur_lowers_the_score(line: Centreline) -> None:
+    scores = []
+    for blur in (1.0, 2.5, 3.5):
+        image = drawn.picture(SHARES["hook", 6.0], 2, blur=blur)
+        scores.append(float(np.median(refine(image, line).score)))
+    assert scores[0] > 0.95
+    assert scores[0] - 0.05 > scores[1] > scores[2] + 0.05
+
+
+def test_stays_on_its_own_branch_where_layers_touch() -> None:
+    """The sag comes down onto the lower layer: the two bands merge over a part of their length."""
+    line, touched = None, 0
+    for i, state in enumerate(STATES[len(STATES) // 2 + 18 :]):
+        if state.clearance * 33.0 < 5.0:
+            break  # thinner than the band is wide: a strip cannot do that
+        curve = drawn.hook(state, 33.0, 340.0, 600.0, 14.5)
+        image = drawn.picture(drawn.coverage(curve, 5.0, SIZE), i)
+        line = find(image, curve[0]) if line is None else refine(image, line)
+        touched += state.clearance * 33.0 < 8.0
+        assert np.abs(drawn.errors(line.points, curve)).max() < 0.6
+        assert line.length == pytest.approx(drawn.length(curve), abs=3.0)
+    assert touched >= 2
+
+
+def test_cheap_enough_for_film() -> None:
+    curve = 2.0 * CURVES["hook"]
+    image = drawn.picture(drawn.coverage(curve, 8.0, (1280, 720)))
+    line = find(image, curve[0])
+    times = []
+    for _ in range(30):
+        began = time.process_time()
+        refine(image, line, curve[0])
+        times.append(time.process_time() - began)
+    assert min(times) < 5e-3  # 2 to 3 ms on an idle core
+
+
+def test_lost() -> None:
+    line = find(drawn.picture(SHARES["hook", 6.0]), CURVES["hook"][0])
+    empty = drawn.picture(np.zeros(SIZE[::-1]))
+    with pytest.raises(TrackingError, match=r"frame 7: the strip was found along \d+ %.*at least 50 %"):
+        refine(empty, line, source="frame 7")
+    with pytest.raises(TrackingError, match="no strip was found"):
+        find(empty)
+    with pytest.raises(TrackingError, match="no strip was found"):
+        find(np.full((200, 300), 7, np.uint8))
+    half = drawn.picture(drawn.coverage(CURVES["hook"][300:], 6.0, SIZE))
+    with pytest.raises(TrackingError, match="visible length changed by -"):
+        refine(half, line)
+
+
+def test_something_round_is_no_strip() -> None:
+    y, x = np.mgrid[:300, :400]
+    disc = np.clip(60.5 - np.hypot(x - 200, y - 150), 0.0, 1.0)
+    with pytest.raises(TrackingError):
+        find(drawn.picture(disc))
+
+
+def test_dim_parts_belong_to_the_mask() -> None:
+    """A strip lit three times as bright at one end as at the other; Otsu's threshold of the whole loses half."""
+    share = SHARES["arc", 6.0]
+    lit = 20.0 + share * np.linspace(60.0, 235.0, SIZE[0])
+    image = np.clip(lit + np.random.default_rng(0).normal(0.0, 3.0, share.shape), 0, 255).astype(np.uint8)
+    found, _ = mask.foreground(image, bright=True)
+    assert np.mean(found[share > 0.9]) > 0.98
+    assert np.mean(found[share == 0.0]) < 0.02
+
+
+def test_smoothing_halves_its_cutoff_and_knows_its_variance() -> None:
+    n, cutoff = 401, 20.0
+    wave = np.cos(2.0 * np.pi * np.arange(n) / cutoff)[:, None]
+    halved, _ = smooth.smooth(wave, np.ones(n), cutoff)
+    np.testing.assert_allclose(halved[150:250], 0.5 * wave[150:250], atol=0.01)
+    noise = np.random.default_rng(1).normal(size=(n, 400))
+    values, variance = smooth.smooth(noise, np.ones(n), cutoff)
+    # The variance a posteriori: a sixth more than that of the noise alone, for this penalty.
+    ratio = variance[50:-50] / np.var(values[50:-50], axis=1)
+    assert 1.1 < ratio.mean() < 1.3
+    weights = np.ones(n)
+    weights[180:221] = 0.0
+    _, gap = smooth.smooth(noise, weights, cutoff)
+    assert gap[200] > 20.0 * gap[100]
+
+
+def saved(tmp_path: Path, array: np.ndarray, name: str = "strip.png", **options: object) -> Path:
+    path = tmp_path / name
+    Image.fromarray(array).save(path, **options)
+    return path
+
+
+def test_pictures(tmp_path: Path) -> None:
+    grey = drawn.picture(SHARES["arc", 6.0])
+    np.testing.assert_array_equal(picture.read_grey(saved(tmp_path, grey)), grey)
+    colour = np.stack([grey, grey // 2, grey // 3], axis=2)
+    np.testing.assert_array_equal(picture.read_colour(saved(tmp_path, colour)), colour)
+    deep = saved(tmp_path, (grey.astype(np.uint16) * 257), "deep.png")
+    np.testing.assert_array_equal(picture.read_grey(deep), grey)
+    exif = Image.Exif()
+    exif[0x0112] = 6  # the camera was held upright
+    turned = saved(tmp_path, grey, "turned.png", exif=exif)
+    assert picture.read_grey(turned).shape == grey.shape[::-1]
+
+
+def claiming(png: bytes, side: int) -> bytes:
+    """The same file, whose header says that it is ``side`` pixels wide and high."""
+    header = b"IHDR" + side.to_bytes(4, "big") * 2 + png[24:29]
+    return png[:12] + header + zlib.crc32(header).to_bytes(4, "big") + png[33:]
+
+
+def test_unusable_pictures(tmp_path: Path) -> None:
+    good = saved(tmp_path, drawn.picture(SHARES["arc", 6.0])).read_bytes()
+    contents = {"cut.png": good[: len(good) // 2], "text.jpg": b"not a picture", "empty.png": b""}
+    contents |= {"wide.png": claiming(good, 9000), "bomb.png": claiming(good, 200_000)}
+    for name, content in contents.items():
+        (tmp_path / name).write_bytes(content)
+        with pytest.raises(InvalidInputError, match=f"image = .*{name}.*at most 50 million pixels") as caught:
+            picture.read_grey(tmp_path / name)
+        assert "9000 x 9000" in str(caught.value) or name != "wide.png"
+    with pytest.raises(InvalidInputError, match="an existing file"):
+        picture.read_grey(tmp_path / "none.png")
+    with pytest.raises(InvalidInputError, match="each side 32"):
+        picture.read_grey(saved(tmp_path, np.zeros((8, 100), np.uint8), "tiny.png"))
+
+
+def test_the_textile_in_its_authors_photograph(images: Path) -> None:
+    scale = 0.1101
+    line = find(picture.read_grey(images / "bendstiff" / "test_image.jpg"))
+    theirs = 1e3 * np.loadtxt(images / "bendstiff" / "test_reference_midline.csv", delimiter=",") * [1.0, -1.0]
+    mine = line.points * scale
+    assert np.ptp(mine[:, 0]) == pytest.approx(222.3, abs=1.0)
+    away = np.interp(theirs[:, 0], mine[:, 0], mine[:, 1]) - theirs[:, 1]
+    slope = np.gradient(theirs[:, 1], theirs[:, 0])
+    distance = (away - away.mean()) / np.hypot(1.0, slope)
+    assert np.sqrt(np.mean(distance**2)) < 0.25
+
+
+@pytest.mark.parametrize(("free", "end"), [(10, (406, 2592)), (15, (327, 2496)), (20, (137, 2129)), (25, (20, 2398))])
+def test_hairy_yarn_from_border_to_end(images: Path, free: int, end: tuple[int, int]) -> None:
+    """``end``: where the yarn ends, read off the pictures by eye."""
+    line = find(picture.read_grey(images / "yarn_bending" / f"acrylic_{free}_1.jpg"))
+    assert line.open_ends == (True, False)
+    assert line.points[0, 0] < 3.0
+    assert np.hypot(*(line.points[-1] - end)) < 0.5 * np.median(line.width)
+    assert np.mean(line.score > 0.8) > 0.6

@@ -1,0 +1,318 @@
+"""eta_b from pictures, against strips drawn from the heavy elastica and against a law solved by other means."""
+
+from __future__ import annotations
+
+import json
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from PIL import Image
+from scipy.integrate import solve_bvp
+
+import drawn_strips as drawn
+from stripfold import elastica, store
+from stripfold.cli import main
+from stripfold.errors import InvalidInputError, TrackingError
+from stripfold.plots import centrelines as centrelines_plot
+from stripfold.plots import eta_fit
+from stripfold.studies import centrelines
+from stripfold.vision import cantilever, eta, picture
+
+SCALE = 3e-4
+SIZE = (640, 520)
+SPAN = 480.0
+"""Length of the hanging strips, pixels."""
+
+
+def hanging(length: float, right: bool = True) -> drawn.Array:
+    """A cantilever of ``length`` L*, ``SPAN`` pixels long; its clamp is the first point."""
+    profile = elastica.cantilever(length).at(np.linspace(0.0, length, 800))
+    side = 1.0 if right else -1.0
+    unit = SPAN / length
+    return np.column_stack([(70.0 if right else 570.0) + side * unit * profile.x, 50.0 - unit * profile.z])
+
+
+def folded(unit: float, right: bool = True) -> drawn.Array:
+    """A strip folded in half; ``unit`` pixels are one L*."""
+    loop = elastica.folded_loop()
+    profile = loop.state.at(np.linspace(0.0, loop.arc, 800))
+    lying = np.linspace(-4.0, 0.0, 300)[:-1]
+    landed = np.linspace(profile.x[-1], -4.0, 300)[1:]
+    x = np.concatenate([lying, profile.x, landed])
+    z = np.concatenate([np.zeros(299), profile.z, np.zeros(299)])
+    side = 1.0 if right else -1.0
+    return np.column_stack([320.0 + side * unit * (x + 1.6), 330.0 - unit * z])
+
+
+def true_eta(unit: float) -> float:
+    """eta_b of a strip whose L* is ``unit`` pixels."""
+    return 1.0 / (9.81 * (unit * SCALE) ** 3)
+
+
+@cache
+def share(kind: str, size: float, right: bool = True) -> drawn.Array:
+    curve = {"hanging": hanging, "folded": folded}[kind](size, right)
+    return drawn.coverage(curve, 6.0, SIZE)
+
+
+@pytest.mark.parametrize("length", [0.8, 2.0, 4.0, 7.0])
+def test_exact_shapes(length: float) -> None:
+    """The collocation's cantilever, whose clamp the fit is not told of."""
+    profile = elastica.cantilever(length).at(np.linspace(0.0, length, 100))
+    points = 100.0 * np.column_stack([profile.x, -profile.z])
+    for linear in (True, False):
+        fit = cantilever.fit(points, np.full(100, 0.1), 1.0, linear=linear)
+        # Chords of the polygon are shorter than the arcs by 1e-5 at most.
+        # The longer it hangs, the less its shape says of a second number.
+        assert fit.ratio == pytest.approx(length**3, rel=5e-4 if linear else 0.03 if length > 5.0 else 5e-3)
+        assert fit.exponent == pytest.approx(1.0, abs=5e-3 if length < 5.0 else 0.02)
+        assert fit.rms < 1e-3 * 100.0 * length
+    part = cantilever.fit(points[35:], np.full(65, 0.1), 1.0)
+    assert part.ratio == pytest.approx((64.0 / 99.0 * length) ** 3, rel=2e-3)
+
+
+@cache
+def saturating(exponent: float = 0.5, load: float = 12.0) -> drawn.Array:
+    """A cantilever of length 1 with M = kappa^n under ``load``, solved as a boundary value problem."""
+
+    def rates(s: drawn.Array, y: drawn.Array) -> drawn.Array:
+        angle, moment = y[0], y[1]
+        bend = np.sign(moment) * np.abs(moment) ** (1.0 / exponent)
+        return np.array([bend, -load * (1.0 - s) * np.cos(angle), np.cos(angle), np.sin(angle)])
+
+    s = np.linspace(0.0, 1.0, 100)
+    guess = np.array([0.8 * s, 1.0 - s, s, 0.3 * s])
+    for scale in (0.05, 0.2, 0.5, 1.0):
+        full, load = load, load * scale
+        found = solve_bvp(rates, lambda a, b: np.array([a[0], b[1], a[2], a[3]]), s, guess, tol=1e-8, max_nodes=50000)
+        load, guess = full, found.sol(s)
+    assert found.success
+    return np.asarray(found.sol(s)[2:].T)
+
+
+def test_a_law_that_is_not_linear_is_told() -> None:
+    points = SPAN * saturating(0.5, 1.5)
+    fit = cantilever.fit(points, np.full(100, 0.1), 1.0, linear=False)
+    assert fit.exponent == pytest.approx(0.5, abs=0.01)
+    straight = cantilever.fit(points, np.full(100, 0.1), 1.0)
+    assert straight.rms > 20.0 * fit.rms
+    curve = points + np.array([60.0, 40.0])
+    found = eta.from_image(drawn.picture(drawn.coverage(curve, 6.0, SIZE)), SCALE, "cantilever")
+    assert found.linear is False
+    n, low, high = found.exponent or (0.0, 0.0, 0.0)
+    assert low < 0.5 < high or n == pytest.approx(0.5, abs=0.05)
+    # The secant at the largest curvature: M / kappa = kappa^(n - 1) = M_0^((n - 1) / n).
+    moment = float(np.trapezoid(1.5 * (saturating(0.5, 1.5)[:, 0]), dx=1.0 / 99.0))
+    expected = 1.5 / moment ** ((0.5 - 1.0) / 0.5) / 9.81 / (SPAN * SCALE) ** 3
+    assert found.secant(1.0) == pytest.approx(expected, rel=0.1)
+
+
+@pytest.mark.parametrize(("length", "right"), [(1.2, True), (2.0, False), (4.0, True)])
+def test_hanging_strip(length: float, right: bool) -> None:
+    found = eta.from_image(drawn.picture(share("hanging", length, right), 1), SCALE, "cantilever")
+    truth = true_eta(SPAN / length)
+    assert found.interval[0] < truth < found.interval[1]
+    assert found.eta_b == pytest.approx(truth, rel=0.03)
+    assert found.interval[1] / found.interval[0] < 1.5
+    assert found.linear is True
+    assert found.residual < 0.15 * SCALE
+    assert found.gravity_length == pytest.approx(SPAN / length * SCALE, rel=0.01)
+
+
+def test_interval_covers() -> None:
+    """Interval and scatter belong together: the free end and the plumb line are not random here."""
+    truth = true_eta(SPAN / 2.0)
+    found = [
+        eta.from_image(drawn.picture(share("hanging", 2.0), seed, noise=12.0, blur=1.5), SCALE, "cantilever")
+        for seed in range(3)
+    ]
+    assert all(one.interval[0] < truth < one.interval[1] for one in found)
+    assert np.std([one.eta_b for one in found]) < 0.5 * (found[0].interval[1] - found[0].interval[0])
+
+
+@pytest.mark.parametrize(
+    ("unit", "right", "look"),
+    [
+        (100.0, True, {}),
+        (100.0, False, {"noise": 10.0}),
+        (60.0, True, {"blur": 2.0}),
+        (100.0, True, {"strip": 30.0, "ground": 160.0}),
+    ],
+)
+def test_folded_strip(unit: float, right: bool, look: dict[str, float]) -> None:
+    found = eta.from_image(drawn.picture(share("folded", unit, right), 2, **look), SCALE, "fold")
+    truth = true_eta(unit)
+    assert found.interval[0] < truth < found.interval[1]
+    assert found.eta_b == pytest.approx(truth, rel=0.02)
+    assert found.fold is not None
+    assert found.fold.height == pytest.approx(0.906597 * unit, abs=0.5)
+    assert found.fold.width == pytest.approx(6.0, abs=1.5)
+    assert found.linear is None
+
+
+def test_a_tilted_camera_does_not_change_the_fold() -> None:
+    angle = np.radians(3.0)
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    curve = (folded(100.0) - [320.0, 250.0]) @ turn.T + [320.0, 250.0]
+    found = eta.from_image(drawn.picture(drawn.coverage(curve, 6.0, SIZE)), SCALE, "fold")
+    assert found.eta_b == pytest.approx(true_eta(100.0), rel=0.02)
+
+
+def test_what_the_thickness_of_a_folded_strip_does() -> None:
+    """The number in the module's text: the landing layer lies its thickness higher."""
+    loop = elastica.folded_loop()
+    profile = loop.state.at(np.linspace(0.0, loop.arc, 200))
+    thickness = 0.05
+
+    def rates(x: drawn.Array, y: drawn.Array, p: drawn.Array) -> drawn.Array:
+        cos, sin = np.cos(y[0]), np.sin(y[0])
+        return p[2] * np.array([y[1], p[1] * sin - (p[0] + p[2] * x) * cos, cos, sin])
+
+    def ends(a: drawn.Array, b: drawn.Array, p: drawn.Array) -> drawn.Array:
+        return np.array([a[0], a[1], a[2], a[3], b[0] - np.pi, b[1], b[3] - thickness])
+
+    start = np.array([profile.theta, profile.curvature, profile.x, profile.z])
+    guess = [loop.state.force_0, 0.0, loop.arc]
+    found = solve_bvp(rates, ends, np.linspace(0.0, 1.0, 200), start, guess, tol=1e-6)
+    height = float(found.sol(np.linspace(0.0, 1.0, 5001))[3].max())
+    assert (height - loop.height) / thickness == pytest.approx(0.12, abs=0.005)
+    assert 1.0 - (loop.height / height) ** 3 == pytest.approx(0.38 * thickness, abs=0.001)
+
+
+@pytest.mark.parametrize(
+    ("curve", "method", "message"),
+    [
+        (hanging(2.0), "fold", "no loop"),
+        (folded(100.0), "cantilever", "heavy elastica|eta_b anywhere"),
+        (hanging(2.0) + np.array([0.0, 230.0]), "cantilever", "lower end is cut"),
+        (folded(100.0) + np.array([-360.0, 0.0]), "fold", "no loop inside|border cuts"),
+        (folded(100.0) + np.array([0.0, 188.0]), "fold", "no loop inside|border cuts"),
+        (np.column_stack([np.linspace(60, 560, 300), np.linspace(60, 62, 300)]), "fold", "no loop"),
+    ],
+)
+def test_pictures_that_show_something_else(curve: drawn.Array, method: str, message: str) -> None:
+    with pytest.raises(TrackingError, match=message):
+        eta.from_image(drawn.picture(drawn.coverage(curve, 6.0, SIZE)), SCALE, method, "it.png")
+
+
+@pytest.mark.parametrize(
+    ("scale", "method", "key"),
+    [
+        (0.3, "fold", "scale = 0.3"),
+        (float("nan"), "fold", "scale = nan"),
+        (1e-6, "fold", "eta_b 0.1"),
+        (1e-4, "x", "method"),
+    ],
+)
+def test_bad_scale_and_method(scale: float, method: str, key: str) -> None:
+    with pytest.raises(InvalidInputError, match=key):
+        eta.from_image(drawn.picture(share("folded", 100.0)), scale, method)
+
+
+@pytest.fixture
+def photo(tmp_path: Path) -> dict[str, str]:
+    paths = {}
+    for kind, size in (("folded", 100.0), ("hanging", 2.0)):
+        paths[kind] = str(tmp_path / f"{kind}.png")
+        Image.fromarray(drawn.picture(share(kind, size))).save(paths[kind])
+    return paths
+
+
+def test_command_line(photo: dict[str, str], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    fold = ["eta", "--image", photo["folded"], "--scale", str(SCALE), "--method", "fold"]
+    target = tmp_path / "fit.png"
+    assert main([*fold, "--json", "--picture", str(target)]) == 0
+    values = json.loads(capsys.readouterr().out)
+    assert values["eta_b"] == pytest.approx(true_eta(100.0), rel=0.02)
+    assert values["eta_b_lower"] < values["eta_b"] < values["eta_b_upper"]
+    assert values["height"] == pytest.approx(90.66 * SCALE, rel=0.01)
+    with Image.open(target) as drawn_fit:
+        assert drawn_fit.format == "PNG"
+    assert main(["eta", "--image", photo["hanging"], "--scale", str(SCALE), "--method", "cantilever"]) == 0
+    text = capsys.readouterr().out
+    for word in ("eta_b ", "95 %", "L* ", "residual ", "length ", "linear       yes", "secant"):
+        assert word in text
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        (["--scale", "1e-4"], "a value for --method"),
+        (["--method", "fold"], "a value for --scale"),
+        (["--scale", "1e-4", "--method", "cantilever"], "folded.png: "),
+        (["--scale", "1e-4", "--method", "fold", "--picture", "out.jpg"], "ends in .png"),
+    ],
+)
+def test_command_line_refuses(
+    photo: dict[str, str], capsys: pytest.CaptureFixture[str], more: list[str], words: str
+) -> None:
+    assert main(["eta", "--image", photo["folded"], *more]) in (2, 4)
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("stripfold: error: ")
+    assert words in err
+    assert err.count("\n") == 1
+
+
+def test_options_of_a_picture_without_one(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["eta", "--fold-height", "0.02", "--scale", "1e-4"]) == 2
+    assert "only together with --image" in capsys.readouterr().err
+    with pytest.raises(SystemExit):
+        main(["eta", "--fold-height", "0.02", "--image", "x.png"])
+    assert main(["eta", "--image", "nowhere.png", "--scale", "1e-4", "--method", "fold"]) == 2
+    assert "an existing file" in capsys.readouterr().err
+
+
+def lines(fig: Figure, panel: int) -> dict[str, drawn.Array]:
+    return {str(line.get_label()): np.asarray(line.get_xydata()) for line in fig.axes[panel].lines}
+
+
+def test_figure_of_a_fit() -> None:
+    image = drawn.picture(share("hanging", 2.0))
+    found = eta.from_image(image, SCALE, "cantilever")
+    fig = eta_fit.draw(image, found)
+    above, below = lines(fig, 0), lines(fig, 1)
+    assert found.line is not None
+    assert found.shape is not None
+    np.testing.assert_allclose(above["centreline"], 1e3 * SCALE * found.line.points)
+    np.testing.assert_allclose(above["linear strip"], 1e3 * SCALE * found.shape.points)
+    np.testing.assert_allclose(below["_linear"][:, 1], 1e3 * SCALE * found.shape.residual)
+    # Of a strip that is told to be linear, the other law is not drawn.
+    assert "_power" not in below
+    image = drawn.picture(share("folded", 100.0))
+    loop = eta.from_image(image, SCALE, "fold")
+    assert loop.fold is not None
+    height = next(value for name, value in lines(eta_fit.draw(image, loop), 0).items() if name.startswith("height"))
+    assert np.hypot(*(height[1] - height[0])) == pytest.approx(1e3 * SCALE * loop.fold.height)
+
+
+def test_photographs(images: Path, tmp_path: Path) -> None:
+    data = centrelines.run(images)
+    store.write(data, tmp_path / "centrelines.nc", title="test")
+    assert float(data["centreline_rms"]) < 0.25e-3
+    assert float(data["centreline_span"]) == pytest.approx(0.2223, abs=1e-3)
+    assert float(data["reference_covered"]) == 1.0
+    # The authors' law is no power law: the two are apart by a third at most over the curvatures of both.
+    assert float(data["linear"]) == 0.0
+    assert float(data["exponent_upper"]) < 0.9
+    kappa = data["share"].values * float(data["largest_curvature"])
+    for at in (2.5, 4.0, 6.0):
+        theirs = np.interp(at, data["reference_curvature"].values[::-1], data["reference_eta_b"].values[::-1])
+        assert np.interp(at, kappa, data["secant_eta_b"].values) == pytest.approx(theirs, rel=0.45)
+    low, high = data["reference_eta_b"].values.min(), data["reference_eta_b"].values.max()
+    assert low < float(data["eta_b_lower"]) < float(data["eta_b_upper"]) < high
+    # The yarn: whole, by another way of measuring; as thick in all pictures as its exposure allows.
+    np.testing.assert_allclose(data["yarn_pixels"], data["yarn_rows_pixels"], rtol=0.01)
+    assert np.ptp(data["yarn_thickness"].values) < 0.35 * float(data["yarn_thickness"].mean())
+    image = picture.read_grey(images / centrelines.TEXTILE)
+    fig = centrelines_plot.draw(data, image, centrelines.SCALE)
+    np.testing.assert_allclose(lines(fig, 0)["centreline"][:, 0], 1e3 * data["x"].values)
+    assert any("MIT" in text.get_text() for text in fig.axes[0].texts)
+
+
+def test_missing_photographs(tmp_path: Path) -> None:
+    with pytest.raises(InvalidInputError, match="an existing file"):
+        centrelines.run(tmp_path)
