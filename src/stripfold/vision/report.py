@@ -10,7 +10,7 @@ from fractions import Fraction
 from importlib.resources import files
 from math import isfinite
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import av
 import cv2
@@ -145,7 +145,7 @@ def _pictures(found: Measurement) -> tuple[str, str]:
 
 def _stream(container: av.container.OutputContainer, picture: Picture, period: float) -> VideoStream:
     rate = Fraction(1.0 / period).limit_denominator(1000)
-    stream = cast(VideoStream, container.add_stream("libx264", rate=rate, options={"crf": "26", "preset": "veryfast"}))
+    stream = container.add_stream("libx264", rate=rate, options={"crf": "26", "preset": "veryfast"})
     stream.height, stream.width = picture.shape[:2]
     stream.pix_fmt = "yuv420p"
     return stream

@@ -15,8 +15,9 @@ from stripfold.solve.schemes import Damping
 from stripfold.studies import passing
 from stripfold.studies.static import Strip
 
+from .checking import checked
 from .history import Array, History
-from .scene import Scene, checked
+from .scene import Scene
 
 RATE = 500.0
 """Stored moments per second."""
@@ -72,7 +73,7 @@ def from_dynamics(scene: Scene) -> History:
     SolveError
         There is no snap at this height, or a part could not be computed.
     """
-    asked = checked(Motion, scene.motion, "motion", _RANGES)
+    asked = checked(Motion, scene.motion, "motion", _RANGES, {})
     material, length = checked_strip(Material(scene.strip.eta_b, asked.eta_m), scene.strip.length)
     unit = material.gravity_length
     clock = sqrt(unit / material.gravity)

@@ -33,7 +33,7 @@ Array = NDArray[np.float64]
 def history_of(scene: Scene) -> History:
     """The motion of a scene, by its generator, which says what it cannot do."""
     if scene.generator == "dynamics":
-        from .dynamics import from_dynamics  # type: ignore[import-not-found]
+        from .dynamics import from_dynamics
 
         found: History = from_dynamics(scene)
         return found
