@@ -127,7 +127,7 @@ def track(recording: Recording, calibration: Calibration, progress: Callable[[st
             for t, line in zip(track_.time, lines, strict=True)
         ]
     )
-    stations, points, visible = _stations(lines, calibration)
+    stations, points, visible = _stations(lines, calibration, recording.entries["strip"]["length"])
     return Tracks(
         times,
         report,
@@ -229,7 +229,9 @@ def _check_size(size: tuple[int, int], calibration: Calibration, name: str) -> N
         )
 
 
-def _stations(lines: list[Centreline | None], calibration: Calibration) -> tuple[Array, Array, Array]:
+def _stations(
+    lines: list[Centreline | None], calibration: Calibration, length: float
+) -> tuple[Array, Array, Array]:
     """Lengths along the strip, the points there in each frame, and its visible length; m."""
     curves = [None if line is None else calibration.mapping.to_robot(line.points) for line in lines]
     arcs = [
@@ -244,7 +246,8 @@ def _stations(lines: list[Centreline | None], calibration: Calibration) -> tuple
             f"at most {MOST_LOST:.0%}",
             "light it evenly, before a background much darker or brighter",
         )
-    stations = np.linspace(0.0, float(np.nanpercentile(visible, 5)), STATIONS)
+    # What goes on behind the held end is no strip.
+    stations = np.linspace(0.0, min(float(np.nanpercentile(visible, 5)), 0.98 * length), STATIONS)
     points = np.full((len(lines), STATIONS, 2), np.nan)
     for i, (curve, arc) in enumerate(zip(curves, arcs, strict=True)):
         if curve is not None and arc is not None:
