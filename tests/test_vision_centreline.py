@@ -13,7 +13,7 @@ from PIL import Image
 import drawn_strips as drawn
 from stripfold import elastica
 from stripfold.errors import InvalidInputError, TrackingError
-from stripfold.vision import mask, picture, smooth
+from stripfold.vision import mask, picture, sections, smooth
 from stripfold.vision.centreline import Centreline, find, refine
 
 SIZE = (640, 400)
@@ -108,7 +108,7 @@ def test_followed_through_a_run_up_to_the_critical_point() -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "shift", "reach"), [("hook", 6.0, None), ("hook", -8.0, None), ("arc", 12.0, None), ("arc", 30.0, 40.0)]
+    ("name", "shift", "reach"), [("hook", 6.0, None), ("hook", -8.0, None), ("arc", 30.0, None), ("arc", 30.0, 40.0)]
 )
 def test_refined_after_a_jump(name: str, shift: float, reach: float | None) -> None:
     """A tight loop may move by half its radius, a gentle one by as much as it is asked to be looked for."""
@@ -150,6 +150,8 @@ def test_hidden_part_says_so(line: Centreline, again: bool) -> None:
     assert found.score[covered].max() < 0.4
     assert found.score[~covered].mean() > 0.9
     assert found.sd[covered].min() > 2.0 * np.median(found.sd[~covered])
+    # In the middle of what is hidden: some hundredths of how far away the last sight of it is.
+    assert found.sd[covered].max() > 0.3
     off = drawn.errors(found.points, CURVES["arc"])
     assert np.abs(off[~covered]).max() < 0.5
     assert np.abs(off / found.sd).max() < 5.0
@@ -162,6 +164,36 @@ def test_blur_lowers_the_score(line: Centreline) -> None:
         scores.append(float(np.median(refine(image, line).score)))
     assert scores[0] > 0.95
     assert scores[0] - 0.05 > scores[1] > scores[2] + 0.05
+
+
+def test_a_blurred_picture_does_not_become_the_standard(line: Centreline) -> None:
+    found = refine(drawn.picture(SHARES["hook", 6.0], 2, blur=3.5), line)
+    assert found.contrast > 0.9 * line.contrast
+    again = refine(drawn.picture(SHARES["hook", 6.0], 3, blur=3.5), found)
+    assert np.median(again.score) < 0.95
+
+
+@pytest.mark.parametrize("offset", [-0.4, 0.0, 0.7])
+@pytest.mark.parametrize("width", [2.5, 8.0])
+def test_edges_of_a_known_band(width: float, offset: float) -> None:
+    """On one side lies the strip's own dimmer face."""
+    t = np.arange(-18.0, 19.0)[:, None] + np.linspace(-0.5, 0.5, 201)
+    values = np.where(t < offset, 30.0, 70.0 if width > sections.THIN else 30.0)
+    values = np.where(np.abs(t - offset) < width / 2.0, 200.0, values).mean(axis=1)
+    profile = np.convolve(np.pad(values, 1, mode="edge"), [0.25, 0.5, 0.25], "valid")
+    edges = sections.measure(np.tile(profile, (3, 1)).astype(np.float32), width)
+    assert edges.found.all()
+    np.testing.assert_allclose(edges.offset, offset, atol=0.06)
+    if width > sections.THIN:
+        np.testing.assert_allclose(edges.width, width, atol=0.15)
+        np.testing.assert_allclose(edges.contrast, 130.0, atol=3.0)
+
+
+def test_pieces_are_joined_behind_each_others_ends_only() -> None:
+    strip = np.column_stack([np.linspace(0.0, 100.0, 101), np.zeros(101)])
+    assert mask._gap(strip, strip + np.array([130.0, 2.0]), 6.0) == pytest.approx(30.0, abs=0.2)
+    assert mask._gap(strip, strip + np.array([95.0, 3.0]), 6.0) == np.inf
+    assert mask._gap(strip, strip + np.array([130.0, 60.0]), 6.0) == np.inf
 
 
 def test_stays_on_its_own_branch_where_layers_touch() -> None:

@@ -154,7 +154,7 @@ def test_folded_strip(unit: float, right: bool, look: dict[str, float]) -> None:
 
 
 def test_a_tilted_camera_does_not_change_the_fold() -> None:
-    angle = np.radians(3.0)
+    angle = np.radians(8.0)
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
     curve = (folded(100.0) - [320.0, 250.0]) @ turn.T + [320.0, 250.0]
     found = eta.from_image(drawn.picture(drawn.coverage(curve, 6.0, SIZE)), SCALE, "fold")
@@ -196,6 +196,18 @@ def test_what_the_thickness_of_a_folded_strip_does() -> None:
 def test_pictures_that_show_something_else(curve: drawn.Array, method: str, message: str) -> None:
     with pytest.raises(TrackingError, match=message):
         eta.from_image(drawn.picture(drawn.coverage(curve, 6.0, SIZE)), SCALE, method, "it.png")
+
+
+def test_what_is_no_hanging_strip() -> None:
+    with pytest.raises(TrackingError, match=r"the best heavy elastica is \d"):
+        cantilever.fit(drawn.arc()[::8], np.full(100, 0.1), 1.0)
+
+
+def test_neighbours_that_are_off_together() -> None:
+    noise = np.random.default_rng(3).normal(size=2000)
+    assert cantilever._correlation(noise) <= 3
+    together = np.convolve(noise, np.ones(10) / 10.0, "valid")
+    assert 7 <= cantilever._correlation(together) <= 14
 
 
 @pytest.mark.parametrize(
