@@ -6,6 +6,7 @@ The recordings are rendered, encoded and measured like any other; the truth is t
 
 from __future__ import annotations
 
+import json
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
@@ -64,9 +65,7 @@ def _one(case: design.Case, calibrations: Path) -> dict[str, Any]:
             found = measure.measure(recording.read(folder))
         except StripfoldError as error:
             return {**row, "outcome": REFUSED, "message": f"{type(error).__name__}: {error}"}
-        with xr.open_dataset(folder / "truth.nc") as opened:
-            truth = opened.load()
-    onset, event, static = _truth(truth, found)
+        onset, event, static = _truth(folder, found)
     static_found = found.static
     return {
         **row,
@@ -85,13 +84,19 @@ def _one(case: design.Case, calibrations: Path) -> dict[str, Any]:
     }
 
 
-def _truth(truth: xr.Dataset, found: Measurement) -> tuple[float, float, float]:
+def _truth(folder: Path, found: Measurement) -> tuple[float, float, float]:
     """Onset, s, lambda there, m, and the static lambda_c, m, of the motion itself; nan where there is none."""
+    with xr.open_dataset(folder / "truth.nc") as opened:
+        truth = opened.load()
     t, lam, curve = truth["time"].values, truth["lambda"].values, truth["curve"].values.astype(np.float64)
     arc = np.linspace(0.0, float(found.recording.entries["strip"]["length"]), curve.shape[1])
-    motion = snap.speed(t, curve[:, arc <= found.tracks.stations[-1]])
-    static = float(truth.attrs.get("lambda_c", np.nan))
-    return motion.onset, float(np.interp(motion.onset, t, lam)), static
+    start, stop = snap.underway(t, truth["gripper"].values[:, 0])
+    within = (t >= start) & (t <= stop)
+    t, lam, curve = t[within], lam[within], curve[within]
+    raised = snap.raised(curve, arc, float(found.recording.entries["gripper"]["height"]))
+    motion = snap.speed(t, curve[:, raised])
+    static = json.loads((folder / "truth.json").read_text(encoding="utf-8"))["lambda_c"]
+    return motion.onset, float(np.interp(motion.onset, t, lam)), float("nan") if static is None else float(static)
 
 
 _UNITS = {

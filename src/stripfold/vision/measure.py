@@ -42,6 +42,8 @@ PLACES_DIFFER = 3.0
 """How far x by the log and by the video may differ at the event, in standard deviations, before it is flagged."""
 MISSING = 1.5
 """Time between the frames around the event, in usual ones, from which frames are missing there."""
+FEWEST_FRAMES = 10
+FEWEST_STATIONS = 5
 AROUND = 0.5
 """Half the time over which the gripper's way is fitted, s."""
 
@@ -121,8 +123,7 @@ def evaluate(recording: Recording, calibration: Calibration, tracks: Tracks, ove
     flags = [*tracks.report.problems, *tracks.timing.problems]
     _check_height(recording, tracks, flags)
     flags += _of_length(recording, tracks)
-    seen = tracks.seen
-    motion = snap.speed(tracks.strip_time[seen], _filled(tracks.points[seen], tracks.score[seen]))
+    motion = snap.speed(*_raised(recording, tracks))
     shift = _shift_of(calibration, tracks, random)
     log = _log(recording)
     synchronised = None
@@ -141,7 +142,7 @@ def evaluate(recording: Recording, calibration: Calibration, tracks: Tracks, ove
     by_video, by_log = sign * (x - flat_end), float("nan")
     parts = {"shape": 0.0, "frames": 0.0, "mapping": float(shift.std()), "gripper": gripper_sd, "clock": 0.0}
     if snapped and override is None:
-        spread = onset_spread(tracks, random)
+        spread = onset_spread(recording, tracks, random)
         gap = tracks.timing.spacing(moment)
         parts["shape"] = abs(v) * spread
         parts["frames"] = abs(v) * _between_frames(gap, tracks.timing.period)
@@ -181,17 +182,17 @@ def evaluate(recording: Recording, calibration: Calibration, tracks: Tracks, ove
     )
 
 
-def onset_spread(tracks: Tracks, random: np.random.Generator) -> float:
+def onset_spread(recording: Recording, tracks: Tracks, random: np.random.Generator) -> float:
     """Standard deviation of the onset's time from the noise of the strip's points, s: a wild bootstrap by frames."""
-    seen = tracks.seen
-    t, points = tracks.strip_time[seen], _filled(tracks.points[seen], tracks.score[seen])
+    t, points = _raised(recording, tracks)
     smooth = _smoothed(points)
-    # What three neighbours leave of white noise: its variance times 2/3.
-    noise = (points - smooth) * np.sqrt(1.5)
+    # Of the frames before the snap, where three neighbours are on a line: they leave 2/3 of the variance.
+    before = np.flatnonzero(t < snap.speed(t, points).onset - snap.WINDOW)
+    noise = (points - smooth)[before] * np.sqrt(1.5)
     onsets = []
     for _ in range(DRAWS // 4):
         signs = random.choice([-1.0, 1.0], len(t))[:, None, None]
-        onset = snap.speed(t, smooth + signs * noise).onset
+        onset = snap.speed(t, smooth + signs * noise[random.integers(0, len(noise), len(t))]).onset
         if np.isfinite(onset):
             onsets.append(onset)
     return float(np.std(onsets)) if len(onsets) > 2 else float(np.ptp(t))
@@ -210,11 +211,24 @@ def _between_frames(gap: float, period: float) -> float:
     return hypot(usual, max(gap - period, 0.0) / np.sqrt(12.0))
 
 
-def _filled(points: Array, score: Array) -> Array:
-    """Points of the frames in which the strip was seen; they hold no gaps."""
-    if len(points) < 10:
-        raise MeasurementError("video", f"the strip in {len(points)} frames", "at least 10", "record for longer")
-    return points
+def _raised(recording: Recording, tracks: Tracks) -> tuple[Array, Array]:
+    """Times, shape (n,), and points, shape (n, k, 2), of the part that is raised at first, while the gripper moves."""
+    start, stop = snap.underway(tracks.grip_time, tracks.place[:, 0])
+    seen = tracks.seen & (tracks.strip_time >= start) & (tracks.strip_time <= stop)
+    points = tracks.points[seen]
+    if len(points) < FEWEST_FRAMES:
+        raise MeasurementError(
+            "video", f"the strip in {len(points)} frames", f"at least {FEWEST_FRAMES}", "film longer"
+        )
+    chosen = snap.raised(points, tracks.stations, recording.entries["gripper"]["height"])
+    if chosen.sum() < FEWEST_STATIONS:
+        raise MeasurementError(
+            "video",
+            f"a strip of which {tracks.stations[int(chosen.sum())] * 1e3:.0f} mm are raised in the first frames",
+            "a loop over the lying part",
+            "film from before the snap on, from the side",
+        )
+    return tracks.strip_time[seen], points[:, chosen]
 
 
 def _way(tracks: Tracks, moment: float) -> tuple[float, float, float]:

@@ -1,9 +1,10 @@
 """The snap in a recording: when it sets in, whether there is one, and where its quasi-static branch ends.
 
-A definition that depends on neither the frame rate nor the scale: the strip's speed u is the root mean square, over
-points fixed in the material, of how far each gets within a fixed window of time, per time.  Before the snap it follows
-the gripper, u_0; the snap sets in when u has come half the way from u_0 to its peak.  The slower the gripper, the
-nearer that is to the static critical point; past it by a lag of order v^(2/3) to v^(4/5) (docs/physics.md, section 7).
+A definition that depends on neither the frame rate nor the scale: the strip's speed u is the median, over points fixed
+in the part that is raised when the film begins, of how far each gets within a fixed window of time, per time.  (Of the
+mean, a few points that were taken for the other layer would make a snap.)  Before the snap it follows the gripper, u_0;
+the snap sets in when u has come half the way from u_0 to its first peak.  The slower the gripper, the nearer that is to
+the static critical point; past it by a lag of order v^(2/3) to v^(4/5) (docs/physics.md, section 7).
 """
 
 from __future__ import annotations
@@ -25,6 +26,15 @@ REFERENCE = 0.4
 """Share of the recording before the peak that tells how fast the strip follows its gripper."""
 LEAST_RATIO = 2.0
 """Peak over u_0 below which a recording shows no snap that can be told from following."""
+STANDS_OUT = 8.0
+"""How far a peak has to be above the speed of following, in standard deviations of that."""
+FALLEN = 0.6
+"""Share of its height to which the speed has to fall behind a peak: less is a ripple on the way up."""
+SETTLING = 0.2
+"""How long a strip swings after its gripper has started, s."""
+LYING = 0.1
+"""Height below which the strip counts as lying, in the gripper's."""
+FIRST_FRAMES = 5
 SEVERAL = 0.7
 """A second peak this high, as a share of the first above u_0, with a rest between them, makes several snaps."""
 RESTED = 0.25
@@ -96,10 +106,54 @@ def speed(t: Array, points: Array) -> Speed:
     path = PchipInterpolator(t, points.reshape(len(t), -1))
     moments = np.arange(t[0] + 0.5 * WINDOW, t[-1] - 0.5 * WINDOW, GRID)
     way = (path(moments + 0.5 * WINDOW) - path(moments - 0.5 * WINDOW)).reshape(len(moments), -1, 2)
-    u = np.sqrt(np.mean(np.sum(way**2, axis=2), axis=1)) / WINDOW
-    peak = int(np.argmax(u))
+    u = np.median(np.linalg.norm(way, axis=2), axis=1) / WINDOW
+    peak = _first_peak(u)
     following = float(np.median(u[: max(int(REFERENCE * peak), 1)]))
     return Speed(moments, u, following, peak)
+
+
+def _first_peak(u: Array) -> int:
+    """Index of the first maximum that stands out and from which the speed falls again; of the largest without one."""
+    early = u[: max(int(REFERENCE * len(u)), 1)]
+    usual = float(np.median(early))
+    noise = 1.4826 * float(np.median(np.abs(early - usual)))
+    least = max(LEAST_RATIO * usual, usual + STANDS_OUT * noise)
+    peak = 0
+    for i, value in enumerate(u):
+        if value > u[peak]:
+            peak = i
+        elif u[peak] > least and value < usual + FALLEN * (u[peak] - usual):
+            return peak
+    return int(np.argmax(u))
+
+
+def underway(t: Array, x: Array) -> tuple[float, float]:
+    """From when to when a gripper is under way at its speed; x in m, shape (n,), at times t, s.
+
+    Moments of starting and stopping are left out: there the strip swings.
+    """
+    path = PchipInterpolator(t, x)
+    moments = np.arange(t[0] + WINDOW, t[-1] - WINDOW, 0.5 * WINDOW)
+    speed = np.abs(path(moments + WINDOW) - path(moments - WINDOW)) / (2.0 * WINDOW)
+    moving = np.flatnonzero(speed > 0.8 * np.quantile(speed, 0.8))
+    return float(moments[moving[0]] + SETTLING), float(moments[moving[-1]])
+
+
+def raised(points: Array, stations: Array, height: float) -> NDArray[np.bool_]:
+    """Which stations are on the part that is raised in the first frames.
+
+    Parameters
+    ----------
+    points
+        Shape (n, k, 2): x and z, m.
+    stations
+        Shape (k,): lengths along the strip, m.
+    height
+        Of the gripper, m.
+    """
+    z = np.median(points[:FIRST_FRAMES, :, 1], axis=0)
+    above = np.flatnonzero(z > z.min() + LYING * height)
+    return np.asarray(np.arange(len(stations)) <= (above[-1] if len(above) else -1))
 
 
 @dataclass(frozen=True, slots=True)

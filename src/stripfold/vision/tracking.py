@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -29,6 +29,12 @@ MOST_LOST = 0.2
 """Share of the frames in which the strip may be lost."""
 LONGEST_LOSS = 0.5
 """For how long at a time, s."""
+HELD = 0.98
+"""Share of the strip's length up to which it is followed: its held end is hidden."""
+FASTER = 2.0
+"""How many times faster than in the last frame the strip may be in the next."""
+FASTEST = 5.0
+"""Speed of its fastest point that is not searched beyond, visible lengths per second."""
 RIM = 1.6
 """Size of the marker with its rim, in the marker's own."""
 DROPPED = 0.03
@@ -100,7 +106,7 @@ def track(recording: Recording, calibration: Calibration, progress: Callable[[st
     assert path is not None
     marker = recording.entries["gripper"]["marker"]
     follow_gripper = GripperTracker(marker["dictionary"], marker["id"], path.name)
-    follow_strip = _StripTracker(path.name)
+    follow_strip = StripTracker(calibration, recording.entries["strip"]["length"], path.name)
     offset = np.array(marker["offset"])
     grips: list[Grip] = []
     lines: list[Centreline | None] = []
@@ -127,7 +133,7 @@ def track(recording: Recording, calibration: Calibration, progress: Callable[[st
             for t, line in zip(track_.time, lines, strict=True)
         ]
     )
-    stations, points, visible = _stations(lines, calibration, recording.entries["strip"]["length"])
+    stations, points, visible = _stations(lines, calibration)
     return Tracks(
         times,
         report,
@@ -149,14 +155,14 @@ def place_of(calibration: Calibration, centres: Array, offset: Array) -> Array:
     return np.asarray(calibration.mapping.to_robot(centres) + offset)
 
 
-class _StripTracker:
+class StripTracker:
     """Follows the strip from frame to frame: call it with each in turn and the pixel of its gripped end."""
 
-    def __init__(self, source: str) -> None:
-        self._source = source
+    def __init__(self, calibration: Calibration, length: float, source: str) -> None:
+        self._mapping, self._longest, self._source = calibration.mapping, HELD * length, source
         self._last: Centreline | None = None
         self._since = 0.0
-        self._frames, self._lost = 0, 0
+        self._speed = 0.0  # of the fastest point from one frame to the next, pixels per second
 
     def __call__(self, frame: Frame, end: Array, marker: Array) -> Centreline | None:
         """The strip in the next frame, or None where it is lost for a moment; ``marker`` are its corners, (4, 2).
@@ -168,6 +174,9 @@ class _StripTracker:
         """
         line = self._followed(frame, end, marker)
         if line is not None:
+            if self._last is not None:
+                moved = float(away_from(self._last.points, line.points).max())
+                self._speed = min(moved / (frame.time - self._since), FASTEST * line.length)
             self._last, self._since = line, frame.time
             return line
         if self._last is None or frame.time - self._since > LONGEST_LOSS:
@@ -181,16 +190,32 @@ class _StripTracker:
 
     def _followed(self, frame: Frame, end: Array, marker: Array) -> Centreline | None:
         if self._last is not None:
-            try:
-                return self._held(refine(frame.image, self._last, end, source=self._source), end)
-            except TrackingError:
-                pass
+            # No farther than it may have gone: the next layer is near when it matters.
+            reach = 0.3 * float(np.median(self._last.width)) + 1.0 + FASTER * self._speed * (frame.time - self._since)
+            for allowed in (reach, None):
+                try:
+                    found = refine(frame.image, self._last, end, reach=allowed, source=self._source)
+                    return self._held(self._without_rest(found), end)
+                except TrackingError:
+                    continue
         try:
-            return self._held(find(without(frame.image, marker), end, points=POINTS, source=self._source), end)
+            found = find(without(frame.image, marker), end, points=POINTS, source=self._source)
+            return self._held(self._without_rest(found), end)
         except TrackingError:
             if self._last is None:
                 raise
             return None
+
+    def _without_rest(self, line: Centreline) -> Centreline:
+        """The line up to the held end: what goes on behind it is no strip."""
+        curve = self._mapping.to_robot(line.points)
+        arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(curve, axis=0), axis=1))])
+        if arc[-1] <= self._longest:
+            return line
+        s = np.linspace(0.0, float(np.interp(self._longest, arc, line.arc)), len(line.points))
+        values = {name: np.interp(s, line.arc, getattr(line, name)) for name in ("sd", "width", "score")}
+        points = np.stack([np.interp(s, line.arc, line.points[:, k]) for k in range(2)], axis=1)
+        return replace(line, points=points, **values)
 
     def _held(self, line: Centreline, end: Array) -> Centreline:
         away = float(np.hypot(*(line.points[0] - end)))
@@ -202,6 +227,14 @@ class _StripTracker:
                 "did it slip? compare gripper.marker.offset with the gripper",
             )
         return line
+
+
+def away_from(line: Array, points: Array) -> Array:
+    """Distance of points, shape (n, 2), from a polygon, shape (m, 2); shape (n,)."""
+    start, along = line[:-1], np.diff(line, axis=0)
+    share = np.einsum("nmk,mk->nm", points[:, None] - start, along) / np.maximum(np.sum(along**2, axis=1), 1e-12)
+    nearest = start + np.clip(share, 0.0, 1.0)[..., None] * along
+    return np.asarray(np.linalg.norm(points[:, None] - nearest, axis=2).min(axis=1))
 
 
 def without(image: NDArray[np.uint8], marker: Array) -> NDArray[np.uint8]:
@@ -229,9 +262,7 @@ def _check_size(size: tuple[int, int], calibration: Calibration, name: str) -> N
         )
 
 
-def _stations(
-    lines: list[Centreline | None], calibration: Calibration, length: float
-) -> tuple[Array, Array, Array]:
+def _stations(lines: list[Centreline | None], calibration: Calibration) -> tuple[Array, Array, Array]:
     """Lengths along the strip, the points there in each frame, and its visible length; m."""
     curves = [None if line is None else calibration.mapping.to_robot(line.points) for line in lines]
     arcs = [
@@ -246,8 +277,7 @@ def _stations(
             f"at most {MOST_LOST:.0%}",
             "light it evenly, before a background much darker or brighter",
         )
-    # What goes on behind the held end is no strip.
-    stations = np.linspace(0.0, min(float(np.nanpercentile(visible, 5)), 0.98 * length), STATIONS)
+    stations = np.linspace(0.0, float(np.nanpercentile(visible, 5)), STATIONS)
     points = np.full((len(lines), STATIONS, 2), np.nan)
     for i, (curve, arc) in enumerate(zip(curves, arcs, strict=True)):
         if curve is not None and arc is not None:
