@@ -22,8 +22,10 @@ from ..vision.synthetic import design
 
 MEASURED, BOUND, REFUSED = "measured", "bound", "refused"
 """A number; none, as there was no snap: a bound; an error."""
-WRONG = 3.0
-"""Error in standard deviations from which a number is wrong."""
+FRICTIONS = (0.0, 0.01, 0.02)
+"""M_0 of the motions from dynamics, rho_a g L*^2."""
+BEFORE, AFTER = 0.01, 0.5
+"""How far before the loss of stability they begin, m, and how long they go on after the touch, s."""
 
 
 def run(
@@ -46,11 +48,18 @@ def run(
     """
     rows = []
     for number in numbers:
-        generator = "dynamics" if (number * dynamics) % 1.0 + dynamics >= 1.0 else "shapes"
-        rows.append(_one(design.case(number, seed, generator), calibrations))
+        rows.append(_one(case(number, seed, dynamics), calibrations))
         if progress:
             progress(f"{number}: {rows[-1]['outcome']} {rows[-1]['message']}")
     return dataset(rows, numbers)
+
+
+def case(number: int, seed: int, dynamics: float) -> design.Case:
+    """A case of the design, its motion from the project's own dynamics where it is the turn of that."""
+    if (number * dynamics) % 1.0 + dynamics < 1.0:
+        return design.case(number, seed)
+    motion = {"friction": FRICTIONS[number % len(FRICTIONS)], "before": BEFORE, "after": AFTER}
+    return design.case(number, seed, "dynamics", motion)
 
 
 def _one(case: design.Case, calibrations: Path) -> dict[str, Any]:

@@ -40,6 +40,12 @@ LENGTH_OFF = 0.02
 """How far the measured length may be from the strip's before it is flagged, as a share."""
 PLACES_DIFFER = 3.0
 """How far x by the log and by the video may differ at the event, in standard deviations, before it is flagged."""
+UNDECIDED = 1.4
+"""Peak of the speed over that of following from which a snap cannot be ruled out."""
+LEVEL = 0.1
+"""Standard deviation of the level of the onset, as a share of its height: the layers hide each other at the peak."""
+BETWEEN = 0.1
+"""Standard deviation of a moment between two frames, as a share of the time between them."""
 MISSING = 1.5
 """Time between the frames around the event, in usual ones, from which frames are missing there."""
 FEWEST_FRAMES = 10
@@ -61,8 +67,8 @@ class Measurement:
     sd
         Standard deviation of ``event``, from all of ``parts``.
     parts
-        Its parts: ``shape`` (noise of the strip's points), ``frames`` (what happens between frames), ``mapping``,
-        ``gripper``, ``clock``.
+        Its parts: ``shape`` (noise of the strip's points), ``level`` (how well the peak of the speed is known),
+        ``frames`` (what happens between frames), ``mapping``, ``gripper``, ``clock``.
     by_video, by_log
         lambda from the video alone and from the log; nan where there is none.
     static
@@ -131,6 +137,13 @@ def evaluate(recording: Recording, calibration: Calibration, tracks: Tracks, ove
         noise = float(np.median(tracks.gripper.sd[:, 0])) * calibration.quality["resolution"]
         synchronised = clock.synchronise(tracks.grip_time, tracks.place[:, 0], noise, log, float(shift.std()))
     snapped = motion.ratio >= snap.LEAST_RATIO and np.isfinite(motion.onset)
+    if not snapped and override is None and motion.ratio > UNDECIDED:
+        raise MeasurementError(
+            "video",
+            f"a strip that moves at most {motion.ratio:.1f} times as fast as it followed its gripper",
+            f"{snap.LEAST_RATIO:g} times or more where it snaps, {UNDECIDED:g} times or less where it does not",
+            "move the gripper more slowly, or give override.yaml",
+        )
     moment = motion.onset if snapped else float(tracks.grip_time[-1])
     if override is not None:
         moment, snapped = override.event_time, True
@@ -140,11 +153,19 @@ def evaluate(recording: Recording, calibration: Calibration, tracks: Tracks, ove
     sign, flat_end = gripper["direction"], gripper["flat_end"]
     x, v, gripper_sd = _way(tracks, moment)
     by_video, by_log = sign * (x - flat_end), float("nan")
-    parts = {"shape": 0.0, "frames": 0.0, "mapping": float(shift.std()), "gripper": gripper_sd, "clock": 0.0}
+    parts = {
+        "shape": 0.0,
+        "level": 0.0,
+        "frames": 0.0,
+        "mapping": float(shift.std()),
+        "gripper": gripper_sd,
+        "clock": 0.0,
+    }
     if snapped and override is None:
         spread = onset_spread(recording, tracks, random)
         gap = tracks.timing.spacing(moment)
         parts["shape"] = abs(v) * spread
+        parts["level"] = abs(v) * motion.slack(LEVEL)
         parts["frames"] = abs(v) * _between_frames(gap, tracks.timing.period)
     elif override is not None:
         parts["shape"] = abs(v) * override.sd
@@ -187,7 +208,7 @@ def onset_spread(recording: Recording, tracks: Tracks, random: np.random.Generat
     t, points = _raised(recording, tracks)
     smooth = _smoothed(points)
     # Of the frames before the snap, where three neighbours are on a line: they leave 2/3 of the variance.
-    before = np.flatnonzero(t < snap.speed(t, points).onset - snap.WINDOW)
+    before = np.flatnonzero(t < max(snap.speed(t, points).onset - snap.WINDOW, t[FEWEST_FRAMES - 1]))
     noise = (points - smooth)[before] * np.sqrt(1.5)
     onsets = []
     for _ in range(DRAWS // 4):
@@ -207,7 +228,7 @@ def _smoothed(points: Array) -> Array:
 
 def _between_frames(gap: float, period: float) -> float:
     """Standard deviation of a moment between two frames, s: little where they are as near as usual."""
-    usual = 0.05 * min(gap, period)
+    usual = BETWEEN * min(gap, period)
     return hypot(usual, max(gap - period, 0.0) / np.sqrt(12.0))
 
 

@@ -103,7 +103,11 @@ def curves(found: Measurement) -> Figure:
     axes[3].set(ylabel="confidence", ylim=(0.0, 1.05), xlabel="time [s]")
     axes[3].legend(loc="lower left", ncols=2)
     if found.snapped:
-        half = 1.96 * (found.parts["shape"] ** 2 + found.parts["frames"] ** 2) ** 0.5 / max(found.speed, 1e-9)
+        half = (
+            1.96
+            * (found.parts["shape"] ** 2 + found.parts["level"] ** 2 + found.parts["frames"] ** 2) ** 0.5
+            / max(found.speed, 1e-9)
+        )
         for ax in axes:
             ax.axvline(found.event_time, color=BLACK, linewidth=0.8)
             ax.axvspan(found.event_time - half, found.event_time + half, color=GREY, alpha=0.3, linewidth=0.0)

@@ -11,6 +11,7 @@ from .measure import Measurement
 
 _NAMES = {
     "shape": "noise of the strip's points",
+    "level": "how well the peak of the strip's speed is known",
     "frames": "time between frames",
     "mapping": "calibration",
     "gripper": "noise of the gripper's marker",

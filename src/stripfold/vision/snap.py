@@ -18,8 +18,8 @@ from scipy.optimize import least_squares
 
 Array = NDArray[np.float64]
 
-WINDOW = 0.1
-"""Window of the speed, s: three frames at the usual 30 per second."""
+WINDOW = 0.15
+"""Window of the speed, s: four or five frames at the usual 30 per second, three at 20."""
 GRID = 0.005
 """Spacing of the moments at which the speed is evaluated, s."""
 REFERENCE = 0.4
@@ -75,12 +75,21 @@ class Speed:
     @property
     def onset(self) -> float:
         """When the snap sets in: the last time before the peak at which the speed rises through the half."""
-        below = np.flatnonzero(self.u[: self.peak] < self.half)
+        return self.passes(self.half)
+
+    def passes(self, level: float) -> float:
+        """The last time before the peak at which the speed rises through ``level``, m/s; nan where it does not."""
+        below = np.flatnonzero(self.u[: self.peak] < level)
         if not len(below):
             return float("nan")
         i = int(below[-1])
-        share = (self.half - self.u[i]) / (self.u[i + 1] - self.u[i])
+        share = (level - self.u[i]) / (self.u[i + 1] - self.u[i])
         return float(self.t[i] + share * (self.t[i + 1] - self.t[i]))
+
+    def slack(self, share: float) -> float:
+        """By how much the onset moves, s, where the level half-way to the peak is wrong by a share of its height."""
+        off = share * (self.half - self.following)
+        return 0.5 * abs(self.passes(self.half + off) - self.passes(self.half - off))
 
     @property
     def several(self) -> bool:
