@@ -13,6 +13,7 @@ include: "workflow/rules/collapse.smk"
 include: "workflow/rules/dynamics.smk"
 include: "workflow/rules/assessment.smk"
 include: "workflow/rules/studies.smk"
+include: "workflow/rules/recordings.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/summary.smk"
 
@@ -24,5 +25,6 @@ rule all:
         rules.film.output,
         rules.assessment.output,
         rules.friction_table.output,
+        rules.recordings.output,
         rules.summary.output,
         FIGURE_FILES,

@@ -81,6 +81,8 @@ MINIMAL: dict[str, Any] = {
         "tangency": {"lengths": [15.0], "thicknesses": [0.05], "refinement": 2},
         "friction_steps": {"length": 12, "thickness": 0.05, "steps": [0.2], "refinement": 3},
         "random_paths": {"cases": 2, "seed": 1, "refinement": 2},
+        "recordings_accuracy": {"cases": 2, "seed": 1, "dynamics": 0.5},
+        "video_benchmark": {"frames": 20},
     },
 }
 
@@ -143,6 +145,24 @@ def test_other_mappings_are_taken():
 # -- the schema
 
 
+@pytest.mark.parametrize(
+    ("change", "key"),
+    [
+        ({"materials": ["wool"]}, "recordings.materials[0]"),
+        ({"heights": [0.001]}, "recordings.heights[0]"),
+        ({"length_star": 7.0}, "recordings.length_star"),
+        ({"speeds": [0.0]}, "recordings.speeds[0]"),
+        ({"friction": -1.0}, "recordings.friction"),
+        ({"hights": [5.0]}, "recordings.hights"),
+    ],
+)
+def test_recordings_that_cannot_be(change: dict[str, Any], key: str):
+    name = MINIMAL["materials"][0]["name"]
+    asked = {"materials": [name], "heights": [5.0], "speeds": [0.001]}
+    config.load(changed("recordings", asked), ROOT)
+    assert refused(changed("recordings", asked | change)).key == key
+
+
 def objects(rules: dict[str, Any]):
     if rules.get("type") == "object":
         yield rules
@@ -153,7 +173,7 @@ def objects(rules: dict[str, Any]):
 def test_the_schema_is_one_and_refuses_unknown_keys_everywhere():
     Draft202012Validator.check_schema(config.schema())
     found = list(objects(config.schema()))
-    assert len(found) == 19
+    assert len(found) == 22
     assert all(rules["additionalProperties"] is False for rules in found)
 
 

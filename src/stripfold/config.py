@@ -59,6 +59,7 @@ def load(source: str | os.PathLike[str] | Mapping[str, Any], root: str | os.Path
             _resolve_secant(material, config["gravity"], Path(root), at)
         material.setdefault("rho_a", 1.0)
         _check_heights(config, material, at)
+    _check_recordings(config)
     _check_studies(config)
     return config
 
@@ -151,6 +152,21 @@ def _check_heights(config: Config, material: Config, at: str) -> None:
     # The free length grows with the height.
     with _named({}, at):
         require_long_enough(max(scenes, key=lambda scene: scene.height))
+
+
+def _check_recordings(config: Config) -> None:
+    names = {material["name"]: material for material in config["materials"]}
+    asked = config["recordings"]
+    for i, name in enumerate(asked["materials"]):
+        at = f"recordings.materials[{i}]"
+        if name not in names:
+            raise InvalidInputError(at, name, f"one of the materials {', '.join(names)}")
+        star = Material(names[name]["eta_b"], gravity=config["gravity"]).gravity_length
+        strip = {**names[name], "length": asked["length_star"] * star}
+        for j, height in enumerate(asked["heights"]):
+            asked_scene = _scene_at(config, strip, height, at, f"recordings.heights[{j}]")
+            with _named({"length": "recordings.length_star"}, at):
+                require_long_enough(asked_scene)
 
 
 def _check_studies(config: Config) -> None:

@@ -1,3 +1,6 @@
+from itertools import product
+from pathlib import Path
+
 from stripfold.config import load
 
 # Checked and completed before any rule runs: an unknown key or a value that cannot be used ends here.

@@ -104,10 +104,20 @@ class Case:
 
     def write(self, folder: Path, calibrations: Path) -> None:
         """Render it into a new folder; its camera's calibration is kept in ``calibrations`` for the next case."""
-        kept = calibrations / f"camera-{self.factors['camera']}"
+        kept = _kept(calibrations, self.factors["camera"])
         if not kept.exists():
             write_calibration(camera_scene(self.factors["camera"]), kept)
         write_recording(history_of(self.scene), self.scene, folder, kept)
+
+
+def write_calibrations(calibrations: Path) -> None:
+    """Render the calibration of each camera of the design into its place in a folder."""
+    for camera in range(CAMERAS):
+        write_calibration(camera_scene(camera), _kept(calibrations, camera))
+
+
+def _kept(calibrations: Path, camera: int) -> Path:
+    return calibrations / f"camera-{camera}"
 
 
 def camera_scene(index: int) -> Scene:

@@ -1,0 +1,18 @@
+# First: it settles how many threads the numerical libraries take.
+from _pool import in_parts  # isort: skip
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from _run import config_of, logged
+from stripfold import store
+from stripfold.studies import recordings_accuracy
+from stripfold.vision.synthetic import design
+
+with logged(snakemake) as say, TemporaryDirectory() as folder:
+    study = snakemake.params
+    given = (study.seed, study.dynamics, Path(folder))
+    # Before the processes start: two of them would render the same calibration.
+    design.write_calibrations(Path(folder))
+    data = in_parts(recordings_accuracy.run, study.cases, 5, *given, threads=snakemake.threads, say=say)
+    config = config_of(snakemake)
+    store.write(data, snakemake.output[0], title="synthetic recordings measured, each with its truth", config=config)
