@@ -37,6 +37,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             "path": cli_paths.path,
             "assess": cli_paths.assess,
             "record": cli_record.record,
+            "measure": cli_vision.measure,
         }
         command = commands[arguments.command]
         print(command(arguments))
@@ -105,6 +106,7 @@ def _parser() -> argparse.ArgumentParser:
     film.add_argument("--output", metavar="FILM.mp4", help="where to write [the result's name with .mp4, here]")
     cli_paths.add_to(commands)
     cli_record.add_to(commands)
+    cli_vision.add_to(commands)
     return parser
 
 

@@ -6,13 +6,49 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from stripfold.cli_common import as_json, metres, output_path
+from stripfold.cli_common import as_json, metres, output_path, progress
 from stripfold.errors import InvalidInputError
 
 if TYPE_CHECKING:
     from stripfold.vision.eta import EtaB
 
 METHODS = ("fold", "cantilever")
+
+
+def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the command that measures a recording."""
+    measure = commands.add_parser(
+        "measure",
+        help="lambda at the snap in a recording",
+        description="Follow strip and gripper through a recording, find the snap, and say how sure that is.",
+        allow_abbrev=False,
+    )
+    measure.add_argument(
+        "folder", metavar="FOLDER", help="with recording.yaml, film and calibration: docs/measuring.md"
+    )
+    measure.add_argument("--json", action="store_true", help="print one JSON object")
+
+
+def measure(arguments: argparse.Namespace) -> str:
+    """``stripfold measure``: result/ in the recording's folder, and the numbers."""
+    from stripfold import store
+    from stripfold.vision import measure, recording, report, results
+
+    asked = recording.read(arguments.folder)
+    folder = asked.folder / "result"
+    with progress() as say:
+        found = measure.measure(asked, say)
+        say("writing the report")
+        page = report.html(found)
+    data = results.as_dataset(found)
+    title = f"measured: {asked.entries['title']}"
+    store.write(data, folder / "measurement.nc", title=title, config=asked.entries)
+    store.write_text(page, folder / "report.html")
+    if arguments.json:
+        return as_json(results.fields(found))
+    lines = [("result", report.result(found)), *report.rows(found), *(("flag", flag) for flag in found.flags)]
+    lines.append(("written", f"{folder / 'report.html'}, {folder / 'measurement.nc'}"))
+    return "\n".join(f"{name:<30} {text}" for name, text in lines)
 
 
 def add_to_eta(parser: argparse.ArgumentParser, given: argparse._MutuallyExclusiveGroup) -> None:

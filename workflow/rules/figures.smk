@@ -23,6 +23,10 @@ SOURCES = {
     "rpath_curve": [ASSESSED["r-path"], WAYS, HELD, PLANS],
     "touch_error": [f"{RESULTS}/assessment.nc"],
     "friction_needed": [f"{RESULTS}/friction.nc"],
+    "measured": [f"{RESULTS}/recordings.nc"],
+    "real_paths": [f"{RESULTS}/recordings.nc"],
+    "recordings_accuracy": [f"{RESULTS}/studies/recordings_accuracy.nc"],
+    "calibration": [of_images("calibration")],
     "printed_law": [f"{RESULTS}/printed_law.nc"],
 }
 FIGURE_FILES = expand(f"{FIGURES}/{{name}}.{{suffix}}", name=SOURCES, suffix=["png", "svg"])

@@ -20,6 +20,11 @@ rule summary:
         friction_steps=rules.friction_steps.output[0],
         random_paths=rules.random_paths.output[0],
         assess_benchmark=rules.assess_benchmark.output[0],
+        calibration=of_images("calibration"),
+        centrelines=of_images("centrelines"),
+        recordings_accuracy=rules.recordings_accuracy.output[0],
+        recordings=rules.recordings.output[0],
+        video_benchmark=rules.video_benchmark.output[0],
     output:
         f"{RESULTS}/summary.json",
     log:

@@ -27,6 +27,7 @@ BEFORE, AFTER = 0.25, 0.8
 """How far before the loss of stability a film begins, L*, and how long it goes on after the first touch, s."""
 RATE = 20.0
 """Frames per second."""
+SAMPLES = 60
 EXPONENTS = (2.0 / 3.0, 4.0 / 5.0)
 """Of the lag in the speed: where friction decides, and where inertia does."""
 
@@ -121,9 +122,25 @@ def table(
     }
     found = xr.Dataset(data, {"recording": ("recording", list(names), {"units": "1", "long_name": "name"})})
     zero = zero_speed(found)
+    unit, text = units["lambda_zero"]
+    places = np.array([_track(data) for data in measured])
     return found.assign(
-        lambda_zero=("recording", zero, dict(zip(("units", "long_name"), units["lambda_zero"], strict=True)))
-    )
+        lambda_zero=("recording", zero, {"units": unit, "long_name": text}),
+        track=(
+            ("recording", "sample", "axis"),
+            places,
+            {"units": "m", "long_name": "lambda and height of the gripped end in equal times, by the video"},
+        ),
+    ).assign_coords(axis=("axis", ["lambda", "z"], {"units": "1", "long_name": "coordinate"}))
+
+
+def _track(data: xr.Dataset) -> np.ndarray:
+    """lambda and z in the film, shape (samples, 2), m: lambda is that of the event there, and counted on by the video."""
+    t = np.linspace(float(data["t"][0]), float(data["t"][-1]), SAMPLES)
+    x, z = (np.interp(t, data["t"].values, data[name].values) for name in ("x", "z"))
+    moment = float(data["event_time"])
+    advance = np.abs(x - np.interp(moment, data["t"].values, data["x"].values)) * np.sign(t - moment)
+    return np.stack([float(data["lambda_event"]) + advance, z], axis=1)
 
 
 def _row(data: xr.Dataset, materials: Mapping[str, Mapping[str, Any]]) -> dict[str, float]:

@@ -21,6 +21,7 @@ import xarray as xr
 from av.video.stream import VideoStream
 
 from ..errors import StripfoldError
+from ..vision.centreline import Centreline, find, refine
 from ..vision.decoder import Image
 from ..vision.gripper import GripperTracker
 from ..vision.marker import DICTIONARIES
@@ -36,12 +37,29 @@ _DICTIONARY, _NUMBER = "4x4_50", 7
 _SIDE = 48.0
 """Side of the marker, pixels."""
 _NOISE = 2.0
+_BAND_TOP = 260.0
+"""Row above which there is nothing of the band, only the marker's card."""
 _OPTIONS = {"libx264": {"crf": "20", "threads": "1"}, "ffv1": {"level": "3", "slices": "4"}}
 
 
 def stages() -> list[Stage]:
     """What is done with each frame, in turn: new stages of the measurement belong here."""
-    return [GripperTracker(_DICTIONARY, _NUMBER)]
+    return [GripperTracker(_DICTIONARY, _NUMBER), _strip()]
+
+
+def _strip() -> Stage:
+    """The strip from frame to frame: found in the first, below the marker's card, and followed."""
+    last: list[Centreline] = []
+
+    def strip(frame: Frame) -> None:
+        if last:
+            last[:] = [refine(frame.image, last[0])]
+        else:
+            covered = frame.image.copy()
+            covered[: int(_BAND_TOP)] = int(np.median(frame.image))
+            last[:] = [find(covered)]
+
+    return strip
 
 
 def run(frames: int) -> xr.Dataset:

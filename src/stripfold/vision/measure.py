@@ -21,7 +21,7 @@ from .clock import Clock, RobotLog
 from .override import Override
 from .recording import Recording
 from .snap import Speed, StaticFit
-from .tracking import Tracks, track
+from .tracking import HELD, Tracks, track
 
 Array = NDArray[np.float64]
 
@@ -305,8 +305,7 @@ def _check_height(recording: Recording, tracks: Tracks, flags: list[str]) -> Non
 
 def _of_length(recording: Recording, tracks: Tracks) -> list[str]:
     length, seen = recording.entries["strip"]["length"], float(np.nanmedian(tracks.visible))
-    off = seen / length - 1.0
-    if off > LENGTH_OFF or (tracks.whole and abs(off) > LENGTH_OFF):
+    if tracks.whole and seen < (HELD - LENGTH_OFF) * length:
         return [f"{seen * 1e3:.1f} mm of the strip are seen, its length is {length * 1e3:.1f} mm"]
     return []
 

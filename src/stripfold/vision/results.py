@@ -9,6 +9,28 @@ import xarray as xr
 
 from .measure import Measurement
 
+
+def fields(found: Measurement) -> dict[str, Any]:
+    """The result alone, for the command line; lengths in m, times in s."""
+    low, high = found.interval
+    static = found.static
+    return {
+        "snap": found.snapped,
+        "lambda_event": found.event,
+        "lambda_low": low,
+        "lambda_high": high,
+        "event_time": found.event_time,
+        "lambda_video": found.by_video,
+        "lambda_log": found.by_log,
+        "lambda_static": static.lam if static else float("nan"),
+        "lambda_static_sd": static.sd if static else float("nan"),
+        "speed": found.speed,
+        "flags": list(found.flags),
+        "override": found.manual,
+        "synthetic": bool(found.recording.entries["synthetic"]),
+    }
+
+
 _NAMES = {
     "shape": "noise of the strip's points",
     "level": "how well the peak of the strip's speed is known",
