@@ -135,7 +135,7 @@ def table(
 
 
 def _track(data: xr.Dataset) -> np.ndarray:
-    """lambda and z in the film, shape (samples, 2), m: lambda is that of the event there, and counted on by the video."""
+    """lambda and z in the film, shape (samples, 2), m: lambda is that of the event, counted on by the video."""
     t = np.linspace(float(data["t"][0]), float(data["t"][-1]), SAMPLES)
     x, z = (np.interp(t, data["t"].values, data[name].values) for name in ("x", "z"))
     moment = float(data["event_time"])

@@ -47,7 +47,8 @@ def _calibration(data: xr.Dataset, source: str) -> dict[str, Entry]:
         "calibration_rms": entry(
             rms,
             "pixel",
-            f"reprojection error of the public chessboard set, {len(views)} views, the worst {worst:.1f} times the median",
+            f"reprojection error of the public chessboard set, {len(views)} views, the worst {worst:.1f} times the "
+            "median",
             f"< {SMALL_RMS:g} pixels, no view over {NO_OUTLIER:g} times the median",
             rms < SMALL_RMS and worst <= NO_OUTLIER,
             source,
