@@ -1,0 +1,240 @@
+"""A recording from its folder to lambda: the number, its interval, what is flagged and what is refused."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+import yaml
+
+from stripfold import cli, store
+from stripfold.errors import InvalidInputError, MeasurementError
+from stripfold.studies import recordings_accuracy
+from stripfold.vision import measure, recording, report, results, snap
+from stripfold.vision.calibrated import Calibration, calibrate_folder
+from stripfold.vision.measure import Measurement
+from stripfold.vision.override import Override
+from stripfold.vision.recording import Recording
+from stripfold.vision.synthetic.recording import history_of, write_recording
+from stripfold.vision.synthetic.scene import Scene
+from stripfold.vision.tracking import Tracks, track
+
+Made = tuple[Recording, Calibration, Tracks]
+
+
+def made(folder: Path, **motion: Any) -> Made:
+    scene = Scene.create(
+        strip={"length": 0.45, "eta_b": 3780.0},
+        gripper={"height": 0.1, "speed": 0.005},
+        filming={"size": [320, 240], "frame_rate": 25.0, "codec": "mjpeg", "log_offset": 0.3},
+        motion={"law": "parabolic", "before": 0.012, "after": 0.5} | motion,
+        seed=4,
+    )
+    write_recording(history_of(scene), scene, folder)
+    found = recording.read(folder)
+    calibration = calibrate_folder(found.folder, found.entries)
+    return found, calibration, track(found, calibration)
+
+
+@pytest.fixture(scope="module")
+def snapping(tmp_path_factory: pytest.TempPathFactory) -> Made:
+    return made(tmp_path_factory.mktemp("recordings") / "snapping")
+
+
+@pytest.fixture(scope="module")
+def found(snapping: Made) -> Measurement:
+    return measure.evaluate(*snapping, None)
+
+
+def evaluated(snapping: Made, tracks: Tracks | None = None, override: Override | None = None, **entries: Any):
+    """The measurement with other tracks, an override, or changed entries of gripper and strip."""
+    asked, calibration, known = snapping
+    changed = {
+        **asked.entries,
+        **{part: {**asked.entries[part], **entries.get(part, {})} for part in ("gripper", "strip")},
+        **{key: value for key, value in entries.items() if key not in ("gripper", "strip")},
+    }
+    return measure.evaluate(Recording(asked.folder, changed), calibration, tracks or known, override)
+
+
+def test_lambda_is_the_truth_within_its_interval(snapping: Made, found: Measurement):
+    onset, event, static = recordings_accuracy._truth(snapping[0].folder, found)
+    assert found.snapped
+    assert found.event == pytest.approx(event, abs=5e-4)
+    assert abs(found.event - event) < 3.0 * found.sd
+    assert found.event_time == pytest.approx(onset, abs=0.1)
+    assert found.sd == pytest.approx(np.sqrt(sum(part**2 for part in found.parts.values())))
+    assert found.event > static
+    assert found.speed == pytest.approx(0.005, rel=0.02)
+    assert found.clock is not None
+    assert found.clock.offset == pytest.approx(0.3, abs=0.02)
+
+
+def test_video_and_log_agree_and_without_a_log_the_video_serves(snapping: Made, found: Measurement):
+    assert found.by_log == found.event
+    assert found.by_video == pytest.approx(found.event, abs=3e-4)
+    asked, calibration, tracks = snapping
+    entries = {key: value for key, value in asked.entries.items() if key != "robot_log"}
+    alone = measure.evaluate(Recording(asked.folder, entries), calibration, tracks, None)
+    assert alone.event == alone.by_video == pytest.approx(found.by_video)
+    assert np.isnan(alone.by_log)
+    assert alone.parts["mapping"] > 0.0 == alone.parts["clock"]
+
+
+def test_lambda_counts_from_the_flat_end_in_the_direction_of_the_advance(snapping: Made, found: Measurement):
+    flat_end = snapping[0].entries["gripper"]["flat_end"]
+    moved = evaluated(snapping, gripper={"flat_end": flat_end + 0.01})
+    assert moved.event == pytest.approx(found.event - 0.01)
+    x = flat_end + found.event
+    other = evaluated(snapping, gripper={"direction": -1, "flat_end": 2.0 * x - flat_end})
+    assert other.event == pytest.approx(found.event)
+
+
+def test_the_clock_of_rows_counts(snapping: Made, found: Measurement):
+    """The same film of a camera that takes 30 ms from its first row to its last: its rows are later."""
+    asked, calibration, _ = snapping
+    entries = {**asked.entries, "camera": {**asked.entries["camera"], "rolling_shutter": 0.03}}
+    later = track(Recording(asked.folder, entries), calibration)
+    rows = later.gripper.centre[:, 1] / 239.0
+    np.testing.assert_allclose(later.grip_time - later.timing.time, 0.03 * rows, atol=2e-4)
+    assert np.all(later.strip_time[later.seen] > later.grip_time[later.seen])
+
+
+def test_an_override_is_taken_and_recorded(snapping: Made, found: Measurement, tmp_path: Path):
+    by_hand = evaluated(snapping, override=Override(found.event_time - 0.2, 0.05, "the loop is hidden"))
+    assert by_hand.event == pytest.approx(found.event - 0.2 * found.speed, abs=1e-4)
+    assert by_hand.parts["shape"] == pytest.approx(0.05 * found.speed, rel=0.05)
+    assert results.as_dataset(by_hand).attrs["override"] == "the loop is hidden"
+    with pytest.raises(MeasurementError, match="a time within the film"):
+        evaluated(snapping, override=Override(99.0, 0.05, "typing error"))
+    folder = tmp_path / "override"
+    folder.mkdir()
+    asked = Recording(folder, snapping[0].entries)
+    assert Override.of(asked) is None
+    (folder / "override.yaml").write_text("event_time: 2\nsd: 0.1\nreason: hidden\n", encoding="utf-8")
+    assert Override.of(asked) == Override(2.0, 0.1, "hidden")
+    for text in ("event_time: 2\nsd: 0.1\n", "event_time: soon\nsd: 0.1\nreason: x\n", "[1]", "a: ["):
+        (folder / "override.yaml").write_text(text, encoding="utf-8")
+        with pytest.raises(InvalidInputError):
+            Override.of(asked)
+
+
+@pytest.mark.parametrize(
+    ("entries", "words"),
+    [
+        ({"gripper": {"speed": 0.02}}, "described are 20.00"),
+        ({"strip": {"length": 0.7}}, "its length is 700.0 mm"),
+    ],
+)
+def test_what_differs_from_the_description_is_flagged(snapping: Made, entries: dict[str, Any], words: str):
+    tracks = replace(snapping[2], whole=True)
+    assert any(words in flag for flag in evaluated(snapping, tracks, **entries).flags)
+
+
+def test_a_height_that_is_not_the_described_one_is_refused(snapping: Made):
+    with pytest.raises(MeasurementError, match=r"gripper\.height = 0\.12 m, the video shows 0\.10"):
+        evaluated(snapping, gripper={"height": 0.12})
+
+
+def test_drift_and_missing_frames_are_flagged(snapping: Made, found: Measurement):
+    tracks = snapping[2]
+    place = tracks.place + np.linspace(0.0, 4e-3, len(tracks.place))[:, None] * [0.0, 1.0]
+    assert any("height drifts" in flag for flag in evaluated(snapping, replace(tracks, place=place)).flags)
+    keep = np.abs(tracks.timing.time - found.event_time) > 0.1
+    timing = replace(tracks.timing, time=tracks.timing.time[keep], doubled=tracks.timing.doubled[keep])
+    lines = {name: getattr(tracks, name)[keep] for name in ("grip_time", "place", "strip_time", "points", "score")}
+    gripper = replace(
+        tracks.gripper,
+        **{
+            name: getattr(tracks.gripper, name)[keep]
+            for name in ("time", "centre", "corners", "sd", "score", "tracked")
+        },
+    )
+    fewer = evaluated(snapping, replace(tracks, timing=timing, gripper=gripper, visible=tracks.visible[keep], **lines))
+    assert any("missing at the event" in flag for flag in fewer.flags)
+    assert fewer.sd > 1.5 * found.sd
+    assert abs(fewer.event - found.event) < 3.0 * fewer.sd
+
+
+def test_a_strip_that_only_follows_has_a_bound(snapping: Made):
+    asked, calibration, tracks = snapping
+    early = tracks.timing.time < 1.6
+    points = tracks.points[early]
+    short = replace(
+        tracks,
+        timing=replace(tracks.timing, time=tracks.timing.time[early], doubled=tracks.timing.doubled[early]),
+        points=points,
+        **{name: getattr(tracks, name)[early] for name in ("grip_time", "place", "strip_time", "score", "visible")},
+        gripper=replace(
+            tracks.gripper,
+            **{n: getattr(tracks.gripper, n)[early] for n in ("time", "centre", "corners", "sd", "score", "tracked")},
+        ),
+    )
+    entries = {key: value for key, value in asked.entries.items() if key != "robot_log"}
+    none = measure.evaluate(Recording(asked.folder, entries), calibration, short, None)
+    assert not none.snapped
+    flat_end = asked.entries["gripper"]["flat_end"]
+    assert none.event == pytest.approx(short.place[-1, 0] - flat_end, abs=2e-4)
+    assert any("no snap" in flag for flag in none.flags)
+    assert "more than" in report.result(none)
+
+
+def test_hardly_faster_than_following_is_refused(snapping: Made, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(snap, "LEAST_RATIO", 50.0)
+    with pytest.raises(MeasurementError, match="move the gripper more slowly"):
+        evaluated(snapping)
+
+
+def test_too_little_film_is_refused(snapping: Made):
+    tracks = snapping[2]
+    lost = np.full_like(tracks.strip_time, np.nan)
+    lost[:5] = tracks.strip_time[:5]
+    with pytest.raises(MeasurementError, match="at least 10"):
+        evaluated(snapping, replace(tracks, strip_time=lost))
+
+
+def test_the_dataset_and_the_report_tell_all(found: Measurement, tmp_path: Path):
+    data = results.as_dataset(found)
+    store.write(data, tmp_path / "measured.nc", title="test")
+    with xr.open_dataset(tmp_path / "measured.nc") as stored:
+        assert float(stored["lambda_event"]) == found.event
+        assert stored.attrs["synthetic"] == 1
+    page = report.html(found)
+    assert "SYNTHETIC" in page
+    assert report.result(found).replace("λ", "λ") in page
+    assert page.count("data:video/mp4;base64,") == page.count("data:image/png;base64,") == 1
+    assert "<script" not in page
+
+
+def test_a_title_cannot_break_the_page(snapping: Made):
+    page = report.html(evaluated(snapping, title="<b>bold</b>"))
+    assert "<b>bold</b>" not in page
+    assert "&lt;b&gt;bold" in page
+
+
+def test_command_line(snapping: Made, found: Measurement, capsys: pytest.CaptureFixture[str]):
+    folder = snapping[0].folder
+    assert cli.main(["measure", str(folder), "--json"]) == 0
+    said = json.loads(capsys.readouterr().out)
+    assert said["lambda_event"] == pytest.approx(found.event, abs=1e-9)
+    assert said["lambda_low"] < said["lambda_event"] < said["lambda_high"]
+    assert said["synthetic"] is True
+    assert (folder / "result" / "report.html").is_file()
+    assert (folder / "result" / "measurement.nc").is_file()
+
+
+def test_command_line_refuses_and_writes_nothing(tmp_path: Path, snapping: Made, capsys: pytest.CaptureFixture[str]):
+    assert cli.main(["measure", str(tmp_path)]) == 2
+    assert "recording.yaml" in capsys.readouterr().err
+    entries = yaml.safe_load((snapping[0].folder / "recording.yaml").read_text(encoding="utf-8"))
+    for name in ("calibration", "video.mkv", "robot.csv"):
+        (tmp_path / name).symlink_to(snapping[0].folder / name)
+    entries["gripper"]["height"] = 0.2
+    (tmp_path / "recording.yaml").write_text(yaml.safe_dump(entries), encoding="utf-8")
+    assert cli.main(["measure", str(tmp_path)]) in (2, 4)
+    assert not (tmp_path / "result").exists()
