@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from stripfold import elastica, paths
-from stripfold.errors import ContinuationError, NewtonError, SolveError
+from stripfold.errors import CoarseMeshError, ContinuationError, NewtonError, SolveError
 from stripfold.paths import GripperPath, Piece, RPath
 from stripfold.problem import StripProblem
 from stripfold.solve import continuation, critical, newton
@@ -352,6 +352,33 @@ def test_a_tooth_is_passed_and_a_maximum_is_not(
         assert found is None
         assert passed == folds
         assert points[-1].lam == pytest.approx(begin + 2.45)
+
+
+@pytest.mark.parametrize(("moved", "passed"), [(0.04, True), (0.06, False)])
+def test_a_long_pop_is_no_tooth(
+    x_run: static.XRun, monkeypatch: pytest.MonkeyPatch, moved: float, passed: bool
+) -> None:
+    """The same branch made up, with a strip that goes some way from the maximum to where lambda is above it again."""
+    problem, first = x_run.problem, x_run.points[0]
+    top = problem.model.middle[len(problem.model.middle) // 4, 1]
+
+    def at(arc: float) -> Point:
+        unstable = 1.0 <= arc < 1.2
+        lam = first.lam + (1.0 - 0.1 * (arc - 1.0) if unstable else arc)
+        q = first.q.copy()
+        q[top] += moved if arc >= 1.2 else 0.0
+        state = replace(first.state, lam=lam, q=q)
+        tangent = replace(first.tangent, lam=-0.1 if unstable else 1.0)
+        return replace(first, state=state, arc=arc, tangent=tangent, negatives=int(unstable))
+
+    branch = [at(arc) for arc in np.arange(0.0, 3.0, 0.05)]
+    monkeypatch.setattr(following, "_branch", lambda *_: iter(branch[1:]))
+    monkeypatch.setattr(following, "step_to", lambda problem, point, lam, options: point)
+    if passed:
+        assert following._along_piece(problem, branch[0], first.lam + 2.5, following.STEPS)[2] == 1
+    else:
+        with pytest.raises(CoarseMeshError, match="pops"):
+            following._along_piece(problem, branch[0], first.lam + 2.5, following.STEPS)
 
 
 def test_a_branch_that_ends(x_run: static.XRun, monkeypatch: pytest.MonkeyPatch) -> None:
