@@ -176,9 +176,9 @@ def _located(image: Picture, curve: Array, across: Array, width: Array, reach: f
 
 def _edges(image: Picture, curve: Array, across: Array, width: Array, bright: bool) -> Edges:
     """The band's edges on sections, each measured as the width there asks for."""
-    half = round(1.2 * float(width.max())) + 5
-    profiles = sample(image, curve, across, half, bright)
     size = np.rint(np.maximum(width, 1.0)).astype(int)
+    half = round(1.2 * float(size.max())) + 5
+    profiles = sample(image, curve, across, half, bright)
     found = Edges(*(np.zeros(len(curve), bool if name == "found" else float) for name in Edges._fields))
     for one in np.unique(size):
         rows = size == one

@@ -105,8 +105,7 @@ def measure(profiles: Grey, width: float) -> Edges:
     reach = m // 2
     core = max(int(0.3 * width), 0)
     top = profiles[:, reach - core : reach + core + 1].mean(axis=1)
-    # A single section comes back turned.
-    blurred = cv2.blur(profiles, (3, 1), borderType=cv2.BORDER_REPLICATE).reshape(profiles.shape)
+    blurred = cv2.blur(profiles, (3, 1), borderType=cv2.BORDER_REPLICATE)
     out = min(round(0.5 * width) + 1, reach - 1)
     left, right = blurred[:, : reach - out].min(axis=1), blurred[:, reach + out + 1 :].min(axis=1)
     below, found_below, slope_below = _crossing(profiles[:, reach::-1], 0.5 * (top + left))
