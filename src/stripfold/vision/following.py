@@ -1,6 +1,7 @@
 """The strip of one frame from that of the frame before: only as far as it can have gone, and along all of its length.
 
-The line is a curve fixed in the material: it begins where the gripper holds the strip and keeps its length.  Each
+The line is a curve fixed in the material: it begins where the gripper holds the strip and ends on the lying part, at a
+place that does not move, and so its length does not change either.  Each
 place along it is known by how wide and how clear the strip is there, for a strip that is seen obliquely is three times
 as wide where it lies as where it hangs.  What does not look like that, or is nearer to another layer, is hidden: there
 the line moves as its neighbours do.
@@ -90,7 +91,7 @@ def first_look(image: Picture, line: Centreline) -> Look:
     return Look(width, _evened(np.minimum(contrast, 1.5 * line.contrast)))
 
 
-def follow(image: Picture, guess: Centreline, look: Look, held: Array, reach: float) -> Followed | None:
+def follow(image: Picture, guess: Centreline, look: Look, ends: Array, reach: float) -> Followed | None:
     """The strip next to where it is expected, or None where next to nothing of it is seen.
 
     Parameters
@@ -101,8 +102,8 @@ def follow(image: Picture, guess: Centreline, look: Look, held: Array, reach: fl
         Where it is expected.
     look
         What it looks like at the points of ``guess``.
-    held
-        Shape (2,): where the line's first point is now, by the gripper's marker, pixels.
+    ends
+        Shape (2, 2): where the line's first point is now, by the gripper's marker, and its last one, pixels.
     reach
         How far from ``guess`` it may be, pixels.
     """
@@ -123,7 +124,8 @@ def follow(image: Picture, guess: Centreline, look: Look, held: Array, reach: fl
     score = _score(edges, width, contrast) * inside(there, image.shape) * _own(there, curve, others)
     if np.sum(score >= GOOD) < 6:
         return None
-    settled = curve + _evened_offset(offset, score, 2.0 * cutoff, np.dot(held - curve[0], across[0]))[:, None] * across
+    known = np.einsum("ij,ij->i", ends - curve[[0, -1]], across[[0, -1]])
+    settled = curve + _evened_offset(offset, score, 2.0 * cutoff, known)[:, None] * across
 
     across = normals(tangents(settled))
     edges = _edges(image, settled, across, width, guess.bright)
@@ -136,9 +138,13 @@ def follow(image: Picture, guess: Centreline, look: Look, held: Array, reach: fl
         return None
     offset = _one_edge(edges, width, good, cutoff)
     centres = settled + np.where(good, offset, 0.0)[:, None] * across
+    # The gripper hides the end that it holds, and something may hide the other.
+    known = np.einsum("ij,ij->i", ends - settled[[0, -1]], across[[0, -1]])
+    centres[[0, -1]] = settled[[0, -1]] + known[:, None] * across[[0, -1]]
+    score[[0, -1]] = 1.0
     smooth, sd = smoothed_centres(centres, edges, score, across, cutoff, h, HIDDEN)
     gap = _longest(~good & seen) / len(good)
-    points, places = from_held(smooth, held, len(guess.points))
+    points, places = between(smooth, ends, len(guess.points))
     line = Centreline(
         points,
         np.interp(places, s, sd),
@@ -202,12 +208,11 @@ def _own(places: Array, curve: Array, others: Mask) -> Mask:
     return np.asarray(np.where(others, apart, np.inf).min(axis=1) > own)
 
 
-def _evened_offset(offset: Array, score: Array, cutoff: float, at_gripper: float) -> Array:
-    """Offsets as smooth as the motion of a strip: those that do not fit their neighbours count little."""
+def _evened_offset(offset: Array, score: Array, cutoff: float, known: Array) -> Array:
+    """Offsets as smooth as the motion of a strip, at its ends as ``known``; what does not fit in counts little."""
+    offset, score = offset.copy(), score.copy()
+    offset[[0, -1]], score[[0, -1]] = known, 1.0
     good = score >= GOOD
-    if not good[0]:
-        offset, good, score = offset.copy(), good.copy(), score.copy()
-        offset[0], good[0], score[0] = at_gripper, True, 1.0
     index = np.arange(len(offset))
     offset = np.where(good, offset, np.interp(index, index[good], offset[good]))
     weights = base = np.where(good, score, 0.05)
@@ -236,18 +241,22 @@ def _longest(hidden: Mask) -> int:
     return int((edges[1::2] - edges[::2]).max()) if len(edges) else 0
 
 
-def from_held(curve: Array, held: Array, count: int) -> tuple[Array, Array]:
-    """Equally spaced points from where the strip is held on, and where on ``curve`` each is, in its old lengths.
+def between(curve: Array, ends: Array, count: int) -> tuple[Array, Array]:
+    """Equally spaced points of a curve from one end to the other, and where on it each is, by its own lengths.
 
-    ``curve`` is extended straight where it does not reach as far as that.
+    The curve is extended straight where it does not reach so far.
     """
     arc = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(curve, axis=0).T))])
-    along = curve[2] - curve[0]
-    along /= max(float(np.hypot(*along)), 1e-9)
-    before = float(np.dot(held - curve[0], along))
-    if before < 0.0:
-        curve, arc = np.concatenate([[curve[0] + before * along], curve]), np.concatenate([[before], arc])
-    s = np.linspace(min(before, 0.5 * arc[-1]), arc[-1], count)
+    length = float(arc[-1])
+    along = np.stack([curve[2] - curve[0], curve[-1] - curve[-3]])
+    along /= np.maximum(np.hypot(*along.T), 1e-9)[:, None]
+    first = min(float(np.dot(ends[0] - curve[0], along[0])), 0.5 * length)
+    last = max(length + float(np.dot(ends[1] - curve[-1], along[1])), 0.5 * length)
+    if first < 0.0:
+        curve, arc = np.concatenate([[curve[0] + first * along[0]], curve]), np.concatenate([[first], arc])
+    if last > length:
+        curve, arc = np.concatenate([curve, [curve[-1] + (last - length) * along[1]]]), np.append(arc, last)
+    s = np.linspace(first, last, count)
     return interpolated(curve, arc, s), s
 
 

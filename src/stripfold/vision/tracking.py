@@ -14,7 +14,7 @@ from stripfold.errors import MeasurementError, TrackingError
 from . import video
 from .calibrated import Calibration
 from .centreline import Centreline, find
-from .following import Followed, Look, first_look, follow, from_held
+from .following import Followed, Look, between, first_look, follow
 from .gripper import Grip, GripperTracker, Track, joined
 from .recording import Recording
 from .sections import interpolated
@@ -39,6 +39,8 @@ FASTEST = 5.0
 """Speed of its fastest point that is not searched beyond, visible lengths per second."""
 PLAIN = 0.85
 """Share of the strip that is seen from which it is not searched for farther away."""
+STRETCH = 0.02
+"""Largest change of the line's length, as a share."""
 RIM = 1.6
 """Size of the marker with its rim, in the marker's own."""
 DROPPED = 0.03
@@ -166,7 +168,8 @@ class StripTracker:
         self._mapping, self._longest, self._source = calibration.mapping, HELD * length, source
         self._last: Centreline | None = None
         self._look: Look | None = None
-        self._end = np.zeros(2)
+        self._aside = np.zeros(2)  # of the line's first point from the gripped end, pixels
+        self._laid = np.zeros(2)  # its last point, which does not move
         self._length = 0.0  # of the line, m
         self._since = 0.0
         self._motion = np.zeros((POINTS, 2))  # of each point, pixels per second
@@ -184,7 +187,7 @@ class StripTracker:
             return self._begun(frame, end, marker)
         found = self._followed(frame, end)
         if found is not None:
-            self._accept(frame.time, end, found)
+            self._accept(frame.time, found)
             return found.line
         if frame.time - self._since > LONGEST_LOSS:
             raise TrackingError(
@@ -206,9 +209,10 @@ class StripTracker:
             if frame.time - self._first > LONGEST_LOSS:
                 raise
             return None
-        line = self._of_length(_joined_to(line, end), self._longest)
-        self._length = float(self._arc(line.points)[-1])
-        self._last, self._look, self._end, self._since = line, first_look(frame.image, line), end, frame.time
+        line = self._without_rest(_joined_to(line, end))
+        self._length = self._metres(line)
+        self._aside, self._laid = line.points[0] - end, line.points[-1]
+        self._last, self._look, self._since = line, first_look(frame.image, line), frame.time
         return line
 
     def _followed(self, frame: Frame, end: Array) -> Followed | None:
@@ -217,49 +221,41 @@ class StripTracker:
         assert look is not None
         passed = frame.time - self._since
         guess = replace(last, points=last.points + passed * self._motion)
-        held = last.points[0] + end - self._end
+        ends = np.stack([end + self._aside, self._laid])
         usual = float(np.median(look.width))
         near = 0.25 * usual + 1.5 + FASTER * float(np.quantile(np.hypot(*self._motion.T), 0.9)) * passed
         best: Followed | None = None
         for reach in (near, min(4.0 * near + usual, 4.0 * usual + 16.0)):
-            found = follow(frame.image, guess, look, held, reach)
-            if found is not None and (best is None or found.share > best.share):
+            found = follow(frame.image, guess, look, ends, reach)
+            if found is None or abs(self._metres(found.line) / self._length - 1.0) > STRETCH:
+                continue
+            if best is None or found.share > best.share:
                 best = found
             if best is not None and best.sound and best.share > PLAIN:
                 break
-        if best is None or not best.sound:
-            return None
-        return replace(best, line=self._of_length(best.line, self._length))
+        return best if best is not None and best.sound else None
 
-    def _accept(self, time: float, end: Array, found: Followed) -> None:
+    def _accept(self, time: float, found: Followed) -> None:
         assert self._last is not None
         motion = (found.line.points - self._last.points) / (time - self._since)
         fastest = FASTEST * found.line.length
         motion *= np.minimum(1.0, fastest / np.maximum(np.hypot(*motion.T), 1e-9))[:, None]
         self._motion = 0.5 * (self._motion + motion)
-        self._last, self._look, self._end, self._since = found.line, found.look, end, time
+        self._last, self._look, self._since = found.line, found.look, time
 
-    def _arc(self, points: Array) -> Array:
-        """Length along a line, m, shape (n,)."""
-        curve = self._mapping.to_robot(points)
-        return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(curve, axis=0), axis=1))])
+    def _metres(self, line: Centreline) -> float:
+        curve = self._mapping.to_robot(line.points)
+        return float(np.linalg.norm(np.diff(curve, axis=0), axis=1).sum())
 
-    def _of_length(self, line: Centreline, length: float) -> Centreline:
-        """The line cut where the strip's held end is, or made longer up to there, straight."""
-        arc, own = self._arc(line.points), line.arc
-        if arc[-1] <= length and length == self._longest:
+    def _without_rest(self, line: Centreline) -> Centreline:
+        """The line up to the held end: what goes on behind it is no strip."""
+        curve = self._mapping.to_robot(line.points)
+        arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(curve, axis=0), axis=1))])
+        if arc[-1] <= self._longest:
             return line
-        step = (own[-1] - own[-2]) / (arc[-1] - arc[-2])
-        last = float(np.interp(length, arc, own)) if arc[-1] > length else own[-1] + (length - arc[-1]) * step
-        s = np.linspace(0.0, last, len(own))
-        points = line.points
-        if last > own[-1]:
-            points = np.concatenate([points, [points[-1] + (last - own[-1]) / (own[-1] - own[-4]) * (points[-1] - points[-4])]])
-            points = interpolated(points, np.append(own, last), s)
-        else:
-            points = interpolated(points, own, s)
-        values = {name: np.interp(s, own, getattr(line, name)) for name in ("sd", "width", "score")}
-        return replace(line, points=points, **values)
+        s = np.linspace(0.0, float(np.interp(self._longest, arc, line.arc)), len(line.points))
+        values = {name: np.interp(s, line.arc, getattr(line, name)) for name in ("sd", "width", "score")}
+        return replace(line, points=interpolated(line.points, line.arc, s), **values)
 
     def _held(self, line: Centreline, end: Array) -> Centreline:
         away = float(np.hypot(*(line.points[0] - end)))
@@ -275,7 +271,7 @@ class StripTracker:
 
 def _joined_to(line: Centreline, end: Array) -> Centreline:
     """The line made longer, straight, up to where it is held: the gripper hides its end."""
-    points, places = from_held(line.points, end, len(line.points))
+    points, places = between(line.points, np.stack([end, line.points[-1]]), len(line.points))
     values = {name: np.interp(places, line.arc, getattr(line, name)) for name in ("sd", "width", "score")}
     return replace(line, points=points, **values)
 
