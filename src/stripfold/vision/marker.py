@@ -25,6 +25,10 @@ DICTIONARIES = {
 }
 CORNERS = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
 """The marker's corners in its own frame, in sides, in OpenCV's order."""
+_ENLARGED = (1, 2, 3)
+"""How many times a picture is enlarged in which the marker was not found."""
+_LARGEST = 2000
+"""Up to what longest side, pixels."""
 _MARGIN = 0.5
 """How much of the white around the marker is fitted too, cells."""
 _SAMPLES = (24, 32)
@@ -113,11 +117,29 @@ class Marker:
 
     def find(self, image: Image) -> Fit | None:
         """The marker anywhere in a picture, to about half a pixel, or None."""
+        # A dark picture needs its contrast stretched, a small marker that is out of focus more pixels.
+        stretched = np.asarray(cv2.normalize(image, None, 0, 255, cv2.NORM_MINMAX), dtype=np.uint8)
+        for factor in _ENLARGED:
+            picture = stretched
+            if factor > 1:
+                if max(image.shape) * factor > _LARGEST:
+                    break
+                picture = np.asarray(
+                    cv2.resize(stretched, None, fx=factor, fy=factor, interpolation=cv2.INTER_CUBIC), dtype=np.uint8
+                )
+            fit = self._detected(picture, factor)
+            if fit is not None:
+                return fit
+        return None
+
+    def _detected(self, image: Image, factor: int) -> Fit | None:
+        """The marker in a picture that was enlarged by ``factor``, in pixels of the picture itself."""
         quads, numbers, _ = self._detector.detectMarkers(image)
         for quad, number in zip(quads, np.reshape(numbers, -1) if numbers is not None else (), strict=True):
             if int(number) == self._number:
-                seen = np.asarray(quad, dtype=np.float32).reshape(4, 2)
-                homography = cv2.getPerspectiveTransform(CORNERS.astype(np.float32), seen).astype(np.float64)
+                seen = (np.asarray(quad, dtype=np.float32).reshape(4, 2) + 0.5) / factor - 0.5
+                homography = cv2.getPerspectiveTransform(CORNERS.astype(np.float32), seen.astype(np.float32))
+                homography = homography.astype(np.float64)
                 fit = Fit(homography / homography[2, 2], (0.0, 0.0), np.full(2, 1.0), 0.0)
                 return Fit(fit.homography, (_START_BLUR / fit.side,) * 2, fit.sd, 0.0)
         return None

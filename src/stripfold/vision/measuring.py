@@ -149,7 +149,7 @@ def measured(image: Picture, curve: Array, band: Band, reach: int, points: int, 
     edges, score = _parted(edges, score, band, _cutoff(band) / h)
     # Where nothing was measured the strip is roughly where it was, moved as its neighbours were.
     centres = curve + np.where(score >= GOOD, edges.offset, 0.0)[:, None] * across
-    smoothed, sd = _smoothed(centres, edges, score, across, _cutoff(band) / h, h)
+    smoothed, sd = smoothed_centres(centres, edges, score, across, _cutoff(band) / h, h, HIDDEN)
     return _equally(image, smoothed, sd, edges, score, band, points, h)
 
 
@@ -214,16 +214,19 @@ def _parted(edges: Edges, score: Array, band: Band, cutoff: float) -> tuple[Edge
     return edges._replace(offset=offset), np.where(merged, np.maximum(0.5 * score, GOOD), score)
 
 
-def _smoothed(
-    centres: Array, edges: Edges, score: Array, across: Array, cutoff: float, h: float
+def smoothed_centres(
+    centres: Array, edges: Edges, score: Array, across: Array, cutoff: float, h: float, expected: float
 ) -> tuple[Array, Array]:
-    """Smoothed centres, shape (n, 2), and their standard deviations, shape (n,)."""
+    """Smoothed centres, shape (n, 2), and their standard deviations, shape (n,).
+
+    ``cutoff`` in spacings ``h``; ``expected`` is the weight of a centre that was not measured.
+    """
     good = score >= GOOD
     typical = float(np.median(edges.noise[good]))
     spread = np.clip(edges.noise / typical, 0.5, 3.0)
     base = np.where(good, score / spread**2, 0.0)
     base /= base[good].mean()
-    base[~good] = HIDDEN
+    base[~good] = expected
     weights = base
     for _ in range(3):
         values = smoothed_values(centres, weights, cutoff)

@@ -13,9 +13,11 @@ from stripfold.errors import MeasurementError, TrackingError
 
 from . import video
 from .calibrated import Calibration
-from .centreline import Centreline, find, refine
+from .centreline import Centreline, find
+from .following import Followed, Look, between, first_look, follow
 from .gripper import Grip, GripperTracker, Track, joined
 from .recording import Recording
+from .sections import interpolated
 from .timing import Timing, row_time, timing
 from .video import Frame, VideoReport
 
@@ -35,6 +37,10 @@ FASTER = 2.0
 """How many times faster than in the last frame the strip may be in the next."""
 FASTEST = 5.0
 """Speed of its fastest point that is not searched beyond, visible lengths per second."""
+PLAIN = 0.85
+"""Share of the strip that is seen from which it is not searched for farther away."""
+STRETCH = 0.02
+"""Largest change of the line's length, as a share."""
 RIM = 1.6
 """Size of the marker with its rim, in the marker's own."""
 DROPPED = 0.03
@@ -161,8 +167,13 @@ class StripTracker:
     def __init__(self, calibration: Calibration, length: float, source: str) -> None:
         self._mapping, self._longest, self._source = calibration.mapping, HELD * length, source
         self._last: Centreline | None = None
+        self._look: Look | None = None
+        self._aside = np.zeros(2)  # of the line's first point from the gripped end, pixels
+        self._laid = np.zeros(2)  # its last point, which does not move
+        self._length = 0.0  # of the line, m
         self._since = 0.0
-        self._speed = 0.0  # of the fastest point from one frame to the next, pixels per second
+        self._motion = np.zeros((POINTS, 2))  # of each point, pixels per second
+        self._first = np.nan
 
     def __call__(self, frame: Frame, end: Array, marker: Array) -> Centreline | None:
         """The strip in the next frame, or None where it is lost for a moment; ``marker`` are its corners, (4, 2).
@@ -170,16 +181,15 @@ class StripTracker:
         Raises
         ------
         TrackingError
-            It is not in the first frame, is lost for long, or is not where the gripper holds it.
+            It is not in the first frames, is lost for long, or is not where the gripper holds it.
         """
-        line = self._followed(frame, end, marker)
-        if line is not None:
-            if self._last is not None:
-                moved = float(away_from(self._last.points, line.points).max())
-                self._speed = min(moved / (frame.time - self._since), FASTEST * line.length)
-            self._last, self._since = line, frame.time
-            return line
-        if self._last is None or frame.time - self._since > LONGEST_LOSS:
+        if self._last is None:
+            return self._begun(frame, end, marker)
+        found = self._followed(frame, end)
+        if found is not None:
+            self._accept(frame.time, found)
+            return found.line
+        if frame.time - self._since > LONGEST_LOSS:
             raise TrackingError(
                 self._source,
                 f"the strip is lost at {frame.time:.3f} s",
@@ -188,23 +198,54 @@ class StripTracker:
             )
         return None
 
-    def _followed(self, frame: Frame, end: Array, marker: Array) -> Centreline | None:
-        if self._last is not None:
-            # No farther than it may have gone: the next layer is near when it matters.
-            reach = 0.3 * float(np.median(self._last.width)) + 1.0 + FASTER * self._speed * (frame.time - self._since)
-            for allowed in (reach, None):
-                try:
-                    found = refine(frame.image, self._last, end, reach=allowed, source=self._source)
-                    return self._held(self._without_rest(found), end)
-                except TrackingError:
-                    continue
+    def _begun(self, frame: Frame, end: Array, marker: Array) -> Centreline | None:
+        """The strip of the first frame in which all of it is seen."""
+        if np.isnan(self._first):
+            self._first = frame.time
         try:
-            found = find(without(frame.image, marker), end, points=POINTS, source=self._source)
-            return self._held(self._without_rest(found), end)
+            line = find(without(frame.image, marker), end, points=POINTS, source=self._source)
+            line = self._held(line, end)
         except TrackingError:
-            if self._last is None:
+            if frame.time - self._first > LONGEST_LOSS:
                 raise
             return None
+        line = self._without_rest(_joined_to(line, end))
+        self._length = self._metres(line)
+        self._aside, self._laid = line.points[0] - end, line.points[-1]
+        self._last, self._look, self._since = line, first_look(frame.image, line), frame.time
+        return line
+
+    def _followed(self, frame: Frame, end: Array) -> Followed | None:
+        last, look = self._last, self._look
+        assert last is not None
+        assert look is not None
+        passed = frame.time - self._since
+        guess = replace(last, points=last.points + passed * self._motion)
+        ends = np.stack([end + self._aside, self._laid])
+        usual = float(np.median(look.width))
+        near = 0.25 * usual + 1.5 + FASTER * float(np.quantile(np.hypot(*self._motion.T), 0.9)) * passed
+        best: Followed | None = None
+        for reach in (near, min(4.0 * near + usual, 4.0 * usual + 16.0)):
+            found = follow(frame.image, guess, look, ends, reach)
+            if found is None or abs(self._metres(found.line) / self._length - 1.0) > STRETCH:
+                continue
+            if best is None or found.share > best.share:
+                best = found
+            if best is not None and best.sound and best.share > PLAIN:
+                break
+        return best if best is not None and best.sound else None
+
+    def _accept(self, time: float, found: Followed) -> None:
+        assert self._last is not None
+        motion = (found.line.points - self._last.points) / (time - self._since)
+        fastest = FASTEST * found.line.length
+        motion *= np.minimum(1.0, fastest / np.maximum(np.hypot(*motion.T), 1e-9))[:, None]
+        self._motion = 0.5 * (self._motion + motion)
+        self._last, self._look, self._since = found.line, found.look, time
+
+    def _metres(self, line: Centreline) -> float:
+        curve = self._mapping.to_robot(line.points)
+        return float(np.linalg.norm(np.diff(curve, axis=0), axis=1).sum())
 
     def _without_rest(self, line: Centreline) -> Centreline:
         """The line up to the held end: what goes on behind it is no strip."""
@@ -214,8 +255,7 @@ class StripTracker:
             return line
         s = np.linspace(0.0, float(np.interp(self._longest, arc, line.arc)), len(line.points))
         values = {name: np.interp(s, line.arc, getattr(line, name)) for name in ("sd", "width", "score")}
-        points = np.stack([np.interp(s, line.arc, line.points[:, k]) for k in range(2)], axis=1)
-        return replace(line, points=points, **values)
+        return replace(line, points=interpolated(line.points, line.arc, s), **values)
 
     def _held(self, line: Centreline, end: Array) -> Centreline:
         away = float(np.hypot(*(line.points[0] - end)))
@@ -227,6 +267,13 @@ class StripTracker:
                 "did it slip? compare gripper.marker.offset with the gripper",
             )
         return line
+
+
+def _joined_to(line: Centreline, end: Array) -> Centreline:
+    """The line made longer, straight, up to where it is held: the gripper hides its end."""
+    points, places = between(line.points, np.stack([end, line.points[-1]]), len(line.points))
+    values = {name: np.interp(places, line.arc, getattr(line, name)) for name in ("sd", "width", "score")}
+    return replace(line, points=points, **values)
 
 
 def away_from(line: Array, points: Array) -> Array:
