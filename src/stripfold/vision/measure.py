@@ -42,9 +42,11 @@ PLACES_DIFFER = 3.0
 """How far x by the log and by the video may differ at the event, in standard deviations, before it is flagged."""
 UNDECIDED = 1.4
 """Peak of the speed over that of following from which a snap cannot be ruled out."""
-LEVEL = 0.1
+UNTOLD = 0.2
+"""Standard deviation of the onset's time from which it is not told, s."""
+LEVEL = 0.15
 """Standard deviation of the level of the onset, as a share of its height: the layers hide each other at the peak."""
-BETWEEN = 0.1
+BETWEEN = 0.15
 """Standard deviation of a moment between two frames, as a share of the time between them."""
 MISSING = 1.5
 """Time between the frames around the event, in usual ones, from which frames are missing there."""
@@ -163,6 +165,13 @@ def evaluate(recording: Recording, calibration: Calibration, tracks: Tracks, ove
     }
     if snapped and override is None:
         spread = onset_spread(recording, tracks, random)
+        if spread > UNTOLD:
+            raise MeasurementError(
+                "video",
+                f"a strip whose motion lets the onset lie anywhere within {4.0 * spread:.2f} s",
+                f"within {4.0 * UNTOLD:.1f} s",
+                "light the strip better, move more slowly, or give override.yaml",
+            )
         gap = tracks.timing.spacing(moment)
         parts["shape"] = abs(v) * spread
         parts["level"] = abs(v) * motion.slack(LEVEL)
