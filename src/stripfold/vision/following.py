@@ -35,6 +35,8 @@ LEARNT = 0.2
 """How fast what the strip looks like follows what was measured, per frame."""
 HIDDEN = 0.05
 """Weight of where a hidden part is expected, in that of a measured section."""
+SETTLED = 1.0
+"""Largest offset, pixels, after which a line is not measured again."""
 LAYER = 5.0
 """From how far along the strip another part of it is another layer, in widths."""
 
@@ -127,22 +129,27 @@ def follow(image: Picture, guess: Centreline, look: Look, ends: Array, reach: fl
     known = np.einsum("ij,ij->i", ends - curve[[0, -1]], across[[0, -1]])
     settled = curve + _evened_offset(offset, score, 2.0 * cutoff, known)[:, None] * across
 
-    across = normals(tangents(settled))
-    edges = _edges(image, settled, across, width, guess.bright)
-    seen = inside(settled, image.shape)
-    centres = settled + edges.offset[:, None] * across
-    score = _score(edges, width, contrast) * seen * _own(centres, settled, others)
-    score = np.where(np.abs(edges.offset) > 0.5 * width + 1.0, 0.0, score)
-    good = score >= GOOD
-    if good.sum() < 6 or not seen.any():
-        return None
-    offset = _one_edge(edges, width, good, cutoff)
-    centres = settled + np.where(good, offset, 0.0)[:, None] * across
-    # The gripper hides the end that it holds, and something may hide the other.
-    known = np.einsum("ij,ij->i", ends - settled[[0, -1]], across[[0, -1]])
-    centres[[0, -1]] = settled[[0, -1]] + known[:, None] * across[[0, -1]]
-    score[[0, -1]] = 1.0
-    smooth, sd = smoothed_centres(centres, edges, score, across, cutoff, h, HIDDEN)
+    # Where the strip bends sharply the first smooth curve cuts the corner: measured again from the second.
+    for _ in range(2):
+        across = normals(tangents(settled))
+        edges = _edges(image, settled, across, width, guess.bright)
+        seen = inside(settled, image.shape)
+        centres = settled + edges.offset[:, None] * across
+        score = _score(edges, width, contrast) * seen * _own(centres, settled, others)
+        score = np.where(np.abs(edges.offset) > 0.5 * width + 1.0, 0.0, score)
+        good = score >= GOOD
+        if good.sum() < 6 or not seen.any():
+            return None
+        offset = _one_edge(edges, width, good, cutoff)
+        centres = settled + np.where(good, offset, 0.0)[:, None] * across
+        # The gripper hides the end that it holds, and something may hide the other.
+        known = np.einsum("ij,ij->i", ends - settled[[0, -1]], across[[0, -1]])
+        centres[[0, -1]] = settled[[0, -1]] + known[:, None] * across[[0, -1]]
+        score[[0, -1]] = 1.0
+        smooth, sd = smoothed_centres(centres, edges, score, across, cutoff, h, HIDDEN)
+        if float(np.abs(offset[good]).max()) < SETTLED:
+            break
+        settled = smooth
     gap = _longest(~good & seen) / len(good)
     points, places = between(smooth, ends, len(guess.points))
     line = Centreline(
@@ -154,10 +161,10 @@ def follow(image: Picture, guess: Centreline, look: Look, ends: Array, reach: fl
         float(np.median(edges.contrast[good])),
         guess.open_ends,
     )
-    sure = np.where(score > 0.6, LEARNT, 0.0)
+    sure = np.where(score > GOOD, LEARNT, 0.0)
     learnt = Look(
-        np.interp(places, s, _evened(width + sure * (np.clip(edges.width, 0.7 * width, 1.4 * width) - width))),
-        np.interp(places, s, contrast + sure * (edges.contrast - contrast)),
+        np.interp(places, s, width + _evened(sure * (np.clip(edges.width, 0.7 * width, 1.4 * width) - width))),
+        np.interp(places, s, np.maximum(contrast + _evened(sure * (edges.contrast - contrast)), 1.0)),
     )
     return Followed(line, learnt, float(good[seen].mean()), gap)
 
@@ -262,4 +269,4 @@ def between(curve: Array, ends: Array, count: int) -> tuple[Array, Array]:
 
 def _evened(values: Array) -> Array:
     """The values along the strip without their noise."""
-    return smoothed_values(values[:, None], np.ones(len(values)), 12.0)[:, 0]
+    return smoothed_values(values[:, None], np.ones(len(values)), 5.0)[:, 0]

@@ -16,6 +16,7 @@ from .calibrated import Calibration
 from .centreline import Centreline, find
 from .following import Followed, Look, between, first_look, follow
 from .gripper import Grip, GripperTracker, Track, joined
+from .measuring import GOOD
 from .recording import Recording
 from .sections import interpolated
 from .timing import Timing, row_time, timing
@@ -39,8 +40,10 @@ FASTEST = 5.0
 """Speed of its fastest point that is not searched beyond, visible lengths per second."""
 PLAIN = 0.85
 """Share of the strip that is seen from which it is not searched for farther away."""
-STRETCH = 0.02
-"""Largest change of the line's length, as a share."""
+LONGER = 0.012
+"""How much longer than at first a line may seem, as a share: one that goes astray makes a detour."""
+SHORTER = 0.06
+"""How much shorter: of a tight bend the inner side is seen, the more of it the lower the camera."""
 RIM = 1.6
 """Size of the marker with its rim, in the marker's own."""
 DROPPED = 0.03
@@ -227,7 +230,7 @@ class StripTracker:
         best: Followed | None = None
         for reach in (near, min(4.0 * near + usual, 4.0 * usual + 16.0)):
             found = follow(frame.image, guess, look, ends, reach)
-            if found is None or abs(self._metres(found.line) / self._length - 1.0) > STRETCH:
+            if found is None or not -SHORTER < self._metres(found.line) / self._length - 1.0 < LONGER:
                 continue
             if best is None or found.share > best.share:
                 best = found
@@ -240,6 +243,8 @@ class StripTracker:
         motion = (found.line.points - self._last.points) / (time - self._since)
         fastest = FASTEST * found.line.length
         motion *= np.minimum(1.0, fastest / np.maximum(np.hypot(*motion.T), 1e-9))[:, None]
+        # What was hidden only seems to have moved.
+        motion[found.line.score < GOOD] = 0.0
         self._motion = 0.5 * (self._motion + motion)
         self._last, self._look, self._since = found.line, found.look, time
 

@@ -1,0 +1,224 @@
+"""The strip followed through a few rendered frames, against the curve that was rendered."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from types import SimpleNamespace
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from stripfold.errors import MeasurementError, TrackingError
+from stripfold.vision import following, tracking
+from stripfold.vision.centreline import Centreline
+from stripfold.vision.mapping import Mapping, Similarity
+from stripfold.vision.marker import Marker
+from stripfold.vision.synthetic.recording import history_of
+from stripfold.vision.synthetic.render import Renderer
+from stripfold.vision.synthetic.scene import Scene
+from stripfold.vision.synthetic.sensor import Sensor
+from stripfold.vision.synthetic.view import View
+from stripfold.vision.video import Frame
+
+Array = NDArray[np.float64]
+Picture = NDArray[np.uint8]
+
+PERIOD = 1.0 / 20.0
+STRIP = 0.45
+BAND = 0.03 * np.sin(np.radians(4.0) + 0.085 / 0.9) * 480 / 0.32
+"""Height of the lying strip in the picture, pixels: its width, seen from above at the camera's tilt."""
+
+
+@dataclass(frozen=True, eq=False)
+class Film:
+    """Frames with what is true in them: the strip's curve and the gripped end, pixels, and the marker's corners."""
+
+    frames: list[Frame]
+    curves: list[Array]
+    ends: list[Array]
+    corners: list[Array]
+    calibration: Any
+
+
+@pytest.fixture(scope="module")
+def film() -> Film:
+    scene = Scene.create(
+        filming={"size": [480, 360], "frame_rate": 20.0, "tilt": 4.0},
+        gripper={"speed": 0.02},
+        motion={"before": 0.02, "after": 0.3},
+        seed=11,
+    )
+    history, view = history_of(scene), View.of(scene.filming)
+    sensor = Sensor(Renderer(scene, history.curve[0]), float(history.t[-1]), np.random.default_rng(4))
+    onset = history.events()["fall"]
+    assert onset is not None
+    times = onset - 1.0 + PERIOD * np.arange(26)
+    curves, grippers = history.at(times)
+    marker = scene.gripper
+    to_plane = np.linalg.inv(
+        view.camera.matrix @ np.column_stack([view.matrix[:, 0], view.matrix[:, 2], view.translation])
+    )
+    mapping = Mapping(view.camera, to_plane / to_plane[2, 2], Similarity(1.0, 0.0, np.zeros(2), False))
+    frames, corners = [], []
+    for i, t in enumerate(times):
+        image = sensor.delivered(sensor.exposed(history, float(t)), float(t))
+        frames.append(Frame(i, PERIOD * i, np.asarray(image, dtype=np.uint8)))
+        centre = grippers[i] - np.asarray(marker.offset)
+        half = 0.5 * marker.marker_size
+        corners.append(view.in_plane(centre + half * np.array([[-1, 1], [1, 1], [1, -1], [-1, -1]])))
+    calibration = SimpleNamespace(mapping=mapping)
+    return Film(frames, list(view.in_plane(curves)), list(view.in_plane(grippers)), corners, calibration)
+
+
+def followed(film: Film, pictures: dict[int, Picture] | None = None) -> list[Centreline | None]:
+    """The lines in all frames, some of which show other pictures."""
+    tracker = tracking.StripTracker(film.calibration, STRIP, "film")
+    lines = []
+    for frame, end, corners in zip(film.frames, film.ends, film.corners, strict=True):
+        image = (pictures or {}).get(frame.index, frame.image)
+        lines.append(tracker(Frame(frame.index, frame.time, image), end, corners))
+    return lines
+
+
+def distances(points: Array, curve: Array) -> Array:
+    """Of points from a curve, pixels, but for the curve's hidden ends."""
+    share, fine = np.linspace(0.0, 1.0, len(curve)), np.linspace(0.0, 1.0, 4000)
+    dense = np.column_stack([np.interp(fine, share, curve[:, k]) for k in range(2)])
+    away, at = cKDTree(dense).query(points)
+    return np.asarray(away[(at > 0.04 * 4000) & (at < 0.96 * 4000)])
+
+
+def crossed(picture: Picture, x: float, width: float, grey: int) -> Picture:
+    """The picture behind an upright bar."""
+    covered = picture.copy()
+    covered[:, max(round(x - 0.5 * width), 0) : round(x + 0.5 * width)] = grey
+    return covered
+
+
+@pytest.fixture(scope="module")
+def lines(film: Film) -> list[Centreline | None]:
+    return followed(film)
+
+
+def test_the_mapping_of_these_tests_is_the_camera_s(film: Film) -> None:
+    inside = film.curves[0][5:40]
+    back = film.calibration.mapping.to_pixels(film.calibration.mapping.to_robot(inside))
+    np.testing.assert_allclose(back, inside, atol=1e-3)
+
+
+def test_the_line_is_on_the_strip(film: Film, lines: list[Centreline | None]) -> None:
+    for line, curve in zip(lines, film.curves, strict=True):
+        assert line is not None
+        # The curve is that of the edge that faces the camera, the line the middle of the band behind it.
+        assert distances(line.points, curve).max() < 0.5 * BAND + 1.5
+
+
+def test_the_line_begins_where_the_strip_is_held(film: Film, lines: list[Centreline | None]) -> None:
+    first = lines[0]
+    assert first is not None
+    aside = first.points[0] - film.ends[0]
+    assert np.hypot(*aside) < 2.0
+    for line, end in zip(lines, film.ends, strict=True):
+        assert line is not None
+        assert np.hypot(*(line.points[0] - end - aside)) < 1.0
+
+
+def test_the_lying_end_stays_where_it_is(lines: list[Centreline | None]) -> None:
+    ends = np.array([line.points[-1] for line in lines if line is not None])
+    assert len(ends) == len(lines)
+    assert np.ptp(ends, axis=0).max() < 1.5
+
+
+@pytest.mark.parametrize("grey", [5, 90, 235])
+def test_a_passing_thing_hides_but_does_not_mislead(film: Film, grey: int) -> None:
+    left, right = float(film.curves[0][:, 0].min()), float(film.ends[0][0])
+    places = {4 + i: left + (right + 40.0 - left) * i / 11.0 for i in range(12)}
+    pictures = {k: crossed(film.frames[k].image, x, 14.0, grey) for k, x in places.items()}
+    found = followed(film, pictures)
+    for line, curve in zip(found, film.curves, strict=True):
+        if line is not None:
+            assert distances(line.points, curve).max() < 0.5 * BAND + 4.0
+    for line, curve in zip(found[17:], film.curves[17:], strict=True):
+        assert line is not None
+        assert distances(line.points, curve).max() < 0.5 * BAND + 1.5
+    assert sum(line is None for line in found) <= 4
+
+
+def test_a_covered_frame_is_lost_and_the_strip_is_found_again(film: Film) -> None:
+    blank = np.full_like(film.frames[0].image, 70)
+    found = followed(film, {6: blank, 7: blank})
+    assert [i for i, line in enumerate(found) if line is None] == [6, 7]
+    assert found[8] is not None
+    assert distances(found[8].points, film.curves[8]).max() < 0.5 * BAND + 1.5
+
+
+def test_the_strip_is_looked_for_until_it_is_there(film: Film) -> None:
+    blank = np.full_like(film.frames[0].image, 70)
+    found = followed(film, dict.fromkeys(range(3), blank))
+    assert [line is None for line in found[:4]] == [True, True, True, False]
+    with pytest.raises(TrackingError):
+        followed(film, dict.fromkeys(range(26), blank))
+
+
+def test_a_strip_that_is_hidden_for_long_is_lost(film: Film) -> None:
+    blank = np.full_like(film.frames[0].image, 70)
+    with pytest.raises(TrackingError, match=r"lost at 0\.[678]"):
+        followed(film, dict.fromkeys(range(3, 26), blank))
+
+
+def test_a_strip_that_nobody_holds(film: Film) -> None:
+    tracker = tracking.StripTracker(film.calibration, STRIP, "film")
+    with pytest.raises(TrackingError, match="from where the gripper should hold it"):
+        for frame, end, corners in zip(film.frames, film.ends, film.corners, strict=True):
+            tracker(frame, end + np.array([70.0, -70.0]), corners)
+
+
+def test_the_marker_is_not_taken_for_the_strip(film: Film) -> None:
+    image = film.frames[0].image.copy()
+    corners = np.array([[300.0, 40.0], [340.0, 40.0], [340.0, 80.0], [300.0, 80.0]])
+    cv2.fillConvexPoly(image, corners.astype(np.int32), (255,))
+    before = image.copy()
+    cleared = tracking.without(image, corners)
+    np.testing.assert_array_equal(image, before)
+    assert cleared[290 - 250 : 80, 300:340].max() < 200
+    outside = np.ones(image.shape, bool)
+    outside[60 - 33 : 60 + 34, 320 - 33 : 320 + 34] = False
+    np.testing.assert_array_equal(cleared[outside], image[outside])
+
+
+def test_frames_of_another_size_than_the_calibration(film: Film) -> None:
+    tracking._check_size((480, 360), film.calibration, "film.mkv")
+    with pytest.raises(MeasurementError, match="320 x 240"):
+        tracking._check_size((320, 240), film.calibration, "film.mkv")
+
+
+def test_places_nearer_to_another_layer_are_not_the_strip_s_own() -> None:
+    curve = np.array([[0.0, 0.0], [10.0, 0.0], [20.0, 0.0], [20.0, 12.0], [10.0, 12.0], [0.0, 12.0]])
+    others = np.abs(np.arange(6)[:, None] - np.arange(6)) > 2
+    places = curve.copy()
+    places[0, 1] = 5.0
+    places[1, 1] = 7.0
+    assert following._own(places, curve, others).tolist() == [True, False, True, True, True, True]
+
+
+def test_a_curve_is_cut_or_extended_to_its_ends() -> None:
+    curve = np.column_stack([np.linspace(0.0, 10.0, 11), np.zeros(11)])
+    points, places = following.between(curve, np.array([[-2.0, 1.0], [8.0, -1.0]]), 11)
+    np.testing.assert_allclose(points, np.column_stack([np.linspace(-2.0, 8.0, 11), np.zeros(11)]), atol=1e-9)
+    np.testing.assert_allclose(places, np.linspace(-2.0, 8.0, 11), atol=1e-9)
+    points, _ = following.between(curve, np.array([[1.0, 0.0], [13.0, 0.0]]), 5)
+    np.testing.assert_allclose(points[:, 0], np.linspace(1.0, 13.0, 5), atol=1e-9)
+
+
+def test_a_dark_blurred_marker_is_found() -> None:
+    pattern = cv2.aruco.generateImageMarker(cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50), 7, 20)
+    picture = np.full((120, 160), 90.0)
+    picture[46:66, 76:96] = pattern * (90.0 / 255.0)
+    dark = np.asarray(12.0 + 0.3 * cv2.GaussianBlur(picture, (0, 0), 1.1), dtype=np.uint8)
+    found = Marker("4x4_50", 7).find(dark)
+    assert found is not None
+    np.testing.assert_allclose(found.centre, [85.5, 55.5], atol=0.5)
