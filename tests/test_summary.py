@@ -84,6 +84,7 @@ def datasets() -> dict[str, xr.Dataset]:
     )
     return {
         **of_paths(),
+        **of_pictures(),
         "falls": falls,
         "fall_benchmark": xr.Dataset({"wall": ("repeat", [8.0]), "memory": ((), 150.0)}),
         "schemes": scheme,
@@ -151,6 +152,54 @@ def of_paths() -> dict[str, xr.Dataset]:
     }
 
 
+def of_pictures() -> dict[str, xr.Dataset]:
+    """The datasets of pictures and recordings."""
+    views = np.full((2, 13), 0.18)
+    calibration = xr.Dataset(
+        {
+            "rms": ("way", [0.18, 0.4]),
+            "view_rms": (("way", "view"), views),
+            "charuco_rms": ((), 0.21),
+            "charuco_corners": ((), 24.0),
+        },
+        {"way": ["scaled", "fixed"]},
+    )
+    centrelines = xr.Dataset({"centreline_rms": ((), 1.3e-4), "centreline_span": ((), 0.2224)})
+    z = np.linspace(-1.0, 1.0, 201) * 2.04  # 96 % within 1.96
+    outcome = np.array(["measured"] * 201 + ["refused"] * 10 + ["bound"] * 2, dtype=object)
+    accuracy = xr.Dataset(
+        {
+            "event": ("case", 0.3 + 1e-4 * np.concatenate([z, np.full(12, np.nan)])),
+            "truth": ("case", np.full(213, 0.3)),
+            "sd": ("case", np.full(213, 1e-4)),
+            "outcome": ("case", outcome),
+            "flags": ("case", np.full(213, "", dtype=object)),
+        }
+    )
+    recordings = xr.Dataset(
+        {
+            "snapped": ("recording", np.ones(40)),
+            "lambda_event": ("recording", np.full(40, 0.31)),
+            "lambda_zero": ("recording", np.full(40, 0.305)),
+            "lambda_model": ("recording", np.full(40, 0.3)),
+        }
+    )
+    benchmark = xr.Dataset(
+        {
+            "rate": (("codec", "length"), [[70.0, 71.0], [30.0, 31.0]]),
+            "memory": (("codec", "length"), [[500.0, 501.0], [500.0, 501.0]]),
+        },
+        {"codec": ["h264", "ffv1"], "length": [60, 240]},
+    )
+    return {
+        "calibration": calibration,
+        "centrelines": centrelines,
+        "recordings_accuracy": accuracy,
+        "recordings": recordings,
+        "video_benchmark": benchmark,
+    }
+
+
 def entries(data: dict[str, xr.Dataset]) -> dict:
     return summarise(data, {name: f"{name}.nc" for name in data})
 
@@ -179,6 +228,17 @@ def test_all_keys_and_all_hold() -> None:
         "random_paths",
         "random_paths_undecided",
         "time_assess",
+        "calibration_rms",
+        "charuco_rms",
+        "centreline_rms",
+        "centreline_span",
+        "lambda_coverage",
+        "lambda_bias",
+        "lambda_sd",
+        "recordings",
+        "recordings_failed",
+        "measured_above_model",
+        "tracking_rate",
     }
     assert asked <= set(summary)
     for key, item in summary.items():
@@ -232,6 +292,17 @@ def test_all_keys_and_all_hold() -> None:
         ("random_paths", "outcome", "undecided", "random_paths_undecided"),
         ("assess_benchmark", "wall", 31.0, "time_assess"),
         ("assess_benchmark", "error", 6e-3, "time_assess"),
+        ("calibration", "rms", 0.26, "calibration_rms"),
+        ("calibration", "charuco_rms", 0.26, "charuco_rms"),
+        ("centrelines", "centreline_rms", 2.6e-4, "centreline_rms"),
+        ("centrelines", "centreline_span", 0.221, "centreline_span"),
+        ("recordings_accuracy", "sd", 1e-3, "lambda_coverage"),
+        ("recordings_accuracy", "sd", 5e-5, "lambda_coverage"),
+        ("recordings_accuracy", "truth", 0.2998, "lambda_bias"),
+        ("recordings_accuracy", "truth", 0.31, "recordings_wrong"),
+        ("recordings", "lambda_event", 0.299, "measured_above_model"),
+        ("recordings", "snapped", 0.0, "measured_above_model"),
+        ("video_benchmark", "rate", 59.0, "tracking_rate"),
     ],
 )
 def test_a_criterion_that_is_broken_does_not_hold(dataset: str, name: str, value: float, key: str) -> None:
@@ -275,6 +346,26 @@ def test_one_bad_path_is_enough(dataset: str, name: str, where: dict[str, int], 
     data = datasets()
     data[dataset][name][where] = value
     assert entries(data)[key]["holds"] is False
+
+
+def test_one_bad_picture_or_recording_is_enough() -> None:
+    data = datasets()
+    data["calibration"]["view_rms"][0, 3] = 0.6
+    assert entries(data)["calibration_rms"]["holds"] is False
+    data = datasets()
+    data["recordings_accuracy"]["event"][0] = 0.302
+    assert entries(data)["recordings_wrong"]["holds"] is False
+    data["recordings_accuracy"]["flags"][0] = "too fast"
+    assert entries(data)["recordings_wrong"]["holds"] is True
+    data["recordings_accuracy"]["outcome"][:30] = "refused"
+    assert entries(data)["recordings_failed"]["holds"] is False
+    data = datasets()
+    data["recordings_accuracy"] = data["recordings_accuracy"].isel(case=slice(20, None))
+    found = entries(data)
+    assert found["recordings"]["holds"] is found["lambda_coverage"]["holds"] is False
+    data = datasets()
+    data["video_benchmark"]["memory"][0, 1] = 600.0
+    assert entries(data)["tracking_memory"]["holds"] is False
 
 
 def test_what_is_laid_down_does_not_count_as_a_fall() -> None:

@@ -152,14 +152,14 @@ def _accuracy(data: xr.Dataset, source: str) -> dict[str, Entry]:
 
 def _recordings(data: xr.Dataset, source: str) -> dict[str, Entry]:
     found = data["snapped"].values == 1.0
-    above = float(np.mean((data["lambda_event"] > data["lambda_model"]).values[found]))
+    above = float(np.mean((data["lambda_event"] > data["lambda_model"]).values[found])) if found.any() else 0.0
     zero = (data["lambda_zero"] > data["lambda_model"]).values[found & np.isfinite(data["lambda_zero"].values)]
     return {
         "measured_above_model": entry(
             above,
             "1",
             f"share of the measured values above the frictionless model's lambda_c, {int(found.sum())} recordings of "
-            f"strips with friction; extrapolated to vanishing speed {np.mean(zero):.2f}",
+            f"strips with friction; extrapolated to vanishing speed {zero.mean() if len(zero) else 0.0:.2f}",
             "> 0.9, as in the paper",
             above > 0.9,
             source,

@@ -1,0 +1,155 @@
+"""Synthetic recordings of the configured materials, and the tables of what was measured."""
+
+from __future__ import annotations
+
+from math import sqrt
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from stripfold import elastica
+from stripfold.errors import InvalidInputError
+from stripfold.material import Material
+from stripfold.studies import critical, passing, recordings, recordings_accuracy
+from stripfold.studies.critical import CriticalResult
+from stripfold.vision.synthetic import design
+from stripfold.vision.synthetic.dynamics import from_dynamics
+from stripfold.vision.synthetic.history import History
+from stripfold.vision.synthetic.scene import Scene
+from stripfold.vision.synthetic.view import View
+
+MATERIAL = {"name": "a", "eta_b": 3780.0, "eta_m": 1e-3}
+UNIT = Material(3780.0).gravity_length
+
+
+@pytest.mark.parametrize("eta_b", [820.0, 30200.0])
+@pytest.mark.parametrize("height", [4.0, 8.0])
+def test_all_that_is_measured_is_in_the_picture(eta_b: float, height: float):
+    """Marker and loop, from the beginning of the film to its end; the height of the picture is used."""
+    scene = recordings.scene_of(MATERIAL | {"eta_b": eta_b}, height, 0.002, 0.01, 20.0, 1)
+    unit = Material(eta_b).gravity_length
+    state = elastica.critical(height)
+    x = (-10.0 + state.advance) * unit
+    offset = scene.gripper.offset[1]
+    top = height * unit - offset + 0.8 * scene.gripper.marker_size
+    # The loop reaches as far back as the free part is long, less than four L* behind the gripper's way.
+    corners = np.array([[x - 0.3 * unit, top], [x + 0.5 * unit, top], [x - 3.5 * unit, 0.0], [x + 0.5 * unit, 0.0]])
+    pixels = View.of(scene.filming).pixels(np.insert(corners, 1, 0.0, axis=1))
+    width, tall = scene.filming.size
+    assert np.all((pixels > 2.0) & (pixels < np.array([width, tall]) - 2.0))
+    assert np.ptp(pixels[:, 1]) > 0.6 * tall
+    assert scene.strip.length == pytest.approx(20.0 * unit)
+
+
+def test_a_motion_from_dynamics_in_metres_and_seconds():
+    """The same passage, run by hand in the solver's units."""
+    scene = Scene.create(
+        strip={"length": 16.0 * UNIT, "eta_b": 3780.0},
+        gripper={"height": 5.0 * UNIT, "speed": 0.005},
+        generator="dynamics",
+        motion={"friction": 0.02, "before": 0.2 * UNIT, "after": 0.1, "refinement": 3.0},
+    )
+    found = from_dynamics(scene)
+    assert isinstance(found, History)
+    clock = sqrt(UNIT / 9.81)
+    from stripfold.solve.schemes import Damping
+    from stripfold.studies.static import Strip
+
+    strip = Strip(16.0, Material(3780.0).relative_thickness)
+    damping = Damping(2.0 * clock, 3e-3 / clock)
+    by_hand = passing.run(strip, 5.0, 0.02, 0.005 * clock / UNIT, 0.2, 0.1 / clock, damping, 3.0)
+    assert found.truth["lambda_c"] == pytest.approx(by_hand.static * UNIT)
+    touch = by_hand.moments[by_hand.touch]
+    assert found.truth["touch"] == pytest.approx(touch.t * clock)
+    curve, gripper = found.at(np.array([touch.t * clock]))
+    np.testing.assert_allclose(curve[0], by_hand.model.mid_surface(touch.q) * UNIT, atol=2e-5)
+    np.testing.assert_allclose(gripper[0], [-8.0 * UNIT + touch.lam * UNIT, 5.0 * UNIT], atol=1e-6)
+    assert np.all(np.diff(found.t) < 2.1e-3)
+    onset = found.at(np.array([found.truth["onset"]]))[1][0, 0] - scene.strip.flat_end
+    assert onset == pytest.approx(found.truth["lambda_c"], abs=1e-5)
+
+
+@pytest.mark.parametrize("motion", [{"frictoin": 0.1}, {"friction": -1.0}, {"before": 0.0}])
+def test_a_motion_that_cannot_be_asked_for(motion: dict[str, Any]):
+    scene = Scene.create(strip={"length": 0.5, "eta_b": 3780.0}, generator="dynamics", motion=motion)
+    with pytest.raises(InvalidInputError, match="motion"):
+        from_dynamics(scene)
+
+
+def measured(eta_b: float, height: float, speed: float, event: float, snapped: bool = True) -> xr.Dataset:
+    """What a table takes of a measured recording."""
+    t = np.linspace(0.0, 2.0, 41)
+    scalars = {
+        "eta_b": eta_b,
+        "height": height,
+        "length": 0.6,
+        "gripper_speed": speed,
+        "lambda_event": event,
+        "lambda_low": event - 1e-4,
+        "lambda_high": event + 1e-4,
+        "lambda_static": np.nan,
+        "event_time": 1.0,
+        "snapped": float(snapped),
+    }
+    data: dict[str, Any] = {name: ((), value) for name, value in scalars.items()}
+    data |= {"x": ("t", 0.05 + speed * t), "z": ("t", np.full(41, height))}
+    return xr.Dataset(data, {"t": t}, {"synthetic": 1, "flags": ""})
+
+
+@pytest.fixture
+def model(monkeypatch: pytest.MonkeyPatch) -> None:
+    """lambda_c of the model is three times the height."""
+
+    def find(scene: Any) -> CriticalResult:
+        result = object.__new__(CriticalResult)
+        object.__setattr__(result, "lambda_c", 3.0 * scene.height)
+        return result
+
+    monkeypatch.setattr(critical, "find", find)
+
+
+def test_table(model: None):
+    runs = [measured(3780.0, 0.1, 0.001, 0.31), measured(3780.0, 0.1, 0.002, 0.32), measured(3780.0, 0.15, 0.001, 0.5)]
+    found = recordings.table(runs, ["a", "b", "c"], {"m": MATERIAL})
+    np.testing.assert_allclose(found["lambda_model"], [0.3, 0.3, 0.45])
+    np.testing.assert_allclose(found["lambda_event"], [0.31, 0.32, 0.5])
+    np.testing.assert_allclose(found["track"][0, [0, -1]], [[0.309, 0.1], [0.311, 0.1]])
+    for variable in found.variables.values():
+        assert variable.attrs["units"]
+        assert variable.attrs["long_name"]
+    zero = found["lambda_zero"].values
+    assert np.isnan(zero[2])
+    assert zero[0] == zero[1] < 0.31
+    # Between the extrapolations with either exponent.
+    limits = [np.polyfit(np.array([0.001, 0.002]) ** p, [0.31, 0.32], 1)[1] for p in recordings.EXPONENTS]
+    assert min(limits) < zero[0] < max(limits)
+
+
+def test_no_snap_takes_no_part_in_the_extrapolation(model: None):
+    runs = [measured(3780.0, 0.1, 0.001, 0.31), measured(3780.0, 0.1, 0.002, 0.32, snapped=False)]
+    assert np.isnan(recordings.table(runs, ["a", "b"], {})["lambda_zero"].values).all()
+
+
+class TestAccuracy:
+    def test_cases_take_turns(self):
+        generators = [recordings_accuracy.case(n, 1, 0.25).scene.generator for n in range(8)]
+        assert generators.count("dynamics") == 2
+        frictions = {recordings_accuracy.case(n, 1, 1.0).scene.motion["friction"] for n in range(3)}
+        assert frictions == set(recordings_accuracy.FRICTIONS)
+
+    def test_a_case_that_cannot_be_measured_is_refused_with_its_reason(
+        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ):
+        def write(self: design.Case, folder: Path, calibrations: Path) -> None:
+            folder.mkdir()
+
+        monkeypatch.setattr(design.Case, "write", write)
+        data = recordings_accuracy.run(range(2), 1, 0.0, tmp_path)
+        assert list(data["outcome"].values) == [recordings_accuracy.REFUSED] * 2
+        assert "recording.yaml" in data["message"].values[0]
+        assert len(recordings_accuracy.error(data)) == 0
+        for variable in data.variables.values():
+            assert variable.attrs["units"]
