@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .measuring import GOOD, MERGED, Centreline, smoothed_centres
-from .sections import Edges, Grey, inside, interpolated, measure, normals, sample, tangents
+from .sections import Edges, inside, interpolated, measure, normals, sample, tangents
 from .smooth import smoothed_values
 
 Array = NDArray[np.float64]
