@@ -172,9 +172,10 @@ def test_a_strip_that_is_hidden_for_long_is_lost(film: Film) -> None:
 
 def test_a_strip_that_nobody_holds(film: Film) -> None:
     tracker = tracking.StripTracker(film.calibration, STRIP, "film")
-    away = np.array([70.0, -70.0])
+    dropped = film.ends[0] + np.array([70.0, -70.0])
+    assert tracker(film.frames[0], dropped, film.corners[0]) is None
     with pytest.raises(TrackingError, match="from where the gripper should hold it"):
-        [tracker(film.frames[i], film.ends[i] + away, film.corners[i]) for i in range(len(film.frames))]
+        tracker(film.frames[11], dropped, film.corners[11])
 
 
 def test_the_marker_is_not_taken_for_the_strip(film: Film) -> None:

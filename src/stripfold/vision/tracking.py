@@ -42,6 +42,8 @@ PLAIN = 0.85
 """Share of the strip that is seen from which it is not searched for farther away."""
 LONGER = 0.012
 """How much longer than at first a line may seem, as a share: one that goes astray makes a detour."""
+DETOUR, DETOUR_RATE = 0.003, 0.03
+"""How much longer than in the frame before, as a share, and how much more of it per second."""
 SHORTER = 0.06
 """How much shorter: of a tight bend the inner side is seen, the more of it the lower the camera."""
 RIM = 1.6
@@ -173,7 +175,7 @@ class StripTracker:
         self._look: Look | None = None
         self._aside = np.zeros(2)  # of the line's first point from the gripped end, pixels
         self._laid = np.zeros(2)  # its last point, which does not move
-        self._length = 0.0  # of the line, m
+        self._length = self._last_length = 0.0  # of the first line and of the last one, m
         self._since = 0.0
         self._motion = np.zeros((POINTS, 2))  # of each point, pixels per second
         self._first = np.nan
@@ -213,7 +215,7 @@ class StripTracker:
                 raise
             return None
         line = self._without_rest(_joined_to(line, end))
-        self._length = self._metres(line)
+        self._length = self._last_length = self._metres(line)
         self._aside, self._laid = line.points[0] - end, line.points[-1]
         self._last, self._look, self._since = line, first_look(frame.image, line), frame.time
         return line
@@ -230,7 +232,7 @@ class StripTracker:
         best: Followed | None = None
         for reach in (near, min(4.0 * near + usual, 4.0 * usual + 16.0)):
             found = follow(frame.image, guess, look, ends, reach)
-            if found is None or not -SHORTER < self._metres(found.line) / self._length - 1.0 < LONGER:
+            if found is None or not self._of_length(self._metres(found.line), passed):
                 continue
             if best is None or found.share > best.share:
                 best = found
@@ -247,6 +249,12 @@ class StripTracker:
         motion[found.line.score < GOOD] = 0.0
         self._motion = 0.5 * (self._motion + motion)
         self._last, self._look, self._since = found.line, found.look, time
+        self._last_length = self._metres(found.line)
+
+    def _of_length(self, length: float, passed: float) -> bool:
+        """Whether a line may be that long, m, as much time after the last one, s."""
+        known = -SHORTER < length / self._length - 1.0 < LONGER
+        return known and length < (1.0 + DETOUR + DETOUR_RATE * passed) * self._last_length
 
     def _metres(self, line: Centreline) -> float:
         curve = self._mapping.to_robot(line.points)
