@@ -9,6 +9,7 @@ the static critical point; past it by a lag of order v^(2/3) to v^(4/5) (docs/ph
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,6 +33,10 @@ FALLEN = 0.6
 """Share of its height to which the speed has to fall behind a peak: less is a ripple on the way up."""
 SETTLING = 0.2
 """How long a strip swings after its gripper has started, s."""
+RETURNS = 0.4
+"""How long after a burst of speed the strip is looked at again, s."""
+KEPT = 0.5
+"""Share of the way gone in it that has to be kept."""
 LYING = 0.1
 """Height below which the strip counts as lying, in the gripper's."""
 FIRST_FRAMES = 5
@@ -116,23 +121,38 @@ def speed(t: Array, points: Array) -> Speed:
     moments = np.arange(t[0] + 0.5 * WINDOW, t[-1] - 0.5 * WINDOW, GRID)
     way = (path(moments + 0.5 * WINDOW) - path(moments - 0.5 * WINDOW)).reshape(len(moments), -1, 2)
     u = np.median(np.linalg.norm(way, axis=2), axis=1) / WINDOW
-    peak = _first_peak(u)
+    peak = _first_peak(u, lambda first, last: _got_away(path, moments, first, last))
     following = float(np.median(u[: max(int(REFERENCE * peak), 1)]))
     return Speed(moments, u, following, peak)
 
 
-def _first_peak(u: Array) -> int:
-    """Index of the first maximum that stands out and from which the speed falls again; of the largest without one."""
+def _got_away(path: PchipInterpolator, t: Array, first: int, last: int) -> float:
+    """How far the strip is, m, a while after a burst of speed from where it was before: nowhere, by mistake."""
+    ends = np.array([t[first] - 0.5 * WINDOW, min(t[last] + RETURNS, t[-1] + 0.5 * WINDOW)])
+    before, after = path(ends).reshape(2, -1, 2)
+    return float(np.median(np.linalg.norm(after - before, axis=1)))
+
+
+def _first_peak(u: Array, got_away: Callable[[int, int], float]) -> int:
+    """Index of the first maximum that stands out, from which the speed falls again, and that got the strip somewhere.
+
+    The largest without one.  Something that passes in front of the strip takes it along and gives it back.
+    """
     early = u[: max(int(REFERENCE * len(u)), 1)]
     usual = float(np.median(early))
     noise = 1.4826 * float(np.median(np.abs(early - usual)))
     least = max(LEAST_RATIO * usual, usual + STANDS_OUT * noise)
-    peak = 0
+    peak, given_back = 0, 0
     for i, value in enumerate(u):
-        if value > u[peak]:
+        if i < given_back or value > u[peak]:
             peak = i
         elif u[peak] > least and value < usual + FALLEN * (u[peak] - usual):
-            return peak
+            slow = np.flatnonzero(u[:peak] < usual + RESTED * (u[peak] - usual))
+            first = int(slow[-1]) if len(slow) else 0
+            if got_away(first, i) > KEPT * GRID * float(u[first:i].sum()):
+                return peak
+            # What it took along is given back before long, in another burst.
+            peak, given_back = i, i + round(RETURNS / GRID)
     return int(np.argmax(u))
 
 
