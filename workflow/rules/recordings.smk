@@ -1,26 +1,5 @@
 # lambda measured in recordings: in those of data/recordings, one folder each, and in synthetic ones made here.
 
-FILMED = CONFIG["recordings"]
-# Name of a synthetic recording, and what it shows.
-SYNTHETIC = {
-    f"{material}_z{height:g}_v{speed * 1e3:g}": {
-        "material": material,
-        "height": height,
-        "speed": speed,
-        "number": number,
-    }
-    for number, (material, height, speed) in enumerate(
-        product(FILMED["materials"], FILMED["heights"], FILMED["speeds"])
-    )
-}
-REAL = sorted(path.parent.name for path in Path("data/recordings").glob("*/recording.yaml"))
-
-
-def folder_of(wildcards):
-    """Where a recording is: a synthetic one is made."""
-    made = wildcards.recording in SYNTHETIC
-    return (f"{RESULTS}/recordings/" if made else "data/recordings/") + wildcards.recording
-
 
 rule record:
     output:
@@ -123,9 +102,3 @@ rule centrelines:
         images=CONFIG["images"],
     script:
         "../scripts/centrelines.py"
-
-
-def of_images(study):
-    """A study of real pictures; the kept one where these are not at hand: the repository does not carry them."""
-    there = Path(CONFIG["images"]).is_dir()
-    return f"{RESULTS if there else 'results'}/studies/{study}.nc"
