@@ -3,7 +3,7 @@ from pathlib import Path
 
 from stripfold.config import load
 
-# Checked and completed before any rule runs: an unknown key or a value that cannot be used ends here.
+# Checked and completed first: an unknown key or a value that cannot be used ends here.
 CONFIG = load({key: value for key, value in config.items()})
 RESULTS = CONFIG["results"]
 FIGURES = CONFIG["figures"]

@@ -123,7 +123,7 @@ def table(
     found = xr.Dataset(data, {"recording": ("recording", list(names), {"units": "1", "long_name": "name"})})
     zero = zero_speed(found)
     unit, text = units["lambda_zero"]
-    places = np.array([_track(data) for data in measured])
+    places = np.array([_track(data) for data in measured]).reshape(-1, SAMPLES, 2)
     return found.assign(
         lambda_zero=("recording", zero, {"units": unit, "long_name": text}),
         track=(
