@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 import zlib
 from pathlib import Path
 
@@ -209,18 +208,6 @@ def test_stays_on_its_own_branch_where_layers_touch() -> None:
         assert np.abs(drawn.errors(line.points, curve)).max() < 0.6
         assert line.length == pytest.approx(drawn.length(curve), abs=3.0)
     assert touched >= 2
-
-
-def test_cheap_enough_for_film() -> None:
-    curve = 2.0 * CURVES["hook"]
-    image = drawn.picture(drawn.coverage(curve, 8.0, (1280, 720)))
-    line = find(image, curve[0])
-    times = []
-    for _ in range(30):
-        began = time.process_time()
-        refine(image, line, curve[0])
-        times.append(time.process_time() - began)
-    assert min(times) < 5e-3  # 2 to 3 ms on an idle core
 
 
 def test_lost() -> None:

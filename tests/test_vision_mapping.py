@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from pathlib import Path
 from shutil import copytree
@@ -80,18 +79,15 @@ def test_resolution_of_a_frontal_plane() -> None:
 def test_predicted_spread_is_the_true_error() -> None:
     random = np.random.default_rng(5)
     pixels = seen.pixels_of(PLACES)
-    normalised, spent = [], []
+    normalised = []
     board = Board("chessboard", 6, 5, 0.035)
     for _ in range(60):
         intrinsics = calibration.calibrate(seen.views(9, 0.15, random, board), seen.SIZE)
         stops = seen.stops(0.1, 2e-4, random)
         found = calibrated.assemble(intrinsics, seen.plane_board(0.15, random), stops, seen.SIDE)
-        start = time.process_time()
         draws = np.array([found.resample(random).to_robot(pixels) for _ in range(40)])
-        spent.append((time.process_time() - start) / len(draws))
         normalised.append((found.mapping.to_robot(pixels) - PLACES) / draws.std(axis=0))
     assert 0.8 < np.sqrt(np.mean(np.square(normalised))) < 1.25
-    assert min(spent) < 2e-3
 
 
 @pytest.mark.parametrize(("corner", "slack"), [(0.2, 2e-5), (0.02, 5e-4)])

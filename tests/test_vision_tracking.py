@@ -76,7 +76,7 @@ def film() -> Film:
 
 def followed(film: Film, pictures: dict[int, Picture] | None = None) -> list[Centreline | None]:
     """The lines in all frames, some of which show other pictures."""
-    tracker = tracking.StripTracker(film.calibration, STRIP, "film")
+    tracker = tracking.StripTracker(film.calibration.mapping, STRIP, "film")
     lines = []
     for frame, end, corners in zip(film.frames, film.ends, film.corners, strict=True):
         image = (pictures or {}).get(frame.index, frame.image)
@@ -171,7 +171,7 @@ def test_a_strip_that_is_hidden_for_long_is_lost(film: Film) -> None:
 
 
 def test_a_strip_that_nobody_holds(film: Film) -> None:
-    tracker = tracking.StripTracker(film.calibration, STRIP, "film")
+    tracker = tracking.StripTracker(film.calibration.mapping, STRIP, "film")
     dropped = film.ends[0] + np.array([70.0, -70.0])
     assert tracker(film.frames[0], dropped, film.corners[0]) is None
     with pytest.raises(TrackingError, match="from where the gripper should hold it"):

@@ -10,6 +10,7 @@ import sys
 import tempfile
 from collections.abc import Callable, Sequence
 from fractions import Fraction
+from functools import cache
 from pathlib import Path
 from time import perf_counter
 from typing import Any, cast
@@ -21,10 +22,15 @@ import xarray as xr
 from av.video.stream import VideoStream
 
 from ..errors import StripfoldError
-from ..vision.centreline import Centreline, find, refine
 from ..vision.decoder import Image
-from ..vision.gripper import GripperTracker
-from ..vision.marker import DICTIONARIES
+from ..vision.gripper import Grip, GripperTracker
+from ..vision.mapping import Mapping, Similarity, homography
+from ..vision.synthetic.recording import history_of
+from ..vision.synthetic.render import Renderer
+from ..vision.synthetic.scene import Scene
+from ..vision.synthetic.sensor import Sensor, Timeline
+from ..vision.synthetic.view import View
+from ..vision.tracking import StripTracker
 from ..vision.video import Frame, read
 
 Stage = Callable[[Frame], object]
@@ -33,33 +39,36 @@ CODECS = {"h264": ("libx264", "mp4"), "mpeg4": ("mpeg4", "mp4"), "mjpeg": ("mjpe
 """What the videos are made with: encoder and container."""
 SIZE = (1280, 720)
 RATE = 60
-_DICTIONARY, _NUMBER = "4x4_50", 7
-_SIDE = 48.0
-"""Side of the marker, pixels."""
-_NOISE = 2.0
-_BAND_TOP = 260.0
-"""Row above which there is nothing of the band, only the marker's card."""
+_DICTIONARY = "4x4_50"
+BEGINS, DRAWN = 0.6, 45
+"""When in the motion the video begins, s, and how many frames are drawn."""
 _OPTIONS = {"libx264": {"crf": "20", "threads": "1"}, "ffv1": {"level": "3", "slices": "4"}}
 
 
+def scene() -> Scene:
+    """What is filmed: a strip before its snap, and the marker on its gripper."""
+    return Scene.create(filming={"size": list(SIZE), "frame_rate": RATE}, title="benchmark")
+
+
 def stages() -> list[Stage]:
-    """What is done with each frame, in turn: new stages of the measurement belong here."""
-    return [GripperTracker(_DICTIONARY, _NUMBER), _strip()]
+    """What is done with each frame, in turn: the marker is followed, then the strip from the gripped end on."""
+    asked = scene()
+    view, gripper = View.of(asked.filming), asked.gripper
+    corners = np.array([[0.0, 0.0], [0.2, 0.0], [0.2, 0.15], [0.0, 0.15]])
+    plane = homography(view.camera.undistort(view.in_plane(corners)), corners)
+    mapping = Mapping(view.camera, plane, Similarity(1.0, 0.0, np.zeros(2), False))
+    follow_gripper = GripperTracker(_DICTIONARY, gripper.marker)
+    follow_strip = StripTracker(mapping, asked.strip.length, "benchmark")
+    last: list[Grip] = []
 
-
-def _strip() -> Stage:
-    """The strip from frame to frame: found in the first, below the marker's card, and followed."""
-    last: list[Centreline] = []
+    def marker(frame: Frame) -> None:
+        last[:] = [follow_gripper(frame)]
 
     def strip(frame: Frame) -> None:
-        if last:
-            last[:] = [refine(frame.image, last[0])]
-        else:
-            covered = frame.image.copy()
-            covered[: int(_BAND_TOP)] = int(np.median(frame.image))
-            last[:] = [find(covered)]
+        place = mapping.to_robot(last[0].centre[None]) + np.array(gripper.offset)
+        follow_strip(frame, mapping.to_pixels(place)[0], last[0].corners)
 
-    return strip
+    return [marker, strip]
 
 
 def run(frames: int) -> xr.Dataset:
@@ -146,16 +155,9 @@ def measure(path: Path, work: Sequence[Stage]) -> dict[str, Any]:
 
 
 def _make(path: Path, codec: str, frames: int) -> None:
-    """A video of a marker that advances over a bright band on a dark ground, with noise."""
-    width, height = SIZE
-    rng = np.random.default_rng(1)
-    # A few pictures of noise, used in turn: making new ones would take longer than all else.
-    noises = [rng.normal(0.0, _NOISE, (height, width)).astype(np.float32) for _ in range(7)]
-    x = np.arange(width)
-    ground = np.full((height, width), 60.0, np.float32)
-    bend = 520.0 - 220.0 * np.exp(-(((x - 640.0) / 200.0) ** 2))
-    cv2.polylines(ground, [np.column_stack([x, bend]).round().astype(np.int32)], False, 200.0, 9, cv2.LINE_AA)
-    card = _card()
+    """A video of the scene; its frames forwards and backwards in turn, as many as are asked for."""
+    pictures = _pictures()
+    there_and_back = [*range(len(pictures)), *range(len(pictures) - 2, 0, -1)]
     with av.open(path, "w") as container:
         stream = cast(VideoStream, container.add_stream(codec, rate=RATE, options=_OPTIONS.get(codec, {})))
         stream.width, stream.height = SIZE
@@ -163,29 +165,20 @@ def _make(path: Path, codec: str, frames: int) -> None:
         if codec in ("mpeg4", "mjpeg"):
             stream.codec_context.qmin = stream.codec_context.qmax = 3
         for k in range(frames):
-            centre = (140.0 + 1000.0 * k / frames, 200.0)
-            frame = av.VideoFrame.from_ndarray(_picture(ground, card, centre, noises[k % 7]), "gray")
-            frame = frame.reformat(format=stream.pix_fmt)
+            picture = pictures[there_and_back[k % len(there_and_back)]]
+            frame = av.VideoFrame.from_ndarray(picture, "gray").reformat(format=stream.pix_fmt)
             frame.pts, frame.time_base = k, Fraction(1, RATE)
             container.mux(stream.encode(frame))
         container.mux(stream.encode())
 
 
-def _card() -> Image:
-    """The marker with a white rim of one cell, 16 dots per cell."""
-    known = cv2.aruco.getPredefinedDictionary(DICTIONARIES[_DICTIONARY])
-    marker = cv2.aruco.generateImageMarker(known, _NUMBER, int(known.markerSize) + 2)
-    return np.kron(np.pad(marker, 1, constant_values=255), np.ones((16, 16), np.uint8)).astype(np.uint8)
-
-
-def _picture(ground: Any, card: Image, centre: tuple[float, float], noise: Any) -> Image:
-    cells = len(card) // 16 - 2
-    scale = _SIDE / cells / 16
-    smooth = cv2.GaussianBlur(card, (0, 0), 0.6 / scale)
-    middle = (len(card) - 1) / 2.0
-    move = np.array([[scale, 0.0, centre[0] - scale * middle], [0.0, scale, centre[1] - scale * middle]])
-    shown = cv2.warpAffine(smooth, move, SIZE, dst=ground.astype(np.uint8), borderMode=cv2.BORDER_TRANSPARENT)
-    return np.clip(np.rint(shown + noise), 0, 255).astype(np.uint8)
+@cache
+def _pictures() -> list[Image]:
+    asked = scene()
+    history = history_of(asked)
+    times = BEGINS + np.arange(DRAWN) / RATE
+    sensor = Sensor(Renderer(asked, history.curve[0]), float(times[-1]), np.random.default_rng(1))
+    return list(sensor.film(history, Timeline(times, times, np.empty(0))))
 
 
 if __name__ == "__main__":

@@ -37,6 +37,8 @@ HIDDEN = 0.05
 """Weight of where a hidden part is expected, in that of a measured section."""
 SETTLED = 1.0
 """Largest offset, pixels, after which a line is not measured again."""
+SIZES = 0.25
+"""Step of the sizes that are told apart, logarithm."""
 LAYER = 5.0
 """From how far along the strip another part of it is another layer, in widths."""
 
@@ -174,7 +176,7 @@ def _located(image: Picture, curve: Array, across: Array, width: Array, reach: f
     allowed = int(np.ceil(reach))
     half = allowed + int(np.ceil(width.max())) + 1
     profiles = sample(image, curve, across, half, bright)
-    core = np.maximum(np.rint(width), 1).astype(int) | 1
+    core = _sizes(width) | 1
     t = np.arange(-half, half + 1)
     answer = np.zeros_like(profiles)
     for size in np.unique(core):
@@ -189,7 +191,7 @@ def _located(image: Picture, curve: Array, across: Array, width: Array, reach: f
 
 def _edges(image: Picture, curve: Array, across: Array, width: Array, bright: bool) -> Edges:
     """The band's edges on sections, each measured as the width there asks for."""
-    size = np.rint(np.maximum(width, 1.0)).astype(int)
+    size = _sizes(width)
     half = round(1.2 * float(size.max())) + 5
     profiles = sample(image, curve, across, half, bright)
     found = Edges(*(np.zeros(len(curve), bool if name == "found" else float) for name in Edges._fields))
@@ -202,6 +204,12 @@ def _edges(image: Picture, curve: Array, across: Array, width: Array, bright: bo
     return found
 
 
+def _sizes(width: Array) -> NDArray[np.intp]:
+    """Widths in whole pixels, a few for all sections: those of one size are looked at together."""
+    steps = np.exp(SIZES * np.rint(np.log(np.maximum(width, 1.0)) / SIZES))
+    return np.maximum(np.rint(steps), 1.0).astype(np.intp)
+
+
 def _score(edges: Edges, width: Array, contrast: Array) -> Array:
     clear = np.clip(edges.contrast / (CLEAR * contrast), 0.0, 1.0)
     wider = np.log(np.maximum(edges.width, 0.1) / width) / WIDER
@@ -210,8 +218,9 @@ def _score(edges: Edges, width: Array, contrast: Array) -> Array:
 
 def _own(places: Array, curve: Array, others: Mask) -> Mask:
     """Which places are nearer to their own part of the curve than to another layer of it."""
-    apart = np.hypot(places[:, None, 0] - curve[:, 0], places[:, None, 1] - curve[:, 1])
-    own = np.hypot(*(places - curve).T)
+    # Squares by one product: this is done for all pairs, several times in a frame.
+    apart = np.sum(places**2, axis=1)[:, None] + np.sum(curve**2, axis=1) - 2.0 * places @ curve.T
+    own = np.sum((places - curve) ** 2, axis=1)
     return np.asarray(np.where(others, apart, np.inf).min(axis=1) > own)
 
 

@@ -44,9 +44,9 @@ UNDECIDED = 1.4
 """Peak of the speed over that of following from which a snap cannot be ruled out."""
 UNTOLD = 0.2
 """Standard deviation of the onset's time from which it is not told, s."""
-LEVEL = 0.25
+LEVEL = 0.18
 """Standard deviation of the level of the onset, as a share of its height: the layers hide each other at the peak."""
-BETWEEN = 0.2
+BETWEEN = 0.12
 """Standard deviation of a moment between two frames, as a share of the time between them."""
 MISSING = 1.5
 """Time between the frames around the event, in usual ones, from which frames are missing there."""

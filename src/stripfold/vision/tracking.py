@@ -16,6 +16,7 @@ from .calibrated import Calibration
 from .centreline import Centreline, find
 from .following import Followed, Look, between, first_look, follow
 from .gripper import Grip, GripperTracker, Track, joined
+from .mapping import Mapping
 from .measuring import GOOD
 from .recording import Recording
 from .sections import interpolated
@@ -117,7 +118,7 @@ def track(recording: Recording, calibration: Calibration, progress: Callable[[st
     assert path is not None
     marker = recording.entries["gripper"]["marker"]
     follow_gripper = GripperTracker(marker["dictionary"], marker["id"], path.name)
-    follow_strip = StripTracker(calibration, recording.entries["strip"]["length"], path.name)
+    follow_strip = StripTracker(calibration.mapping, recording.entries["strip"]["length"], path.name)
     offset = np.array(marker["offset"])
     grips: list[Grip] = []
     lines: list[Centreline | None] = []
@@ -169,8 +170,8 @@ def place_of(calibration: Calibration, centres: Array, offset: Array) -> Array:
 class StripTracker:
     """Follows the strip from frame to frame: call it with each in turn and the pixel of its gripped end."""
 
-    def __init__(self, calibration: Calibration, length: float, source: str) -> None:
-        self._mapping, self._longest, self._source = calibration.mapping, HELD * length, source
+    def __init__(self, mapping: Mapping, length: float, source: str) -> None:
+        self._mapping, self._longest, self._source = mapping, HELD * length, source
         self._last: Centreline | None = None
         self._look: Look | None = None
         self._aside = np.zeros(2)  # of the line's first point from the gripped end, pixels
