@@ -127,13 +127,14 @@ def test_pictures_that_cannot_be_read(tmp_path: Path) -> None:
         (tmp_path / name).write_bytes(content)
         with pytest.raises(InvalidInputError, match=name):
             pictures.read(tmp_path / name)
-    for side, told in ((60000, "at most 50,000,000 pixels"), (8000, "8000 x 8000")):
+    for side, told in ((60000, "at most 50 million pixels"), (8000, "8000 x 8000")):
         huge_png(tmp_path / "huge.png", side)
         with pytest.raises(InvalidInputError, match=told):
             pictures.read(tmp_path / "huge.png")
-    Image.fromarray(np.full((8, 8), 40000, dtype=np.uint16)).save(tmp_path / "deep.png")
-    with pytest.raises(InvalidInputError, match="I;16"):
-        pictures.read(tmp_path / "deep.png")
+    turned = Image.fromarray(np.zeros((90, 120), dtype=np.uint8))
+    turned.getexif()[274] = 6
+    turned.save(tmp_path / "turned.jpg", exif=turned.getexif())
+    assert pictures.read(tmp_path / "turned.jpg").shape == (90, 120)
     for missing in (tmp_path, tmp_path / "none.png"):
         with pytest.raises(InvalidInputError, match="existing file"):
             pictures.read(missing)

@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 
 from ..errors import InvalidInputError
 from .camera import Array
-from .pictures import Picture
+from .picture import Picture
 
 DICTIONARIES = {
     "4x4_50": cv2.aruco.DICT_4X4_50,

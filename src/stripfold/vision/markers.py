@@ -10,7 +10,7 @@ import numpy as np
 
 from .boards import Refinement, dictionary
 from .camera import Array
-from .pictures import Picture
+from .picture import Picture
 
 WINDOW = 0.08
 """Half-window of the corners' refinement, as a share of the marker's side: half of a cell of the widest markers."""

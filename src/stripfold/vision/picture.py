@@ -19,21 +19,25 @@ MAX_PIXELS = 50_000_000
 """Largest picture that is decoded, pixels."""
 SIDES = (32, 32_000)
 """Shortest and longest side, pixels: OpenCV's own limit above."""
+FORMATS = ("PNG", "JPEG", "TIFF", "BMP", "WEBP")
 ALLOWED = (
-    f"a whole picture (PNG, JPEG, TIFF, BMP) of at most {MAX_PIXELS // 1_000_000} million pixels,"
+    f"a whole picture ({', '.join(FORMATS)}) of at most {MAX_PIXELS // 1_000_000} million pixels,"
     f" each side {SIDES[0]} to {SIDES[1]} long"
 )
 
 
-def read_grey(path: str | os.PathLike[str]) -> Picture:
+def read_grey(path: str | os.PathLike[str], upright: bool = True) -> Picture:
     """The grey values of a picture, shape (height, width).
+
+    It is turned as its file asks for, a telephone's pictures are, unless it is not to be ``upright``: then it is as the
+    sensor saw it, as the frames of a film are.
 
     Raises
     ------
     InvalidInputError
         No such file, no picture, a damaged one, or one that is too large.
     """
-    return _read(path, "L")
+    return _read(path, "L", upright)
 
 
 def read_colour(path: str | os.PathLike[str]) -> Picture:
@@ -44,25 +48,25 @@ def read_colour(path: str | os.PathLike[str]) -> Picture:
     InvalidInputError
         The same.
     """
-    return _read(path, "RGB")
+    return _read(path, "RGB", True)
 
 
-def _read(path: str | os.PathLike[str], mode: str) -> Picture:
+def _read(path: str | os.PathLike[str], mode: str, upright: bool) -> Picture:
     if not Path(path).is_file():
         raise InvalidInputError("image", str(path), "an existing file")
     try:
         # Pillow warns of large pictures by itself; the limit here is the stricter one.
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", Image.DecompressionBombWarning)
-            opened = Image.open(path, formats=("PNG", "JPEG", "TIFF", "BMP"))
+            opened = Image.open(path, formats=FORMATS)
         with opened as picture:
             width, height = picture.size
             sides = (min(width, height), max(width, height))
             if width * height > MAX_PIXELS or sides[0] < SIDES[0] or sides[1] > SIDES[1]:
                 raise InvalidInputError("image", str(path), ALLOWED, f"it has {width} x {height}")
             picture.load()
-            # As it was held: a telephone stores a turned picture and says so in its header.
-            return np.ascontiguousarray(_eight_bit(ImageOps.exif_transpose(picture)).convert(mode))
+            turned = ImageOps.exif_transpose(picture) if upright else picture
+            return np.ascontiguousarray(_eight_bit(turned).convert(mode))
     except Image.DecompressionBombError as error:
         raise InvalidInputError("image", str(path), ALLOWED, str(error)) from error
     except (UnidentifiedImageError, OSError, SyntaxError, ValueError) as error:
