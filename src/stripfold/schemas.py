@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
 from math import isfinite
+from pathlib import Path
 from typing import Any
 
+import yaml
 from jsonschema import Draft202012Validator
 from jsonschema.exceptions import ValidationError
 
@@ -36,6 +39,24 @@ def check(schema: Schema, entries: Any, whole: str) -> None:
     )
     if errors:
         raise _in_words(schema, errors[0], whole)
+
+
+def read_scene(path: str | os.PathLike[str], example: str) -> dict[str, Any]:
+    """The keys and values of a scene in a YAML file; ``example`` is one, for the message.
+
+    Raises
+    ------
+    InvalidInputError
+        Not readable, or not a mapping.
+    """
+    try:
+        given = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
+    except (OSError, ValueError, yaml.YAMLError) as error:
+        said = " ".join(str(error).split())
+        raise InvalidInputError("scene", os.fspath(path), "a readable YAML file", said) from error
+    if not isinstance(given, Mapping):
+        raise InvalidInputError("scene", os.fspath(path), f"a file of keys and values, as {example}")
+    return {str(key): value for key, value in given.items()}
 
 
 def _resolved(root: Schema, rules: Schema) -> Schema:

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from difflib import get_close_matches
 from math import sqrt
-from pathlib import Path
 from typing import Any
 
-import yaml
-
+from stripfold import schemas
 from stripfold.errors import InvalidInputError
 from stripfold.scene import Scene, checked_number, require_long_enough
 
@@ -112,12 +109,4 @@ def read(path: str | os.PathLike[str]) -> Simulation:
     InvalidInputError
         Not readable, not a mapping, or a key or value that cannot be used.
     """
-    try:
-        given = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
-    except (OSError, ValueError, yaml.YAMLError) as error:
-        raise InvalidInputError(
-            "scene", os.fspath(path), "a readable YAML file", " ".join(str(error).split())
-        ) from error
-    if not isinstance(given, Mapping):
-        raise InvalidInputError("scene", os.fspath(path), "a file of keys and values, as length: 0.6")
-    return Simulation.create(**{str(key): value for key, value in given.items()})
+    return Simulation.create(**schemas.read_scene(path, "length: 0.6"))

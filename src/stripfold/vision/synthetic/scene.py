@@ -5,11 +5,9 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields
-from pathlib import Path
 from typing import Any
 
-import yaml
-
+from stripfold import schemas
 from stripfold.errors import InvalidInputError
 from stripfold.material import GRAVITY
 
@@ -235,12 +233,4 @@ def read(path: str | os.PathLike[str]) -> Scene:
     InvalidInputError
         Not readable, not a mapping, or a key or value that cannot be used.
     """
-    try:
-        given = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
-    except (OSError, ValueError, yaml.YAMLError) as error:
-        raise InvalidInputError(
-            "scene", os.fspath(path), "a readable YAML file", " ".join(str(error).split())
-        ) from error
-    if not isinstance(given, Mapping):
-        raise InvalidInputError("scene", os.fspath(path), "a file of keys and values, as strip: {length: 0.45}")
-    return Scene.create(**{str(key): value for key, value in given.items()})
+    return Scene.create(**schemas.read_scene(path, "strip: {length: 0.45}"))
