@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from math import inf
 
 from ..errors import SolveError
 from ..models.solid import Solid
@@ -62,8 +63,9 @@ def leave(model: Solid, strip: Strip, plan: RPath, fall: Fall, progress: Progres
     for sign in (1.0, -1.0):
         release = Release(problem, start, start.mode, 0.0)
         motion = let_fall(release, replace(fall, disturbance=sign * abs(fall.disturbance)), progress=say)
+        # It has left the plan: how it pops on the way to the end decides nothing.
         rest = settled(problem, motion.moments[-1])
-        ways.append(Direction(sign, motion, follow(model, plan.path, rest, CARRY)))
+        ways.append(Direction(sign, motion, follow(model, plan.path, rest, CARRY, tooth=inf)))
     return TwoWays(model, start, tuple(ways))
 
 

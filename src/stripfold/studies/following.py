@@ -86,9 +86,14 @@ def from_flat(model: Solid, path: GripperPath) -> Point:
 
 
 def follow(
-    model: Solid, path: GripperPath, first: Point | None = None, piece: int = 0, options: StepOptions = STEPS
+    model: Solid,
+    path: GripperPath,
+    first: Point | None = None,
+    piece: int = 0,
+    options: StepOptions = STEPS,
+    tooth: float = TOOTH,
 ) -> Stretch:
-    """Follow a path from the flat strip, or from a state on one of its pieces.
+    """Follow a path from the flat strip, or from a state on one of its pieces; ``tooth`` as :data:`TOOTH`.
 
     Raises
     ------
@@ -100,7 +105,7 @@ def follow(
     for i in range(piece, len(path.pieces)):
         problem = problem_on(model, path, i)
         while points[-1].lam < path.pieces[i].end:
-            walked, found, contact_folds = _along_piece(problem, points[-1], path.pieces[i].end, options)
+            walked, found, contact_folds = _along_piece(problem, points[-1], path.pieces[i].end, options, tooth)
             popped = _popped(problem, found) if found is not None else None
             walked += [popped] if popped is not None else []
             points += walked[1:]
@@ -148,7 +153,7 @@ def _popped(problem: StripProblem, found: CriticalPoint) -> Point | None:
 
 
 def _along_piece(
-    problem: StripProblem, first: Point, end: float, options: StepOptions
+    problem: StripProblem, first: Point, end: float, options: StepOptions, tooth: float = TOOTH
 ) -> tuple[list[Point], CriticalPoint | None, int]:
     """Points up to ``end`` or up to a critical point, which is returned too, and the contact's folds passed."""
     points = [first]
@@ -168,7 +173,7 @@ def _along_piece(
             if critical.passed(point, points[-2]):
                 fold = len(points) - 1
         elif not critical.passed(point) and point.lam > max(p.lam for p in points[:-1]):
-            if problem.model.largest_move(points[fold - 1].q, point.q) > TOOTH:
+            if problem.model.largest_move(points[fold - 1].q, point.q) > tooth:
                 raise CoarseMeshError(
                     f"the strip pops at lambda = {points[fold - 1].lam:.6g}: the mesh decides whether it goes",
                     parameter=points[fold - 1].lam,
