@@ -98,6 +98,24 @@ def test_what_returns_is_no_snap():
     assert snap.speed(t, points).onset == pytest.approx(HALF, abs=0.01)
 
 
+def test_between_moments_the_speed_is_a_line():
+    """By hand: it rises by one per second, from nothing to two."""
+    rising = snap.Speed(np.array([0.0, 1.0, 2.0]), np.array([0.0, 1.0, 2.0]), 0.0, 2)
+    assert rising.passes(1.3) == pytest.approx(1.3)
+    assert rising.onset == pytest.approx(1.0)
+    assert rising.slack(0.1) == pytest.approx(0.1)
+    assert np.isnan(rising.passes(-0.5))
+
+
+def test_noise_of_a_slow_gripper_is_no_snap():
+    """Following at 2 mm/s the noise of the points is as fast as the strip; the snap is far above both."""
+    random = np.random.default_rng(5)
+    t = np.arange(0.0, 4.0, 1.0 / 30.0)
+    slow = moving(t) - 0.8 * SLOW * t[:, None, None] * SHAPE
+    together = 4e-4 * random.normal(size=(len(t), 1, 1)) * SHAPE
+    assert snap.speed(t, slow + together).onset == pytest.approx(HALF, abs=0.05)
+
+
 class TestStaticFit:
     LAM = np.linspace(0.29, 0.2995, 80)
     END = 0.3
