@@ -12,7 +12,8 @@ with logged(snakemake) as say, TemporaryDirectory() as folder:
     study = snakemake.params
     given = (study.seed, study.dynamics, Path(folder))
     # Before the processes start: two of them would render the same calibration.
-    design.write_calibrations(Path(folder))
+    cases = (recordings_accuracy.case(number, study.seed, study.dynamics) for number in range(study.cases))
+    design.write_calibrations(cases, Path(folder))
     data = in_parts(recordings_accuracy.run, study.cases, 5, *given, threads=snakemake.threads, say=say)
     config = config_of(snakemake)
     store.write(data, snakemake.output[0], title="synthetic recordings measured, each with its truth", config=config)

@@ -6,7 +6,7 @@ The same number gives the same recording.  Factors are spread as in a Latin hype
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -110,9 +110,9 @@ class Case:
         write_recording(history_of(self.scene), self.scene, folder, kept)
 
 
-def write_calibrations(calibrations: Path) -> None:
-    """Render the calibration of each camera of the design into its place in a folder."""
-    for camera in range(CAMERAS):
+def write_calibrations(cases: Iterable[Case], calibrations: Path) -> None:
+    """Render the calibration of each camera of some cases into its place in a folder."""
+    for camera in {case.factors["camera"] for case in cases}:
         write_calibration(camera_scene(camera), _kept(calibrations, camera))
 
 
