@@ -363,6 +363,9 @@ def test_one_bad_picture_or_recording_is_enough() -> None:
     data["recordings_accuracy"] = data["recordings_accuracy"].isel(case=slice(20, None))
     found = entries(data)
     assert found["recordings"]["holds"] is found["lambda_coverage"]["holds"] is False
+    data["recordings_accuracy"]["outcome"][:] = "refused"
+    found = entries(data)
+    assert not any(found[key]["holds"] for key in ("lambda_coverage", "lambda_bias", "recordings_failed"))
     data = datasets()
     data["video_benchmark"]["memory"][0, 1] = 600.0
     assert entries(data)["tracking_memory"]["holds"] is False

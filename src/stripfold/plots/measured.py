@@ -7,9 +7,8 @@ import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from stripfold.plots.materials import ETA_TITLE
 from stripfold.plots.style import BLACK, CM, figure, look, note, styled
-
-ETA_TITLE = "η_b, m⁻⁴ s²"
 
 
 @styled

@@ -22,7 +22,7 @@ def draw(data: xr.Dataset) -> Figure:
     etas = np.unique(data["eta_b"].values)
     columns = min(len(etas), 2)
     lines = -(-len(etas) // columns)
-    fig = figure(0.6 + 1.9 * lines, 3.5 * columns / 2.0 if columns == 2 else 3.5)
+    fig = figure(0.6 + 1.9 * lines)
     axes = fig.subplots(lines, columns, squeeze=False).ravel()
     for index, (ax, eta) in enumerate(zip(axes, etas, strict=False)):
         part = data.isel(recording=np.flatnonzero(data["eta_b"].values == eta)).sortby("height")
@@ -36,7 +36,7 @@ def draw(data: xr.Dataset) -> Figure:
         z, first = np.unique(part["height"].values, return_index=True)
         ax.plot(CM * part["lambda_model"].values[first], CM * z, color=RED, lw=1.0)
         ax.set(xlabel=r"$\lambda$ [cm]", ylabel="$z$ [cm]", ylim=(0.0, None))
-        note(ax, f"η_b = {eta:.5g} m⁻⁴ s²")
+        note(ax, rf"$\eta_b$ = {eta:.5g} m$^{{-4}}$ s$^2$")
     for ax in axes[len(etas) :]:
         ax.set_visible(False)
     handles = [

@@ -29,12 +29,13 @@ def draw(data: xr.Dataset) -> Figure:
     order = np.argsort(sd)
     rank = np.arange(len(off))
     colours = np.where(inside[order], BLUE, RED)
-    limit = 1.1 * float(np.quantile(np.abs(off) + COVERED * sd, 0.97))
+    limit = 1.1 * float(np.quantile(np.abs(off) + COVERED * sd, 0.97)) if len(off) else 1.0
     top.vlines(rank, (off - COVERED * sd)[order], (off + COVERED * sd)[order], colors=colours, lw=0.7)
     top.scatter(rank, np.clip(off[order], -limit, limit), s=3.0, c=colours, zorder=3)
     top.axhline(0.0, color=BLACK, lw=0.8)
     top.set(ylim=(-limit, limit), ylabel=r"error of $\lambda$ [mm]", xlabel="recordings, by their claimed deviation")
-    note(top, f"95 % intervals: {100.0 * inside.mean():.1f} % of {len(off)} hold the truth")
+    held = f"{100.0 * inside.mean():.1f} % of " if len(off) else ""
+    note(top, f"95 % intervals: {held}{len(off)} hold the truth")
     z = np.clip(off / sd, -5.0, 5.0)
     bins = np.linspace(-5.0, 5.0, 41)
     bottom.hist([z[~flagged], z[flagged]], bins, stacked=True, color=[BLUE, GREY], label=["no flag", "flagged"])

@@ -89,8 +89,12 @@ def _accuracy(data: xr.Dataset, source: str) -> dict[str, Entry]:
     outcome, flags = data["outcome"].values, data["flags"].values
     measured = outcome == MEASURED
     inside = np.abs(off) <= COVERED * data["sd"].values[measured]
-    share, count = float(inside.mean()), len(off)
-    silent = int(np.sum((np.abs(off) > WRONG) & (flags[measured] == "")))
+    count = len(off)
+    if not count:
+        # Nothing was measured: no criterion may hold.
+        off, inside = np.array([10.0 * WRONG]), np.array([False])
+    share = float(inside.mean())
+    silent = int(np.sum((np.abs(off[:count]) > WRONG) & (flags[measured] == "")))
     refused = float(np.mean(outcome == REFUSED))
     unseen = int(np.sum(outcome == BOUND))
     return {
