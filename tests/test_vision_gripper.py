@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from filmed import Image, exposed, marker_picture
 from stripfold.errors import TrackingError
 from stripfold.vision import gripper
-from stripfold.vision.marker import DICTIONARIES, Marker
+from stripfold.vision.boards import DICTIONARIES
+from stripfold.vision.marker import Marker
 from stripfold.vision.video import Frame
 
 A4 = cv2.aruco.DICT_4X4_50

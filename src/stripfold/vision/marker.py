@@ -14,15 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
+from . import boards
 from .camera import Array
 from .decoder import Image
 
-DICTIONARIES = {
-    "4x4_50": cv2.aruco.DICT_4X4_50,
-    "5x5_100": cv2.aruco.DICT_5X5_100,
-    "6x6_250": cv2.aruco.DICT_6X6_250,
-    "apriltag_36h11": cv2.aruco.DICT_APRILTAG_36H11,
-}
 CORNERS = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
 """The marker's corners in its own frame, in sides, in OpenCV's order."""
 _ENLARGED = (1, 2, 3)
@@ -100,13 +95,13 @@ class Marker:
     Parameters
     ----------
     dictionary
-        A name in :data:`DICTIONARIES`.
+        A name in :data:`.boards.DICTIONARIES`.
     number
         Which marker of it.
     """
 
     def __init__(self, dictionary: str, number: int) -> None:
-        known = cv2.aruco.getPredefinedDictionary(DICTIONARIES[dictionary])
+        known = boards.dictionary(dictionary)
         self._number = number
         parameters = cv2.aruco.DetectorParameters()
         parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
