@@ -40,13 +40,13 @@ LENGTH_OFF = 0.02
 """How far the measured length may be from the strip's before it is flagged, as a share."""
 PLACES_DIFFER = 3.0
 """How far x by the log and by the video may differ at the event, in standard deviations, before it is flagged."""
-UNDECIDED = 1.4
+UNDECIDED = 1.3
 """Peak of the speed over that of following from which a snap cannot be ruled out."""
-UNTOLD = 0.2
+UNTOLD = 0.4
 """Standard deviation of the onset's time from which it is not told, s."""
-LEVEL = 0.18
+LEVEL = 0.2
 """Standard deviation of the level of the onset, as a share of its height: the layers hide each other at the peak."""
-BETWEEN = 0.12
+BETWEEN = 0.2
 """Standard deviation of a moment between two frames, as a share of the time between them."""
 MISSING = 1.5
 """Time between the frames around the event, in usual ones, from which frames are missing there."""
@@ -325,7 +325,7 @@ def _of_snap(motion: Speed, tracks: Tracks, moment: float) -> list[str]:
         flags.append("frames are missing at the event: its interval is wider for it")
     if motion.several:
         flags.append("there are several snaps: the fastest is taken")
-    if motion.ratio < 2.0 * snap.LEAST_RATIO:
+    if motion.ratio < 2.0 * snap.CLEAR_RATIO:
         flags.append(
             f"too fast: the strip snaps only {motion.ratio:.1f} times as fast as it followed its gripper; move slower"
         )

@@ -11,11 +11,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
-from scipy.optimize import least_squares
+from scipy.optimize import isotonic_regression, least_squares
 
 Array = NDArray[np.float64]
 
@@ -25,16 +26,20 @@ GRID = 0.005
 """Spacing of the moments at which the speed is evaluated, s."""
 REFERENCE = 0.4
 """Share of the recording before the peak that tells how fast the strip follows its gripper."""
-LEAST_RATIO = 2.0
+LEAST_RATIO = 1.6
 """Peak over u_0 below which a recording shows no snap that can be told from following."""
+CLEAR_RATIO = 2.0
+"""Peak over u_0 from which the first such peak is the snap; where none is, the largest."""
 STANDS_OUT = 8.0
 """How far a peak has to be above the speed of following, in standard deviations of that."""
 FALLEN = 0.6
 """Share of its height to which the speed has to fall behind a peak: less is a ripple on the way up."""
+DWARFED = 0.3
+"""Height of a peak above u_0, as a share of the largest, below which it is no snap: something that passed, a ripple."""
 SETTLING = 0.2
 """How long a strip swings after its gripper has started, s."""
 RETURNS = 0.4
-"""How long after a burst of speed the strip is looked at again, s."""
+"""For how long after a burst of speed the strip is looked at, s."""
 KEPT = 0.5
 """Share of the way gone in it that has to be kept."""
 LYING = 0.1
@@ -77,18 +82,26 @@ class Speed:
         """Peak over following."""
         return float(self.u[self.peak]) / self.following
 
+    @cached_property
+    def rise(self) -> Array:
+        """Shape (peak + 1,): the speed up to its peak, m/s, as it would be if it only rose.
+
+        Of a level that noise or a swing makes the speed pass several times, this is the middle one; the last one
+        would be late.
+        """
+        return np.asarray(isotonic_regression(self.u[: self.peak + 1]).x)
+
     @property
     def onset(self) -> float:
-        """When the snap sets in: the last time before the peak at which the speed rises through the half."""
+        """When the snap sets in: when the speed rises through the half."""
         return self.passes(self.half)
 
     def passes(self, level: float) -> float:
-        """The last time before the peak at which the speed rises through ``level``, m/s; nan where it does not."""
-        below = np.flatnonzero(self.u[: self.peak] < level)
-        if not len(below):
+        """When the speed rises through ``level``, m/s; nan where it does not."""
+        i = int(np.searchsorted(self.rise, level)) - 1
+        if not 0 <= i < self.peak:
             return float("nan")
-        i = int(below[-1])
-        share = (level - self.u[i]) / (self.u[i + 1] - self.u[i])
+        share = (level - self.rise[i]) / (self.rise[i + 1] - self.rise[i])
         return float(self.t[i] + share * (self.t[i + 1] - self.t[i]))
 
     def slack(self, share: float) -> float:
@@ -127,10 +140,12 @@ def speed(t: Array, points: Array) -> Speed:
 
 
 def _got_away(path: PchipInterpolator, t: Array, first: int, last: int) -> float:
-    """How far the strip is, m, a while after a burst of speed from where it was before: nowhere, by mistake."""
-    ends = np.array([t[first] - 0.5 * WINDOW, min(t[last] + RETURNS, t[-1] + 0.5 * WINDOW)])
-    before, after = path(ends).reshape(2, -1, 2)
-    return float(np.median(np.linalg.norm(after - before, axis=1)))
+    """How near, m, the strip comes, for a while after a burst of speed, to where it was before: mistakes go back."""
+    start, end = t[first] - 0.5 * WINDOW, t[-1] + 0.5 * WINDOW
+    before = path(start).reshape(-1, 2)
+    later = np.minimum(t[last] + np.linspace(0.5 * WINDOW, RETURNS, 9), end)
+    after = path(later).reshape(len(later), -1, 2)
+    return float(np.median(np.linalg.norm(after - before, axis=2), axis=1).min())
 
 
 def _first_peak(u: Array, got_away: Callable[[int, int], float]) -> int:
@@ -141,7 +156,7 @@ def _first_peak(u: Array, got_away: Callable[[int, int], float]) -> int:
     early = u[: max(int(REFERENCE * len(u)), 1)]
     usual = float(np.median(early))
     noise = 1.4826 * float(np.median(np.abs(early - usual)))
-    least = max(LEAST_RATIO * usual, usual + STANDS_OUT * noise)
+    least = max(CLEAR_RATIO * usual, usual + STANDS_OUT * noise, usual + DWARFED * (float(u.max()) - usual))
     peak, given_back = 0, 0
     for i, value in enumerate(u):
         if i < given_back or value > u[peak]:

@@ -29,7 +29,7 @@ POINTS = 80
 """Points measured along the strip."""
 STATIONS = 40
 """Points fixed in the material whose motion is judged."""
-MOST_LOST = 0.2
+MOST_LOST = 0.3
 """Share of the frames in which the strip may be lost."""
 LONGEST_LOSS = 0.5
 """For how long at a time, s."""
@@ -45,7 +45,15 @@ LONGER = 0.012
 """How much longer than at first a line may seem, as a share: one that goes astray makes a detour."""
 DETOUR, DETOUR_RATE = 0.003, 0.03
 """How much longer than in the frame before, as a share, and how much more of it per second."""
-SHORTER = 0.06
+REMEMBERED = 1.0
+"""How far back the usual length is looked for, s."""
+SURE = 0.05
+"""Share of an error of length that is sought where the strip is seen as well as can be, in that where it is hidden."""
+CUT_SHORT = 0.85
+"""Length, as a share of the strip's, below which a line with both ends in view has left some of the strip out."""
+ASTRAY = 0.5
+"""How far a line may begin from where the gripper holds the strip, in widths of it."""
+SHORTER = 0.02
 """How much shorter: of a tight bend the inner side is seen, the more of it the lower the camera."""
 RIM = 1.6
 """Size of the marker with its rim, in the marker's own."""
@@ -72,6 +80,8 @@ class Tracks:
     points
         Shape (n, stations, 2): points at equal lengths along the strip from its gripped end, x and z, m; nan where it
         was lost.
+    clear
+        Shape (n, stations): how clearly each of them was seen, 0 to 1; 0 where it was hidden.
     stations
         Shape (stations,): these lengths, m.
     score
@@ -91,6 +101,7 @@ class Tracks:
     place: Array
     strip_time: Array
     points: Array
+    clear: Array
     stations: Array
     score: Array
     visible: Array
@@ -145,7 +156,7 @@ def track(recording: Recording, calibration: Calibration, progress: Callable[[st
             for t, line in zip(track_.time, lines, strict=True)
         ]
     )
-    stations, points, visible = _stations(lines, calibration)
+    stations, points, clear, visible = _stations(lines, calibration)
     return Tracks(
         times,
         report,
@@ -154,6 +165,7 @@ def track(recording: Recording, calibration: Calibration, progress: Callable[[st
         place_of(calibration, track_.centre, offset),
         strip_time,
         points,
+        clear,
         stations,
         np.array([0.0 if line is None else float(line.score.mean()) for line in lines]),
         visible,
@@ -176,7 +188,8 @@ class StripTracker:
         self._look: Look | None = None
         self._aside = np.zeros(2)  # of the line's first point from the gripped end, pixels
         self._laid = np.zeros(2)  # its last point, which does not move
-        self._length = self._last_length = 0.0  # of the first line and of the last one, m
+        self._length = 0.0  # of the first line, m
+        self._lengths: list[tuple[float, float]] = []  # times and lengths of the lines of late, s and m
         self._since = 0.0
         self._motion = np.zeros((POINTS, 2))  # of each point, pixels per second
         self._first = np.nan
@@ -210,13 +223,14 @@ class StripTracker:
             self._first = frame.time
         try:
             line = find(without(frame.image, marker), end, points=POINTS, source=self._source)
-            line = self._held(line, end)
+            line = self._complete(self._held(line, end))
         except TrackingError:
             if frame.time - self._first > LONGEST_LOSS:
                 raise
             return None
         line = self._without_rest(_joined_to(line, end))
-        self._length = self._last_length = self._metres(line)
+        self._length = self._metres(line)
+        self._lengths = [(frame.time, self._length)]
         self._aside, self._laid = line.points[0] - end, line.points[-1]
         self._last, self._look, self._since = line, first_look(frame.image, line), frame.time
         return line
@@ -226,18 +240,22 @@ class StripTracker:
         assert last is not None
         assert look is not None
         passed = frame.time - self._since
-        guess = replace(last, points=last.points + passed * self._motion)
+        moved = replace(last, points=last.points + passed * self._motion)
         ends = np.stack([end + self._aside, self._laid])
         usual = float(np.median(look.width))
         near = 0.25 * usual + 1.5 + FASTER * float(np.quantile(np.hypot(*self._motion.T), 0.9)) * passed
+        far = min(4.0 * near + usual, 4.0 * usual + 16.0)
         best: Followed | None = None
-        for reach in (near, min(4.0 * near + usual, 4.0 * usual + 16.0)):
+        # What passes in front may have taken the line along: then the strip is where it was, not where that went.
+        for guess, reach in ((moved, near), (moved, far), (last, far)):
             found = follow(frame.image, guess, look, ends, reach)
             if found is None or not self._of_length(self._metres(found.line), passed):
                 continue
+            if np.hypot(*(found.line.points[0] - ends[0])) > ASTRAY * usual + 1.0:
+                continue
             if best is None or found.share > best.share:
                 best = found
-            if best is not None and best.sound and best.share > PLAIN:
+            if best.sound and best.share > PLAIN:
                 break
         return best if best is not None and best.sound else None
 
@@ -250,12 +268,15 @@ class StripTracker:
         motion[found.line.score < GOOD] = 0.0
         self._motion = 0.5 * (self._motion + motion)
         self._last, self._look, self._since = found.line, found.look, time
-        self._last_length = self._metres(found.line)
+        late = [(t, length) for t, length in self._lengths if time - t < REMEMBERED]
+        self._lengths = [*late, (time, self._metres(found.line))]
 
     def _of_length(self, length: float, passed: float) -> bool:
         """Whether a line may be that long, m, as much time after the last one, s."""
         known = -SHORTER < length / self._length - 1.0 < LONGER
-        return known and length < (1.0 + DETOUR + DETOUR_RATE * passed) * self._last_length
+        last, usual = self._lengths[-1][1], float(np.median([of for _, of in self._lengths]))
+        # A bend that something in front cut short may be what it was before, at once.
+        return known and (length < (1.0 + DETOUR + DETOUR_RATE * passed) * last or abs(length / usual - 1.0) < DETOUR)
 
     def _metres(self, line: Centreline) -> float:
         curve = self._mapping.to_robot(line.points)
@@ -270,6 +291,17 @@ class StripTracker:
         s = np.linspace(0.0, float(np.interp(self._longest, arc, line.arc)), len(line.points))
         values = {name: np.interp(s, line.arc, getattr(line, name)) for name in ("sd", "width", "score")}
         return replace(line, points=interpolated(line.points, line.arc, s), **values)
+
+    def _complete(self, line: Centreline) -> Centreline:
+        length, known = self._metres(line), self._longest / HELD
+        if not any(line.open_ends) and length < CUT_SHORT * known:
+            raise TrackingError(
+                self._source,
+                f"{length * 1e3:.0f} mm of the strip are seen, its length is {known * 1e3:.0f} mm",
+                f"all of it, or at least {CUT_SHORT:.0%}, in the first frames",
+                "is strip.length right? keep things that hide it out of the first frames",
+            )
+        return line
 
     def _held(self, line: Centreline, end: Array) -> Centreline:
         away = float(np.hypot(*(line.points[0] - end)))
@@ -323,8 +355,8 @@ def _check_size(size: tuple[int, int], calibration: Calibration, name: str) -> N
         )
 
 
-def _stations(lines: list[Centreline | None], calibration: Calibration) -> tuple[Array, Array, Array]:
-    """Lengths along the strip, the points there in each frame, and its visible length; m."""
+def _stations(lines: list[Centreline | None], calibration: Calibration) -> tuple[Array, Array, Array, Array]:
+    """Lengths along the strip, the points there in each frame, how clear they are, and its visible length; m."""
     curves = [None if line is None else calibration.mapping.to_robot(line.points) for line in lines]
     arcs = [
         None if c is None else np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(c, axis=0), axis=1))])
@@ -340,7 +372,18 @@ def _stations(lines: list[Centreline | None], calibration: Calibration) -> tuple
         )
     stations = np.linspace(0.0, float(np.nanpercentile(visible, 5)), STATIONS)
     points = np.full((len(lines), STATIONS, 2), np.nan)
-    for i, (curve, arc) in enumerate(zip(curves, arcs, strict=True)):
-        if curve is not None and arc is not None:
+    clear = np.zeros((len(lines), STATIONS))
+    usual = float(np.nanmedian(visible))
+    for i, (line, curve, arc) in enumerate(zip(lines, curves, arcs, strict=True)):
+        if line is not None and curve is not None and arc is not None:
+            arc = _of_length(arc, line.score, usual)
             points[i] = np.stack([np.interp(stations, arc, curve[:, k]) for k in range(2)], axis=1)
-    return stations, points, visible
+            clear[i] = np.interp(stations, arc, line.score)
+    return stations, points, clear, visible
+
+
+def _of_length(arc: Array, score: Array, length: float) -> Array:
+    """Arc lengths of a line if it had a length: what it lacks is missing where it is hidden, a bend cut short."""
+    unsure = 1.0 - np.clip(score, 0.0, 1.0) + SURE
+    share = np.concatenate([[0.0], np.cumsum(0.5 * (unsure[1:] + unsure[:-1]) * np.diff(arc))])
+    return np.asarray(arc + (length - arc[-1]) * share / share[-1])

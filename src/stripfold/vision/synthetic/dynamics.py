@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from math import sqrt
 
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline
+from scipy.interpolate import CubicHermiteSpline, CubicSpline
 
 from stripfold.material import Material
 from stripfold.scene import checked_strip
@@ -16,7 +16,7 @@ from stripfold.studies import passing
 from stripfold.studies.static import Strip
 
 from .checking import checked
-from .history import Array, History
+from .history import STATIONS, Array, History
 from .scene import Scene
 
 RATE = 500.0
@@ -92,6 +92,9 @@ def from_dynamics(scene: Scene) -> History:
     model = found.model
     places = np.array([model.mid_surface(moment.q) for moment in found.moments]) * unit
     rates = np.array([moment.v[model.middle] for moment in found.moments]) * unit / clock
+    # The mesh is much finer where the strip lifts off.
+    even = np.linspace(0.0, float(model.s[-1]), STATIONS)
+    places, rates = (CubicSpline(model.s, values, axis=1)(even) for values in (places, rates))
     curve: Array = CubicHermiteSpline(times, places, rates)(t)
     first = found.moments[0].lam * unit
     return History(

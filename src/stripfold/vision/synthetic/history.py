@@ -11,6 +11,9 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+STATIONS = 100
+"""Material points of a motion, at equal lengths: what is true of the median of them is true of the strip's."""
+
 
 @dataclass(frozen=True, eq=False)
 class History:
@@ -23,7 +26,8 @@ class History:
     gripper
         Shape (m, 2): the gripped end, x and z of the robot, m.
     curve
-        Shape (m, n, 2): the mid-surface from the gripped end to the held end, m; the same material points throughout.
+        Shape (m, :data:`STATIONS`, 2): the mid-surface from the gripped end to the held end, m; the same material
+        points throughout, at equal lengths.
     truth
         What is known of it: ``lambda_c`` (static, m, None where there is no snap), ``onset`` (s, when the gripper
         passes lambda_c), ``touch`` (s, when the raised part meets the lying one), both None where there is none.

@@ -17,7 +17,7 @@ from scipy.interpolate import CubicSpline
 from stripfold.errors import InvalidInputError
 
 from .checking import checked
-from .history import History
+from .history import STATIONS, History
 from .laws import LAWS, Law, passage
 from .scene import Scene
 
@@ -25,7 +25,6 @@ Array = NDArray[np.float64]
 
 RATE = 500.0
 """Moments per second."""
-STATIONS = 100
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
 _SLOPES = (0.02, 1.3)
 """Least and greatest slope of the descent, rad."""
