@@ -17,7 +17,7 @@ from stripfold.paths import GripperPath, Piece, RPath
 from stripfold.problem import StripProblem
 from stripfold.solve import continuation, critical, newton
 from stripfold.solve.problem import Point
-from stripfold.studies import following, static
+from stripfold.studies import following, random_paths, static
 from stripfold.studies.assess import grip_and_hold, lying_length, mesh_for
 from stripfold.studies.following import Stretch
 from stripfold.studies.static import Strip
@@ -379,6 +379,34 @@ def test_a_long_pop_is_no_tooth(
     else:
         with pytest.raises(CoarseMeshError, match="pops"):
             following._along_piece(problem, branch[0], first.lam + 2.5, following.STEPS)
+
+
+@pytest.mark.parametrize(
+    ("travelled", "eigenvalues", "nearly"),
+    [
+        (0.5, (9.0, 4.3, 6.2), True),
+        (0.5, (9.0, 7.0, 8.0), False),
+        (0.5, (9.0, 4.3, 2.0), False),
+        (0.5, (3.0, 4.3, 6.2), False),
+        (3.0, (9.0, 4.3, 6.2), False),
+    ],
+)
+def test_a_strip_all_but_flat_that_is_nearly_let_go(
+    x_run: static.XRun, travelled: float, eigenvalues: tuple[float, ...], nearly: bool
+) -> None:
+    """Its least eigenvalue passes a minimum near zero, early on the path."""
+    point = x_run.points[0]
+    points = [replace(point, lam=travelled, eigenvalues=np.array([value, 99.0])) for value in eigenvalues]
+    assert following._nearly_let_go(points) is nearly
+    assert not following._nearly_let_go(points[:2])
+
+
+def test_what_nearly_happens_on_coarse_elements_happens_on_fine_ones() -> None:
+    """A thick strip whose gripper sets out low over the floor: on coarse elements it nearly pops and goes on."""
+    case = random_paths.case(16, 20180701)
+    path = random_paths.as_table(case)
+    with pytest.raises(CoarseMeshError, match="nearly pops"):
+        following.follow(mesh_for(case.strip, path, 2.0), path)
 
 
 def test_a_branch_that_ends(x_run: static.XRun, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -190,6 +190,16 @@ def test_hardly_faster_than_following_is_refused(snapping: Made, monkeypatch: py
         evaluated(snapping)
 
 
+def test_several_bursts_are_refused_unless_the_event_is_given(
+    snapping: Made, found: Measurement, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(snap.Speed, "several", True)
+    with pytest.raises(MeasurementError, match="several bursts"):
+        evaluated(snapping)
+    by_hand = evaluated(snapping, override=Override(found.event_time, 0.05, "the first"))
+    assert by_hand.event == pytest.approx(found.event, abs=1e-4)
+
+
 def test_too_little_film_is_refused(snapping: Made):
     tracks = snapping[2]
     lost = np.full_like(tracks.strip_time, np.nan)

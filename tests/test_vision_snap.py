@@ -83,6 +83,34 @@ def test_following_alone_is_no_snap():
     assert found.ratio < snap.LEAST_RATIO
 
 
+def test_a_ripple_before_the_snap_is_none():
+    """A burst three times as fast as following, and irreversible, but a tenth of what comes later."""
+    t = np.arange(0.0, 4.0, 1.0 / 30.0)
+    ripple = 0.004 * np.clip((t - 1.0) / 0.2, 0.0, 1.0)
+    assert snap.speed(t, moving(t) + ripple[:, None, None] * SHAPE).onset == pytest.approx(HALF, abs=0.01)
+
+
+def test_a_level_passed_several_times_is_passed_in_the_middle():
+    """Noise of a slow rise makes the speed pass its half many times; the onset is not the last of them."""
+    t = np.linspace(0.0, 6.0, 601)
+    rise = np.clip(t - 1.0, 0.0, 4.0) / 4.0
+    swings = 0.1 * np.sin(2.0 * np.pi * t / 0.2)
+    u = np.where(t < 5.2, 1.0 + 3.0 * rise + 3.0 * swings * (rise > 0.0), 0.0)
+    found = snap.Speed(t, u, 1.0, int(np.argmax(u)))
+    last = t[np.flatnonzero(u[: found.peak] < found.half)[-1]]
+    middle = 1.0 + 4.0 * (found.half - 1.0) / 3.0
+    assert last > middle + 0.2
+    assert found.onset == pytest.approx(middle, abs=0.1)
+
+
+def test_what_is_taken_along_and_given_back_within_one_burst_is_no_snap():
+    """Something passes for half a second; by then following alone has gone half as far."""
+    t = np.arange(0.0, 4.0, 1.0 / 30.0)
+    points = moving(t)
+    points += 0.012 * np.clip(np.minimum((t - 0.8) / 0.2, (1.3 - t) / 0.1), 0.0, 1.0)[:, None, None] * SHAPE
+    assert snap.speed(t, points).onset == pytest.approx(HALF, abs=0.01)
+
+
 def test_two_snaps_are_told_from_one():
     t = np.arange(0.0, 6.0, 1.0 / 30.0)
     twice = moving(t) + moving(np.maximum(t - 1.8, 0.0))

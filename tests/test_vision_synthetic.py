@@ -17,10 +17,10 @@ from scipy.integrate import odeint
 
 from stripfold import cli, store
 from stripfold.errors import InvalidInputError
-from stripfold.vision.synthetic import design, history, render, shapes
+from stripfold.vision.synthetic import design, render, shapes
 from stripfold.vision.synthetic.boards import Calibration
 from stripfold.vision.synthetic.encode import encode, tick
-from stripfold.vision.synthetic.history import History
+from stripfold.vision.synthetic.history import STATIONS, History
 from stripfold.vision.synthetic.laws import LAWS, Law, passage
 from stripfold.vision.synthetic.recording import history_of, write_recording
 from stripfold.vision.synthetic.render import Renderer
@@ -340,7 +340,7 @@ def test_the_family_keeps_the_length_and_ends_at_the_gripper(law: str) -> None:
         assert history.curve[..., 1].min() > -1e-9
         steps = np.linalg.norm(np.diff(history.curve, axis=1), axis=2)
         # A chord is shorter than its arc, by (arc * curvature)^2 / 24 of it.
-        arc = scene.strip.length / (history.STATIONS - 1)
+        arc = scene.strip.length / (STATIONS - 1)
         assert steps.max() < arc * (1 + 1e-9)
         assert np.abs(steps.sum(axis=1) / scene.strip.length - 1.0).max() < 1e-3
         at = np.searchsorted(history.t, history.truth["touch"])

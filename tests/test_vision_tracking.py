@@ -178,6 +178,80 @@ def test_a_strip_that_nobody_holds(film: Film) -> None:
         tracker(film.frames[11], dropped, film.corners[11])
 
 
+def test_a_thing_that_goes_along_the_hanging_part_does_not_take_it_along(film: Film) -> None:
+    """As dark as the strip before a bright wall, upright like the part at the gripper, and slow."""
+    end = float(film.ends[0][0])
+    grey = int(film.frames[0].image[tuple(np.rint(film.curves[0][6])[::-1].astype(int))])
+    places = {3 + i: end - 16.0 + 3.0 * i for i in range(15)}
+    found = followed(film, {k: crossed(film.frames[k].image, x, 9.0, grey) for k, x in places.items()})
+    for line, at in zip(found, film.ends, strict=True):
+        if line is not None:
+            assert np.hypot(*(line.points[0] - at)) < 0.5 * BAND + 2.0
+    for line, curve in zip(found[19:], film.curves[19:], strict=True):
+        assert line is not None
+        assert distances(line.points, curve).max() < 0.5 * BAND + 1.5
+
+
+def test_a_strip_that_seemed_to_rush_off_is_found_where_it_was(film: Film) -> None:
+    tracker = tracking.StripTracker(film.calibration.mapping, STRIP, "film")
+    for i in range(4):
+        tracker(film.frames[i], film.ends[i], film.corners[i])
+    tracker._motion = np.tile([3000.0, -3000.0], (tracking.POINTS, 1))
+    line = tracker(film.frames[4], film.ends[4], film.corners[4])
+    assert line is not None
+    assert distances(line.points, film.curves[4]).max() < 0.5 * BAND + 1.5
+
+
+def test_a_bend_cut_short_does_not_shift_what_comes_behind_it() -> None:
+    """In the middle one of five frames a tenth of a straight strip is not seen, and seems half as long."""
+    s = np.linspace(0.0, 0.4, 81)
+    lines = []
+    for cut in (0.0, 0.0, 0.02, 0.0, 0.0):
+        hidden = (s > 0.1) & (s < 0.14)
+        x = s - cut * np.clip((s - 0.1) / 0.04, 0.0, 1.0)
+        score = np.where(hidden & (cut > 0.0), 0.0, 1.0)
+        points = np.column_stack([x, np.zeros(81)])
+        lines.append(Centreline(points, np.zeros(81), np.ones(81), score, True, 100.0, (False, False)))
+    calibration = SimpleNamespace(mapping=SimpleNamespace(to_robot=lambda points: points))
+    stations, points, visible = tracking._stations(lines, calibration)
+    assert visible[2] == pytest.approx(0.38)
+    behind = stations > 0.15
+    # What is cut away took the rest of the strip along: the same material is as far from the end as ever.
+    np.testing.assert_allclose(points[2, behind, 0], points[1, behind, 0] - 0.02, atol=8e-3)
+
+
+def test_a_strip_of_which_a_bend_is_hidden_at_first_is_waited_for(film: Film) -> None:
+    """Something in front of the loop makes sag and lying part look like one strip, much too short."""
+    background = int(np.median(film.frames[0].image[:40]))
+    left = float(film.curves[0][:, 0].min())
+    hidden = {k: crossed(film.frames[k].image, left + 20.0, 90.0, background) for k in range(5)}
+    found = followed(film, hidden)
+    assert all(line is None for line in found[:5])
+    assert found[5] is not None
+    assert distances(found[5].points, film.curves[5]).max() < 0.5 * BAND + 1.5
+
+
+def test_what_a_line_lacks_is_missing_where_it_is_hidden() -> None:
+    arc, score = np.linspace(0.0, 1.0, 101), np.ones(101)
+    score[30:41] = 0.0
+    found = tracking._of_length(arc, score, 1.05)
+    assert found[-1] == pytest.approx(1.05)
+    assert np.diff(found)[31:39] == pytest.approx(np.diff(found)[31])
+    assert found[30] - arc[30] < 0.15 * 0.05
+    assert found[40] - arc[40] > 0.75 * 0.05
+    np.testing.assert_allclose(tracking._of_length(arc, np.ones(101), 1.05), 1.05 * arc)
+
+
+def test_a_line_may_be_as_long_again_as_usual_at_once_but_no_longer(film: Film) -> None:
+    tracker = tracking.StripTracker(film.calibration.mapping, STRIP, "film")
+    tracker._length, tracker._lengths = 0.4, [(0.0, 0.4), (0.04, 0.4), (0.08, 0.394)]
+    assert tracker._of_length(0.4, 0.04)
+    assert tracker._of_length(0.395, 0.04)
+    assert not tracker._of_length(0.398, 0.04)
+    assert not tracker._of_length(0.403, 0.04)
+    assert not tracker._of_length(0.39, 0.04)
+
+
 def test_the_marker_is_not_taken_for_the_strip(film: Film) -> None:
     image = film.frames[0].image.copy()
     corners = np.array([[300.0, 40.0], [340.0, 40.0], [340.0, 80.0], [300.0, 80.0]])

@@ -61,7 +61,6 @@ class Timing:
         """Each in words."""
         found = {
             f"frames are missing in {len(self.dropped)} places": len(self.dropped) > 0,
-            f"{int(self.doubled.sum())} frames repeat the one before": bool(self.doubled.any()),
             "the rate of the frames varies": self.variable,
         }
         return tuple(text for text, holds in found.items() if holds)

@@ -80,8 +80,6 @@ class Tracks:
     points
         Shape (n, stations, 2): points at equal lengths along the strip from its gripped end, x and z, m; nan where it
         was lost.
-    clear
-        Shape (n, stations): how clearly each of them was seen, 0 to 1; 0 where it was hidden.
     stations
         Shape (stations,): these lengths, m.
     score
@@ -101,7 +99,6 @@ class Tracks:
     place: Array
     strip_time: Array
     points: Array
-    clear: Array
     stations: Array
     score: Array
     visible: Array
@@ -156,7 +153,7 @@ def track(recording: Recording, calibration: Calibration, progress: Callable[[st
             for t, line in zip(track_.time, lines, strict=True)
         ]
     )
-    stations, points, clear, visible = _stations(lines, calibration)
+    stations, points, visible = _stations(lines, calibration)
     return Tracks(
         times,
         report,
@@ -165,7 +162,6 @@ def track(recording: Recording, calibration: Calibration, progress: Callable[[st
         place_of(calibration, track_.centre, offset),
         strip_time,
         points,
-        clear,
         stations,
         np.array([0.0 if line is None else float(line.score.mean()) for line in lines]),
         visible,
@@ -355,8 +351,8 @@ def _check_size(size: tuple[int, int], calibration: Calibration, name: str) -> N
         )
 
 
-def _stations(lines: list[Centreline | None], calibration: Calibration) -> tuple[Array, Array, Array, Array]:
-    """Lengths along the strip, the points there in each frame, how clear they are, and its visible length; m."""
+def _stations(lines: list[Centreline | None], calibration: Calibration) -> tuple[Array, Array, Array]:
+    """Lengths along the strip, the points there in each frame, and its visible length; m."""
     curves = [None if line is None else calibration.mapping.to_robot(line.points) for line in lines]
     arcs = [
         None if c is None else np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(c, axis=0), axis=1))])
@@ -372,14 +368,12 @@ def _stations(lines: list[Centreline | None], calibration: Calibration) -> tuple
         )
     stations = np.linspace(0.0, float(np.nanpercentile(visible, 5)), STATIONS)
     points = np.full((len(lines), STATIONS, 2), np.nan)
-    clear = np.zeros((len(lines), STATIONS))
     usual = float(np.nanmedian(visible))
     for i, (line, curve, arc) in enumerate(zip(lines, curves, arcs, strict=True)):
         if line is not None and curve is not None and arc is not None:
             arc = _of_length(arc, line.score, usual)
             points[i] = np.stack([np.interp(stations, arc, curve[:, k]) for k in range(2)], axis=1)
-            clear[i] = np.interp(stations, arc, line.score)
-    return stations, points, clear, visible
+    return stations, points, visible
 
 
 def _of_length(arc: Array, score: Array, length: float) -> Array:

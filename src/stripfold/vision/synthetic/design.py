@@ -50,7 +50,7 @@ _PACES = (
     (0.01, 30.0),
     (0.01, 50.0),
 )
-"""Speed, m/s, and frame rate, 1/s: recordings of about a hundred frames.  Faster ones do not tell snap from following."""
+"""Speed, m/s, and frame rate, 1/s: recordings of about a hundred frames.  In faster ones a snap is hardly one."""
 _MOTIONS: tuple[dict[str, Any], ...] = (
     {"law": "parabolic"},
     {"law": "parabolic", "inertia": 0.0, "drag": 0.15},
