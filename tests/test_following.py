@@ -7,6 +7,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise, takewhile
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -392,11 +394,10 @@ def test_a_long_pop_is_no_tooth(
     ],
 )
 def test_a_strip_all_but_flat_that_is_nearly_let_go(
-    x_run: static.XRun, travelled: float, eigenvalues: tuple[float, ...], nearly: bool
+    travelled: float, eigenvalues: tuple[float, ...], nearly: bool
 ) -> None:
     """Its least eigenvalue passes a minimum near zero, early on the path."""
-    point = x_run.points[0]
-    points = [replace(point, lam=travelled, eigenvalues=np.array([value, 99.0])) for value in eigenvalues]
+    points: list[Any] = [SimpleNamespace(lam=travelled, eigenvalues=np.array([value, 99.0])) for value in eigenvalues]
     assert following._nearly_let_go(points) is nearly
     assert not following._nearly_let_go(points[:2])
 
