@@ -1,4 +1,4 @@
-"""The centreline of a strip in a picture: from nothing, and from the one in the picture before."""
+"""The centreline of a strip in a picture of which nothing is known; :mod:`.following` goes on from it."""
 
 from __future__ import annotations
 
@@ -10,18 +10,16 @@ from numpy.typing import ArrayLike, NDArray
 from stripfold.errors import TrackingError
 
 from .mask import Rough, candidates
-from .measuring import MOVED, Band, Centreline, default_reach, measured, sections_of
+from .measuring import Band, Centreline, default_reach, measured, sections_of
 from .sections import interpolated, tangents
 from .smooth import smoothed_values
 
-__all__ = ["Centreline", "find", "refine"]
+__all__ = ["Centreline", "find"]
 
 Array = NDArray[np.float64]
 Picture = NDArray[np.uint8]
 
 POINTS = 80
-STRETCH = 0.1
-"""Largest relative change of the visible length from one picture to the next."""
 
 
 def find(
@@ -71,48 +69,6 @@ def find(
         curve = sections_of(line.points, band)
     line = measured(image, curve, band, 0, points, source)
     return line if start is None else _cut(line, np.asarray(start, dtype=np.float64))
-
-
-def refine(
-    image: Picture,
-    guess: Centreline,
-    start: ArrayLike | None = None,
-    *,
-    reach: float | None = None,
-    source: str = "picture",
-) -> Centreline:
-    """The strip of ``guess`` in the next picture; only what is near ``guess`` is looked at.
-
-    Parameters
-    ----------
-    image
-        Grey values, shape (h, w).
-    guess
-        From the picture before; the result has as many points.
-    start
-        Pixel of the gripper's end in this picture, where it is known: the first point is the one next to it.
-    reach
-        How far the strip may have moved, pixels; four widths and at least 16 by default.
-    source
-        Name for errors.
-
-    Raises
-    ------
-    TrackingError
-        Less than half of the strip was found, or what was found is not as long as before.
-    """
-    band = Band(float(np.median(guess.width)), guess.bright, guess.contrast)
-    curve = sections_of(guess.points, band)
-    wide = default_reach(band) if reach is None else int(np.ceil(reach + band.width))
-    line = measured(image, curve, band, wide, len(guess.points), source)
-    if start is not None:
-        line = _cut(line, np.asarray(start, dtype=np.float64))
-    change = line.length / guess.length - 1.0
-    if abs(change) > STRETCH:
-        found = f"from one picture to the next the strip's visible length changed by {100.0 * change:.0f} %"
-        raise TrackingError(source, found, f"at most {100.0 * STRETCH:.0f} %", MOVED)
-    # What a clear strip is does not drift with what was found: a strip that blurs slowly shall lose its score.
-    return replace(line, contrast=0.9 * guess.contrast + 0.1 * line.contrast)
 
 
 def _from_start(rough: Rough, start: Array) -> Rough:
