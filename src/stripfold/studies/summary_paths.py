@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 import xarray as xr
 
+from ..errors import CoarseMeshError
 from .random_paths import OTHERWISE
 from .summary_entry import Entry, entry
 
@@ -15,7 +16,6 @@ SMALL_PLAN_ERROR = 1e-8
 SMALL_RATIO = 0.1
 SAME_MOMENT = 1.2
 MANY = 200
-FEW_UNDECIDED = 0.1
 
 
 def summarise(data: Mapping[str, xr.Dataset], sources: Mapping[str, str]) -> dict[str, Entry]:
@@ -175,6 +175,8 @@ def _random(data: xr.Dataset, source: str) -> dict[str, Entry]:
     said = ", ".join(f"{number} {name}" for name, number in count.items())
     undecided = data["message"].values[outcome == "undecided"]
     contradicted = int(np.sum(undecided == OTHERWISE))
+    coarse = sum(text.startswith(CoarseMeshError.__name__) for text in undecided)
+    typed = sum("Error: " in text for text in undecided)
     both = np.abs(data["critical"].values - data["again"].values)[outcome == "critical"]
     apart = float(both.max(initial=0.0))
     return {
@@ -190,9 +192,10 @@ def _random(data: xr.Dataset, source: str) -> dict[str, Entry]:
         "random_paths_undecided": entry(
             count["undecided"],
             "count",
-            f"of these, with a typed error instead of a verdict, or ({contradicted}) two runs that say otherwise",
-            f"<= {FEW_UNDECIDED:.0%}, and no two runs that say otherwise",
-            count["undecided"] <= FEW_UNDECIDED * len(outcome) and contradicted == 0,
+            f"of these, with a typed error instead of a verdict ({coarse} that the mesh decides), or ({contradicted}) "
+            "two runs that say otherwise",
+            "a verdict or a typed error for each, no two runs that say otherwise",
+            contradicted == 0 and typed == count["undecided"],
             source,
         ),
     }
