@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..errors import TimeStepError
 from ..material import Material
-from ..models.solid import Solid
+from ..models.model import Model
 from ..simulation import AFTER, BEFORE, FALL, LettingGo, Simulation
 from ..solve.dynamics import Energy, Moment
 from ..solve.problem import Point
@@ -145,7 +145,7 @@ def dataset(simulation: Simulation, found: Collapse) -> xr.Dataset:
     return xr.Dataset(data, coords=coords, attrs=attrs)
 
 
-def _mean(model: Solid, values: Array) -> Array:
+def _mean(model: Model, values: Array) -> Array:
     """Mean along the strip of nodal values, shape (..., columns)."""
     return np.asarray(values @ node_weights(model.s) / model.length)
 

@@ -16,6 +16,8 @@ from scipy.interpolate import CubicSpline
 
 from .. import planning
 from ..errors import ContinuationError, NewtonError, SolveError
+from ..models.model import Model
+from ..models.rod import Rod
 from ..models.solid import Solid
 from ..problem import AlongX, Lift, StripProblem
 from ..solve import continuation, critical, newton
@@ -63,7 +65,8 @@ class End(StrEnum):
 class Strip:
     """A strip in solver units, and how it is discretised.
 
-    ``length`` and ``thickness`` in L*; ``options`` go to :meth:`.Solid.of`.
+    ``length`` and ``thickness`` in L*; ``kind`` is "solid" or "rod", the rest is for the solid:
+    :meth:`.Solid.of`.
     """
 
     length: float
@@ -72,8 +75,12 @@ class Strip:
     order: int = 2
     across: int = 1
     law: str = "svk"
+    kind: str = "solid"
 
-    def model(self, elements: int | Array) -> Solid:
+    def model(self, elements: int | Array) -> Model:
+        """The strip with this number of elements, or with these ends of elements."""
+        if self.kind == "rod":
+            return Rod.of(self.length, self.thickness, elements=elements)
         return Solid.of(
             self.length,
             self.thickness,
@@ -134,7 +141,7 @@ class XRun:
         return lift_off(self.problem.model, self.last)
 
 
-def lift(strip: Strip, heights: Sequence[float]) -> Iterator[tuple[float, Solid, Equilibrium]]:
+def lift(strip: Strip, heights: Sequence[float]) -> Iterator[tuple[float, Model, Equilibrium]]:
     """Lift the flat strip and yield its state at each height, ascending: the gripper is free along x (lambda_0)."""
     # A mesh good enough to start from: each run along x has one of its own.
     model = strip.model(max(24, round(4 * strip.length)))
@@ -164,7 +171,7 @@ def lift(strip: Strip, heights: Sequence[float]) -> Iterator[tuple[float, Solid,
         )
 
 
-def transfer(model: Solid, q: Array, to: Solid) -> Array:
+def transfer(model: Model, q: Array, to: Model) -> Array:
     """Unknowns on another mesh of the same strip: the mid-surface by cubic splines, sections normal to it."""
     middle = model.mid_surface(q)
     spline = CubicSpline(model.s, middle)
@@ -188,7 +195,7 @@ def no_horizontal_force(problem: StripProblem, q: Array, height: float) -> Equil
 def along_x(
     strip: Strip,
     height: float,
-    start: tuple[Solid, Equilibrium],
+    start: tuple[Model, Equilibrium],
     mesh: float | Array = 1.0,
     past: float = 1.0,
     options: StepOptions = X_STEPS,
@@ -231,7 +238,7 @@ def along_x(
     return run
 
 
-def _run(model: Solid, height: float, start: tuple[Solid, Equilibrium], past: float, options: StepOptions) -> XRun:
+def _run(model: Model, height: float, start: tuple[Model, Equilibrium], past: float, options: StepOptions) -> XRun:
     """One run on one mesh; see :func:`along_x`."""
     problem = StripProblem(model, AlongX(height))
     q = transfer(start[0], start[1].q, model)
@@ -306,19 +313,19 @@ def locate_touch(problem: StripProblem, before: Point, after: Point, options: St
     return before, after
 
 
-def contact_positions(model: Solid, point: Point | Moment) -> Array:
+def contact_positions(model: Model, point: Point | Moment) -> Array:
     """Distances from the grasped end of the nodes on the floor, ascending; the held end counts as one."""
     on_floor = np.isin(model.middle[:, 1], point.active)
     on_floor[-1] = True
     return np.asarray(model.s[on_floor])
 
 
-def touches(model: Solid, point: Point | Moment) -> bool:
+def touches(model: Model, point: Point | Moment) -> bool:
     """Whether something beside the lying part is on the floor: a contact more than L* apart from the rest."""
     return bool(np.any(np.diff(contact_positions(model, point)) > 1.0))
 
 
-def lift_off(model: Solid, point: Point | Moment) -> float:
+def lift_off(model: Model, point: Point | Moment) -> float:
     """Distance along the strip from the grasped end to where the lying part begins, L*."""
     s = contact_positions(model, point)
     gaps = np.flatnonzero(np.diff(s) > 1.0)
