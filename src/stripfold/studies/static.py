@@ -44,6 +44,10 @@ TOUCH_TOLERANCE = 1e-4
 """Arc length within which the first touch of the sag is located, L*."""
 
 
+ROD_SIZES = planning.Sizes(free=0.3, sweep=0.2, critical=0.025, lying=0.4)
+"""Element lengths of the rod at refinement one, L* (docs/numerics.md)."""
+
+
 class End(StrEnum):
     """What ended the advance of the gripper."""
 
@@ -76,6 +80,11 @@ class Strip:
     across: int = 1
     law: str = "svk"
     kind: str = "solid"
+
+    @property
+    def sizes(self) -> planning.Sizes:
+        """Element lengths at refinement one."""
+        return ROD_SIZES if self.kind == "rod" else planning.Sizes()
 
     def model(self, elements: int | Array) -> Model:
         """The strip with this number of elements, or with these ends of elements."""
@@ -225,7 +234,7 @@ def along_x(
     sweep, refinement = planning.lift_off_sweep(height), float(mesh)
 
     def on_planned_mesh(refinement: float) -> XRun:
-        model = strip.model(planning.boundaries(strip.length, sweep, refinement))
+        model = strip.model(planning.boundaries(strip.length, sweep, refinement, strip.sizes))
         return _run(model, height, start, past, options)
 
     run = on_planned_mesh(refinement)
@@ -245,6 +254,12 @@ def _run(model: Model, height: float, start: tuple[Model, Equilibrium], past: fl
     state = no_horizontal_force(problem, q, height)
     lambda_0 = float(state.q[model.middle[0, 0]])
     first = continuation.start(problem, state.q, lambda_0, state.active, 1.0, options)
+    return to_the_end(problem, first, past, options)
+
+
+def to_the_end(problem: StripProblem, first: Point, past: float, options: StepOptions) -> XRun:
+    """Follow a branch along x from a state on it; see :func:`along_x`."""
+    model = problem.model
     if critical.passed(first) or touches(model, first):
         raise SolveError("the branch does not start stable: no state with no horizontal force to start from")
     points: list[Point] = [first]
