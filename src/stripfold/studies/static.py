@@ -44,7 +44,7 @@ TOUCH_TOLERANCE = 1e-4
 """Arc length within which the first touch of the sag is located, L*."""
 
 
-ROD_SIZES = planning.Sizes(free=0.3, sweep=0.2, critical=0.025, lying=0.4)
+ROD_SIZES = planning.Sizes(free=0.2, sweep=0.2, critical=0.03, lying=0.3)
 """Element lengths of the rod at refinement one, L* (docs/numerics.md)."""
 
 
