@@ -44,6 +44,9 @@ class StepOptions:
     kink: float = 0.01
     """Distance below which the two guards above rest: where a contact opens the tangent jumps, however short the
     step, but no other branch is so near."""
+    corner: float = 1e-3
+    """Length of a failed step from which on a contact is looked for whose change turns the branch.  Longer steps that
+    are shortened pass over small teeth of the contact; where each tooth is to be followed, any failed step asks."""
     largest_inertia_change: int = 1
     """Guard: largest change of the number of negative eigenvalues in one step."""
     most_attempts: int = 100_000
@@ -137,7 +140,7 @@ def follow(problem: Problem, first: Point, options: StepOptions) -> Iterator[Poi
         try:
             new = step(problem, point, ds, options)
         except NewtonError as error:
-            ahead = None if turned else corner(problem, point, ds, options)
+            ahead = None if turned or ds > options.corner else corner(problem, point, ds, options)
             if ahead is not None:
                 point, ds, turned = ahead, options.kink, True
                 yield point
@@ -193,8 +196,8 @@ def turn(problem: Problem, point: Point, reach: float) -> Point | None:
 def corner(problem: Problem, point: Point, ds: float, options: StepOptions) -> Point | None:
     """The state within ``ds`` ahead at which the next contact changes, and the tangent of the branch beyond.
 
-    Solved for at once, as the state in which that contact just touches, neither pressed nor apart: halving steps towards
-    it takes a hundred times as many iterations, since none converges that ends where no branch is.  None where no
+    Solved for at once, as the state in which that contact just touches, neither pressed nor apart: halving steps
+    towards it takes many times as many iterations, since none converges that ends where no branch is.  None where no
     contact is about to change, or where what is found is not it.
     """
     changed, distance = _next_contact(problem, point)

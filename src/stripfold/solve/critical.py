@@ -113,7 +113,7 @@ def _between(problem: Problem, before: Point, ds: float, options: StepOptions) -
         try:
             return step(problem, before, ds, options)
         except NewtonError as error:
-            ahead = corner(problem, before, ds, options)
+            ahead = corner(problem, before, ds, options) if ds <= options.corner else None
             if ahead is not None and before.arc < ahead.arc:
                 return ahead
             ds /= 4.0

@@ -56,7 +56,8 @@ def in_solver_units(go: LettingGo, material: Material) -> Fall:
 def run(simulation: Simulation, progress: Progress | None = None) -> xr.Dataset:
     """Simulate and collect; see :func:`.collapse.simulate` for the errors raised."""
     scene = simulation.scene
-    strip = Strip(scene.length_star, scene.material.relative_thickness, scene.material.nu, law=scene.law)
+    thickness = scene.material.relative_thickness
+    strip = Strip(scene.length_star, thickness, scene.material.nu, law=scene.law, kind=scene.model)
     found = simulate(strip, scene.height_star, fall_of(simulation), progress=progress)
     return dataset(simulation, found)
 

@@ -6,8 +6,8 @@ its own branch and its own maximum, with all guards.  Lengths in L*.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,13 +17,16 @@ from ..errors import SolveError
 from ..models.model import Model
 from ..problem import AlongX, StripProblem
 from ..solve import continuation
-from .static import X_STEPS, Strip, XRun, no_horizontal_force, to_the_end
+from ..solve.continuation import StepOptions
+from .static import Strip, XRun, no_horizontal_force, to_the_end
 
 Array = NDArray[np.float64]
 
 BEFORE = 1.0
 """How far before the elastica's end of the advance the branch is entered: a rod as thick as is allowed is critical half
 of that before."""
+STEPS = StepOptions(first=0.1, largest=0.5, slow_below=0.2, wanted_iterations=10, corner=inf)
+"""Each tooth of the contact is followed: there are few on the way that is left."""
 SAME_STATE = 0.3
 """Largest distance between the state that was foretold and the rod's own: other branches are farther."""
 
@@ -52,13 +55,12 @@ class Foretold:
         end = elastica.critical(height)
         last = end.state or (end.touch.state if end.touch else None)
         assert last is not None
-        states = []
+        first = entry = elastica.state_no_horizontal_force(height)
         for state in elastica.x_axis_branch(height):
-            if states and state.advance > last.advance - BEFORE:
+            if state.advance > last.advance - BEFORE:
                 break
-            states.append(state)
-        sweep = planning.Sweep(min(state.length for state in states[-1:]), last.length)
-        return cls(length, height, states[0], states[-1], sweep)
+            entry = state
+        return cls(length, height, first, entry, planning.Sweep(entry.length, last.length))
 
     def unknowns(self, model: Model, state: elastica.State) -> Array:
         """A state of the elastica as the model's unknowns."""
@@ -89,7 +91,7 @@ def run(strip: Strip, foretold: Foretold, refinement: float) -> XRun:
     problem = StripProblem(model, AlongX(foretold.height))
     guess = foretold.unknowns(model, foretold.entry)
     lying = problem.bounded[guess[problem.bounded] <= 0.0]
-    first = continuation.start(problem, guess, foretold.entry.advance, lying, 1.0, X_STEPS)
+    first = continuation.start(problem, guess, foretold.entry.advance, lying, 1.0, STEPS)
     if model.largest_move(guess, first.q) > SAME_STATE:
         raise SolveError("the state found is not the one that the elastica foretells", parameter=first.lam)
-    return to_the_end(problem, first, 0.0, X_STEPS)
+    return to_the_end(problem, first, 0.0, STEPS)
