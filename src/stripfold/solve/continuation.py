@@ -45,8 +45,8 @@ class StepOptions:
     """Distance below which the two guards above rest: where a contact opens the tangent jumps, however short the
     step, but no other branch is so near."""
     corner: float = 0.0
-    """Length of a failed step below which a contact is looked for whose change turns the branch (:func:`corner`).  Steps
-    that are shortened again and again are slower and pass over small teeth of the contact (docs/numerics.md)."""
+    """Length of a failed step below which a contact is looked for whose change turns the branch (:func:`corner`).
+    Steps that are shortened again and again are slower and pass over small teeth of the contact."""
     largest_inertia_change: int = 1
     """Guard: largest change of the number of negative eigenvalues in one step."""
     most_attempts: int = 100_000

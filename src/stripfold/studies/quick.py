@@ -18,7 +18,7 @@ from ..models.model import Model
 from ..problem import AlongX, StripProblem
 from ..solve import continuation
 from ..solve.continuation import StepOptions
-from .static import Strip, XRun, no_horizontal_force, to_the_end
+from .static import Strip, XRun, no_horizontal_force, to_the_end, two_agree
 
 Array = NDArray[np.float64]
 
@@ -27,6 +27,8 @@ BEFORE = 1.0
 of that before."""
 STEPS = StepOptions(first=0.1, largest=0.5, slow_below=0.2, wanted_iterations=10, corner=inf)
 """Each tooth of the contact is followed: there are few on the way that is left."""
+FINEST = 0.2
+"""Smallest factor on the element lengths to which close calls are refined."""
 SAME_STATE = 0.3
 """Largest distance between the state that was foretold and the rod's own: other branches are farther."""
 
@@ -80,13 +82,17 @@ def lambda_0(model: Model, foretold: Foretold) -> float:
 
 
 def run(strip: Strip, foretold: Foretold, refinement: float) -> XRun:
-    """Follow the branch from shortly before its end to it, on a mesh planned for that.
+    """Follow the branch from shortly before its end to it, on a mesh planned for that; on finer ones for close calls.
 
     Raises
     ------
     SolveError
         When a state or the branch cannot be computed, or the state found is not the one that was foretold.
     """
+    return two_agree(lambda r: _on_mesh(strip, foretold, r), refinement, FINEST)
+
+
+def _on_mesh(strip: Strip, foretold: Foretold, refinement: float) -> XRun:
     model = strip.model(planning.boundaries(strip.length, foretold.sweep, refinement, strip.sizes))
     problem = StripProblem(model, AlongX(foretold.height))
     guess = foretold.unknowns(model, foretold.entry)

@@ -5,7 +5,7 @@ All in units of L*; see ``docs/physics.md``, section 4, for what is expected.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Any
@@ -237,11 +237,18 @@ def along_x(
         model = strip.model(planning.boundaries(strip.length, sweep, refinement, strip.sizes))
         return _run(model, height, start, past, options)
 
-    run = on_planned_mesh(refinement)
-    # Where maximum and touch are neighbours the mesh says which comes first: two meshes have to agree.
-    while run.close and refinement > FINEST_FOR_ORDER:
+    return two_agree(on_planned_mesh, refinement, FINEST_FOR_ORDER)
+
+
+def two_agree(on_mesh: Callable[[float], XRun], refinement: float, finest: float) -> XRun:
+    """A run on a mesh of this refinement; where maximum and touch are neighbours, on ever finer ones.
+
+    There the mesh says which comes first: two meshes in a row have to agree.
+    """
+    run = on_mesh(refinement)
+    while run.close and refinement > finest:
         refinement /= 2.0
-        last, run = run, on_planned_mesh(refinement)
+        last, run = run, on_mesh(refinement)
         if run.end is last.end:
             break
     return run
