@@ -91,6 +91,12 @@ class TestCriticalPoint:
             quick.run(rod(), replace(wrong, height=HEIGHT + 1.5), 1.0)
 
 
+def test_what_planning_need_not_ask():
+    """lambda_c - z is above what planning takes for certain; the least of it is near z = 5.6."""
+    curve = elastica.master_curve(np.array([1.6, 3.0, 5.0, 5.6, 6.2, 9.0, 25.0, 60.0]))
+    assert planning.LOWEST < (curve.advance - curve.z).min() < planning.LOWEST + 0.2
+
+
 class TestMotion:
     def test_it_falls_to_rest(self, run: static.XRun):
         """From lambda_c to the touch and to rest, on a mesh that can be rolled on; the balance closes all the way."""

@@ -48,6 +48,38 @@ X, Z = np.array([0, 2, 4, 6]), np.array([1, 3, 5, 7])
 """Where an element's unknowns along x and z stand among its eight: displacement, slope; left end, right end."""
 
 
+def _hermite(t: Array) -> tuple[Array, Array, Array]:
+    """Hermite's cubics on an element of length one, and two derivatives, at points from 0 to 1; shape (n, 4) each.
+
+    The functions go with the displacement and the slope at the left end, then those at the right end.
+    """
+    one = np.ones_like(t)
+    value = np.stack([1 - 3 * t**2 + 2 * t**3, t - 2 * t**2 + t**3, 3 * t**2 - 2 * t**3, t**3 - t**2], axis=1)
+    first = np.stack([6 * t**2 - 6 * t, 1 - 4 * t + 3 * t**2, 6 * t - 6 * t**2, 3 * t**2 - 2 * t], axis=1)
+    second = np.stack([12 * t - 6 * one, 6 * t - 4 * one, 6 * one - 12 * t, 6 * t - 2 * one], axis=1)
+    return value, first, second
+
+
+def _strains() -> tuple[Array, Array]:
+    """The strains of an element of length one are ``linear . y + y . quadratic . y / 2``; shapes (9, 8), (9, 8, 8)."""
+    linear, quadratic = np.zeros((9, 8)), np.zeros((9, 8, 8))
+    first = _hermite(AT_STRETCH)[1]
+    linear[:3, X] = first
+    for own in (X, Z):
+        quadratic[:3, own[:, None], own] = first[:, :, None] * first[:, None, :]
+    _, first, second = _hermite(AT_BEND)
+    linear[3:5, Z] = linear[5:7, X] = linear[7:, Z] = second
+    # x' z'' - z' x'', made symmetric.
+    cross = first[:, :, None] * second[:, None, :] - second[:, :, None] * first[:, None, :]
+    quadratic[3:5, X[:, None], Z] = cross
+    quadratic[3:5, Z[:, None], X] = cross.transpose(0, 2, 1)
+    return linear, quadratic
+
+
+LINEAR, QUADRATIC = _strains()
+"""The strains of any element (see :meth:`Rod.strain`) as functions of its scaled unknowns."""
+
+
 @dataclass(frozen=True)
 class Rod:
     """A strip as a rod; make it with :meth:`of`.
@@ -60,19 +92,18 @@ class Rod:
         Shape (n_elements + 1,): the nodes, which are the elements' ends.
     element_unknowns
         Shape (n_elements, 8).
-    linear, quadratic
-        Shapes (n_elements, 9, 8) and (n_elements, 72, 8): the strains are ``linear . q + q . quadratic . q / 2`` of an
-        element's own unknowns; eps at three points, then at two points each kappa and the components of r''.
+    scale
+        Shape (n_elements, 8): times this an element's own unknowns are displacements per length, and slopes.  In these
+        all elements are alike (:data:`LINEAR`, :data:`QUADRATIC`), which spares memory and so time.
     stiffness
-        Shape (n_elements, 9): of each strain, times its weight in the integral over the strip.
+        Shape (n_elements, 9): of each strain (see :meth:`strain`), times its weight in the integral over the strip.
     """
 
     length: float
     thickness: float
     s: Array = field(repr=False)
     element_unknowns: Index = field(repr=False)
-    linear: Array = field(repr=False)
-    quadratic: Array = field(repr=False)
+    scale: Array = field(repr=False)
     stiffness: Array = field(repr=False)
     pattern: BandPattern = field(repr=False)
     mass: Band = field(repr=False)
@@ -99,23 +130,20 @@ class Rod:
         size = np.diff(s)
         unknowns = 4 * np.arange(len(size))[:, None] + np.arange(8)
         pattern = BandPattern.of(unknowns, 4 * len(s))
-        linear, quadratic = _strains(size)
-        cross, straight = BENDING
-        weights = np.concatenate(
-            [12.0 / thickness**2 * W_STRETCH, cross * W_BEND, straight * W_BEND, straight * W_BEND]
-        )
-        stiffness = size[:, None] * weights
+        scale = np.where([True, True, False, False] * 2, 1.0 / size[:, None], 1.0)
+        stretching = size[:, None] * (12.0 / thickness**2 * W_STRETCH)
+        bending = np.concatenate([share * W_BEND for share in (BENDING[0], BENDING[1], BENDING[1])]) / size[:, None]
+        stiffness = np.concatenate([stretching, bending], axis=1)
         points, w = FULL
-        value = _hermite(0.5 + points, size)[0]
+        # A length times the scaled unknowns.
+        value = size[:, None, None] * scale[:, None, X] * _hermite(0.5 + points)[0]
         w_mass = size[:, None] * w
         scalar = np.einsum("ep,epa,epb->eab", w_mass, value, value)
         mass = np.zeros((len(size), 8, 8))
         mass[:, X[:, None], X] = mass[:, Z[:, None], Z] = scalar
         weight = np.zeros(4 * len(s))
         np.add.at(weight, unknowns[:, Z], np.einsum("ep,epa->ea", w_mass, value))
-        return cls(
-            length, thickness, s, unknowns, linear, quadratic, stiffness, pattern, pattern.assemble(mass), weight
-        )
+        return cls(length, thickness, s, unknowns, scale, stiffness, pattern, pattern.assemble(mass), weight)
 
     @property
     def size(self) -> int:
@@ -141,14 +169,17 @@ class Rod:
         return Directors(unknowns, local, 8, factor, np.array([1.0, 0.0]), np.diff(self.s), 1)
 
     def _at(self, q: Array) -> tuple[Array, Array]:
-        """The strains, shape (n_elements, 9), and their derivatives, (n_elements, 9, 8)."""
-        local = q[self.element_unknowns][:, :, None]
-        rate = np.matmul(self.quadratic, local).reshape(self.linear.shape)
-        rate += self.linear
-        return 0.5 * np.matmul(self.linear + rate, local)[:, :, 0], rate
+        """The strains, shape (n_elements, 9), and their derivatives by the scaled unknowns, (n_elements, 9, 8)."""
+        local = q[self.element_unknowns] * self.scale
+        rate = (local @ QUADRATIC.reshape(72, 8).T).reshape(-1, 9, 8)
+        rate += LINEAR
+        return 0.5 * np.matmul(LINEAR + rate, local[:, :, None])[:, :, 0], rate
 
     def strain(self, q: Array) -> Array:
-        """The strains, see :class:`Rod`; shape (n_elements, 9)."""
+        """eps at three points, kappa at two, and r'' at two, its x before its z; shape (n_elements, 9).
+
+        The last six times the element's length.
+        """
         return self._at(q)[0]
 
     def energy(self, q: Array) -> float:
@@ -183,19 +214,20 @@ class Rod:
     def carry(self, q: Array, dq: Array) -> Array:
         """Stress at ``q + dq`` by the strain linearised at ``q``, times its weight, shape (n_elements, 9)."""
         strain, rate = self._at(q)
-        change = np.matmul(rate, dq[self.element_unknowns][:, :, None])[:, :, 0]
+        change = np.matmul(rate, (dq[self.element_unknowns] * self.scale)[:, :, None])[:, :, 0]
         return np.asarray(self.stiffness * (strain + change))
 
     def _scatter(self, stress: Array, rate: Array) -> Array:
-        local = np.matmul(stress[:, None, :], rate)
-        return np.bincount(self.element_unknowns.ravel(), local.ravel(), minlength=self.size).astype(float)
+        local = np.matmul(stress[:, None, :], rate)[:, 0, :] * self.scale
+        return np.asarray(np.bincount(self.element_unknowns.ravel(), local.ravel(), minlength=self.size), float)
 
     def _assemble(self, left: Array, stiffness: Array, right: Array, stress: Array) -> Band:
         """``left^T stiffness right`` and the strains' second derivatives times the stress."""
-        material = np.matmul(left.transpose(0, 2, 1), stiffness[:, :, None] * right)
-        n_el, n_strain, n_loc = self.linear.shape
-        geometric = np.matmul(stress[:, None, :], self.quadratic.reshape(n_el, n_strain, n_loc * n_loc))
-        return self.pattern.assemble(material + geometric.reshape(n_el, n_loc, n_loc))
+        matrices = np.matmul(left.transpose(0, 2, 1), stiffness[:, :, None] * right)
+        matrices += (stress @ QUADRATIC.reshape(9, 64)).reshape(-1, 8, 8)
+        matrices *= self.scale[:, :, None]
+        matrices *= self.scale[:, None, :]
+        return self.pattern.assemble(matrices)
 
     def mid_surface(self, q: Array) -> Array:
         """Positions of the nodes, shape (nodes, 2), in the paper's frame (origin mid-strip)."""
@@ -212,35 +244,3 @@ class Rod:
         straight = np.stack([self.s - self.length / 2.0, np.zeros_like(self.s)], axis=1)
         slope = np.stack([np.cos(angle) - 1.0, np.sin(angle)], axis=1)
         return np.concatenate([position - straight, slope], axis=1).ravel()
-
-
-def _hermite(at: Array, size: Array) -> tuple[Array, Array, Array]:
-    """Hermite's cubics on elements of a ``size``, shape (n,), and two derivatives by s; shape (n, points, 4) each.
-
-    ``at`` are points from 0 to 1.  The functions go with the displacement and the slope at the left end, then those at
-    the right end.
-    """
-    t, one = at, np.ones_like(at)
-    value = np.stack([1 - 3 * t**2 + 2 * t**3, t - 2 * t**2 + t**3, 3 * t**2 - 2 * t**3, t**3 - t**2], axis=1)
-    first = np.stack([6 * t**2 - 6 * t, 1 - 4 * t + 3 * t**2, 6 * t - 6 * t**2, 3 * t**2 - 2 * t], axis=1)
-    second = np.stack([12 * t - 6 * one, 6 * t - 4 * one, 6 * one - 12 * t, 6 * t - 2 * one], axis=1)
-    h = size[:, None, None]
-    slope = np.where(np.array([False, True, False, True]), h, 1.0)
-    return value * slope, first * slope / h, second * slope / h**2
-
-
-def _strains(size: Array) -> tuple[Array, Array]:
-    """``linear`` and ``quadratic`` of elements of a ``size``, shape (n,); see :class:`Rod`."""
-    n = len(size)
-    linear, quadratic = np.zeros((n, 9, 8)), np.zeros((n, 9, 8, 8))
-    first = _hermite(AT_STRETCH, size)[1]
-    linear[:, :3, X] = first
-    for own in (X, Z):
-        quadratic[:, :3, own[:, None], own] = first[:, :, :, None] * first[:, :, None, :]
-    _, first, second = _hermite(AT_BEND, size)
-    linear[:, 3:5, Z] = linear[:, 5:7, X] = linear[:, 7:, Z] = second
-    # x' z'' - z' x'', made symmetric.
-    cross = first[:, :, :, None] * second[:, :, None, :] - second[:, :, :, None] * first[:, :, None, :]
-    quadratic[:, 3:5, X[:, None], Z] = cross
-    quadratic[:, 3:5, Z[:, None], X] = cross.transpose(0, 1, 3, 2)
-    return linear, quadratic.reshape(n, 72, 8)
