@@ -5,12 +5,14 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
+from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
 from stripfold.plots.style import BLACK, BLUE, GREY, VERMILLION, Look, figure, look, note, styled
 
 LOOKS = {"rod": Look(BLUE, "o"), "solid": Look(VERMILLION, "s")}
 SLOPE = 2.0
 """Order in the element length that is drawn to compare with."""
+SIZE_TICKS = (0.003, 0.01, 0.03)
 
 
 @styled
@@ -44,8 +46,15 @@ def draw(data: xr.Dataset) -> Figure:
     bottom.plot([], [], color=BLACK, ls=":", lw=0.8, label="solid from elastica")
     bottom.set(xlabel="thickness $h\\,/\\,L^*$", ylabel=r"difference in $\lambda_c$, relative")
     note(bottom, "(b)")
-    for ax in (top, bottom):
+    for ax, ticks in ((top, SIZE_TICKS), (bottom, thickness)):
         ax.set(xscale="log", yscale="log")
-        ax.legend(loc="lower right", fontsize=7, ncols=1 if ax is top else 2)
+        ax.xaxis.set_major_locator(FixedLocator(list(ticks)))
+        ax.xaxis.set_minor_locator(NullLocator())
+        ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    top.legend(loc="lower right", fontsize=7)
+    # Room for the legend below what is drawn.
+    low, high = bottom.get_ylim()
+    bottom.set_ylim(low * (low / high) ** 0.5, high)
+    bottom.legend(loc="lower right", fontsize=7, ncols=2)
     fig.align_ylabels()
     return fig
