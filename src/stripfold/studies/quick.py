@@ -29,6 +29,8 @@ STEPS = StepOptions(first=0.1, largest=0.5, slow_below=0.2, wanted_iterations=10
 """Each tooth of the contact is followed: there are few on the way that is left."""
 FINEST = 0.2
 """Smallest factor on the element lengths to which close calls are refined."""
+TOLERANCE = 1e-5
+"""Width of the bracket of lambda_c, L*: far below what the mesh leaves open."""
 SAME_STATE = 0.3
 """Largest distance between the state that was foretold and the rod's own: other branches are farther."""
 
@@ -100,4 +102,4 @@ def _on_mesh(strip: Strip, foretold: Foretold, refinement: float) -> XRun:
     first = continuation.start(problem, guess, foretold.entry.advance, lying, 1.0, STEPS)
     if model.largest_move(guess, first.q) > SAME_STATE:
         raise SolveError("the state found is not the one that the elastica foretells", parameter=first.lam)
-    return to_the_end(problem, first, 0.0, STEPS)
+    return to_the_end(problem, first, 0.0, STEPS, TOLERANCE)

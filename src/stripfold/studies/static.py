@@ -264,8 +264,10 @@ def _run(model: Model, height: float, start: tuple[Model, Equilibrium], past: fl
     return to_the_end(problem, first, past, options)
 
 
-def to_the_end(problem: StripProblem, first: Point, past: float, options: StepOptions) -> XRun:
-    """Follow a branch along x from a state on it; see :func:`along_x`."""
+def to_the_end(
+    problem: StripProblem, first: Point, past: float, options: StepOptions, tolerance: float = LAMBDA_TOLERANCE
+) -> XRun:
+    """Follow a branch along x from a state on it, lambda_c to a bracket of ``tolerance``; see :func:`along_x`."""
     model = problem.model
     if critical.passed(first) or touches(model, first):
         raise SolveError("the branch does not start stable: no state with no horizontal force to start from")
@@ -309,7 +311,7 @@ def to_the_end(problem: StripProblem, first: Point, past: float, options: StepOp
             contact_folds += 1
             fold = None
     index = fold
-    found = critical.locate(problem, points[index - 1], points[index], LAMBDA_TOLERANCE, options)
+    found = critical.locate(problem, points[index - 1], points[index], tolerance, options)
     points[index:index] = [p for p in (found.before, found.after) if p not in (points[index - 1], points[index])]
     close = touched and points[-1].arc - found.after.arc < CLOSE
     return XRun(problem, tuple(points), End.SNAP, found, found.before, contact_folds, close)
