@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 import xarray as xr
 
-from stripfold import elastica
+from stripfold import elastica, store
 from stripfold.errors import SolveError
 from stripfold.plots import rod as figure
 from stripfold.studies import benchmark, quick, rod, static
@@ -44,6 +46,10 @@ class TestStudy:
         one = found.sel(height=HEIGHT, thickness=THICKNESS)
         change = np.abs(np.diff(found["lambda_c_mesh"], axis=1))[:, 0]
         np.testing.assert_allclose(one["mesh_error"], change, atol=1e-9)
+
+    def test_it_can_be_stored(self, found: xr.Dataset, tmp_path: Path):
+        store.write(found, tmp_path / "rod.nc", title="rod")
+        xr.testing.assert_equal(store.read(tmp_path / "rod.nc").drop_attrs(), found.drop_attrs())
 
     def test_where_nothing_snaps(self):
         with pytest.raises(SolveError, match="no snap of the rod"):

@@ -81,7 +81,7 @@ def run(
             "error": one(meshes, found / found[:, -1:] - 1.0, "lambda_c over that of the finest mesh, minus one"),
         },
         coords={
-            "model": list(MODELS),
+            "model": ("model", list(MODELS), {"units": "1", "long_name": "model of the strip"}),
             "height": one(("height",), np.asarray(heights, float), "gripper height / L*"),
             "thickness": one(("thickness",), np.asarray(thicknesses, float), "h / L*"),
             "refinement": one(("refinement",), np.asarray(refinements, float), "factor on element lengths"),
