@@ -75,7 +75,7 @@ def _parser() -> argparse.ArgumentParser:
         "--model",
         choices=("solid", "rod", "elastica"),
         default="solid",
-        help="the paper's finite elements, a rod (ten times as fast), or the thin limit [solid]",
+        help="the paper's finite elements, a rod (several times as fast), or the thin limit [solid]",
     )
     number("--accuracy", type=float, default=1e-3, metavar="X", help="wanted relative accuracy of lambda_c [1e-3]")
     critical.add_argument("--json", action="store_true", help="print one JSON object")

@@ -39,8 +39,8 @@ BENDING = (0.75, 0.25)
 """Shares of kappa^2 and of r''.r'' in the bending energy: it grows with the stretch as 1 + 3.5 eps.
 
 A section of St Venant-Kirchhoff material that stays plane has 1 + 3 eps.  The solid's shear, which a rod has not, acts
-like half an eps more: measured, not derived.  It counts: with kappa^2 alone lambda_c of the rod is
-as far below the solid's as with 1 + 3 eps above, with these shares it is ten times nearer (docs/numerics.md).
+like half an eps more: measured, not derived.  It counts: with kappa^2 alone lambda_c of the rod is as far below the
+solid's as with 1 + 3 eps above, with these shares it is several times nearer (docs/numerics.md).
 """
 FULL = tuple(0.5 * a for a in np.polynomial.legendre.leggauss(4))
 """A rule that is exact for mass and weight; points from the middle."""

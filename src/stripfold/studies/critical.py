@@ -124,8 +124,12 @@ def _solid(scene: Scene, progress: Progress) -> Found:
 def _rod(scene: Scene, progress: Progress) -> Found:
     strip = Strip(scene.length_star, scene.material.relative_thickness, kind="rod")
     foretold = quick.Foretold.of(strip.length, scene.height_star)
+    free = foretold.sweep.critical
+    if free >= strip.length:
+        return foretold.first.advance, nan, nan, nan, nan, free, False, End.LIFTED.reason
     refinement = min(1.0, max(FINEST, (scene.accuracy / 1e-3) ** 0.5))
     fine, error = _fine_enough(scene, lambda r: quick.run(strip, foretold, r), refinement, progress)
+    error = max(error, quick.usual_error(fine))
     return _found(fine, quick.lambda_0(fine.problem.model, foretold), error)
 
 

@@ -31,6 +31,8 @@ FINEST = 0.2
 """Smallest factor on the element lengths to which close calls are refined."""
 TOLERANCE = 1e-5
 """Width of the bracket of lambda_c, L*: far below what the mesh leaves open."""
+MESH_ERROR = 0.3
+"""Relative error of lambda_c over the square of the element length near the lift-off, L*^-2 (docs/numerics.md)."""
 SAME_STATE = 0.3
 """Largest distance between the state that was foretold and the rod's own: other branches are farther."""
 
@@ -92,6 +94,12 @@ def run(strip: Strip, foretold: Foretold, refinement: float) -> XRun:
         When a state or the branch cannot be computed, or the state found is not the one that was foretold.
     """
     return two_agree(lambda r: _on_mesh(strip, foretold, r), refinement, FINEST)
+
+
+def usual_error(found: XRun) -> float:
+    """Error of lambda_c that a mesh like this usually has, L*: two meshes can agree by chance."""
+    shortest = float(np.diff(found.problem.model.ends).min())
+    return MESH_ERROR * shortest**2 * found.last.lam
 
 
 def _on_mesh(strip: Strip, foretold: Foretold, refinement: float) -> XRun:
