@@ -83,6 +83,19 @@ class TestCriticalPoint:
         else:
             assert np.isnan(found.lambda_c)
 
+    def test_meshes_that_agree_by_chance(self, run: static.XRun, monkeypatch: pytest.MonkeyPatch):
+        """As if the coarse mesh had given the same: the error is what such a mesh usually has."""
+        monkeypatch.setattr(quick, "run", lambda *_: run)
+        scene = Scene.create(length=0.48, height=0.09, eta_b=3780.0, model="rod")
+        found = critical.find(scene)
+        assert found.error / found.lambda_c == pytest.approx(0.3 * np.diff(run.problem.model.ends).min() ** 2)
+        assert found.error / found.lambda_c > 1e-4
+
+    def test_a_strip_that_is_lifted(self):
+        """Too short for the height: no snap, and the reason; nothing is solved for."""
+        found = critical.find(Scene.create(length=0.2, height=0.09, eta_b=3780.0, model="rod"))
+        assert (found.snap, found.reason) == (False, End.LIFTED.reason)
+
     def test_a_state_that_was_not_foretold_is_refused(self):
         """As if the elastica had meant another strip: its state is no guess for this one."""
         foretold = quick.Foretold.of(LENGTH, HEIGHT)
