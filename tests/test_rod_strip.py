@@ -93,7 +93,7 @@ class TestCriticalPoint:
 
     def test_a_strip_that_is_lifted(self):
         """Too short for the height: no snap, and the reason; nothing is solved for."""
-        found = critical.find(Scene.create(length=0.2, height=0.09, eta_b=3780.0, model="rod"))
+        found = critical.find(Scene.create(length=0.15, height=0.09, eta_b=3780.0, model="rod"))
         assert (found.snap, found.reason) == (False, End.LIFTED.reason)
 
     def test_a_state_that_was_not_foretold_is_refused(self):
