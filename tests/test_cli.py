@@ -136,7 +136,7 @@ def test_bad_input_is_told_in_one_line(capsys, fake, arguments, parts):
         ["critical"],
         STRIP[:-2],
         [*STRIP, "--length", "long"],
-        [*STRIP, "--model", "rod"],
+        [*STRIP, "--model", "shell"],
         [*STRIP, "--jso"],
     ],
 )

@@ -302,8 +302,10 @@ def test_the_parts_join(stored: tuple[Simulation, xr.Dataset]) -> None:
     assert np.isnan(fall["negatives"]).all()
 
 
-def test_the_strip_that_is_simulated_is_the_one_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
-    asked = Simulation.create(length=0.3, height=0.054, eta_b=3780.0, eta_m=2e-3, nu=0.3, until="touch")
+@pytest.mark.parametrize("model", ["solid", "rod"])
+def test_the_strip_that_is_simulated_is_the_one_asked_for(monkeypatch: pytest.MonkeyPatch, model: str) -> None:
+    given = {"length": 0.3, "height": 0.054, "eta_b": 3780.0, "eta_m": 2e-3, "nu": 0.3, "until": "touch"}
+    asked = Simulation.create(**given, model=model)
     seen: list[tuple[object, ...]] = []
 
     def simulate(*given: object, **_: object) -> None:
@@ -315,6 +317,6 @@ def test_the_strip_that_is_simulated_is_the_one_asked_for(monkeypatch: pytest.Mo
         collapse_data.run(asked)
     star = (3780.0 * 9.81) ** (-1.0 / 3.0)
     ((strip, height, fall),) = seen
-    assert strip == Strip(pytest.approx(0.3 / star), asked.scene.material.relative_thickness, 0.3)
+    assert strip == Strip(pytest.approx(0.3 / star), asked.scene.material.relative_thickness, 0.3, kind=model)
     assert height == pytest.approx(0.054 / star)
     assert fall == collapse_data.fall_of(asked)

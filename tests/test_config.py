@@ -16,7 +16,7 @@ from jsonschema import Draft202012Validator
 from stripfold import config, elastica, scene
 from stripfold.errors import InvalidInputError
 from stripfold.scene import Scene
-from stripfold.studies import benchmark, friction_steps, lag, limit, modes, order, schemes, tangency
+from stripfold.studies import benchmark, friction_steps, lag, limit, modes, order, rod, schemes, tangency
 
 ROOT = Path(__file__).parents[1]
 SHIPPED = ["paper", "quick"]
@@ -35,6 +35,15 @@ MINIMAL: dict[str, Any] = {
             "sizes": [0.2, 0.1],
             "phases": 2,
             "reference": 1,
+        },
+        "rod": {
+            "length_star": 16,
+            "heights": [3.0],
+            "thicknesses": [0.05],
+            "refinement": 1,
+            "thickness": 0.05,
+            "height": 3.0,
+            "refinements": [2, 1],
         },
         "branches": {"cases": 20, "seed": 1, "refinement": 2, "eta_m": 1e-3},
         "benchmark": {"repeats": 1},
@@ -173,7 +182,7 @@ def objects(rules: dict[str, Any]):
 def test_the_schema_is_one_and_refuses_unknown_keys_everywhere():
     Draft202012Validator.check_schema(config.schema())
     found = list(objects(config.schema()))
-    assert len(found) == 22
+    assert len(found) == 23
     assert all(rules["additionalProperties"] is False for rules in found)
 
 
@@ -192,6 +201,7 @@ def test_the_schema_agrees_with_the_scene():
     [
         ("limit", limit),
         ("order", order),
+        ("rod", rod),
         ("benchmark", benchmark),
         ("schemes", schemes),
         ("modes", modes),

@@ -97,7 +97,7 @@ def test_what_is_no_sound_number_is_refused(key, value):
         ("accuracy", 0.11),
         ("rho_a", 0.0),
         ("gravity", 0.0),
-        ("model", "rod"),
+        ("model", "shell"),
         ("law", "linear"),
     ],
 )

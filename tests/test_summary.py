@@ -82,8 +82,26 @@ def datasets() -> dict[str, xr.Dataset]:
         },
         {"case": cases},
     )
+    rod = xr.Dataset(
+        {
+            "model_error": (("height", "thickness"), [[5e-3, 4e-5]]),
+            "mesh_error": (("model", "height", "thickness"), np.full((2, 1, 2), 1e-4)),
+            "lambda_c": (("model", "height", "thickness"), np.full((2, 1, 2), 9.8)),
+        },
+        {"thickness": [0.2, 0.0594], "model": ["rod", "solid"]},
+    )
+    rod_benchmark = xr.Dataset(
+        {
+            "seconds": ("repeat", [0.09]),
+            "estimated_error": ((), 8e-4),
+            "seconds_assess": ("repeat", [0.9]),
+            "apart": ((), 1e-3),
+        }
+    )
     return {
         **of_paths(),
+        "rod": rod,
+        "rod_benchmark": rod_benchmark,
         **of_pictures(),
         "falls": falls,
         "fall_benchmark": xr.Dataset({"wall": ("repeat", [8.0]), "memory": ((), 150.0)}),
@@ -257,6 +275,11 @@ def test_all_keys_and_all_hold() -> None:
         ("benchmark", "seconds", 6.0, "time_solid_lambda_c"),
         ("benchmark", "relative_error", 6e-3, "time_solid_lambda_c"),
         ("benchmark", "memory", 500.0, "memory_solid_lambda_c"),
+        ("rod", "model_error", 2e-3, "rod_model_error"),
+        ("rod_benchmark", "seconds", 0.2, "time_rod_1e-3"),
+        ("rod_benchmark", "estimated_error", 2e-3, "time_rod_1e-3"),
+        ("rod_benchmark", "seconds_assess", 2.0, "time_assess_rod"),
+        ("rod_benchmark", "apart", 0.01, "time_assess_rod"),
         ("points", "lambda_c", 1.0, "collapse_deviation"),
         ("points", "lambda_error", 0.1, "lambda_c_error_max"),
         ("points", "lambda_c_upper", 1.0, "bracket_max"),

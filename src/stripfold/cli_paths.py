@@ -43,6 +43,7 @@ def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> Non
     number("--eta-m", type=float, default=1e-3, metavar="X", help="weight-to-membrane-stiffness ratio, m^-2 s^2 [1e-3]")
     number("--nu", type=float, default=0.0, metavar="X", help="Poisson's ratio [0]")
     number("--rho-a", type=float, default=1.0, metavar="X", help="areal density, kg m^-2; scales forces only [1]")
+    number("--model", choices=("solid", "rod"), default="solid", help="the paper's finite elements, or a rod [solid]")
     law = assess.add_mutually_exclusive_group()
     law.add_argument("--friction", type=float, metavar="K", help="the paper's internal friction k_f, s^-2")
     law.add_argument("--hysteresis", type=float, metavar="M", help="moment M_0 of a bending hysteresis, N")
@@ -110,7 +111,7 @@ def assess(arguments: argparse.Namespace) -> str:
         raise InvalidInputError("step", asked["step"], "a step together with --friction or --hysteresis")
     own = paths.read(arguments.path, length / unit, unit)
     with progress() as say:
-        found = verdict.reach(material, length, own, progress=say, **asked)
+        found = verdict.reach(material, length, own, model=arguments.model, progress=say, **asked)
     seconds = perf_counter() - began
     return as_json(_fields(found, seconds)) if arguments.json else _as_text(found, seconds)
 

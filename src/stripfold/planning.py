@@ -26,6 +26,8 @@ HIGHEST = 60.0
 """Height up to which lambda_c is asked for, L*."""
 NEAR = 0.1
 """How near the stability boundary a path may come without being taken to meet it, L*."""
+LOWEST = 6.7
+"""Less than lambda_c - z is at any height, L*: a path that is far before that needs no lambda_c (a test holds it)."""
 FAR = 1e3
 """Stands for a place at whose height nothing snaps, L*."""
 
@@ -79,6 +81,10 @@ def sweep_on_path(path: GripperPath, length: float) -> Sweep:
         x, z = path.position(s)
         if not elastica.touch_limit() < z <= HIGHEST:
             return -FAR
+        least = float(x + length / 2.0 - z) - LOWEST
+        if least < -1.0:
+            # Farther before the boundary than anything below looks for.
+            return least
         return float(x + length / 2.0 - elastica.critical(float(z)).advance)
 
     values = np.array([beyond(float(s)) for s in travelled])

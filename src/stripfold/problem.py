@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .effects import Effect
-from .models.solid import Solid
+from .models.model import Model
 from .paths.curve import Piece
 from .solve.linear import Band
 
@@ -24,7 +24,7 @@ Index = NDArray[np.intp]
 class Lift:
     """The gripper rises: lambda is its height; it is free along x, so the strip carries no horizontal force."""
 
-    def grasped(self, model: Solid) -> Index:
+    def grasped(self, model: Model) -> Index:
         return np.asarray(model.middle[0, 1:])
 
     def values(self, lam: float) -> Array:
@@ -40,7 +40,7 @@ class AlongX:
 
     height: float
 
-    def grasped(self, model: Solid) -> Index:
+    def grasped(self, model: Model) -> Index:
         return np.asarray(model.middle[0])
 
     def values(self, lam: float) -> Array:
@@ -58,7 +58,7 @@ class AlongPiece:
     length: float
     """Length of the strip, L*."""
 
-    def grasped(self, model: Solid) -> Index:
+    def grasped(self, model: Model) -> Index:
         return np.asarray(model.middle[0])
 
     def values(self, lam: float) -> Array:
@@ -78,7 +78,7 @@ class StripProblem:
     ``effects`` act on it besides; what they remember changes in :meth:`accepted` only.
     """
 
-    model: Solid
+    model: Model
     motion: Motion
     effects: tuple[Effect, ...] = ()
     prescribed: Index = field(init=False)

@@ -9,7 +9,7 @@ from typing import Any, Literal, cast, get_args
 from stripfold.errors import InvalidInputError
 from stripfold.material import GRAVITY, Material
 
-Model = Literal["solid", "elastica"]
+Model = Literal["solid", "rod", "elastica"]
 Law = Literal["svk", "printed"]
 
 ETA_B = (1e-1, 1e8)
@@ -53,7 +53,7 @@ class Scene:
     length, height
         Length of the strip and height of the gripper, m.
     model
-        "solid", the paper's finite-element model, or "elastica".
+        "solid", the paper's finite-element model; "rod", the fast one; or "elastica", the thin limit.
     accuracy
         Wanted relative accuracy of lambda_c.
     law
@@ -81,8 +81,8 @@ class Scene:
             set_(self, key, checked_number(key, getattr(self, key)))
         _choice("model", self.model, get_args(Model))
         _choice("law", self.law, get_args(Law))
-        if self.model == "elastica":
-            _choice("law", self.law, ("svk",), "the elastica has no other law")
+        if self.model != "solid":
+            _choice("law", self.law, ("svk",), f"the {self.model} has no other law")
         _check_height(self.material, self.length, self.height)
 
     @classmethod

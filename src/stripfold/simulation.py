@@ -12,7 +12,9 @@ from stripfold import schemas
 from stripfold.errors import InvalidInputError
 from stripfold.scene import Scene, checked_number, require_long_enough
 
-OF_SCENE = ("length", "height", "eta_b", "eta_m", "nu", "rho_a", "gravity")
+OF_SCENE = ("length", "height", "eta_b", "eta_m", "nu", "rho_a", "gravity", "model")
+MODELS = ("solid", "rod")
+"""What has a motion in time."""
 REQUIRED = ("length", "height", "eta_b")
 UNTIL = ("rest", "touch")
 BEFORE, FALL, AFTER = PHASES = "before", "fall", "after"
@@ -76,6 +78,8 @@ class Simulation:
             if key not in given:
                 raise InvalidInputError(key, None, "a number", "it is missing")
         scene = Scene.create(**{key: given[key] for key in OF_SCENE if key in given})
+        if scene.model not in MODELS:
+            raise InvalidInputError("model", scene.model, " or ".join(MODELS), "it has no motion in time")
         require_long_enough(scene)
         fall = {key: given[key] for key in OF_FALL if key in given}
         for key, value in fall.items():
@@ -97,6 +101,7 @@ class Simulation:
             "length": self.scene.length,
             "height": self.scene.height,
             **{key: getattr(material, key) for key in ("eta_b", "eta_m", "nu", "rho_a", "gravity")},
+            "model": self.scene.model,
             **asdict(self.letting_go),
         }
 

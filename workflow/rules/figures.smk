@@ -27,6 +27,7 @@ SOURCES = {
     "real_paths": [f"{RESULTS}/recordings.nc"],
     "recordings_accuracy": [f"{RESULTS}/studies/recordings_accuracy.nc"],
     "calibration": [of_images("calibration")],
+    "rod": [f"{RESULTS}/studies/rod.nc"],
     "printed_law": [f"{RESULTS}/printed_law.nc"],
 }
 FIGURE_FILES = expand(f"{FIGURES}/{{name}}.{{suffix}}", name=SOURCES, suffix=["png", "svg"])

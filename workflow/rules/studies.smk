@@ -30,6 +30,33 @@ rule order:
         "../scripts/order.py"
 
 
+rule rod:
+    output:
+        f"{RESULTS}/studies/rod.nc",
+    log:
+        f"{LOGS}/rod.log",
+    resources:
+        mem_mb=1000,
+        runtime=30,
+    params:
+        **CONFIG["studies"]["rod"],
+    script:
+        "../scripts/rod.py"
+
+
+rule rod_benchmark:
+    output:
+        f"{RESULTS}/studies/rod_benchmark.nc",
+    log:
+        f"{LOGS}/rod_benchmark.log",
+    # Alone on the machine, so that nothing else is in the times.
+    threads: workflow.cores
+    params:
+        **CONFIG["studies"]["benchmark"],
+    script:
+        "../scripts/rod_benchmark.py"
+
+
 rule branches:
     output:
         f"{RESULTS}/studies/branches.nc",
@@ -62,6 +89,8 @@ rule studies:
     input:
         rules.limit.output,
         rules.order.output,
+        rules.rod.output,
+        rules.rod_benchmark.output,
         rules.branches.output,
         rules.benchmark.output,
         rules.schemes.output,

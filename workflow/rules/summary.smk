@@ -7,6 +7,8 @@ rule summary:
         master=rules.master_curve.output[0],
         limit=rules.limit.output[0],
         order=rules.order.output[0],
+        rod=rules.rod.output[0],
+        rod_benchmark=rules.rod_benchmark.output[0],
         branches=rules.branches.output[0],
         benchmark=rules.benchmark.output[0],
         schemes=rules.schemes.output[0],

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InvalidInputError
-from ..models.solid import Solid
+from ..models.directors import Directors
+from ..models.model import Model
 from ..solve.linear import Band
-from .directors import Directors
 
 Array = NDArray[np.float64]
 
@@ -53,7 +53,7 @@ class Hysteresis:
         The geometry.
     """
 
-    model: Solid = field(repr=False)
+    model: Model = field(repr=False)
     moment: float
     yield_curvature: float
     slid: Array = field(repr=False)
@@ -62,7 +62,7 @@ class Hysteresis:
 
     @classmethod
     def of(
-        cls, model: Solid, moment: float, *, yield_curvature: float = YIELD_CURVATURE, slack: Array | None = None
+        cls, model: Model, moment: float, *, yield_curvature: float = YIELD_CURVATURE, slack: Array | None = None
     ) -> Self:
         """Friction on a strip that is slack (no friction moment) when flat, or in the state ``slack``, shape (n,).
 
@@ -79,7 +79,7 @@ class Hysteresis:
             raise InvalidInputError("moment", moment, "a finite number >= 0 (rho_a g L*^2)")
         if not 0.0 < yield_curvature < np.inf:
             raise InvalidInputError("yield_curvature", yield_curvature, "a finite number > 0 (1/L*)")
-        directors = Directors.of(model.mesh)
+        directors = model.directors
         slid = np.zeros(len(directors.length))
         if slack is not None:
             slid = directors.turn(directors.at(slack)) / directors.length
@@ -129,9 +129,8 @@ class Hysteresis:
         gradient = self.directors.gradient(d)
         corners = modulus[:, None, None] * (gradient[:, :, None] * gradient[:, None, :])
         corners += moment[:, None, None] * self.directors.hessian(d)
-        n_elements, n_local = self.model.mesh.element_unknowns.shape
-        local = self.directors.local
-        matrices = np.zeros((n_elements, n_local, n_local))
+        local, n_local = self.directors.local, self.directors.n_local
+        matrices = np.zeros((len(length), n_local, n_local))
         matrices[:, local[:, None], local] = corners
         return self._scatter(moment[:, None] * gradient), self.model.pattern.assemble(matrices)
 

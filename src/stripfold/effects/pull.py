@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InvalidInputError
-from ..models.solid import Solid
+from ..models.model import Model
 from ..solve.linear import Band
 
 Array = NDArray[np.float64]
@@ -38,7 +38,7 @@ class Pull:
         When ``k_f`` is negative or not finite.
     """
 
-    model: Solid = field(repr=False)
+    model: Model = field(repr=False)
     k_f: float
     q_prev: Array = field(repr=False)
 

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from ..solve.linear import Band, BandPattern
 from . import laws
+from .directors import Directors
 from .strip_mesh import Index, StripMesh, build
 
 Array = NDArray[np.float64]
@@ -89,6 +90,17 @@ class Solid:
     def s(self) -> Array:
         """Shape (columns,): reference distance of the mid-surface nodes from the grasped end."""
         return self.mesh.s
+
+    @property
+    def ends(self) -> Array:
+        """Shape (n_elements + 1,): reference distance of the elements' ends from the grasped end."""
+        nodes_along = round((self.mesh.element_unknowns.shape[1] // 2) ** 0.5)
+        return self.s[:: nodes_along - 1]
+
+    @property
+    def directors(self) -> Directors:
+        """The sections at the ends of each element."""
+        return Directors.of(self.mesh)
 
     def deformation_gradient(self, q: Array) -> Array:
         """``F = I + grad u`` at the quadrature points, shape (n_elements, n_quadrature, 2, 2)."""

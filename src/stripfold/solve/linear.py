@@ -114,7 +114,10 @@ class Band:
 
     def __matmul__(self, x: Array) -> Array:
         n, w = self.size, self.width
-        return np.asarray(blas.dgbmv(n, n, w, w, 1.0, self.ab[w:], x))
+        # The rows above the band, which `gbtrf` fills, are zero: with them the array need not be copied.  The wrapper
+        # takes no band wider than the matrix.
+        above = 2 * w if 3 * w < n else w
+        return np.asarray(blas.dgbmv(n, n, w, above, 1.0, self.ab[2 * w - above :], x))
 
     def diagonal(self) -> Array:
         return np.asarray(self.ab[2 * self.width])

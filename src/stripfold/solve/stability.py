@@ -6,13 +6,19 @@ Near a fold of the strip one eigenvalue crosses zero almost flat and stays a hun
 
 from __future__ import annotations
 
+from math import sqrt
+
 import numpy as np
 import scipy.linalg
-from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh
 
 from ..errors import SolveError
 from .linear import Matrix, Solve
 from .problem import Array, Index, Problem
+
+MOST_VECTORS = 60
+TOLERANCE = 1e-8
+"""Largest residual of an eigenvector, as a share; that of the eigenvalue is its square."""
+TINY = 1e-300
 
 
 def nearest_eigenvalues(
@@ -41,7 +47,7 @@ def nearest_eigenvalues(
     free[held] = 0.0
 
     def times_mass(x: Array) -> Array:
-        return free * (mass @ (free * x.ravel()))
+        return free * (mass @ (free * x))
 
     count = min(count, int(free.sum()))
     if n <= 20:
@@ -53,20 +59,36 @@ def nearest_eigenvalues(
         mode = np.zeros(n)
         mode[keep] = vectors[:, nearest[0]]
         return values[nearest], mode
-    start = free * (guess if guess is not None else np.ones(n))
-    try:
-        values, vectors = eigsh(
-            LinearOperator((n, n), matvec=lambda x: kept @ x.ravel(), dtype=float),
-            k=count,
-            M=LinearOperator((n, n), matvec=times_mass, dtype=float),
-            sigma=0.0,
-            OPinv=LinearOperator((n, n), matvec=lambda x: free * solve(x.ravel()), dtype=float),
-            v0=start,
-            ncv=min(n - 1, 8),
-            tol=1e-8,
-        )
-    except ArpackNoConvergence as error:
-        raise SolveError("the eigenvalues of the tangent did not converge") from error
-    order = np.argsort(values)
-    mode = vectors[:, order[0]] * free
-    return values[order], mode
+    return _lanczos(times_mass, lambda x: free * solve(x), free * (guess if guess is not None else np.ones(n)), count)
+
+
+def _lanczos(times_mass: Solve, solve: Solve, start: Array, count: int) -> tuple[Array, Array]:
+    """Largest eigenvalues, in size, of ``K^-1 M``, inverted; by Lanczos with full reorthogonalisation.
+
+    A few steps with their vectors kept: a library's restarts and callbacks cost several times as much as the solves.
+    """
+    vectors = np.empty((MOST_VECTORS + 1, len(start)))
+    massive = np.empty_like(vectors)  # M times each
+    projected = np.zeros((MOST_VECTORS + 1, MOST_VECTORS + 1))
+    new = start
+    weighed = times_mass(new)
+    for k in range(MOST_VECTORS):
+        norm = sqrt(max(float(new @ weighed), TINY))
+        vectors[k], massive[k] = new / norm, weighed / norm
+        new = solve(massive[k])
+        share = massive[: k + 1] @ new
+        new = new - share @ vectors[: k + 1]
+        again = massive[: k + 1] @ new
+        new = new - again @ vectors[: k + 1]
+        weighed = times_mass(new)
+        projected[k, k] = share[k] + again[k]
+        left = sqrt(max(float(new @ weighed), 0.0))
+        if k + 1 > count or left == 0.0:
+            values, ritz = np.linalg.eigh(projected[: k + 1, : k + 1])
+            nearest = np.argsort(-np.abs(values))[:count]
+            if np.all(left * np.abs(ritz[-1, nearest]) <= TOLERANCE * np.abs(values[nearest])):
+                found = 1.0 / values[nearest]
+                order = np.argsort(found)
+                return found[order], ritz[:, nearest[order[0]]] @ vectors[: k + 1]
+        projected[k, k + 1] = projected[k + 1, k] = left
+    raise SolveError("the eigenvalues of the tangent did not converge")

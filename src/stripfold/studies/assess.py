@@ -14,7 +14,7 @@ import numpy as np
 
 from .. import planning
 from ..errors import CoarseMeshError
-from ..models.solid import Solid
+from ..models.model import Model
 from ..paths import GripperPath, RPath
 from ..problem import StripProblem
 from ..solve.continuation import StepOptions
@@ -86,7 +86,7 @@ class Assessment:
         The first touch, or None.
     """
 
-    model: Solid
+    model: Model
     path: GripperPath
     stretches: tuple[Stretch, ...]
     motions: tuple[Motion, ...]
@@ -114,7 +114,7 @@ class Assessment:
         return abs(self.last.lam - self.path.length) < 1e-6
 
 
-def mesh_for(strip: Strip, path: GripperPath, refinement: float = 1.0) -> Solid:
+def mesh_for(strip: Strip, path: GripperPath, refinement: float = 1.0) -> Model:
     """The strip on a mesh that is fine where it lifts off when the path first meets the stability boundary."""
     sweep = planning.sweep_on_path(path, strip.length)
     return strip.model(planning.boundaries(strip.length, sweep, refinement, SIZES))
@@ -145,7 +145,7 @@ def assess_strip(
 
 
 def assess(
-    model: Solid,
+    model: Model,
     path: GripperPath,
     fall: Fall | None = None,
     progress: Progress | None = None,
@@ -230,7 +230,7 @@ def _static_touch(stretch: Stretch) -> Touchdown | None:
     return None
 
 
-def lying_length(model: Solid, point: Point) -> float:
+def lying_length(model: Model, point: Point) -> float:
     """Length that lies from the held end to the lift-off, L*."""
     return model.length - lift_off(model, point)
 
@@ -247,7 +247,7 @@ def peak_forces(states: Sequence[tuple[StripProblem, Point]]) -> tuple[float, fl
     return max(float(np.linalg.norm(grip)) for grip, _ in forces), max(abs(hold) for _, hold in forces)
 
 
-def shape_error(model: Solid, point: Point, plan: RPath) -> float:
+def shape_error(model: Model, point: Point, plan: RPath) -> float:
     """Largest distance of a state from the folded state that an R-path ends in, L*."""
     apart = model.mid_surface(point.q) - plan.states[-1].at(model.s)
     return float(np.linalg.norm(apart, axis=1).max())

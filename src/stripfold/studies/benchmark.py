@@ -8,14 +8,17 @@ import resource
 import subprocess
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from time import perf_counter
+from typing import TypeVar
 
 import numpy as np
 import xarray as xr
 
 from ..errors import StripfoldError
+
+T = TypeVar("T")
 
 STRIP = ("--length", "0.5", "--eta-b", "3780")
 """The strip whose R-path is assessed."""
@@ -87,6 +90,66 @@ def run_assess(repeats: int) -> xr.Dataset:
         },
         attrs={"command": "stripfold assess r-path.csv " + " ".join(STRIP)},
     )
+
+
+def run_rod(repeats: int) -> xr.Dataset:
+    """One lambda_c of the rod to 1e-3 and one R-path assessed on it: ``repeats`` calls each in this process.
+
+    Each after an uncounted call, as a user has it who asks for many: imports and caches of the machine are warm.
+    Errors from finer meshes.
+    """
+    from ..material import Material
+    from ..paths import path_of
+    from ..scene import Scene
+    from . import critical
+    from .verdict import reach
+
+    material = Material(float(STRIP[3]))
+    unit, length = material.gravity_length, float(STRIP[1])
+    scene = Scene.create(length=0.6, height=0.09, eta_b=material.eta_b, model="rod")
+    finer = Scene.create(length=0.6, height=0.09, eta_b=material.eta_b, model="rod", accuracy=1e-4)
+    seconds, found = _calls(lambda: critical.find(scene), repeats)
+    truth = critical.find(finer).lambda_c
+    path = path_of("r-path", length / unit)
+    seconds_assess, verdict = _calls(lambda: reach(material, length, path, model="rod"), repeats)
+    solid = reach(material, length, path)
+    first, again = verdict.critical[0], solid.critical[0]
+    apart = max(
+        float(np.hypot(first["x"] - again["x"], first["z"] - again["z"])),
+        abs(verdict.first_touch_x - solid.first_touch_x),
+    )
+    return xr.Dataset(
+        {
+            "seconds": ("repeat", seconds, {"units": "s", "long_name": "time of one lambda_c to 1e-3"}),
+            "estimated_error": ((), found.error / found.lambda_c, {"units": "1", "long_name": "its estimated error"}),
+            "error": (
+                (),
+                abs(found.lambda_c / truth - 1.0),
+                {"units": "1", "long_name": "its relative distance from lambda_c to 1e-4"},
+            ),
+            "seconds_assess": (
+                "repeat",
+                seconds_assess,
+                {"units": "s", "long_name": "time of one R-path assessed, with its fall"},
+            ),
+            "apart": (
+                (),
+                apart / length,
+                {"units": "1", "long_name": "critical point and first touch from those of the solid / length"},
+            ),
+        },
+        attrs={"scene": "length 0.6 m, eta_b 3780, height 0.09 m", "path": "R-path, length 0.5 m, eta_b 3780"},
+    )
+
+
+def _calls(call: Callable[[], T], repeats: int) -> tuple[list[float], T]:
+    """Seconds of each counted call, and what the last one gave."""
+    result, seconds = call(), []
+    for _ in range(repeats):
+        began = perf_counter()
+        result = call()
+        seconds.append(perf_counter() - began)
+    return seconds, result
 
 
 def _timed(command: Sequence[str], repeats: int) -> tuple[list[float], list[str], float]:

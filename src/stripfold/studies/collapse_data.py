@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..errors import TimeStepError
 from ..material import Material
-from ..models.solid import Solid
+from ..models.model import Model
 from ..simulation import AFTER, BEFORE, FALL, LettingGo, Simulation
 from ..solve.dynamics import Energy, Moment
 from ..solve.problem import Point
@@ -56,7 +56,8 @@ def in_solver_units(go: LettingGo, material: Material) -> Fall:
 def run(simulation: Simulation, progress: Progress | None = None) -> xr.Dataset:
     """Simulate and collect; see :func:`.collapse.simulate` for the errors raised."""
     scene = simulation.scene
-    strip = Strip(scene.length_star, scene.material.relative_thickness, scene.material.nu, law=scene.law)
+    thickness = scene.material.relative_thickness
+    strip = Strip(scene.length_star, thickness, scene.material.nu, law=scene.law, kind=scene.model)
     found = simulate(strip, scene.height_star, fall_of(simulation), progress=progress)
     return dataset(simulation, found)
 
@@ -145,7 +146,7 @@ def dataset(simulation: Simulation, found: Collapse) -> xr.Dataset:
     return xr.Dataset(data, coords=coords, attrs=attrs)
 
 
-def _mean(model: Solid, values: Array) -> Array:
+def _mean(model: Model, values: Array) -> Array:
     """Mean along the strip of nodal values, shape (..., columns)."""
     return np.asarray(values @ node_weights(model.s) / model.length)
 

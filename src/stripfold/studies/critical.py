@@ -10,6 +10,7 @@ from time import perf_counter
 from .. import elastica
 from ..errors import SolveError
 from ..scene import Scene
+from . import quick
 from .static import End, Strip, XRun, along_x, lift
 
 Progress = Callable[[str], None]
@@ -41,7 +42,7 @@ class CriticalResult:
     seconds
         Time taken.
     model
-        "solid" or "elastica".
+        "solid", "rod" or "elastica".
     """
 
     lambda_0: float
@@ -66,7 +67,8 @@ def find(scene: Scene, progress: Progress | None = None) -> CriticalResult:
         When it cannot be computed, or not to the accuracy asked for.
     """
     began = perf_counter()
-    result = _elastica(scene) if scene.model == "elastica" else _solid(scene, progress or (lambda _: None))
+    of = {"elastica": _elastica, "rod": _rod, "solid": _solid}[scene.model]
+    result = of(scene, progress or (lambda _: None))
     lambda_0, lambda_c, lower, upper, error, free_length, snap, reason = result
     unit = scene.material.gravity_length
     return CriticalResult(
@@ -87,7 +89,7 @@ def find(scene: Scene, progress: Progress | None = None) -> CriticalResult:
 Found = tuple[float, float, float, float, float, float, bool, str]
 
 
-def _elastica(scene: Scene) -> Found:
+def _elastica(scene: Scene, progress: Progress) -> Found:
     height = scene.height_star
     point = elastica.critical(height)
     lambda_0 = elastica.state_no_horizontal_force(height).advance
@@ -111,26 +113,52 @@ def _solid(scene: Scene, progress: Progress) -> Found:
     strip = Strip(scene.length_star, material.relative_thickness, material.nu, law=scene.law)
     progress("lifting")
     (_, model, state) = next(lift(strip, [height]))
-    refinement = first_refinement(scene.accuracy)
 
     def follow(r: float) -> XRun:
-        progress(f"following the branch, elements {r:.2g} times the standard ones")
         return along_x(strip, height, (model, state), r, past=0.0)
 
-    coarse, fine = follow(2.0 * refinement), follow(refinement)
+    fine, error = _fine_enough(scene, follow, first_refinement(scene.accuracy), progress)
+    return _found(fine, fine.lambda_0, error)
+
+
+def _rod(scene: Scene, progress: Progress) -> Found:
+    strip = Strip(scene.length_star, scene.material.relative_thickness, kind="rod")
+    foretold = quick.Foretold.of(strip.length, scene.height_star)
+    free = foretold.sweep.critical
+    if free >= strip.length:
+        return foretold.first.advance, nan, nan, nan, nan, free, False, End.LIFTED.reason
+    refinement = min(1.0, max(FINEST, (scene.accuracy / 1e-3) ** 0.5))
+    fine, error = _fine_enough(scene, lambda r: quick.run(strip, foretold, r), refinement, progress)
+    error = max(error, quick.usual_error(fine))
+    return _found(fine, quick.lambda_0(fine.problem.model, foretold), error)
+
+
+def _fine_enough(
+    scene: Scene, follow: Callable[[float], XRun], refinement: float, progress: Progress
+) -> tuple[XRun, float]:
+    """The run on the first mesh whose half as fine neighbour agrees with it to the scene's accuracy; its error, L*."""
+
+    def followed(r: float) -> XRun:
+        progress(f"following the branch, elements {r:.2g} times the standard ones")
+        return follow(r)
+
+    coarse, fine = followed(2.0 * refinement), followed(refinement)
     while True:
         change = abs(fine.last.lam - coarse.last.lam)
         error = change + fine.slack
         if fine.end is coarse.end and error <= scene.accuracy * fine.last.lam:
-            break
+            return fine, error
         if refinement / 2.0 < FINEST:
             raise SolveError(
                 f"lambda_c is known to {error / fine.last.lam:.1e} only, asked for was {scene.accuracy:.1e}",
                 advice="ask for less accuracy",
             )
         refinement /= 2.0
-        coarse, fine = fine, follow(refinement)
+        coarse, fine = fine, followed(refinement)
+
+
+def _found(fine: XRun, lambda_0: float, error: float) -> Found:
     if fine.critical is None:
-        return fine.lambda_0, nan, nan, nan, nan, fine.free_length, False, fine.end.reason
+        return lambda_0, nan, nan, nan, nan, fine.free_length, False, fine.end.reason
     c = fine.critical
-    return fine.lambda_0, c.lam, c.lower, c.upper, error, fine.free_length, True, fine.end.reason
+    return lambda_0, c.lam, c.lower, c.upper, error, fine.free_length, True, fine.end.reason

@@ -12,7 +12,7 @@ from itertools import pairwise
 from math import inf
 
 from ..errors import SolveError
-from ..models.solid import Solid
+from ..models.model import Model
 from ..paths import RPath
 from ..solve import continuation
 from ..solve.problem import Point
@@ -41,12 +41,12 @@ class Direction:
 class TwoWays:
     """The unstable planned state, and the two ways it can go."""
 
-    model: Solid
+    model: Model
     start: Point
     directions: tuple[Direction, ...]
 
 
-def leave(model: Solid, strip: Strip, plan: RPath, fall: Fall, progress: Progress | None = None) -> TwoWays:
+def leave(model: Model, strip: Strip, plan: RPath, fall: Fall, progress: Progress | None = None) -> TwoWays:
     """Let the planned state go in both directions, with the gripper held, and follow the path from where it rests.
 
     Raises
@@ -69,7 +69,7 @@ def leave(model: Solid, strip: Strip, plan: RPath, fall: Fall, progress: Progres
     return TwoWays(model, start, tuple(ways))
 
 
-def planned_unstable(model: Solid, strip: Strip, plan: RPath, travelled: float) -> Point:
+def planned_unstable(model: Model, strip: Strip, plan: RPath, travelled: float) -> Point:
     """The planned state at a length travelled, as an unstable equilibrium of the solid.
 
     Raises
@@ -80,8 +80,7 @@ def planned_unstable(model: Solid, strip: Strip, plan: RPath, travelled: float) 
     x, height = plan.path.position(travelled)
     lam = float(x) + strip.length / 2.0
     _, coarse, state = next(lift(strip, [float(height)]))
-    ends = model.s[:: (len(model.s) - 1) // model.mesh.weights.shape[0]]
-    run = along_x(strip, float(height), (coarse, state), mesh=ends, past=PAST)
+    run = along_x(strip, float(height), (coarse, state), mesh=model.ends, past=PAST)
     unstable = _at(run, lam)
     problem = problem_on(model, plan.path, CARRY)
     point = continuation.start(problem, unstable.q, travelled, unstable.active, 1.0, STEPS)

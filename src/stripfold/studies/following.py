@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from .. import planning
 from ..errors import CoarseMeshError, ContinuationError, NewtonError, SolveError
-from ..models.solid import Solid
+from ..models.model import Model
 from ..paths.curve import GripperPath
 from ..problem import AlongPiece, StripProblem
 from ..solve import continuation, critical, newton
@@ -66,7 +66,7 @@ class Stretch:
         Maxima of lambda that were the mesh's own (docs/numerics.md), passed: one contact held the strip back.
     """
 
-    model: Solid
+    model: Model
     path: GripperPath
     points: tuple[Point, ...]
     pieces: tuple[int, ...]
@@ -78,12 +78,12 @@ class Stretch:
         return problem_on(self.model, self.path, self.pieces[i])
 
 
-def problem_on(model: Solid, path: GripperPath, piece: int) -> StripProblem:
+def problem_on(model: Model, path: GripperPath, piece: int) -> StripProblem:
     """The strip with its gripper on one piece of a path."""
     return StripProblem(model, AlongPiece(path.pieces[piece], model.length))
 
 
-def from_flat(model: Solid, path: GripperPath) -> Point:
+def from_flat(model: Model, path: GripperPath) -> Point:
     """The first state of a path, its gripper just lifted."""
     problem = problem_on(model, path, 0)
     travelled = min(FIRST_HEIGHT, path.pieces[0].end / 4.0)
@@ -91,7 +91,7 @@ def from_flat(model: Solid, path: GripperPath) -> Point:
 
 
 def follow(
-    model: Solid,
+    model: Model,
     path: GripperPath,
     first: Point | None = None,
     piece: int = 0,

@@ -12,7 +12,7 @@ from math import inf, sqrt
 from .. import planning
 from ..effects import Effect, Hysteresis, Pull
 from ..errors import LostStabilityError, SolveError
-from ..models.solid import Solid
+from ..models.model import Model
 from ..paths import RPath
 from ..solve.problem import Array
 from .falling import touch_position
@@ -62,7 +62,7 @@ class Run:
         return abs(self.touch_x - plan.first_touch) < FOLLOWED
 
 
-def effects_of(law: str, strength: float) -> Callable[[Solid, Array], tuple[Effect, ...]]:
+def effects_of(law: str, strength: float) -> Callable[[Model, Array], tuple[Effect, ...]]:
     """The effects of a law, slack in the state given; none for strength 0."""
     if strength == 0.0:
         return lambda model, q: ()
@@ -71,13 +71,13 @@ def effects_of(law: str, strength: float) -> Callable[[Solid, Array], tuple[Effe
     return lambda model, q: (Hysteresis.of(model, strength, slack=q),)
 
 
-def model_for(strip: Strip, plan: RPath, refinement: float) -> Solid:
+def model_for(strip: Strip, plan: RPath, refinement: float) -> Model:
     """A mesh fine where the plan lifts off."""
     free = strip.length - plan.lying_length
     return strip.model(planning.boundaries(strip.length, planning.Sweep(0.0, free), refinement, SIZES))
 
 
-def follow(model: Solid, plan: RPath, law: str, strength: float, step: float, to_end: bool = False) -> Run:
+def follow(model: Model, plan: RPath, law: str, strength: float, step: float, to_end: bool = False) -> Run:
     """Follow an R-path from the flat strip to its first touch, or to its end."""
     steps: list[Step] = []
     touch, touch_x, lost = None, float("nan"), ""
@@ -93,7 +93,7 @@ def follow(model: Solid, plan: RPath, law: str, strength: float, step: float, to
     return Run(law, strength, step, tuple(steps), touch, touch_x, lost)
 
 
-def smallest(model: Solid, plan: RPath, law: str, step: float) -> tuple[float, float]:
+def smallest(model: Model, plan: RPath, law: str, step: float) -> tuple[float, float]:
     """Bracket of the smallest strength with which the plan is followed to its first touch: fails, suffices.
 
     Raises

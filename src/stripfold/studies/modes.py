@@ -16,6 +16,7 @@ import xarray as xr
 from numpy.polynomial import Polynomial, legendre
 from numpy.typing import NDArray
 
+from ..models.model import Model
 from ..models.solid import Solid
 from ..solve import dynamics, newton
 from ..solve.dynamics import Moving
@@ -43,7 +44,7 @@ class HeldStrip(WithoutMemory):
         Factor on the weight.
     """
 
-    model: Solid
+    model: Model
     prescribed: Index
     values: Array
     direction: Array

@@ -13,7 +13,7 @@ import numpy as np
 from .. import planning
 from ..effects import Effect, Hysteresis
 from ..errors import LostStabilityError, NewtonError, SolveError
-from ..models.solid import Solid
+from ..models.model import Model
 from ..problem import AlongX, StripProblem
 from ..solve import continuation, dynamics, newton
 from ..solve.dynamics import Moment, Moving, TimeOptions
@@ -49,7 +49,7 @@ class Passage:
         Index of the first moment at which the sag touches.
     """
 
-    model: Solid
+    model: Model
     static: float
     moments: tuple[Moment, ...]
     touch: int
@@ -135,7 +135,7 @@ def to_loss(strip: Strip, height: float, moment: float, refinement: float) -> tu
     return steps, _nearer(steps[-1])
 
 
-def _start(strip: Strip, height: float, refinement: float) -> tuple[Solid, Equilibrium]:
+def _start(strip: Strip, height: float, refinement: float) -> tuple[Model, Equilibrium]:
     """The strip lifted without horizontal force, on a mesh for all that follows."""
     (_, coarse, lifted) = next(lift(strip, [height]))
     model = strip.model(planning.boundaries(strip.length, planning.lift_off_sweep(height), refinement, SIZES))
@@ -143,7 +143,7 @@ def _start(strip: Strip, height: float, refinement: float) -> tuple[Solid, Equil
     return model, no_horizontal_force(problem, transfer(coarse, lifted.q, model), height)
 
 
-def _friction(model: Solid, moment: float, slack: Array) -> tuple[Effect, ...]:
+def _friction(model: Model, moment: float, slack: Array) -> tuple[Effect, ...]:
     return (Hysteresis.of(model, moment, slack=slack),) if moment else ()
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from ..material import Material
-from ..models.solid import Solid
+from ..models.model import Model
 from ..paths import GripperPath
 from ..problem import StripProblem
 from ..solve.dynamics import Moment
@@ -49,7 +49,7 @@ def rows_of_motion(motion: Motion, problem: StripProblem, part: int) -> list[Row
     return [Row(moments[i], problem, part) for i in sorted(kept)]
 
 
-def dataset(rows: Sequence[Row], model: Solid, path: GripperPath, material: Material) -> xr.Dataset:
+def dataset(rows: Sequence[Row], model: Model, path: GripperPath, material: Material) -> xr.Dataset:
     """All rows over ``state`` and ``node``; energies and forces per metre of width.
 
     Forces are those of the gripper and of the held end on the strip; in a fall they are nan.

@@ -5,7 +5,7 @@ All in units of L*; see ``docs/physics.md``, section 4, for what is expected.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Any
@@ -16,6 +16,8 @@ from scipy.interpolate import CubicSpline
 
 from .. import planning
 from ..errors import ContinuationError, NewtonError, SolveError
+from ..models.model import Model
+from ..models.rod import Rod
 from ..models.solid import Solid
 from ..problem import AlongX, Lift, StripProblem
 from ..solve import continuation, critical, newton
@@ -42,6 +44,10 @@ TOUCH_TOLERANCE = 1e-4
 """Arc length within which the first touch of the sag is located, L*."""
 
 
+ROD_SIZES = planning.Sizes(free=0.2, sweep=0.2, critical=0.03, lying=0.3)
+"""Element lengths of the rod at refinement one, L* (docs/numerics.md)."""
+
+
 class End(StrEnum):
     """What ended the advance of the gripper."""
 
@@ -63,7 +69,8 @@ class End(StrEnum):
 class Strip:
     """A strip in solver units, and how it is discretised.
 
-    ``length`` and ``thickness`` in L*; ``options`` go to :meth:`.Solid.of`.
+    ``length`` and ``thickness`` in L*; ``kind`` is "solid" or "rod", the rest is for the solid:
+    :meth:`.Solid.of`.
     """
 
     length: float
@@ -72,8 +79,17 @@ class Strip:
     order: int = 2
     across: int = 1
     law: str = "svk"
+    kind: str = "solid"
 
-    def model(self, elements: int | Array) -> Solid:
+    @property
+    def sizes(self) -> planning.Sizes:
+        """Element lengths at refinement one."""
+        return ROD_SIZES if self.kind == "rod" else planning.Sizes()
+
+    def model(self, elements: int | Array) -> Model:
+        """The strip with this number of elements, or with these ends of elements."""
+        if self.kind == "rod":
+            return Rod.of(self.length, self.thickness, elements=elements)
         return Solid.of(
             self.length,
             self.thickness,
@@ -134,7 +150,7 @@ class XRun:
         return lift_off(self.problem.model, self.last)
 
 
-def lift(strip: Strip, heights: Sequence[float]) -> Iterator[tuple[float, Solid, Equilibrium]]:
+def lift(strip: Strip, heights: Sequence[float]) -> Iterator[tuple[float, Model, Equilibrium]]:
     """Lift the flat strip and yield its state at each height, ascending: the gripper is free along x (lambda_0)."""
     # A mesh good enough to start from: each run along x has one of its own.
     model = strip.model(max(24, round(4 * strip.length)))
@@ -164,7 +180,7 @@ def lift(strip: Strip, heights: Sequence[float]) -> Iterator[tuple[float, Solid,
         )
 
 
-def transfer(model: Solid, q: Array, to: Solid) -> Array:
+def transfer(model: Model, q: Array, to: Model) -> Array:
     """Unknowns on another mesh of the same strip: the mid-surface by cubic splines, sections normal to it."""
     middle = model.mid_surface(q)
     spline = CubicSpline(model.s, middle)
@@ -188,7 +204,7 @@ def no_horizontal_force(problem: StripProblem, q: Array, height: float) -> Equil
 def along_x(
     strip: Strip,
     height: float,
-    start: tuple[Solid, Equilibrium],
+    start: tuple[Model, Equilibrium],
     mesh: float | Array = 1.0,
     past: float = 1.0,
     options: StepOptions = X_STEPS,
@@ -218,26 +234,41 @@ def along_x(
     sweep, refinement = planning.lift_off_sweep(height), float(mesh)
 
     def on_planned_mesh(refinement: float) -> XRun:
-        model = strip.model(planning.boundaries(strip.length, sweep, refinement))
+        model = strip.model(planning.boundaries(strip.length, sweep, refinement, strip.sizes))
         return _run(model, height, start, past, options)
 
-    run = on_planned_mesh(refinement)
-    # Where maximum and touch are neighbours the mesh says which comes first: two meshes have to agree.
-    while run.close and refinement > FINEST_FOR_ORDER:
+    return two_agree(on_planned_mesh, refinement, FINEST_FOR_ORDER)
+
+
+def two_agree(on_mesh: Callable[[float], XRun], refinement: float, finest: float) -> XRun:
+    """A run on a mesh of this refinement; where maximum and touch are neighbours, on ever finer ones.
+
+    There the mesh says which comes first: two meshes in a row have to agree.
+    """
+    run = on_mesh(refinement)
+    while run.close and refinement > finest:
         refinement /= 2.0
-        last, run = run, on_planned_mesh(refinement)
+        last, run = run, on_mesh(refinement)
         if run.end is last.end:
             break
     return run
 
 
-def _run(model: Solid, height: float, start: tuple[Solid, Equilibrium], past: float, options: StepOptions) -> XRun:
+def _run(model: Model, height: float, start: tuple[Model, Equilibrium], past: float, options: StepOptions) -> XRun:
     """One run on one mesh; see :func:`along_x`."""
     problem = StripProblem(model, AlongX(height))
     q = transfer(start[0], start[1].q, model)
     state = no_horizontal_force(problem, q, height)
     lambda_0 = float(state.q[model.middle[0, 0]])
     first = continuation.start(problem, state.q, lambda_0, state.active, 1.0, options)
+    return to_the_end(problem, first, past, options)
+
+
+def to_the_end(
+    problem: StripProblem, first: Point, past: float, options: StepOptions, tolerance: float = LAMBDA_TOLERANCE
+) -> XRun:
+    """Follow a branch along x from a state on it, lambda_c to a bracket of ``tolerance``; see :func:`along_x`."""
+    model = problem.model
     if critical.passed(first) or touches(model, first):
         raise SolveError("the branch does not start stable: no state with no horizontal force to start from")
     points: list[Point] = [first]
@@ -280,7 +311,7 @@ def _run(model: Solid, height: float, start: tuple[Solid, Equilibrium], past: fl
             contact_folds += 1
             fold = None
     index = fold
-    found = critical.locate(problem, points[index - 1], points[index], LAMBDA_TOLERANCE, options)
+    found = critical.locate(problem, points[index - 1], points[index], tolerance, options)
     points[index:index] = [p for p in (found.before, found.after) if p not in (points[index - 1], points[index])]
     close = touched and points[-1].arc - found.after.arc < CLOSE
     return XRun(problem, tuple(points), End.SNAP, found, found.before, contact_folds, close)
@@ -306,19 +337,19 @@ def locate_touch(problem: StripProblem, before: Point, after: Point, options: St
     return before, after
 
 
-def contact_positions(model: Solid, point: Point | Moment) -> Array:
+def contact_positions(model: Model, point: Point | Moment) -> Array:
     """Distances from the grasped end of the nodes on the floor, ascending; the held end counts as one."""
     on_floor = np.isin(model.middle[:, 1], point.active)
     on_floor[-1] = True
     return np.asarray(model.s[on_floor])
 
 
-def touches(model: Solid, point: Point | Moment) -> bool:
+def touches(model: Model, point: Point | Moment) -> bool:
     """Whether something beside the lying part is on the floor: a contact more than L* apart from the rest."""
     return bool(np.any(np.diff(contact_positions(model, point)) > 1.0))
 
 
-def lift_off(model: Solid, point: Point | Moment) -> float:
+def lift_off(model: Model, point: Point | Moment) -> float:
     """Distance along the strip from the grasped end to where the lying part begins, L*."""
     s = contact_positions(model, point)
     gaps = np.flatnonzero(np.diff(s) > 1.0)

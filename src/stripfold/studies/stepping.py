@@ -14,7 +14,7 @@ import numpy as np
 
 from ..effects import Effect
 from ..errors import InvalidInputError, LostStabilityError, NewtonError
-from ..models.solid import Solid
+from ..models.model import Model
 from ..paths.curve import GripperPath
 from ..problem import AlongPiece, Motion, StripProblem
 from ..solve import continuation, newton
@@ -22,7 +22,7 @@ from ..solve.problem import Array, Equilibrium, Point, Tangent
 from .following import from_flat
 from .static import PATIENT
 
-Effects = Callable[[Solid, Array], tuple[Effect, ...]]
+Effects = Callable[[Model, Array], tuple[Effect, ...]]
 """The effects on a strip, slack or at rest in the state given."""
 
 SMALLEST_SHARE = 1.0 / 64.0
@@ -68,7 +68,7 @@ def steps_on(path: GripperPath, size: float) -> Iterator[tuple[int, float]]:
             yield i, float(travelled)
 
 
-def walk(model: Solid, path: GripperPath, effects: Effects, size: float) -> Iterator[Step]:
+def walk(model: Model, path: GripperPath, effects: Effects, size: float) -> Iterator[Step]:
     """Follow a path from the flat strip in steps of ``size``, L*, to its end.
 
     Raises
@@ -87,7 +87,7 @@ def walk(model: Solid, path: GripperPath, effects: Effects, size: float) -> Iter
 
 
 def walk_from(
-    model: Solid,
+    model: Model,
     state: Equilibrium,
     acting: tuple[Effect, ...],
     motions: Sequence[Motion],

@@ -71,6 +71,7 @@ def reach(
     hysteresis: float | None = None,
     step: float | None = None,
     refinement: float = 1.0,
+    model: str = "solid",
     progress: Callable[[str], None] | None = None,
 ) -> Verdict:
     """Assess a path; with friction in steps, without along the branch and through its falls.
@@ -89,6 +90,8 @@ def reach(
         Size of the steps with either, m.
     refinement
         Factor on all element lengths.
+    model
+        "solid" or "rod".
 
     Raises
     ------
@@ -96,7 +99,7 @@ def reach(
         Bad input; a part that could not be computed.
     """
     unit = material.gravity_length
-    strip = Strip(length / unit, material.relative_thickness, material.nu)
+    strip = Strip(length / unit, material.relative_thickness, material.nu, kind=model)
     if friction is None and hysteresis is None:
         fall = in_solver_units(LettingGo(), material)
         found = assess_strip(strip, path, fall, refinement, progress)

@@ -177,7 +177,7 @@ def dataset(material: Material, length: float, results: Sequence[HeightResult]) 
     put(
         "elements",
         at,
-        per_height(lambda r: r.run.problem.model.mesh.weights.shape[0]),
+        per_height(lambda r: len(r.run.problem.model.ends) - 1),
         "1",
         "elements of the mesh",
     )

@@ -1,9 +1,10 @@
 """How far each element is bent: the angle between the sections at its two ends, and its derivatives.
 
-The director of a section is the vector across it per thickness, D = (-sin phi, cos phi) times the stretch.  A middle
-node carries its displacement and the others theirs relative to it, per thickness (:mod:`..models.strip_mesh`), so D is
-(0, 1) plus the difference of two relative unknowns: no length of the strip is subtracted from another, and the
-rounding of an angle is that of numbers of the size of one.
+The director of a section is a vector that turns with it.  In the solid it is that across the section per thickness,
+D = (-sin phi, cos phi) times the stretch: a middle node carries its displacement and the others theirs relative to it,
+per thickness (:mod:`.strip_mesh`), so D is (0, 1) plus the difference of two relative unknowns.  In the rod it is the
+tangent, (1, 0) plus the slopes among the unknowns.  Either way no length of the strip is subtracted from another, and
+the rounding of an angle is that of numbers of the size of one.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..models.strip_mesh import StripMesh
+from .strip_mesh import StripMesh
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -29,13 +30,18 @@ class Directors:
     Attributes
     ----------
     unknowns
-        Shape (n_elements, 2 ends, 2 faces, 2 components): the unknowns of an element's corner nodes; the ends from
-        left to right, the faces from bottom to top.
+        Shape (n_elements, 2 ends, n_points, 2 components): the unknowns that an element's directors are made of, the
+        ends from left to right.  In the solid the points are the corner nodes from bottom to top, in the rod there is
+        one: the slope.
     local
-        Shape (8,): where they stand among the element's own unknowns.
+        Shape (4 n_points,): where they stand among the element's own unknowns.
+    n_local
+        Number of these.
     factor
-        Shape (n_elements, 2 ends, 2 faces): derivative of the director by them.  With two elements across each has
+        Shape (n_elements, 2 ends, n_points): derivative of the director by them.  With two elements across each has
         half the section for its own: its director is the vector from the mid-surface to the face, times two.
+    straight
+        Shape (2,): the director where all unknowns are zero.
     length
         Shape (n_elements,): reference length, L*.
     across
@@ -44,7 +50,9 @@ class Directors:
 
     unknowns: Index
     local: Index
+    n_local: int
     factor: Array
+    straight: Array
     length: Array
     across: int
 
@@ -60,13 +68,11 @@ class Directors:
         is_middle = np.isin(unknowns[..., 0], mesh.middle[:, 0])
         factor = np.where(is_middle, 0.0, across * np.array([-1.0, 1.0]))
         length = np.diff(mesh.s[unknowns[:, :, 0, 0] // (2 * nodes_across)], axis=1)[:, 0]
-        return cls(unknowns, local.ravel(), factor, length, across)
+        return cls(unknowns, local.ravel(), n_local, factor, np.array([0.0, 1.0]), length, across)
 
     def at(self, q: Array) -> Array:
         """Shape (n_elements, 2 ends, 2 components)."""
-        d = np.einsum("eaf,eafi->eai", self.factor, q[self.unknowns])
-        d[..., 1] += 1.0
-        return d
+        return np.asarray(np.einsum("eaf,eafi->eai", self.factor, q[self.unknowns]) + self.straight)
 
     def turn(self, directors: Array) -> Array:
         """Angle from the left to the right director of each element, rad, in (-pi, pi], shape (n_elements,).
@@ -77,20 +83,21 @@ class Directors:
         return np.arctan2(left[:, 0] * right[:, 1] - left[:, 1] * right[:, 0], np.sum(left * right, axis=1))
 
     def gradient(self, directors: Array) -> Array:
-        """Derivative of the turn by the corner unknowns, shape (n_elements, 8)."""
+        """Derivative of the turn by the unknowns ``local``, shape (n_elements, 4 n_points)."""
         x, z = directors[..., 0], directors[..., 1]
         by_director = np.stack([-z, x], axis=-1) * (END_SIGN / (x**2 + z**2))[..., None]
-        return np.asarray((self.factor[..., None] * by_director[:, :, None, :]).reshape(-1, 8))
+        return np.asarray((self.factor[..., None] * by_director[:, :, None, :]).reshape(len(directors), -1))
 
     def hessian(self, directors: Array) -> Array:
-        """Second derivative of the turn, shape (n_elements, 8, 8); an angle's own at either end, no end with the
-        other."""
+        """Second derivative of the turn, shape (n_elements, 4 n_points, 4 n_points); an angle's own at either end, no
+        end with the other."""
         x, z = directors[..., 0], directors[..., 1]
         xz, difference = 2.0 * x * z, z**2 - x**2
         by_director = np.stack([np.stack([xz, difference], -1), np.stack([difference, -xz], -1)], -2)
         by_director *= (END_SIGN / (x**2 + z**2) ** 2)[..., None, None]
-        out = np.zeros((len(directors), 2, 2, 2, 2, 2, 2))
+        n_points = self.factor.shape[2]
+        out = np.zeros((len(directors), 2, n_points, 2, 2, n_points, 2))
         for end in (0, 1):
             f = self.factor[:, end]
             out[:, end, :, :, end, :, :] = np.einsum("ef,eg,eij->efigj", f, f, by_director[:, end])
-        return out.reshape(-1, 8, 8)
+        return out.reshape(len(directors), 4 * n_points, 4 * n_points)

@@ -1,0 +1,121 @@
+"""What problems, effects and studies may ask of a strip in space, whichever way it is discretised.
+
+Units: lengths in L*, forces per width in rho_a g L* (``docs/physics.md``, section 1): the bending stiffness is one.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..solve.linear import Band, BandPattern
+from .directors import Directors
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+
+class Model(Protocol):
+    """A strip, straight and unstressed at ``q = 0``, held at one end and grasped at the other; no algorithm inside.
+
+    Its strains are quadratic in the unknowns ``q``, shape (size,).  Models are frozen.
+    """
+
+    @property
+    def length(self) -> float:
+        """Length of the strip, L*."""
+        ...
+
+    @property
+    def thickness(self) -> float:
+        """Thickness h of the strip, L*."""
+        ...
+
+    @property
+    def size(self) -> int:
+        """Number of unknowns."""
+        ...
+
+    @property
+    def middle(self) -> Index:
+        """Shape (columns, 2): unknowns that are the mid-surface's displacement, from the grasped to the held end."""
+        ...
+
+    @property
+    def s(self) -> Array:
+        """Shape (columns,): reference distance of the mid-surface nodes from the grasped end, L*."""
+        ...
+
+    @property
+    def ends(self) -> Array:
+        """Shape (n_elements + 1,): reference distance of the elements' ends from the grasped end, L*."""
+        ...
+
+    @property
+    def mass(self) -> Band:
+        """Consistent mass matrix, one per length."""
+        ...
+
+    @property
+    def weight(self) -> Array:
+        """Force of gravity with its sign turned, shape (size,)."""
+        ...
+
+    @property
+    def pattern(self) -> BandPattern:
+        """Where entries of element matrices go."""
+        ...
+
+    @property
+    def directors(self) -> Directors:
+        """How far each element is bent."""
+        ...
+
+    def energy(self, q: Array) -> float:
+        """Elastic energy; nan for a law that has none."""
+        ...
+
+    def internal_force(self, q: Array) -> Array:
+        """Internal force, shape (size,)."""
+        ...
+
+    def force_and_tangent(self, q: Array, carried: Array | None = None) -> tuple[Array, Band]:
+        """Internal force and its derivative; the latter with the stress ``carried`` (see :meth:`carry`)."""
+        ...
+
+    def force_over_step(self, q0: Array, q1: Array, kappa: float, carried: Array | None = None) -> tuple[Array, Band]:
+        """Internal force over a time step and its derivative by ``q1``: the energy-momentum method.
+
+        Its work is the gain of elastic energy plus ``kappa`` times :meth:`strain_distance`, exactly.
+        """
+        ...
+
+    def strain_distance(self, q0: Array, q1: Array) -> float:
+        """Squared distance of two states in strain, weighted with the stiffness."""
+        ...
+
+    def carry(self, q: Array, dq: Array) -> Array:
+        """Stress at ``q + dq`` by the strain linearised at ``q``, for the next tangent; why: :meth:`.Solid.carry`."""
+        ...
+
+    def mid_surface(self, q: Array) -> Array:
+        """Positions of the mid-surface nodes, shape (columns, 2), in the paper's frame (origin mid-strip)."""
+        ...
+
+    def largest_move(self, q0: Array, q1: Array) -> float:
+        """Largest distance between the places of one mid-surface node in two states, L*."""
+        ...
+
+    def unknowns_of(self, position: Array, angle: Array) -> Array:
+        """Unknowns of a strip bent to a given mid-surface, sections normal and unstretched.
+
+        Parameters
+        ----------
+        position
+            Mid-surface positions, shape (columns, 2).
+        angle
+            Angle of the material direction +x with the x axis, rad, shape (columns,).
+        """
+        ...

@@ -1,0 +1,246 @@
+"""The strip as a planar rod that bends and stretches: the fast model beside the solid.
+
+A cubic (Hermite) mid-line with a continuous slope, so there are no sections to carry along, and no shear.  Its strains
+are quadratic in the unknowns at most, which is what the energy-momentum step and :meth:`Rod.carry` live on::
+
+    eps = (r'.r' - 1) / 2,    kappa = r' x r'',    energy = integral of (12 eps^2 / h^2 + B) / 2 ds,
+    B = 3/4 kappa^2 + 1/4 r''.r''
+
+(a prime is d/ds, x the plane's cross product).  12 / h^2 is the membrane stiffness in plane strain beside a bending
+stiffness of one.  Both bending terms are theta'^2, theta the slope's angle, in a strip that does not stretch; with a
+stretch kappa^2 is theta'^2 (1 + 4 eps) and r''.r'' is theta'^2 (1 + 2 eps).  Their shares are :data:`BENDING`.
+Units: lengths in L*, forces per width in rho_a g L*.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InvalidInputError
+from ..solve.linear import Band, BandPattern
+from .directors import Directors
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+AT_STRETCH, W_STRETCH = np.array([0.0, 0.5, 1.0]), np.array([1.0, 4.0, 1.0]) / 6.0
+"""Simpson's points for the membrane strain.
+
+As many constraints as a thin strip's slope can meet, so no locking; with Gauss's two points the tangential slopes have
+a mode that no strain sees (``docs/numerics.md``).
+"""
+AT_BEND, W_BEND = 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3.0), np.array([0.5, 0.5])
+"""Gauss's two points for the curvature, where a cubic has it best."""
+BENDING = (0.75, 0.25)
+"""Shares of kappa^2 and of r''.r'' in the bending energy: it grows with the stretch as 1 + 3.5 eps.
+
+A section of St Venant-Kirchhoff material that stays plane has 1 + 3 eps.  The solid's shear, which a rod has not, acts
+like half an eps more: measured, not derived.  It counts: with kappa^2 alone lambda_c of the rod is as far below the
+solid's as with 1 + 3 eps above, with these shares it is several times nearer (docs/numerics.md).
+"""
+FULL = tuple(0.5 * a for a in np.polynomial.legendre.leggauss(4))
+"""A rule that is exact for mass and weight; points from the middle."""
+X, Z = np.array([0, 2, 4, 6]), np.array([1, 3, 5, 7])
+"""Where an element's unknowns along x and z stand among its eight: displacement, slope; left end, right end."""
+
+
+def _hermite(t: Array) -> tuple[Array, Array, Array]:
+    """Hermite's cubics on an element of length one, and two derivatives, at points from 0 to 1; shape (n, 4) each.
+
+    The functions go with the displacement and the slope at the left end, then those at the right end.
+    """
+    one = np.ones_like(t)
+    value = np.stack([1 - 3 * t**2 + 2 * t**3, t - 2 * t**2 + t**3, 3 * t**2 - 2 * t**3, t**3 - t**2], axis=1)
+    first = np.stack([6 * t**2 - 6 * t, 1 - 4 * t + 3 * t**2, 6 * t - 6 * t**2, 3 * t**2 - 2 * t], axis=1)
+    second = np.stack([12 * t - 6 * one, 6 * t - 4 * one, 6 * one - 12 * t, 6 * t - 2 * one], axis=1)
+    return value, first, second
+
+
+def _strains() -> tuple[Array, Array]:
+    """The strains of an element of length one are ``linear . y + y . quadratic . y / 2``; shapes (9, 8), (9, 8, 8)."""
+    linear, quadratic = np.zeros((9, 8)), np.zeros((9, 8, 8))
+    first = _hermite(AT_STRETCH)[1]
+    linear[:3, X] = first
+    for own in (X, Z):
+        quadratic[:3, own[:, None], own] = first[:, :, None] * first[:, None, :]
+    _, first, second = _hermite(AT_BEND)
+    linear[3:5, Z] = linear[5:7, X] = linear[7:, Z] = second
+    # x' z'' - z' x'', made symmetric.
+    cross = first[:, :, None] * second[:, None, :] - second[:, :, None] * first[:, None, :]
+    quadratic[3:5, X[:, None], Z] = cross
+    quadratic[3:5, Z[:, None], X] = cross.transpose(0, 2, 1)
+    return linear, quadratic
+
+
+LINEAR, QUADRATIC = _strains()
+"""The strains of any element (see :meth:`Rod.strain`) as functions of its scaled unknowns."""
+
+
+@dataclass(frozen=True)
+class Rod:
+    """A strip as a rod; make it with :meth:`of`.
+
+    A node has four unknowns: its displacement (x, z) and that one's derivative by s, (x, z).
+
+    Attributes
+    ----------
+    s
+        Shape (n_elements + 1,): the nodes, which are the elements' ends.
+    element_unknowns
+        Shape (n_elements, 8).
+    scale
+        Shape (n_elements, 8): times this an element's own unknowns are displacements per length, and slopes.  In these
+        all elements are alike (:data:`LINEAR`, :data:`QUADRATIC`), which spares memory and so time.
+    stiffness
+        Shape (n_elements, 9): of each strain (see :meth:`strain`), times its weight in the integral over the strip.
+    """
+
+    length: float
+    thickness: float
+    s: Array = field(repr=False)
+    element_unknowns: Index = field(repr=False)
+    scale: Array = field(repr=False)
+    stiffness: Array = field(repr=False)
+    pattern: BandPattern = field(repr=False)
+    mass: Band = field(repr=False)
+    weight: Array = field(repr=False)
+
+    @classmethod
+    def of(cls, length: float, thickness: float, *, elements: int | Array = 100) -> Rod:
+        """Discretise a strip; lengths in L*.
+
+        Parameters
+        ----------
+        elements
+            Number of elements, or their ends as distances from the grasped end, shape (m,).
+
+        Raises
+        ------
+        InvalidInputError
+            Ends that cannot be used.
+        """
+        s = np.linspace(0.0, length, elements + 1) if np.ndim(elements) == 0 else np.asarray(elements, float)
+        if len(s) < 4 or np.any(np.diff(s) <= 0.0):
+            # Fewer make a matrix smaller than its band.
+            raise InvalidInputError("elements", elements, "at least 3 elements, boundaries increasing")
+        size = np.diff(s)
+        unknowns = 4 * np.arange(len(size))[:, None] + np.arange(8)
+        pattern = BandPattern.of(unknowns, 4 * len(s))
+        scale = np.where([True, True, False, False] * 2, 1.0 / size[:, None], 1.0)
+        stretching = size[:, None] * (12.0 / thickness**2 * W_STRETCH)
+        bending = np.concatenate([share * W_BEND for share in (BENDING[0], BENDING[1], BENDING[1])]) / size[:, None]
+        stiffness = np.concatenate([stretching, bending], axis=1)
+        points, w = FULL
+        # A length times the scaled unknowns.
+        value = size[:, None, None] * scale[:, None, X] * _hermite(0.5 + points)[0]
+        w_mass = size[:, None] * w
+        scalar = np.einsum("ep,epa,epb->eab", w_mass, value, value)
+        mass = np.zeros((len(size), 8, 8))
+        mass[:, X[:, None], X] = mass[:, Z[:, None], Z] = scalar
+        weight = np.zeros(4 * len(s))
+        np.add.at(weight, unknowns[:, Z], np.einsum("ep,epa->ea", w_mass, value))
+        return cls(length, thickness, s, unknowns, scale, stiffness, pattern, pattern.assemble(mass), weight)
+
+    @property
+    def size(self) -> int:
+        """Number of unknowns."""
+        return 4 * len(self.s)
+
+    @cached_property
+    def middle(self) -> Index:
+        """Shape (nodes, 2): the displacements among the unknowns."""
+        return 4 * np.arange(len(self.s))[:, None] + np.arange(2)
+
+    @property
+    def ends(self) -> Array:
+        """Shape (n_elements + 1,): the elements' ends are the nodes."""
+        return self.s
+
+    @cached_property
+    def directors(self) -> Directors:
+        """The tangents at an element's ends."""
+        local = np.array([2, 3, 6, 7])
+        unknowns = self.element_unknowns[:, local].reshape(-1, 2, 1, 2)
+        factor = np.ones((len(unknowns), 2, 1))
+        return Directors(unknowns, local, 8, factor, np.array([1.0, 0.0]), np.diff(self.s), 1)
+
+    def _at(self, q: Array) -> tuple[Array, Array]:
+        """The strains, shape (n_elements, 9), and their derivatives by the scaled unknowns, (n_elements, 9, 8)."""
+        local = q[self.element_unknowns] * self.scale
+        rate = (local @ QUADRATIC.reshape(72, 8).T).reshape(-1, 9, 8)
+        rate += LINEAR
+        return 0.5 * np.matmul(LINEAR + rate, local[:, :, None])[:, :, 0], rate
+
+    def strain(self, q: Array) -> Array:
+        """eps at three points, kappa at two, and r'' at two, its x before its z; shape (n_elements, 9).
+
+        The last six times the element's length.
+        """
+        return self._at(q)[0]
+
+    def energy(self, q: Array) -> float:
+        """Elastic energy."""
+        return 0.5 * float(np.sum(self.stiffness * self.strain(q) ** 2))
+
+    def internal_force(self, q: Array) -> Array:
+        """Internal force, shape (size,): the energy's derivative."""
+        strain, rate = self._at(q)
+        return self._scatter(self.stiffness * strain, rate)
+
+    def force_and_tangent(self, q: Array, carried: Array | None = None) -> tuple[Array, Band]:
+        """Internal force and its derivative; the latter with the stress ``carried`` (see :meth:`carry`)."""
+        strain, rate = self._at(q)
+        stress = self.stiffness * strain
+        force = self._scatter(stress, rate)
+        return force, self._assemble(rate, self.stiffness, rate, stress if carried is None else carried)
+
+    def force_over_step(self, q0: Array, q1: Array, kappa: float, carried: Array | None = None) -> tuple[Array, Band]:
+        """Internal force over a time step and its derivative by ``q1``; as :func:`.laws.svk_interval`."""
+        (strain_0, rate_0), (strain_1, rate_1) = self._at(q0), self._at(q1)
+        middle, share = 0.5 * (rate_0 + rate_1), 0.5 + kappa
+        begin, end = self.stiffness * strain_0, self.stiffness * strain_1
+        force = self._scatter((1.0 - share) * begin + share * end, middle)
+        geometric = 0.5 * ((1.0 - share) * begin + share * (end if carried is None else carried))
+        return force, self._assemble(middle, share * self.stiffness, rate_1, geometric)
+
+    def strain_distance(self, q0: Array, q1: Array) -> float:
+        """Squared distance of two states in strain, weighted with the stiffness."""
+        return float(np.sum(self.stiffness * (self.strain(q1) - self.strain(q0)) ** 2))
+
+    def carry(self, q: Array, dq: Array) -> Array:
+        """Stress at ``q + dq`` by the strain linearised at ``q``, times its weight, shape (n_elements, 9)."""
+        strain, rate = self._at(q)
+        change = np.matmul(rate, (dq[self.element_unknowns] * self.scale)[:, :, None])[:, :, 0]
+        return np.asarray(self.stiffness * (strain + change))
+
+    def _scatter(self, stress: Array, rate: Array) -> Array:
+        local = np.matmul(stress[:, None, :], rate)[:, 0, :] * self.scale
+        return np.asarray(np.bincount(self.element_unknowns.ravel(), local.ravel(), minlength=self.size), float)
+
+    def _assemble(self, left: Array, stiffness: Array, right: Array, stress: Array) -> Band:
+        """``left^T stiffness right`` and the strains' second derivatives times the stress."""
+        matrices = np.matmul(left.transpose(0, 2, 1), stiffness[:, :, None] * right)
+        matrices += (stress @ QUADRATIC.reshape(9, 64)).reshape(-1, 8, 8)
+        matrices *= self.scale[:, :, None]
+        matrices *= self.scale[:, None, :]
+        return self.pattern.assemble(matrices)
+
+    def mid_surface(self, q: Array) -> Array:
+        """Positions of the nodes, shape (nodes, 2), in the paper's frame (origin mid-strip)."""
+        position = q[self.middle]
+        position[:, 0] += self.s - self.length / 2.0
+        return position
+
+    def largest_move(self, q0: Array, q1: Array) -> float:
+        """Largest distance between the places of one node in two states, L*."""
+        return float(np.linalg.norm((q1 - q0)[self.middle], axis=1).max())
+
+    def unknowns_of(self, position: Array, angle: Array) -> Array:
+        """Unknowns of a rod of these nodes and tangents, unstretched there; see :meth:`.Model.unknowns_of`."""
+        straight = np.stack([self.s - self.length / 2.0, np.zeros_like(self.s)], axis=1)
+        slope = np.stack([np.cos(angle) - 1.0, np.sin(angle)], axis=1)
+        return np.concatenate([position - straight, slope], axis=1).ravel()
