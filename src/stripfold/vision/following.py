@@ -165,7 +165,9 @@ def follow(image: Picture, guess: Centreline, look: Look, ends: Array, reach: fl
     )
     sure = np.where(score > GOOD, LEARNT, 0.0)
     learnt = Look(
-        np.interp(places, s, width + _evened(sure * (np.clip(edges.width, 0.7 * width, 1.4 * width) - width))),
+        np.maximum(
+            np.interp(places, s, width + _evened(sure * (np.clip(edges.width, 0.7 * width, 1.4 * width) - width))), 1.0
+        ),
         np.interp(places, s, np.maximum(contrast + _evened(sure * (edges.contrast - contrast)), 1.0)),
     )
     return Followed(line, learnt, float(good[seen].mean()), gap)
