@@ -280,6 +280,20 @@ def test_places_nearer_to_another_layer_are_not_the_strip_s_own() -> None:
     assert following._own(places, curve, others).tolist() == [True, False, True, True, True, True]
 
 
+def test_what_is_learnt_of_a_strip_stays_a_width(
+    film: Film, lines: list[Centreline | None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Evening out may overshoot where widths jump; of a width below nothing the next scores would be no numbers."""
+    line, image = lines[0], film.frames[0].image
+    assert line is not None
+    look = following.first_look(image, line)
+    monkeypatch.setattr(following, "_evened", lambda values: np.full_like(values, -1e3))
+    found = following.follow(image, line, look, line.points[[0, -1]], 4.0)
+    assert found is not None
+    assert found.look.width.min() >= 1.0
+    assert found.look.contrast.min() >= 1.0
+
+
 def test_a_curve_is_cut_or_extended_to_its_ends() -> None:
     curve = np.column_stack([np.linspace(0.0, 10.0, 11), np.zeros(11)])
     points, places = following.between(curve, np.array([[-2.0, 1.0], [8.0, -1.0]]), 11)

@@ -20,6 +20,11 @@ def in_parts(
     with ProcessPoolExecutor(threads) as pool:
         ranges = [range(first, min(first + size, count)) for first in range(0, count, size)]
         for job in [pool.submit(part, cases, *arguments) for cases in ranges]:
-            parts.append(job.result())
+            try:
+                parts.append(job.result())
+            except BaseException:
+                # Else all that is left would be run before the error is seen.
+                pool.shutdown(wait=False, cancel_futures=True)
+                raise
             say(f"{sum(part.sizes['case'] for part in parts)} of {count} cases")
     return xr.concat(parts, dim="case", combine_attrs="override")
