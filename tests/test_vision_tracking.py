@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from stripfold.errors import MeasurementError, TrackingError
-from stripfold.vision import following, tracking
+from stripfold.vision import following, strip_tracker, tracking
 from stripfold.vision.centreline import Centreline
 from stripfold.vision.mapping import Mapping, Similarity
 from stripfold.vision.marker import Marker
@@ -76,7 +76,7 @@ def film() -> Film:
 
 def followed(film: Film, pictures: dict[int, Picture] | None = None) -> list[Centreline | None]:
     """The lines in all frames, some of which show other pictures."""
-    tracker = tracking.StripTracker(film.calibration.mapping, STRIP, "film")
+    tracker = strip_tracker.StripTracker(film.calibration.mapping, STRIP, "film")
     lines = []
     for frame, end, corners in zip(film.frames, film.ends, film.corners, strict=True):
         image = (pictures or {}).get(frame.index, frame.image)
@@ -171,7 +171,7 @@ def test_a_strip_that_is_hidden_for_long_is_lost(film: Film) -> None:
 
 
 def test_a_strip_that_nobody_holds(film: Film) -> None:
-    tracker = tracking.StripTracker(film.calibration.mapping, STRIP, "film")
+    tracker = strip_tracker.StripTracker(film.calibration.mapping, STRIP, "film")
     dropped = film.ends[0] + np.array([70.0, -70.0])
     assert tracker(film.frames[0], dropped, film.corners[0]) is None
     with pytest.raises(TrackingError, match="from where the gripper should hold it"):
@@ -193,10 +193,10 @@ def test_a_thing_that_goes_along_the_hanging_part_does_not_take_it_along(film: F
 
 
 def test_a_strip_that_seemed_to_rush_off_is_found_where_it_was(film: Film) -> None:
-    tracker = tracking.StripTracker(film.calibration.mapping, STRIP, "film")
+    tracker = strip_tracker.StripTracker(film.calibration.mapping, STRIP, "film")
     for i in range(4):
         tracker(film.frames[i], film.ends[i], film.corners[i])
-    tracker._motion = np.tile([3000.0, -3000.0], (tracking.POINTS, 1))
+    tracker._motion = np.tile([3000.0, -3000.0], (strip_tracker.POINTS, 1))
     line = tracker(film.frames[4], film.ends[4], film.corners[4])
     assert line is not None
     assert distances(line.points, film.curves[4]).max() < 0.5 * BAND + 1.5
@@ -243,7 +243,7 @@ def test_what_a_line_lacks_is_missing_where_it_is_hidden() -> None:
 
 
 def test_a_line_may_be_as_long_again_as_usual_at_once_but_no_longer(film: Film) -> None:
-    tracker = tracking.StripTracker(film.calibration.mapping, STRIP, "film")
+    tracker = strip_tracker.StripTracker(film.calibration.mapping, STRIP, "film")
     tracker._length, tracker._lengths = 0.4, [(0.0, 0.4), (0.04, 0.4), (0.08, 0.394)]
     assert tracker._of_length(0.4, 0.04)
     assert tracker._of_length(0.395, 0.04)
@@ -257,7 +257,7 @@ def test_the_marker_is_not_taken_for_the_strip(film: Film) -> None:
     corners = np.array([[300.0, 40.0], [340.0, 40.0], [340.0, 80.0], [300.0, 80.0]])
     cv2.fillConvexPoly(image, corners.astype(np.int32), (255,))
     before = image.copy()
-    cleared = tracking.without(image, corners)
+    cleared = strip_tracker.without(image, corners)
     np.testing.assert_array_equal(image, before)
     assert cleared[290 - 250 : 80, 300:340].max() < 200
     outside = np.ones(image.shape, bool)

@@ -25,12 +25,12 @@ from ..errors import StripfoldError
 from ..vision.decoder import Image
 from ..vision.gripper import Grip, GripperTracker
 from ..vision.mapping import Mapping, Similarity, homography
+from ..vision.strip_tracker import StripTracker
 from ..vision.synthetic.recording import history_of
 from ..vision.synthetic.render import Renderer
 from ..vision.synthetic.scene import Scene
 from ..vision.synthetic.sensor import Sensor, Timeline
 from ..vision.synthetic.view import View
-from ..vision.tracking import StripTracker
 from ..vision.video import Frame, read
 
 Stage = Callable[[Frame], object]

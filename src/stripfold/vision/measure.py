@@ -21,7 +21,8 @@ from .clock import Clock, RobotLog
 from .override import Override
 from .recording import Recording
 from .snap import Speed, StaticFit
-from .tracking import HELD, Tracks, track
+from .strip_tracker import HELD
+from .tracking import Tracks, track
 
 Array = NDArray[np.float64]
 
