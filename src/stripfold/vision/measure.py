@@ -147,13 +147,6 @@ def evaluate(recording: Recording, calibration: Calibration, tracks: Tracks, ove
             f"{snap.LEAST_RATIO:g} times or more where it snaps, {UNDECIDED:g} times or less where it does not",
             "move the gripper more slowly, or give override.yaml",
         )
-    if snapped and override is None and motion.several:
-        raise MeasurementError(
-            "video",
-            "several bursts of speed that could each be the snap",
-            "one",
-            "film the motion up to one snap, with nothing passing in front, or give override.yaml",
-        )
     moment = motion.onset if snapped else float(tracks.grip_time[-1])
     if override is not None:
         moment, snapped = override.event_time, True
@@ -331,6 +324,8 @@ def _of_snap(motion: Speed, tracks: Tracks, moment: float) -> list[str]:
     flags = []
     if tracks.timing.spacing(moment) > MISSING * tracks.timing.period:
         flags.append("frames are missing at the event: its interval is wider for it")
+    if motion.several:
+        flags.append("there are several bursts of speed: the first is taken for the snap")
     if motion.ratio < 2.0 * snap.CLEAR_RATIO:
         flags.append(
             f"too fast: the strip snaps only {motion.ratio:.1f} times as fast as it followed its gripper; move slower"
