@@ -119,3 +119,17 @@ class Model(Protocol):
             Angle of the material direction +x with the x axis, rad, shape (columns,).
         """
         ...
+
+
+class OnNodes:
+    """What follows from a model's mid-surface nodes alone, the same for all."""
+
+    def mid_surface(self: Model, q: Array) -> Array:
+        """Positions of the mid-surface nodes, shape (columns, 2), in the paper's frame (origin mid-strip)."""
+        position = q[self.middle]
+        position[:, 0] += self.s - self.length / 2.0
+        return position
+
+    def largest_move(self: Model, q0: Array, q1: Array) -> float:
+        """Largest distance between the places of one mid-surface node in two states, L*."""
+        return float(np.linalg.norm((q1 - q0)[self.middle], axis=1).max())

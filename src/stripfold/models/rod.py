@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from ..errors import InvalidInputError
 from ..solve.linear import Band, BandPattern
 from .directors import Directors
+from .model import OnNodes
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -81,7 +82,7 @@ LINEAR, QUADRATIC = _strains()
 
 
 @dataclass(frozen=True)
-class Rod:
+class Rod(OnNodes):
     """A strip as a rod; make it with :meth:`of`.
 
     A node has four unknowns: its displacement (x, z) and that one's derivative by s, (x, z).
@@ -228,16 +229,6 @@ class Rod:
         matrices *= self.scale[:, :, None]
         matrices *= self.scale[:, None, :]
         return self.pattern.assemble(matrices)
-
-    def mid_surface(self, q: Array) -> Array:
-        """Positions of the nodes, shape (nodes, 2), in the paper's frame (origin mid-strip)."""
-        position = q[self.middle]
-        position[:, 0] += self.s - self.length / 2.0
-        return position
-
-    def largest_move(self, q0: Array, q1: Array) -> float:
-        """Largest distance between the places of one node in two states, L*."""
-        return float(np.linalg.norm((q1 - q0)[self.middle], axis=1).max())
 
     def unknowns_of(self, position: Array, angle: Array) -> Array:
         """Unknowns of a rod of these nodes and tangents, unstretched there; see :meth:`.Model.unknowns_of`."""

@@ -15,13 +15,14 @@ from numpy.typing import NDArray
 from ..solve.linear import Band, BandPattern
 from . import laws
 from .directors import Directors
+from .model import OnNodes
 from .strip_mesh import Index, StripMesh, build
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Solid:
+class Solid(OnNodes):
     """A strip of St Venant-Kirchhoff material; make it with :meth:`of`.
 
     The unknowns ``q``, shape (size,), are described in :mod:`stripfold.models.strip_mesh`.
@@ -175,16 +176,6 @@ class Solid:
         p = stress * self.mesh.weights[:, :, None, None]
         local = np.matmul(p.reshape(n_el, 1, n_q * 4), self.gradient_t)[:, 0, :]
         return np.bincount(self.mesh.element_unknowns.ravel(), local.ravel(), minlength=self.size).astype(float)
-
-    def mid_surface(self, q: Array) -> Array:
-        """Positions of the mid-surface nodes, shape (columns, 2), in the paper's frame (origin mid-strip)."""
-        position = q[self.middle]
-        position[:, 0] += self.s - self.length / 2.0
-        return position
-
-    def largest_move(self, q0: Array, q1: Array) -> float:
-        """Largest distance between the places of one mid-surface node in two states, L*."""
-        return float(np.linalg.norm((q1 - q0)[self.middle], axis=1).max())
 
     def unknowns_of(self, position: Array, angle: Array) -> Array:
         """Unknowns of a strip bent to a given mid-surface, sections normal and unstretched.
