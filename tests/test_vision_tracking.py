@@ -202,6 +202,25 @@ def test_a_strip_that_seemed_to_rush_off_is_found_where_it_was(film: Film) -> No
     assert distances(line.points, film.curves[4]).max() < 0.5 * BAND + 1.5
 
 
+def test_a_strip_partly_hidden_is_not_looked_for_where_it_was_once_it_is_found(
+    film: Film, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    looks: list[bool] = []
+
+    def follow(image: Picture, guess: Centreline, *rest: Any) -> following.Followed | None:
+        found = following.follow(image, guess, *rest)
+        looks.append(found is not None and found.sound and found.share < strip_tracker.PLAIN)
+        return found
+
+    monkeypatch.setattr(strip_tracker, "follow", follow)
+    middle = 0.5 * (float(film.curves[0][:, 0].min()) + float(film.ends[0][0]))
+    lines = followed(film, {4: crossed(film.frames[4].image, middle, 70.0, 90)})
+    assert lines[4] is not None
+    # Once in each frame, twice in the one in which little is seen.
+    assert sum(looks) == 2
+    assert len(looks) == len(film.frames)
+
+
 def test_a_bend_cut_short_does_not_shift_what_comes_behind_it() -> None:
     """In the middle one of five frames a tenth of a straight strip is not seen, and seems half as long."""
     s = np.linspace(0.0, 0.4, 81)

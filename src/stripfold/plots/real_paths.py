@@ -35,7 +35,7 @@ def draw(data: xr.Dataset) -> Figure:
                 ax.plot(*place, marker=how.marker, color=how.colour, ms=3.5)
         z, first = np.unique(part["height"].values, return_index=True)
         ax.plot(CM * part["lambda_model"].values[first], CM * z, color=RED, lw=1.0)
-        ax.set(xlabel=r"$\lambda$ [cm]", ylabel="$z$ [cm]", ylim=(0.0, None))
+        ax.set(xlabel=r"$\lambda$ [cm]", ylabel="$z$ [cm]", ylim=(0.0, 1.08 * CM * float(part["height"].max())))
         note(ax, rf"$\eta_b$ = {eta:.5g} m$^{{-4}}$ s$^2$")
     for ax in axes[len(etas) :]:
         ax.set_visible(False)

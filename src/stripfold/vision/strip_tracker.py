@@ -116,8 +116,10 @@ class StripTracker:
         near = 0.25 * usual + 1.5 + FASTER * float(np.quantile(np.hypot(*self._motion.T), 0.9)) * passed
         far = min(4.0 * near + usual, 4.0 * usual + 16.0)
         best: Followed | None = None
-        # What passes in front may have taken the line along: then the strip is where it was, not where that went.
         for guess, reach in ((moved, near), (moved, far), (last, far)):
+            # What passes in front may have taken the line along: then the strip is where it was, not where that went.
+            if guess is last and best is not None and best.sound:
+                break
             found = follow(frame.image, guess, look, ends, reach)
             if found is None or not self._of_length(self._metres(found.line), passed):
                 continue
