@@ -183,17 +183,44 @@ def test_dim_parts_belong_to_the_mask() -> None:
 def test_smoothing_halves_its_cutoff_and_knows_its_variance() -> None:
     n, cutoff = 401, 20.0
     wave = np.cos(2.0 * np.pi * np.arange(n) / cutoff)[:, None]
-    halved, _ = smooth.smooth(wave, np.ones(n), cutoff)
+    halved = smooth.smoothed_values(wave, np.ones(n), cutoff)
     np.testing.assert_allclose(halved[150:250], 0.5 * wave[150:250], atol=0.01)
     noise = np.random.default_rng(1).normal(size=(n, 400))
-    values, variance = smooth.smooth(noise, np.ones(n), cutoff)
+    values = smooth.smoothed_values(noise, np.ones(n), cutoff)
+    variance = smooth.variances(np.ones(n), cutoff)
     # The variance a posteriori: a sixth more than that of the noise alone, for this penalty.
     ratio = variance[50:-50] / np.var(values[50:-50], axis=1)
     assert 1.1 < ratio.mean() < 1.3
     weights = np.ones(n)
     weights[180:221] = 0.0
-    _, gap = smooth.smooth(noise, weights, cutoff)
+    gap = smooth.variances(weights, cutoff)
     assert gap[200] > 20.0 * gap[100]
+
+
+def test_bands_of_different_widths_are_measured_as_each_alone() -> None:
+    """Something dark in the wide sections beside the narrow bands, beyond where these are looked for."""
+    t = np.arange(-30, 31, dtype=np.float64)
+    widths = np.array([3.0, 3.0, 8.0, 20.0])
+    centres = np.array([0.3, -0.4, 0.7, -1.2])
+    clear = np.clip(0.5 * (0.5 * widths[:, None] + 1.0 - np.abs(t - centres[:, None])), 0.0, 1.0)
+    bands = (40.0 + 160.0 * clear).astype(np.float32)
+    for row, width in enumerate(widths):
+        bands[row, np.abs(t) > sections.sight(width) + 1] = 0.0
+    bands[1, t == 6.0] = 120.0  # a thread beside a thin strip, in sight but no part of it
+    together = sections.measure(bands, widths)
+    # Thin ones by their centroid.
+    assert np.all(np.abs(together.offset - centres) < [0.1, 0.1, 0.01, 0.01])
+    np.testing.assert_allclose(together.width, widths, atol=0.05)
+    np.testing.assert_allclose(together.contrast, 160.0, atol=0.5)
+    assert together.found.all()
+    for row, width in enumerate(widths):
+        own = slice(30 - int(sections.sight(width)), 31 + int(sections.sight(width)))
+        alone = sections.measure(bands[[row], own], float(width))
+        for values, one in zip(together, alone, strict=True):
+            np.testing.assert_allclose(values[row], one[0], atol=1e-4)
+    # Where no edge is within sight, none is found beyond it.
+    bands[0, np.abs(t) <= sections.sight(3.0)] = 200.0
+    assert not sections.measure(bands, widths).found[0]
 
 
 def saved(tmp_path: Path, array: np.ndarray, name: str = "strip.png", **options: object) -> Path:

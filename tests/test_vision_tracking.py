@@ -292,11 +292,11 @@ def test_frames_of_another_size_than_the_calibration(film: Film) -> None:
 
 def test_places_nearer_to_another_layer_are_not_the_strip_s_own() -> None:
     curve = np.array([[0.0, 0.0], [10.0, 0.0], [20.0, 0.0], [20.0, 12.0], [10.0, 12.0], [0.0, 12.0]])
-    others = np.abs(np.arange(6)[:, None] - np.arange(6)) > 2
+    same = np.where(np.abs(np.arange(6)[:, None] - np.arange(6)) > 2, 0.0, np.inf)
     places = curve.copy()
     places[0, 1] = 5.0
     places[1, 1] = 7.0
-    assert following._own(places, curve, others).tolist() == [True, False, True, True, True, True]
+    assert following._own(places, curve, same).tolist() == [True, False, True, True, True, True]
 
 
 def test_what_is_learnt_of_a_strip_stays_a_width(

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from stripfold.errors import TrackingError
 
 from .mask import candidates, foreground, reduced
-from .sections import inside, measure, sample
+from .sections import edges_at, inside, sample
 
 Array = NDArray[np.float64]
 Picture = NDArray[np.uint8]
@@ -160,8 +160,8 @@ def _layer(image: Picture, x: Array, y: Array, width: float, bright: bool, sourc
     if not inside(points, image.shape, width).all():
         raise TrackingError(source, "the picture's border cuts the loop", NEEDED, "leave some room around the loop")
     # Twice: the mask's edge is a pixel or two off, and a thin band shall lie in the middle of its sections.
-    points[:, 1] += measure(sample(image, points, across, round(1.2 * width) + 5, bright), width).offset
-    edges = measure(sample(image, points, across, round(1.2 * width) + 5, bright), width)
+    points[:, 1] += edges_at(image, points, across, width, bright).offset
+    edges = edges_at(image, points, across, width, bright)
     good = edges.found & (np.abs(edges.width / max(float(np.median(edges.width)), 1.0) - 1.0) < 0.5)
     if good.sum() < 8:
         raise TrackingError(source, "a layer of the loop has no clear edges", NEEDED, ADVICE)

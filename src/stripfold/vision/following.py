@@ -15,8 +15,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from .measuring import GOOD, MERGED, Centreline, smoothed_centres
-from .sections import Edges, inside, interpolated, measure, normals, sample, tangents
+from .measuring import GOOD, MERGED, Centreline, smoothed_centres, uncertainty
+from .sections import Edges, edges_at, inside, interpolated, normals, sample, tangents
 from .smooth import smoothed_values
 
 Array = NDArray[np.float64]
@@ -118,14 +118,15 @@ def follow(image: Picture, guess: Centreline, look: Look, ends: Array, reach: fl
     h = float(s[1])
     curve = interpolated(guess.points, arc, s)
     width, contrast = np.interp(s, arc, look.width), np.interp(s, arc, look.contrast)
-    others = np.abs(s[:, None] - s) > LAYER * typical + 2.0 * reach
+    # Too far to be the nearest, where it is not another layer.
+    same = np.where(np.abs(s[:, None] - s) > LAYER * typical + 2.0 * reach, 0.0, np.inf)
     cutoff = max(3.0 * typical, 24.0) / h
 
     across = normals(tangents(curve))
     offset = _located(image, curve, across, width, reach, guess.bright, max(round(typical / h), 2))
     there = curve + offset[:, None] * across
     edges = _edges(image, there, across, width, guess.bright)
-    score = _score(edges, width, contrast) * inside(there, image.shape) * _own(there, curve, others)
+    score = _score(edges, width, contrast) * inside(there, image.shape) * _own(there, curve, same)
     if np.sum(score >= GOOD) < 6:
         return None
     known = np.einsum("ij,ij->i", ends - curve[[0, -1]], across[[0, -1]])
@@ -137,7 +138,7 @@ def follow(image: Picture, guess: Centreline, look: Look, ends: Array, reach: fl
         edges = _edges(image, settled, across, width, guess.bright)
         seen = inside(settled, image.shape)
         centres = settled + edges.offset[:, None] * across
-        score = _score(edges, width, contrast) * seen * _own(centres, settled, others)
+        score = _score(edges, width, contrast) * seen * _own(centres, settled, same)
         score = np.where(np.abs(edges.offset) > 0.5 * width + 1.0, 0.0, score)
         good = score >= GOOD
         if good.sum() < 6 or not seen.any():
@@ -148,10 +149,11 @@ def follow(image: Picture, guess: Centreline, look: Look, ends: Array, reach: fl
         known = np.einsum("ij,ij->i", ends - settled[[0, -1]], across[[0, -1]])
         centres[[0, -1]] = settled[[0, -1]] + known[:, None] * across[[0, -1]]
         score[[0, -1]] = 1.0
-        smooth, sd = smoothed_centres(centres, edges, score, across, cutoff, h, HIDDEN)
+        smooth, weights = smoothed_centres(centres, edges, score, across, cutoff, HIDDEN)
         if float(np.abs(offset[good]).max()) < SETTLED:
             break
         settled = smooth
+    sd = uncertainty(centres, smooth, weights, score >= GOOD, across, cutoff, h)
     gap = _longest(~good & seen) / len(good)
     points, places = between(smooth, ends, len(guess.points))
     line = Centreline(
@@ -183,9 +185,9 @@ def _located(image: Picture, curve: Array, across: Array, width: Array, reach: f
     answer = np.zeros_like(profiles)
     for size in np.unique(core):
         wide = 2 * max(int(size), 2) | 1
-        of_size = cv2.blur(profiles, (int(size), 1), borderType=cv2.BORDER_REPLICATE)
-        of_size -= cv2.blur(profiles, (wide + int(size), 1), borderType=cv2.BORDER_REPLICATE)
-        answer[core == size] = of_size[core == size]
+        of_size = profiles[core == size]
+        inner = cv2.blur(of_size, (int(size), 1), borderType=cv2.BORDER_REPLICATE)
+        answer[core == size] = inner - cv2.blur(of_size, (wide + int(size), 1), borderType=cv2.BORDER_REPLICATE)
     smooth = cv2.GaussianBlur(answer, (1, 2 * n + 1), 0.0, sigmaY=max(n / 2.0, 0.5))
     near = np.exp(-0.5 * (t / max(0.7 * reach, 1.0)) ** 2) * (np.abs(t) <= allowed)
     return np.asarray(t[np.argmax(np.maximum(smooth, 0.0) * near + 1e-6 * near, axis=1)], dtype=np.float64)
@@ -193,17 +195,7 @@ def _located(image: Picture, curve: Array, across: Array, width: Array, reach: f
 
 def _edges(image: Picture, curve: Array, across: Array, width: Array, bright: bool) -> Edges:
     """The band's edges on sections, each measured as the width there asks for."""
-    size = _sizes(width)
-    half = round(1.2 * float(size.max())) + 5
-    profiles = sample(image, curve, across, half, bright)
-    found = Edges(*(np.zeros(len(curve), bool if name == "found" else float) for name in Edges._fields))
-    for one in np.unique(size):
-        rows = size == one
-        own = round(1.2 * float(one)) + 5
-        part = measure(np.ascontiguousarray(profiles[rows, half - own : half + own + 1]), float(one))
-        for values, new in zip(found, part, strict=True):
-            values[rows] = new
-    return found
+    return edges_at(image, curve, across, _sizes(width).astype(np.float64), bright)
 
 
 def _sizes(width: Array) -> NDArray[np.intp]:
@@ -218,12 +210,17 @@ def _score(edges: Edges, width: Array, contrast: Array) -> Array:
     return np.asarray(np.where(edges.found, clear * np.exp(-0.5 * wider**2), 0.0))
 
 
-def _own(places: Array, curve: Array, others: Mask) -> Mask:
-    """Which places are nearer to their own part of the curve than to another layer of it."""
-    # Squares by one product: this is done for all pairs, several times in a frame.
-    apart = np.sum(places**2, axis=1)[:, None] + np.sum(curve**2, axis=1) - 2.0 * places @ curve.T
-    own = np.sum((places - curve) ** 2, axis=1)
-    return np.asarray(np.where(others, apart, np.inf).min(axis=1) > own)
+def _own(places: Array, curve: Array, same: Array) -> Mask:
+    """Which places are nearer to their own part of the curve than to another layer of it.
+
+    ``same`` has shape (n, n): infinite where the second is of the layer of the first, else 0.
+    """
+    # Squares by one product, less the places' own: this is done for all pairs, several times in a frame.
+    ones = np.ones(len(places))
+    apart = np.column_stack([places, ones]) @ np.stack([*(-2.0 * curve.T), np.sum(curve**2, axis=1)])
+    apart += same
+    own = np.sum((places - curve) ** 2, axis=1) - np.sum(places**2, axis=1)
+    return np.asarray(apart.min(axis=1) > own)
 
 
 def _evened_offset(offset: Array, score: Array, cutoff: float, known: Array) -> Array:

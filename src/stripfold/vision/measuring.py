@@ -15,10 +15,11 @@ from numpy.typing import NDArray
 
 from stripfold.errors import TrackingError
 
-from .sections import Edges, inside, interpolated, locate, measure, normals, sample, tangents
-from .smooth import smooth, smoothed_values
+from .sections import Edges, edges_at, inside, interpolated, locate, measure, normals, sample, sight, tangents
+from .smooth import smoothed_values, variances
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 Picture = NDArray[np.uint8]
 
 GOOD = 0.4
@@ -136,8 +137,7 @@ def measured(image: Picture, curve: Array, band: Band, reach: int, points: int, 
         moved = float(np.quantile(np.abs(offset[score >= GOOD]), 0.9)) if np.any(score >= GOOD) else 0.0
         reach = reach // 2 if moved > band.width else 0
     across = normals(tangents(curve))
-    near = round(1.2 * band.width) + 5
-    edges = measure(sample(image, curve, across, near, band.bright), band.width)
+    edges = edges_at(image, curve, across, band.width, band.bright)
     score = np.where(inside(curve, image.shape), _score(edges, band), 0.0)
     first, last = _ends(score, source)
     keep = slice(first, last + 1)
@@ -149,14 +149,14 @@ def measured(image: Picture, curve: Array, band: Band, reach: int, points: int, 
     edges, score = _parted(edges, score, band, _cutoff(band) / h)
     # Where nothing was measured the strip is roughly where it was, moved as its neighbours were.
     centres = curve + np.where(score >= GOOD, edges.offset, 0.0)[:, None] * across
-    smoothed, sd = smoothed_centres(centres, edges, score, across, _cutoff(band) / h, h, HIDDEN)
+    smoothed, weights = smoothed_centres(centres, edges, score, across, _cutoff(band) / h, HIDDEN)
+    sd = uncertainty(centres, smoothed, weights, score >= GOOD, across, _cutoff(band) / h, h)
     return _equally(image, smoothed, sd, edges, score, band, points, h)
 
 
 def _shifted(profiles: NDArray[np.float32], offset: Array, band: Band) -> NDArray[np.float32]:
     """The middle parts of sections, moved so that the band is in their middle; shape (n, m)."""
-    half = round(1.2 * band.width) + 5
-    reach = profiles.shape[1] // 2
+    half, reach = int(sight(band.width)), profiles.shape[1] // 2
     columns = reach + offset.astype(int)[:, None] + np.arange(-half, half + 1)
     return np.take_along_axis(profiles, np.clip(columns, 0, profiles.shape[1] - 1), axis=1)
 
@@ -215,11 +215,11 @@ def _parted(edges: Edges, score: Array, band: Band, cutoff: float) -> tuple[Edge
 
 
 def smoothed_centres(
-    centres: Array, edges: Edges, score: Array, across: Array, cutoff: float, h: float, expected: float
+    centres: Array, edges: Edges, score: Array, across: Array, cutoff: float, expected: float
 ) -> tuple[Array, Array]:
-    """Smoothed centres, shape (n, 2), and their standard deviations, shape (n,).
+    """Smoothed centres, shape (n, 2), and the weights it took for that, shape (n,).
 
-    ``cutoff`` in spacings ``h``; ``expected`` is the weight of a centre that was not measured.
+    ``cutoff`` in spacings; ``expected`` is the weight of a centre that was not measured.
     """
     good = score >= GOOD
     typical = float(np.median(edges.noise[good]))
@@ -236,7 +236,17 @@ def smoothed_centres(
         # takes off a tight bend is no outlier.
         sigma = max(1.4826 * float(np.median(np.abs(scaled[good]))), BEND)
         weights = base / (1.0 + (scaled / (2.4 * sigma)) ** 2)
-    values, variance = smooth(centres, weights, cutoff)
+    return smoothed_values(centres, weights, cutoff), weights
+
+
+def uncertainty(
+    centres: Array, values: Array, weights: Array, good: Mask, across: Array, cutoff: float, h: float
+) -> Array:
+    """Standard deviation of smoothed centres, shape (n,), pixels, from how they scatter; see :func:`smoothed_centres`.
+
+    ``h`` is the spacing, pixels.
+    """
+    variance = variances(weights, cutoff)
     away = np.einsum("ij,ij->i", centres - values, across)
     own = weights[good]
     freedom = max(float(len(own) - np.sum(own * variance[good])), 1.0)
@@ -244,10 +254,10 @@ def smoothed_centres(
     sd = np.sqrt(sigma2 * variance * _inflation(away * np.sqrt(weights), good))
     index = np.arange(len(good))
     hidden = np.abs(index[:, None] - index[good]).min(axis=1) if not good.all() else np.zeros(len(good))
-    return values, np.hypot(np.hypot(sd, FLOOR), ASTRAY * hidden * h)
+    return np.asarray(np.hypot(np.hypot(sd, FLOOR), ASTRAY * hidden * h))
 
 
-def _inflation(away: Array, good: NDArray[np.bool_]) -> float:
+def _inflation(away: Array, good: Mask) -> float:
     """By how much neighbours that scatter together raise the variance of a mean."""
     pairs = good[1:] & good[:-1]
     power = float(np.mean(away[good] ** 2))

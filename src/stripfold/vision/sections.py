@@ -95,42 +95,67 @@ def locate(profiles: Grey, width: float, along: int) -> Array:
     return np.asarray(t[np.argmax(answer, axis=1)], dtype=np.float64)
 
 
-def measure(profiles: Grey, width: float) -> Edges:
-    """Sub-pixel centres of a band of about ``width`` that lies in the middle of each section.
+def edges_at(image: NDArray[np.uint8], points: Array, across: Array, width: Array | float, bright: bool) -> Edges:
+    """:func:`measure` on sections through ``points`` of a picture."""
+    return measure(sample(image, points, across, int(np.max(sight(width))), bright), width)
+
+
+def measure(profiles: Grey, width: Array | float) -> Edges:
+    """Sub-pixel centres of a band that lies in the middle of each section.
 
     Each edge is where the grey value is half way between the band's and that beside it, on its own side: a strip
     often has its dimmer face on one side and the background on the other.
+
+    Parameters
+    ----------
+    profiles
+        Shape (n, 2 r + 1), with r at least :func:`sight` of the widest.
+    width
+        About how wide the band is, on each section (shape (n,)) or on all, pixels.
     """
-    m = profiles.shape[1]
-    reach = m // 2
-    core = max(int(0.3 * width), 0)
-    top = profiles[:, reach - core : reach + core + 1].mean(axis=1)
+    width = np.broadcast_to(np.asarray(width, dtype=np.float64), len(profiles))
+    reach = profiles.shape[1] // 2
+    t = np.arange(-reach, reach + 1, dtype=np.float32)
+    core = np.floor(0.3 * width).astype(np.intp)
+    seen = sight(width)
+    out = np.minimum(np.rint(0.5 * width).astype(np.intp) + 1, seen - 1)
+    rows = np.arange(len(profiles))
+    # Means over the middle of each section, by sums up to its two ends.
+    total = np.cumsum(profiles, axis=1, dtype=np.float64)
+    inner = total[rows, reach + core] - total[rows, reach - core - 1]
+    top = (inner / (2 * core + 1)).astype(np.float32)
     blurred = cv2.blur(profiles, (3, 1), borderType=cv2.BORDER_REPLICATE)
-    out = min(round(0.5 * width) + 1, reach - 1)
-    left, right = blurred[:, : reach - out].min(axis=1), blurred[:, reach + out + 1 :].min(axis=1)
-    below, found_below, slope_below = _crossing(profiles[:, reach::-1], 0.5 * (top + left))
-    above, found_above, slope_above = _crossing(profiles[:, reach:], 0.5 * (top + right))
+    away = np.abs(t)
+    beside = np.where((away > out[:, None]) & (away <= seen[:, None]), blurred, np.float32(np.inf))
+    left, right = beside[:, :reach].min(axis=1), beside[:, reach + 1 :].min(axis=1)
+    below, found_below, slope_below = _crossing(profiles[:, reach::-1], 0.5 * (top + left), seen)
+    above, found_above, slope_above = _crossing(profiles[:, reach:], 0.5 * (top + right), seen)
     offset, wide = 0.5 * (above - below), above + below
-    if width <= THIN:
-        t = np.arange(m, dtype=np.float32) - reach
-        base = 0.5 * (left + right)
-        near = np.abs(t) <= 0.5 * width + 2.0
-        weight = np.maximum(profiles - (base + 0.1 * (top - base))[:, None], 0.0) * near
-        offset = (weight @ t) / np.maximum(weight.sum(axis=1), 1e-6)
+    thin = np.flatnonzero(width <= THIN)
+    if thin.size:
+        base, high = 0.5 * (left + right)[thin], top[thin]
+        near = away <= np.minimum(0.5 * width[thin] + 2.0, seen[thin])[:, None]
+        weight = np.maximum(profiles[thin] - (base + 0.1 * (high - base))[:, None], 0.0) * near
+        offset[thin] = (weight @ t) / np.maximum(weight.sum(axis=1), 1e-6)
     contrast = top - np.maximum(left, right)
     noise = 0.5 * np.hypot(1.0 / slope_below, 1.0 / slope_above)
     offset, wide, contrast, noise = (np.asarray(a, dtype=np.float64) for a in (offset, wide, contrast, noise))
     return Edges(offset, wide, contrast, noise, found_below & found_above)
 
 
-def _crossing(values: Grey, level: Grey) -> tuple[Array, Mask, Array]:
-    """Where each row first falls below its level: place, whether it does, and how steeply."""
+def sight(width: Array | float) -> NDArray[np.intp]:
+    """How far to both sides of a band of ``width`` its edges and what is beside it are looked for, pixels."""
+    return np.rint(1.2 * np.asarray(width)).astype(np.intp) + 5
+
+
+def _crossing(values: Grey, level: Grey, seen: NDArray[np.intp]) -> tuple[Array, Mask, Array]:
+    """Where each row first falls below its level within what is ``seen``: place, whether it does, and how steeply."""
     low = values < level[:, None]
     low[:, 0] = False
     at = np.argmax(low, axis=1)
     rows = np.arange(len(values))
-    found = at > 0
-    at = np.maximum(at, 1)
+    found = (at > 0) & (at <= seen)
+    at = np.where(found, at, 1)
     before, after = values[rows, at - 1], values[rows, at]
     drop = np.maximum(before - after, 1e-3)
     place = at - 1 + np.clip((before - level) / drop, 0.0, 1.0)

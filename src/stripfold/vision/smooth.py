@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,14 +16,7 @@ VARIANCE_EVERY = 4
 """At every which point the variance is computed."""
 
 
-class Smoothed(NamedTuple):
-    """Smoothed values, shape (n, k), and their variance in units of that of a value of weight 1, shape (n,)."""
-
-    values: Array
-    variance: Array
-
-
-def smooth(values: Array, weights: Array, cutoff: float) -> Smoothed:
+def smoothed_values(values: Array, weights: Array, cutoff: float) -> Array:
     """Least squares with a penalty on third differences (Whittaker and Henderson).
 
     A wave of the length ``cutoff`` is halved, longer ones pass: one of twice that length loses 1.5 %.  Gaps (weight
@@ -39,30 +32,36 @@ def smooth(values: Array, weights: Array, cutoff: float) -> Smoothed:
         Wave length that is halved, in spacings.
     """
     factor = _factor(weights, cutoff)
-    smoothed = cho_solve_banded((factor, True), weights[:, None] * values, check_finite=False)
-    # The curve is also uncertain where nothing was measured: the variance a posteriori says so.  It changes slowly.
-    n = len(weights)
-    some = np.unique(np.append(np.arange(0, n, VARIANCE_EVERY), n - 1))
-    columns = np.zeros((n, len(some)))
-    columns[some, np.arange(len(some))] = 1.0
-    inverse = cho_solve_banded((factor, True), columns, check_finite=False)
-    return Smoothed(smoothed, np.interp(np.arange(n), some, inverse[some, np.arange(len(some))]))
-
-
-def smoothed_values(values: Array, weights: Array, cutoff: float) -> Array:
-    """The values of :func:`smooth` alone: for iterations, which need no variance."""
-    factor = _factor(weights, cutoff)
     return np.asarray(cho_solve_banded((factor, True), weights[:, None] * values, check_finite=False))
+
+
+def variances(weights: Array, cutoff: float) -> Array:
+    """Variance of the values of :func:`smoothed_values`, shape (n,), in units of that of a value of weight 1.
+
+    The curve is also uncertain where nothing was measured: the variance a posteriori says so.
+    """
+    n = len(weights)
+    # It changes slowly.
+    some = np.unique(np.append(np.arange(0, n, VARIANCE_EVERY), n - 1))
+    columns = np.zeros((n, len(some)), order="F")
+    columns[some, np.arange(len(some))] = 1.0
+    inverse = cho_solve_banded((_factor(weights, cutoff), True), columns, overwrite_b=True, check_finite=False)
+    return np.asarray(np.interp(np.arange(n), some, inverse[some, np.arange(len(some))]))
 
 
 def _factor(weights: Array, cutoff: float) -> Array:
     """Cholesky factor of weights + stiffness D^T D, lower form."""
-    n = len(weights)
-    stiffness = (cutoff / (2.0 * np.pi)) ** 6
+    band = (cutoff / (2.0 * np.pi)) ** 6 * _penalty(len(weights))
+    band[0] += weights + 1e-9
+    return np.asarray(cholesky_banded(band, overwrite_ab=True, lower=True, check_finite=False))
+
+
+@lru_cache(maxsize=64)
+def _penalty(n: int) -> Array:
+    """D^T D of the third differences of n values, lower form; shape (4, n)."""
     band = np.zeros((4, n))
-    band[0] = weights + 1e-9
     for i, a in enumerate(_THIRD):
         for j in range(i + 1):
             # Row r of D touches r .. r + 3: its product with itself adds to the diagonal i - j.
-            band[i - j, j : j + n - 3] += stiffness * a * _THIRD[j]
-    return np.asarray(cholesky_banded(band, lower=True, check_finite=False))
+            band[i - j, j : j + n - 3] += a * _THIRD[j]
+    return band
