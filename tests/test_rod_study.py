@@ -26,8 +26,8 @@ class TestStudy:
         """Of each model at each place, from runs of its own; the differences from what is stored beside them."""
         one = found.sel(height=HEIGHT, thickness=THICKNESS)
         lambda_c = {name: float(one["lambda_c"].sel(model=name)) for name in rod.MODELS}
-        own = quick.run(static.Strip(LENGTH, THICKNESS, kind="rod"), quick.Foretold.of(LENGTH, HEIGHT), 0.5)
-        assert lambda_c["rod"] == pytest.approx(own.last.lam, rel=1e-9)
+        own = quick.run(static.Strip(LENGTH, THICKNESS, kind="rod"), quick.Foretold.at(HEIGHT), 0.5)
+        assert lambda_c["rod"] == pytest.approx(own.lam, rel=1e-9)
         assert float(one["model_error"]) == pytest.approx(lambda_c["rod"] / lambda_c["solid"] - 1.0, abs=1e-12)
         truth = elastica.critical(HEIGHT).advance
         assert float(one["lambda_c_elastica"]) == pytest.approx(truth, rel=1e-12)

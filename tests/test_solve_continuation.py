@@ -242,27 +242,6 @@ class TestTurn:
                 assert p.tangent.q[1] > 0.0
         assert max(p.lam for p in points) > 0.95
 
-    @pytest.mark.parametrize("b", [0.75, 0.45, 0.25, 0.1])
-    def test_the_corner_at_once(self, b):
-        """Asked for it, ``follow`` solves for the corner itself: the point (1, 0), and the way back from there."""
-        problem = opening(b)
-        options = replace(STEPS, corner=1.0)
-        first = continuation.start(problem, np.zeros(2), 0.0, np.array([1]), 1.0, options)
-        points = []
-        for p in islice(continuation.follow(problem, first, options), 400):
-            points.append(p)
-            if p.lam < 0.5 and p.arc > 1.0:
-                break
-        at = int(np.argmax([p.lam for p in points]))
-        corner = points[at]
-        assert corner.q == pytest.approx([1.0, 0.0], abs=1e-9)
-        assert corner.lam == pytest.approx(1.0, abs=1e-9)
-        assert (len(corner.state.active), corner.negatives) == (0, 1)
-        assert corner.tangent.lam < 0.0 < corner.tangent.q[1]
-        # No creeping up to it: the point before lies a step away.
-        assert corner.arc - points[at - 1].arc > 1e-3
-        assert all(p.q[0] == pytest.approx(1.0 + b * p.q[1], abs=1e-8) for p in points[at:])
-
     @pytest.mark.parametrize("b", [0.75, 0.25])
     def test_where_a_contact_closes(self, b):
         """The same branch the other way round: lambda rises to 1 on the unstable part, falls on the floor."""

@@ -192,6 +192,10 @@ class Rod(OnNodes):
         strain, rate = self._at(q)
         return self._scatter(self.stiffness * strain, rate)
 
+    def force_of(self, q: Array, stress: Array) -> Array:
+        """Force of a stress times its weight, shape (n_elements, 9), in a state, shape (size,)."""
+        return self._scatter(stress, self._at(q)[1])
+
     def force_and_tangent(self, q: Array, carried: Array | None = None) -> tuple[Array, Band]:
         """Internal force and its derivative; the latter with the stress ``carried`` (see :meth:`carry`)."""
         strain, rate = self._at(q)

@@ -21,8 +21,6 @@ from .stability import nearest_eigenvalues
 
 CONTACT_REACH = 1e-4
 """Arc length within which a contact has to change for a branch to be turned there; many times the smallest step."""
-JUST_APART = 1e-13
-"""Gap of a contact that is about to change, in units of the unknowns: at zero rounding would close it again."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,9 +42,6 @@ class StepOptions:
     kink: float = 0.01
     """Distance below which the two guards above rest: where a contact opens the tangent jumps, however short the
     step, but no other branch is so near."""
-    corner: float = 0.0
-    """Length of a failed step below which a contact is looked for whose change turns the branch (:func:`corner`).
-    Steps that are shortened again and again are slower and pass over small teeth of the contact."""
     largest_inertia_change: int = 1
     """Guard: largest change of the number of negative eigenvalues in one step."""
     most_attempts: int = 100_000
@@ -140,11 +135,6 @@ def follow(problem: Problem, first: Point, options: StepOptions) -> Iterator[Poi
         try:
             new = step(problem, point, ds, options)
         except NewtonError as error:
-            ahead = None if turned or ds > options.corner else corner(problem, point, ds, options)
-            if ahead is not None:
-                point, ds, turned = ahead, options.kink, True
-                yield point
-                continue
             ds /= 2.0
             if ds >= options.smallest:
                 continue
@@ -187,75 +177,25 @@ def turn(problem: Problem, point: Point, reach: float) -> Point | None:
     and the new tangent points to where that contact is admissible.  None where no contact changes within the arc length
     ``reach`` ahead: then the branch ends, or Newton fails, for another reason.
     """
-    changed, distance = _next_contact(problem, point)
-    if distance > reach:
+    if not len(problem.bounded):
         return None
-    return _beyond(problem, point, point.state, problem.bounded[changed], point.arc)
-
-
-def corner(problem: Problem, point: Point, ds: float, options: StepOptions) -> Point | None:
-    """The state within ``ds`` ahead at which the next contact changes, and the tangent of the branch beyond.
-
-    Solved for at once, as the state in which that contact just touches, neither pressed nor apart: halving steps
-    towards it takes many times as many iterations, since none converges that ends where no branch is.  None where no
-    contact is about to change, or where what is found is not it.
-    """
-    changed, distance = _next_contact(problem, point)
-    if distance > ds:
-        return None
-    t, unknown = point.tangent, problem.bounded[changed]
-    q0, lam0 = point.q + distance * t.q, point.lam + distance * t.lam
-    row = np.zeros(problem.size)
-    row[unknown] = 1.0
-    goal = q0.copy()
-    goal[unknown] = problem.lower[changed] + JUST_APART
-    touching = newton.Constraint(row, 0.0, goal, lam0)
-    active = point.active[point.active != unknown]
-    carried = problem.carry(point.q, distance * t.q)
-    try:
-        state = newton.solve(problem, q0, lam0, active, touching, options.newton, carried)
-    except NewtonError:
-        return None
-    moved = Tangent(state.q - q0, state.lam - lam0)
-    if sqrt(inner(problem.metric, moved, moved)) > max(options.largest_correction * distance, options.kink):
-        return None
-    ahead = Tangent(state.q - point.q, state.lam - point.lam)
-    arc = point.arc + sqrt(inner(problem.metric, ahead, ahead))
-    if not np.isin(unknown, point.active):
-        state = replace(state, active=np.sort(np.append(state.active, unknown)))
-    new = _oriented(problem, point, state, unknown, arc)
-    change = abs(new.negatives - point.negatives)
-    return new if change <= options.largest_inertia_change else None
-
-
-def _next_contact(problem: Problem, point: Point) -> tuple[int, float]:
-    """Which of the bounded unknowns' contacts the tangent violates first, and after which arc length."""
+    t, q, lam = point.tangent, point.q, point.lam
     bounded = problem.bounded
-    if not len(bounded):
-        return 0, np.inf
     is_active = np.isin(bounded, point.state.active)
-    _, ahead = _contact_rates(problem, point.state, point.tangent)
-    force = problem.residual(point.q, point.lam)[bounded]
-    left = np.where(is_active, force, point.q[bounded] - problem.lower)
+    _, ahead = _contact_rates(problem, point.state, t)
+    force = problem.residual(q, lam)[bounded]
+    left = np.where(is_active, force, q[bounded] - problem.lower)
     with np.errstate(divide="ignore", invalid="ignore"):
         distance = np.where(ahead < 0.0, np.maximum(left, 0.0) / -ahead, np.inf)
     changed = int(np.argmin(distance))
-    return changed, float(distance[changed])
-
-
-def _beyond(problem: Problem, point: Point, state: Equilibrium, unknown: int, arc: float) -> Point:
-    """A state with the contact of one unknown changed, and the tangent that points to where it is admissible."""
-    opened = np.isin(unknown, state.active)
-    active = state.active[state.active != unknown] if opened else np.sort(np.append(state.active, unknown))
-    return _oriented(problem, point, replace(state, active=active), unknown, arc)
-
-
-def _oriented(problem: Problem, point: Point, state: Equilibrium, unknown: int, arc: float) -> Point:
-    """A state as a point whose tangent points to where the contact of one unknown is admissible."""
-    new = evaluate(problem, state, point.tangent, arc, point.mode)
-    at = int(np.flatnonzero(problem.bounded == unknown)[0])
-    _, rate = _contact_rates(problem, state, new.tangent)
-    if rate[at] < 0.0:
+    if distance[changed] > reach:
+        return None
+    is_active[changed] = ~is_active[changed]
+    state = replace(point.state, active=bounded[is_active])
+    new = evaluate(problem, state, t, point.arc, point.mode)
+    gap_rate, rate = _contact_rates(problem, state, new.tangent)
+    admissible = rate[changed] if is_active[changed] else gap_rate[changed]
+    if admissible < 0.0:
         new = replace(new, tangent=Tangent(-new.tangent.q, -new.tangent.lam))
     return new
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ..errors import CoarseMeshError, NewtonError, SolveError
-from .continuation import CONTACT_REACH, StepOptions, corner, step, turn
+from .continuation import CONTACT_REACH, StepOptions, step, turn
 from .problem import Array, Point, Problem
 
 
@@ -113,9 +113,6 @@ def _between(problem: Problem, before: Point, ds: float, options: StepOptions) -
         try:
             return step(problem, before, ds, options)
         except NewtonError as error:
-            ahead = corner(problem, before, ds, options) if ds <= options.corner else None
-            if ahead is not None and before.arc < ahead.arc:
-                return ahead
             ds /= 4.0
             if ds >= options.smallest:
                 continue

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from math import nan
 from time import perf_counter
+from typing import TypeVar
 
 from .. import elastica
 from ..errors import SolveError
@@ -86,6 +87,7 @@ def find(scene: Scene, progress: Progress | None = None) -> CriticalResult:
     )
 
 
+Run = TypeVar("Run", XRun, quick.Found)
 Found = tuple[float, float, float, float, float, float, bool, str]
 
 
@@ -118,47 +120,47 @@ def _solid(scene: Scene, progress: Progress) -> Found:
         return along_x(strip, height, (model, state), r, past=0.0)
 
     fine, error = _fine_enough(scene, follow, first_refinement(scene.accuracy), progress)
-    return _found(fine, fine.lambda_0, error)
+    lower, upper = (fine.critical.lower, fine.critical.upper) if fine.critical else (nan, nan)
+    return _found(fine, lower, upper, error)
 
 
 def _rod(scene: Scene, progress: Progress) -> Found:
     strip = Strip(scene.length_star, scene.material.relative_thickness, kind="rod")
-    foretold = quick.Foretold.of(strip.length, scene.height_star)
-    free = foretold.sweep.critical
-    if free >= strip.length:
-        return foretold.first.advance, nan, nan, nan, nan, free, False, End.LIFTED.reason
-    refinement = min(1.0, max(FINEST, (scene.accuracy / 1e-3) ** 0.5))
-    fine, error = _fine_enough(scene, lambda r: quick.run(strip, foretold, r), refinement, progress)
-    error = max(error, quick.usual_error(fine))
-    return _found(fine, quick.lambda_0(fine.problem.model, foretold), error)
+    foretold = quick.Foretold.at(scene.height_star)
+    if foretold.last.length >= strip.length:
+        return foretold.first.advance, nan, nan, nan, nan, foretold.last.length, False, End.LIFTED.reason
+    refinement = min(1.0, max(FINEST, (scene.accuracy / quick.MESH_ERROR) ** 0.25))
+    fine, error = _fine_enough(scene, lambda r: quick.run(strip, foretold, r), refinement, progress, quick.LEFT)
+    return _found(fine, fine.lam, fine.upper, error)
 
 
 def _fine_enough(
-    scene: Scene, follow: Callable[[float], XRun], refinement: float, progress: Progress
-) -> tuple[XRun, float]:
-    """The run on the first mesh whose half as fine neighbour agrees with it to the scene's accuracy; its error, L*."""
+    scene: Scene, follow: Callable[[float], Run], refinement: float, progress: Progress, share: float = 1.0
+) -> tuple[Run, float]:
+    """The run on the first mesh that is known to the scene's accuracy, and its error, L*.
 
-    def followed(r: float) -> XRun:
+    ``share`` of the change from the mesh half as fine is taken for the error that is left.
+    """
+
+    def followed(r: float) -> Run:
         progress(f"following the branch, elements {r:.2g} times the standard ones")
         return follow(r)
 
     coarse, fine = followed(2.0 * refinement), followed(refinement)
     while True:
-        change = abs(fine.last.lam - coarse.last.lam)
-        error = change + fine.slack
-        if fine.end is coarse.end and error <= scene.accuracy * fine.last.lam:
+        error = share * abs(fine.lam - coarse.lam) + fine.slack
+        if fine.end is coarse.end and error <= scene.accuracy * fine.lam:
             return fine, error
         if refinement / 2.0 < FINEST:
             raise SolveError(
-                f"lambda_c is known to {error / fine.last.lam:.1e} only, asked for was {scene.accuracy:.1e}",
+                f"lambda_c is known to {error / fine.lam:.1e} only, asked for was {scene.accuracy:.1e}",
                 advice="ask for less accuracy",
             )
         refinement /= 2.0
         coarse, fine = fine, followed(refinement)
 
 
-def _found(fine: XRun, lambda_0: float, error: float) -> Found:
-    if fine.critical is None:
-        return lambda_0, nan, nan, nan, nan, fine.free_length, False, fine.end.reason
-    c = fine.critical
-    return lambda_0, c.lam, c.lower, c.upper, error, fine.free_length, True, fine.end.reason
+def _found(run: XRun | quick.Found, lower: float, upper: float, error: float) -> Found:
+    if run.end is not End.SNAP:
+        return run.lambda_0, nan, nan, nan, nan, run.free_length, False, run.end.reason
+    return run.lambda_0, run.lam, lower, upper, error, run.free_length, True, run.end.reason

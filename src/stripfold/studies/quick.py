@@ -1,113 +1,165 @@
-"""One critical point of the rod in a fraction of a second: the branch is entered shortly before its end.
+"""One critical point of the rod in a small part of a second: its free part alone, from the elastica's state on.
 
-The elastica foretells a state on the way and where the lift-off will be; from there the rod finds its own equilibrium,
-its own branch and its own maximum, with all guards.  Lengths in L*.
+Near the end of its advance the free length l grows steadily, so lambda is a smooth function of it and lambda_c where
+its derivative vanishes.  Whether the sag touches first shows its clearance there.  Lengths in L*.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from math import inf
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from scipy.optimize import brentq
 
-from .. import elastica, planning
+from .. import elastica
 from ..errors import SolveError
-from ..models.model import Model
-from ..problem import AlongX, StripProblem
-from ..solve import continuation
-from ..solve.continuation import StepOptions
-from .static import Strip, XRun, no_horizontal_force, to_the_end, two_agree
+from ..models.free_rod import FreeRod, FreeState, Guess
+from .static import End, Strip
 
-Array = NDArray[np.float64]
-
-BEFORE = 1.0
-"""How far before the elastica's end of the advance the branch is entered: a rod as thick as is allowed is critical half
-of that before."""
-STEPS = StepOptions(first=0.1, largest=0.5, slow_below=0.2, wanted_iterations=10, corner=inf)
-"""Each tooth of the contact is followed: there are few on the way that is left."""
-FINEST = 0.2
-"""Smallest factor on the element lengths to which close calls are refined."""
+SIZE = 0.1
+"""Element length at refinement one, L*."""
+MESH_ERROR = 4e-5
+"""What is then usually taken for the relative error of lambda_c (docs/numerics.md)."""
+LEFT = 0.2
+"""Share of the change from a mesh half as fine that is taken for the error: of order four, a fifteenth is left."""
+LEAST = 8
+"""Fewest elements."""
+STEP = 0.1
+"""Steps in which the end is searched for, L*."""
+FARTHEST = 2.0
+"""How far from where the elastica's is, L*: a strip as thick as is allowed has it half of that before."""
 TOLERANCE = 1e-5
-"""Width of the bracket of lambda_c, L*: far below what the mesh leaves open."""
-MESH_ERROR = 0.3
-"""Relative error of lambda_c over the square of the element length near the lift-off, L*^-2 (docs/numerics.md)."""
-SAME_STATE = 0.3
-"""Largest distance between the state that was foretold and the rod's own: other branches are farther."""
+"""Of the free length at the end, L*: lambda_c is off by about its square."""
+THICKER = 0.05
+"""Thickness up to which the elastica's state is a good guess, L*; thicker strips are come to in such steps."""
+SHORTER = (8.0, 0.05)
+"""The rod's free length at the end is less than the elastica's by up to (a + b z^2) h^2, L*."""
 
 
-@dataclass(frozen=True)
-class Foretold:
-    """What the elastica says of a strip at a height.
+class Foretold(NamedTuple):
+    """What the elastica says: its state without horizontal force, and the one at the end of its advance."""
 
-    Attributes
-    ----------
-    first, entry
-        The state without horizontal force, and the one at which the rod enters its branch.
-    sweep
-        Where the lift-off goes from there.
-    """
-
-    length: float
     height: float
     first: elastica.State
-    entry: elastica.State
-    sweep: planning.Sweep
+    last: elastica.State
 
     @classmethod
-    def of(cls, length: float, height: float) -> Foretold:
-        """Ask the elastica."""
+    def at(cls, height: float) -> Foretold:
+        """Ask it."""
         end = elastica.critical(height)
         last = end.state or (end.touch.state if end.touch else None)
         assert last is not None
-        first = entry = elastica.state_no_horizontal_force(height)
-        for state in elastica.x_axis_branch(height):
-            if state.advance > last.advance - BEFORE:
-                break
-            entry = state
-        return cls(length, height, first, entry, planning.Sweep(entry.length, last.length))
-
-    def unknowns(self, model: Model, state: elastica.State) -> Array:
-        """A state of the elastica as the model's unknowns."""
-        free = model.s < state.length
-        at = state.at(np.clip(state.length - model.s, 0.0, state.length))
-        x = np.where(free, state.length - at.x, model.s) - self.length / 2.0
-        position = np.stack([x, np.where(free, np.maximum(at.z, 0.0), 0.0)], axis=1)
-        return model.unknowns_of(position, np.where(free, -at.theta, 0.0))
+        return cls(height, elastica.state_no_horizontal_force(height), last)
 
 
-def lambda_0(model: Model, foretold: Foretold) -> float:
-    """Advance of the gripper without horizontal force."""
-    problem = StripProblem(model, AlongX(foretold.height))
-    guess = foretold.unknowns(model, foretold.first)
-    state = no_horizontal_force(problem, guess, foretold.height)
-    return float(state.q[model.middle[0, 0]])
+@dataclass(frozen=True)
+class Found:
+    """The end of the advance; lengths in L*.
+
+    Attributes
+    ----------
+    end
+        What ends it.
+    lam
+        Advance there: lambda_c where ``end`` is a snap.
+    upper
+        A bound of lambda_c from above, by the slope beside the maximum: lambda is concave there.
+    lambda_0
+        Advance without horizontal force.
+    free_length
+        Of the part off the floor, at the end.
+    size
+        Length of its elements.
+    """
+
+    end: End
+    lam: float
+    upper: float
+    lambda_0: float
+    free_length: float
+    size: float
+
+    @property
+    def slack(self) -> float:
+        """What is left open in lambda on this mesh, L*."""
+        return self.upper - self.lam
 
 
-def run(strip: Strip, foretold: Foretold, refinement: float) -> XRun:
-    """Follow the branch from shortly before its end to it, on a mesh planned for that; on finer ones for close calls.
+def run(strip: Strip, foretold: Foretold, refinement: float) -> Found:
+    """Find where the advance ends, on elements of ``refinement`` times :data:`SIZE`.
 
     Raises
     ------
     SolveError
-        When a state or the branch cannot be computed, or the state found is not the one that was foretold.
+        When a state cannot be computed, as of rods thicker than about a quarter of L*, or no end is near the one that
+        the elastica foretells.
     """
-    return two_agree(lambda r: _on_mesh(strip, foretold, r), refinement, FINEST)
+    count = max(round(foretold.last.length / (SIZE * refinement)), LEAST)
+    ends = np.linspace(0.0, 1.0, count + 1)
+
+    def rod_of(thickness: float) -> FreeRod:
+        return FreeRod.of(strip.length, thickness, foretold.height, ends)
+
+    rod = rod_of(strip.thickness)
+    shorter = SHORTER[0] + SHORTER[1] * foretold.height**2
+    start = _thickened(
+        rod_of, foretold.last, strip.thickness, lambda h: {"length": foretold.last.length - shorter * h**2}
+    )
+    first = _thickened(rod_of, foretold.first, strip.thickness, lambda _: {"force": 0.0})
+    branch = _Branch(rod, start)
+    at = branch.zero(branch.slope, start.length)
+    if branch.clearance(at) <= 0.0:
+        end, at = End.TOUCH, branch.zero(branch.clearance, min(start.length, at))
+    else:
+        end = End.LIFTED if at >= strip.length else End.SNAP
+    lam = rod.advance(branch.state(at))
+    beside = at - TOLERANCE
+    upper = rod.advance(branch.state(beside)) + 2.0 * TOLERANCE * branch.slope(beside)
+    return Found(end, lam, max(lam, upper), rod.advance(first), at, at / count)
 
 
-def usual_error(found: XRun) -> float:
-    """Error of lambda_c that a mesh like this usually has, L*: two meshes can agree by chance."""
-    shortest = float(np.diff(found.problem.model.ends).min())
-    return MESH_ERROR * shortest**2 * found.last.lam
+def _thickened(
+    rod_of: Callable[[float], FreeRod],
+    foretold: elastica.State,
+    thickness: float,
+    given: Callable[[float], dict[str, float]],
+) -> FreeState:
+    """The state of a rod with this free length or force, from the elastica's by way of those of thinner rods."""
+    guess: Guess | None = None
+    for h in (*np.arange(THICKER, thickness, THICKER), thickness):
+        rod = rod_of(h)
+        state = rod.solve(guess or rod.from_elastica(foretold), **given(h))
+        guess = rod.guess(state)
+    return state
 
 
-def _on_mesh(strip: Strip, foretold: Foretold, refinement: float) -> XRun:
-    model = strip.model(planning.boundaries(strip.length, foretold.sweep, refinement, strip.sizes))
-    problem = StripProblem(model, AlongX(foretold.height))
-    guess = foretold.unknowns(model, foretold.entry)
-    lying = problem.bounded[guess[problem.bounded] <= 0.0]
-    first = continuation.start(problem, guess, foretold.entry.advance, lying, 1.0, STEPS)
-    if model.largest_move(guess, first.q) > SAME_STATE:
-        raise SolveError("the state found is not the one that the elastica foretells", parameter=first.lam)
-    return to_the_end(problem, first, 0.0, STEPS, TOLERANCE)
+class _Branch:
+    """States by their free length, each found from the one before."""
+
+    def __init__(self, rod: FreeRod, state: FreeState) -> None:
+        self._rod, self._state = rod, state
+
+    def state(self, length: float) -> FreeState:
+        if length != self._state.length:
+            self._state = self._rod.solve(self._rod.moved(self._state, length), length=length)
+        return self._state
+
+    def slope(self, length: float) -> float:
+        """d lambda / d l."""
+        return self._rod.slope(self.state(length))
+
+    def clearance(self, length: float) -> float:
+        """Of the sag; where a sag appears, it is at the gripper, at its height."""
+        return min(self._rod.clearance(self.state(length)), self._rod.height)
+
+    def zero(self, falling: Callable[[float], float], start: float) -> float:
+        """Where a function of the length falls through zero, searched for from ``start``."""
+        sign = 1.0 if falling(start) > 0.0 else -1.0
+        length = start
+        while abs(length - start) < FARTHEST:
+            before, length = length, length + sign * STEP
+            if sign * falling(length) <= 0.0:
+                return float(brentq(falling, before, length, xtol=TOLERANCE))
+        raise SolveError("the advance does not end near where that of the elastica does", parameter=start)

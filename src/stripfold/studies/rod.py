@@ -13,7 +13,7 @@ import xarray as xr
 from .. import elastica
 from ..errors import SolveError
 from . import quick
-from .static import End, Strip, XRun, solve_height
+from .static import End, Strip, solve_height
 
 MODELS = ("rod", "solid")
 FINER = {"rod": 0.5, "solid": 1.0}
@@ -57,15 +57,14 @@ def run(
         model, z, h = MODELS[at[0]], heights[at[1]], thicknesses[at[2]]
         say(f"{model}, z = {z:g} L*, h = {h:g} L*")
         own = FINER[model] * refinement
-        fine, coarse = (_critical(model, length_star, h, z, r).last.lam for r in (own, 2.0 * own))
+        fine, coarse = (_critical(model, length_star, h, z, r)[0] for r in (own, 2.0 * own))
         lambda_c[at], mesh_error[at] = fine, abs(fine - coarse)
     truth = np.array([elastica.critical(z).advance for z in heights])
     size, found = np.empty((len(MODELS), len(refinements))), np.empty((len(MODELS), len(refinements)))
     for i, model in enumerate(MODELS):
         for j, r in enumerate(refinements):
             say(f"{model}, elements {r:g} times the standard ones")
-            at_r = _critical(model, length_star, thickness, height, r)
-            found[i, j], size[i, j] = at_r.last.lam, np.diff(at_r.problem.model.ends).min()
+            found[i, j], size[i, j] = _critical(model, length_star, thickness, height, r)
     over, meshes = ("model", "height", "thickness"), ("model", "refinement")
     rod, solid = lambda_c
 
@@ -93,13 +92,15 @@ def run(
     )
 
 
-def _critical(model: str, length: float, thickness: float, height: float, refinement: float) -> XRun:
-    """The run to the critical point; the rod enters its branch shortly before."""
+def _critical(model: str, length: float, thickness: float, height: float, refinement: float) -> tuple[float, float]:
+    """lambda_c and the length of the shortest element."""
     strip = Strip(length, thickness, kind=model)
     if model == "rod":
-        found = quick.run(strip, quick.Foretold.of(length, height), refinement)
+        found = quick.run(strip, quick.Foretold.at(height), refinement)
+        end, lam, size = found.end, found.lam, found.size
     else:
-        found = solve_height(strip, height, refinement, past=0.0)
-    if found.end is not End.SNAP:
-        raise SolveError(f"no snap of the {model} at h = {thickness:g}, z = {height:g} L*: {found.end.reason}")
-    return found
+        run = solve_height(strip, height, refinement, past=0.0)
+        end, lam, size = run.end, run.lam, float(np.diff(run.problem.model.ends).min())
+    if end is not End.SNAP:
+        raise SolveError(f"no snap of the {model} at h = {thickness:g}, z = {height:g} L*: {end.reason}")
+    return lam, size

@@ -136,6 +136,11 @@ class XRun:
         return self.points[0].lam
 
     @property
+    def lam(self) -> float:
+        """Advance at its end: lambda_c where it is a snap."""
+        return self.last.lam
+
+    @property
     def slack(self) -> float:
         """What this mesh leaves open in lambda at the end of the advance, L*.
 

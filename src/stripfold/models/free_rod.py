@@ -1,0 +1,239 @@
+"""The free part of a rod with its lift-off as an unknown: no contact to be found node by node.
+
+A strip that lies flat up to its lift-off point needs no elements there: it is a bar under the horizontal force H, of
+length L - l and stretch e.  The free part, of length l, is a :class:`.Rod` of length one: with lengths in units of l
+its energies scale by powers of l, and l is an unknown like the others.  Stationary in it, the strip lifts off where its
+moment vanishes, as the elastica does (docs/physics.md, section 4).  What the advance does is then smooth, and a
+critical point is the root of a derivative; the contact of :class:`.StripProblem` moves in steps of a node.
+
+Lengths in L*, forces per width in rho_a g L*.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import elastica
+from ..errors import SolveError
+from ..solve.linear import Band
+from .rod import AT_STRETCH, W_STRETCH, Rod
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+MOST_ITERATIONS = 15
+CONVERGED = 1e-8
+"""Largest step of an unknown at which Newton has converged: the next one is about its square."""
+FARTHEST = 0.3
+"""Longest step of a node, free lengths: other branches are farther."""
+
+
+class FreeState(NamedTuple):
+    """A state: the unit rod's unknowns, the horizontal force at the gripper and the free length."""
+
+    q: Array
+    force: float
+    length: float
+
+
+class Guess(NamedTuple):
+    """A state and its stress as :meth:`.Rod.carry` gives it, shape (n_elements, 9)."""
+
+    state: FreeState
+    carried: Array
+
+
+POWER = np.repeat([1.0, -1.0], [3, 6])
+"""Of the free length, in the energy of each strain."""
+
+
+class Linearised(NamedTuple):
+    """Forces in a state and their derivatives, all of shape (size,) but the tangent.
+
+    ``force`` is what the nodes lack to equilibrium, and at the lift-off the moment, which is the equation of the free
+    length; the rest are its derivatives by the nodes, by the free length and by H.
+    """
+
+    force: Array
+    tangent: Band
+    by_length: Array
+    by_force: Array
+
+
+@dataclass(frozen=True)
+class FreeRod:
+    """A strip of which the free part is a rod; make it with :meth:`of`.
+
+    Attributes
+    ----------
+    unit
+        The free part in units of its length, from the grasped end to the lift-off.
+    length, height
+        Of the strip and of the gripper.
+    """
+
+    unit: Rod
+    length: float
+    height: float
+    _held: Index = field(repr=False)
+
+    @classmethod
+    def of(cls, length: float, thickness: float, height: float, ends: Array) -> FreeRod:
+        """A strip whose free part has elements with these ends, shares of it from the grasped end, shape (m,)."""
+        unit = Rod.of(1.0, thickness, elements=ends)
+        last = 4 * (len(ends) - 1)
+        # The height of the gripper is given, and the lift-off's place and its slope, which is that of the floor.
+        return cls(unit, length, height, np.array([1, last, last + 1, last + 3]))
+
+    @property
+    def membrane(self) -> float:
+        """Membrane stiffness."""
+        return 12.0 / self.unit.thickness**2
+
+    def stretch(self, force: float) -> float:
+        """Stretch of the lying part: membrane (e^2 - 1) / 2 e = -H."""
+        e = 1.0 - force / self.membrane
+        for _ in range(4):
+            e -= (0.5 * (e**3 - e) + force / self.membrane) / (1.5 * e**2 - 0.5)
+        return e
+
+    def advance(self, state: FreeState) -> float:
+        """lambda: of the gripper past its place when the strip is flat."""
+        q, force, length = state
+        return (self.length - length) * (1.0 - self.stretch(force)) + length * float(q[0])
+
+    def position(self, state: FreeState, per_element: int = 4) -> Array:
+        """Places of the free part from the lift-off, shape (m, 2), ``per_element`` of each element."""
+        t = np.arange(per_element) / per_element
+        value = np.stack([1 - 3 * t**2 + 2 * t**3, t - 2 * t**2 + t**3, 3 * t**2 - 2 * t**3, t**3 - t**2])
+        size = np.diff(self.unit.s)
+        nodes = state.q.reshape(-1, 4)
+        place = nodes[:, :2] + np.stack([self.unit.s - 1.0, np.zeros_like(self.unit.s)], axis=1)
+        slope = nodes[:, 2:] + np.array([1.0, 0.0])
+        terms = (place[:-1], size[:, None] * slope[:-1], place[1:], size[:, None] * slope[1:])
+        inner = sum(v[None, :, None] * term[:, None, :] for v, term in zip(value, terms, strict=True))
+        return state.length * np.concatenate([np.reshape(inner, (-1, 2)), place[-1:]])
+
+    def clearance(self, state: FreeState) -> float:
+        """Height of the sag over the floor, infinite where nothing sags."""
+        z = self.position(state)[:, 1]
+        least = np.flatnonzero((z[1:-1] < z[:-2]) & (z[1:-1] <= z[2:])) + 1
+        return float(z[least].min(initial=np.inf))
+
+    def _rod(self, length: float) -> Rod:
+        """The free part at a length."""
+        return replace(self.unit, stiffness=self.unit.stiffness * length**POWER)
+
+    def linearised(self, state: FreeState, carried: Array) -> Linearised:
+        """Forces and derivatives at the gripper's height, these with the stress ``carried`` (:meth:`.Rod.carry`)."""
+        q, horizontal, length = state
+        rod, weight = self._rod(length), self.unit.weight
+        inner, tangent = rod.force_and_tangent(q, carried)
+        force = inner + length**2 * weight
+        force[0] -= length * horizontal
+        # In units of the free length the gripper's height falls.
+        falls = np.zeros(self.unit.size)
+        falls[1] = -self.height / length**2
+        by_length = rod.force_of(q, carried * POWER) / length + 2.0 * length * weight + tangent @ falls
+        by_length[0] -= horizontal
+        by_force = np.zeros(self.unit.size)
+        by_force[0] = -length
+        return Linearised(force, tangent, by_length, by_force)
+
+    def from_elastica(self, state: elastica.State) -> Guess:
+        """A state of the elastica, which cannot stretch, as a guess."""
+        sigma, length = self.unit.s, state.length
+        at = state.at(length * (1.0 - sigma))
+        # The elastica's axis points from the lift-off to the gripper, the rod's the other way; it counts tension.
+        place = np.stack([1.0 - sigma - at.x / length, at.z / length], axis=1)
+        slope = np.stack([np.cos(at.theta) - 1.0, -np.sin(at.theta)], axis=1)
+        q = np.concatenate([place, slope], axis=1).ravel()
+        # What its strains on this mesh would be as stress is the mesh's: its tension is known.
+        carried = self._rod(length).carry(q, np.zeros_like(q))
+        share = sigma[:-1, None] + np.diff(sigma)[:, None] * AT_STRETCH
+        at = state.at(length * (1.0 - share))
+        tension = state.force_x * np.cos(at.theta) + (state.force_0 + at.s) * np.sin(at.theta)
+        carried[:, :3] = length * np.diff(sigma)[:, None] * W_STRETCH * tension
+        return Guess(FreeState(q, -state.force_x, length), carried)
+
+    def slope(self, state: FreeState) -> float:
+        """d lambda / d l along the branch."""
+        rate, by_force = self._rates(state)
+        e = self.stretch(state.force)
+        stretching = -1.0 / (self.membrane * (1.5 * e**2 - 0.5))  # de / dH
+        lying = e - 1.0 - (self.length - state.length) * stretching * by_force
+        return float(lying + state.q[0] + state.length * rate[0])
+
+    def guess(self, state: FreeState) -> Guess:
+        """A state as a guess for a rod of other thickness, with its stress."""
+        return Guess(state, self._rod(state.length).carry(state.q, np.zeros_like(state.q)))
+
+    def moved(self, state: FreeState, length: float) -> Guess:
+        """A guess for the state at another free length, along the branch's tangent."""
+        rate, by_force = self._rates(state)
+        ahead = length - state.length
+        q = state.q + ahead * rate
+        q[1] = self.height / length
+        carried = self._rod(length).carry(state.q, q - state.q)
+        return Guess(FreeState(q, state.force + ahead * by_force, length), carried)
+
+    def _rates(self, state: FreeState) -> tuple[Array, float]:
+        """Of nodes and of H along the branch, per free length."""
+        at = self.linearised(*self.guess(state))._replace(force=np.zeros(self.unit.size))
+        step, _, by_force = self._step(at, length=1.0)
+        return step, by_force
+
+    def solve(self, guess: Guess, *, length: float | None = None, force: float | None = None) -> FreeState:
+        """The equilibrium near a guess with a free length or with a horizontal force.
+
+        Raises
+        ------
+        SolveError
+            Newton does not converge, or the state is farther from the guess than the same branch can be.
+        """
+        state, carried = guess
+        for _ in range(MOST_ITERATIONS):
+            q = state.q.copy()
+            q[1] = self.height / state.length
+            state = state._replace(q=q)
+            # What is given of each is the way to it.
+            to_length = None if length is None else length - state.length
+            to_force = None if force is None else force - state.force
+            step, dl, dh = self._step(self.linearised(state, carried), length=to_length, force=to_force)
+            new = FreeState(q + step, state.force + dh, state.length + dl)
+            moved = float(np.abs(step).max())
+            if not 0.0 < new.length < np.inf or not moved < FARTHEST:
+                break
+            new.q[1] = self.height / new.length
+            if max(moved, abs(dl), abs(dh)) < CONVERGED:
+                return new
+            carried = self._rod(new.length).carry(q, new.q - q)
+            state = new
+        raise SolveError("no equilibrium of the free rod is near what was foretold", parameter=state.length)
+
+    def _step(
+        self, at: Linearised, *, length: float | None = None, force: float | None = None
+    ) -> tuple[Array, float, float]:
+        """Newton's step of nodes, free length and H, with that of one of the last two given."""
+        moment = self._held[-1]
+        right = np.stack([-at.force, -at.by_length, -at.by_force], axis=1)
+        row = np.zeros(self.unit.size)
+        row[moment] = 1.0
+        row = at.tangent @ row
+        row[self._held] = 0.0
+        last = right[moment].copy()
+        right[self._held] = 0.0
+        nodes, by_length, by_force = at.tangent.with_fixed(self._held).factor()(right).T
+        # The moment of the lift-off by what is left to choose.
+        lack, of_length, of_force = last - np.array([row @ nodes, row @ by_length, row @ by_force])
+        if force is None:
+            dl = float(length or 0.0)
+            dh = -(lack + of_length * dl) / of_force
+        else:
+            dh = force
+            dl = -(lack + of_force * dh) / of_length
+        return nodes + dl * by_length + dh * by_force, float(dl), float(dh)
