@@ -2,8 +2,8 @@
 
 A strip that lies flat up to its lift-off point needs no elements there: it is a bar under the horizontal force H, of
 length L - l and stretch e.  The free part, of length l, is a :class:`.Rod` of length one: with lengths in units of l
-its energies scale by powers of l, and l is an unknown like the others.  Stationary in it, the strip lifts off where its
-moment vanishes, as the elastica does (docs/physics.md, section 4).  What the advance does is then smooth, and a
+its energies scale by powers of l, and l is an unknown like the others.  The strip lifts off where its moment vanishes,
+as the elastica does (docs/physics.md, section 4): that is its equation.  What the advance does is then smooth, and a
 critical point is the root of a derivative; the contact of :class:`.StripProblem` moves in steps of a node.
 
 Lengths in L*, forces per width in rho_a g L*.
