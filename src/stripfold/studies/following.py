@@ -39,9 +39,9 @@ POP = 0.3
 TOOTH = 0.05
 """Largest way by which a place of the strip goes through a tooth of the contact, L*: one that is longer may be the
 strip's own small snap, and whether it is passed hangs on the mesh."""
-NEARLY = 10.0
-"""Eigenvalue, g/L*, that must not be the least one while the strip is all but flat: there the ripple that decides is no
-longer than a few elements.  At one place, where some meshes let the strip go, others had a least one of 4 to 8."""
+NEARLY = 6.0
+"""Eigenvalue, g/L*, that must not be the least one while the strip is all but flat: a little below it the strip snaps,
+and there the ripple that decides is no longer than a few elements."""
 ALL_BUT_FLAT = 2.0
 """Length travelled, L*, in which it is."""
 BEYOND = (0.01, 0.03, 0.1)
