@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from .. import elastica
 from ..errors import SolveError
 from ..solve.linear import Band
-from .rod import AT_STRETCH, W_STRETCH, Rod
+from .rod import AT_STRETCH, W_STRETCH, Rod, hermite
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -108,8 +108,7 @@ class FreeRod:
 
     def position(self, state: FreeState, per_element: int = 4) -> Array:
         """Places of the free part from the lift-off, shape (m, 2), ``per_element`` of each element."""
-        t = np.arange(per_element) / per_element
-        value = np.stack([1 - 3 * t**2 + 2 * t**3, t - 2 * t**2 + t**3, 3 * t**2 - 2 * t**3, t**3 - t**2])
+        value = hermite(np.arange(per_element) / per_element)[0].T
         size = np.diff(self.unit.s)
         nodes = state.q.reshape(-1, 4)
         place = nodes[:, :2] + np.stack([self.unit.s - 1.0, np.zeros_like(self.unit.s)], axis=1)

@@ -49,7 +49,7 @@ X, Z = np.array([0, 2, 4, 6]), np.array([1, 3, 5, 7])
 """Where an element's unknowns along x and z stand among its eight: displacement, slope; left end, right end."""
 
 
-def _hermite(t: Array) -> tuple[Array, Array, Array]:
+def hermite(t: Array) -> tuple[Array, Array, Array]:
     """Hermite's cubics on an element of length one, and two derivatives, at points from 0 to 1; shape (n, 4) each.
 
     The functions go with the displacement and the slope at the left end, then those at the right end.
@@ -64,11 +64,11 @@ def _hermite(t: Array) -> tuple[Array, Array, Array]:
 def _strains() -> tuple[Array, Array]:
     """The strains of an element of length one are ``linear . y + y . quadratic . y / 2``; shapes (9, 8), (9, 8, 8)."""
     linear, quadratic = np.zeros((9, 8)), np.zeros((9, 8, 8))
-    first = _hermite(AT_STRETCH)[1]
+    first = hermite(AT_STRETCH)[1]
     linear[:3, X] = first
     for own in (X, Z):
         quadratic[:3, own[:, None], own] = first[:, :, None] * first[:, None, :]
-    _, first, second = _hermite(AT_BEND)
+    _, first, second = hermite(AT_BEND)
     linear[3:5, Z] = linear[5:7, X] = linear[7:, Z] = second
     # x' z'' - z' x'', made symmetric.
     cross = first[:, :, None] * second[:, None, :] - second[:, :, None] * first[:, None, :]
@@ -137,7 +137,7 @@ class Rod(OnNodes):
         stiffness = np.concatenate([stretching, bending], axis=1)
         points, w = FULL
         # A length times the scaled unknowns.
-        value = size[:, None, None] * scale[:, None, X] * _hermite(0.5 + points)[0]
+        value = size[:, None, None] * scale[:, None, X] * hermite(0.5 + points)[0]
         w_mass = size[:, None] * w
         scalar = np.einsum("ep,epa,epb->eab", w_mass, value, value)
         mass = np.zeros((len(size), 8, 8))
