@@ -384,22 +384,24 @@ def test_a_long_pop_is_no_tooth(
 
 
 @pytest.mark.parametrize(
-    ("travelled", "eigenvalues", "nearly"),
+    ("height", "eigenvalues", "nearly"),
     [
         (0.5, (9.0, 4.3, 6.2), True),
-        (0.5, (9.0, 7.0, 8.0), False),
+        (0.5, (19.0, 7.8, 11.0), True),
+        (0.5, (19.0, 11.0, 13.0), False),
         (0.5, (9.0, 4.3, 2.0), False),
         (0.5, (3.0, 4.3, 6.2), False),
-        (3.0, (9.0, 4.3, 6.2), False),
+        (0.8, (9.0, 4.3, 6.2), False),
     ],
 )
 def test_a_strip_all_but_flat_that_is_nearly_let_go(
-    travelled: float, eigenvalues: tuple[float, ...], nearly: bool
+    height: float, eigenvalues: tuple[float, ...], nearly: bool
 ) -> None:
     """Its least eigenvalue passes a minimum near zero, early on the path."""
-    points: list[Any] = [SimpleNamespace(lam=travelled, eigenvalues=np.array([value, 99.0])) for value in eigenvalues]
-    assert following._nearly_let_go(points) is nearly
-    assert not following._nearly_let_go(points[:2])
+    model: Any = SimpleNamespace(mid_surface=lambda q: np.array([[0.0, 0.0], [1.0, q]]))
+    points: list[Any] = [SimpleNamespace(q=height, eigenvalues=np.array([value, 99.0])) for value in eigenvalues]
+    assert following._nearly_let_go(model, points) is nearly
+    assert not following._nearly_let_go(model, points[:2])
 
 
 def test_what_nearly_happens_on_coarse_elements_happens_on_fine_ones() -> None:

@@ -39,11 +39,11 @@ POP = 0.3
 TOOTH = 0.05
 """Largest way by which a place of the strip goes through a tooth of the contact, L*: one that is longer may be the
 strip's own small snap, and whether it is passed hangs on the mesh."""
-NEARLY = 6.0
+NEARLY = 10.0
 """Eigenvalue, g/L*, that must not be the least one while the strip is all but flat: a little below it the strip snaps,
 and there the ripple that decides is no longer than a few elements."""
-ALL_BUT_FLAT = 2.0
-"""Length travelled, L*, in which it is."""
+ALL_BUT_FLAT = 0.7
+"""Height of the highest place of such a strip, L*: higher up a sound path may well pass a minimum of that depth."""
 BEYOND = (0.01, 0.03, 0.1)
 """How far behind such a point the strip is looked for, L*."""
 AT_CORNER = 1e-7
@@ -177,7 +177,7 @@ def _along_piece(
         if fold is None:
             if critical.passed(point, points[-2]):
                 fold = len(points) - 1
-            elif _nearly_let_go(points[-3:]):
+            elif _nearly_let_go(problem.model, points[-3:]):
                 raise CoarseMeshError(
                     f"the strip nearly pops at lambda = {points[-2].lam:.6g}: the mesh decides whether it does",
                     parameter=points[-2].lam,
@@ -201,9 +201,9 @@ def _along_piece(
     return [*points[:fold], found.before], found, folds
 
 
-def _nearly_let_go(points: list[Point]) -> bool:
+def _nearly_let_go(model: Model, points: list[Point]) -> bool:
     """Whether the last of three points but one is where a strip, all but flat, was nearest to losing its hold."""
-    if len(points) < 3 or points[1].lam > ALL_BUT_FLAT:
+    if len(points) < 3 or model.mid_surface(points[1].q)[:, 1].max() > ALL_BUT_FLAT:
         return False
     before, least, after = (float(point.eigenvalues[0]) for point in points)
     return least < min(before, after, NEARLY)
