@@ -204,8 +204,8 @@ def of_pictures() -> dict[str, xr.Dataset]:
     )
     benchmark = xr.Dataset(
         {
-            "rate": (("codec", "length"), [[70.0, 71.0], [30.0, 31.0]]),
-            "memory": (("codec", "length"), [[500.0, 501.0], [500.0, 501.0]]),
+            "rate": (("codec", "length", "run"), [[[70.0] * 3, [71.0, 20.0, 75.0]], [[30.0] * 3, [31.0] * 3]]),
+            "memory": (("codec", "length", "run"), np.full((2, 2, 3), [[[500.0], [501.0]]])),
         },
         {"codec": ["h264", "ffv1"], "length": [60, 240]},
     )

@@ -71,33 +71,35 @@ def stages() -> list[Stage]:
     return [marker, strip]
 
 
-def run(frames: int) -> xr.Dataset:
-    """Read videos of ``frames`` and of four times as many frames, one pair for each codec."""
+def run(frames: int, repeats: int) -> xr.Dataset:
+    """Read videos of ``frames`` and of four times as many frames, one pair for each codec, ``repeats`` times each."""
     lengths = (frames, 4 * frames)
-    shape = (len(CODECS), len(lengths))
-    rate, seconds, memory = np.empty(shape), np.empty((len(CODECS), len(stages()) + 1)), np.empty(shape)
+    shape = (len(CODECS), len(lengths), repeats)
+    rate, memory = np.empty(shape), np.empty(shape)
+    seconds = np.empty((len(CODECS), len(stages()) + 1, repeats))
     for i, (codec, suffix) in enumerate(CODECS.values()):
         for j, length in enumerate(lengths):
             with tempfile.TemporaryDirectory() as folder:
                 path = Path(folder) / f"video.{suffix}"
                 _make(path, codec, length)
-                found = _measured(path)
-            if found["frames"] != length:
-                raise StripfoldError(f"the benchmark's video has {found['frames']} frames instead of {length}")
-            rate[i, j], memory[i, j] = length / found["wall"], found["memory"]
-            seconds[i] = np.array(found["seconds"]) / length
+                for k in range(repeats):
+                    found = _measured(path)
+                    if found["frames"] != length:
+                        raise StripfoldError(f"the benchmark's video has {found['frames']} frames instead of {length}")
+                    rate[i, j, k], memory[i, j, k] = length / found["wall"], found["memory"]
+                    seconds[i, :, k] = np.array(found["seconds"]) / length
     return xr.Dataset(
         {
-            "rate": (("codec", "length"), rate, {"units": "s-1", "long_name": "frames per second, on one core"}),
+            "rate": (("codec", "length", "run"), rate, {"units": "s-1", "long_name": "frames per second, on one core"}),
             "memory": (
-                ("codec", "length"),
+                ("codec", "length", "run"),
                 memory,
                 {"units": "MB", "long_name": "peak memory of the measuring process and of its decoder together"},
             ),
             "seconds": (
-                ("codec", "stage"),
+                ("codec", "stage", "run"),
                 seconds,
-                {"units": "s", "long_name": "time per frame of decoding and of each stage after it"},
+                {"units": "s", "long_name": "time per frame of decoding and of each stage after it, longer video"},
             ),
         },
         coords={
