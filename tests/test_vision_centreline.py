@@ -180,6 +180,12 @@ def test_dim_parts_belong_to_the_mask() -> None:
     assert np.mean(found[share == 0.0]) < 0.02
 
 
+@pytest.mark.parametrize("count", [1, 2, 7, 8])
+def test_the_median_is_numpys(count: int) -> None:
+    values = np.random.default_rng(count).normal(size=count)
+    assert smooth.median(values) == float(np.median(values))
+
+
 def test_smoothing_halves_its_cutoff_and_knows_its_variance() -> None:
     n, cutoff = 401, 20.0
     wave = np.cos(2.0 * np.pi * np.arange(n) / cutoff)[:, None]

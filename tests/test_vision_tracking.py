@@ -15,6 +15,7 @@ from scipy.spatial import cKDTree
 from stripfold.errors import MeasurementError, TrackingError
 from stripfold.vision import following, strip_tracker, tracking
 from stripfold.vision.centreline import Centreline
+from stripfold.vision.layers import Layers
 from stripfold.vision.mapping import Mapping, Similarity
 from stripfold.vision.marker import Marker
 from stripfold.vision.synthetic.recording import history_of
@@ -292,11 +293,28 @@ def test_frames_of_another_size_than_the_calibration(film: Film) -> None:
 
 def test_places_nearer_to_another_layer_are_not_the_strip_s_own() -> None:
     curve = np.array([[0.0, 0.0], [10.0, 0.0], [20.0, 0.0], [20.0, 12.0], [10.0, 12.0], [0.0, 12.0]])
-    same = np.where(np.abs(np.arange(6)[:, None] - np.arange(6)) > 2, 0.0, np.inf)
     places = curve.copy()
     places[0, 1] = 5.0
     places[1, 1] = 7.0
-    assert following._own(places, curve, same).tolist() == [True, False, True, True, True, True]
+    assert Layers(curve, 2).own(places, curve).tolist() == [True, False, True, True, True, True]
+
+
+def test_layers_are_told_apart_as_by_comparing_every_place_with_every_other() -> None:
+    rng = np.random.default_rng(5)
+    near, mixed = 10, 0
+    s = np.linspace(0.0, 1.0, 80)
+    for gap in (2.0, 6.0, 20.0):
+        # Out, round a bend, and back beside itself; then the curve moves, and places are found about it.
+        curve = np.column_stack([200.0 * np.sin(np.pi * s), 2.0 * gap * s]) + rng.normal(0.0, 0.2, (80, 2))
+        layers = Layers(curve, near)
+        moved = curve + rng.normal(0.0, 1.5, (80, 2))
+        places = moved + rng.normal(0.0, 3.0, (80, 2))
+        far = np.linalg.norm(places[:, None] - moved, axis=2)
+        other = np.abs(np.arange(80)[:, None] - np.arange(80)) > near
+        expected = np.where(other, far, np.inf).min(axis=1) > np.diag(far)
+        assert layers.own(places, moved).tolist() == expected.tolist()
+        mixed += int(0 < expected.sum() < 80)
+    assert mixed >= 2
 
 
 def test_what_is_learnt_of_a_strip_stays_a_width(

@@ -15,9 +15,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from .layers import Layers
 from .measuring import GOOD, MERGED, Centreline, smoothed_centres, uncertainty
 from .sections import Edges, edges_at, inside, interpolated, normals, sample, tangents
-from .smooth import smoothed_values
+from .smooth import median, smoothed_values
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -112,21 +113,20 @@ def follow(image: Picture, guess: Centreline, look: Look, ends: Array, reach: fl
         How far from ``guess`` it may be, pixels.
     """
     arc = guess.arc
-    typical = float(np.median(look.width))
+    typical = median(look.width)
     count = max(int(arc[-1] / np.clip(0.5 * typical, 3.0, 6.0)), 24)
     s = np.linspace(0.0, arc[-1], count + 1)
     h = float(s[1])
     curve = interpolated(guess.points, arc, s)
     width, contrast = np.interp(s, arc, look.width), np.interp(s, arc, look.contrast)
-    # Too far to be the nearest, where it is not another layer.
-    same = np.where(np.abs(s[:, None] - s) > LAYER * typical + 2.0 * reach, 0.0, np.inf)
+    layers = Layers(curve, int((LAYER * typical + 2.0 * reach) / h))
     cutoff = max(3.0 * typical, 24.0) / h
 
     across = normals(tangents(curve))
     offset = _located(image, curve, across, width, reach, guess.bright, max(round(typical / h), 2))
     there = curve + offset[:, None] * across
     edges = _edges(image, there, across, width, guess.bright)
-    score = _score(edges, width, contrast) * inside(there, image.shape) * _own(there, curve, same)
+    score = _score(edges, width, contrast) * inside(there, image.shape) * layers.own(there, curve)
     if np.sum(score >= GOOD) < 6:
         return None
     known = np.einsum("ij,ij->i", ends - curve[[0, -1]], across[[0, -1]])
@@ -138,7 +138,7 @@ def follow(image: Picture, guess: Centreline, look: Look, ends: Array, reach: fl
         edges = _edges(image, settled, across, width, guess.bright)
         seen = inside(settled, image.shape)
         centres = settled + edges.offset[:, None] * across
-        score = _score(edges, width, contrast) * seen * _own(centres, settled, same)
+        score = _score(edges, width, contrast) * seen * layers.own(centres, settled)
         score = np.where(np.abs(edges.offset) > 0.5 * width + 1.0, 0.0, score)
         good = score >= GOOD
         if good.sum() < 6 or not seen.any():
@@ -162,7 +162,7 @@ def follow(image: Picture, guess: Centreline, look: Look, ends: Array, reach: fl
         np.interp(places, s[good], edges.width[good]),
         np.interp(places, s, score),
         guess.bright,
-        float(np.median(edges.contrast[good])),
+        median(edges.contrast[good]),
         guess.open_ends,
     )
     sure = np.where(score > GOOD, LEARNT, 0.0)
@@ -208,19 +208,6 @@ def _score(edges: Edges, width: Array, contrast: Array) -> Array:
     clear = np.clip(edges.contrast / (CLEAR * contrast), 0.0, 1.0)
     wider = np.log(np.maximum(edges.width, 0.1) / width) / WIDER
     return np.asarray(np.where(edges.found, clear * np.exp(-0.5 * wider**2), 0.0))
-
-
-def _own(places: Array, curve: Array, same: Array) -> Mask:
-    """Which places are nearer to their own part of the curve than to another layer of it.
-
-    ``same`` has shape (n, n): infinite where the second is of the layer of the first, else 0.
-    """
-    # Squares by one product, less the places' own: this is done for all pairs, several times in a frame.
-    ones = np.ones(len(places))
-    apart = np.column_stack([places, ones]) @ np.stack([*(-2.0 * curve.T), np.sum(curve**2, axis=1)])
-    apart += same
-    own = np.sum((places - curve) ** 2, axis=1) - np.sum(places**2, axis=1)
-    return np.asarray(apart.min(axis=1) > own)
 
 
 def _evened_offset(offset: Array, score: Array, cutoff: float, known: Array) -> Array:

@@ -8,6 +8,7 @@ known in closed form.  The fit is Gauss-Newton's with Tukey's weights, which lea
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import cv2
 import numpy as np
@@ -17,6 +18,7 @@ from scipy.special import ndtr
 from . import boards
 from .camera import Array
 from .decoder import Image
+from .smooth import median
 
 CORNERS = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
 """The marker's corners in its own frame, in sides, in OpenCV's order."""
@@ -75,7 +77,7 @@ class Fit:
     @property
     def corners(self) -> Array:
         """Shape (4, 2), pixels, in OpenCV's order."""
-        return _mapped(self.homography, CORNERS)[0]
+        return _mapped(self.homography, CORNERS.T).T
 
     @property
     def side(self) -> float:
@@ -145,38 +147,38 @@ class Marker:
         reach = 0.5 + _MARGIN / self.cells
         axis = np.linspace(-reach, reach, count)
         fields = _fields(count)
-        points = np.stack(np.meshgrid(axis, axis), axis=-1).reshape(-1, 2)
+        points = np.stack(np.meshgrid(axis, axis)).reshape(2, -1)
         homography, blur = start.homography, np.array(start.blur)
         part, corner = _smoothed(image, start, _SMOOTHED * max(1.0, start.side / count))
         least, most = _LEAST_BLUR / start.side, _MOST_BLUR / self.cells
         gain = weights = None
         farthest = 1.5 * start.side / self.cells
         for _ in range(_ITERATIONS):
-            places, jacobian, rates = _mapped_with_rates(homography, points)
-            greys, inside = _greys(part, places - corner, count)
+            places = _mapped(homography, points)
+            greys, inside = _greys(part, places - corner[:, None], count)
             value, along_u, along_v, wide_u, wide_v = self._pattern(axis, blur)
             if gain is None:
-                gain = np.polyfit(value, greys, 1)[0] * np.ones(len(points))
-            slopes = gain[:, None] * np.stack([along_u, along_v], axis=1)
-            # Slopes in pixels: those in the marker's frame by the inverse of the mapping's Jacobian.
-            (a, b), (c, d) = np.moveaxis(jacobian, 0, -1)
-            slopes = np.stack([d * slopes[:, 0] - c * slopes[:, 1], a * slopes[:, 1] - b * slopes[:, 0]], axis=1)
-            slopes /= (a * d - b * c)[:, None]
-            moves = slopes[:, :1] * rates[:, 0] + slopes[:, 1:] * rates[:, 1]
-            design = np.hstack(
-                [-moves, (gain * wide_u)[:, None], (gain * wide_v)[:, None], fields, fields * value[:, None]]
+                gain = np.polyfit(value, greys, 1)[0] * np.ones(len(greys))
+            design = np.concatenate(
+                [
+                    -_moves(homography, points, places, gain * along_u, gain * along_v),
+                    (gain * wide_u)[None],
+                    (gain * wide_v)[None],
+                    fields,
+                    fields * value,
+                ]
             )
             weights = inside if weights is None else weights
-            weighted = design.T * weights
-            normal = weighted @ design
+            weighted = design * weights
+            normal = weighted @ design.T
             # A ridge: where the pattern is of one colour, its gain and its offset cannot be told apart.
             scale = np.diag(normal).copy()
             normal[np.diag_indices_from(normal)] += 1e-6 * scale + 1e-12
             solution = np.linalg.solve(normal, weighted @ greys)
-            residual = greys - design @ solution
-            spread = max(1.4826 * float(np.median(np.abs(residual))), _NOISE * float(np.median(np.abs(gain))), 1e-3)
+            residual = greys - solution @ design
+            spread = max(1.4826 * median(np.abs(residual)), _NOISE * median(np.abs(gain)), 1e-3)
             weights = inside * np.clip(1.0 - (residual / (_TUKEY * spread)) ** 2, 0.0, None) ** 2
-            gain = fields @ solution[10 + fields.shape[1] :]
+            gain = solution[10 + len(fields) :] @ fields
             change = np.append(solution[:8], 0.0).reshape(3, 3)
             homography = homography + change
             blur = np.clip(blur + solution[8:10], np.maximum(least, blur / 1.5), np.minimum(most, blur * 1.5))
@@ -201,16 +203,16 @@ class Marker:
         greys: Array,
         count: int,
     ) -> Fit | None:
-        if weights.sum() < 2 * design.shape[1] or np.median(gain) <= 0.0:
+        if weights.sum() < 2 * len(design) or median(gain) <= 0.0:
             return None
         unit = np.zeros((len(normal), 2))
         unit[2, 0] = unit[5, 1] = 1.0
         # How much each sample moves the centre; summed with those of its neighbours, as noise is correlated.
-        shares = (design @ np.linalg.solve(normal, unit)) * (weights * residual)[:, None]
-        freedom = len(residual) / (len(residual) - _SHARED * design.shape[1])
+        shares = (np.linalg.solve(normal, unit).T @ design) * (weights * residual)
+        freedom = len(residual) / (len(residual) - _SHARED * len(design))
         variance = np.empty(2)
         for k in range(2):
-            field = np.ascontiguousarray(shares[:, k].reshape(count, count))
+            field = shares[k].reshape(count, count)
             around = cv2.sepFilter2D(field, -1, _KERNEL, _KERNEL, borderType=cv2.BORDER_CONSTANT)
             variance[k] = freedom * max(float(np.sum(field * around)), float(np.sum(field**2)))
         # Of all the greys, also those that the weights leave out: a fit to something else leaves out most of it.
@@ -239,14 +241,15 @@ def _corner_steps(pattern: Array) -> Array:
     return np.diff(np.diff(darker, axis=0), axis=1)
 
 
+@lru_cache(maxsize=16)
 def _fields(count: int) -> Array:
-    """Sixteen smooth fields that sum to 1, shape (n*n, 16): hats on a grid of four by four.
+    """Sixteen smooth fields that sum to 1, shape (16, n*n): hats on a grid of four by four.
 
     The edge of a shadow over the marker moves the centre by a quarter of a pixel with a grid of three by three.
     """
     nodes = np.linspace(0.0, count - 1.0, 4)
     hats = np.clip(1.0 - np.abs(np.arange(count)[:, None] - nodes) / nodes[1], 0.0, None)
-    return np.asarray(np.einsum("ia,jb->ijab", hats, hats).reshape(count * count, 16))
+    return np.asarray(np.einsum("ia,jb->abij", hats, hats).reshape(16, count * count))
 
 
 def _smoothed(image: Image, start: Fit, width: float) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
@@ -261,25 +264,32 @@ def _smoothed(image: Image, start: Fit, width: float) -> tuple[NDArray[np.float3
 
 
 def _greys(image: NDArray[np.float32], places: Array, count: int) -> tuple[Array, Array]:
-    """Greys at ``places``, shape (n,), and 1 where they are inside of the picture, else 0."""
-    x, y = (np.ascontiguousarray(places[:, k].reshape(count, count), dtype=np.float32) for k in range(2))
+    """Greys at ``places``, shape (2, n), and 1 where they are inside of the picture, else 0; each shape (n,)."""
+    x, y = places.reshape(2, count, count).astype(np.float32)
     greys = cv2.remap(image, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-    inside = np.all((places >= 0.0) & (places <= np.array(image.shape[::-1]) - 1.0), axis=1)
+    size = np.array(image.shape[::-1])[:, None]
+    inside = np.all((places >= 0.0) & (places <= size - 1.0), axis=0)
     return greys.ravel().astype(np.float64), inside.astype(np.float64)
 
 
-def _mapped(homography: Array, points: Array) -> tuple[Array, Array]:
-    """Where ``points``, shape (n, 2), are in the picture, and their third homogeneous coordinate."""
-    homogeneous = points @ homography[:, :2].T + homography[:, 2]
-    return homogeneous[:, :2] / homogeneous[:, 2:], homogeneous[:, 2]
+def _mapped(homography: Array, points: Array) -> Array:
+    """Where ``points``, shape (2, n), are in the picture."""
+    homogeneous = homography[:, :2] @ points + homography[:, 2:]
+    return np.asarray(homogeneous[:2] / homogeneous[2])
 
 
-def _mapped_with_rates(homography: Array, points: Array) -> tuple[Array, Array, Array]:
-    """Places, shape (n, 2); their derivatives by the points, (n, 2, 2), and by the homography's first 8, (n, 2, 8)."""
-    places, third = _mapped(homography, points)
-    jacobian = (homography[:2, :2] - places[:, :, None] * homography[2, :2]) / third[:, None, None]
-    entries = np.column_stack([points, np.ones(len(points))]) / third[:, None]
-    rates = np.zeros((len(points), 2, 8))
-    rates[:, 0, :3] = rates[:, 1, 3:6] = entries
-    rates[:, :, 6:] = -places[:, :, None] * entries[:, None, :2]
-    return places, jacobian, rates
+def _moves(homography: Array, points: Array, places: Array, along_u: Array, along_v: Array) -> Array:
+    """How the greys at ``points`` change as the homography's first 8 entries do, shape (8, n).
+
+    ``along_u`` and ``along_v`` are the slopes of the greys in the marker's frame.
+    """
+    (a, b), (c, d) = homography[:2, :2, None] - places[:, None] * homography[2, :2, None]
+    # Slopes in pixels, by the inverse of the mapping's Jacobian: both that, a to d, and what the entries do are over
+    # the third homogeneous coordinate, which thus drops out.
+    scale = 1.0 / (a * d - b * c)
+    x = (d * along_u - c * along_v) * scale
+    y = (a * along_v - b * along_u) * scale
+    away = -(x * places[0] + y * places[1])
+    return np.stack(
+        [x * points[0], x * points[1], x, y * points[0], y * points[1], y, away * points[0], away * points[1]]
+    )

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from stripfold.errors import TrackingError
 
 from .sections import Edges, edges_at, inside, interpolated, locate, measure, normals, sample, sight, tangents
-from .smooth import smoothed_values, variances
+from .smooth import median, smoothed_values, variances
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -222,7 +222,7 @@ def smoothed_centres(
     ``cutoff`` in spacings; ``expected`` is the weight of a centre that was not measured.
     """
     good = score >= GOOD
-    typical = float(np.median(edges.noise[good]))
+    typical = median(edges.noise[good])
     spread = np.clip(edges.noise / typical, 0.5, 3.0)
     base = np.where(good, score / spread**2, 0.0)
     base /= base[good].mean()
@@ -234,7 +234,7 @@ def smoothed_centres(
         scaled = np.where(good, away * np.sqrt(base), 0.0)
         # Hairs pull an edge outwards: what is far off counts less (Cauchy's weights).  What the smoothing itself
         # takes off a tight bend is no outlier.
-        sigma = max(1.4826 * float(np.median(np.abs(scaled[good]))), BEND)
+        sigma = max(1.4826 * median(np.abs(scaled[good])), BEND)
         weights = base / (1.0 + (scaled / (2.4 * sigma)) ** 2)
     return smoothed_values(centres, weights, cutoff), weights
 

@@ -119,11 +119,10 @@ def measure(profiles: Grey, width: Array | float) -> Edges:
     core = np.floor(0.3 * width).astype(np.intp)
     seen = sight(width)
     out = np.minimum(np.rint(0.5 * width).astype(np.intp) + 1, seen - 1)
-    rows = np.arange(len(profiles))
-    # Means over the middle of each section, by sums up to its two ends.
-    total = np.cumsum(profiles, axis=1, dtype=np.float64)
-    inner = total[rows, reach + core] - total[rows, reach - core - 1]
-    top = (inner / (2 * core + 1)).astype(np.float32)
+    top = np.empty(len(profiles), np.float32)
+    for half in np.unique(core):
+        rows = core == half
+        top[rows] = profiles[rows, reach - half : reach + half + 1].mean(axis=1, dtype=np.float64)
     blurred = cv2.blur(profiles, (3, 1), borderType=cv2.BORDER_REPLICATE)
     away = np.abs(t)
     beside = np.where((away > out[:, None]) & (away <= seen[:, None]), blurred, np.float32(np.inf))

@@ -15,6 +15,7 @@ from .following import Followed, Look, between, first_look, follow
 from .mapping import Mapping
 from .measuring import GOOD
 from .sections import interpolated
+from .smooth import median
 from .video import Frame
 
 Array = NDArray[np.float64]
@@ -76,8 +77,8 @@ class StripTracker:
             return self._begun(frame, end, marker)
         found = self._followed(frame, end)
         if found is not None:
-            self._accept(frame.time, found)
-            return found.line
+            self._accept(frame.time, *found)
+            return found[0].line
         if frame.time - self._since > LONGEST_LOSS:
             raise TrackingError(
                 self._source,
@@ -105,33 +106,38 @@ class StripTracker:
         self._last, self._look, self._since = line, first_look(frame.image, line), frame.time
         return line
 
-    def _followed(self, frame: Frame, end: Array) -> Followed | None:
+    def _followed(self, frame: Frame, end: Array) -> tuple[Followed, float] | None:
+        """The strip next to where it was, and its length, m."""
         last, look = self._last, self._look
         assert last is not None
         assert look is not None
         passed = frame.time - self._since
         moved = replace(last, points=last.points + passed * self._motion)
         ends = np.stack([end + self._aside, self._laid])
-        usual = float(np.median(look.width))
+        usual = median(look.width)
         near = 0.25 * usual + 1.5 + FASTER * float(np.quantile(np.hypot(*self._motion.T), 0.9)) * passed
         far = min(4.0 * near + usual, 4.0 * usual + 16.0)
         best: Followed | None = None
+        of_best = 0.0
         for guess, reach in ((moved, near), (moved, far), (last, far)):
             # What passes in front may have taken the line along: then the strip is where it was, not where that went.
             if guess is last and best is not None and best.sound:
                 break
             found = follow(frame.image, guess, look, ends, reach)
-            if found is None or not self._of_length(self._metres(found.line), passed):
+            if found is None:
+                continue
+            length = self._metres(found.line)
+            if not self._of_length(length, passed):
                 continue
             if np.hypot(*(found.line.points[0] - ends[0])) > ASTRAY * usual + 1.0:
                 continue
             if best is None or found.share > best.share:
-                best = found
+                best, of_best = found, length
             if best.sound and best.share > PLAIN:
                 break
-        return best if best is not None and best.sound else None
+        return (best, of_best) if best is not None and best.sound else None
 
-    def _accept(self, time: float, found: Followed) -> None:
+    def _accept(self, time: float, found: Followed, length: float) -> None:
         assert self._last is not None
         motion = (found.line.points - self._last.points) / (time - self._since)
         fastest = FASTEST * found.line.length
@@ -140,8 +146,7 @@ class StripTracker:
         motion[found.line.score < GOOD] = 0.0
         self._motion = 0.5 * (self._motion + motion)
         self._last, self._look, self._since = found.line, found.look, time
-        late = [(t, length) for t, length in self._lengths if time - t < REMEMBERED]
-        self._lengths = [*late, (time, self._metres(found.line))]
+        self._lengths = [*(old for old in self._lengths if time - old[0] < REMEMBERED), (time, length)]
 
     def _of_length(self, length: float, passed: float) -> bool:
         """Whether a line may be that long, m, as much time after the last one, s."""
