@@ -383,6 +383,24 @@ def test_a_long_pop_is_no_tooth(
             following._along_piece(problem, branch[0], first.lam + 2.5, following.STEPS)
 
 
+def test_a_fold_is_told_from_a_contact_that_opens_by_where_its_eigenvalue_would_be_zero() -> None:
+    """Its square falls linearly before a fold: how large it still is at the last state found does not matter."""
+
+    def at(lam: float, value: float) -> Any:
+        return SimpleNamespace(lam=lam, eigenvalues=np.array([value, 99.0]))
+
+    def near_fold(lam: float) -> Any:
+        return at(lam, np.sqrt(3.4e5 * (1.0 - lam)))
+
+    assert following._to_zero(near_fold(1.0 - 4e-7), [near_fold(0.9), near_fold(0.99)]) == pytest.approx(4e-7)
+    # The point itself may be the last of those walked.
+    last = near_fold(0.995)
+    assert following._to_zero(last, [near_fold(0.9), last]) == pytest.approx(0.005)
+    assert following._to_zero(at(1.0, 59.7), [at(0.99, 59.9)]) > 1.0
+    assert following._to_zero(at(1.0, 60.0), [at(0.99, 50.0)]) == np.inf
+    assert following._to_zero(at(1.0, 0.01), []) == np.inf
+
+
 @pytest.mark.parametrize(
     ("height", "eigenvalues", "nearly"),
     [

@@ -31,9 +31,13 @@ STEPS = StepOptions(first=0.05, largest=0.5, slow_below=0.4, wanted_iterations=1
 PATIENT_STEPS = replace(STEPS, newton=PATIENT)
 FIRST_HEIGHT = 0.01
 """Length travelled at the first state, L*: nearer to the flat strip every contact would be about to change."""
-BOUNCED = 0.2
-"""Eigenvalue, g/L*, that a critical point of the strip's own is far below on its stable side: there it goes to zero.
-Where it jumps from above this a single contact of the mesh has opened (docs/numerics.md)."""
+NEAR_ZERO = 0.2
+"""Eigenvalue, g/L*, below which a critical point is the strip's own whatever came before."""
+NEXT = 1e-4
+"""How far behind a critical point of the strip's own, as it is located, its least eigenvalue may go to zero, L*.
+
+Before a fold the square of that eigenvalue falls linearly to zero. Where it would do so farther away, or does not fall
+at all, a single contact of the mesh has opened (docs/numerics.md)."""
 POP = 0.3
 """Largest way by which the strip may pop when that happens, L*, and go on from there."""
 TOOTH = 0.05
@@ -111,7 +115,7 @@ def follow(
         problem = problem_on(model, path, i)
         while points[-1].lam < path.pieces[i].end:
             walked, found, contact_folds = _along_piece(problem, points[-1], path.pieces[i].end, options, tooth)
-            popped = _popped(problem, found) if found is not None else None
+            popped = _popped(problem, found, walked) if found is not None else None
             walked += [popped] if popped is not None else []
             points += walked[1:]
             pieces += [i] * (len(walked) - 1)
@@ -129,7 +133,7 @@ def follow(
     return Stretch(model, path, tuple(points), tuple(pieces), None, folds)
 
 
-def _popped(problem: StripProblem, found: CriticalPoint) -> Point | None:
+def _popped(problem: StripProblem, found: CriticalPoint, walked: list[Point]) -> Point | None:
     """The state just behind a place where one contact opened and the strip popped; None at other critical points.
 
     Raises
@@ -138,7 +142,7 @@ def _popped(problem: StripProblem, found: CriticalPoint) -> Point | None:
         It popped far: that is not the strip's doing.
     """
     before = found.before
-    if before.eigenvalues[0] < BOUNCED:
+    if before.eigenvalues[0] < NEAR_ZERO or _to_zero(before, walked) < NEXT:
         return None
     for beyond in BEYOND:
         try:
@@ -155,6 +159,14 @@ def _popped(problem: StripProblem, found: CriticalPoint) -> Point | None:
         parameter=before.lam,
         advice="refine the mesh",
     )
+
+
+def _to_zero(point: Point, walked: list[Point]) -> float:
+    """How much farther on the least eigenvalue of a state near a fold is zero, by the points before it; in lambda."""
+    earlier = [p for p in walked if p.lam < point.lam - LAMBDA_TOLERANCE]
+    now = float(point.eigenvalues[0]) ** 2
+    fallen = float(earlier[-1].eigenvalues[0]) ** 2 - now if earlier else 0.0
+    return now / fallen * (point.lam - earlier[-1].lam) if fallen > 0.0 else np.inf
 
 
 def _along_piece(

@@ -31,6 +31,8 @@ SAME_PLACE = 0.05
 """Largest distance between the critical points of both runs, L*."""
 SHORTER = 0.5
 """Factor on the steps of the second run; its mesh has other elements by this factor's root."""
+FINER = (1.0, 2.0, 4.0)
+"""How many times finer elements an undecided case gets, in turn."""
 OTHERWISE = "the second run says otherwise"
 SEGMENTS = (3, 6)
 ROWS_PER_SEGMENT = 40
@@ -91,10 +93,12 @@ def run(numbers: range, seed: int, refinement: float, progress: Callable[[str], 
 
 
 def outcome(asked: Case, refinement: float) -> dict[str, Any]:
-    """What became of one case; undecided ones are tried once more on half the elements' length, unless they were."""
-    row = _outcome(asked, refinement)
-    again = row["outcome"] == "undecided" and not row["message"].startswith(CoarseMeshError.__name__)
-    return _outcome(asked, refinement / 2.0) if again else row
+    """What became of one case; undecided ones are tried on finer elements, unless they were."""
+    for finer in FINER:
+        row = _outcome(asked, refinement / finer)
+        if row["outcome"] != "undecided" or row["message"].startswith(CoarseMeshError.__name__):
+            break
+    return row
 
 
 def _outcome(asked: Case, refinement: float) -> dict[str, Any]:
