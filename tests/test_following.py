@@ -404,22 +404,22 @@ def test_a_fold_is_told_from_a_contact_that_opens_by_where_its_eigenvalue_would_
 @pytest.mark.parametrize(
     ("height", "eigenvalues", "nearly"),
     [
-        (0.5, (9.0, 4.3, 6.2), True),
-        (0.5, (19.0, 7.8, 11.0), True),
-        (0.5, (19.0, 11.0, 13.0), False),
-        (0.5, (9.0, 4.3, 2.0), False),
-        (0.5, (3.0, 4.3, 6.2), False),
-        (0.8, (9.0, 4.3, 6.2), False),
+        (0.5, (56.0, 9.0, 4.3, 6.2, 10.6), True),
+        (0.5, (30.0, 19.0, 7.8, 16.6), True),
+        (0.5, (30.0, 19.0, 10.5, 22.0), False),  # not near
+        (0.5, (46.0, 9.8, 9.1, 10.6, 12.3), False),  # shallow: how a long strip's varies
+        (0.5, (9.0, 4.3, 2.0), False),  # on its way down
+        (0.8, (56.0, 9.0, 4.3, 6.2, 10.6), False),  # higher up
     ],
 )
 def test_a_strip_all_but_flat_that_is_nearly_let_go(
     height: float, eigenvalues: tuple[float, ...], nearly: bool
 ) -> None:
-    """Its least eigenvalue passes a minimum near zero, early on the path."""
+    """Its least eigenvalue dips towards zero, early on the path."""
     model: Any = SimpleNamespace(mid_surface=lambda q: np.array([[0.0, 0.0], [1.0, q]]))
     points: list[Any] = [SimpleNamespace(q=height, eigenvalues=np.array([value, 99.0])) for value in eigenvalues]
-    assert following._nearly_let_go(model, points) is nearly
-    assert not following._nearly_let_go(model, points[:2])
+    assert (following._nearly_let_go(model, points) is points[2]) is nearly
+    assert following._nearly_let_go(model, points[:2]) is None
 
 
 def test_what_nearly_happens_on_coarse_elements_happens_on_fine_ones() -> None:

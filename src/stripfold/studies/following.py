@@ -44,8 +44,10 @@ TOOTH = 0.05
 """Largest way by which a place of the strip goes through a tooth of the contact, L*: one that is longer may be the
 strip's own small snap, and whether it is passed hangs on the mesh."""
 NEARLY = 10.0
-"""Eigenvalue, g/L*, that must not be the least one while the strip is all but flat: a little below it the strip snaps,
-and there the ripple that decides is no longer than a few elements."""
+"""Eigenvalue, g/L*, to which the least one must not dip while the strip is all but flat: on another mesh such a strip
+snaps, since the ripple that decides is no longer than a few elements."""
+DIP = 2.0
+"""How many times larger it is again behind a dip: a long strip that rises passes a shallow minimum as low."""
 ALL_BUT_FLAT = 0.7
 """Height of the highest place of such a strip, L*: higher up a sound path may well pass a minimum of that depth."""
 BEYOND = (0.01, 0.03, 0.1)
@@ -189,10 +191,10 @@ def _along_piece(
         if fold is None:
             if critical.passed(point, points[-2]):
                 fold = len(points) - 1
-            elif _nearly_let_go(problem.model, points[-3:]):
+            elif (least := _nearly_let_go(problem.model, points)) is not None:
                 raise CoarseMeshError(
-                    f"the strip nearly pops at lambda = {points[-2].lam:.6g}: the mesh decides whether it does",
-                    parameter=points[-2].lam,
+                    f"the strip nearly pops at lambda = {least.lam:.6g}: the mesh decides whether it does",
+                    parameter=least.lam,
                     advice="refine the mesh",
                 )
         elif not critical.passed(point) and point.lam > max(p.lam for p in points[:-1]):
@@ -213,12 +215,12 @@ def _along_piece(
     return [*points[:fold], found.before], found, folds
 
 
-def _nearly_let_go(model: Model, points: list[Point]) -> bool:
-    """Whether the last of three points but one is where a strip, all but flat, was nearest to losing its hold."""
-    if len(points) < 3 or model.mid_surface(points[1].q)[:, 1].max() > ALL_BUT_FLAT:
-        return False
-    before, least, after = (float(point.eigenvalues[0]) for point in points)
-    return least < min(before, after, NEARLY)
+def _nearly_let_go(model: Model, points: list[Point]) -> Point | None:
+    """Where a strip, all but flat, was nearest to losing its hold, if it came near that and recovered."""
+    least = min(points, key=lambda point: float(point.eigenvalues[0]))
+    value, now = float(least.eigenvalues[0]), points[-1]
+    recovered = value < NEARLY and float(now.eigenvalues[0]) > DIP * value
+    return least if recovered and model.mid_surface(now.q)[:, 1].max() < ALL_BUT_FLAT else None
 
 
 def _branch(problem: StripProblem, first: Point, options: StepOptions) -> Iterator[Point]:
