@@ -33,7 +33,7 @@ readme: $(STAMP) ## Bring the README's table of numbers in line with results/sum
 	$(SNAKEMAKE) readme --cores 1
 
 test: $(STAMP) ## Run the tests (set PYTEST_ARGS="-k fold" to choose)
-	$(IN_VENV) python -m pytest $(PYTEST_ARGS)
+	$(IN_VENV) python -m pytest --numprocesses $(CORES:all=auto) --dist loadfile $(PYTEST_ARGS)
 
 # Into a folder of its own, so that it neither uses nor touches what `make all` stored. Kept when the run fails.
 quick: $(STAMP) ## Run the whole chain small, in minutes, into a temporary folder
