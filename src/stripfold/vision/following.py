@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .layers import Layers
-from .measuring import GOOD, MERGED, Centreline, smoothed_centres, uncertainty
+from .measuring import GOOD, MERGED, Centreline, smoothed_centres
 from .sections import Edges, edges_at, inside, interpolated, normals, sample, tangents
 from .smooth import median, smoothed_values
 
@@ -149,16 +149,15 @@ def follow(image: Picture, guess: Centreline, look: Look, ends: Array, reach: fl
         known = np.einsum("ij,ij->i", ends - settled[[0, -1]], across[[0, -1]])
         centres[[0, -1]] = settled[[0, -1]] + known[:, None] * across[[0, -1]]
         score[[0, -1]] = 1.0
-        smooth, weights = smoothed_centres(centres, edges, score, across, cutoff, HIDDEN)
+        smooth, _ = smoothed_centres(centres, edges, score, across, cutoff, HIDDEN)
         if float(np.abs(offset[good]).max()) < SETTLED:
             break
         settled = smooth
-    sd = uncertainty(centres, smooth, weights, score >= GOOD, across, cutoff, h)
     gap = _longest(~good & seen) / len(good)
     points, places = between(smooth, ends, len(guess.points))
     line = Centreline(
         points,
-        np.interp(places, s, sd),
+        np.full(len(points), np.nan),
         np.interp(places, s[good], edges.width[good]),
         np.interp(places, s, score),
         guess.bright,

@@ -158,7 +158,7 @@ class Marker:
             greys, inside = _greys(part, places - corner[:, None], count)
             value, along_u, along_v, wide_u, wide_v = self._pattern(axis, blur)
             if gain is None:
-                gain = np.polyfit(value, greys, 1)[0] * np.ones(len(greys))
+                gain = _slope(value, greys) * np.ones(len(greys))
             design = np.concatenate(
                 [
                     -_moves(homography, points, places, gain * along_u, gain * along_v),
@@ -216,7 +216,8 @@ class Marker:
             around = cv2.sepFilter2D(field, -1, _KERNEL, _KERNEL, borderType=cv2.BORDER_CONSTANT)
             variance[k] = freedom * max(float(np.sum(field * around)), float(np.sum(field**2)))
         # Of all the greys, also those that the weights leave out: a fit to something else leaves out most of it.
-        score = max(float(np.corrcoef(value, greys)[0, 1]), 0.0) if np.ptp(greys) > 0.0 else 0.0
+        spread = np.std(greys)
+        score = max(_slope(value, greys) * float(np.std(value) / spread), 0.0) if spread > 0.0 else 0.0
         return Fit(homography, (float(blur[0]), float(blur[1])), np.sqrt(variance), score)
 
     def _pattern(self, axis: Array, blur: Array) -> tuple[Array, Array, Array, Array, Array]:
@@ -233,6 +234,12 @@ class Marker:
             (left @ (-u * slope_u / blur[0]).T).ravel(),
             ((-v * slope_v / blur[1]) @ right).ravel(),
         )
+
+
+def _slope(x: Array, y: Array) -> float:
+    """Of the straight line through points, by least squares."""
+    centred = x - x.mean()
+    return float(centred @ y / (centred @ centred))
 
 
 def _corner_steps(pattern: Array) -> Array:

@@ -50,7 +50,7 @@ class Centreline:
     points
         Shape (n, 2), pixels, equally spaced along the arc.
     sd
-        Shape (n,), one standard deviation normal to the curve, pixels.
+        Shape (n,), one standard deviation normal to the curve, pixels; nan in a film, where nothing depends on it.
     width
         Shape (n,), of the visible band, pixels.
     score

@@ -116,30 +116,30 @@ def measure(profiles: Grey, width: Array | float) -> Edges:
     width = np.broadcast_to(np.asarray(width, dtype=np.float64), len(profiles))
     reach = profiles.shape[1] // 2
     t = np.arange(-reach, reach + 1, dtype=np.float32)
-    core = np.floor(0.3 * width).astype(np.intp)
     seen = sight(width)
-    out = np.minimum(np.rint(0.5 * width).astype(np.intp) + 1, seen - 1)
-    top = np.empty(len(profiles), np.float32)
-    for half in np.unique(core):
-        rows = core == half
-        top[rows] = profiles[rows, reach - half : reach + half + 1].mean(axis=1, dtype=np.float64)
     blurred = cv2.blur(profiles, (3, 1), borderType=cv2.BORDER_REPLICATE)
-    away = np.abs(t)
-    beside = np.where((away > out[:, None]) & (away <= seen[:, None]), blurred, np.float32(np.inf))
-    left, right = beside[:, :reach].min(axis=1), beside[:, reach + 1 :].min(axis=1)
+    top, left, right = np.empty((3, len(profiles)), np.float32)
+    # Sections of one width together: of these the columns to look at are the same.
+    for size in np.unique(width):
+        rows = np.flatnonzero(width == size)
+        core, far = int(0.3 * size), int(sight(size))
+        out = min(int(np.rint(0.5 * size)) + 1, far - 1)
+        top[rows] = profiles[rows, reach - core : reach + core + 1].mean(axis=1, dtype=np.float64)
+        left[rows] = blurred[rows, reach - far : reach - out].min(axis=1)
+        right[rows] = blurred[rows, reach + out + 1 : reach + far + 1].min(axis=1)
     below, found_below, slope_below = _crossing(profiles[:, reach::-1], 0.5 * (top + left), seen)
     above, found_above, slope_above = _crossing(profiles[:, reach:], 0.5 * (top + right), seen)
     offset, wide = 0.5 * (above - below), above + below
     thin = np.flatnonzero(width <= THIN)
     if thin.size:
         base, high = 0.5 * (left + right)[thin], top[thin]
-        near = away <= np.minimum(0.5 * width[thin] + 2.0, seen[thin])[:, None]
+        near = np.abs(t) <= np.minimum(0.5 * width[thin] + 2.0, seen[thin])[:, None]
         weight = np.maximum(profiles[thin] - (base + 0.1 * (high - base))[:, None], 0.0) * near
         offset[thin] = (weight @ t) / np.maximum(weight.sum(axis=1), 1e-6)
     contrast = top - np.maximum(left, right)
     noise = 0.5 * np.hypot(1.0 / slope_below, 1.0 / slope_above)
-    offset, wide, contrast, noise = (np.asarray(a, dtype=np.float64) for a in (offset, wide, contrast, noise))
-    return Edges(offset, wide, contrast, noise, found_below & found_above)
+    offset, wide, clear, noise = (np.asarray(a, dtype=np.float64) for a in (offset, wide, contrast, noise))
+    return Edges(offset, wide, clear, noise, found_below & found_above)
 
 
 def sight(width: Array | float) -> NDArray[np.intp]:
