@@ -90,6 +90,7 @@ MINIMAL: dict[str, Any] = {
         "tangency": {"lengths": [15.0], "thicknesses": [0.05], "refinement": 2},
         "friction_steps": {"length": 12, "thickness": 0.05, "steps": [0.2], "refinement": 3},
         "random_paths": {"cases": 2, "seed": 1, "refinement": 2},
+        "hard_cases": {"refinement": 2},
         "recordings_accuracy": {"cases": 2, "seed": 1, "dynamics": 0.5},
         "video_benchmark": {"frames": 20, "repeats": 1},
     },

@@ -160,7 +160,14 @@ def of_paths() -> dict[str, xr.Dataset]:
     random = xr.Dataset({"outcome": ("case", outcome), "critical": ("case", found), "again": ("case", found + 1e-3)})
     random["message"] = ("case", np.where(outcome == "undecided", "NewtonError: no", "").astype(object))
     benchmark = xr.Dataset({"wall": ("repeat", [12.0]), "memory": ((), 150.0), "error": ((), 1e-3)})
+    hard = xr.Dataset(
+        {
+            "failed": ("case", np.zeros(40)),
+            "outcome": ("case", np.array(["value"] * 30 + ["NewtonError"] * 10, dtype=object)),
+        }
+    )
     return {
+        "hard_cases": hard,
         "tangency": tangency,
         "assessment": assessment,
         "friction": friction,
@@ -245,6 +252,8 @@ def test_all_keys_and_all_hold() -> None:
         "rpath_completed",
         "random_paths",
         "random_paths_undecided",
+        "hard_cases",
+        "hard_cases_failed",
         "time_assess",
         "calibration_rms",
         "charuco_rms",
@@ -314,6 +323,8 @@ def test_all_keys_and_all_hold() -> None:
         ("friction_steps", "suffices", 0.1, "friction_step_k_f"),
         ("random_paths", "message", OTHERWISE, "random_paths_undecided"),
         ("random_paths", "message", "", "random_paths_undecided"),
+        ("hard_cases", "failed", 1.0, "hard_cases_failed"),
+        ("hard_cases", "failed", np.nan, "hard_cases_failed"),
         ("assess_benchmark", "wall", 31.0, "time_assess"),
         ("assess_benchmark", "error", 6e-3, "time_assess"),
         ("calibration", "rms", 0.26, "calibration_rms"),
@@ -416,6 +427,16 @@ def test_too_few_random_paths_or_too_many_undecided() -> None:
     data = datasets()
     data["random_paths"]["message"][-1] = OTHERWISE
     assert entries(data)["random_paths_undecided"]["holds"] is False
+
+
+def test_too_few_hard_cases_or_one_that_failed() -> None:
+    data = datasets()
+    data["hard_cases"]["failed"][7] = 1.0
+    found = entries(data)
+    assert found["hard_cases_failed"]["holds"] is False
+    assert found["hard_cases_failed"]["value"] == 1
+    data["hard_cases"] = data["hard_cases"].isel(case=slice(0, 24))
+    assert entries(data)["hard_cases"]["holds"] is False
 
 
 def test_five_falls_are_too_few() -> None:

@@ -69,6 +69,10 @@ class NewtonError(SolveError):
     """Newton's method did not converge from the given guess."""
 
 
+class CrushedError(NewtonError):
+    """Newton's method converged to what is no strip: turned inside out, or pressed past what its law can bear."""
+
+
 class ContinuationError(SolveError):
     """A branch could not be followed: the step became smaller than allowed."""
 

@@ -129,6 +129,9 @@ class StripProblem:
     def carry(self, q: Array, dq: Array) -> Array:
         return self.model.carry(q, dq)
 
+    def flaw(self, q: Array) -> str:
+        return self.model.flaw(q)
+
     def force_over_step(self, q0: Array, q1: Array, kappa: float, carried: Array | None = None) -> tuple[Array, Band]:
         force, tangent = self.model.force_over_step(q0, q1, kappa, carried)
         force = force + self.model.weight

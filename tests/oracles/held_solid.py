@@ -70,6 +70,9 @@ class HeldSolid:
     def carry(self, q: Array, dq: Array) -> Array:
         return self.model.carry(q, dq)
 
+    def flaw(self, q: Array) -> str:
+        return self.model.flaw(q)
+
     def prescribed_values(self, lam: float) -> Array:
         return self.values
 

@@ -90,6 +90,9 @@ class LeeFrame:
     def carry(self, q: Array, dq: Array) -> None:
         return None
 
+    def flaw(self, q: Array) -> str:
+        return ""
+
     def prescribed_values(self, lam: float) -> Array:
         return np.zeros(4)
 

@@ -78,6 +78,9 @@ class Pendulum(WithoutMemory):
     def carry(self, q: Array, dq: Array) -> None:
         return None
 
+    def flaw(self, q: Array) -> str:
+        return ""
+
     def force_over_step(self, q0: Array, q1: Array, kappa: float, carried: None = None) -> tuple[Array, Small]:
         e0, e1 = self.strain(q0), self.strain(q1)
         middle = 0.5 * (self.place(q0) + self.place(q1))

@@ -53,6 +53,9 @@ class Toy:
     def carry(self, q: Array, dq: Array) -> None:
         return None
 
+    def flaw(self, q: Array) -> str:
+        return ""
+
     def prescribed_values(self, lam: float) -> Array:
         return np.full(len(self.moved), lam)
 

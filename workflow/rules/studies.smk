@@ -44,6 +44,20 @@ rule rod:
         "../scripts/rod.py"
 
 
+rule hard_cases:
+    output:
+        f"{RESULTS}/studies/hard_cases.nc",
+    log:
+        f"{LOGS}/hard_cases.log",
+    resources:
+        mem_mb=1000,
+        runtime=30,
+    params:
+        **CONFIG["studies"]["hard_cases"],
+    script:
+        "../scripts/hard_cases.py"
+
+
 rule rod_benchmark:
     output:
         f"{RESULTS}/studies/rod_benchmark.nc",
@@ -101,4 +115,5 @@ rule studies:
         rules.tangency.output,
         rules.friction_steps.output,
         rules.random_paths.output,
+        rules.hard_cases.output,
         rules.assess_benchmark.output,

@@ -21,6 +21,7 @@ rule summary:
         tangency=rules.tangency.output[0],
         friction_steps=rules.friction_steps.output[0],
         random_paths=rules.random_paths.output[0],
+        hard_cases=rules.hard_cases.output[0],
         assess_benchmark=rules.assess_benchmark.output[0],
         calibration=of_images("calibration"),
         centrelines=of_images("centrelines"),
@@ -37,7 +38,8 @@ rule summary:
 
 rule readme:
     input:
-        rules.summary.output[0],
+        summary=rules.summary.output[0],
+        hard_cases=rules.hard_cases.output[0],
     log:
         f"{LOGS}/readme.log",
     script:

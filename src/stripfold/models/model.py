@@ -100,6 +100,10 @@ class Model(Protocol):
         """Stress at ``q + dq`` by the strain linearised at ``q``, for the next tangent; why: :meth:`.Solid.carry`."""
         ...
 
+    def flaw(self, q: Array) -> str:
+        """What makes ``q`` no state of a strip, whatever its forces; empty where nothing does."""
+        ...
+
     def mid_surface(self, q: Array) -> Array:
         """Positions of the mid-surface nodes, shape (columns, 2), in the paper's frame (origin mid-strip)."""
         ...

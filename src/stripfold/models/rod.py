@@ -80,6 +80,9 @@ def _strains() -> tuple[Array, Array]:
 LINEAR, QUADRATIC = _strains()
 """The strains of any element (see :meth:`Rod.strain`) as functions of its scaled unknowns."""
 
+CRUSHED = -1.0 / 3.0
+"""Membrane strain at which the force of the law, ``eps sqrt(1 + 2 eps)``, is largest: pressed further it gives way."""
+
 
 @dataclass(frozen=True)
 class Rod(OnNodes):
@@ -182,6 +185,11 @@ class Rod(OnNodes):
         The last six times the element's length.
         """
         return self._at(q)[0]
+
+    def flaw(self, q: Array) -> str:
+        """Whether it is pressed so short somewhere that its law gives way."""
+        least = float(self.strain(q)[:, :3].min())
+        return "" if least > CRUSHED else f"the rod is crushed: its strain is {least:.2g}, least allowed is -1/3"
 
     def energy(self, q: Array) -> float:
         """Elastic energy."""

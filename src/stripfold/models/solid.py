@@ -112,6 +112,12 @@ class Solid(OnNodes):
         f[..., 1, 1] += 1.0
         return f
 
+    def flaw(self, q: Array) -> str:
+        """Whether it is turned inside out somewhere: the law has equilibria there, a strip has none."""
+        f = self.deformation_gradient(q)
+        least = float((f[..., 0, 0] * f[..., 1, 1] - f[..., 0, 1] * f[..., 1, 0]).min())
+        return "" if least > 0.0 else f"the strip is turned inside out: its volume changes by a factor of {least:.2g}"
+
     def energy(self, q: Array) -> float:
         """Elastic energy; nan for the printed law, which has none."""
         if self.law.energy is None:

@@ -25,6 +25,8 @@ from ..errors import InvalidInputError
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
+CORNERS = np.array([[0.0, 1.0, 0.0, 1.0], [0.0, 0.0, 1.0, 1.0]])
+"""Of skfem's unit square, shape (2, 4)."""
 ELEMENTS = {1: skfem.ElementQuad1, 2: skfem.ElementQuad2}
 
 
@@ -143,6 +145,10 @@ def build(
     if distort is not None:
         basis = skfem.Basis(skfem.MeshQuad(distort(mesh.p), mesh.t), element, quadrature=rule)
     full = skfem.Basis(basis.mesh, element, quadrature=_tensor_rule(order + 1, order + 1))
+    # The weights are absolute values: an element inside out would count as if nothing were wrong.  Of a quadrilateral
+    # with straight edges, the corners are the first that are.
+    if distort is not None and np.ptp(np.sign(basis.mapping.detDF(CORNERS))) > 0.0:
+        raise InvalidInputError("distort", distort, "a map that turns no part of an element inside out")
     dofs, pick = _element_unknowns(basis, nodal_of)
     gradients = np.stack([np.asarray(b[0].grad).transpose(2, 3, 0, 1) for b in basis.basis], axis=2)
     values = np.stack([np.asarray(b[0].value).transpose(1, 2, 0) for b in full.basis], axis=2)

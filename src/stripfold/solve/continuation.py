@@ -13,7 +13,7 @@ from math import sqrt
 
 import numpy as np
 
-from ..errors import ContinuationError, NewtonError
+from ..errors import ContinuationError, NewtonError, SolveError
 from . import newton
 from .linear import solve_bordered
 from .problem import Array, Equilibrium, Index, Point, Problem, Tangent, inner
@@ -111,7 +111,11 @@ def step(problem: Problem, point: Point, ds: float, options: StepOptions) -> Poi
     correction = sqrt(inner(problem.metric, moved, moved))
     if correction > max(options.largest_correction * abs(ds), options.kink):
         raise NewtonError("guard: the point lies too far from its prediction", parameter=state.lam, step=ds)
-    new = evaluate(problem, state, t, point.arc + ds, point.mode)
+    try:
+        new = evaluate(problem, state, t, point.arc + ds, point.mode)
+    except SolveError as error:
+        # A step that hits a singular tangent to the last figure: a little shorter it does not.
+        raise NewtonError(str(error), parameter=state.lam, step=ds) from error
     cosine = inner(problem.metric, t, new.tangent)
     if cosine < options.least_cosine and ds > options.kink:
         raise NewtonError(f"guard: the branch turns by a cosine of {cosine:.2f}", parameter=state.lam, step=ds)

@@ -154,12 +154,15 @@ class Band:
         # Cholesky answers the common case, a positive definite tangent, at a fifth of the cost.
         if lapack.dpbtrf(self.ab[self.width : 2 * self.width + 1])[1] == 0:
             return 0
-        lu = splu(
-            self.to_sparse(),
-            permc_spec="NATURAL",
-            diag_pivot_thresh=0.0,
-            options={"SymmetricMode": True},
-        )
+        try:
+            lu = splu(
+                self.to_sparse(),
+                permc_spec="NATURAL",
+                diag_pivot_thresh=0.0,
+                options={"SymmetricMode": True},
+            )
+        except RuntimeError as error:
+            raise SolveError("the tangent matrix is exactly singular", advice="shift the step a little") from error
         if not np.array_equal(lu.perm_r, np.arange(self.size)):
             raise SolveError("the count of negative eigenvalues needed a pivot", advice="shift the step a little")
         return int(np.sum(lu.U.diagonal() < 0.0))

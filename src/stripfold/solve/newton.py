@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import NewtonError, SolveError
+from ..errors import CrushedError, NewtonError, SolveError
 from .linear import Matrix, solve_bordered
 from .problem import Array, Equilibrium, Index, Problem
 
@@ -31,6 +31,8 @@ class NewtonOptions:
     largest_step: float = 0.3
     """Largest move of one unknown of positive metric per iteration: full steps from far away leave the basin."""
     most_iterations: int = 25
+    farthest: float = np.inf
+    """Largest distance of the state from the guess, in any unknown of positive metric: farther away lies another."""
 
 
 @dataclass(frozen=True)
@@ -76,11 +78,13 @@ def solve(
     Raises
     ------
     NewtonError
-        With the residual history, when it does not converge.
+        With the residual history, when it does not converge, or not near enough to the guess.
+    CrushedError
+        When what it converges to is in equilibrium, and no state.
     """
     options = options or NewtonOptions()
     constraint = constraint or Constraint.at_parameter(lam, problem.size)
-    q = q.copy()
+    guess, q = q, q.copy()
     prescribed, bounded, lower = problem.prescribed, problem.bounded, problem.lower
     is_active = np.isin(bounded, active)
     movable = problem.metric > 0.0
@@ -111,6 +115,7 @@ def solve(
                 and not np.any(is_active & (r[bounded] < -options.force_tolerance))
             )
             if settled:
+                _refuse_what_is_no_answer(problem, guess, q, lam, options, history)
                 return Equilibrium(q, lam, bounded[is_active], tuple(history))
         rate = np.zeros(problem.size)
         rate[prescribed] = problem.prescribed_rates(lam)
@@ -142,6 +147,23 @@ def solve(
         residuals=history,
         advice="take a smaller step or start nearer",
     )
+
+
+def _refuse_what_is_no_answer(
+    problem: Problem, guess: Array, q: Array, lam: float, options: NewtonOptions, history: list[float]
+) -> None:
+    """Raise where ``q`` is in equilibrium, but not what was asked for."""
+    flaw = problem.flaw(q)
+    if flaw:
+        raise CrushedError(flaw, parameter=lam, residuals=history, advice="take a smaller step or a thinner strip")
+    moved = float(np.abs(q - guess)[problem.metric > 0.0].max(initial=0.0))
+    if moved > options.farthest:
+        raise NewtonError(
+            f"the state found is {moved:.2g} away from its guess, allowed {options.farthest:.2g}: another branch",
+            parameter=lam,
+            residuals=history,
+            advice="start nearer",
+        )
 
 
 def rounding(k: Matrix, q: Array) -> Array:

@@ -67,6 +67,10 @@ class Problem(Protocol):
         """What the next tangent should know of the step from ``q`` by ``dq``; None where that is nothing."""
         ...
 
+    def flaw(self, q: Array) -> str:
+        """What makes ``q`` no state at all, whatever its forces, in words; empty where nothing does."""
+        ...
+
     def prescribed_values(self, lam: float) -> Array:
         """Values of the prescribed unknowns, shape (len(prescribed),)."""
         ...

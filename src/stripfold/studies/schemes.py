@@ -99,6 +99,9 @@ class Oscillator(WithoutMemory):
     def carry(self, q: Array, dq: Array) -> None:
         return None
 
+    def flaw(self, q: Array) -> str:
+        return ""
+
     def force_over_step(self, q0: Array, q1: Array, kappa: float, carried: None = None) -> tuple[Array, Band]:
         return 0.5 * (q0 + q1) + kappa * (q1 - q0), self.mass.scaled(0.5 + kappa)
 

@@ -32,6 +32,8 @@ LIFT_STEPS = StepOptions(first=0.05, largest=1.0, wanted_iterations=12)
 X_STEPS = StepOptions(first=0.1, largest=0.5, slow_below=0.4, wanted_iterations=10)
 PATIENT = replace(LIFT_STEPS.newton, most_iterations=100)
 """For states whose guess has a wrong contact set: it settles node by node."""
+NEAR = replace(PATIENT, farthest=0.3)
+"""For states that are known but for the mesh: what lies farther is another state (L*)."""
 LAMBDA_TOLERANCE = 1e-6
 """Width of the bracket of lambda_c, L*."""
 LOOK_AHEAD = 0.6
@@ -203,7 +205,7 @@ def no_horizontal_force(problem: StripProblem, q: Array, height: float) -> Equil
     """The state at ``height`` with the gripper free along x, near ``q``."""
     free = StripProblem(problem.model, Lift())
     touching = free.bounded[q[free.bounded] - free.lower <= 1e-12]
-    return newton.solve(free, q, height, touching, options=PATIENT)
+    return newton.solve(free, q, height, touching, options=NEAR)
 
 
 def along_x(

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 import xarray as xr
 
-from . import summary_dynamics, summary_paths, summary_rod, summary_vision
+from . import summary_dynamics, summary_hard, summary_paths, summary_rod, summary_vision
 from .branches import FAILED, WRONG
 from .summary_entry import Entry, entry
 
@@ -19,7 +19,8 @@ def summarise(data: Mapping[str, xr.Dataset], sources: Mapping[str, str]) -> dic
     ----------
     data
         Datasets by name: ``points``, ``master``, ``limit``, ``order``, ``branches``, ``benchmark``, and those of
-        :mod:`.summary_rod`, :mod:`.summary_dynamics`, :mod:`.summary_paths` and :mod:`.summary_vision`.
+        :mod:`.summary_rod`, :mod:`.summary_hard`, :mod:`.summary_dynamics`, :mod:`.summary_paths` and
+        :mod:`.summary_vision`.
     sources
         The files they were read from, by the same names.
     """
@@ -49,7 +50,7 @@ def summarise(data: Mapping[str, xr.Dataset], sources: Mapping[str, str]) -> dic
         failed, "count", "of these, ended by a typed error instead of a result", "0", failed == 0, sources["branches"]
     )
     _benchmark(out, data["benchmark"], sources["benchmark"])
-    for part in (summary_rod, summary_dynamics, summary_paths, summary_vision):
+    for part in (summary_rod, summary_hard, summary_dynamics, summary_paths, summary_vision):
         out |= part.summarise(data, sources)
     return out
 
@@ -158,5 +159,10 @@ TABLE = ("<!-- numbers: made by `snakemake readme` -->\n", "<!-- end of numbers 
 
 def fill_table(readme: str, summary: Mapping[str, Entry]) -> str:
     """The README with its table of numbers made anew."""
-    head, rest = readme.split(TABLE[0])
-    return head + TABLE[0] + markdown(summary) + TABLE[1] + rest.split(TABLE[1])[1]
+    return between(readme, TABLE, markdown(summary))
+
+
+def between(text: str, lines: tuple[str, str], table: str) -> str:
+    """A text with what stands between these two lines of it replaced."""
+    head, rest = text.split(lines[0])
+    return head + lines[0] + table + lines[1] + rest.split(lines[1])[1]
