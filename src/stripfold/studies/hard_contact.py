@@ -12,13 +12,13 @@ from .hard_strips import PAPERS, end_against_elastica
 from .static import End, Strip, lift_off, solve_height
 
 GRAZING, LOW, LIFTED = "grazing contact", "gripper at the floor", "lift-off of the whole strip"
-BESIDE = 0.02
+BESIDE = 0.04
 """How far from the height at which the sag just touches, L*."""
 
 
 def _grazing(side: float, refinement: float) -> Finding:
     """So thin that the elastica's limit is the strip's."""
-    return end_against_elastica(Strip(12.0, 5e-3), elastica.touch_limit() + side * BESIDE, refinement)
+    return end_against_elastica(Strip(9.0, 0.02), elastica.touch_limit() + side * BESIDE, refinement)
 
 
 def _lifted(length: float, refinement: float) -> Finding:
@@ -38,7 +38,7 @@ def _on_the_floor(_: float) -> None:
 
 
 def _low(height: float, thickness: float, refinement: float) -> Finding:
-    return end_against_elastica(Strip(12.0, thickness), height, refinement)
+    return end_against_elastica(Strip(9.0, thickness), height, refinement)
 
 
 CASES = (
@@ -56,9 +56,9 @@ CASES = (
         lambda r: _grazing(-1.0, r),
         (CoarseMeshError,),
     ),
-    Case("z = 0.5 L*", LOW, "lambda at the touch, elastica", lambda r: _low(0.5, 5e-3, r), (SolveError,)),
-    Case("z = 0.3 L*", LOW, "lambda at the touch, elastica", lambda r: _low(0.3, 5e-3, r), (SolveError,)),
-    Case("z = 0.1 L*", LOW, "lambda at the touch, elastica", lambda r: _low(0.1, 5e-3, r), (SolveError,)),
+    Case("z = 0.5 L*", LOW, "lambda at the touch, elastica", lambda r: _low(0.5, 0.02, r), (SolveError,)),
+    Case("z = 0.3 L*", LOW, "lambda at the touch, elastica", lambda r: _low(0.3, 0.02, r), (SolveError,)),
+    Case("z = 0.1 L*", LOW, "lambda at the touch, elastica", lambda r: _low(0.1, 0.02, r), (SolveError,)),
     Case(
         "z = 0.1 L*, h = 0.06 L*", LOW, "lambda at the touch, elastica", lambda r: _low(0.1, PAPERS, r), (SolveError,)
     ),

@@ -69,7 +69,7 @@ CASES = (
         "very coarse mesh",
         MESHES,
         "lambda_c, elastica",
-        lambda r: end_against_elastica(Strip(12.0, PAPERS), 3.0, 4.0 * r),
+        lambda r: end_against_elastica(Strip(9.0, PAPERS), 3.0, 4.0 * min(r, 1.5)),
         (SolveError,),
     ),
     Case(

@@ -46,21 +46,21 @@ def rod_lambda_c(strip: Strip, height: float, refinement: float) -> float:
 
 def _thin_rod(refinement: float) -> Finding:
     truth = elastica.critical(3.0).advance
-    return Finding(rod_lambda_c(Strip(16.0, 1.6e-4, kind="rod"), 3.0, refinement), truth, 1e-4 * truth)
+    return Finding(rod_lambda_c(Strip(9.0, 9e-5, kind="rod"), 3.0, refinement), truth, 1e-4 * truth)
 
 
 def _thick(refinement: float) -> Finding:
     """Two elements across and half as long ones along are another discretisation of the same strip."""
-    run = solve_height(Strip(12.0, 0.3), 3.0, 2.0 * refinement, past=0.0)
-    other = solve_height(Strip(12.0, 0.3, across=2), 3.0, refinement, past=0.0)
+    run = solve_height(Strip(9.0, 0.3), 3.0, 2.0 * refinement, past=0.0)
+    other = solve_height(Strip(9.0, 0.3, across=2), 3.0, refinement, past=0.0)
     same = run.end is other.end is End.SNAP
     count = iterations(run) + iterations(other)
     return Finding(run.last.lam if same else nan, other.last.lam, mesh_error(2.0 * refinement), count)
 
 
 def _thick_rod(thickness: float, refinement: float) -> Finding:
-    solid = solve_height(Strip(12.0, thickness), 3.0, refinement, past=0.0)
-    rod = rod_lambda_c(Strip(12.0, thickness, kind="rod"), 3.0, refinement)
+    solid = solve_height(Strip(9.0, thickness), 3.0, refinement, past=0.0)
+    rod = rod_lambda_c(Strip(9.0, thickness, kind="rod"), 3.0, refinement)
     return Finding(rod, solid.last.lam, mesh_error(refinement), iterations(solid))
 
 
@@ -68,7 +68,7 @@ def _scene(eta_b: float, model: str, accuracy: float, thickness: float = 0.03) -
     """A strip that is the same in L*, whatever its eta_b."""
     star = elastica.gravity_length(eta_b)
     eta_m = (thickness * star) ** 2 * eta_b / 12.0
-    return Scene.create(length=14.0 * star, height=3.0 * star, eta_b=eta_b, eta_m=eta_m, model=model, accuracy=accuracy)
+    return Scene.create(length=9.0 * star, height=3.0 * star, eta_b=eta_b, eta_m=eta_m, model=model, accuracy=accuracy)
 
 
 def _decades(_: float) -> Finding:
@@ -128,7 +128,7 @@ def _longer(state: elastica.State, length: float) -> elastica.State:
 
 BEYOND_THE_ROD = (SolveError,)
 CASES = (
-    Case("thin, h / L = 1e-5", THIN, "lambda_c, elastica", lambda r: end_against_elastica(Strip(16.0, 1.6e-4), 3.0, r)),
+    Case("thin, h / L = 1e-5", THIN, "lambda_c, elastica", lambda r: end_against_elastica(Strip(9.0, 9e-5), 3.0, r)),
     Case("thin rod, h / L = 1e-5", THIN, "lambda_c, elastica", _thin_rod),
     Case("thick, h = 0.3 L*", THICK, "lambda_c, two elements across and half as long", _thick),
     Case("thick rod, h = 0.2 L*", THICK, "lambda_c, solid", lambda r: _thick_rod(0.2, r)),

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from .. import planning
-from ..errors import ContinuationError, NewtonError, SolveError
+from ..errors import CoarseMeshError, ContinuationError, NewtonError, SolveError
 from ..models.model import Model
 from ..models.rod import Rod
 from ..models.solid import Solid
@@ -42,6 +42,8 @@ CLOSE = 0.15
 """A touch this near behind a maximum (arc length, L*), or at a slope of lambda this small, is a close call."""
 FINEST_FOR_ORDER = 0.3
 """Smallest factor on the element lengths to which close calls are refined."""
+NO_SNAP_BELOW = 1.25
+"""Height below which a maximum of lambda is not the strip's: the elastica's sag lands first below 1.586 L*."""
 TOUCH_TOLERANCE = 1e-4
 """Arc length within which the first touch of the sag is located, L*."""
 
@@ -237,14 +239,26 @@ def along_x(
         When a state or the branch cannot be computed to its tolerance.
     """
     if np.ndim(mesh):
-        return _run(strip.model(np.asarray(mesh)), height, start, past, options)
+        return _foretold(_run(strip.model(np.asarray(mesh)), height, start, past, options), height)
     sweep, refinement = planning.lift_off_sweep(height), float(mesh)
 
     def on_planned_mesh(refinement: float) -> XRun:
         model = strip.model(planning.boundaries(strip.length, sweep, refinement, strip.sizes))
         return _run(model, height, start, past, options)
 
-    return two_agree(on_planned_mesh, refinement, FINEST_FOR_ORDER)
+    return _foretold(two_agree(on_planned_mesh, refinement, FINEST_FOR_ORDER), height)
+
+
+def _foretold(run: XRun, height: float) -> XRun:
+    """The run, unless it ends in a snap where there is none."""
+    if run.end is End.SNAP and height < NO_SNAP_BELOW:
+        raise CoarseMeshError(
+            f"lambda has a maximum at a height of {height:.3g} L*, where the sag should land before: under the push of "
+            "so low a gripper the lying part has given way",
+            parameter=run.last.lam,
+            advice="refine the mesh, or ask the elastica",
+        )
+    return run
 
 
 def two_agree(on_mesh: Callable[[float], XRun], refinement: float, finest: float) -> XRun:
