@@ -17,7 +17,7 @@ from stripfold.studies.summary import between
 
 ROOT = Path(__file__).parents[1]
 COARSE = 2.0
-"""Refinement of these tests; the stored run's is finer."""
+"""Refinement of these tests, the stored run's."""
 
 
 @pytest.mark.parametrize("case", hard_cases.CASES, ids=lambda case: case.name)

@@ -142,7 +142,7 @@ def test_too_thick():
     assert error.key == "eta_m"
     largest = float(error.allowed.split()[2])
     assert Scene.create(**{**TYPICAL, "eta_m": 0.999 * largest}).material.relative_thickness == pytest.approx(
-        0.3, rel=2e-3
+        0.2, rel=2e-3
     )
     assert refused(eta_m=1.002 * largest).key == "eta_m"
 

@@ -69,7 +69,7 @@ def _mirrored() -> Start:
 def _past(refinement: float) -> None:
     """The gripper past lambda_c in one step: no state is near."""
     run = solve_height(STRIP, HEIGHT, 2.0 * refinement, past=0.0)
-    newton.solve(run.problem, run.last.q, run.last.lam + 0.1, run.last.active, options=NEAR)
+    newton.solve(run.problem, run.last.q, run.last.lam + 0.1, run.last.active, options=replace(NEAR, farthest=0.2))
 
 
 CASES = (
