@@ -45,7 +45,7 @@ def rod_lambda_c(strip: Strip, height: float, refinement: float) -> float:
 
 
 def _thin(refinement: float) -> Finding:
-    """Lifted fifty times thicker: while all but everything lies, a strip as thin is moved by next to nothing."""
+    """Lifted fifty times thicker: without horizontal force the thickness moves it by next to nothing."""
     (_, model, state) = next(lift(Strip(9.0, 5e-3), [3.0]))
     run, truth = along_x(Strip(9.0, 9e-5), 3.0, (model, state), refinement, past=0.0), elastica.critical(3.0)
     return Finding(run.last.lam if run.end is End.SNAP else nan, truth.advance, mesh_error(refinement), iterations(run))
