@@ -76,7 +76,7 @@ CASES = (
         "very fine mesh",
         MESHES,
         "lambda_c, elastica",
-        lambda r: end_against_elastica(Strip(9.0, PAPERS), 3.0, 0.15 * r),
+        lambda r: end_against_elastica(Strip(9.0, PAPERS), 3.0, 0.25 * r),
     ),
     Case("leaning elements", DISTORTED, "droop of a cantilever, elastica", lambda _: _droop(0.25, 3e-3)),
     Case("elements all but turned over", CRUSHED, "droop of a cantilever, elastica", lambda _: _droop(0.475, 1e-2)),

@@ -74,7 +74,7 @@ def _past(refinement: float) -> None:
 
 CASES = (
     Case("steps of 10 L*", STEPS, "lambda_c, elastica", lambda r: _with_steps(10.0, r)),
-    Case("steps of 0.02 L*", STEPS, "lambda_c, elastica", lambda r: _with_steps(0.02 * max(r, 1.0), r)),
+    Case("steps of 0.05 L*", STEPS, "lambda_c, elastica", lambda r: _with_steps(0.05, r)),
     Case("from a flat strip", STARTS, "lambda_c, elastica", lambda r: _from(_flat(), r), (SolveError,)),
     Case("from half the height", STARTS, "lambda_c, elastica", lambda r: _from(lifted(0.5 * HEIGHT), r), (SolveError,)),
     Case(

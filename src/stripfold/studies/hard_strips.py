@@ -151,7 +151,7 @@ CASES = (
         "long, low", LONG, "lambda_c at L = 60, z = 3 L*", lambda r: end_against_elastica(Strip(60.0, PAPERS), 3.0, r)
     ),
     Case(
-        "long, high", LONG, "lambda_c at L = 60, z = 15", lambda r: end_against_elastica(Strip(60.0, PAPERS), 15.0, r)
+        "long, high", LONG, "lambda_c at L = 60, z = 10", lambda r: end_against_elastica(Strip(60.0, PAPERS), 10.0, r)
     ),
     Case("pulled back", TAUT, "horizontal force, elastica", _taut, (ContinuationError,)),
 )

@@ -44,6 +44,8 @@ FINEST_FOR_ORDER = 0.3
 """Smallest factor on the element lengths to which close calls are refined."""
 NO_SNAP_BELOW = 1.25
 """Height below which a maximum of lambda is not the strip's: the elastica's sag lands first below 1.586 L*."""
+NO_TOUCH_ABOVE = 2.2
+"""Height above which no sag touches before lambda has its maximum; the limit is where it is for the other."""
 TOUCH_TOLERANCE = 1e-4
 """Arc length within which the first touch of the sag is located, L*."""
 
@@ -250,7 +252,13 @@ def along_x(
 
 
 def _foretold(run: XRun, height: float) -> XRun:
-    """The run, unless it ends in a snap where there is none."""
+    """The run, unless it ends in a snap or a touch where there is none."""
+    if run.end is End.TOUCH and height > NO_TOUCH_ABOVE:
+        raise CoarseMeshError(
+            f"the strip touches the floor at a height of {height:.3g} L*, where its sag hangs clear",
+            parameter=run.last.lam,
+            advice="refine the mesh",
+        )
     if run.end is End.SNAP and height < NO_SNAP_BELOW:
         raise CoarseMeshError(
             f"lambda has a maximum at a height of {height:.3g} L*, where the sag should land before: under the push of "
