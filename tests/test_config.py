@@ -16,7 +16,19 @@ from jsonschema import Draft202012Validator
 from stripfold import config, elastica, scene
 from stripfold.errors import InvalidInputError
 from stripfold.scene import Scene
-from stripfold.studies import benchmark, friction_steps, lag, limit, modes, order, rod, schemes, tangency
+from stripfold.studies import (
+    accuracy,
+    benchmark,
+    friction_steps,
+    lag,
+    limit,
+    modes,
+    order,
+    profiling,
+    rod,
+    schemes,
+    tangency,
+)
 
 ROOT = Path(__file__).parents[1]
 SHIPPED = ["paper", "quick"]
@@ -47,6 +59,17 @@ MINIMAL: dict[str, Any] = {
         },
         "branches": {"cases": 20, "seed": 1, "refinement": 2, "eta_m": 1e-3},
         "benchmark": {"repeats": 1},
+        "accuracy": {
+            "length_star": 12,
+            "thickness": 0.05,
+            "heights": [3.0],
+            "strategies": [{"kind": "rod"}],
+            "reference": 1,
+            "accuracies": [1e-2],
+            "repeats": 1,
+        },
+        "profiling": {"length": 0.4, "height": 0.09, "eta_b": 3780, "accuracy": 1e-2, "repeats": 1},
+        "estimates": {"cases": 3, "seed": 1},
         "schemes": {
             "length_star": 12,
             "thickness": 0.05,
@@ -209,12 +232,19 @@ def test_the_schema_agrees_with_the_scene():
         ("lag", lag),
         ("tangency", tangency),
         ("friction_steps", friction_steps),
+        ("accuracy", accuracy),
+        ("profiling", profiling),
     ],
 )
 def test_the_schema_agrees_with_the_studies(name, study):
     rules = config.schema()["properties"]["studies"]["properties"][name]
     parameters = set(inspect.signature(study.run).parameters) - {"progress"}
     assert set(rules["properties"]) == set(rules["required"]) == parameters
+
+
+def test_the_schema_agrees_with_the_ways_to_the_end():
+    of = config.schema()["properties"]["studies"]["properties"]["accuracy"]["properties"]["strategies"]["items"]
+    assert set(of["properties"]) == set(accuracy.Strategy._fields)
 
 
 # -- what is wrong is named

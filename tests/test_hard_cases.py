@@ -13,7 +13,7 @@ from stripfold import store
 from stripfold.errors import CrushedError, InvalidInputError, NewtonError
 from stripfold.studies import hard_cases
 from stripfold.studies.hard_case import Case, Finding, judge, shown
-from stripfold.studies.summary import between
+from stripfold.studies.summary import fill_table
 
 ROOT = Path(__file__).parents[1]
 COARSE = 2.0
@@ -97,5 +97,5 @@ def test_the_registry() -> None:
 def test_the_page_shows_what_is_stored() -> None:
     page = (ROOT / "docs" / "hard-cases.md").read_text(encoding="utf-8")
     data = store.read(ROOT / "results" / "studies" / "hard_cases.nc")
-    assert between(page, hard_cases.TABLE, hard_cases.markdown(data)) == page, "run `make readme`"
+    assert fill_table(page, "hard cases", hard_cases.markdown(data)) == page, "run `make readme`"
     assert data["name"].values.tolist() == [case.name for case in hard_cases.CASES]

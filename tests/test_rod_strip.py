@@ -162,7 +162,7 @@ class TestAsked:
     def test_what_is_not_possible(self):
         """The printed law on the rod, and a motion in time of the elastica."""
         strip = {"length": 0.6, "height": 0.09, "eta_b": 3780.0}
-        with pytest.raises(InvalidInputError, match="the rod has no other law"):
+        with pytest.raises(InvalidInputError, match="only the solid has another law"):
             Scene.create(**strip, model="rod", law="printed")
         with pytest.raises(InvalidInputError, match="no motion in time"):
             Simulation.create(**strip, model="elastica")

@@ -72,4 +72,4 @@ def test_calls_are_timed_after_one_that_is_not(monkeypatch: pytest.MonkeyPatch):
     clock = iter([10.0, 11.0, 20.0, 23.0])
     monkeypatch.setattr(benchmark, "perf_counter", lambda: next(clock))
     calls = iter(range(9))
-    assert benchmark._calls(lambda: next(calls), 2) == ([1.0, 3.0], 2)
+    assert benchmark.calls(lambda: next(calls), 2) == ([1.0, 3.0], 2)

@@ -11,9 +11,12 @@ import pytest
 import xarray as xr
 
 import stripfold.material
+from stripfold import store
+from stripfold.studies import profiling
 from stripfold.studies.random_paths import OTHERWISE
 from stripfold.studies.schemes import CONSERVING, DEFAULT
-from stripfold.studies.summary import TABLE, fill_table, markdown, summarise
+from stripfold.studies.summary import fill_table, markdown, markers, summarise
+from stripfold.studies.summary_accuracy import presets
 
 ROOT = Path(__file__).parents[1]
 
@@ -103,6 +106,7 @@ def datasets() -> dict[str, xr.Dataset]:
         "rod": rod,
         "rod_benchmark": rod_benchmark,
         **of_pictures(),
+        **of_accuracy(),
         "falls": falls,
         "fall_benchmark": xr.Dataset({"wall": ("repeat", [8.0]), "memory": ((), 150.0)}),
         "schemes": scheme,
@@ -175,6 +179,32 @@ def of_paths() -> dict[str, xr.Dataset]:
         "random_paths": random,
         "assess_benchmark": benchmark,
     }
+
+
+def of_accuracy() -> dict[str, xr.Dataset]:
+    """The datasets of accuracy against time."""
+    over = ("asked", "accuracy", "height")
+    names = np.array([["elastica", "rod"], ["solid", "solid"]], dtype=object)
+    accuracy = xr.Dataset(
+        {
+            "preset_seconds": (over, np.full((2, 2, 2), 0.9)),
+            "preset_estimate": (over, np.full((2, 2, 2), 5e-4)),
+            "preset_error": (over, np.full((2, 2, 2), -2e-4)),
+            "preset_model": (over, np.repeat(names[..., None], 2, axis=2)),
+            "elastica_seconds": ("height", [0.015, 0.02]),
+            "elastica_error": ("height", [1e-12, -1e-12]),
+            "snaps": ("height", [1, 1]),
+        },
+        {"asked": ["auto", "solid"], "accuracy": [1e-2, 1e-3], "height": [3.0, 9.0]},
+    )
+    estimates = xr.Dataset(
+        {
+            "asked": ("case", np.array(["auto", "solid", "rod"] * 100, dtype=object)),
+            "estimate": ("case", np.full(300, 1e-3)),
+            "error": ("case", np.full(300, 5e-4)),
+        }
+    )
+    return {"accuracy": accuracy, "estimates": estimates}
 
 
 def of_pictures() -> dict[str, xr.Dataset]:
@@ -266,6 +296,10 @@ def test_all_keys_and_all_hold() -> None:
         "recordings_failed",
         "measured_above_model",
         "tracking_rate",
+        "time_solid_1e-3",
+        "time_rod_1e-3",
+        "time_elastica",
+        "estimate_coverage",
     }
     assert asked <= set(summary)
     for key, item in summary.items():
@@ -289,6 +323,13 @@ def test_all_keys_and_all_hold() -> None:
         ("rod_benchmark", "estimated_error", 2e-3, "time_rod_1e-3"),
         ("rod_benchmark", "seconds_assess", 2.0, "time_assess_rod"),
         ("rod_benchmark", "apart", 0.01, "time_assess_rod"),
+        ("accuracy", "preset_seconds", 1.1, "time_solid_1e-3"),
+        ("accuracy", "preset_estimate", 2e-3, "time_solid_1e-3"),
+        ("accuracy", "preset_error", -2e-3, "time_solid_1e-3"),
+        ("accuracy", "elastica_seconds", 0.03, "time_elastica"),
+        ("accuracy", "elastica_error", -1e-8, "time_elastica"),
+        ("estimates", "error", 2e-3, "estimate_coverage"),
+        ("estimates", "error", np.nan, "estimate_coverage"),
         ("points", "lambda_c", 1.0, "collapse_deviation"),
         ("points", "lambda_error", 0.1, "lambda_c_error_max"),
         ("points", "lambda_c_upper", 1.0, "bracket_max"),
@@ -457,18 +498,42 @@ def test_the_finest_step_the_smaller_order_and_the_median_are_quoted() -> None:
     assert found["time_fall"]["value"] == 11.0
 
 
+def test_coverage_counts_what_has_no_number() -> None:
+    data = datasets()
+    data["estimates"]["error"][:15] = np.nan
+    assert entries(data)["estimate_coverage"]["value"] == pytest.approx(0.95)
+    data["estimates"]["error"][15] = 2e-3
+    assert entries(data)["estimate_coverage"]["holds"] is False
+
+
 def test_table_is_replaced_and_nothing_else() -> None:
     summary = entries(datasets())
-    text = "before\n" + TABLE[0] + "old\n" + TABLE[1] + "after\n"
-    filled = fill_table(text, summary)
-    assert filled == "before\n" + TABLE[0] + markdown(summary) + TABLE[1] + "after\n"
-    assert fill_table(filled, summary) == filled
+    begin, end = markers("numbers")
+    text = "before\n" + begin + "old\n" + end + "after\n"
+    filled = fill_table(text, "numbers", markdown(summary))
+    assert filled == "before\n" + begin + markdown(summary) + end + "after\n"
+    assert fill_table(filled, "numbers", markdown(summary)) == filled
 
 
-def test_readme_quotes_the_stored_summary() -> None:
-    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+def test_presets_one_row_each() -> None:
+    data = datasets()["accuracy"]
+    data["preset_seconds"].loc[{"asked": "auto", "accuracy": 1e-2, "height": 9.0}] = 2.0
+    data["preset_model"].loc[{"asked": "auto", "accuracy": 1e-2, "height": 9.0}] = "rod"
+    rows = presets(data).splitlines()[2:]
+    assert len(rows) == 4
+    assert rows[0] == "| 1e-02 | `auto` | elastica, rod | 2 s | 5e-04 | 2e-04 |"
+
+
+def test_texts_quote_what_is_stored() -> None:
     summary = json.loads((ROOT / "results" / "summary.json").read_text(encoding="utf-8"))
-    assert fill_table(readme, summary) == readme, "run `make readme`"
+    kept = ROOT / "results" / "studies"
+    for path, name, table in (
+        ("README.md", "numbers", markdown(summary)),
+        ("README.md", "presets", presets(store.read(kept / "accuracy.nc"))),
+        ("docs/numerics.md", "profile", profiling.table(store.read(kept / "profiling.nc"))),
+    ):
+        text = (ROOT / path).read_text(encoding="utf-8")
+        assert fill_table(text, name, table) == text, "run `snakemake readme`"
 
 
 def test_readme_and_material_examples_run() -> None:

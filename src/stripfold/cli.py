@@ -73,9 +73,10 @@ def _parser() -> argparse.ArgumentParser:
     number("--nu", type=float, default=0.0, metavar="X", help="Poisson's ratio [0]")
     number(
         "--model",
-        choices=("solid", "rod", "elastica"),
+        choices=("solid", "rod", "elastica", "auto"),
         default="solid",
-        help="the paper's finite elements, a rod (several times as fast), or the thin limit [solid]",
+        help="the paper's finite elements, a rod (several times as fast), the thin limit, or the cheapest of them that "
+        "is within the accuracy of the first [solid]",
     )
     number("--accuracy", type=float, default=1e-3, metavar="X", help="wanted relative accuracy of lambda_c [1e-3]")
     critical.add_argument("--json", action="store_true", help="print one JSON object")
@@ -129,7 +130,7 @@ def _critical(arguments: argparse.Namespace) -> str:
 
 def _fields(result: CriticalResult) -> dict[str, Any]:
     names = ("lambda_c", "x_c", "error", "free_length", "snap", "reason", "seconds")
-    more = ("lambda_c_lower", "lambda_c_upper", "lambda_0", "model")
+    more = ("lambda_c_lower", "lambda_c_upper", "lambda_0", "model", "model_error")
     return {name: getattr(result, name) for name in names + more}
 
 
@@ -144,7 +145,8 @@ def _as_text(scene: Scene, result: CriticalResult) -> str:
         ("lambda_0", metres(result.lambda_0, "advance of the gripper without horizontal force")),
         ("lambda_c", metres(result.lambda_c, "advance past the flat end at the snap")),
         ("  between", f"{result.lambda_c_lower:.9f} and {result.lambda_c_upper:.9f} m" if result.snap else "-"),
-        ("  error", metres(result.error, "estimated")),
+        ("  error", metres(result.error, "estimated, of mesh and bracket")),
+        ("  model", metres(result.model_error, "estimated distance from the solid's lambda_c")),
         ("x_c", metres(result.x_c, "gripper in the frame with its origin mid-strip")),
         ("free length", metres(result.free_length, "off the floor where the advance ends")),
         ("time", f"{result.seconds:.2f} s"),

@@ -9,7 +9,7 @@ from typing import Any, Literal, cast, get_args
 from stripfold.errors import InvalidInputError
 from stripfold.material import GRAVITY, Material
 
-Model = Literal["solid", "rod", "elastica"]
+Model = Literal["solid", "rod", "elastica", "auto"]
 Law = Literal["svk", "printed"]
 
 ETA_B = (1e-1, 1e8)
@@ -53,7 +53,8 @@ class Scene:
     length, height
         Length of the strip and height of the gripper, m.
     model
-        "solid", the paper's finite-element model; "rod", the fast one; or "elastica", the thin limit.
+        "solid", the paper's finite-element model; "rod", the fast one; "elastica", the thin limit; or "auto", the
+        cheapest of them that is as near the solid's lambda_c as ``accuracy`` asks.
     accuracy
         Wanted relative accuracy of lambda_c.
     law
@@ -82,7 +83,7 @@ class Scene:
         _choice("model", self.model, get_args(Model))
         _choice("law", self.law, get_args(Law))
         if self.model != "solid":
-            _choice("law", self.law, ("svk",), f"the {self.model} has no other law")
+            _choice("law", self.law, ("svk",), "only the solid has another law")
         _check_height(self.material, self.length, self.height)
 
     @classmethod

@@ -28,6 +28,7 @@ SOURCES = {
     "recordings_accuracy": [f"{RESULTS}/studies/recordings_accuracy.nc"],
     "calibration": [of_images("calibration")],
     "rod": [f"{RESULTS}/studies/rod.nc"],
+    "work_precision": [f"{RESULTS}/studies/accuracy.nc"],
     "printed_law": [f"{RESULTS}/printed_law.nc"],
 }
 FIGURE_FILES = expand(f"{FIGURES}/{{name}}.{{suffix}}", name=SOURCES, suffix=["png", "svg"])

@@ -99,6 +99,47 @@ rule benchmark:
         "../scripts/benchmark.py"
 
 
+rule accuracy:
+    output:
+        f"{RESULTS}/studies/accuracy.nc",
+    log:
+        f"{LOGS}/accuracy.log",
+    # Alone on the machine, so that nothing else is in the times.
+    threads: workflow.cores
+    params:
+        **CONFIG["studies"]["accuracy"],
+    script:
+        "../scripts/accuracy.py"
+
+
+rule profiling:
+    output:
+        f"{RESULTS}/studies/profiling.nc",
+    log:
+        f"{LOGS}/profiling.log",
+    # Alone on the machine, so that nothing else is in the times.
+    threads: workflow.cores
+    params:
+        **CONFIG["studies"]["profiling"],
+    script:
+        "../scripts/profiling.py"
+
+
+rule estimates:
+    output:
+        f"{RESULTS}/studies/estimates.nc",
+    log:
+        f"{LOGS}/estimates.log",
+    threads: workflow.cores
+    resources:
+        mem_mb=1000,
+        runtime=30,
+    params:
+        **CONFIG["studies"]["estimates"],
+    script:
+        "../scripts/estimates.py"
+
+
 rule studies:
     input:
         rules.limit.output,
@@ -117,3 +158,6 @@ rule studies:
         rules.random_paths.output,
         rules.hard_cases.output,
         rules.assess_benchmark.output,
+        rules.accuracy.output,
+        rules.profiling.output,
+        rules.estimates.output,

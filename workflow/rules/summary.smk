@@ -28,6 +28,8 @@ rule summary:
         recordings_accuracy=rules.recordings_accuracy.output[0],
         recordings=rules.recordings.output[0],
         video_benchmark=rules.video_benchmark.output[0],
+        accuracy=rules.accuracy.output[0],
+        estimates=rules.estimates.output[0],
     output:
         f"{RESULTS}/summary.json",
     log:
@@ -40,6 +42,8 @@ rule readme:
     input:
         summary=rules.summary.output[0],
         hard_cases=rules.hard_cases.output[0],
+        accuracy=rules.accuracy.output[0],
+        profiling=rules.profiling.output[0],
     log:
         f"{LOGS}/readme.log",
     script:

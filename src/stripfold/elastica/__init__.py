@@ -20,6 +20,7 @@ from stripfold.elastica.critical_point import (
     Touch,
     critical,
     master_curve,
+    resolved_again,
     touch_limit,
 )
 from stripfold.elastica.fold import (
@@ -50,6 +51,7 @@ __all__ = [
     "gravity_length",
     "half_fold_lying_length",
     "master_curve",
+    "resolved_again",
     "state_at",
     "state_no_horizontal_force",
     "touch_limit",

@@ -24,7 +24,8 @@ from scipy.optimize import brentq
 
 from stripfold.elastica._chebyshev import FloatArray
 from stripfold.elastica._checks import height
-from stripfold.elastica._continuation import Point, at_height, locate, march, polish
+from stripfold.elastica._continuation import Point, at_height, locate, march, polish, regridded
+from stripfold.elastica._system import next_count
 from stripfold.elastica.branch import COARSE, FIRST_STEP, MAX_STEP, first_point
 from stripfold.elastica.state import State
 from stripfold.errors import InvalidInputError
@@ -150,6 +151,22 @@ def critical(z: float) -> Critical:
     reason = "the sag touches the lower layer before the advance has a maximum: no snap of this kind"
     nan = float("nan")
     return Critical(z, False, reason, nan, nan, nan, nan, None, touch)
+
+
+def resolved_again(found: Critical) -> float:
+    """The advance at the end that was found, solved once more on a grid of about twice the nodes: what it is off by.
+
+    Raises
+    ------
+    SolveError
+        The finer grid has no such state near.
+    """
+    event: Callable[[Point], float] = _rate if found.snap else lambda p: _clearance(p, found.z)
+    before, after = _bracket(found.z, lambda p: p.rate < 0.0 or _clearance(p, found.z) <= 0.0)
+    family = at_height(found.z)
+    near = polish(locate(before, after, family, event), family, event)
+    finer = regridded(near, family, next_count(next_count(near.e.grid.n)))
+    return State._from(polish(finer, family, event).e).advance
 
 
 @lru_cache(maxsize=1)

@@ -117,6 +117,15 @@ class FreeRod:
         inner = sum(v[None, :, None] * term[:, None, :] for v, term in zip(value, terms, strict=True))
         return state.length * np.concatenate([np.reshape(inner, (-1, 2)), place[-1:]])
 
+    def bent(self, state: FreeState, per_element: int = 4) -> Array:
+        """The free part in the frame with its origin mid-strip, shape (m, 3): distance from the grasped end, x, z."""
+        place = self.position(state, per_element)
+        share = np.linspace(0.0, 1.0, per_element, endpoint=False)
+        s = self.unit.s[:-1, None] + np.diff(self.unit.s)[:, None] * share
+        lift_off = self.length / 2.0 - (self.length - state.length) * self.stretch(state.force)
+        along = state.length * np.append(s, 1.0)
+        return np.stack([along, place[:, 0] + lift_off, place[:, 1]], axis=1)
+
     def clearance(self, state: FreeState) -> float:
         """Height of the sag over the floor, infinite where nothing sags."""
         z = self.position(state)[:, 1]

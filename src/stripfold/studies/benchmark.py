@@ -108,10 +108,10 @@ def run_rod(repeats: int) -> xr.Dataset:
     unit, length = material.gravity_length, float(STRIP[1])
     scene = Scene.create(length=0.6, height=0.09, eta_b=material.eta_b, model="rod")
     finer = Scene.create(length=0.6, height=0.09, eta_b=material.eta_b, model="rod", accuracy=1e-4)
-    seconds, found = _calls(lambda: critical.find(scene), repeats)
+    seconds, found = calls(lambda: critical.find(scene), repeats)
     truth = critical.find(finer).lambda_c
     path = path_of("r-path", length / unit)
-    seconds_assess, verdict = _calls(lambda: reach(material, length, path, model="rod"), repeats)
+    seconds_assess, verdict = calls(lambda: reach(material, length, path, model="rod"), repeats)
     solid = reach(material, length, path)
     first, again = verdict.critical[0], solid.critical[0]
     apart = max(
@@ -142,7 +142,21 @@ def run_rod(repeats: int) -> xr.Dataset:
     )
 
 
-def _calls(call: Callable[[], T], repeats: int) -> tuple[list[float], T]:
+def peak_memory(command: Sequence[str]) -> float:
+    """Peak memory in MB of one process with a command of the command line."""
+    # A process between: the largest of all children of this one would be told.
+    code = (
+        "import json, sys; from stripfold.studies import benchmark as b; print(b._timed(json.loads(sys.argv[1]), 0)[2])"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code, json.dumps(list(command))], capture_output=True, text=True, check=False
+    )
+    if done.returncode:
+        raise StripfoldError(f"the benchmark's process failed: {done.stderr.strip().splitlines()[-1]}")
+    return float(done.stdout)
+
+
+def calls(call: Callable[[], T], repeats: int) -> tuple[list[float], T]:
     """Seconds of each counted call, and what the last one gave."""
     result, seconds = call(), []
     for _ in range(repeats):

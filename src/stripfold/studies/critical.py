@@ -3,23 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import nan
 from time import perf_counter
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
-from .. import elastica
 from ..errors import SolveError
 from ..scene import Scene
-from . import quick
-from .static import End, Strip, XRun, along_x, lift
+from . import choice, near, quick
+from .static import LAMBDA_TOLERANCE, End, Strip, XRun
 
 Progress = Callable[[str], None]
 
 ELASTICA_ERROR = 1e-9
 """Error of the elastica's lambda_c, L*: its own tests hold it to that."""
-FINEST = 0.1
-"""Smallest factor on the element lengths that is tried."""
+BRACKET = 0.01
+"""Share of the accuracy that the bracket of lambda_c may take up."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +34,7 @@ class CriticalResult:
     lambda_c_lower, lambda_c_upper
         Bracket of lambda_c on the mesh used.
     error
-        Estimate of what the mesh and the bracket leave open in lambda_c.
+        Estimate of what the mesh and the bracket leave open in lambda_c of this model.
     free_length
         Length of the part off the floor when the advance ends.
     snap, reason
@@ -43,7 +42,9 @@ class CriticalResult:
     seconds
         Time taken.
     model
-        "solid", "rod" or "elastica".
+        "solid", "rod" or "elastica": the one that was used.
+    model_error
+        Estimate of how far this model's lambda_c is from the solid's; 0 for the solid.
     """
 
     lambda_0: float
@@ -57,81 +58,115 @@ class CriticalResult:
     reason: str
     seconds: float
     model: str
+    model_error: float
 
 
 def find(scene: Scene, progress: Progress | None = None) -> CriticalResult:
     """Find the critical point of a scene to its accuracy.
+
+    Where the scene leaves the model open ("auto"), that is the accuracy against the solid, and the cheapest model that
+    meets it is taken; else it is that of the model asked for.
 
     Raises
     ------
     SolveError
         When it cannot be computed, or not to the accuracy asked for.
     """
-    began = perf_counter()
-    of = {"elastica": _elastica, "rod": _rod, "solid": _solid}[scene.model]
-    result = of(scene, progress or (lambda _: None))
-    lambda_0, lambda_c, lower, upper, error, free_length, snap, reason = result
+    began, say = perf_counter(), progress or (lambda _: None)
+    foretold = quick.Foretold.at(scene.height_star)
+    if scene.model == "auto":
+        found, used = _auto(scene, foretold, say)
+    else:
+        found, used = _find(scene, foretold, say), scene
     unit = scene.material.gravity_length
     return CriticalResult(
-        lambda_0=unit * lambda_0,
-        lambda_c=unit * lambda_c,
-        x_c=unit * lambda_c - 0.5 * scene.length,
-        lambda_c_lower=unit * lower,
-        lambda_c_upper=unit * upper,
-        error=unit * error,
-        free_length=unit * free_length,
-        snap=snap,
-        reason=reason,
+        lambda_0=unit * found.lambda_0,
+        lambda_c=unit * found.lambda_c,
+        x_c=unit * found.lambda_c - 0.5 * scene.length,
+        lambda_c_lower=unit * found.lower,
+        lambda_c_upper=unit * found.upper,
+        error=unit * found.error,
+        free_length=unit * found.free_length,
+        snap=found.end is End.SNAP,
+        reason=found.end.reason,
         seconds=perf_counter() - began,
-        model=scene.model,
+        model=used.model,
+        model_error=unit * found.lambda_c * _model_error(used),
     )
 
 
 Run = TypeVar("Run", XRun, quick.Found)
-Found = tuple[float, float, float, float, float, float, bool, str]
 
 
-def _elastica(scene: Scene, progress: Progress) -> Found:
-    height = scene.height_star
-    point = elastica.critical(height)
-    lambda_0 = elastica.state_no_horizontal_force(height).advance
-    end = point.state or (point.touch.state if point.touch else None)
-    assert end is not None
-    if end.length >= scene.length_star:
-        return lambda_0, nan, nan, nan, nan, end.length, False, End.LIFTED.reason
-    if not point.snap:
-        return lambda_0, nan, nan, nan, nan, end.length, False, End.TOUCH.reason
-    c = point.advance
-    return lambda_0, c, c - ELASTICA_ERROR, c + ELASTICA_ERROR, ELASTICA_ERROR, end.length, True, End.SNAP.reason
+class _Found(NamedTuple):
+    """The end of an advance, in L*; lambda_c, its bracket and its error are nan where it is no snap."""
+
+    end: End
+    lambda_0: float
+    free_length: float
+    lambda_c: float = nan
+    lower: float = nan
+    upper: float = nan
+    error: float = nan
 
 
-def first_refinement(accuracy: float) -> float:
-    """Factor on the element lengths that usually meets a relative accuracy of lambda_c (``docs/numerics.md``)."""
-    return min(2.0, max(FINEST, (accuracy / 5e-3) ** 0.5 * 2.0))
+def _auto(scene: Scene, foretold: quick.Foretold, progress: Progress) -> tuple[_Found, Scene]:
+    """By the cheapest model that does it: what was found, and the scene with that model."""
+    thickness, nu = scene.material.relative_thickness, scene.material.nu
+    models = choice.candidates(foretold, scene.length_star, thickness, nu, scene.accuracy)
+    for model in models:
+        left = replace(scene, model=model)
+        left = replace(left, accuracy=scene.accuracy - _model_error(left))
+        try:
+            return _find(left, foretold, progress), left
+        except SolveError as error:
+            # Such as a rod that is too thick for its low gripper.
+            if model == models[-1]:
+                raise
+            progress(f"not by the {model}: {error}")
+    raise AssertionError("the last model returns or raises")
 
 
-def _solid(scene: Scene, progress: Progress) -> Found:
-    height, material = scene.height_star, scene.material
+def _model_error(scene: Scene) -> float:
+    return choice.model_error(scene.model, scene.material.relative_thickness, scene.material.nu)
+
+
+def _find(scene: Scene, foretold: quick.Foretold, progress: Progress) -> _Found:
+    """By the scene's model."""
+    first, last = foretold.first, foretold.last
+    if last.length >= scene.length_star:
+        return _Found(End.LIFTED, first.advance, last.length)
+    if scene.model == "elastica":
+        if not foretold.snap:
+            return _Found(End.TOUCH, first.advance, last.length)
+        bracket = last.advance - ELASTICA_ERROR, last.advance + ELASTICA_ERROR
+        return _Found(End.SNAP, first.advance, last.length, last.advance, *bracket, ELASTICA_ERROR)
+    return _rod(scene, foretold, progress) if scene.model == "rod" else _solid(scene, foretold, progress)
+
+
+def _solid(scene: Scene, foretold: quick.Foretold, progress: Progress) -> _Found:
+    material = scene.material
     strip = Strip(scene.length_star, material.relative_thickness, material.nu, law=scene.law)
-    progress("lifting")
-    (_, model, state) = next(lift(strip, [height]))
+    tolerance = max(LAMBDA_TOLERANCE, BRACKET * scene.accuracy * foretold.last.advance)
 
-    def follow(r: float) -> XRun:
-        return along_x(strip, height, (model, state), r, past=0.0)
+    def follow(refinement: float) -> XRun:
+        return near.run(strip, foretold, refinement, tolerance)
 
-    fine, error = _fine_enough(scene, follow, first_refinement(scene.accuracy), progress)
-    lower, upper = (fine.critical.lower, fine.critical.upper) if fine.critical else (nan, nan)
-    return _found(fine, lower, upper, error)
+    fine, error = _fine_enough(scene, follow, choice.solid_refinement(scene.accuracy), progress)
+    lambda_0 = near.lambda_0(fine, foretold)
+    if fine.critical is None:
+        return _Found(fine.end, lambda_0, fine.free_length)
+    bracket = fine.critical.lower, fine.critical.upper
+    return _Found(fine.end, lambda_0, fine.free_length, fine.lam, *bracket, error)
 
 
-def _rod(scene: Scene, progress: Progress) -> Found:
+def _rod(scene: Scene, foretold: quick.Foretold, progress: Progress) -> _Found:
     strip = Strip(scene.length_star, scene.material.relative_thickness, kind="rod")
-    foretold = quick.Foretold.at(scene.height_star)
-    if foretold.last.length >= strip.length:
-        return foretold.first.advance, nan, nan, nan, nan, foretold.last.length, False, End.LIFTED.reason
-    refinement = min(1.0, max(FINEST, (scene.accuracy / quick.MESH_ERROR) ** 0.25))
+    refinement = choice.rod_refinement(scene.accuracy, quick.MESH_ERROR)
     fine, error = _fine_enough(scene, lambda r: quick.run(strip, foretold, r), refinement, progress, quick.LEFT)
-    return _found(fine, fine.lam, fine.upper, error)
+    if fine.end is not End.SNAP:
+        return _Found(fine.end, fine.lambda_0, fine.free_length)
+    return _Found(fine.end, fine.lambda_0, fine.free_length, fine.lam, fine.lam, fine.upper, error)
 
 
 def _fine_enough(
@@ -151,16 +186,10 @@ def _fine_enough(
         error = share * abs(fine.lam - coarse.lam) + fine.slack
         if fine.end is coarse.end and error <= scene.accuracy * fine.lam:
             return fine, error
-        if refinement / 2.0 < FINEST:
+        if refinement / 2.0 < choice.FINEST:
             raise SolveError(
                 f"lambda_c is known to {error / fine.lam:.1e} only, asked for was {scene.accuracy:.1e}",
                 advice="ask for less accuracy",
             )
         refinement /= 2.0
         coarse, fine = fine, followed(refinement)
-
-
-def _found(run: XRun | quick.Found, lower: float, upper: float, error: float) -> Found:
-    if run.end is not End.SNAP:
-        return run.lambda_0, nan, nan, nan, nan, run.free_length, False, run.end.reason
-    return run.lambda_0, run.lam, lower, upper, error, run.free_length, True, run.end.reason

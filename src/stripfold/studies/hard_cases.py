@@ -37,8 +37,6 @@ VARIABLES = {
     "seconds": ("s", "time taken"),
 }
 
-TABLE = ("<!-- hard cases: made by `snakemake readme` -->\n", "<!-- end of hard cases -->\n")
-"""The lines of docs/hard-cases.md between which its table stands."""
 
 
 def run(refinement: float, progress: Callable[[str], None] | None = None) -> xr.Dataset:

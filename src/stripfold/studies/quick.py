@@ -7,16 +7,19 @@ its derivative vanishes.  Whether the sag touches first shows its clearance ther
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from .. import elastica
 from ..errors import SolveError
 from ..models.free_rod import FreeRod, FreeState, Guess
 from .static import End, Strip
+
+Array = NDArray[np.float64]
 
 SIZE = 0.1
 """Element length at refinement one, L*."""
@@ -39,11 +42,12 @@ SHORTER = (8.0, 0.05)
 
 
 class Foretold(NamedTuple):
-    """What the elastica says: its state without horizontal force, and the one at the end of its advance."""
+    """What the elastica says: its state without horizontal force, that at the end of its advance, whether it snaps."""
 
     height: float
     first: elastica.State
     last: elastica.State
+    snap: bool
 
     @classmethod
     def at(cls, height: float) -> Foretold:
@@ -51,7 +55,7 @@ class Foretold(NamedTuple):
         end = elastica.critical(height)
         last = end.state or (end.touch.state if end.touch else None)
         assert last is not None
-        return cls(height, elastica.state_no_horizontal_force(height), last)
+        return cls(height, elastica.state_no_horizontal_force(height), last, end.snap)
 
 
 @dataclass(frozen=True)
@@ -72,6 +76,8 @@ class Found:
         Of the part off the floor, at the end.
     size
         Length of its elements.
+    free_part
+        Its state there, shape (m, 3): distance from the grasped end, x, z; the last is the lift-off.
     """
 
     end: End
@@ -80,6 +86,7 @@ class Found:
     lambda_0: float
     free_length: float
     size: float
+    free_part: Array = field(repr=False)
 
     @property
     def slack(self) -> float:
@@ -114,10 +121,11 @@ def run(strip: Strip, foretold: Foretold, refinement: float) -> Found:
         end, at = End.TOUCH, branch.zero(branch.clearance, min(start.length, at))
     else:
         end = End.LIFTED if at >= strip.length else End.SNAP
-    lam = rod.advance(branch.state(at))
+    ended = branch.state(at)
+    lam = rod.advance(ended)
     beside = at - TOLERANCE
     upper = rod.advance(branch.state(beside)) + 2.0 * TOLERANCE * branch.slope(beside)
-    return Found(end, lam, max(lam, upper), rod.advance(first), at, at / count)
+    return Found(end, lam, max(lam, upper), rod.advance(first), at, at / count, rod.bent(ended))
 
 
 def _thickened(

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 import xarray as xr
 
-from . import summary_dynamics, summary_hard, summary_paths, summary_rod, summary_vision
+from . import summary_accuracy, summary_dynamics, summary_hard, summary_paths, summary_rod, summary_vision
 from .branches import FAILED, WRONG
 from .summary_entry import Entry, entry
 
@@ -19,8 +19,8 @@ def summarise(data: Mapping[str, xr.Dataset], sources: Mapping[str, str]) -> dic
     ----------
     data
         Datasets by name: ``points``, ``master``, ``limit``, ``order``, ``branches``, ``benchmark``, and those of
-        :mod:`.summary_rod`, :mod:`.summary_hard`, :mod:`.summary_dynamics`, :mod:`.summary_paths` and
-        :mod:`.summary_vision`.
+        :mod:`.summary_rod`, :mod:`.summary_accuracy`, :mod:`.summary_hard`, :mod:`.summary_dynamics`,
+        :mod:`.summary_paths` and :mod:`.summary_vision`.
     sources
         The files they were read from, by the same names.
     """
@@ -50,7 +50,7 @@ def summarise(data: Mapping[str, xr.Dataset], sources: Mapping[str, str]) -> dic
         failed, "count", "of these, ended by a typed error instead of a result", "0", failed == 0, sources["branches"]
     )
     _benchmark(out, data["benchmark"], sources["benchmark"])
-    for part in (summary_rod, summary_hard, summary_dynamics, summary_paths, summary_vision):
+    for part in (summary_rod, summary_accuracy, summary_hard, summary_dynamics, summary_paths, summary_vision):
         out |= part.summarise(data, sources)
     return out
 
@@ -153,16 +153,13 @@ def markdown(summary: Mapping[str, Entry]) -> str:
     return "\n".join(rows) + "\n"
 
 
-TABLE = ("<!-- numbers: made by `snakemake readme` -->\n", "<!-- end of numbers -->\n")
-"""The lines of the README between which its table stands."""
+def markers(name: str) -> tuple[str, str]:
+    """The lines of a text between which its table ``name`` stands."""
+    return f"<!-- {name}: made by `snakemake readme` -->\n", f"<!-- end of {name} -->\n"
 
 
-def fill_table(readme: str, summary: Mapping[str, Entry]) -> str:
-    """The README with its table of numbers made anew."""
-    return between(readme, TABLE, markdown(summary))
-
-
-def between(text: str, lines: tuple[str, str], table: str) -> str:
-    """A text with what stands between these two lines of it replaced."""
-    head, rest = text.split(lines[0])
-    return head + lines[0] + table + lines[1] + rest.split(lines[1])[1]
+def fill_table(text: str, name: str, table: str) -> str:
+    """A text with its table ``name`` made anew."""
+    begin, end = markers(name)
+    head, rest = text.split(begin)
+    return head + begin + table + end + rest.split(end)[1]

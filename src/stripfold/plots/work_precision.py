@@ -1,0 +1,65 @@
+"""Error of the end of the advance against the time it takes, for models and meshes, at several heights."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+
+from stripfold.plots.style import BLACK, BLUE, GREEN, GREY, PURPLE, VERMILLION, Look, figure, note, styled
+from stripfold.studies.accuracy import front
+
+LOOKS = {
+    "elastica": Look(GREEN, "^"),
+    "rod": Look(BLUE, "o"),
+    "rod, nodes": Look(PURPLE, "D"),
+    "solid": Look(VERMILLION, "s"),
+    "solid, from lambda_0": Look(BLACK, "v"),
+}
+NAMES = {"solid, from lambda_0": r"solid, from $\lambda_0$"}
+LEAST = 1e-7
+"""Smaller errors are drawn here: the reference is no better."""
+
+
+@styled
+def draw(data: xr.Dataset) -> Figure:
+    """Draw |error| over seconds, a panel per height, with the front of what nothing else beats.
+
+    Open markers: elements of order one, or two elements across the thickness.  Dotted: how well the reference is known.
+
+    Parameters
+    ----------
+    data
+        From :func:`stripfold.studies.accuracy.run`.
+    """
+    count = data.sizes["height"]
+    rows = (count + 1) // 2
+    fig = figure(2.2 * rows + 0.5, 7.0 if count > 1 else 3.5)
+    panels = fig.subplots(rows, 2 if count > 1 else 1, squeeze=False, sharex=True, sharey=True).ravel()
+    kinds = data["kind"].values
+    plain = (data["order"].values == 2.0) & (data["across"].values == 1.0)
+    for j, (ax, height) in enumerate(zip(panels, data["height"].values, strict=False)):
+        seconds = data["seconds"].values[:, j]
+        error = np.maximum(np.abs(data["error"].values[:, j]), LEAST)
+        for kind, how in LOOKS.items():
+            for filled in (True, False):
+                of = (kinds == kind) & (plain == filled)
+                face = how.colour if filled else "white"
+                name = NAMES.get(kind, kind) if filled and j == 0 and of.any() else None
+                ax.plot(seconds[of], error[of], how.marker, color=how.colour, mfc=face, label=name)
+        best = front(seconds, np.where(np.isfinite(error), error, np.inf))
+        ax.step(seconds[best], error[best], where="post", color=GREY, lw=1.0, zorder=1)
+        ax.axhline(max(float(data["uncertain"].values[j]), LEAST), color=GREY, ls=":", lw=0.8)
+        ax.set(xscale="log", yscale="log")
+        what = r"$\lambda_c$" if data["snaps"].values[j] else "first touch"
+        note(ax, f"({'abcdefgh'[j]}) $z = {height:g}\\,L^*$, {what}", loc="upper right")
+    for ax in panels[count:]:
+        ax.set_axis_off()
+    low, high = panels[0].get_ylim()
+    panels[0].set_ylim(low, high * (high / low) ** 0.12)
+    for ax in panels:
+        ax.label_outer()
+    fig.supxlabel("time, s", fontsize=9.0)
+    fig.supylabel(r"error of $\lambda$, relative", fontsize=9.0)
+    fig.legend(loc="outside upper center", ncols=len(LOOKS), fontsize=7.0)
+    return fig

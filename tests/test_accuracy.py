@@ -1,0 +1,201 @@
+"""Accuracy against time: the choice of a model, the late start of the solid, estimates, times."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from stripfold import elastica, store
+from stripfold.plots import work_precision
+from stripfold.solve.linear import Band
+from stripfold.studies import accuracy, choice, critical, estimates, near, profiling, quick, static
+from stripfold.studies.accuracy import Strategy, scene_of
+from stripfold.studies.static import End, Strip
+
+LENGTH, THICKNESS, HEIGHT = 12.0, 0.0594, 3.0
+
+
+@pytest.fixture(scope="module")
+def foretold() -> quick.Foretold:
+    return quick.Foretold.at(HEIGHT)
+
+
+class TestNear:
+    def test_same_end_as_the_whole_branch(self, foretold: quick.Foretold):
+        strip = Strip(LENGTH, THICKNESS)
+        late = near.run(strip, foretold, 2.0)
+        whole = static.solve_height(strip, HEIGHT, late.problem.model.ends, past=0.0)
+        assert late.end is whole.end is End.SNAP
+        # Which of the teeth near the maximum is met first may differ, the slack tells.
+        assert late.lam == pytest.approx(whole.lam, abs=2e-4)
+        assert near.lambda_0(late, foretold) == pytest.approx(whole.lambda_0, abs=1e-9)
+        assert len(late.points) < len(whole.points)
+        assert 0.0 < late.lam - late.points[0].lam < 0.2
+
+    def test_touch(self):
+        foretold = quick.Foretold.at(1.2)
+        late = near.run(Strip(LENGTH, 0.02), foretold, 2.0)
+        assert late.end is End.TOUCH
+        assert late.lam == pytest.approx(foretold.last.advance, abs=0.02)
+
+    def test_bent_is_the_elasticas(self, foretold: quick.Foretold):
+        model = Strip(LENGTH, THICKNESS).model(60)
+        shape = model.mid_surface(near.bent(model, foretold.last))
+        assert shape[0] == pytest.approx([foretold.last.advance - LENGTH / 2.0, HEIGHT], abs=1e-9)
+        lying = model.s >= foretold.last.length
+        assert shape[lying] == pytest.approx(
+            np.stack([model.s[lying] - LENGTH / 2.0, np.zeros(lying.sum())], axis=1), abs=1e-12
+        )
+        # No stretch: neighbours are as far apart as on the flat strip, up to the curvature.
+        assert np.linalg.norm(np.diff(shape, axis=0), axis=1) == pytest.approx(np.diff(model.s), rel=4e-3)
+
+
+class TestChoice:
+    @pytest.mark.parametrize("thickness", [0.06, 0.1, 0.2])
+    def test_bounds_hold_in_the_study_of_the_rod(self, thickness: float):
+        with xr.open_dataset("results/studies/rod.nc") as stored:
+            one = stored.sel(thickness=thickness, method="nearest")
+            h = float(one["thickness"])
+            for name, model in (("model_error", "rod"), ("thickness_effect", "elastica")):
+                bound = choice.model_error(model, h, 0.0)
+                assert 0.3 * bound < float(np.abs(one[name]).max()) < bound
+
+    def test_poisson(self, foretold: quick.Foretold):
+        """It moves the solid's lambda_c by less than the bound, and by more than half of it."""
+        lam = [near.run(Strip(LENGTH, 0.15, nu), foretold, 1.4).lam for nu in (0.0, 0.45)]
+        bound = choice.model_error("rod", 0.15, 0.45) - choice.model_error("rod", 0.15, 0.0)
+        assert 0.5 * bound < abs(lam[1] / lam[0] - 1.0) < bound
+
+    def test_cheapest_that_meets_it(self, foretold: quick.Foretold):
+        def first(accuracy: float, thickness: float, nu: float = 0.0, length: float = LENGTH) -> str:
+            return choice.candidates(foretold, length, thickness, nu, accuracy)[0]
+
+        assert first(1e-2, 0.06) == "elastica"
+        assert first(1e-3, 0.06) == "rod"
+        assert first(1e-3, 0.01) == "elastica"
+        assert first(1e-5, 0.06) == "solid"
+        assert first(1e-3, 0.06, nu=0.45) == "rod"
+        assert first(1e-3, 0.2, nu=0.49) == "solid"
+        # Hardly anything lies: only the solid says whether the strip is lifted.
+        assert first(1e-2, 0.06, length=foretold.last.length + 0.05) == "solid"
+        limit = quick.Foretold.at(1.6)
+        assert choice.candidates(limit, LENGTH, 0.06, 0.0, 1e-2) == ("solid",)
+
+    def test_auto(self, foretold: quick.Foretold):
+        for accuracy_asked, model in ((1e-2, "elastica"), (1e-3, "rod")):
+            scene = scene_of(LENGTH, THICKNESS, HEIGHT, "auto", accuracy_asked)
+            found = critical.find(scene)
+            assert found.model == model
+            told = (found.error + found.model_error) / found.lambda_c
+            truth = near.run(Strip(LENGTH, THICKNESS), foretold, 1.0).lam * scene.material.gravity_length
+            assert abs(found.lambda_c / truth - 1.0) <= told <= accuracy_asked
+
+    def test_a_failure_is_the_next_models(self, monkeypatch: pytest.MonkeyPatch):
+        def fails(*_: object) -> quick.Found:
+            raise critical.SolveError("planted")
+
+        monkeypatch.setattr(quick, "run", fails)
+        assert critical.find(scene_of(LENGTH, THICKNESS, HEIGHT, "auto", 2e-3)).model == "solid"
+        with pytest.raises(critical.SolveError, match="planted"):
+            critical.find(scene_of(LENGTH, THICKNESS, HEIGHT, "rod", 2e-3))
+
+
+@pytest.fixture(scope="module")
+def found() -> xr.Dataset:
+    ways = [{"kind": "elastica"}, {"kind": "rod"}, {"kind": "solid", "refinement": 2.0}]
+    return accuracy.run(LENGTH, THICKNESS, [1.2, HEIGHT], ways, 1.4, [1e-2], 1)
+
+
+class TestStudy:
+    def test_errors(self, found: xr.Dataset):
+        error, apart = np.abs(found["error"].values), found["state_error"].values
+        assert found["snaps"].values.tolist() == [0, 1]
+        assert error[0, 1] == pytest.approx(2.1e-3, rel=0.1)  # of the elastica: the thickness
+        assert np.all(error[1:] < 3e-4)
+        assert np.all(apart[1:] < 0.1)
+        assert np.all(apart > 0.0)
+        assert np.all(found["seconds"].values > 0.0)
+
+    def test_presets_and_elastica(self, found: xr.Dataset):
+        snap = found.sel(height=HEIGHT, accuracy=1e-2)
+        assert snap["preset_model"].values.tolist() == ["elastica", "solid"]
+        assert np.all(np.abs(snap["preset_error"]) <= snap["preset_estimate"])
+        assert np.all(np.abs(found["elastica_error"]) < 1e-9)
+        assert 30.0 < float(found["memory"].sel(model="elastica")) < float(found["memory"].sel(model="solid"))
+
+    def test_units_and_figure(self, found: xr.Dataset, tmp_path):
+        for name, variable in found.variables.items():
+            assert {"units", "long_name"} <= set(variable.attrs), name
+        store.write(found, tmp_path / "a.nc", title="a", config={})
+        fig = work_precision.draw(store.read(tmp_path / "a.nc"))
+        assert len([ax for ax in fig.axes if ax.lines]) == 2
+
+
+def test_front():
+    seconds, error = np.array([1.0, 2.0, 3.0, 0.5, np.nan]), np.array([1e-2, 1e-3, 5e-3, 1e-1, np.inf])
+    assert accuracy.front(seconds, error).tolist() == [3, 0, 1]
+
+
+def test_shapes_of_the_models_agree():
+    """The same state by the elastica, the rod and a thin solid."""
+    s = np.linspace(0.0, LENGTH, 50)
+    shapes = [
+        Strategy(kind, refinement=r).answer(LENGTH, 0.01, HEIGHT).shape(s)
+        for kind, r in (("elastica", 1.0), ("rod", 0.5), ("solid", 2.0))
+    ]
+    # At a maximum of lambda the state is known to the square root of its error only.
+    assert shapes[2] == pytest.approx(shapes[0], abs=0.08)
+    assert shapes[1] == pytest.approx(shapes[0], abs=5e-3)
+
+
+def test_a_finer_grid_is_finer_and_agrees():
+    for z in (1.2, HEIGHT):
+        found = elastica.critical(z)
+        lam = found.advance if found.snap else found.touch.advance  # type: ignore[union-attr]
+        assert elastica.resolved_again(found) == pytest.approx(lam, abs=1e-9)
+
+
+class TestEstimates:
+    def test_cases_and_their_truth(self, monkeypatch: pytest.MonkeyPatch):
+        monkeypatch.setattr(estimates, "TRUTH", {"solid": 1.0, "rod": 0.3})
+        found = estimates.run(range(3), 20181122)
+        assert found["asked"].values.tolist() == list(estimates.MODELS)
+        assert np.all(found["error"] <= found["estimate"])
+        assert np.all(found["estimate"] <= found["accuracy"])
+        again = estimates.run(range(2, 3), 20181122)
+        assert float(again["error"][0]) == float(found["error"][2])
+
+    def test_a_failure_has_no_number(self, monkeypatch: pytest.MonkeyPatch):
+        def fails(*_: object) -> critical.CriticalResult:
+            raise critical.SolveError("planted")
+
+        monkeypatch.setattr(estimates.critical, "find", fails)
+        found = estimates.run(range(1), 1)
+        assert np.isnan(found["error"][0])
+        assert "planted" in str(found["message"].values[0])
+
+
+class TestProfile:
+    def test_own_and_whole_times(self):
+        ticks = iter([0.0, 1.0, 3.0, 6.0, 10.0, 15.0])
+        timer = profiling.Clock(lambda: next(ticks))
+        inner = timer.timed("assembly", lambda: None)
+        timer.timed("Newton", inner)()
+        timer.stop()
+        assert (timer.own["Newton"], timer.whole["Newton"]) == (2.0 + 4.0, 9.0)
+        assert (timer.own["assembly"], timer.whole["assembly"], timer.calls["assembly"]) == (3.0, 3.0, 1)
+        assert timer.own[profiling.REST] == 1.0 + 5.0
+
+    def test_a_profile(self):
+        before = Band.factor
+        found = profiling.run(0.4, 0.09, 3780.0, 1e-2, 1)
+        assert Band.factor is before
+        assert float(found["share"].sum()) == pytest.approx(1.0)
+        calls = dict(zip(found["part"].values, found["calls"].values, strict=True))
+        assert all(calls[part.what] > 0 for part in profiling.PARTS)
+        assert calls["factorisation"] > calls["step of the continuation"] > 5
+        one = found.sel(part=list(profiling.UNITS))
+        assert float(one["ratio"].sum()) == pytest.approx(1.0)
+        text = profiling.table(found)
+        assert text.count("\n") == 3 + int(np.sum(found["calls"] > 0))
