@@ -134,7 +134,7 @@ class TestStudy:
 
 def test_front():
     seconds, error = np.array([1.0, 2.0, 3.0, 0.5, np.nan]), np.array([1e-2, 1e-3, 5e-3, 1e-1, np.inf])
-    assert accuracy.front(seconds, error).tolist() == [3, 0, 1]
+    assert work_precision.front(seconds, error).tolist() == [3, 0, 1]
 
 
 def test_shapes_of_the_models_agree():

@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from stripfold.plots.style import BLACK, BLUE, GREEN, GREY, PURPLE, VERMILLION, Look, figure, note, styled
-from stripfold.studies.accuracy import front
+
+Array = NDArray[np.float64]
 
 LOOKS = {
     "elastica": Look(GREEN, "^"),
@@ -63,3 +65,13 @@ def draw(data: xr.Dataset) -> Figure:
     fig.supylabel(r"error of $\lambda$, relative", fontsize=9.0)
     fig.legend(loc="outside upper center", ncols=len(LOOKS), fontsize=7.0)
     return fig
+
+
+def front(seconds: Array, error: Array) -> NDArray[np.intp]:
+    """Indices of the ways, shape (n,) each, that no other is both faster and nearer than, fastest first."""
+    best, kept = np.inf, []
+    for i in np.lexsort((error, seconds)):
+        if np.isfinite(seconds[i]) and error[i] < best:
+            best = error[i]
+            kept.append(int(i))
+    return np.array(kept, dtype=np.intp)

@@ -79,7 +79,7 @@ class Strategy(NamedTuple):
         strip = Strip(length, thickness, order=self.order, across=self.across, kind=self.model)
         if self.kind == "rod":
             found = quick.run(strip, foretold, self.refinement)
-            return Answer(found.end, found.lam, _of_places(*np.split(found.free_part, [1], axis=1), length))
+            return Answer(found.end, found.lam, _of_places(found.free_part[:, 0], found.free_part[:, 1:], length))
         if self.kind == "solid":
             run = near.run(strip, foretold, self.refinement, self.tolerance)
         else:
@@ -258,16 +258,6 @@ def scene_of(
     return Scene.create(length=length * unit, height=height * unit, **given)  # type: ignore[arg-type]
 
 
-def front(seconds: Array, error: Array) -> Array:
-    """Indices of the ways, shape (n,) each, that no other is both faster and nearer than, fastest first."""
-    best, kept = np.inf, []
-    for i in np.lexsort((error, seconds)):
-        if np.isfinite(seconds[i]) and error[i] < best:
-            best = error[i]
-            kept.append(int(i))
-    return np.array(kept, dtype=np.intp)
-
-
 def _apart(one: Array, other: Array) -> float:
     return float(np.linalg.norm(one - other, axis=1).max())
 
@@ -284,8 +274,8 @@ def _bent(state: elastica.State, length: float) -> Shape:
 
 def _of_places(along: Array, place: Array, length: float) -> Shape:
     """From places of the free part, the last one its lift-off; the rest lies straight up to the held end."""
-    free = CubicSpline(np.ravel(along), place)
-    lift_off = float(np.ravel(along)[-1])
+    free = CubicSpline(along, place)
+    lift_off = float(along[-1])
     begins = float(place[-1, 0])
 
     def shape(s: Array) -> Array:

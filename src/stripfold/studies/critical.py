@@ -17,6 +17,9 @@ Progress = Callable[[str], None]
 
 ELASTICA_ERROR = 1e-9
 """Error of the elastica's lambda_c, L*: its own tests hold it to that."""
+TOOTH = 1e-5
+"""What the contact's teeth leave open in the solid's lambda_c, relative, times the refinement: two meshes may agree by
+chance (study `rod`)."""
 BRACKET = 0.01
 """Share of the accuracy that the bracket of lambda_c may take up."""
 
@@ -152,7 +155,8 @@ def _solid(scene: Scene, foretold: quick.Foretold, progress: Progress) -> _Found
     def follow(refinement: float) -> XRun:
         return near.run(strip, foretold, refinement, tolerance)
 
-    fine, error = _fine_enough(scene, follow, choice.solid_refinement(scene.accuracy), progress)
+    begin = choice.solid_refinement(scene.accuracy)
+    fine, error = _fine_enough(scene, follow, begin, progress, tooth=TOOTH)
     lambda_0 = near.lambda_0(fine, foretold)
     if fine.critical is None:
         return _Found(fine.end, lambda_0, fine.free_length)
@@ -170,11 +174,17 @@ def _rod(scene: Scene, foretold: quick.Foretold, progress: Progress) -> _Found:
 
 
 def _fine_enough(
-    scene: Scene, follow: Callable[[float], Run], refinement: float, progress: Progress, share: float = 1.0
+    scene: Scene,
+    follow: Callable[[float], Run],
+    refinement: float,
+    progress: Progress,
+    share: float = 1.0,
+    tooth: float = 0.0,
 ) -> tuple[Run, float]:
     """The run on the first mesh that is known to the scene's accuracy, and its error, L*.
 
-    ``share`` of the change from the mesh half as fine is taken for the error that is left.
+    ``share`` of the change from the mesh half as fine is taken for the error that is left, and ``tooth`` times the
+    refinement, relative, at least.
     """
 
     def followed(r: float) -> Run:
@@ -183,7 +193,7 @@ def _fine_enough(
 
     coarse, fine = followed(2.0 * refinement), followed(refinement)
     while True:
-        error = share * abs(fine.lam - coarse.lam) + fine.slack
+        error = share * abs(fine.lam - coarse.lam) + fine.slack + tooth * refinement * fine.lam
         if fine.end is coarse.end and error <= scene.accuracy * fine.lam:
             return fine, error
         if refinement / 2.0 < choice.FINEST:

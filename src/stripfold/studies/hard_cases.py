@@ -38,7 +38,6 @@ VARIABLES = {
 }
 
 
-
 def run(refinement: float, progress: Callable[[str], None] | None = None) -> xr.Dataset:
     """All cases.
 
