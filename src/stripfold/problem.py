@@ -10,11 +10,13 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import sparse
 
 from .effects import Effect
+from .effects.self_contact import SelfContact
 from .models.model import Model
 from .paths.curve import Piece
-from .solve.linear import Band
+from .solve.linear import Band, Sparse
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -75,12 +77,14 @@ Motion = Lift | AlongX | AlongPiece
 class StripProblem:
     """A strip on the floor, held at one end and moved at the other.
 
-    ``effects`` act on it besides; what they remember changes in :meth:`accepted` only.
+    ``effects`` act on it besides; what they remember changes in :meth:`accepted` only.  With ``self_contact`` layers do
+    not go through each other above the floor either; the tangent is no band while they touch.
     """
 
     model: Model
     motion: Motion
     effects: tuple[Effect, ...] = ()
+    self_contact: SelfContact | None = None
     prescribed: Index = field(init=False)
     bounded: Index = field(init=False)
     lower: Array = field(init=False)
@@ -110,15 +114,17 @@ class StripProblem:
         force = self.model.internal_force(q) + self.model.weight
         for effect in self.effects:
             force = force + effect.force(q)
-        return force
+        touching = self.self_contact.at(q) if self.self_contact else None
+        return force if touching is None else force + touching[0]
 
-    def linearise(self, q: Array, lam: float, carried: Array | None = None) -> tuple[Array, Band, Array]:
+    def linearise(self, q: Array, lam: float, carried: Array | None = None) -> tuple[Array, Band | Sparse, Array]:
         force, tangent = self.model.force_and_tangent(q, carried)
         force = force + self.model.weight
         for effect in self.effects:
             more, stiffness = effect.force_and_tangent(q)
             force, tangent = force + more, tangent + stiffness
-        return force, tangent, np.zeros(self.size)
+        touching = self.self_contact.at(q) if self.self_contact else None
+        return *_with(force, tangent, touching), np.zeros(self.size)
 
     def accepted(self, q: Array) -> StripProblem:
         """The problem after an accepted step to ``q``: its effects remember that state."""
@@ -132,7 +138,9 @@ class StripProblem:
     def flaw(self, q: Array) -> str:
         return self.model.flaw(q)
 
-    def force_over_step(self, q0: Array, q1: Array, kappa: float, carried: Array | None = None) -> tuple[Array, Band]:
+    def force_over_step(
+        self, q0: Array, q1: Array, kappa: float, carried: Array | None = None
+    ) -> tuple[Array, Band | Sparse]:
         force, tangent = self.model.force_over_step(q0, q1, kappa, carried)
         force = force + self.model.weight
         for effect in self.effects:
@@ -141,7 +149,7 @@ class StripProblem:
             # That at the end of the step: what is at rest then is an equilibrium, and the work is never too small.
             more, stiffness = effect.force_and_tangent(q1)
             force, tangent = force + more, tangent + stiffness
-        return force, tangent
+        return _with(force, tangent, self.self_contact.over_step(q0, q1) if self.self_contact else None)
 
     def friction_work(self, q0: Array, q1: Array) -> float:
         return sum(float(effect.force(q1) @ (q1 - q0)) for effect in self.effects)
@@ -150,10 +158,20 @@ class StripProblem:
         return self.model.strain_distance(q0, q1)
 
     def energies(self, q: Array) -> tuple[float, float]:
-        return self.model.energy(q), float(self.model.weight @ q)
+        elastic = self.model.energy(q) + (self.self_contact.energy(q) if self.self_contact else 0.0)
+        return elastic, float(self.model.weight @ q)
 
     def prescribed_values(self, lam: float) -> Array:
         return np.concatenate([self.motion.values(lam), np.zeros(2)])
 
     def prescribed_rates(self, lam: float) -> Array:
         return np.concatenate([self.motion.rates(lam), np.zeros(2)])
+
+
+def _with(
+    force: Array, tangent: Band, touching: tuple[Array, sparse.csc_matrix] | None
+) -> tuple[Array, Band | Sparse]:
+    """Force and tangent with those of layers that touch."""
+    if touching is None:
+        return force, tangent
+    return force + touching[0], Sparse(touching[1]) + tangent

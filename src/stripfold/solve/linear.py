@@ -1,6 +1,7 @@
 """Matrices the algorithms work with, and the bordered systems of continuation.
 
-Two storages with one interface: :class:`Band` for a strip, :class:`Dense` for a handful of unknowns.
+Three storages with one interface: :class:`Band` for a strip, :class:`Sparse` for one of which distant parts touch,
+:class:`Dense` for a handful of unknowns.
 The factorisation is LAPACK's; choices are measured in ``docs/numerics.md``.
 """
 
@@ -154,18 +155,7 @@ class Band:
         # Cholesky answers the common case, a positive definite tangent, at a fifth of the cost.
         if lapack.dpbtrf(self.ab[self.width : 2 * self.width + 1])[1] == 0:
             return 0
-        try:
-            lu = splu(
-                self.to_sparse(),
-                permc_spec="NATURAL",
-                diag_pivot_thresh=0.0,
-                options={"SymmetricMode": True},
-            )
-        except RuntimeError as error:
-            raise SolveError("the tangent matrix is exactly singular", advice="shift the step a little") from error
-        if not np.array_equal(lu.perm_r, np.arange(self.size)):
-            raise SolveError("the count of negative eigenvalues needed a pivot", advice="shift the step a little")
-        return int(np.sum(lu.U.diagonal() < 0.0))
+        return _negatives(self.to_sparse())
 
     def to_sparse(self) -> sparse.csc_matrix:
         """The same matrix as scipy's compressed columns."""
@@ -173,6 +163,48 @@ class Band:
         offsets = np.arange(w, -w - 1, -1)
         # scipy's `dia` storage keeps entry (i, j) in column j as LAPACK does, row by diagonal.
         return sparse.dia_matrix((self.ab[w:], offsets), shape=(self.size, self.size)).tocsc()
+
+
+@dataclass(frozen=True)
+class Sparse:
+    """A matrix in compressed columns, for entries far from the diagonal."""
+
+    a: sparse.csc_matrix
+
+    def __matmul__(self, x: Array) -> Array:
+        return np.asarray(self.a @ x)
+
+    def __add__(self, other: Band) -> Sparse:
+        return Sparse(self.a + other.to_sparse())
+
+    def __abs__(self) -> Sparse:
+        return Sparse(abs(self.a))
+
+    def with_fixed(self, fixed: Index) -> Sparse:
+        kept = np.ones(self.a.shape[0])
+        kept[fixed] = 0.0
+        keep = sparse.diags(kept)
+        return Sparse((keep @ self.a @ keep + sparse.diags((1.0 - kept) * np.abs(self.a.diagonal()))).tocsc())
+
+    def factor(self) -> Solve:
+        try:
+            return splu(self.a).solve
+        except RuntimeError as error:
+            raise SolveError("the tangent matrix is exactly singular") from error
+
+    def negatives(self) -> int:
+        return _negatives(self.a)
+
+
+def _negatives(matrix: sparse.csc_matrix) -> int:
+    """By Sylvester's law, from a factorisation without pivots."""
+    try:
+        lu = splu(matrix, permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    except RuntimeError as error:
+        raise SolveError("the tangent matrix is exactly singular", advice="shift the step a little") from error
+    if not np.array_equal(lu.perm_r, np.arange(matrix.shape[0])):
+        raise SolveError("the count of negative eigenvalues needed a pivot", advice="shift the step a little")
+    return int(np.sum(lu.U.diagonal() < 0.0))
 
 
 def solve_bordered(
