@@ -188,10 +188,15 @@ def _simulate(arguments: argparse.Namespace) -> str:
         raise SolveError(f"{error}; the last good state is in {rescue}") from error
     store.write(data, path, title="a strip through its collapse", config=asked.as_config())
     attrs = data.attrs
+    for name in filter(None, attrs["missing"].split(", ")):
+        reason = data["reason"].sel(effect=name).item()
+        print(f"stripfold: warning: {name} is off and needed: {reason}", file=sys.stderr)
+    touched = isfinite(attrs["touch_time"])
     lines = [
         ("lambda_c", metres(attrs["lambda_c"], "advance of the gripper past the flat end at the snap")),
-        ("touch", f"after {attrs['touch_time']:.4g} s at x = {attrs['touch_x']:.4g} m"),
+        ("touch", f"after {attrs['touch_time']:.4g} s at x = {attrs['touch_x']:.4g} m" if touched else "-"),
         ("rest", f"after {attrs['settle_time']:.4g} s" if isfinite(attrs["settle_time"]) else "-"),
+        ("effects", ", ".join(str(name) for name in data["effect"].values[data["active"].values == 1.0])),
         ("end", attrs["end"]),
         ("written", str(path)),
     ]

@@ -168,9 +168,7 @@ class StripProblem:
         return np.concatenate([self.motion.rates(lam), np.zeros(2)])
 
 
-def _with(
-    force: Array, tangent: Band, touching: tuple[Array, sparse.csc_matrix] | None
-) -> tuple[Array, Band | Sparse]:
+def _with(force: Array, tangent: Band, touching: tuple[Array, sparse.csc_matrix] | None) -> tuple[Array, Band | Sparse]:
     """Force and tangent with those of layers that touch."""
     if touching is None:
         return force, tangent

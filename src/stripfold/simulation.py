@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import os
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from difflib import get_close_matches
 from math import sqrt
 from typing import Any
 
 from stripfold import schemas
+from stripfold.effects import demand
+from stripfold.effects.demand import Choices
 from stripfold.errors import InvalidInputError
 from stripfold.scene import Scene, checked_number, require_long_enough
 
-OF_SCENE = ("length", "height", "eta_b", "eta_m", "nu", "rho_a", "gravity", "model")
+OF_SCENE = ("length", "height", "eta_b", "eta_m", "nu", "rho_a", "gravity", "model", "accuracy")
 MODELS = ("solid", "rod")
 """What has a motion in time."""
 REQUIRED = ("length", "height", "eta_b")
@@ -58,17 +60,20 @@ class Simulation:
 
     scene: Scene
     letting_go: LettingGo
+    effects: Choices = field(default_factory=Choices)
 
     @classmethod
     def create(cls, **given: Any) -> Simulation:
-        """From plain numbers in SI units: those of :class:`.Scene` and of :class:`LettingGo`.
+        """From plain numbers in SI units: those of :class:`.Scene` and of :class:`LettingGo`; and ``effects``.
+
+        The model is the solid, or what ``model`` says; with ``effects`` and without ``model``, what they say.
 
         Raises
         ------
         InvalidInputError
             An unknown or missing key, or a value that cannot be used.
         """
-        known = (*OF_SCENE, *OF_FALL)
+        known = (*OF_SCENE, *OF_FALL, "effects")
         for key in given:
             if key not in known:
                 near = get_close_matches(str(key), known, 1)
@@ -77,7 +82,12 @@ class Simulation:
         for key in REQUIRED:
             if key not in given:
                 raise InvalidInputError(key, None, "a number", "it is missing")
-        scene = Scene.create(**{key: given[key] for key in OF_SCENE if key in given})
+        choices = Choices.of(given.get("effects", demand.AUTO))
+        of_scene = {key: given[key] for key in OF_SCENE if key in given}
+        scene = Scene.create(**of_scene)
+        choices = choices.with_model(scene.model, "model" in given or "effects" not in given)
+        if choices.solid == demand.OFF or (choices.solid == demand.AUTO and not _needs_solid(scene)):
+            scene = Scene.create(**{**of_scene, "model": "rod"})
         if scene.model not in MODELS:
             raise InvalidInputError("model", scene.model, " or ".join(MODELS), "it has no motion in time")
         require_long_enough(scene)
@@ -87,7 +97,7 @@ class Simulation:
                 fall[key] = checked_number(key, value)
             elif value not in UNTIL:
                 raise InvalidInputError(key, value, " or ".join(UNTIL))
-        return cls(scene, LettingGo(**fall))
+        return cls(scene, LettingGo(**fall), choices)
 
     @property
     def time_unit(self) -> float:
@@ -102,8 +112,15 @@ class Simulation:
             "height": self.scene.height,
             **{key: getattr(material, key) for key in ("eta_b", "eta_m", "nu", "rho_a", "gravity")},
             "model": self.scene.model,
+            "accuracy": self.scene.accuracy,
             **asdict(self.letting_go),
+            "effects": {**self.effects.as_config(), "solid": demand.ON if self.scene.model == "solid" else demand.OFF},
         }
+
+
+def _needs_solid(scene: Scene) -> bool:
+    material = scene.material
+    return demand.need_of_solid(material.relative_thickness, material.nu, scene.accuracy).needed
 
 
 def read(path: str | os.PathLike[str]) -> Simulation:

@@ -1,15 +1,17 @@
 """Layers that meet above the floor: a frictionless penalty between nodes and segments of the mid-surface.
 
-The energy is ``stiffness/2 * sum of w <r - d>^2`` over nodes and segments, ``d`` their distance, ``r`` how far apart they
-have to be, ``w`` the length of strip that a node stands for, ``<x>`` zero where x is negative.  Over a time step its force
-is a discrete derivative (Gonzalez, 1996) in the products of the difference vectors: its work is the gain of that energy
-exactly, and it changes neither momentum nor, off the rim of the floor, the moment of momentum.
+The energy is ``stiffness/2 * sum of w <r - d>^2`` over nodes and segments, ``d`` their distance, ``r`` how far apart
+they have to be, ``w`` the length of strip a node stands for, ``<x>`` zero where x is negative.  Over a time step its
+force is a discrete derivative (Gonzalez, 1996) in the products of the difference vectors: its work is the gain of that
+energy exactly, and off the rim of the floor it changes neither momentum nor the moment of momentum.
 Source: ``docs/physics.md``, section 9.  Lengths in L*, forces per width in rho_a g L*.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from time import perf_counter
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +23,8 @@ from .proximity import Found, Pairs, rim, rim_slope
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
-Values = NDArray[np.generic]
+Values = NDArray[Any]
+"""Real, or complex with a derivative as its imaginary part."""
 
 STIFFNESS = 100.0
 """Penalty times h^2: a layer that arrives at the speed v goes in by v h / 10, v in sqrt(g L*)."""
@@ -53,22 +56,24 @@ class SelfContact:
     weight: Array = field(repr=False)
     _clear: list[tuple[Array, float]] = field(default_factory=list, repr=False)
     """A state, and how far from it no contact is possible: a bound once found, not a state of the strip."""
+    spent: list[float] = field(default_factory=list, repr=False)
+    """What each look at a state and each force took, s."""
 
     @classmethod
-    def of(cls, model: Model, stiffness: float = STIFFNESS) -> SelfContact:
-        """On a strip, the penalty being ``stiffness`` / h^2."""
+    def of(cls, model: Model, thickness: float, stiffness: float = STIFFNESS) -> SelfContact:
+        """On a strip of a thickness h, L*, the penalty being ``stiffness`` / h^2."""
         weight = np.gradient(model.s)
         weight[[0, -1]] *= 0.5
-        return cls(model, Pairs.of(model.s, model.thickness), stiffness / model.thickness**2, weight)
+        return cls(model, Pairs.of(model.s, thickness), stiffness / thickness**2, weight)
 
     def found(self, q: Array) -> Found | None:
         """All distances in a state; None, at next to no cost, where nothing can have come near since the last time."""
-        if self._clear:
-            known, free_move = self._clear[0]
-            if self.model.largest_move(known, q) < free_move:
-                return None
-        found = self.pairs.measure(self.model.mid_surface(q))
-        self._clear[:] = [(q.copy(), found.free_move)]
+        began = perf_counter()
+        found = None
+        if not self._clear or self.model.largest_move(self._clear[0][0], q) >= self._clear[0][1]:
+            found = self.pairs.measure(self.model.mid_surface(q))
+            self._clear[:] = [(q.copy(), found.free_move)]
+        self.spent.append(perf_counter() - began)
         return found
 
     def gap(self, q: Array) -> float:
@@ -93,14 +98,21 @@ class SelfContact:
         return 0.5 * self.stiffness * float(self.weight @ np.sum(deep**2, axis=1))
 
     def over_step(self, q0: Array, q1: Array) -> tuple[Array, sparse.csc_matrix] | None:
-        """What is added to the residual over a time step, shape (n,), and its derivative by ``q1``; None for nothing."""
-        near = self._near(q0, q1)
-        return None if near is None else self._assembled(near, q0, q1, frozen=True)
+        """What is added to the residual over a step, shape (n,), and its derivative by ``q1``; None for nothing."""
+        return self._force(q0, q1, frozen=True)
 
     def at(self, q: Array) -> tuple[Array, sparse.csc_matrix] | None:
         """What is added to the residual in a state, the energy's derivative, and its own; None for nothing."""
-        near = self._near(q, q)
-        return None if near is None else self._assembled(near, q, q, frozen=False)
+        return self._force(q, q, frozen=False)
+
+    def _force(self, q0: Array, q1: Array, frozen: bool) -> tuple[Array, sparse.csc_matrix] | None:
+        near = self._near(q0, q1)
+        if near is None:
+            return None
+        began = perf_counter()
+        done = self._assembled(near, q0, q1, frozen)
+        self.spent.append(perf_counter() - began)
+        return done
 
     def _near(self, q0: Array, q1: Array) -> tuple[Index, Index] | None:
         """Nodes and segments that are in contact at one of two states, or would be with the reach of the other."""

@@ -177,6 +177,9 @@ class Sparse:
     def __add__(self, other: Band) -> Sparse:
         return Sparse(self.a + other.to_sparse())
 
+    def scaled(self, factor: float) -> Sparse:
+        return Sparse(factor * self.a)
+
     def __abs__(self) -> Sparse:
         return Sparse(abs(self.a))
 

@@ -13,7 +13,7 @@ from typing import Any, Protocol, Self
 import numpy as np
 
 from . import newton
-from .linear import Band
+from .linear import Band, Sparse
 from .newton import NewtonOptions
 from .problem import Array, Equilibrium, Index, Problem
 
@@ -27,9 +27,9 @@ class DynamicProblem(Problem, Protocol):
     @property
     def mass(self) -> Band: ...
 
-    def linearise(self, q: Array, lam: float, carried: Any = None) -> tuple[Array, Band, Array]: ...
+    def linearise(self, q: Array, lam: float, carried: Any = None) -> tuple[Array, Band | Sparse, Array]: ...
 
-    def force_over_step(self, q0: Array, q1: Array, kappa: float, carried: Any = None) -> tuple[Array, Band]:
+    def force_over_step(self, q0: Array, q1: Array, kappa: float, carried: Any = None) -> tuple[Array, Band | Sparse]:
         """Force over a time step and its derivative by ``q1``.
 
         Its work over the step is the gain of elastic and gravity energy plus ``kappa`` :meth:`strain_distance` plus
@@ -125,7 +125,7 @@ class Scheme(Protocol):
         ...
 
 
-Evaluate = Callable[[Array, Any], tuple[Array, Band]]
+Evaluate = Callable[[Array, Any], tuple[Array, Band | Sparse]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,7 +138,7 @@ class _Implicit:
     def __getattr__(self, name: str) -> Any:
         return getattr(self.problem, name)
 
-    def linearise(self, q: Array, lam: float, carried: Any = None) -> tuple[Array, Band, Array]:
+    def linearise(self, q: Array, lam: float, carried: Any = None) -> tuple[Array, Band | Sparse, Array]:
         force, tangent = self.evaluate(q, carried)
         return force, tangent, np.zeros(len(q))
 
@@ -179,7 +179,7 @@ class EnergyMomentum:
         kappa = damping.stiffness / dt
         inertia, drag = 2.0 / (dt**2 * (1.0 + chi)), damping.air / dt
 
-        def evaluate(q: Array, carried: Any) -> tuple[Array, Band]:
+        def evaluate(q: Array, carried: Any) -> tuple[Array, Band | Sparse]:
             force, tangent = problem.force_over_step(begin.q, q, kappa, carried)
             moved = q - begin.q
             force = force + mass @ (inertia * (moved - dt * begin.v) + drag * moved)
@@ -229,7 +229,7 @@ class GeneralisedAlpha:
         def acceleration(q: Array) -> Array:
             return (q - begin.q - dt * begin.v) / (beta * dt**2) - (0.5 / beta - 1.0) * begin.a
 
-        def evaluate(q: Array, carried: Any) -> tuple[Array, Band]:
+        def evaluate(q: Array, carried: Any) -> tuple[Array, Band | Sparse]:
             force, tangent, _ = problem.linearise(q, lam, carried)
             mean = (1.0 - alpha_m) * acceleration(q) + alpha_m * begin.a
             both = (1.0 - alpha_f) * force + alpha_f * force_0
@@ -259,7 +259,7 @@ class Bathe:
             raise ValueError("this scheme is kept for comparison, with the gripper at rest")
         dt, mass, half = begin.dt, problem.mass, 0.5 * begin.dt
 
-        def first(q: Array, carried: Any) -> tuple[Array, Band]:
+        def first(q: Array, carried: Any) -> tuple[Array, Band | Sparse]:
             force, tangent, _ = problem.linearise(q, lam, carried)
             acceleration = 4.0 / half**2 * (q - begin.q - half * begin.v) - begin.a
             return mass @ acceleration + force, tangent + mass.scaled(4.0 / half**2)
@@ -271,7 +271,7 @@ class Bathe:
         def velocity(q: Array) -> Array:
             return (begin.q - 4.0 * middle.q + 3.0 * q) / dt
 
-        def second(q: Array, carried: Any) -> tuple[Array, Band]:
+        def second(q: Array, carried: Any) -> tuple[Array, Band | Sparse]:
             force, tangent, _ = problem.linearise(q, lam, carried)
             acceleration = (begin.v - 4.0 * v_middle + 3.0 * velocity(q)) / dt
             return mass @ acceleration + force, tangent + mass.scaled(9.0 / dt**2)

@@ -5,9 +5,10 @@ All in units of L*, sqrt(L*/g) and rho_a g L*; :mod:`.collapse_data` stores it i
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from .. import planning
+from ..effects.self_contact import SelfContact
 from ..errors import SolveError
 from ..problem import StripProblem
 from ..solve import continuation
@@ -25,19 +26,28 @@ MOST_POINTS = 1500
 
 @dataclass(frozen=True, eq=False)
 class Collapse:
-    """The whole: static run, fall, and the static points from the state at rest on (empty if it was not asked for)."""
+    """The whole: static run, fall (None where it was not asked for), and the static points from the state at rest on
+    (empty if they were not)."""
 
     height: float
     run: XRun
-    motion: Motion
+    motion: Motion | None
     after: tuple[Point, ...]
     end: str
 
 
 def simulate(
-    strip: Strip, height: float, fall: Fall, refinement: float = 1.0, progress: Progress | None = None
+    strip: Strip,
+    height: float,
+    fall: Fall | None,
+    refinement: float = 1.0,
+    progress: Progress | None = None,
+    self_contact: float | None = None,
 ) -> Collapse:
     """Lift the strip, move its gripper to lambda_c, let it fall, and move on until the gripper is above the held end.
+
+    Without a ``fall`` it ends at lambda_c.  ``self_contact`` is the thickness, L*, of layers that meet above the floor;
+    None lets them go through each other.
 
     Raises
     ------
@@ -49,6 +59,11 @@ def simulate(
     say = progress or (lambda _: None)
     say("following the branch to its critical point")
     run = to_critical_point(strip, height, refinement)
+    if fall is None:
+        return Collapse(height, run, None, (), "the critical point: statics alone do not lead past it")
+    if self_contact is not None:
+        problem = replace(run.problem, self_contact=SelfContact.of(run.problem.model, self_contact))
+        run = replace(run, problem=problem)
     motion = let_fall(release_of(run), fall, progress=say)
     if motion.touch is None:
         raise SolveError("the strip came to rest without touching", parameter=motion.moments[-1].lam)

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from time import perf_counter
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from ..effects import demand
 from ..errors import TimeStepError
 from ..material import Material
 from ..models.model import Model
@@ -15,6 +17,7 @@ from ..simulation import AFTER, BEFORE, FALL, LettingGo, Simulation
 from ..solve.dynamics import Energy, Moment
 from ..solve.problem import Point
 from ..solve.schemes import Damping
+from . import on_demand
 from .collapse import Collapse, simulate
 from .diagnostics import node_weights
 from .falling import Fall, Progress
@@ -56,10 +59,15 @@ def in_solver_units(go: LettingGo, material: Material) -> Fall:
 def run(simulation: Simulation, progress: Progress | None = None) -> xr.Dataset:
     """Simulate and collect; see :func:`.collapse.simulate` for the errors raised."""
     scene = simulation.scene
-    thickness = scene.material.relative_thickness
-    strip = Strip(scene.length_star, thickness, scene.material.nu, law=scene.law, kind=scene.model)
-    found = simulate(strip, scene.height_star, fall_of(simulation), progress=progress)
-    return dataset(simulation, found)
+    asked, thickness = simulation.effects, scene.material.relative_thickness
+    stretched = thickness if asked.membrane != demand.OFF else min(thickness, demand.UNSTRETCHED)
+    strip = Strip(scene.length_star, stretched, scene.material.nu, law=scene.law, kind=scene.model)
+    fall = fall_of(simulation) if asked.inertia != demand.OFF else None
+    layers = thickness if asked.self_contact != demand.OFF else None
+    began = perf_counter()
+    found = simulate(strip, scene.height_star, fall, progress=progress, self_contact=layers)
+    record = on_demand.record(simulation, found, perf_counter() - began)
+    return dataset(simulation, found).merge(record).assign_attrs(record.attrs)
 
 
 def dataset(simulation: Simulation, found: Collapse) -> xr.Dataset:
@@ -76,7 +84,8 @@ def dataset(simulation: Simulation, found: Collapse) -> xr.Dataset:
     run = found.run
     stable = run.points[: run.points.index(run.last) + 1]
     states: list[tuple[str, Point | Moment]] = [(BEFORE, p) for p in stable]
-    states += [(FALL, m) for m in found.motion.moments]
+    motion = found.motion
+    states += [(FALL, m) for m in motion.moments] if motion else []
     states += [(AFTER, p) for p in found.after]
 
     def each(get: Callable[[str, Point | Moment], float]) -> Array:
@@ -121,9 +130,6 @@ def dataset(simulation: Simulation, found: Collapse) -> xr.Dataset:
             )
         )
         columns[name] = (where, force * unit * values, "J m-1", long_name)
-    motion = found.motion
-    assert motion.touch is not None  # else there is no collapse
-    touched = motion.moments[motion.touch]
     data = {name: (dims, values, {"units": u, "long_name": t}) for name, (dims, values, u, t) in columns.items()}
     phase = np.array([phase for phase, _ in states], dtype=object)
     attrs = {
@@ -137,11 +143,16 @@ def dataset(simulation: Simulation, found: Collapse) -> xr.Dataset:
         "height": simulation.scene.height,
         "lambda_0": unit * run.lambda_0,
         "lambda_c": unit * run.last.lam,
-        "touch_time": time * touched.t,
-        "touch_x": unit * motion.touch_x,
-        "settle_time": time * motion.moments[-1].t if simulation.letting_go.until == "rest" else float("nan"),
+        "touch_time": float("nan"),
+        "touch_x": float("nan"),
+        "settle_time": float("nan"),
         "end": found.end,
     }
+    if motion:
+        assert motion.touch is not None  # else there is no collapse
+        attrs |= {"touch_time": time * motion.moments[motion.touch].t, "touch_x": unit * motion.touch_x}
+        if simulation.letting_go.until == "rest":
+            attrs["settle_time"] = time * motion.moments[-1].t
     coords = {"phase": ("state", phase, {"units": "1", "long_name": "before lambda_c, fall, or after it"})}
     return xr.Dataset(data, coords=coords, attrs=attrs)
 

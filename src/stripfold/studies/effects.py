@@ -1,0 +1,131 @@
+"""What each effect does to a scene and what it costs: every scene with an effect on and off, the rest on demand."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from ..effects import demand
+from ..errors import SolveError
+from ..simulation import Simulation
+from . import collapse_data
+
+Array = NDArray[np.float64]
+
+SWITCHED = (demand.SELF_CONTACT, demand.INERTIA, demand.SOLID, demand.MEMBRANE)
+"""What can be on and off in a simulation: the floor is what the strip begins on, and internal friction it has none."""
+TEXTS = {
+    "needed": ("1", "whether the scene says that it needs the effect, 1 or 0"),
+    "reported": ("1", "whether switching it off was reported as lacking, 1 or 0"),
+    "matters": ("1", "whether the result without it is another one, beyond the accuracy or the tolerance, 1 or 0"),
+    "change": ("1", "relative change of lambda_c when it is switched on"),
+    "touch_change": ("1", "change of the first touch's x when it is switched on / L*; nan: no touch without it"),
+    "cost": ("1", "time with it over time without, minus one; median over the repeats"),
+    "seconds_on": ("s", "computing time with it; median"),
+    "seconds_off": ("s", "computing time without it; median"),
+}
+
+
+def run(scenes: Sequence[Mapping[str, Any]], repeats: int, progress: Callable[[str], None] | None = None) -> xr.Dataset:
+    """Simulate every scene with every effect on and off.
+
+    Parameters
+    ----------
+    scenes
+        Keys of :class:`.Simulation` without ``effects`` and ``model``, and a ``name``.
+    repeats
+        How often each pair is timed, with and without in turns: a machine's mood then meets both.
+
+    Returns
+    -------
+    Dataset over ``scene`` and ``effect``.
+    """
+    names = [scene["name"] for scene in scenes]
+    columns = {name: np.full((len(scenes), len(SWITCHED)), np.nan) for name in TEXTS}
+    messages = np.full((len(scenes), len(SWITCHED)), "", dtype=object)
+    for i, scene in enumerate(scenes):
+        given = {key: value for key, value in scene.items() if key != "name"}
+        for j, effect in enumerate(SWITCHED):
+            try:
+                measured = compare(given, effect, repeats)
+            except SolveError as error:
+                messages[i, j], measured = str(error), {}
+            for name, value in measured.items():
+                columns[name][i, j] = value
+            if progress:
+                progress(f"{scene['name']}, {effect}: {messages[i, j] or measured}")
+    over = ("scene", "effect")
+    data: dict[str, Any] = {
+        name: (over, columns[name], {"units": units, "long_name": text}) for name, (units, text) in TEXTS.items()
+    }
+    data["message"] = (over, messages, {"units": "1", "long_name": "the error's message"})
+    coords = {
+        "scene": ("scene", np.array(names, dtype=object), {"units": "1", "long_name": "name of the scene"}),
+        "effect": ("effect", np.array(SWITCHED, dtype=object), {"units": "1", "long_name": "effect"}),
+    }
+    return xr.Dataset(data, coords=coords, attrs={"repeats": repeats})
+
+
+def compare(given: Mapping[str, Any], effect: str, repeats: int) -> dict[str, float]:
+    """One scene with an effect on and off: the names of :data:`TEXTS`."""
+    asked = {s: Simulation.create(**given, effects={effect: s}) for s in (demand.ON, demand.OFF)}
+    seconds: dict[str, list[float]] = {s: [] for s in asked}
+    found: dict[str, xr.Dataset] = {}
+    for repeat in range(repeats):
+        # In turns, and the other one first each time: what runs second finds a warmer or a hotter machine.
+        for setting in sorted(asked, reverse=bool(repeat % 2)):
+            began = perf_counter()
+            found[setting] = collapse_data.run(asked[setting])
+            seconds[setting].append(perf_counter() - began)
+    on, off = found[demand.ON], found[demand.OFF]
+    unit = on.attrs["gravity_length"]
+    change = abs(on.attrs["lambda_c"] / off.attrs["lambda_c"] - 1.0)
+    touch = abs(on.attrs["touch_x"] - off.attrs["touch_x"]) / unit
+    ratio = np.array(seconds[demand.ON]) / np.array(seconds[demand.OFF])
+    accuracy = asked[demand.ON].scene.accuracy
+    return {
+        "needed": float(on["needed"].sel(effect=effect)),
+        "reported": float(effect in off.attrs["missing"].split(", ")),
+        # What a model leaves out shows in lambda_c; what happens in the fall, in where it ends.
+        "matters": float(change > accuracy if effect in (demand.SOLID, demand.MEMBRANE) else not touch <= accuracy),
+        "change": change,
+        "touch_change": touch,
+        "cost": float(np.median(ratio)) - 1.0,
+        "seconds_on": float(np.median(seconds[demand.ON])),
+        "seconds_off": float(np.median(seconds[demand.OFF])),
+    }
+
+
+TABLE = ("<!-- effects: made by `snakemake effects_table` -->\n", "<!-- end of effects -->\n")
+"""The lines of docs/effects.md between which its table stands."""
+
+
+def markdown(data: xr.Dataset) -> str:
+    """The study as a table: a scene per row, an effect per column, with the time that leaving it out saves."""
+    effects = list(data["effect"].values)
+    rows = ["| scene | " + " | ".join(effects) + " |", "|---" * (len(effects) + 1) + "|"]
+    for name in data["scene"].values:
+        cells = [_cell(data.sel(scene=name, effect=effect)) for effect in effects]
+        rows.append(f"| {name} | " + " | ".join(cells) + " |")
+    return "\n".join(rows) + "\n"
+
+
+def _cell(one: xr.Dataset) -> str:
+    if np.isnan(one["needed"]):
+        return f"failed: {one['message'].item()}"
+    saved = float(one["seconds_on"] - one["seconds_off"])
+    needed = "needed" if one["needed"] else "not needed"
+    if one["reported"]:
+        needed += ", reported when off"
+    return f"{needed}; off saves {saved:.2g} of {float(one['seconds_on']):.2g} s ({float(one['cost']):+.1%})"
+
+
+def fill_table(text: str, data: xr.Dataset) -> str:
+    """The page with its table made anew."""
+    head, rest = text.split(TABLE[0])
+    return head + TABLE[0] + markdown(data) + TABLE[1] + rest.split(TABLE[1])[1]
