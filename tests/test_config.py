@@ -116,6 +116,7 @@ MINIMAL: dict[str, Any] = {
         "hard_cases": {"refinement": 2},
         "recordings_accuracy": {"cases": 2, "seed": 1, "dynamics": 0.5},
         "video_benchmark": {"frames": 20, "repeats": 1},
+        "effects": {"scenes": [{"name": "a"}], "repeats": 1},
     },
 }
 

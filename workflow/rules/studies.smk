@@ -71,6 +71,28 @@ rule rod_benchmark:
         "../scripts/rod_benchmark.py"
 
 
+rule effects:
+    output:
+        f"{RESULTS}/studies/effects.nc",
+    log:
+        f"{LOGS}/effects.log",
+    # Alone on the machine, so that nothing else is in the times.
+    threads: workflow.cores
+    params:
+        **CONFIG["studies"]["effects"],
+    script:
+        "../scripts/effects.py"
+
+
+rule effects_table:
+    input:
+        rules.effects.output[0],
+    log:
+        f"{LOGS}/effects_table.log",
+    script:
+        "../scripts/effects_table.py"
+
+
 rule branches:
     output:
         f"{RESULTS}/studies/branches.nc",
@@ -146,6 +168,7 @@ rule studies:
         rules.order.output,
         rules.rod.output,
         rules.rod_benchmark.output,
+        rules.effects.output,
         rules.branches.output,
         rules.benchmark.output,
         rules.schemes.output,

@@ -1,7 +1,7 @@
 """How near the parts of a mid-surface come to each other: what real self-contact and its monitor ask.
 
 All pairs of a node and a segment between two neighbouring nodes that are far apart along the strip.  Where one of both
-lies, within h of the floor, the floor stands in for the contact of layers (``docs/physics.md``, section 9).
+lies, within h of the floor, the floor stands in for the contact of layers (``docs/effects.md``).
 Lengths in L*.
 """
 

@@ -4,7 +4,7 @@ The energy is ``stiffness/2 * sum of w <r - d>^2`` over nodes and segments, ``d`
 they have to be, ``w`` the length of strip a node stands for, ``<x>`` zero where x is negative.  Over a time step its
 force is a discrete derivative (Gonzalez, 1996) in the products of the difference vectors: its work is the gain of that
 energy exactly, and off the rim of the floor it changes neither momentum nor the moment of momentum.
-Source: ``docs/physics.md``, section 9.  Lengths in L*, forces per width in rho_a g L*.
+Source: ``docs/effects.md``.  Lengths in L*, forces per width in rho_a g L*.
 """
 
 from __future__ import annotations

@@ -1,0 +1,197 @@
+"""Layers that meet above the floor: forces, their balance, and whether what crosses is seen."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from stripfold.effects import proximity
+from stripfold.effects.proximity import Pairs
+from stripfold.effects.self_contact import SelfContact, pair_energy, pair_force
+from stripfold.errors import NewtonError
+from stripfold.models.rod import Rod
+from stripfold.problem import AlongX, StripProblem
+from stripfold.solve import dynamics
+from stripfold.solve.dynamics import Moving, TimeOptions
+from stripfold.solve.linear import Sparse
+from stripfold.solve.schemes import Damping, EnergyMomentum
+
+Array = NDArray[np.float64]
+H = 0.1
+
+
+def steps(height: float) -> tuple[Array, Array]:
+    """Many nodes near a segment, at two moments."""
+    random = np.random.default_rng(1)
+    x = np.zeros((300, 6))
+    x[:, 0], x[:, 4] = random.uniform(-0.1, 0.3, 300), 0.2
+    x[:, 1::2] = height + random.uniform(-0.02, 0.02, (300, 3))
+    x[:, 1] += random.uniform(-0.06, 0.06, 300)
+    return x, x + random.normal(0.0, 0.02, x.shape)
+
+
+def hairpin(gap: float) -> tuple[Rod, Array]:
+    """A strip aloft bent to a hairpin whose legs are this far apart, nodes of one opposite segments of the other."""
+    model = Rod.of(6.0, H, elements=40)
+    radius = gap / 2.0
+    s = model.s - 2.93
+    turn = np.clip(s / radius, -np.pi / 2.0, np.pi / 2.0)
+    straight = s - radius * turn
+    position = np.stack([np.abs(straight) * -1.0 + radius * np.cos(turn), 2.0 + radius * np.sin(turn)], axis=1)
+    return model, model.unknowns_of(position, turn + np.pi / 2.0)
+
+
+@pytest.mark.parametrize("height", [1.0, 1.5 * H])
+def test_the_work_is_the_gain_of_energy(height: float) -> None:
+    x0, x1 = steps(height)
+    work = np.sum(pair_force(x0, x1, H) * (x1 - x0), axis=1)
+    gain = pair_energy(x1, H) - pair_energy(x0, H)
+    assert np.abs(gain).max() > 1e-4
+    np.testing.assert_allclose(work, gain, atol=1e-15)
+
+
+def test_momentum_and_its_moment_are_kept() -> None:
+    x0, x1 = steps(1.0)
+    force, middle = pair_force(x0, x1, H), 0.5 * (x0 + x1)
+    assert np.abs(force).max() > 0.01
+    for axis in range(2):
+        assert np.abs(force[:, axis::2].sum(axis=1)).max() < 1e-15
+    moment = np.sum(middle[:, ::2] * force[:, 1::2] - middle[:, 1::2] * force[:, ::2], axis=1)
+    assert np.abs(moment).max() < 1e-15
+
+
+@pytest.mark.parametrize("height", [1.0, 1.5 * H])
+def test_the_force_is_the_energys_derivative(height: float) -> None:
+    x, _ = steps(height)
+    force, e = pair_force(x, x, H), 1e-6
+    for k, turn in enumerate(e * np.eye(6)):
+        slope = (pair_energy(x + turn, H) - pair_energy(x - turn, H)) / (2.0 * e)
+        np.testing.assert_allclose(force[:, k], slope, atol=1e-8)
+
+
+@pytest.mark.parametrize("over_step", [True, False])
+def test_tangents(over_step: bool) -> None:
+    model, q = hairpin(0.8 * H)
+    contact = SelfContact.of(model, H)
+    random = np.random.default_rng(2)
+    q0, turn = q + 1e-3 * random.normal(size=q.shape), random.normal(size=q.shape)
+
+    def force(q1: Array) -> tuple[Array, object]:
+        done = contact.over_step(q0, q1) if over_step else contact.at(q1)
+        assert done is not None
+        return done
+
+    e = 1e-6
+    slope = (force(q + e * turn)[0] - force(q - e * turn)[0]) / (2.0 * e)
+    tangent = force(q)[1] @ turn  # type: ignore[operator]
+    assert np.abs(slope).max() > 1.0
+    np.testing.assert_allclose(tangent, slope, atol=1e-4 * np.abs(slope).max())
+
+
+def test_what_crosses_is_seen_and_what_lies_is_the_floors() -> None:
+    model, apart = hairpin(2.0 * H)
+    contact = SelfContact.of(model, H)
+    assert contact.gap(apart) == pytest.approx(H, rel=1e-6)
+    assert contact.energy(apart) == 0.0
+    assert contact.over_step(apart, apart) is None
+    near = hairpin(0.8 * H)[1]
+    assert contact.gap(near) == pytest.approx(-0.2 * H, rel=1e-6)
+    assert contact.energy(near) > 0.0
+    # The upper leg let down through the lower one by a turn of half the strip.
+    middle = model.mid_surface(apart)
+    middle[middle[:, 1] > 2.0, 1] -= 3.0 * H * (2.0 - middle[middle[:, 1] > 2.0, 0]) / 4.0
+    crossed = model.unknowns_of(middle, np.zeros(len(middle)))
+    assert contact.gap(crossed) == -H
+    with pytest.raises(NewtonError, match="through each other"):
+        contact.energy(crossed)
+    # The same legs on the floor.
+    lying = near.copy()
+    lying[model.middle[:, 1]] -= 2.0 - 0.5 * H
+    assert SelfContact.of(model, H).gap(lying) > 0.0
+    assert SelfContact.of(model, H).at(lying) is None
+
+
+def test_nothing_meets_within_the_free_move() -> None:
+    """The bound that spares the monitor its look holds for any move."""
+    random = np.random.default_rng(3)
+    model, q = hairpin(1.4 * H)
+    pairs = Pairs.of(model.s, H)
+    for height in (2.0, 0.6 * H, 1.2 * H, 2.5 * H):
+        position = model.mid_surface(q) + [0.0, height - 2.0]
+        free = pairs.measure(position).free_move
+        for _ in range(30):
+            angle = random.uniform(0.0, 2.0 * np.pi, len(position))
+            moved = position + 0.999 * free * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+            assert pairs.measure(moved).gap >= 0.0
+
+
+def test_the_reach_begins_above_the_floor() -> None:
+    z, e = np.linspace(0.0, 3.0 * H, 50), 1e-7
+    assert np.all(proximity.rim(z[z <= H], H) == 0.0)
+    np.testing.assert_allclose(proximity.rim(z[z >= 2.0 * H], H), 1.0)
+    slope = (proximity.rim(z + e, H) - proximity.rim(z - e, H)) / (2.0 * e)
+    np.testing.assert_allclose(proximity.rim_slope(z, H), slope, atol=1e-4)
+
+
+def test_legs_that_clap_do_not_go_through_each_other() -> None:
+    """In flight: energy kept to rounding, and no crossing; without contact they do cross."""
+    model, q = hairpin(2.0 * H)
+    v = np.zeros(model.size)
+    # The free legs, but for the ends that are held, towards each other.
+    leg = np.sin(np.pi * np.clip(model.s / 2.9, 0.0, 2.0)) ** 2
+    v[model.middle[:, 1]] = np.where(model.s < 2.93, leg, -leg) * 1.5
+    held = replace(StripProblem(model, AlongX(0.0)), self_contact=SelfContact.of(model, H))
+    crossed = {}
+    for problem in (held, replace(held, self_contact=None)):
+        # Held where they are: the model's ends are displaced already.
+        at = q[problem.prescribed]
+        pinned = _Pinned(problem, at)
+        first = dynamics.start(pinned, q, v, 0.0, np.zeros(0, dtype=np.intp))
+        options = TimeOptions(first=0.01, tolerance=1e-4)
+        moments = []
+        for moment in dynamics.march(pinned, first, Moving(0.0, 0.0), Damping(), EnergyMomentum(0.0), options):
+            moments.append(moment)
+            if moment.t > 0.25:
+                break
+        monitor = SelfContact.of(model, H)
+        crossed[problem is held] = min(monitor.gap(m.q) for m in moments) <= -H
+        if problem is held:
+            assert min(monitor.gap(m.q) for m in moments) < 0.0
+            assert abs(moments[-1].energy.closing) < 1e-7
+            assert moments[-1].energy.total == pytest.approx(moments[0].energy.total, rel=1e-6)
+    assert crossed == {True: False, False: True}
+
+
+class _Pinned:
+    """A problem whose prescribed unknowns stay where they are."""
+
+    def __init__(self, problem: StripProblem, at: Array) -> None:
+        self.problem, self.at = problem, at
+
+    def __getattr__(self, name: str) -> object:
+        return getattr(self.problem, name)
+
+    def prescribed_values(self, lam: float) -> Array:
+        return self.at
+
+    def prescribed_rates(self, lam: float) -> Array:
+        return np.zeros(len(self.at))
+
+    def accepted(self, q: Array) -> _Pinned:
+        return self
+
+
+def test_the_sparse_matrix_is_the_band_one() -> None:
+    model, q = hairpin(2.0 * H)
+    band = model.force_and_tangent(q)[1] + model.mass.scaled(-3.0)
+    both = Sparse(band.to_sparse())
+    fixed, x = np.array([0, 1, 7]), np.random.default_rng(4).normal(size=model.size)
+    np.testing.assert_allclose(both @ x, band @ x)
+    np.testing.assert_allclose(both.with_fixed(fixed) @ x, band.with_fixed(fixed) @ x)
+    np.testing.assert_allclose(abs(both) @ x, abs(band) @ x)
+    kept = both.with_fixed(fixed)
+    np.testing.assert_allclose(kept @ kept.factor()(x), x, atol=1e-6)
+    assert kept.negatives() == band.with_fixed(fixed).negatives() > 0
