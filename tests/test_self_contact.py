@@ -120,7 +120,7 @@ def test_nothing_meets_within_the_free_move() -> None:
     model, q = hairpin(1.4 * H)
     pairs = Pairs.of(model.s, H)
     for height in (2.0, 0.6 * H, 1.2 * H, 2.5 * H):
-        position = model.mid_surface(q) + [0.0, height - 2.0]
+        position = model.mid_surface(q) + np.array([0.0, height - 2.0])
         free = pairs.measure(position).free_move
         for _ in range(30):
             angle = random.uniform(0.0, 2.0 * np.pi, len(position))
