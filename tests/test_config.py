@@ -116,7 +116,7 @@ MINIMAL: dict[str, Any] = {
         "hard_cases": {"refinement": 2},
         "recordings_accuracy": {"cases": 2, "seed": 1, "dynamics": 0.5},
         "video_benchmark": {"frames": 20, "repeats": 1},
-        "effects": {"scenes": [{"name": "a"}], "repeats": 1},
+        "effects": {"scenes": [{"name": "a", "length": 0.6, "height": 0.1, "eta_b": 3780}], "repeats": 1},
     },
 }
 
@@ -207,7 +207,7 @@ def objects(rules: dict[str, Any]):
 def test_the_schema_is_one_and_refuses_unknown_keys_everywhere():
     Draft202012Validator.check_schema(config.schema())
     found = list(objects(config.schema()))
-    assert len(found) == 23
+    assert len(found) == 25
     assert all(rules["additionalProperties"] is False for rules in found)
 
 
