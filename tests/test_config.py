@@ -207,7 +207,7 @@ def objects(rules: dict[str, Any]):
 def test_the_schema_is_one_and_refuses_unknown_keys_everywhere():
     Draft202012Validator.check_schema(config.schema())
     found = list(objects(config.schema()))
-    assert len(found) == 25
+    assert len(found) == 30
     assert all(rules["additionalProperties"] is False for rules in found)
 
 

@@ -144,7 +144,7 @@ def test_too_thick():
     assert Scene.create(**{**TYPICAL, "eta_m": 0.999 * largest}).material.relative_thickness == pytest.approx(
         0.2, rel=2e-3
     )
-    assert refused(eta_m=1.002 * largest).key == "eta_m"
+    assert refused(eta_m=1.005 * largest).key == "eta_m"
 
 
 def test_the_elastica_takes_no_law_of_the_solid():

@@ -161,7 +161,7 @@ def _solid(scene: Scene, foretold: quick.Foretold, progress: Progress) -> _Found
     if fine.critical is None:
         return _Found(fine.end, lambda_0, fine.free_length)
     bracket = fine.critical.lower, fine.critical.upper
-    return _Found(fine.end, lambda_0, fine.free_length, fine.lam, *bracket, error)
+    return _Found(fine.end, lambda_0, fine.free_length, fine.critical.lam, *bracket, error)
 
 
 def _rod(scene: Scene, foretold: quick.Foretold, progress: Progress) -> _Found:
