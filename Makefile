@@ -20,14 +20,26 @@ unexport PYTHONPATH PYTHONHOME VIRTUAL_ENV
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: all studies readme test lint quick env lock clean help
+.PHONY: all studies peers readme test lint quick env lock clean help
 
 all: $(STAMP) ## Redo every run, figure and number of the paper (set CORES=n to use fewer cores)
 	$(SNAKEMAKE) all --cores $(CORES)
 
 studies: $(STAMP) ## Redo the long studies of the solver, whose results the repository holds (about half an hour)
-	rm -f results/studies/*.nc
+	find results/studies -name '*.nc' ! -name peers.nc -delete
 	$(SNAKEMAKE) studies summary --cores $(CORES)
+
+# Other programs, in an environment of their own beside ours. AUTO-07p is Debian's: apt-get install auto-07p gfortran.
+PEERS := workflow/peers
+peers: $(STAMP) $(PEERS)/.venv/.complete ## Redo the comparison with other programs (a quarter of an hour, idle machine)
+	rm -f results/studies/peers.nc
+	$(SNAKEMAKE) peers_page --cores $(CORES)
+
+$(PEERS)/.venv/.complete: $(PEERS)/requirements.lock
+	rm -rf $(PEERS)/.venv
+	$(PYTHON) -m venv $(PEERS)/.venv
+	$(PEERS)/.venv/bin/python -m pip install --quiet --require-hashes -r $(PEERS)/requirements.lock
+	@touch $@
 
 readme: $(STAMP) ## Bring the README's table of numbers in line with results/summary.json
 	$(SNAKEMAKE) readme --cores 1
@@ -93,17 +105,19 @@ locked-packages:
 
 # Pins already in the lock are kept where they still fit. To move to newest versions: make lock LOCK_ARGS=--upgrade
 UV_VERSION := 0.13.8
-lock: ## Bring environment.lock in line with pyproject.toml (LOCK_ARGS=--upgrade for newer versions)
+lock: ## Bring both locks in line with what they are made from (LOCK_ARGS=--upgrade for newer versions)
 	@tmp=$$(mktemp -d) && trap 'rm -rf "$$tmp"' EXIT && set -e && \
 	$(PYTHON) -m venv "$$tmp" && \
 	"$$tmp/bin/python" -m pip install --quiet uv==$(UV_VERSION) && \
-	env -u UV_FIND_LINKS -u UV_INDEX -u UV_EXTRA_INDEX_URL "$$tmp/bin/uv" pip compile --quiet --no-config \
+	compile() { env -u UV_FIND_LINKS -u UV_INDEX -u UV_EXTRA_INDEX_URL "$$tmp/bin/uv" pip compile --quiet --no-config \
 	    --universal --python-version 3.11 --generate-hashes \
 	    --no-annotate --no-emit-index-url --no-emit-find-links --custom-compile-command "make lock" \
-	    --extra dev $(LOCK_ARGS) --output-file environment.lock pyproject.toml
+	    $(LOCK_ARGS) "$$@"; } && \
+	compile --extra dev --output-file environment.lock pyproject.toml && \
+	compile --output-file $(PEERS)/requirements.lock $(PEERS)/requirements.in
 
-clean: ## Remove the environment and the tools' caches (results and figures are kept)
-	rm -rf $(VENV) build dist src/*.egg-info .mypy_cache .pytest_cache .ruff_cache
+clean: ## Remove the environments and the tools' caches (results and figures are kept)
+	rm -rf $(VENV) $(PEERS)/.venv build dist src/*.egg-info .mypy_cache .pytest_cache .ruff_cache
 	find src tests workflow -type d -name __pycache__ -prune -exec rm -rf {} + 2>/dev/null || true
 
 help: ## Show this list

@@ -14,6 +14,7 @@ include: "workflow/rules/dynamics.smk"
 include: "workflow/rules/assessment.smk"
 include: "workflow/rules/studies.smk"
 include: "workflow/rules/recordings.smk"
+include: "workflow/rules/peers.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/summary.smk"
 

@@ -207,7 +207,7 @@ def objects(rules: dict[str, Any]):
 def test_the_schema_is_one_and_refuses_unknown_keys_everywhere():
     Draft202012Validator.check_schema(config.schema())
     found = list(objects(config.schema()))
-    assert len(found) == 30
+    assert len(found) == 31
     assert all(rules["additionalProperties"] is False for rules in found)
 
 
@@ -443,6 +443,8 @@ def test_quick_is_the_papers_in_small():
     def keys(value: Any) -> Any:
         return {key: keys(item) for key, item in value.items()} if isinstance(value, dict) else None
 
+    # The peers need an environment of their own, which a quick run does not have.
+    del paper["studies"]["peers"]
     assert keys(paper) == keys(quick)
     assert {m["name"] for m in quick["materials"]} <= {m["name"] for m in paper["materials"]}
     assert [len(m["heights"]) for m in quick["materials"]] == [3, 3]

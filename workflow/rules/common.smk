@@ -42,3 +42,14 @@ def of_images(study):
     """A study of real pictures; the kept one where these are not at hand: the repository does not carry them."""
     there = Path(CONFIG["images"]).is_dir()
     return f"{RESULTS if there else 'results'}/studies/{study}.nc"
+
+
+PEERS = "workflow/peers"
+
+
+def of_peers():
+    """The comparison with other programs, if there is to be one; the kept one where they are not installed."""
+    if "peers" not in CONFIG["studies"]:
+        return None
+    there = Path(PEERS, ".venv").is_dir()
+    return f"{RESULTS if there else 'results'}/studies/peers.nc"

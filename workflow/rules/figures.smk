@@ -30,6 +30,7 @@ SOURCES = {
     "rod": [f"{RESULTS}/studies/rod.nc"],
     "work_precision": [f"{RESULTS}/studies/accuracy.nc"],
     "printed_law": [f"{RESULTS}/printed_law.nc"],
+    **({"peers": [of_peers()]} if of_peers() else {}),
 }
 FIGURE_FILES = expand(f"{FIGURES}/{{name}}.{{suffix}}", name=SOURCES, suffix=["png", "svg"])
 

@@ -3,6 +3,7 @@
 
 rule summary:
     input:
+        **({"peers": of_peers()} if of_peers() else {}),
         points=rules.critical_points.output[0],
         master=rules.master_curve.output[0],
         limit=rules.limit.output[0],

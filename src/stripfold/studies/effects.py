@@ -14,6 +14,7 @@ from ..effects import demand
 from ..errors import SolveError
 from ..simulation import Simulation
 from . import collapse_data
+from .summary_entry import between
 
 Array = NDArray[np.float64]
 
@@ -127,5 +128,4 @@ def _cell(one: xr.Dataset) -> str:
 
 def fill_table(text: str, data: xr.Dataset) -> str:
     """The page with its table made anew."""
-    head, rest = text.split(TABLE[0])
-    return head + TABLE[0] + markdown(data) + TABLE[1] + rest.split(TABLE[1])[1]
+    return between(text, TABLE, markdown(data))

@@ -7,9 +7,17 @@ from collections.abc import Mapping
 import numpy as np
 import xarray as xr
 
-from . import summary_accuracy, summary_dynamics, summary_hard, summary_paths, summary_rod, summary_vision
+from . import (
+    summary_accuracy,
+    summary_dynamics,
+    summary_hard,
+    summary_paths,
+    summary_peers,
+    summary_rod,
+    summary_vision,
+)
 from .branches import FAILED, WRONG
-from .summary_entry import Entry, entry
+from .summary_entry import Entry, between, entry
 
 
 def summarise(data: Mapping[str, xr.Dataset], sources: Mapping[str, str]) -> dict[str, Entry]:
@@ -20,7 +28,7 @@ def summarise(data: Mapping[str, xr.Dataset], sources: Mapping[str, str]) -> dic
     data
         Datasets by name: ``points``, ``master``, ``limit``, ``order``, ``branches``, ``benchmark``, and those of
         :mod:`.summary_rod`, :mod:`.summary_accuracy`, :mod:`.summary_hard`, :mod:`.summary_dynamics`,
-        :mod:`.summary_paths` and :mod:`.summary_vision`.
+        :mod:`.summary_paths`, :mod:`.summary_vision` and :mod:`.summary_peers`.
     sources
         The files they were read from, by the same names.
     """
@@ -50,7 +58,16 @@ def summarise(data: Mapping[str, xr.Dataset], sources: Mapping[str, str]) -> dic
         failed, "count", "of these, ended by a typed error instead of a result", "0", failed == 0, sources["branches"]
     )
     _benchmark(out, data["benchmark"], sources["benchmark"])
-    for part in (summary_rod, summary_accuracy, summary_hard, summary_dynamics, summary_paths, summary_vision):
+    parts = (
+        summary_rod,
+        summary_accuracy,
+        summary_hard,
+        summary_dynamics,
+        summary_paths,
+        summary_vision,
+        summary_peers,
+    )
+    for part in parts:
         out |= part.summarise(data, sources)
     return out
 
@@ -160,6 +177,4 @@ def markers(name: str) -> tuple[str, str]:
 
 def fill_table(text: str, name: str, table: str) -> str:
     """A text with its table ``name`` made anew."""
-    begin, end = markers(name)
-    head, rest = text.split(begin)
-    return head + begin + table + end + rest.split(end)[1]
+    return between(text, markers(name), table)

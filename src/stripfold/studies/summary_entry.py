@@ -22,3 +22,9 @@ def entry(
         "holds": bool(holds),
         "source": source,
     }
+
+
+def between(text: str, marks: tuple[str, str], table: str) -> str:
+    """A text whose part between two marks is made anew."""
+    head, rest = text.split(marks[0])
+    return head + marks[0] + table + marks[1] + rest.split(marks[1])[1]
