@@ -121,7 +121,7 @@ def need_of_inertia(slope: float, kinetic_share: float | None) -> Need:
     """From the slope of lambda where the smooth advance ends, and the largest share of what is released that moves."""
     words = "lambda has a maximum: no equilibrium is near behind it"
     if kinetic_share is not None:
-        words += f"; up to {kinetic_share:.0%} of the energy released is in motion"
+        words += f"; up to {kinetic_share:.0%} of what it had and released is in motion"
     return Need(slope <= 0.0, slope, 0.0, words if slope <= 0.0 else "lambda has no maximum: statics go on")
 
 

@@ -79,12 +79,13 @@ def record(simulation: Simulation, found: Collapse, seconds: float) -> xr.Datase
 
 
 def kinetic_share(found: Collapse) -> float:
-    """The largest kinetic energy of the fall, as a share of the elastic and gravity energy released in all of it."""
+    """The largest kinetic energy of the fall, as a share of what it began with and what was released in all of it."""
     assert found.motion is not None
     energies = [m.energy for m in found.motion.moments]
     potential = np.array([e.elastic + e.gravity for e in energies])
     released = float(potential[0] - potential.min())
-    return max(e.kinetic for e in energies) / max(released, 1e-12)
+    there = energies[0].kinetic + released
+    return max(e.kinetic for e in energies) / there if there > 0.0 else 0.0
 
 
 def _layers(found: Collapse, thickness: float) -> tuple[float, float, float]:
