@@ -85,11 +85,11 @@ class Simulation:
         choices = Choices.of(given.get("effects", demand.AUTO))
         of_scene = {key: given[key] for key in OF_SCENE if key in given}
         scene = Scene.create(**of_scene)
+        if scene.model not in MODELS:
+            raise InvalidInputError("model", scene.model, " or ".join(MODELS), "it has no motion in time")
         choices = choices.with_model(scene.model, "model" in given or "effects" not in given)
         if choices.solid == demand.OFF or (choices.solid == demand.AUTO and not _needs_solid(scene)):
             scene = Scene.create(**{**of_scene, "model": "rod"})
-        if scene.model not in MODELS:
-            raise InvalidInputError("model", scene.model, " or ".join(MODELS), "it has no motion in time")
         require_long_enough(scene)
         fall = {key: given[key] for key in OF_FALL if key in given}
         for key, value in fall.items():
