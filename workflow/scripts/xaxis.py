@@ -3,7 +3,6 @@ from stripfold import store
 from stripfold.config import material_of
 from stripfold.studies import xaxis
 from stripfold.studies.checks import check_branch
-from stripfold.studies.critical import first_refinement
 
 with logged(snakemake) as say:
     entry, solid = snakemake.params.material, snakemake.params.solid
@@ -12,7 +11,7 @@ with logged(snakemake) as say:
         material_of(config, entry),
         entry["length"],
         [*entry["touching_heights"], *entry["heights"]],
-        first_refinement(solid["accuracy"]),
+        xaxis.refinement_for(solid["accuracy"]),
         say,
         order=solid["order"],
         across=solid["elements_across"],

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ..material import Material
 from ..solve.critical import CriticalPoint
+from .choice import FINEST
 from .diagnostics import Record, node_weights, record
 from .static import End, Strip, XRun, along_x, lift
 
@@ -273,6 +274,11 @@ def _node_weights(s: Array) -> Array:
         n = int(np.isfinite(row).sum())
         out[:n] = node_weights(row[:n]) / row[n - 1]
     return weights
+
+
+def refinement_for(accuracy: float) -> float:
+    """Factor on the element lengths with which a whole run usually meets a relative accuracy of lambda_c."""
+    return min(2.0, max(FINEST, (accuracy / 5e-3) ** 0.5 * 2.0))
 
 
 def run(
