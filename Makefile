@@ -44,7 +44,7 @@ $(PEERS)/.venv/.complete: $(PEERS)/requirements.lock
 readme: $(STAMP) ## Bring the README's table of numbers in line with results/summary.json
 	$(SNAKEMAKE) readme --cores 1
 
-test: $(STAMP) ## Run the tests (set PYTEST_ARGS="-k fold" to choose)
+test: $(STAMP) ## Run the tests (set PYTEST_ARGS="-k fold" to choose, "-m slow" for the slow ones)
 	$(IN_VENV) python -m pytest --numprocesses $(CORES:all=auto) --dist loadfile $(PYTEST_ARGS)
 
 # Into a folder of its own, so that it neither uses nor touches what `make all` stored. Kept when the run fails.

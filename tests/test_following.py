@@ -182,6 +182,7 @@ def test_a_table_of_a_path_is_the_path(followed: Stretch, tmp_path: Path) -> Non
     assert path.pseudo_time(other.points[-1].lam) == pytest.approx(9.0)
 
 
+@pytest.mark.slow
 def test_a_thin_strip_follows_its_plan(plan: RPath, planned: Stretch) -> None:
     """Truth: the elastica's states, up to where two states meet: there any thickness opens a gap between them."""
     # All but the teeth of the contact, which are passed.
@@ -204,6 +205,7 @@ def test_a_thin_strip_follows_its_plan(plan: RPath, planned: Stretch) -> None:
     assert x + THIN.length / 2.0 - elastica.critical(float(z)).advance == pytest.approx(0.0, abs=2e-3)
 
 
+@pytest.mark.slow
 def test_forces_and_lying_length_are_the_plans(plan: RPath, planned: Stretch) -> None:
     """The held end carries what the elastica's horizontal force is, the gripper its reaction and the rest's weight."""
     checked = 0

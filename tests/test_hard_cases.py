@@ -19,8 +19,24 @@ ROOT = Path(__file__).parents[1]
 COARSE = 2.0
 """Refinement of these tests, the stored run's."""
 
+SLOW = {
+    "just above the touch limit",
+    "just below the touch limit",
+    "long, high",
+    "thick, h = 0.2 L*",
+    "thick rod, h = 0.2 L*",
+    "thin, h / L = 1e-5",
+    "very fine mesh",
+    "steps of 0.05 L*",
+}
+"""Seconds each; like the others they are in what the rule `hard_cases` stores, which is checked below."""
 
-@pytest.mark.parametrize("case", hard_cases.CASES, ids=lambda case: case.name)
+
+@pytest.mark.parametrize(
+    "case",
+    [pytest.param(case, marks=[pytest.mark.slow] * (case.name in SLOW)) for case in hard_cases.CASES],
+    ids=lambda case: case.name,
+)
 def test_case(case: Case) -> None:
     """Right, or refused with the right error."""
     row = judge(case, COARSE)
@@ -72,6 +88,7 @@ def test_the_registry() -> None:
     """Names of their own, and every theme that was asked for."""
     names = [case.name for case in hard_cases.CASES]
     assert len(set(names)) == len(names) >= 25
+    assert set(names) > SLOW
     assert {case.theme for case in hard_cases.CASES} == {
         "very thin",
         "thick",
@@ -98,4 +115,5 @@ def test_the_page_shows_what_is_stored() -> None:
     page = (ROOT / "docs" / "hard-cases.md").read_text(encoding="utf-8")
     data = store.read(ROOT / "results" / "studies" / "hard_cases.nc")
     assert fill_table(page, "hard cases", hard_cases.markdown(data)) == page, "run `make readme`"
+    assert not data["failed"].values.any()
     assert data["name"].values.tolist() == [case.name for case in hard_cases.CASES]
