@@ -149,8 +149,7 @@ rule assess_benchmark:
         f"{RESULTS}/studies/assess_benchmark.nc",
     log:
         f"{LOGS}/assess_benchmark.log",
-    # Alone on the machine, so that nothing else is in the times.
-    threads: workflow.cores
+    threads: ALONE
     params:
         **CONFIG["studies"]["benchmark"],
     script:

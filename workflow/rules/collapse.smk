@@ -53,8 +53,7 @@ rule fall_benchmark:
         f"{RESULTS}/studies/fall_benchmark.nc",
     log:
         f"{LOGS}/fall_benchmark.log",
-    # Alone on the machine, so that nothing else is in the times.
-    threads: workflow.cores
+    threads: ALONE
     params:
         **CONFIG["studies"]["benchmark"],
     script:

@@ -10,6 +10,8 @@ FIGURES = CONFIG["figures"]
 MATERIALS = {material["name"]: material for material in CONFIG["materials"]}
 LOGS = f"{RESULTS}/logs"
 BENCHMARKS = f"{RESULTS}/benchmarks"
+# What is timed runs alone on the machine, so that nothing else is in the times; a single run is no measurement anyway.
+ALONE = workflow.cores if CONFIG["studies"]["benchmark"]["repeats"] > 1 else 1
 
 
 wildcard_constraints:

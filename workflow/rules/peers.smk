@@ -7,8 +7,7 @@ rule peers:
         f"{RESULTS}/studies/peers.nc",
     log:
         f"{LOGS}/peers.log",
-    # Alone on the machine, so that nothing else is in the times.
-    threads: workflow.cores
+    threads: ALONE
     resources:
         mem_mb=2000,
         runtime=60,

@@ -74,8 +74,7 @@ rule video_benchmark:
         f"{RESULTS}/studies/video_benchmark.nc",
     log:
         f"{LOGS}/video_benchmark.log",
-    # Alone on the machine, so that nothing else is in the times.
-    threads: workflow.cores
+    threads: ALONE
     params:
         **CONFIG["studies"]["video_benchmark"],
     script:

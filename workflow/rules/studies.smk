@@ -63,8 +63,7 @@ rule rod_benchmark:
         f"{RESULTS}/studies/rod_benchmark.nc",
     log:
         f"{LOGS}/rod_benchmark.log",
-    # Alone on the machine, so that nothing else is in the times.
-    threads: workflow.cores
+    threads: ALONE
     params:
         **CONFIG["studies"]["benchmark"],
     script:
@@ -76,8 +75,7 @@ rule effects:
         f"{RESULTS}/studies/effects.nc",
     log:
         f"{LOGS}/effects.log",
-    # Alone on the machine, so that nothing else is in the times.
-    threads: workflow.cores
+    threads: ALONE
     params:
         **CONFIG["studies"]["effects"],
     script:
@@ -113,8 +111,7 @@ rule benchmark:
         f"{RESULTS}/studies/benchmark.nc",
     log:
         f"{LOGS}/benchmark.log",
-    # Alone on the machine, so that nothing else is in the times.
-    threads: workflow.cores
+    threads: ALONE
     params:
         **CONFIG["studies"]["benchmark"],
     script:
@@ -126,8 +123,7 @@ rule accuracy:
         f"{RESULTS}/studies/accuracy.nc",
     log:
         f"{LOGS}/accuracy.log",
-    # Alone on the machine, so that nothing else is in the times.
-    threads: workflow.cores
+    threads: ALONE
     params:
         **CONFIG["studies"]["accuracy"],
     script:
@@ -139,8 +135,7 @@ rule profiling:
         f"{RESULTS}/studies/profiling.nc",
     log:
         f"{LOGS}/profiling.log",
-    # Alone on the machine, so that nothing else is in the times.
-    threads: workflow.cores
+    threads: ALONE
     params:
         **CONFIG["studies"]["profiling"],
     script:
