@@ -8,11 +8,9 @@ from scipy.optimize import brentq
 
 from .. import elastica, planning
 from ..errors import SolveError
-from ..models.model import Model
-from ..problem import AlongX, StripProblem
 from ..solve import continuation, newton
 from . import quick
-from .static import X_STEPS, Strip, lift, no_horizontal_force, solve_height, transfer
+from .static import X_STEPS, Strip, begin, lift, solve_height
 
 Array = NDArray[np.float64]
 Line = tuple[Array, Array]
@@ -29,11 +27,8 @@ def equilibrium(strip: Strip, height: float, lam: float, refinement: float) -> L
     """
     (_, coarse, state) = next(lift(strip, [height]))
     mesh = planning.boundaries(strip.length, planning.lift_off_sweep(height), refinement, strip.sizes)
-    model: Model = strip.model(mesh)
-    problem = StripProblem(model, AlongX(height))
-    start = no_horizontal_force(problem, transfer(coarse, state.q, model), height)
-    lambda_0 = float(start.q[model.middle[0, 0]])
-    first = continuation.start(problem, start.q, lambda_0, start.active, 1.0, X_STEPS)
+    model = strip.model(mesh)
+    problem, first = begin(model, height, (coarse, state))
     point = next(p for p in continuation.follow(problem, first, X_STEPS) if p.lam >= lam)
     guess = point.q + (lam - point.lam) / point.tangent.lam * point.tangent.q
     found = newton.solve(problem, guess, lam, point.state.active, options=X_STEPS.newton)

@@ -283,13 +283,25 @@ def two_agree(on_mesh: Callable[[float], XRun], refinement: float, finest: float
     return run
 
 
+def begin(
+    model: Model, height: float, start: tuple[Model, Equilibrium], options: StepOptions = X_STEPS
+) -> tuple[StripProblem, Point]:
+    """The problem of a motion along x on a mesh, and its first point, from a state as :func:`lift` yields.
+
+    Raises
+    ------
+    SolveError
+        There is no such state on this mesh near that one.
+    """
+    problem = StripProblem(model, AlongX(height))
+    state = no_horizontal_force(problem, transfer(start[0], start[1].q, model), height)
+    lambda_0 = float(state.q[model.middle[0, 0]])
+    return problem, continuation.start(problem, state.q, lambda_0, state.active, 1.0, options)
+
+
 def _run(model: Model, height: float, start: tuple[Model, Equilibrium], past: float, options: StepOptions) -> XRun:
     """One run on one mesh; see :func:`along_x`."""
-    problem = StripProblem(model, AlongX(height))
-    q = transfer(start[0], start[1].q, model)
-    state = no_horizontal_force(problem, q, height)
-    lambda_0 = float(state.q[model.middle[0, 0]])
-    first = continuation.start(problem, state.q, lambda_0, state.active, 1.0, options)
+    problem, first = begin(model, height, start, options)
     return to_the_end(problem, first, past, options)
 
 
