@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,9 +33,24 @@ class Lame:
         return cls(lam=young * nu / ((1.0 + nu) * (1.0 - 2.0 * nu)), mu=young / (2.0 * (1.0 + nu)))
 
 
+# Products of 2 x 2 matrices are written out: a library's matrix product takes several times as long for so small ones
+# (docs/numerics.md).
+
+
+def times(a: Array, b: Array) -> Array:
+    """``a b`` of matrices, shape (..., 2, 2) each."""
+    out = np.empty_like(a)
+    for i, j in product(range(2), repeat=2):
+        out[..., i, j] = a[..., i, 0] * b[..., 0, j] + a[..., i, 1] * b[..., 1, j]
+    return out
+
+
 def green_lagrange(f: Array) -> Array:
     """Green-Lagrange strain ``E = (F^T F - I)/2``, shape (..., 2, 2)."""
-    return 0.5 * (np.swapaxes(f, -1, -2) @ f - _EYE)
+    strain = 0.5 * times(np.swapaxes(f, -1, -2), f)
+    strain[..., 0, 0] -= 0.5
+    strain[..., 1, 1] -= 0.5
+    return strain
 
 
 def stress_of_strain(strain: Array, lame: Lame) -> Array:
@@ -63,7 +79,7 @@ def svk_energy(f: Array, lame: Lame) -> Array:
 
 def svk_stress(f: Array, lame: Lame) -> Array:
     """``P = F (C : E)``: St Venant-Kirchhoff, the law the paper's weak form needs."""
-    return np.asarray(f @ stress_of_strain(green_lagrange(f), lame))
+    return times(f, stress_of_strain(green_lagrange(f), lame))
 
 
 def svk_tangent(f: Array, lame: Lame, stress: Array | None = None) -> Array:
@@ -72,15 +88,27 @@ def svk_tangent(f: Array, lame: Lame, stress: Array | None = None) -> Array:
     ``stress``, shape (..., 2, 2), replaces ``S = C : E`` in the geometric part; see :meth:`.Solid.carry`.
     """
     s = stress_of_strain(green_lagrange(f), lame) if stress is None else stress
-    # Written out: sum_I F_iI dS_IJ/dF_kL = lam F_iJ F_kL + mu (F F^T)_ik delta_JL + mu F_iL F_kJ.
-    b = lame.mu * (f @ np.swapaxes(f, -1, -2))
-    a = lame.lam * f[..., :, :, None, None] * f[..., None, None, :, :]
-    a += lame.mu * f[..., :, None, None, :] * np.swapaxes(f, -1, -2)[..., None, :, :, None]
-    for j in range(2):
-        a[..., :, j, :, j] += b
-    for i in range(2):
-        a[..., i, :, i, :] += s
-    return np.asarray(a)
+    return _rate(f, f, lame.lam, lame.mu, s)
+
+
+def _rate(left: Array, right: Array, lam: float, mu: float, s: Array) -> Array:
+    """``lam L_iJ R_kM + mu (L R^T)_ik delta_JM + mu L_iM R_kJ + delta_ik S_JM``, shape (..., 2, 2, 2, 2).
+
+    With L = R = F the derivative of ``F S`` where ``dS = C : dE``, over a time step that of the mean F times S.
+    """
+    two = range(2)
+    by_lam, by_mu = ([[c * left[..., i, j] for j in two] for i in two] for c in (lam, mu))
+    r = [[right[..., i, j] for j in two] for i in two]
+    b = [[by_mu[i][0] * r[k][0] + by_mu[i][1] * r[k][1] for k in two] for i in two]
+    a = np.empty((*left.shape, 2, 2))
+    for i, j, k, m in product(two, repeat=4):
+        entry = by_lam[i][j] * r[k][m] + by_mu[i][m] * r[k][j]
+        if j == m:
+            entry += b[i][k]
+        if i == k:
+            entry += s[..., j, m]
+        a[..., i, j, k, m] = entry
+    return a
 
 
 def svk_interval(
@@ -112,22 +140,14 @@ def svk_interval(
     s0 = stress_of_strain(green_lagrange(f0), lame)
     s1 = stress_of_strain(green_lagrange(f1), lame)
     share = 0.5 + kappa
-    stress = middle @ ((1.0 - share) * s0 + share * s1)
+    stress = times(middle, (1.0 - share) * s0 + share * s1)
     geometric = 0.5 * ((1.0 - share) * s0 + share * (s1 if end_stress is None else end_stress))
-    mu = share * lame.mu
-    a = (share * lame.lam) * middle[..., :, :, None, None] * f1[..., None, None, :, :]
-    a += mu * middle[..., :, None, None, :] * np.swapaxes(f1, -1, -2)[..., None, :, :, None]
-    b = mu * (middle @ np.swapaxes(f1, -1, -2))
-    for j in range(2):
-        a[..., :, j, :, j] += b
-    for i in range(2):
-        a[..., i, :, i, :] += geometric
-    return stress, a
+    return stress, _rate(middle, f1, share * lame.lam, share * lame.mu, geometric)
 
 
 def printed_stress(f: Array, lame: Lame) -> Array:
     """``P = F S`` with the paper's printed ``S = J F^-1 (C : E) F^-T``; not objective."""
-    return np.asarray(stress_of_strain(green_lagrange(f), lame) @ _cofactor(f))
+    return times(stress_of_strain(green_lagrange(f), lame), _cofactor(f))
 
 
 def printed_tangent(f: Array, lame: Lame, stress: Array | None = None) -> Array:

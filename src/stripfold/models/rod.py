@@ -24,6 +24,7 @@ from ..errors import InvalidInputError
 from ..solve.linear import Band, BandPattern
 from .directors import Directors
 from .model import OnNodes
+from .recent import Recent
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -172,7 +173,11 @@ class Rod(OnNodes):
         factor = np.ones((len(unknowns), 2, 1))
         return Directors(unknowns, local, 8, factor, np.array([1.0, 0.0]), np.diff(self.s), 1)
 
-    def _at(self, q: Array) -> tuple[Array, Array]:
+    @cached_property
+    def _at(self) -> Recent[tuple[Array, Array]]:
+        return Recent(self._strains_and_rates)
+
+    def _strains_and_rates(self, q: Array) -> tuple[Array, Array]:
         """The strains, shape (n_elements, 9), and their derivatives by the scaled unknowns, (n_elements, 9, 8)."""
         local = q[self.element_unknowns] * self.scale
         rate = (local @ QUADRATIC.reshape(72, 8).T).reshape(-1, 9, 8)

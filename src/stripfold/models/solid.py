@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,7 @@ from ..solve.linear import Band, BandPattern
 from . import laws
 from .directors import Directors
 from .model import OnNodes
+from .recent import Recent
 from .strip_mesh import Index, StripMesh, build
 
 Array = NDArray[np.float64]
@@ -105,6 +107,13 @@ class Solid(OnNodes):
 
     def deformation_gradient(self, q: Array) -> Array:
         """``F = I + grad u`` at the quadrature points, shape (n_elements, n_quadrature, 2, 2)."""
+        return self._gradients(q)
+
+    @cached_property
+    def _gradients(self) -> Recent[Array]:
+        return Recent(self._gradient_of)
+
+    def _gradient_of(self, q: Array) -> Array:
         local = q[self.mesh.element_unknowns]
         n_el, n_q = self.mesh.weights.shape
         f = np.matmul(self.gradient_t, local[:, :, None]).reshape(n_el, n_q, 2, 2)
@@ -166,22 +175,27 @@ class Solid(OnNodes):
         """
         f = self.deformation_gradient(q)
         df = np.matmul(self.gradient_t, dq[self.mesh.element_unknowns][:, :, None]).reshape(f.shape)
-        ft_df = np.swapaxes(f, -1, -2) @ df
+        ft_df = laws.times(np.swapaxes(f, -1, -2), df)
         strain = laws.green_lagrange(f) + 0.5 * (ft_df + np.swapaxes(ft_df, -1, -2))
         return laws.stress_of_strain(strain, self.lame)
+
+    @cached_property
+    def _weighted(self) -> Array:
+        """The gradient's matrix times the quadrature weights, shape (n_elements, n_local, 4 n_quadrature)."""
+        weights = np.repeat(self.mesh.weights, 4, axis=1)
+        return np.ascontiguousarray((weights[:, :, None] * self.gradient_t).transpose(0, 2, 1))
 
     def _assemble(self, stress_rate: Array) -> Band:
         n_el, n_q = self.mesh.weights.shape
         n_loc = self.gradient_t.shape[2]
-        a = stress_rate.reshape(n_el, n_q, 4, 4) * self.mesh.weights[:, :, None, None]
+        a = stress_rate.reshape(n_el, n_q, 4, 4)
         column = np.matmul(a, self.gradient_t.reshape(n_el, n_q, 4, n_loc)).reshape(n_el, n_q * 4, n_loc)
-        return self.pattern.assemble(np.matmul(self.gradient_t.transpose(0, 2, 1), column))
+        return self.pattern.assemble(np.matmul(self._weighted, column))
 
     def _scatter(self, stress: Array) -> Array:
         n_el, n_q = self.mesh.weights.shape
-        p = stress * self.mesh.weights[:, :, None, None]
-        local = np.matmul(p.reshape(n_el, 1, n_q * 4), self.gradient_t)[:, 0, :]
-        return np.bincount(self.mesh.element_unknowns.ravel(), local.ravel(), minlength=self.size).astype(float)
+        local = np.matmul(self._weighted, stress.reshape(n_el, n_q * 4, 1))[:, :, 0]
+        return np.asarray(np.bincount(self.mesh.element_unknowns.ravel(), local.ravel(), minlength=self.size), float)
 
     def unknowns_of(self, position: Array, angle: Array) -> Array:
         """Unknowns of a strip bent to a given mid-surface, sections normal and unstretched.

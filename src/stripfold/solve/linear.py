@@ -98,7 +98,7 @@ class BandPattern:
     def assemble(self, element_matrices: Array) -> Band:
         """Sum element matrices, shape (n_elements, n_local, n_local)."""
         height = 3 * self.width + 1
-        flat = np.bincount(self.position, element_matrices.ravel(), minlength=height * self.size).astype(float)
+        flat = np.asarray(np.bincount(self.position, element_matrices.ravel(), minlength=height * self.size), float)
         return Band(flat.reshape((height, self.size), order="F"), self.width)
 
 

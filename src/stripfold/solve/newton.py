@@ -18,6 +18,8 @@ from .linear import Matrix, solve_bordered
 from .problem import Array, Equilibrium, Index, Problem
 
 EPS = float(np.finfo(float).eps)
+REPEATED = 1e-2
+"""Relative change of the largest unbalanced force below which Newton's method is where it was two iterations ago."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,11 +46,6 @@ class Constraint:
     q0: Array
     lam0: float
 
-    @classmethod
-    def at_parameter(cls, lam: float, size: int) -> Constraint:
-        """Fix the control parameter."""
-        return cls(np.zeros(size), 1.0, np.zeros(size), lam)
-
     def defect(self, q: Array, lam: float) -> float:
         return float(self.row @ (q - self.q0)) + self.corner * (lam - self.lam0)
 
@@ -71,7 +68,7 @@ def solve(
     q, lam, active
         Guess: unknowns of shape (n,), control parameter, and the bounded unknowns thought to be on their bounds.
     constraint
-        Point of the branch to find.
+        Point of the branch to find; by default the control parameter stays as it is.
     options
         Tolerances and limits.
 
@@ -83,12 +80,12 @@ def solve(
         When what it converges to is in equilibrium, and no state.
     """
     options = options or NewtonOptions()
-    constraint = constraint or Constraint.at_parameter(lam, problem.size)
     guess, q = q, q.copy()
     prescribed, bounded, lower = problem.prescribed, problem.bounded, problem.lower
     is_active = np.isin(bounded, active)
     movable = problem.metric > 0.0
     history: list[float] = []
+    sets: list[NDArray[np.bool_]] = []
     for iteration in range(options.most_iterations):
         r, k, load_rate = problem.linearise(q, lam, carried)
         held = np.concatenate([prescribed, bounded[is_active]])
@@ -110,29 +107,43 @@ def solve(
             gap = q[bounded] - lower
             settled = (
                 np.abs(fix).max(initial=0.0) <= options.gap_tolerance
-                and abs(constraint.defect(q, lam)) <= 1e-10
+                and (constraint is None or abs(constraint.defect(q, lam)) <= 1e-10)
                 and not np.any(~is_active & (gap < -options.gap_tolerance))
                 and not np.any(is_active & (r[bounded] < -options.force_tolerance))
             )
             if settled:
                 _refuse_what_is_no_answer(problem, guess, q, lam, options, history)
-                return Equilibrium(q, lam, bounded[is_active], tuple(history))
-        rate = np.zeros(problem.size)
-        rate[prescribed] = problem.prescribed_rates(lam)
-        column = load_rate + k @ rate
+                return Equilibrium(q, lam, bounded[is_active], tuple(history), r)
+        sets.append(is_active)
+        if _goes_in_circles(sets, history):
+            raise NewtonError(
+                f"Newton's method goes in circles: a contact opens and closes, largest unbalanced force {worst:.1e}",
+                parameter=lam,
+                residuals=history,
+                advice="take a smaller step",
+            )
         rhs = -(r + k @ fix)
-        masked = column.copy()
-        rhs[held] = masked[held] = 0.0
-        row = constraint.row.copy()
-        row[held] = 0.0
-        corner = constraint.corner + float(constraint.row @ rate)
-        last = -constraint.defect(q, lam) - float(constraint.row @ fix)
+        rhs[held] = 0.0
         try:
             kept = k.with_fixed(held)
-            dq, dlam = solve_bordered(kept.factor(), kept, masked, row, corner, rhs, last)
+            solve_kept = kept.factor()
+            if constraint is None:
+                # Once refined, as a bordered system is: near a fold the tangent is nearly singular.
+                dq = solve_kept(rhs)
+                dq, dlam = dq + solve_kept(rhs - kept @ dq) + fix, 0.0
+            else:
+                rate = np.zeros(problem.size)
+                rate[prescribed] = problem.prescribed_rates(lam)
+                column = load_rate + k @ rate
+                column[held] = 0.0
+                row = constraint.row.copy()
+                row[held] = 0.0
+                corner = constraint.corner + float(constraint.row @ rate)
+                last = -constraint.defect(q, lam) - float(constraint.row @ fix)
+                dq, dlam = solve_bordered(solve_kept, kept, column, row, corner, rhs, last)
+                dq = dq + fix + rate * dlam
         except SolveError as error:
             raise NewtonError(str(error), parameter=lam, residuals=history) from error
-        dq = dq + fix + rate * dlam
         reach = float(np.abs(dq[movable]).max(initial=0.0))
         damping = min(1.0, options.largest_step / reach) if reach > 0.0 else 1.0
         predicted_force = (r + k @ dq + load_rate * dlam)[bounded]
@@ -147,6 +158,19 @@ def solve(
         residuals=history,
         advice="take a smaller step or start nearer",
     )
+
+
+def _goes_in_circles(sets: list[NDArray[np.bool_]], history: list[float]) -> bool:
+    """Whether a contact or two have been opened and closed in turn, four times, each time with the same forces.
+
+    A step past which no state lies ends so; more of the same would not help.  Larger circles are broken by
+    :func:`_next_active`.
+    """
+    if len(sets) < 4:
+        return False
+    *_, a, b, c, d = sets
+    turns = np.array_equal(a, c) and np.array_equal(b, d) and 0 < np.count_nonzero(a ^ b) <= 2
+    return bool(turns) and all(abs(history[-i] - history[-i - 2]) <= REPEATED * history[-i] for i in (1, 2))
 
 
 def _refuse_what_is_no_answer(

@@ -93,13 +93,14 @@ class Equilibrium:
     """A converged state.
 
     ``active`` are the bounded unknowns that sit on their bound; ``residuals`` is Newton's history of the largest
-    unbalanced force.
+    unbalanced force; ``force`` is ``r``, shape (n,), what carries the strip included.
     """
 
     q: Array
     lam: float
     active: Index
     residuals: tuple[float, ...]
+    force: Array
 
 
 @dataclass(frozen=True, eq=False)

@@ -189,7 +189,7 @@ class EnergyMomentum:
         state = _solve(problem, evaluate, begin.q, guess, lam, begin.active, options)
         moved = state.q - begin.q
         v = (2.0 * moved / dt - (1.0 - chi) * begin.v) / (1.0 + chi)
-        force = evaluate(state.q, None)[0]
+        force = state.force
         strain, jump = problem.strain_distance(begin.q, state.q), v - begin.v
         return Done(
             state.q,
@@ -239,7 +239,7 @@ class GeneralisedAlpha:
         state = _solve(problem, evaluate, begin.q, guess, lam, begin.active, options)
         a = acceleration(state.q)
         v = begin.v + dt * ((1.0 - gamma) * begin.a + gamma * a)
-        return _done(problem, begin, state, (v, a), evaluate(state.q, None)[0], len(state.residuals) - 1)
+        return _done(problem, begin, state, (v, a), state.force, len(state.residuals) - 1)
 
 
 @dataclass(frozen=True, slots=True)
@@ -280,7 +280,7 @@ class Bathe:
         iterations = len(middle.residuals) + len(state.residuals) - 2
         v = velocity(state.q)
         a = (begin.v - 4.0 * v_middle + 3.0 * v) / dt
-        return _done(problem, begin, state, (v, a), second(state.q, None)[0], iterations)
+        return _done(problem, begin, state, (v, a), state.force, iterations)
 
 
 def _refuse(damping: Damping) -> None:

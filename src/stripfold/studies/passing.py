@@ -6,7 +6,7 @@ well before, through the snap and past the first touch.  All in units of L*, sqr
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -120,7 +120,7 @@ def to_loss(strip: Strip, height: float, moment: float, refinement: float) -> tu
     problem = StripProblem(model, AlongX(height), _friction(model, moment, state.q))
     lambda_0 = float(state.q[model.middle[0, 0]])
     steps: list[Step] = []
-    first = Equilibrium(state.q, lambda_0, state.active, state.residuals)
+    first = replace(state, lam=lambda_0)
     places = ((0, lambda_0 + STEP * n) for n in range(1, MOST_STEPS))
     try:
         for step in walk_from(model, first, problem.effects, [problem.motion], places):
