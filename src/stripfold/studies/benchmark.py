@@ -167,10 +167,14 @@ def calls(call: Callable[[], T], repeats: int) -> tuple[list[float], T]:
 
 
 def _timed(command: Sequence[str], repeats: int) -> tuple[list[float], list[str], float]:
-    """Seconds of each counted run, what it printed, and the peak memory of all in MB."""
+    """Seconds of each counted run, what it printed, and the peak memory of all in MB.
+
+    After an uncounted one; a single run is no measurement, and needs none before it.
+    """
     environment = os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
     walls, answers = [], []
-    for _ in range(repeats + 1):
+    uncounted = 0 if repeats == 1 else 1
+    for _ in range(uncounted + repeats):
         began = perf_counter()
         done = subprocess.run(
             [sys.executable, "-m", "stripfold", *command], capture_output=True, text=True, env=environment, check=False
@@ -181,4 +185,4 @@ def _timed(command: Sequence[str], repeats: int) -> tuple[list[float], list[str]
         answers.append(done.stdout)
     # The largest child so far: all of them run the same command.
     peak = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss * 1024 / 1e6
-    return walls[1:], answers[1:], float(np.round(peak, 1))
+    return walls[uncounted:], answers[uncounted:], float(np.round(peak, 1))
