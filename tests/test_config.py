@@ -115,7 +115,7 @@ MINIMAL: dict[str, Any] = {
         "random_paths": {"cases": 2, "seed": 1, "refinement": 2},
         "hard_cases": {"refinement": 2},
         "recordings_accuracy": {"cases": 2, "seed": 1, "dynamics": 0.5},
-        "video_benchmark": {"frames": 8, "repeats": 1},
+        "video_benchmark": {"frames": 20, "repeats": 1},
         "effects": {"scenes": [{"name": "a", "length": 0.6, "height": 0.1, "eta_b": 3780}], "repeats": 1},
     },
 }
