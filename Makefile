@@ -20,20 +20,20 @@ unexport PYTHONPATH PYTHONHOME VIRTUAL_ENV
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: all studies peers readme test lint quick env lock clean help
+.PHONY: all studies peers cold readme test lint quick env lock clean help
 
 all: $(STAMP) ## Redo every run, figure and number of the paper (set CORES=n to use fewer cores)
 	$(SNAKEMAKE) all --cores $(CORES)
 
 studies: $(STAMP) ## Redo the long studies of the solver, whose results the repository holds (about half an hour)
-	find results/studies -name '*.nc' ! -name peers.nc -delete
+	find results/studies -name '*.nc' ! -name peers.nc ! -name cold_run.nc -delete
 	$(SNAKEMAKE) studies summary --cores $(CORES)
 
 # Other programs, in an environment of their own beside ours. AUTO-07p is Debian's: apt-get install auto-07p gfortran.
 PEERS := workflow/peers
 peers: $(STAMP) $(PEERS)/.venv/.complete ## Redo the comparison with other programs (a quarter of an hour, idle machine)
 	rm -f results/studies/peers.nc
-	$(SNAKEMAKE) peers_page --cores $(CORES)
+	$(SNAKEMAKE) results/studies/peers.nc figures/peers.png --cores $(CORES)
 
 $(PEERS)/.venv/.complete: $(PEERS)/requirements.lock
 	rm -rf $(PEERS)/.venv
@@ -41,7 +41,10 @@ $(PEERS)/.venv/.complete: $(PEERS)/requirements.lock
 	$(PEERS)/.venv/bin/python -m pip install --quiet --require-hashes -r $(PEERS)/requirements.lock
 	@touch $@
 
-readme: $(STAMP) ## Bring the README's table of numbers in line with results/summary.json
+cold: $(STAMP) ## Time `make all` from cold, in a fresh clone of what is committed (half an hour, idle machine)
+	$(IN_VENV) python workflow/cold_run.py results/studies/cold_run.nc $(CORES:all=$(shell nproc))
+
+readme: $(STAMP) ## Bring the tables of the README and of docs in line with what is stored
 	$(SNAKEMAKE) readme --cores 1
 
 test: $(STAMP) ## Run the tests (set PYTEST_ARGS="-k fold" to choose, "-m slow" for the slow ones)

@@ -7,7 +7,9 @@ import pytest
 import xarray as xr
 
 from stripfold import elastica, store
+from stripfold.model_error import model_error
 from stripfold.plots import work_precision
+from stripfold.scene import Scene
 from stripfold.solve.linear import Band
 from stripfold.studies import accuracy, choice, critical, estimates, near, profiling, quick, static
 from stripfold.studies.accuracy import Strategy, scene_of
@@ -58,13 +60,13 @@ class TestChoice:
             one = stored.sel(thickness=thickness, method="nearest")
             h = float(one["thickness"])
             for name, model in (("model_error", "rod"), ("thickness_effect", "elastica")):
-                bound = choice.model_error(model, h, 0.0)
+                bound = model_error(model, h, 0.0)
                 assert 0.3 * bound < float(np.abs(one[name]).max()) < bound
 
     def test_poisson(self, foretold: quick.Foretold):
         """It moves the solid's lambda_c by less than the bound, and by more than half of it."""
         lam = [near.run(Strip(LENGTH, 0.15, nu), foretold, 1.4).lam for nu in (0.0, 0.45)]
-        bound = choice.model_error("rod", 0.15, 0.45) - choice.model_error("rod", 0.15, 0.0)
+        bound = model_error("rod", 0.15, 0.45) - model_error("rod", 0.15, 0.0)
         assert 0.5 * bound < abs(lam[1] / lam[0] - 1.0) < bound
 
     def test_cheapest_that_meets_it(self, foretold: quick.Foretold):
@@ -129,7 +131,7 @@ class TestStudy:
             assert {"units", "long_name"} <= set(variable.attrs), name
         store.write(found, tmp_path / "a.nc", title="a", config={})
         fig = work_precision.draw(store.read(tmp_path / "a.nc"))
-        assert len([ax for ax in fig.axes if ax.lines]) == 2
+        assert len([ax for ax in fig.axes if ax.lines]) == 3
 
 
 def test_front():
@@ -189,11 +191,12 @@ class TestProfile:
 
     def test_a_profile(self):
         before = Band.factor
-        found = profiling.run(0.4, 0.09, 3780.0, 1e-2, 1)
+        scene = Scene.create(length=0.4, height=0.09, eta_b=3780.0, accuracy=1e-2)
+        found = profiling.profile(lambda: critical.find(scene), 1)
         assert Band.factor is before
         assert float(found["share"].sum()) == pytest.approx(1.0)
         calls = dict(zip(found["part"].values, found["calls"].values, strict=True))
-        assert all(calls[part.what] > 0 for part in profiling.PARTS)
+        assert calls["mesh and model"] > 0 == calls["time step"]
         assert calls["factorisation"] > calls["step of the continuation"] > 5
         one = found.sel(part=list(profiling.UNITS))
         assert float(one["ratio"].sum()) == pytest.approx(1.0)

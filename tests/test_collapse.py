@@ -13,7 +13,7 @@ from stripfold import elastica
 from stripfold.errors import NewtonError, SolveError, TimeStepError
 from stripfold.simulation import Simulation
 from stripfold.solve import dynamics
-from stripfold.solve.schemes import Damping
+from stripfold.solve.schemes import Damping, EnergyMomentum
 from stripfold.studies import collapse, collapse_data, falling
 from stripfold.studies.collapse import Collapse
 from stripfold.studies.falling import TIME_OPTIONS, Fall
@@ -108,7 +108,7 @@ def test_the_touch_is_located_step_by_step(found: Collapse, monkeypatch: pytest.
     at = next(i for i in range(touch, 0, -1) if moments[touch].t - moments[i].t > 0.01)
     problem = found.run.problem
     _, drive = falling.beginning(collapse.release_of(found.run), FALL)
-    motion = falling._Marching(problem, drive, FALL.damping, falling.TIME_OPTIONS)
+    motion = falling._Marching(problem, drive, FALL.damping, falling.TIME_OPTIONS, EnergyMomentum())
     step, reached = dynamics.step, []
 
     def once(problem: object, before: dynamics.Moment, dt: float, *rest: object) -> dynamics.Moment:

@@ -19,6 +19,7 @@ from stripfold.scene import Scene
 from stripfold.studies import (
     accuracy,
     benchmark,
+    fall_accuracy,
     friction_steps,
     lag,
     limit,
@@ -69,6 +70,15 @@ MINIMAL: dict[str, Any] = {
             "repeats": 1,
         },
         "profiling": {"length": 0.4, "height": 0.09, "eta_b": 3780, "accuracy": 1e-2, "repeats": 1},
+        "fall_accuracy": {
+            "length_star": 12,
+            "thickness": 0.05,
+            "heights": [3.0],
+            "disturbance": 0.01,
+            "ways": [{"model": "rod"}],
+            "reference": [{"model": "solid"}, {"model": "rod"}],
+            "repeats": 1,
+        },
         "estimates": {"cases": 3, "seed": 1},
         "schemes": {
             "length_star": 12,
@@ -207,7 +217,7 @@ def objects(rules: dict[str, Any]):
 def test_the_schema_is_one_and_refuses_unknown_keys_everywhere():
     Draft202012Validator.check_schema(config.schema())
     found = list(objects(config.schema()))
-    assert len(found) == 31
+    assert len(found) == 34
     assert all(rules["additionalProperties"] is False for rules in found)
 
 
@@ -234,6 +244,7 @@ def test_the_schema_agrees_with_the_scene():
         ("tangency", tangency),
         ("friction_steps", friction_steps),
         ("accuracy", accuracy),
+        ("fall_accuracy", fall_accuracy),
         ("profiling", profiling),
     ],
 )
@@ -447,8 +458,16 @@ def test_quick_is_the_papers_in_small():
     del paper["studies"]["peers"]
     assert keys(paper) == keys(quick)
     assert {m["name"] for m in quick["materials"]} <= {m["name"] for m in paper["materials"]}
-    assert [len(m["heights"]) for m in quick["materials"]] == [3, 3]
+    assert [len(m["heights"]) for m in quick["materials"]] == [3, 2]
     assert (quick["studies"]["branches"]["cases"], quick["studies"]["benchmark"]["repeats"]) == (20, 1)
+
+
+def test_the_ways_to_fall_are_those_of_the_study():
+    rules = config.schema()["properties"]["studies"]["properties"]["fall_accuracy"]["properties"]
+    for ways in (rules["ways"], rules["reference"]):
+        way = ways["items"]["properties"]
+        assert tuple(way) == fall_accuracy.Way._fields
+        assert way["scheme"]["enum"] == list(fall_accuracy.SCHEMES)
 
 
 def test_scene_of_a_material():

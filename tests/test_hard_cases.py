@@ -13,7 +13,7 @@ from stripfold import store
 from stripfold.errors import CrushedError, InvalidInputError, NewtonError
 from stripfold.studies import hard_cases
 from stripfold.studies.hard_case import Case, Finding, judge, shown
-from stripfold.studies.summary import fill_table
+from stripfold.studies.summary_entry import fill_table
 
 ROOT = Path(__file__).parents[1]
 COARSE = 2.0

@@ -12,11 +12,12 @@ import xarray as xr
 
 import stripfold.material
 from stripfold import store
-from stripfold.studies import profiling
+from stripfold.studies import cold_run, effects, profiling, summary_peers
 from stripfold.studies.random_paths import OTHERWISE
 from stripfold.studies.schemes import CONSERVING, DEFAULT
-from stripfold.studies.summary import fill_table, markdown, markers, summarise
+from stripfold.studies.summary import markdown, summarise
 from stripfold.studies.summary_accuracy import presets
+from stripfold.studies.summary_entry import fill_table, markers
 
 ROOT = Path(__file__).parents[1]
 
@@ -107,6 +108,12 @@ def datasets() -> dict[str, xr.Dataset]:
         "rod_benchmark": rod_benchmark,
         **of_pictures(),
         **of_accuracy(),
+        "effects": of_effects(),
+        "cold_run": xr.Dataset(
+            {"seconds": ("rule", [300.0, 200.0, 60.0, 1.0]), "jobs": ("rule", [40.0, 40.0, 5.0, 1.0])},
+            {"rule": np.array(["record", "measure", "assess", "plans"], dtype=object)},
+            {"wall": 290.0, "cores": 2},
+        ),
         "falls": falls,
         "fall_benchmark": xr.Dataset({"wall": ("repeat", [8.0]), "memory": ((), 150.0)}),
         "schemes": scheme,
@@ -207,6 +214,21 @@ def of_accuracy() -> dict[str, xr.Dataset]:
     return {"accuracy": accuracy, "estimates": estimates}
 
 
+def of_effects() -> xr.Dataset:
+    """Two scenes: the first needs inertia only, the second self-contact as well."""
+    over = ("scene", "effect")
+    needed = np.array([[0.0, 1.0, 0.0], [1.0, 1.0, 0.0]])
+    return xr.Dataset(
+        {
+            "needed": (over, needed),
+            "reported": (over, needed.copy()),
+            "matters": (over, needed.copy()),
+            "cost": (over, np.array([[0.02, 0.4, -0.01], [0.3, 0.5, 0.01]])),
+        },
+        {"scene": ["calm", "wild"], "effect": ["self_contact", "inertia", "membrane"]},
+    )
+
+
 def of_pictures() -> dict[str, xr.Dataset]:
     """The datasets of pictures and recordings."""
     views = np.full((2, 13), 0.18)
@@ -296,6 +318,9 @@ def test_all_keys_and_all_hold() -> None:
         "recordings_failed",
         "measured_above_model",
         "tracking_rate",
+        "effects_overhead",
+        "effects_undetected",
+        "time_all",
         "time_solid_1e-3",
         "time_rod_1e-3",
         "time_elastica",
@@ -506,6 +531,33 @@ def test_coverage_counts_what_has_no_number() -> None:
     assert entries(data)["estimate_coverage"]["holds"] is False
 
 
+def test_effects_that_cost_or_matter_or_are_not_told() -> None:
+    found = entries(datasets())
+    assert found["effects_overhead"]["value"] == 0.02
+    assert "self_contact +2.0%, membrane +1.0%" in found["effects_overhead"]["statement"]
+    assert found["effects_undetected"]["value"] == 0
+    for name, value, key in (
+        ("cost", 0.06, "effects_overhead"),
+        ("matters", 1.0, "effects_overhead"),
+        ("needed", np.nan, "effects_undetected"),
+    ):
+        data = datasets()
+        data["effects"][name][{"scene": 0, "effect": 0}] = value
+        assert entries(data)[key]["holds"] is False, name
+    data = datasets()
+    data["effects"]["reported"][{"scene": 1, "effect": 0}] = 0.0
+    found = entries(data)["effects_undetected"]
+    assert (found["value"], found["holds"]) == (1, False)
+
+
+def test_a_whole_run_that_takes_longer() -> None:
+    data = datasets()
+    data["cold_run"].attrs["wall"] = 301.0
+    found = entries(data)["time_all"]
+    assert (found["value"], found["holds"]) == (301.0, False)
+    assert "86 jobs; most time: record 53%, measure 36%, assess 11%" in found["statement"]
+
+
 def test_table_is_replaced_and_nothing_else() -> None:
     summary = entries(datasets())
     begin, end = markers("numbers")
@@ -527,10 +579,17 @@ def test_presets_one_row_each() -> None:
 def test_texts_quote_what_is_stored() -> None:
     summary = json.loads((ROOT / "results" / "summary.json").read_text(encoding="utf-8"))
     kept = ROOT / "results" / "studies"
+    profile = store.read(kept / "profiling.nc")
     for path, name, table in (
         ("README.md", "numbers", markdown(summary)),
         ("README.md", "presets", presets(store.read(kept / "accuracy.nc"))),
-        ("docs/numerics.md", "profile", profiling.table(store.read(kept / "profiling.nc"))),
+        *(
+            ("docs/numerics.md", f"profile of {name}", profiling.table(profile.sel(subject=name)))
+            for name in profiling.SUBJECTS
+        ),
+        ("docs/numerics.md", "cold run", cold_run.table(store.read(kept / "cold_run.nc"))),
+        ("docs/effects.md", "effects", effects.markdown(store.read(kept / "effects.nc"))),
+        ("docs/peers.md", "times", summary_peers.table(store.read(kept / "peers.nc"))),
     ):
         text = (ROOT / path).read_text(encoding="utf-8")
         assert fill_table(text, name, table) == text, "run `snakemake readme`"

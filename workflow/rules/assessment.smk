@@ -9,7 +9,7 @@ rule assess:
     log:
         f"{LOGS}/assess_{{material}}.log",
     benchmark:
-        f"{BENCHMARKS}/assess_{{material}}.tsv"
+        f"{BENCHMARKS}/assess/{{material}}.tsv"
     resources:
         mem_mb=1000,
         runtime=20,
@@ -29,6 +29,8 @@ rule assessment:
         f"{RESULTS}/assessment.nc",
     log:
         f"{LOGS}/assessment.log",
+    benchmark:
+        f"{BENCHMARKS}/assessment/all.tsv"
     params:
         labels={name: material["label"] for name, material in MATERIALS.items()},
         paths=PATHS,
@@ -42,7 +44,7 @@ rule friction:
     log:
         f"{LOGS}/friction_{{material}}.log",
     benchmark:
-        f"{BENCHMARKS}/friction_{{material}}.tsv"
+        f"{BENCHMARKS}/friction/{{material}}.tsv"
     resources:
         mem_mb=1000,
         runtime=20,
@@ -63,6 +65,8 @@ rule friction_table:
         f"{RESULTS}/friction.nc",
     log:
         f"{LOGS}/friction_table.log",
+    benchmark:
+        f"{BENCHMARKS}/friction_table/all.tsv"
     params:
         labels={name: material["label"] for name, material in MATERIALS.items()},
     script:
@@ -74,6 +78,8 @@ rule two_ways:
         f"{RESULTS}/two_ways/{{material}}.nc",
     log:
         f"{LOGS}/two_ways_{{material}}.log",
+    benchmark:
+        f"{BENCHMARKS}/two_ways/{{material}}.tsv"
     resources:
         mem_mb=1000,
         runtime=20,
@@ -94,6 +100,8 @@ rule plans:
         f"{RESULTS}/plans.nc",
     log:
         f"{LOGS}/plans.log",
+    benchmark:
+        f"{BENCHMARKS}/plans/all.tsv"
     params:
         material=MATERIALS[SHOWN],
         gravity=CONFIG["gravity"],

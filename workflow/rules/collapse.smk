@@ -10,6 +10,8 @@ rule collapse:
         COLLAPSE,
     log:
         f"{LOGS}/collapse.log",
+    benchmark:
+        f"{BENCHMARKS}/collapse/all.tsv"
     resources:
         mem_mb=1000,
         runtime=10,
@@ -24,6 +26,8 @@ rule film:
         f"{FIGURES}/collapse.mp4",
     log:
         f"{LOGS}/film.log",
+    benchmark:
+        f"{BENCHMARKS}/film/all.tsv"
     resources:
         mem_mb=1000,
         runtime=10,

@@ -7,7 +7,7 @@ rule xaxis:
     log:
         f"{LOGS}/xaxis_{{material}}.log",
     benchmark:
-        f"{BENCHMARKS}/xaxis_{{material}}.tsv"
+        f"{BENCHMARKS}/xaxis/{{material}}.tsv"
     resources:
         mem_mb=1000,
         runtime=20,
@@ -26,6 +26,8 @@ rule critical_points:
         f"{RESULTS}/critical_points.nc",
     log:
         f"{LOGS}/critical_points.log",
+    benchmark:
+        f"{BENCHMARKS}/critical_points/all.tsv"
     params:
         labels={name: material["label"] for name, material in MATERIALS.items()},
     script:
@@ -37,6 +39,8 @@ rule master_curve:
         f"{RESULTS}/master_curve.nc",
     log:
         f"{LOGS}/master_curve.log",
+    benchmark:
+        f"{BENCHMARKS}/master_curve/all.tsv"
     params:
         top=max(max(material["heights"]) for material in MATERIALS.values()),
     script:
@@ -48,5 +52,7 @@ rule printed_law:
         f"{RESULTS}/printed_law.nc",
     log:
         f"{LOGS}/printed_law.log",
+    benchmark:
+        f"{BENCHMARKS}/printed_law/all.tsv"
     script:
         "../scripts/printed_law.py"

@@ -41,3 +41,15 @@ rule lag:
         **CONFIG["studies"]["lag"],
     script:
         "../scripts/lag.py"
+
+
+rule fall_accuracy:
+    output:
+        f"{RESULTS}/studies/fall_accuracy.nc",
+    log:
+        f"{LOGS}/fall_accuracy.log",
+    threads: ALONE
+    params:
+        **CONFIG["studies"]["fall_accuracy"],
+    script:
+        "../scripts/fall_accuracy.py"

@@ -29,6 +29,7 @@ SOURCES = {
     "calibration": [of_images("calibration")],
     "rod": [f"{RESULTS}/studies/rod.nc"],
     "work_precision": [f"{RESULTS}/studies/accuracy.nc"],
+    "fall_precision": [f"{RESULTS}/studies/fall_accuracy.nc"],
     "printed_law": [f"{RESULTS}/printed_law.nc"],
     **({"peers": [of_peers()]} if of_peers() else {}),
 }
@@ -43,6 +44,8 @@ rule figure:
         svg=f"{FIGURES}/{{name}}.svg",
     log:
         f"{LOGS}/figure_{{name}}.log",
+    benchmark:
+        f"{BENCHMARKS}/figure/{{name}}.tsv"
     wildcard_constraints:
         name="|".join(SOURCES),
     params:

@@ -16,12 +16,3 @@ rule peers:
         folder=PEERS,
     script:
         "../scripts/peers.py"
-
-
-rule peers_page:
-    input:
-        rules.peers.output[0],
-    log:
-        f"{LOGS}/peers_page.log",
-    script:
-        "../scripts/peers_page.py"

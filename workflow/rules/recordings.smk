@@ -6,6 +6,8 @@ rule record:
         directory(f"{RESULTS}/recordings/{{synthetic}}"),
     log:
         f"{LOGS}/record_{{synthetic}}.log",
+    benchmark:
+        f"{BENCHMARKS}/record/{{synthetic}}.tsv"
     wildcard_constraints:
         synthetic="|".join(SYNTHETIC),
     resources:
@@ -28,6 +30,8 @@ rule measure:
         report=f"{RESULTS}/measured/{{recording}}.html",
     log:
         f"{LOGS}/measure_{{recording}}.log",
+    benchmark:
+        f"{BENCHMARKS}/measure/{{recording}}.tsv"
     wildcard_constraints:
         recording="|".join([*SYNTHETIC, *REAL]),
     resources:
@@ -44,6 +48,8 @@ rule recordings:
         f"{RESULTS}/recordings.nc",
     log:
         f"{LOGS}/recordings.log",
+    benchmark:
+        f"{BENCHMARKS}/recordings/all.tsv"
     params:
         names=[*SYNTHETIC, *REAL],
         materials=MATERIALS,

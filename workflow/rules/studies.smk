@@ -82,15 +82,6 @@ rule effects:
         "../scripts/effects.py"
 
 
-rule effects_table:
-    input:
-        rules.effects.output[0],
-    log:
-        f"{LOGS}/effects_table.log",
-    script:
-        "../scripts/effects_table.py"
-
-
 rule branches:
     output:
         f"{RESULTS}/studies/branches.nc",
@@ -177,5 +168,6 @@ rule studies:
         rules.hard_cases.output,
         rules.assess_benchmark.output,
         rules.accuracy.output,
+        rules.fall_accuracy.output,
         rules.profiling.output,
         rules.estimates.output,

@@ -31,10 +31,15 @@ rule summary:
         video_benchmark=rules.video_benchmark.output[0],
         accuracy=rules.accuracy.output[0],
         estimates=rules.estimates.output[0],
+        effects=rules.effects.output[0],
+        # Of a whole run, which no rule of it can be timed by: `make cold`.
+        cold_run="results/studies/cold_run.nc",
     output:
         f"{RESULTS}/summary.json",
     log:
         f"{LOGS}/summary.log",
+    benchmark:
+        f"{BENCHMARKS}/summary/all.tsv"
     script:
         "../scripts/summary.py"
 
@@ -45,6 +50,9 @@ rule readme:
         hard_cases=rules.hard_cases.output[0],
         accuracy=rules.accuracy.output[0],
         profiling=rules.profiling.output[0],
+        effects=rules.effects.output[0],
+        cold_run="results/studies/cold_run.nc",
+        **({"peers": of_peers()} if of_peers() else {}),
     log:
         f"{LOGS}/readme.log",
     script:

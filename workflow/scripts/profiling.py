@@ -4,5 +4,5 @@ from stripfold.studies import profiling
 
 with logged(snakemake):
     data = profiling.run(**dict(snakemake.params.items()))
-    title = "where the time of one lambda_c of the solid goes"
+    title = "where the time of one lambda_c of the solid and of one R-path on the rod goes"
     store.write(data, snakemake.output[0], title=title, config=config_of(snakemake))

@@ -3,19 +3,24 @@ from pathlib import Path
 
 from _run import logged
 from stripfold import store
-from stripfold.studies import hard_cases
-from stripfold.studies.profiling import table
-from stripfold.studies.summary import fill_table, markdown
-from stripfold.studies.summary_accuracy import presets
+from stripfold.studies import cold_run, effects, hard_cases, profiling, summary, summary_accuracy, summary_peers
+from stripfold.studies.profiling import SUBJECTS
+from stripfold.studies.summary_entry import fill_table
 
 with logged(snakemake):
-    summary = json.loads(Path(snakemake.input.summary).read_text(encoding="utf-8"))
-    accuracy, profile = store.read(snakemake.input.accuracy), store.read(snakemake.input.profiling)
-    for name, tables in {
-        "README.md": {"presets": presets(accuracy), "numbers": markdown(summary)},
-        "docs/numerics.md": {"profile": table(profile)},
-        "docs/hard-cases.md": {"hard cases": hard_cases.markdown(store.read(snakemake.input.hard_cases))},
-    }.items():
+    numbers = json.loads(Path(snakemake.input.summary).read_text(encoding="utf-8"))
+    data = {name: store.read(path) for name, path in snakemake.input.items() if name != "summary"}
+    pages = {
+        "README.md": {"presets": summary_accuracy.presets(data["accuracy"]), "numbers": summary.markdown(numbers)},
+        "docs/numerics.md": {
+            **{f"profile of {name}": profiling.table(data["profiling"].sel(subject=name)) for name in SUBJECTS},
+            "cold run": cold_run.table(data["cold_run"]),
+        },
+        "docs/hard-cases.md": {"hard cases": hard_cases.markdown(data["hard_cases"])},
+        "docs/effects.md": {"effects": effects.markdown(data["effects"])},
+        "docs/peers.md": {"times": summary_peers.table(data["peers"])} if "peers" in data else {},
+    }
+    for name, tables in pages.items():
         text = Path(name).read_text(encoding="utf-8")
         for key, content in tables.items():
             text = fill_table(text, key, content)

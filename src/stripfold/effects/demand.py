@@ -12,20 +12,16 @@ from difflib import get_close_matches
 from typing import Any
 
 from ..errors import InvalidInputError
+from ..model_error import model_error
 
 CONTACT, SELF_CONTACT, INERTIA = "contact", "self_contact", "inertia"
 FRICTION, SOLID, MEMBRANE = "friction", "solid", "membrane"
 EFFECTS = (CONTACT, SELF_CONTACT, INERTIA, FRICTION, SOLID, MEMBRANE)
 AUTO, ON, OFF = SETTINGS = ("auto", "on", "off")
 
-ROD_ERROR = 0.015
-"""Largest distance of the rod's lambda_c from the solid's, over (h/L*)^2 of itself, in the study ``rod`` where it is
-above the mesh's error, h = 0.03 to 0.2 L*."""
-POISSON_ERROR = 0.48
-"""The same of a Poisson's ratio, which the rod has not, over (nu h/L*)^2 (docs/numerics.md)."""
 STRETCH_EFFECT = 0.72
 """Largest distance of the solid's lambda_c from that of a strip that does not stretch, over (h/L*)^2 of itself, in
-the same study: h/L* squared is 12 times the membrane strain under the weight of L*, eta_m g L*."""
+the study ``rod``: h/L* squared is 12 times the membrane strain under the weight of L*, eta_m g L*."""
 UNSTRETCHED = 1e-3
 """h of a strip that is to have no membrane stretch, L*: a millionth of it is left in lambda_c."""
 
@@ -132,8 +128,10 @@ def need_of_friction() -> Need:
 
 def need_of_solid(thickness: float, nu: float, accuracy: float) -> Need:
     """From the thickness, L*, Poisson's ratio, and the wanted relative accuracy of lambda_c."""
-    error = ROD_ERROR * thickness**2 + POISSON_ERROR * (nu * thickness) ** 2
-    return Need(error > accuracy, error, accuracy, f"a rod's lambda_c is {error:.1e} of itself away from the solid's")
+    error = model_error("rod", thickness, nu)
+    return Need(
+        error > accuracy, error, accuracy, f"a rod's lambda_c is up to {error:.1e} of itself away from the solid's"
+    )
 
 
 def need_of_membrane(thickness: float, accuracy: float) -> Need:

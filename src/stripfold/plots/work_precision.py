@@ -25,7 +25,7 @@ LEAST = 1e-7
 
 @styled
 def draw(data: xr.Dataset) -> Figure:
-    """Draw |error| over seconds, a panel per height, with the front of what nothing else beats.
+    """Draw |error| over seconds, a panel per height, with the front of what nothing else beats; last, over memory.
 
     Open markers: elements of order one, or two elements across the thickness.  Dotted: how well the reference is known.
 
@@ -35,14 +35,16 @@ def draw(data: xr.Dataset) -> Figure:
         From :func:`stripfold.studies.accuracy.run`.
     """
     count = data.sizes["height"]
-    rows = (count + 1) // 2
-    fig = figure(2.2 * rows + 0.5, 7.0 if count > 1 else 3.5)
-    panels = fig.subplots(rows, 2 if count > 1 else 1, squeeze=False, sharex=True, sharey=True).ravel()
+    rows = count // 2 + 1
+    fig = figure(2.4 * rows + 0.5, 7.0)
+    panels = fig.subplots(rows, 2, squeeze=False, sharey=True).ravel()
     kinds = data["kind"].values
     plain = (data["order"].values == 2.0) & (data["across"].values == 1.0)
-    for j, (ax, height) in enumerate(zip(panels, data["height"].values, strict=False)):
-        seconds = data["seconds"].values[:, j]
-        error = np.maximum(np.abs(data["error"].values[:, j]), LEAST)
+    columns = [*data["seconds"].values.T, data["way_memory"].values]
+    for j, (ax, price) in enumerate(zip(panels, columns, strict=False)):
+        at = min(j, count - 1)
+        height, seconds = data["height"].values[at], price
+        error = np.maximum(np.abs(data["error"].values[:, at]), LEAST)
         for kind, how in LOOKS.items():
             for filled in (True, False):
                 of = (kinds == kind) & (plain == filled)
@@ -51,17 +53,16 @@ def draw(data: xr.Dataset) -> Figure:
                 ax.plot(seconds[of], error[of], how.marker, color=how.colour, mfc=face, label=name)
         best = front(seconds, np.where(np.isfinite(error), error, np.inf))
         ax.step(seconds[best], error[best], where="post", color=GREY, lw=1.0, zorder=1)
-        ax.axhline(max(float(data["uncertain"].values[j]), LEAST), color=GREY, ls=":", lw=0.8)
-        ax.set(xscale="log", yscale="log")
-        what = r"$\lambda_c$" if data["snaps"].values[j] else "first touch"
+        ax.axhline(max(float(data["uncertain"].values[at]), LEAST), color=GREY, ls=":", lw=0.8)
+        ax.set(xscale="log", yscale="log", xlabel="time, s" if j < count else "peak memory, MB")
+        what = r"$\lambda_c$" if data["snaps"].values[at] else "first touch"
         note(ax, f"({'abcdefgh'[j]}) $z = {height:g}\\,L^*$, {what}", loc="upper right")
-    for ax in panels[count:]:
+    for ax in panels[count + 1 :]:
         ax.set_axis_off()
+    for ax in panels[1:count]:
+        ax.sharex(panels[0])
     low, high = panels[0].get_ylim()
     panels[0].set_ylim(low, high * (high / low) ** 0.12)
-    for ax in panels:
-        ax.label_outer()
-    fig.supxlabel("time, s", fontsize=9.0)
     fig.supylabel(r"error of $\lambda$, relative", fontsize=9.0)
     fig.legend(loc="outside upper center", ncols=len(LOOKS), fontsize=7.0)
     return fig

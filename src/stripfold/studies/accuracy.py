@@ -20,7 +20,7 @@ from .. import elastica
 from ..errors import SolveError
 from ..scene import Scene
 from . import critical, near, quick
-from .benchmark import calls, peak_memory
+from .benchmark import calls, peak_memory, peak_of
 from .static import LAMBDA_TOLERANCE, X_STEPS, End, Strip, XRun, along_x, lift
 
 Array = NDArray[np.float64]
@@ -130,6 +130,7 @@ def run(
     error, state_error, seconds = (np.full(shape, np.nan) for _ in range(3))
     truth, uncertain, state_uncertain = (np.empty(len(heights)) for _ in range(3))
     snaps = np.empty(len(heights), dtype=np.int8)
+    memory = np.full(len(ways), np.nan)
     for j, height in enumerate(heights):
         say(f"z = {height:g} L*")
         scene = length_star, thickness, height
@@ -145,6 +146,8 @@ def run(
                 continue
             say(f"{way}: {answer.end}, {answer.lam / finest.lam - 1.0:.1e}, {np.median(seconds_of):.3f} s")
             seconds[i, j] = np.median(seconds_of)
+            if j == len(heights) - 1:
+                memory[i] = peak_of(partial(way.answer, *scene))
             if answer.end is finest.end:
                 error[i, j] = answer.lam / finest.lam - 1.0
                 state_error[i, j] = _apart(answer.shape(s), there)
@@ -153,6 +156,7 @@ def run(
         "error": (at, error, "1", "lambda at the end of the advance over the reference's, minus one"),
         "state_error": (at, state_error, "1", "largest distance of the mid-surface there from the reference's / L*"),
         "seconds": (at, seconds, "s", "time, median"),
+        "way_memory": (("way",), memory, "MB", "peak memory of a process that does it at the last height"),
         "reference": (over, truth, "1", "lambda / L* of the reference"),
         "uncertain": (over, uncertain, "1", "relative change of that from the mesh half as fine"),
         "state_uncertain": (over, state_uncertain, "1", "change of its state from the mesh half as fine / L*"),

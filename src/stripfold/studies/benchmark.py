@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import multiprocessing
 import os
 import resource
 import subprocess
@@ -154,6 +155,27 @@ def peak_memory(command: Sequence[str]) -> float:
     if done.returncode:
         raise StripfoldError(f"the benchmark's process failed: {done.stderr.strip().splitlines()[-1]}")
     return float(done.stdout)
+
+
+def peak_of(call: Callable[[], object]) -> float:
+    """Peak memory in MB of a copy of this process, with all it has in memory, that makes one call."""
+    context = multiprocessing.get_context("fork")
+    receive, send = context.Pipe(duplex=False)
+
+    def work() -> None:
+        call()
+        send.send(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+
+    process = context.Process(target=work)
+    process.start()
+    # Else the end of a copy that failed would not be noticed.
+    send.close()
+    try:
+        return float(np.round(receive.recv() * 1024 / 1e6, 1))
+    except EOFError as error:
+        raise StripfoldError("the copy of the process whose memory is measured has failed") from error
+    finally:
+        process.join()
 
 
 def calls(call: Callable[[], T], repeats: int) -> tuple[list[float], T]:

@@ -1,11 +1,9 @@
-"""Which model and which mesh give lambda_c to an accuracy for the least time: what is known before anything is solved.
-
-Distances are from the paper's solid, relative to its lambda_c; h is the thickness in L* (docs/numerics.md).
-"""
+"""Which model and mesh give lambda_c to an accuracy for the least time: what is known before anything is solved."""
 
 from __future__ import annotations
 
 from .. import elastica
+from ..model_error import model_error
 from ..scene import Model
 from .quick import Foretold
 
@@ -17,20 +15,6 @@ MARGIN = 0.1
 """How near the touch limit a gripper may be for a model that is not the solid to say what ends the advance, L*."""
 SPARE = 0.5
 """Share of the accuracy that a model may use up; the mesh has the rest."""
-
-
-def model_error(model: Model, thickness: float, nu: float) -> float:
-    """Bound of a model's distance from the solid; 0 for the solid itself.
-
-    What the study `rod` found, with a fifth more: the elastica lacks the thickness, by 0.50 to 0.72 h^2; the rod is off
-    by 9e-3 h^2, and thicker ones by more.  Neither has a Poisson's ratio: 0.37 to 0.48 (nu h)^2.
-    """
-    poisson = 0.55 * (nu * thickness) ** 2
-    if model == "elastica":
-        return 0.85 * thickness**2 + poisson
-    if model == "rod":
-        return 0.012 * thickness**2 + 0.2 * thickness**4 + poisson
-    return 0.0
 
 
 def candidates(foretold: Foretold, length: float, thickness: float, nu: float, accuracy: float) -> tuple[Model, ...]:

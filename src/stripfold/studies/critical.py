@@ -9,6 +9,7 @@ from time import perf_counter
 from typing import NamedTuple, TypeVar
 
 from ..errors import SolveError
+from ..model_error import model_error as of_model
 from ..scene import Scene
 from . import choice, near, quick
 from .static import LAMBDA_TOLERANCE, End, Strip, XRun
@@ -131,7 +132,7 @@ def _auto(scene: Scene, foretold: quick.Foretold, progress: Progress) -> tuple[_
 
 
 def _model_error(scene: Scene) -> float:
-    return choice.model_error(scene.model, scene.material.relative_thickness, scene.material.nu)
+    return of_model(scene.model, scene.material.relative_thickness, scene.material.nu)
 
 
 def _find(scene: Scene, foretold: quick.Foretold, progress: Progress) -> _Found:

@@ -18,7 +18,7 @@ from ..solve import continuation, dynamics
 from ..solve.critical import CriticalPoint
 from ..solve.dynamics import Drive, Moment, Moving, Nudge, TimeOptions
 from ..solve.problem import Point
-from ..solve.schemes import Damping, EnergyMomentum
+from ..solve.schemes import Damping, EnergyMomentum, Scheme
 from .static import PATIENT, X_STEPS, contact_positions, touches
 
 Array = NDArray[np.float64]
@@ -122,7 +122,11 @@ def beginning(release: Release, fall: Fall) -> tuple[Moment, Drive]:
 
 
 def let_fall(
-    release: Release, fall: Fall, options: TimeOptions = TIME_OPTIONS, progress: Progress | None = None
+    release: Release,
+    fall: Fall,
+    options: TimeOptions = TIME_OPTIONS,
+    progress: Progress | None = None,
+    scheme: Scheme | None = None,
 ) -> Motion:
     """From an unstable state to the first touch and, if asked for, to rest.
 
@@ -141,7 +145,7 @@ def let_fall(
         # The search for the touch goes back in time; what an effect remembers does not.
         raise ValueError("a fall is for problems without effects")
     first, drive = beginning(release, fall)
-    motion = _Marching(problem, drive, fall.damping, options)
+    motion = _Marching(problem, drive, fall.damping, options, scheme or EnergyMomentum())
     moments, touched = _to_touch(motion, first)
     if not touched:
         say(f"at rest without a touch after {moments[-1].t:.1f} sqrt(L*/g)")
@@ -161,7 +165,7 @@ class _Marching:
     drive: Drive
     damping: Damping
     options: TimeOptions
-    scheme: EnergyMomentum = field(default_factory=EnergyMomentum)
+    scheme: Scheme
 
     def march(self, first: Moment) -> Iterator[Moment]:
         """Moments from ``first`` on; an error gets the shape of the strip at the last good one."""

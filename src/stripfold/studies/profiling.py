@@ -1,4 +1,4 @@
-"""Where the time of one lambda_c of the solid goes.
+"""Where the time of one lambda_c of the solid goes, and of one R-path assessed on the rod.
 
 Functions are wrapped with timers while it is computed: each has its own time, without that of other wrapped ones, and
 the time of a call with all in it.  The measure for a step of any kind is one assembly plus one factorisation: nothing
@@ -18,12 +18,17 @@ import xarray as xr
 
 from .. import elastica, planning
 from ..errors import StripfoldError
+from ..material import Material
+from ..models.rod import Rod
 from ..models.solid import Solid
+from ..paths import path_of
 from ..scene import Scene
-from ..solve import continuation, newton
+from ..solve import continuation, dynamics, newton
 from ..solve import critical as fold
 from ..solve.linear import Band
-from . import critical, near, static
+from . import critical, falling, following, near, static
+from .benchmark import STRIP
+from .verdict import reach
 
 
 class Part(NamedTuple):
@@ -37,7 +42,10 @@ class Part(NamedTuple):
 PARTS = (
     Part(Solid, "force_and_tangent", "assembly"),
     Part(Band, "factor", "factorisation"),
+    Part(Rod, "force_and_tangent", "assembly"),
+    Part(Rod, "force_over_step", "assembly over a time step"),
     Part(Solid, "carry", "stress of the next tangent"),
+    Part(Rod, "carry", "stress of the next tangent"),
     Part(Band, "with_fixed", "boundary conditions and contact"),
     Part(Band, "negatives", "count of negative eigenvalues"),
     Part(continuation, "nearest_eigenvalues", "eigenvalues"),
@@ -49,11 +57,17 @@ PARTS = (
     Part(continuation, "step", "step of the continuation"),
     Part(fold, "step", "step that locates the maximum"),
     Part(planning, "boundaries", "planning of the mesh"),
+    Part(planning, "sweep_on_path", "planning of the mesh along a path"),
     Part(Solid, "of", "mesh and model"),
+    Part(Rod, "of", "mesh and model"),
     Part(elastica, "critical", "elastica's critical point"),
     Part(elastica, "state_at", "elastica's state near it"),
     Part(near, "lambda_0", "state without horizontal force"),
     Part(static, "touches", "touch of the sag"),
+    Part(following, "touches", "touch of the sag"),
+    Part(falling, "touches", "touch of the sag"),
+    Part(dynamics, "step", "time step"),
+    Part(dynamics, "error_of", "error of a time step"),
 )
 UNITS = ("assembly", "factorisation")
 """What a step is compared with."""
@@ -66,7 +80,7 @@ class Clock:
     def __init__(self, now: Callable[[], float] = perf_counter) -> None:
         self._now, self._open = now, [REST]
         self._since = now()
-        names = [part.what for part in PARTS] + [REST]
+        names = list(dict.fromkeys([*(part.what for part in PARTS), REST]))
         self.own, self.whole = dict.fromkeys(names, 0.0), dict.fromkeys(names, 0.0)
         self.calls = dict.fromkeys(names, 0)
 
@@ -117,23 +131,43 @@ def clock() -> Iterator[Clock]:
             setattr(part.owner, part.function, function)
 
 
+LAMBDA_C, R_PATH = SUBJECTS = "lambda_c", "R-path on the rod"
+"""What is profiled."""
+
+
 def run(length: float, height: float, eta_b: float, accuracy: float, repeats: int) -> xr.Dataset:
-    """Profile one lambda_c of the solid: medians over ``repeats`` calls after an uncounted one.
+    """Profile one lambda_c of the solid, and one R-path, that of the benchmark, assessed on the rod; over ``subject``.
 
     Parameters
     ----------
     length, height, eta_b, accuracy
-        The scene, SI; see :meth:`.Scene.create`.
+        The scene of the lambda_c, SI; see :meth:`.Scene.create`.
+    repeats
+        See :func:`profile`.
     """
     scene = Scene.create(length=length, height=height, eta_b=eta_b, accuracy=accuracy)
-    critical.find(scene)
+    material, strip = Material(float(STRIP[3])), float(STRIP[1])
+    path = path_of("r-path", strip / material.gravity_length)
+    calls = {
+        LAMBDA_C: lambda: critical.find(scene),
+        R_PATH: lambda: reach(material, strip, path, model="rod"),
+    }
+    profiles = [profile(calls[subject], repeats) for subject in SUBJECTS]
+    names = ("subject", list(SUBJECTS), {"units": "1", "long_name": "what is computed"})
+    data = xr.concat(profiles, dim="subject").assign_coords(subject=names)
+    return data.assign_attrs(length=length, height=height, eta_b=eta_b, accuracy=accuracy, strip=" ".join(STRIP))
+
+
+def profile(call: Callable[[], object], repeats: int) -> xr.Dataset:
+    """Over ``part``: medians over ``repeats`` calls after an uncounted one."""
+    call()
     clocks: list[Clock] = []
     for _ in range(repeats):
         with clock() as timer:
-            critical.find(scene)
+            call()
         clocks.append(timer)
     if any(timer.calls != clocks[0].calls for timer in clocks):
-        raise StripfoldError("calls of the same lambda_c differ")
+        raise StripfoldError("calls of the same computation differ")
     names = list(clocks[0].own)
     own, whole = (_medians([getattr(c, of) for c in clocks], names) for of in ("own", "whole"))
     number = np.array([clocks[0].calls[name] for name in names])
@@ -146,10 +180,12 @@ def run(length: float, height: float, eta_b: float, accuracy: float, repeats: in
         "calls": (number, "1", "calls"),
         "ratio": (per_call / unit, "1", "time of a call, other parts in it, over one assembly plus one factorisation"),
     }
-    data = {name: ("part", values, {"units": u, "long_name": t}) for name, (values, u, t) in columns.items()}
+    data: dict[str, Any] = {
+        name: ("part", values, {"units": u, "long_name": t}) for name, (values, u, t) in columns.items()
+    }
+    data["unit"] = ((), float(unit), {"units": "s", "long_name": "one assembly plus one factorisation"})
     coords = {"part": ("part", np.array(names, dtype=object), {"units": "1", "long_name": "part of the computation"})}
-    scene_attrs = {"length": length, "height": height, "eta_b": eta_b, "accuracy": accuracy}
-    return xr.Dataset(data, coords, {**scene_attrs, "unit_seconds": float(unit), "seconds": float(own.sum())})
+    return xr.Dataset(data, coords)
 
 
 def _medians(times: Sequence[dict[str, float]], names: Sequence[str]) -> np.ndarray:
@@ -157,7 +193,7 @@ def _medians(times: Sequence[dict[str, float]], names: Sequence[str]) -> np.ndar
 
 
 def table(data: xr.Dataset) -> str:
-    """As a table in Markdown, the largest first; parts that were not called are left out."""
+    """One subject as a table in Markdown, the largest first; parts that were not called are left out."""
     called = data.sel(part=data["calls"] > 0).sortby("seconds", ascending=False)
     rows = ["| part | ms | share | calls | one call / (assembly + factorisation) |", "|---|---|---|---|---|"]
     for name in called["part"].values:
@@ -167,6 +203,6 @@ def table(data: xr.Dataset) -> str:
             f"| {name} | {1e3 * float(one['seconds']):.3g} | {100 * float(one['share']):.0f} % | "
             f"{int(one['calls'])} | {ratio} |"
         )
-    whole, unit = 1e3 * data.attrs["seconds"], 1e3 * data.attrs["unit_seconds"]
+    whole, unit = 1e3 * float(data["seconds"].sum()), 1e3 * float(data["unit"])
     rows.append(f"| all | {whole:.3g} | | | {whole / unit:.3g} (one assembly plus one factorisation: {unit:.2g} ms) |")
     return "\n".join(rows) + "\n"

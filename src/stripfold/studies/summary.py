@@ -9,7 +9,9 @@ import xarray as xr
 
 from . import (
     summary_accuracy,
+    summary_cold_run,
     summary_dynamics,
+    summary_effects,
     summary_hard,
     summary_paths,
     summary_peers,
@@ -17,7 +19,7 @@ from . import (
     summary_vision,
 )
 from .branches import FAILED, WRONG
-from .summary_entry import Entry, between, entry
+from .summary_entry import Entry, entry
 
 
 def summarise(data: Mapping[str, xr.Dataset], sources: Mapping[str, str]) -> dict[str, Entry]:
@@ -28,7 +30,8 @@ def summarise(data: Mapping[str, xr.Dataset], sources: Mapping[str, str]) -> dic
     data
         Datasets by name: ``points``, ``master``, ``limit``, ``order``, ``branches``, ``benchmark``, and those of
         :mod:`.summary_rod`, :mod:`.summary_accuracy`, :mod:`.summary_hard`, :mod:`.summary_dynamics`,
-        :mod:`.summary_paths`, :mod:`.summary_vision` and :mod:`.summary_peers`.
+        :mod:`.summary_paths`, :mod:`.summary_vision`, :mod:`.summary_effects`, :mod:`.summary_cold_run` and
+        :mod:`.summary_peers`.
     sources
         The files they were read from, by the same names.
     """
@@ -62,6 +65,8 @@ def summarise(data: Mapping[str, xr.Dataset], sources: Mapping[str, str]) -> dic
         summary_rod,
         summary_accuracy,
         summary_hard,
+        summary_effects,
+        summary_cold_run,
         summary_dynamics,
         summary_paths,
         summary_vision,
@@ -168,13 +173,3 @@ def markdown(summary: Mapping[str, Entry]) -> str:
             f"| `{key}` | {item['value']:g}{unit} | {what} | {criterion} | {'yes' if item['holds'] else 'no'} |"
         )
     return "\n".join(rows) + "\n"
-
-
-def markers(name: str) -> tuple[str, str]:
-    """The lines of a text between which its table ``name`` stands."""
-    return f"<!-- {name}: made by `snakemake readme` -->\n", f"<!-- end of {name} -->\n"
-
-
-def fill_table(text: str, name: str, table: str) -> str:
-    """A text with its table ``name`` made anew."""
-    return between(text, markers(name), table)

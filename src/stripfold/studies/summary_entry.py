@@ -24,7 +24,13 @@ def entry(
     }
 
 
-def between(text: str, marks: tuple[str, str], table: str) -> str:
-    """A text whose part between two marks is made anew."""
-    head, rest = text.split(marks[0])
-    return head + marks[0] + table + marks[1] + rest.split(marks[1])[1]
+def markers(name: str) -> tuple[str, str]:
+    """The lines of a text between which its table ``name`` stands."""
+    return f"<!-- {name}: made by `snakemake readme` -->\n", f"<!-- end of {name} -->\n"
+
+
+def fill_table(text: str, name: str, table: str) -> str:
+    """A text with its table ``name`` made anew."""
+    begin, end = markers(name)
+    head, rest = text.split(begin)
+    return head + begin + table + end + rest.split(end)[1]

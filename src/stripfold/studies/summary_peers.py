@@ -16,8 +16,6 @@ NAMES = {"felupe": "felupe", "mujoco": "MuJoCo", "pyelastica": "PyElastica", "au
 """How the peers write themselves."""
 TOLERANCE = 1e-3
 """Error at which the times are compared, L*."""
-MARKS = ("<!-- times: made by `snakemake peers_page` -->\n", "<!-- end of times -->\n")
-"""The lines of the peers' page between which its table stands."""
 
 
 def summarise(data: Mapping[str, xr.Dataset], sources: Mapping[str, str]) -> dict[str, Entry]:

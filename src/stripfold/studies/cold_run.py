@@ -1,0 +1,66 @@
+"""What everything takes from cold: time and memory of each rule, from the files that Snakemake's benchmarks wrote."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+COLUMNS = {
+    "jobs": ("1", "jobs"),
+    "seconds": ("s", "time of all of them together, the start of their processes included"),
+    "longest": ("s", "time of the longest"),
+    "memory": ("MB", "largest resident memory of one"),
+}
+
+
+def of_benchmarks(folder: Path, wall: float, cores: int) -> xr.Dataset:
+    """A whole run, over ``rule``, the longest first.
+
+    Parameters
+    ----------
+    folder
+        Where each rule has a folder with a table per job.
+    wall
+        Time of the whole run, s.
+    cores
+        How many cores it had.
+    """
+    rows = {rule.name: [_row(job) for job in sorted(rule.glob("*.tsv"))] for rule in folder.iterdir()}
+    names = sorted(rows, key=lambda name: -sum(row["s"] for row in rows[name]))
+    values = {
+        "jobs": [len(rows[name]) for name in names],
+        "seconds": [sum(row["s"] for row in rows[name]) for name in names],
+        "longest": [max(row["s"] for row in rows[name]) for name in names],
+        "memory": [max(row["max_rss"] for row in rows[name]) for name in names],
+    }
+    data = {
+        name: ("rule", np.array(values[name], float), {"units": units, "long_name": text})
+        for name, (units, text) in COLUMNS.items()
+    }
+    coords = {"rule": ("rule", np.array(names, dtype=object), {"units": "1", "long_name": "rule of the workflow"})}
+    return xr.Dataset(data, coords, {"wall": wall, "cores": cores})
+
+
+def _row(path: Path) -> dict[str, float]:
+    with path.open(encoding="utf-8", newline="") as file:
+        (row,) = csv.DictReader(file, delimiter="\t")
+    # A job too short to be looked at has no memory.
+    return {key: float(row[key]) if row[key] not in ("-", "NA") else 0.0 for key in ("s", "max_rss")}
+
+
+def table(data: xr.Dataset) -> str:
+    """As a table in Markdown."""
+    total = float(data["seconds"].sum())
+    rows = ["| rule | jobs | s together | share | longest, s | MB |", "|---|---|---|---|---|---|"]
+    for name in data["rule"].values:
+        one = data.sel(rule=name)
+        rows.append(
+            f"| {name} | {int(one['jobs'])} | {float(one['seconds']):.3g} | {float(one['seconds']) / total:.0%} | "
+            f"{float(one['longest']):.3g} | {float(one['memory']):.0f} |"
+        )
+    rows.append(f"| all, {data.attrs['cores']} cores | {int(data['jobs'].sum())} | {total:.3g} | | | |")
+    rows.append(f"| from start to end | | {data.attrs['wall']:.3g} | | | |")
+    return "\n".join(rows) + "\n"
