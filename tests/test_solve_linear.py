@@ -125,6 +125,11 @@ class TestBand:
         with pytest.raises(SolveError, match="singular"):
             make(np.diag([1.0, 2.0, 0.0, 3.0])).factor()
 
+    def test_the_count_of_an_exactly_singular_matrix_is_refused(self):
+        """A negative eigenvalue beside the zero, so that it takes more than a look for a definite matrix."""
+        with pytest.raises(SolveError, match="singular"):
+            BandPattern.of(np.arange(4)[None], 4).assemble(np.diag([1.0, -2.0, 0.0, 3.0])[None]).negatives()
+
     def test_a_count_that_would_need_a_pivot_is_refused(self):
         """Truth: [[0, 1], [1, 0]] has one negative eigenvalue; without pivoting it cannot be counted."""
         a = np.array([[0.0, 1.0], [1.0, 0.0]])
