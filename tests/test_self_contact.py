@@ -115,17 +115,30 @@ def test_what_crosses_is_seen_and_what_lies_is_the_floors() -> None:
 
 
 def test_nothing_meets_within_the_free_move() -> None:
-    """The bound that spares the monitor its look holds for any move."""
+    """The bound that spares the monitor its look holds for any move in which what lies does not rise."""
     random = np.random.default_rng(3)
     model, q = hairpin(1.4 * H)
     pairs = Pairs.of(model.s, H)
     for height in (2.0, 0.6 * H, 1.2 * H, 2.5 * H):
         position = model.mid_surface(q) + np.array([0.0, height - 2.0])
-        free = pairs.measure(position).free_move
-        for _ in range(30):
+        found = pairs.measure(position)
+        assert found.still_lies(position[:, 1])
+        clear = 0
+        for _ in range(60):
             angle = random.uniform(0.0, 2.0 * np.pi, len(position))
-            moved = position + 0.999 * free * np.stack([np.cos(angle), np.sin(angle)], axis=1)
-            assert pairs.measure(moved).gap >= 0.0
+            move = 0.999 * min(found.free_move, 0.4) * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+            # What lies is let rise a little only.
+            lies = position[:, 1] <= 0.5 * H
+            move[lies] *= 0.2
+            clear += found.still_lies(position[:, 1] + move[:, 1])
+            assert pairs.measure(position + move).gap >= 0.0 or not found.still_lies(position[:, 1] + move[:, 1])
+        assert clear > 5
+    # A leg that lies and rises by its thickness and more reaches the other: the bound says so.
+    position = model.mid_surface(q) + np.array([0.0, 0.0])
+    position[:, 1] -= position[:, 1].min()
+    found = pairs.measure(position)
+    risen = position + np.array([0.0, 1.5 * H])
+    assert not found.still_lies(risen[:, 1])
 
 
 def test_the_reach_begins_above_the_floor() -> None:

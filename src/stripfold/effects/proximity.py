@@ -50,7 +50,7 @@ class Pairs:
         x = position[:, :1] - begin[:, 0]
         z = position[:, 1:] - begin[:, 1]
         share = np.clip((x * along[:, 0] + z * along[:, 1]) / np.sum(along**2, axis=1), 0.0, 1.0)
-        distance = np.hypot(x - share * along[:, 0], z - share * along[:, 1])
+        distance = np.sqrt((x - share * along[:, 0]) ** 2 + (z - share * along[:, 1]) ** 2)
         side = along[:, 0] * z - along[:, 1] * x
         height = position[:, 1]
         middle = 0.5 * (height[:-1] + height[1:])
@@ -59,18 +59,24 @@ class Pairs:
         aloft = middle > 2.0 * self.thickness
         crossed = parted & parted.T & self.far[:-1] & self.far[1:] & aloft & aloft[:, None]
         reach = self.thickness * rim(height, self.thickness)[:, None] * rim(middle, self.thickness)
-        return Found(self, distance, reach, np.minimum(height[:, None], middle), bool(crossed.any()))
+        low = 0.25 * self.thickness
+        lies = height <= low, middle <= low
+        return Found(self, distance, reach, *lies, bool(crossed.any()))
 
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """Distances of a node and a segment, how far apart they have to be, and the lower one's height, all in L*, of shape
-    (columns, columns - 1); ``crossed`` where layers have gone through each other."""
+    """Distances of a node and a segment and how far apart they have to be, in L*, of shape (columns, columns - 1).
+
+    ``nodes_lie``, ``segments_lie``: which of them are within h/4 of the floor, shapes (columns,), (columns - 1,);
+    ``crossed`` where layers have gone through each other.
+    """
 
     pairs: Pairs
     distance: Array
     reach: Array
-    lower: Array
+    nodes_lie: NDArray[np.bool_]
+    segments_lie: NDArray[np.bool_]
     crossed: bool
 
     @property
@@ -83,14 +89,22 @@ class Found:
 
     @property
     def free_move(self) -> float:
-        """How far all nodes can move from here without any two places coming into contact, L*."""
+        """How far all nodes can move from here without any two places coming into contact, L*.
+
+        As long as what lies stays within the thickness of the floor (:meth:`still_lies`).
+        """
         if self.crossed:
             return 0.0
-        thickness = self.pairs.thickness
-        # Whatever the heights, no more than h is asked for; and a pair that lies has to leave the floor first.
-        way = np.maximum((self.distance - self.reach) / STEEPEST, 0.5 * (self.distance - thickness))
-        way = np.maximum(way, thickness - self.lower)
-        return max(float(np.min(way[self.pairs.far], initial=np.inf)), 0.0)
+        # Whatever the heights, no more than h is asked for; and of what lies, nothing.
+        way = np.maximum((self.distance - self.reach) / STEEPEST, 0.5 * (self.distance - self.pairs.thickness))
+        counts = self.pairs.far & ~self.nodes_lie[:, None] & ~self.segments_lie
+        return max(float(np.min(way[counts], initial=np.inf)), 0.0)
+
+    def still_lies(self, height: Array) -> bool:
+        """Whether what lay is low enough to have no reach, with the nodes at these heights, L*, shape (columns,)."""
+        middle = 0.5 * (height[:-1] + height[1:])
+        highest = max(height[self.nodes_lie].max(initial=0.0), middle[self.segments_lie].max(initial=0.0))
+        return bool(highest <= self.pairs.thickness)
 
 
 def rim(height: Array, thickness: float) -> Array:

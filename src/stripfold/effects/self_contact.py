@@ -10,6 +10,7 @@ Source: ``docs/effects.md``.  Lengths in L*, forces per width in rho_a g L*.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from time import perf_counter
 from typing import Any
 
@@ -19,6 +20,7 @@ from scipy import sparse
 
 from ..errors import NewtonError
 from ..models.model import Model
+from ..models.recent import Recent
 from .proximity import Found, Pairs, rim, rim_slope
 
 Array = NDArray[np.float64]
@@ -54,8 +56,8 @@ class SelfContact:
     pairs: Pairs = field(repr=False)
     stiffness: float
     weight: Array = field(repr=False)
-    _clear: list[tuple[Array, float]] = field(default_factory=list, repr=False)
-    """A state, and how far from it no contact is possible: a bound once found, not a state of the strip."""
+    _clear: list[tuple[Array, Found, float]] = field(default_factory=list, repr=False)
+    """A state, what was found in it, and how far from it no contact is possible: a bound, not a state of the strip."""
     spent: list[float] = field(default_factory=list, repr=False)
     """What each look at a state and each force took, s."""
 
@@ -69,11 +71,22 @@ class SelfContact:
     def found(self, q: Array) -> Found | None:
         """All distances in a state; None, at next to no cost, where nothing can have come near since the last time."""
         began = perf_counter()
-        found = None
-        if not self._clear or self.model.largest_move(self._clear[0][0], q) >= self._clear[0][1]:
-            found = self.pairs.measure(self.model.mid_surface(q))
-            self._clear[:] = [(q.copy(), found.free_move)]
+        found = self._looked(q)
         self.spent.append(perf_counter() - began)
+        return found
+
+    @cached_property
+    def _looked(self) -> Recent[Found | None]:
+        return Recent(self._look)
+
+    def _look(self, q: Array) -> Found | None:
+        if self._clear:
+            at, then, free_move = self._clear[0]
+            # The cheaper question first.
+            if then.still_lies(q[self.model.middle[:, 1]]) and self.model.largest_move(at, q) < free_move:
+                return None
+        found = self.pairs.measure(self.model.mid_surface(q))
+        self._clear[:] = [(q.copy(), found, found.free_move)]
         return found
 
     def gap(self, q: Array) -> float:

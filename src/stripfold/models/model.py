@@ -136,4 +136,5 @@ class OnNodes:
 
     def largest_move(self: Model, q0: Array, q1: Array) -> float:
         """Largest distance between the places of one mid-surface node in two states, L*."""
-        return float(np.linalg.norm((q1 - q0)[self.middle], axis=1).max())
+        x, z = (q1 - q0)[self.middle.T]
+        return float(np.sqrt((x * x + z * z).max()))

@@ -123,12 +123,10 @@ def dataset(simulation: Simulation, found: Collapse) -> xr.Dataset:
         "z": (("state", "node"), unit * middle[..., 1], "m", "mid-surface, height over the floor"),
         "arc": (("node",), unit * model.s, "m", "distance along the strip from the grasped end"),
     }
+    ledger = [(phase, energy_of(state)) for phase, state in states]
     for name, long_name in LEDGER.items():
-        values = each(
-            lambda phase, s, name=name: (  # type: ignore[misc]
-                getattr(energy_of(s), name) if phase == FALL or name in IN_STATICS else np.nan
-            )
-        )
+        known = [getattr(energy, name) if phase == FALL or name in IN_STATICS else np.nan for phase, energy in ledger]
+        values = np.array(known, dtype=float)
         columns[name] = (where, force * unit * values, "J m-1", long_name)
     data = {name: (dims, values, {"units": u, "long_name": t}) for name, (dims, values, u, t) in columns.items()}
     phase = np.array([phase for phase, _ in states], dtype=object)
