@@ -16,6 +16,7 @@ COLOURS = {
     ("solid", "energy-momentum"): VERMILLION,
 }
 """Of model and integrator."""
+MARKERS = {"rod": "o", "solid": "s"}
 LEAST = 1e-6
 """Smaller errors are drawn here, L*."""
 
@@ -39,19 +40,14 @@ def draw(data: xr.Dataset) -> Figure:
     for j, (ax, height) in enumerate(zip(panels, data["height"].values, strict=True)):
         seconds = data["seconds"].values[:, j]
         error = np.maximum(np.abs(data["error"].values[:, j]), LEAST)
-        named: set[str] = set()
         for i in range(data.sizes["way"]):
             way = data.isel(way=i)
-            model, scheme = str(way["model"].item()), str(way["scheme"].item())
-            colour, tolerance = COLOURS[model, scheme], float(way["tolerance"])
-            name = f"{model}, {scheme}"
+            model, tolerance = str(way["model"].item()), float(way["tolerance"])
             fill = "full" if tolerance == usual else "top" if tolerance > usual else "bottom"
             ax.plot(
-                seconds[i], error[i], "s" if model == "solid" else "o", color=colour, fillstyle=fill,  # type: ignore[arg-type]
-                markerfacecoloralt="white", ms=5.0 * float(way["refinement"]) ** 0.5,
-                label=name if j == 0 and name not in named else None,
+                seconds[i], error[i], MARKERS[model], color=COLOURS[model, str(way["scheme"].item())],
+                fillstyle=fill, markerfacecoloralt="white", ms=5.0 * float(way["refinement"]) ** 0.5,  # type: ignore[arg-type]
             )  # fmt: skip
-            named.add(name)
         best = front(seconds, np.where(np.isfinite(error), error, np.inf))
         ax.step(seconds[best], error[best], where="post", color=GREY, lw=1.0, zorder=1)
         ax.axhline(max(float(data["uncertain"].values[j]), LEAST), color=GREY, ls=":", lw=0.8)
@@ -61,5 +57,8 @@ def draw(data: xr.Dataset) -> Figure:
     panels[0].set_ylim(low, high * (high / low) ** 0.15)
     fig.supxlabel("time of the fall, s", fontsize=9.0)
     fig.supylabel(r"error of the first touch, $L^*$", fontsize=9.0)
+    shown = dict.fromkeys(zip(data["model"].values, data["scheme"].values, strict=True))
+    for model, scheme in shown:
+        panels[0].plot([], [], MARKERS[model], color=COLOURS[model, scheme], ms=5.0, label=f"{model}, {scheme}")
     fig.legend(loc="outside upper center", ncols=2, fontsize=7.0)
     return fig
