@@ -95,4 +95,7 @@ def made_up() -> xr.Dataset:
 
 def test_the_table_says_what_is_needed_and_saved() -> None:
     table = effects.markdown(made_up())
-    assert "| calm | not needed; off saves 2 of 2 s (+0.0%) | needed, reported when off; off saves" in table
+    assert (
+        "| calm | not needed; off saves 2 of 2 s (+0.0%; by its own clock +0.0%) | needed, reported when off; off saves"
+        in table
+    )

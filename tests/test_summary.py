@@ -223,7 +223,8 @@ def of_effects() -> xr.Dataset:
             "needed": (over, needed),
             "reported": (over, needed.copy()),
             "matters": (over, needed.copy()),
-            "cost": (over, np.array([[0.02, 0.4, -0.01], [0.3, 0.5, 0.01]])),
+            "cost": (over, np.array([[0.07, 0.4, -0.01], [0.3, 0.5, 0.01]])),
+            "clocked": (over, np.array([[0.02, np.nan, np.nan], [0.2, np.nan, np.nan]])),
         },
         {"scene": ["calm", "wild"], "effect": ["self_contact", "inertia", "membrane"]},
     )
@@ -537,13 +538,16 @@ def test_effects_that_cost_or_matter_or_are_not_told() -> None:
     assert "self_contact +2.0%, membrane +1.0%" in found["effects_overhead"]["statement"]
     assert found["effects_undetected"]["value"] == 0
     for name, value, key in (
-        ("cost", 0.06, "effects_overhead"),
+        ("clocked", 0.06, "effects_overhead"),
         ("matters", 1.0, "effects_overhead"),
         ("needed", np.nan, "effects_undetected"),
     ):
         data = datasets()
         data["effects"][name][{"scene": 0, "effect": 0}] = value
         assert entries(data)[key]["holds"] is False, name
+    data = datasets()
+    data["effects"]["cost"][{"scene": 1, "effect": 2}] = 0.07
+    assert entries(data)["effects_overhead"]["holds"] is False
     data = datasets()
     data["effects"]["reported"][{"scene": 1, "effect": 0}] = 0.0
     found = entries(data)["effects_undetected"]
