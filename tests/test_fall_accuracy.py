@@ -24,6 +24,7 @@ def test_errors_are_from_the_reference(found: xr.Dataset):
     """The first way is the reference itself, the second its check."""
     error = found["error"].values[:, 0]
     assert error[0] == 0.0
+    assert (found["lambda_error"] == 0.0).all()
     assert abs(error[1]) == float(found["uncertain"][0]) > 1e-5
     assert 1e-5 < abs(error[2]) < 0.02
     assert found["steps"][1, 0] < 0.6 * found["steps"][0, 0]

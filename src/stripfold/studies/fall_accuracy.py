@@ -74,7 +74,7 @@ def run(
     truth, check = (Way(**given) for given in reference)
     fall = Fall(disturbance, to_rest=False)
     shape = (len(all_ways), len(heights))
-    columns = {name: np.full(shape, np.nan) for name in ("error", "time_error", "seconds", "steps")}
+    columns = {name: np.full(shape, np.nan) for name in ("error", "time_error", "lambda_error", "seconds", "steps")}
     message = np.full(shape, "", dtype=object)
     known = {name: np.empty(len(heights)) for name in ("reference", "uncertain", "reference_time")}
     for j, height in enumerate(heights):
@@ -93,7 +93,7 @@ def run(
             return motion
 
         finest, checked = followed(truth), followed(check)
-        t = finest.moments[-1].t
+        t, lambda_c = finest.moments[-1].t, releases[truth.model, truth.refinement].point.lam
         known["reference"][j], known["reference_time"][j] = finest.touch_x, t
         known["uncertain"][j] = abs(checked.touch_x - finest.touch_x)
         say(f"z = {height:g} L*: touch at {finest.touch_x:.5f}, {t:.4f}; uncertain by {known['uncertain'][j]:.1e}")
@@ -111,12 +111,14 @@ def run(
                 seconds.append(perf_counter() - began)
             columns["error"][i, j] = motion.touch_x - finest.touch_x
             columns["time_error"][i, j] = motion.moments[-1].t - t
+            columns["lambda_error"][i, j] = releases[way.model, way.refinement].point.lam - lambda_c
             columns["seconds"][i, j] = np.median(seconds)
             columns["steps"][i, j] = len(motion.moments) - 1
             say(f"{way}: {columns['error'][i, j]:.1e}, {columns['seconds'][i, j]:.2f} s")
     texts = {
         "error": ("1", "x of the first touch less that of the reference / L*"),
         "time_error": ("1", "its time less that of the reference / sqrt(L*/g)"),
+        "lambda_error": ("1", "lambda of the critical state that it fell from less that of the reference / L*"),
         "seconds": ("s", "time of the fall to its first touch, median"),
         "steps": ("1", "time steps"),
         "reference": ("1", "x of the first touch of the reference / L*, origin mid-strip"),
