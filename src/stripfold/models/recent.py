@@ -17,7 +17,7 @@ KEPT = 2
 
 
 class Recent(Generic[T]):
-    """A function of a state that remembers its last :data:`KEPT` results; nobody may change these in place."""
+    """A function of a state that remembers its last :data:`KEPT` results, which nobody may change in place."""
 
     def __init__(self, compute: Callable[[Array], T]) -> None:
         self._compute = compute

@@ -182,7 +182,9 @@ class Rod(OnNodes):
         local = q[self.element_unknowns] * self.scale
         rate = (local @ QUADRATIC.reshape(72, 8).T).reshape(-1, 9, 8)
         rate += LINEAR
-        return 0.5 * np.matmul(LINEAR + rate, local[:, :, None])[:, :, 0], rate
+        strain = 0.5 * np.matmul(LINEAR + rate, local[:, :, None])[:, :, 0]
+        strain.flags.writeable = rate.flags.writeable = False
+        return strain, rate
 
     def strain(self, q: Array) -> Array:
         """eps at three points, kappa at two, and r'' at two, its x before its z; shape (n_elements, 9).

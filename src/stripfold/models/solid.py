@@ -119,6 +119,7 @@ class Solid(OnNodes):
         f = np.matmul(self.gradient_t, local[:, :, None]).reshape(n_el, n_q, 2, 2)
         f[..., 0, 0] += 1.0
         f[..., 1, 1] += 1.0
+        f.flags.writeable = False
         return f
 
     def flaw(self, q: Array) -> str:
