@@ -54,7 +54,8 @@ def draw(data: xr.Dataset) -> Figure:
         best = front(seconds, np.where(np.isfinite(error), error, np.inf))
         ax.step(seconds[best], error[best], where="post", color=GREY, lw=1.0, zorder=1)
         ax.axhline(max(float(data["uncertain"].values[at]), LEAST), color=GREY, ls=":", lw=0.8)
-        ax.set(xscale="log", yscale="log", xlabel="time, s" if j < count else "peak memory, MB")
+        of_time = j < count
+        ax.set(xscale="log" if of_time else "linear", yscale="log", xlabel="time, s" if of_time else "peak memory, MB")
         what = r"$\lambda_c$" if data["snaps"].values[at] else "first touch"
         note(ax, f"({'abcdefgh'[j]}) $z = {height:g}\\,L^*$, {what}", loc="upper right")
     for ax in panels[count + 1 :]:
