@@ -46,13 +46,13 @@ rule summary:
 
 rule readme:
     input:
+        **({"peers": of_peers()} if of_peers() else {}),
         summary=rules.summary.output[0],
         hard_cases=rules.hard_cases.output[0],
         accuracy=rules.accuracy.output[0],
         profiling=rules.profiling.output[0],
         effects=rules.effects.output[0],
         cold_run="results/studies/cold_run.nc",
-        **({"peers": of_peers()} if of_peers() else {}),
     log:
         f"{LOGS}/readme.log",
     script:
