@@ -109,6 +109,7 @@ def found() -> xr.Dataset:
     return accuracy.run(LENGTH, THICKNESS, [1.2, HEIGHT], ways, 1.4, [1e-2], 1)
 
 
+@pytest.mark.slow
 class TestStudy:
     def test_errors(self, found: xr.Dataset):
         error, apart = np.abs(found["error"].values), found["state_error"].values
