@@ -24,6 +24,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
+@pytest.mark.slow
 def test_simulate_and_film(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["simulate", "strip.yaml"]) == 0
     out = capsys.readouterr().out

@@ -459,7 +459,7 @@ def test_quick_is_the_papers_in_small():
     assert keys(paper) == keys(quick)
     assert {m["name"] for m in quick["materials"]} <= {m["name"] for m in paper["materials"]}
     assert [len(m["heights"]) for m in quick["materials"]] == [3, 2]
-    assert (quick["studies"]["branches"]["cases"], quick["studies"]["benchmark"]["repeats"]) == (20, 1)
+    assert (quick["studies"]["branches"]["cases"], quick["studies"]["benchmark"]["repeats"]) == (8, 1)
 
 
 def test_the_ways_to_fall_are_those_of_the_study():

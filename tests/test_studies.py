@@ -140,6 +140,7 @@ def test_fixed_lambda_steps_jump_and_continuation_does_not(run: static.XRun) -> 
     assert max(p.lam for p in run.points) <= run.critical.upper + 1e-4
 
 
+@pytest.mark.slow
 def test_branch_study_tells_a_wrong_result(monkeypatch: pytest.MonkeyPatch) -> None:
     right = branches.run(range(2), 7, 2.0, 1e-3)
     assert right["verdict"].values.tolist() == [branches.RIGHT, branches.RIGHT]
@@ -154,6 +155,7 @@ def test_branch_study_tells_a_wrong_result(monkeypatch: pytest.MonkeyPatch) -> N
     assert branches.run(range(1), 7, 2.0, 1e-3)["verdict"].item() == branches.WRONG
 
 
+@pytest.mark.slow
 def test_order_of_lambda_c() -> None:
     """Uniform meshes; the study that is stored goes on to finer ones."""
     data = order.run(12.0, 0.0594, 3.0, (0.1, 0.05), 2, 1.0)

@@ -45,6 +45,7 @@ def test_all_that_is_measured_is_in_the_picture(eta_b: float, height: float):
     assert scene.strip.length == pytest.approx(20.0 * unit)
 
 
+@pytest.mark.slow
 def test_a_motion_from_dynamics_in_metres_and_seconds():
     """The same passage, run by hand in the solver's units."""
     scene = Scene.create(
