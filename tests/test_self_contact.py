@@ -134,7 +134,7 @@ def test_nothing_meets_within_the_free_move() -> None:
             assert pairs.measure(position + move).gap >= 0.0 or not found.still_lies(position[:, 1] + move[:, 1])
         assert clear > 5
     # A leg that lies and rises by its thickness and more reaches the other: the bound says so.
-    position = model.mid_surface(q) + np.array([0.0, 0.0])
+    position = model.mid_surface(q).copy()
     position[:, 1] -= position[:, 1].min()
     found = pairs.measure(position)
     risen = position + np.array([0.0, 1.5 * H])

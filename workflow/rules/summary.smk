@@ -1,5 +1,8 @@
 # Every number that the README or the docs quote.
 
+# Of a whole run, which no rule of it can be timed by: `make cold` makes it.
+COLD_RUN = "results/studies/cold_run.nc"
+
 
 rule summary:
     input:
@@ -32,8 +35,7 @@ rule summary:
         accuracy=rules.accuracy.output[0],
         estimates=rules.estimates.output[0],
         effects=rules.effects.output[0],
-        # Of a whole run, which no rule of it can be timed by: `make cold`.
-        cold_run="results/studies/cold_run.nc",
+        cold_run=COLD_RUN,
     output:
         f"{RESULTS}/summary.json",
     log:
@@ -52,7 +54,7 @@ rule readme:
         accuracy=rules.accuracy.output[0],
         profiling=rules.profiling.output[0],
         effects=rules.effects.output[0],
-        cold_run="results/studies/cold_run.nc",
+        cold_run=COLD_RUN,
     log:
         f"{LOGS}/readme.log",
     script:

@@ -4,7 +4,6 @@ from pathlib import Path
 from _run import logged
 from stripfold import store
 from stripfold.studies import cold_run, effects, hard_cases, profiling, summary, summary_accuracy, summary_peers
-from stripfold.studies.profiling import SUBJECTS
 from stripfold.studies.summary_entry import fill_table
 
 with logged(snakemake):
@@ -13,7 +12,10 @@ with logged(snakemake):
     pages = {
         "README.md": {"presets": summary_accuracy.presets(data["accuracy"]), "numbers": summary.markdown(numbers)},
         "docs/numerics.md": {
-            **{f"profile of {name}": profiling.table(data["profiling"].sel(subject=name)) for name in SUBJECTS},
+            **{
+                f"profile of {name}": profiling.table(data["profiling"].sel(subject=name))
+                for name in profiling.SUBJECTS
+            },
             "cold run": cold_run.table(data["cold_run"]),
         },
         "docs/hard-cases.md": {"hard cases": hard_cases.markdown(data["hard_cases"])},

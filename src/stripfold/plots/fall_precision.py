@@ -6,8 +6,8 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from stripfold.plots.style import BLUE, GREEN, GREY, PURPLE, VERMILLION, figure, note, styled
-from stripfold.plots.work_precision import front
+from stripfold.plots.style import BLUE, GREEN, PURPLE, VERMILLION, figure, note, styled
+from stripfold.plots.work_precision import draw_front
 
 COLOURS = {
     ("rod", "energy-momentum"): BLUE,
@@ -48,9 +48,7 @@ def draw(data: xr.Dataset) -> Figure:
                 seconds[i], error[i], MARKERS[model], color=COLOURS[model, str(way["scheme"].item())],
                 fillstyle=fill, markerfacecoloralt="white", ms=5.0 * float(way["refinement"]) ** 0.5,  # type: ignore[arg-type]
             )  # fmt: skip
-        best = front(seconds, np.where(np.isfinite(error), error, np.inf))
-        ax.step(seconds[best], error[best], where="post", color=GREY, lw=1.0, zorder=1)
-        ax.axhline(max(float(data["uncertain"].values[j]), LEAST), color=GREY, ls=":", lw=0.8)
+        draw_front(ax, seconds, error, max(float(data["uncertain"].values[j]), LEAST))
         ax.set(xscale="log", yscale="log")
         note(ax, f"({'abcdefgh'[j]}) $z = {height:g}\\,L^*$", loc="upper right")
     low, high = panels[0].get_ylim()

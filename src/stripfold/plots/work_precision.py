@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
@@ -43,17 +44,15 @@ def draw(data: xr.Dataset) -> Figure:
     columns = [*data["seconds"].values.T, data["way_memory"].values]
     for j, (ax, price) in enumerate(zip(panels, columns, strict=False)):
         at = min(j, count - 1)
-        height, seconds = data["height"].values[at], price
+        height = data["height"].values[at]
         error = np.maximum(np.abs(data["error"].values[:, at]), LEAST)
         for kind, how in LOOKS.items():
             for filled in (True, False):
                 of = (kinds == kind) & (plain == filled)
                 face = how.colour if filled else "white"
                 name = NAMES.get(kind, kind) if filled and j == 0 and of.any() else None
-                ax.plot(seconds[of], error[of], how.marker, color=how.colour, mfc=face, label=name)
-        best = front(seconds, np.where(np.isfinite(error), error, np.inf))
-        ax.step(seconds[best], error[best], where="post", color=GREY, lw=1.0, zorder=1)
-        ax.axhline(max(float(data["uncertain"].values[at]), LEAST), color=GREY, ls=":", lw=0.8)
+                ax.plot(price[of], error[of], how.marker, color=how.colour, mfc=face, label=name)
+        draw_front(ax, price, error, max(float(data["uncertain"].values[at]), LEAST))
         of_time = j < count
         ax.set(xscale="log" if of_time else "linear", yscale="log", xlabel="time, s" if of_time else "peak memory, MB")
         what = r"$\lambda_c$" if data["snaps"].values[at] else "first touch"
@@ -67,6 +66,13 @@ def draw(data: xr.Dataset) -> Figure:
     fig.supylabel(r"error of $\lambda$, relative", fontsize=9.0)
     fig.legend(loc="outside upper center", ncols=len(LOOKS), fontsize=7.0)
     return fig
+
+
+def draw_front(ax: Axes, price: Array, error: Array, uncertain: float) -> None:
+    """Draw the front of what nothing else beats, grey, and dotted how well the reference is known."""
+    best = front(price, np.where(np.isfinite(error), error, np.inf))
+    ax.step(price[best], error[best], where="post", color=GREY, lw=1.0, zorder=1)
+    ax.axhline(uncertain, color=GREY, ls=":", lw=0.8)
 
 
 def front(seconds: Array, error: Array) -> NDArray[np.intp]:

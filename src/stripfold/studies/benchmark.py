@@ -144,16 +144,7 @@ def run_rod(repeats: int) -> xr.Dataset:
 
 def peak_memory(command: Sequence[str]) -> float:
     """Peak memory in MB of one process with a command of the command line."""
-    # A process between: the largest of all children of this one would be told.
-    code = (
-        "import json, sys; from stripfold.studies import benchmark as b; print(b._timed(json.loads(sys.argv[1]), 0)[2])"
-    )
-    done = subprocess.run(
-        [sys.executable, "-c", code, json.dumps(list(command))], capture_output=True, text=True, check=False
-    )
-    if done.returncode:
-        raise StripfoldError(f"the benchmark's process failed: {done.stderr.strip().splitlines()[-1]}")
-    return float(done.stdout)
+    return peak_of(f"from stripfold.cli import main\nassert main({list(command)!r}) == 0")
 
 
 def peak_of(code: str) -> float:

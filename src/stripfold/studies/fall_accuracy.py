@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from time import perf_counter
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,6 +16,7 @@ import xarray as xr
 
 from ..errors import SolveError
 from ..solve.schemes import EnergyMomentum, GeneralisedAlpha, Scheme
+from .benchmark import calls
 from .collapse import release_of, to_critical_point
 from .falling import TIME_OPTIONS, Fall, Motion, Release, let_fall
 from .static import Strip
@@ -62,7 +63,7 @@ def run(
     reference
         Two more: what stands for the truth, and a cheaper one by which it is checked.
     repeats
-        Falls of which the median time is taken.
+        Falls after an uncounted one of which the median time is taken.
 
     Raises
     ------
@@ -99,16 +100,11 @@ def run(
         say(f"z = {height:g} L*: touch at {finest.touch_x:.5f}, {t:.4f}; uncertain by {known['uncertain'][j]:.1e}")
         for i, way in enumerate(all_ways):
             try:
-                motion = followed(way)
+                seconds, motion = calls(partial(followed, way), repeats)
             except SolveError as error:
                 message[i, j] = str(error)
                 say(f"{way}: {error}")
                 continue
-            seconds = []
-            for _ in range(repeats):
-                began = perf_counter()
-                followed(way)
-                seconds.append(perf_counter() - began)
             columns["error"][i, j] = motion.touch_x - finest.touch_x
             columns["time_error"][i, j] = motion.moments[-1].t - t
             columns["lambda_error"][i, j] = releases[way.model, way.refinement].point.lam - lambda_c
