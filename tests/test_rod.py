@@ -112,6 +112,37 @@ def test_what_it_remembers_is_of_the_state_asked_for():
     np.testing.assert_array_equal(model.strain(q), fresh[1])
 
 
+def turned(model, q, degrees):
+    """A state turned as a whole about the origin."""
+    a = np.radians(degrees)
+    turn = np.array([[np.cos(a), -np.sin(a)], [np.sin(a), np.cos(a)]])
+    vectors = q.reshape(-1, 2, 2).copy()
+    vectors[:, 0, 0] += model.s
+    vectors[:, 1, 0] += 1.0
+    after = vectors @ turn.T
+    after[:, 0, 0] -= model.s
+    after[:, 1, 0] -= 1.0
+    return after.ravel()
+
+
+class TestViscosity:
+    def test_a_bent_strip_that_turns_loses_nothing(self):
+        model = rod()
+        q0 = crooked(model)
+        q1 = turned(model, q0, 25.0)
+        scale = np.sum(model.stiffness * model.strain(q0) ** 2)
+        assert model.strain_distance(q0, q1) < 1e-12 * scale
+        free, viscous = (model.force_over_step(q0, q1, kappa)[0] for kappa in (0.0, 3.0))
+        assert np.abs(viscous - free).max() < 1e-10 * np.abs(free).max()
+
+    def test_a_strip_that_bends_loses_what_its_stiffness_says(self):
+        """From one circle to another: the change of curvature squared times the length."""
+        model, curvature = rod(), (0.2, 0.5)
+        q0, q1 = (arc(model, value) for value in curvature)
+        change = curvature[1] - curvature[0]
+        assert model.strain_distance(q0, q1) == pytest.approx(change**2 * model.length, rel=1e-3)
+
+
 class TestStrains:
     @pytest.mark.parametrize("degrees", [0.0, 37.0, 90.0, 180.0, -135.0])
     def test_a_rigid_motion_has_none(self, degrees):
@@ -121,15 +152,7 @@ class TestStrains:
         """Strains of a bent and stretched state, before and after a turn by 140 degrees."""
         model = rod()
         q = crooked(model)
-        a = np.radians(140.0)
-        turn = np.array([[np.cos(a), -np.sin(a)], [np.sin(a), np.cos(a)]])
-        vectors = q.reshape(-1, 2, 2).copy()
-        vectors[:, 0, 0] += model.s
-        vectors[:, 1, 0] += 1.0
-        turned = vectors @ turn.T
-        turned[:, 0, 0] -= model.s
-        turned[:, 1, 0] -= 1.0
-        before, after = (model.strain(state).copy() for state in (q, turned.ravel()))
+        before, after = (model.strain(state).copy() for state in (q, turned(model, q, 140.0)))
         np.testing.assert_allclose(after[:, :5], before[:, :5], atol=1e-12)
         # The components of r'' turn with it; their square does not change.
         for strain in (before, after):

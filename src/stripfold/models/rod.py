@@ -44,6 +44,11 @@ A section of St Venant-Kirchhoff material that stays plane has 1 + 3 eps.  The s
 like half an eps more: measured, not derived.  It counts: with kappa^2 alone lambda_c of the rod is as far below the
 solid's as with 1 + 3 eps above, with these shares it is several times nearer (docs/numerics.md).
 """
+VISCOUS = np.array([1.0, 1.0, 1.0, 1.0 / BENDING[0], 1.0 / BENDING[0], 0.0, 0.0, 0.0, 0.0])
+"""What a strain's rate counts in viscosity, over what it counts in energy: all bending is kappa's.
+
+A strip that turns without bending further dissipates nothing; r'' changes as it turns, kappa does not.
+"""
 FULL = tuple(0.5 * a for a in np.polynomial.legendre.leggauss(4))
 """A rule that is exact for mass and weight; points from the middle."""
 X, Z = np.array([0, 2, 4, 6]), np.array([1, 3, 5, 7])
@@ -221,15 +226,15 @@ class Rod(OnNodes):
     def force_over_step(self, q0: Array, q1: Array, kappa: float, carried: Array | None = None) -> tuple[Array, Band]:
         """Internal force over a time step and its derivative by ``q1``; as :func:`.laws.svk_interval`."""
         (strain_0, rate_0), (strain_1, rate_1) = self._at(q0), self._at(q1)
-        middle, share = 0.5 * (rate_0 + rate_1), 0.5 + kappa
+        middle, share = 0.5 * (rate_0 + rate_1), 0.5 + kappa * VISCOUS
         begin, end = self.stiffness * strain_0, self.stiffness * strain_1
         force = self._scatter((1.0 - share) * begin + share * end, middle)
         geometric = 0.5 * ((1.0 - share) * begin + share * (end if carried is None else carried))
         return force, self._assemble(middle, share * self.stiffness, rate_1, geometric)
 
     def strain_distance(self, q0: Array, q1: Array) -> float:
-        """Squared distance of two states in strain, weighted with the stiffness."""
-        return float(np.sum(self.stiffness * (self.strain(q1) - self.strain(q0)) ** 2))
+        """Squared distance of two states in strain, weighted with the stiffness: of two that differ by a turn, none."""
+        return float(np.sum(VISCOUS * self.stiffness * (self.strain(q1) - self.strain(q0)) ** 2))
 
     def carry(self, q: Array, dq: Array) -> Array:
         """Stress at ``q + dq`` by the strain linearised at ``q``, times its weight, shape (n_elements, 9)."""
