@@ -111,4 +111,12 @@ def resample(values: FloatArray, n: int) -> FloatArray:
     """The interpolant of nodal ``values`` at the ``n`` nodes of another grid."""
     if values.size == n:
         return values
-    return grid(values.size).interpolate(values, grid(n).nodes)
+    return np.asarray(_resampling(values.size, n) @ values)
+
+
+@lru_cache(maxsize=64)
+def _resampling(n: int, m: int) -> FloatArray:
+    """Matrix from the values at ``n`` nodes to those of the interpolant at the ``m`` of another grid, shape (m, n)."""
+    matrix = np.asarray(chebyshev.chebvander(2.0 * grid(m).nodes - 1.0, n - 1) @ grid(n).to_coefficients)
+    matrix.flags.writeable = False
+    return matrix

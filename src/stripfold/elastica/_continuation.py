@@ -23,6 +23,7 @@ from stripfold.elastica._system import (
     FORCE_0,
     FORCE_X,
     LENGTH,
+    ROUNDING,
     SCALARS,
     TOLERANCE,
     Condition,
@@ -50,6 +51,9 @@ MIN_STEP = 1e-7
 PROBE, REACH = 1e-3, 0.05
 """First and largest distance, in arc length, that a located point may move when it is resolved."""
 MAX_POINTS = 5000
+MOST_CORRECTIONS = 7
+UNSEEN = 0.1
+"""Residual of a point, as a share of the tail it is resolved to: where that is coarse, Newton may stop early."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,7 +126,7 @@ def tangent_at(e: Evaluation, family: Family, forward: FloatArray) -> tuple[Floa
     The sign of the bordered determinant is the orientation; ``forward`` must not be
     perpendicular to the branch.
     """
-    factors = factor(np.vstack([jacobian(e, family.conditions), forward]))
+    factors = factor(jacobian(e, [*(condition(e)[1] for condition in family.conditions), forward]))
     right = np.zeros(e.y.size)
     right[-1] = 1.0
     v = factors.solve(right)
@@ -139,25 +143,25 @@ def point_at(e: Evaluation, family: Family, forward: FloatArray, arc: float = 0.
     return Point(e, v, weigh(e, v), factors.sign, advance_rate(e, v), arc)
 
 
-def corrected(guess: FloatArray, base: Point, family: Family, step: float, *, limit: int = 7) -> Point:
+def corrected(guess: FloatArray, base: Point, family: Family, step: float, tolerance: float = ROUNDING) -> Point:
     """The point at distance ``step`` from ``base`` along its tangent, from the given guess."""
     plane = on_plane(base.normal, base.e.y + step * base.tangent)
-    e, _ = newton(guess, (*family.conditions, plane), limit=limit)
+    e, _ = newton(guess, (*family.conditions, plane), limit=MOST_CORRECTIONS, tolerance=tolerance)
     return point_at(e, family, base.normal, base.arc + step)
 
 
-def regridded(point: Point, family: Family, n: int) -> Point:
+def regridded(point: Point, family: Family, n: int, tolerance: float = ROUNDING) -> Point:
     """The same point with ``n`` nodes."""
     guess, tangent = refine(point.e.y, n), refine(point.tangent, n)
     normal = weigh(evaluate(guess), tangent)
-    e, _ = newton(guess, (*family.conditions, on_plane(normal, guess)))
+    e, _ = newton(guess, (*family.conditions, on_plane(normal, guess)), tolerance=tolerance)
     return point_at(e, family, normal, point.arc)
 
 
 def finer(point: Point, family: Family, tolerance: float) -> Point:
     """The same point with enough nodes: the tail of ``u`` is below ``tolerance``."""
     while point.e.grid.tail(point.e.y[:-SCALARS]) > tolerance:
-        point = regridded(point, family, next_count(point.e.grid.n))
+        point = regridded(point, family, next_count(point.e.grid.n), max(UNSEEN * tolerance, ROUNDING))
     return point
 
 
@@ -184,7 +188,7 @@ def march(point: Point, family: Family, *, step: float, max_step: float, toleran
             if bend is not None:
                 guess = guess + 0.5 * step**2 * bend
             try:
-                new = corrected(guess, point, family, step)
+                new = corrected(guess, point, family, step, max(UNSEEN * tolerance, ROUNDING))
                 correction = float(np.abs(angle_change(new.e.y - guess)).max())
                 new = finer(new, family, tolerance)
             except NewtonError:
@@ -212,10 +216,12 @@ def march(point: Point, family: Family, *, step: float, max_step: float, toleran
     )
 
 
-def locate(before: Point, after: Point, family: Family, function: Callable[[Point], float]) -> Point:
+def locate(
+    before: Point, after: Point, family: Family, function: Callable[[Point], float], near: float = 1e-7
+) -> Point:
     """The point between two accepted neighbours where ``function`` changes sign.
 
-    Bracketed (Brent's method) to 1e-7 in arc length; every trial is a corrected point of the
+    Bracketed (Brent's method) to ``near`` in arc length; every trial is a corrected point of the
     branch, predicted by interpolation of the trials so far.
     """
     base = before if before.e.grid.n == after.e.grid.n else regridded(before, family, after.e.grid.n)
@@ -235,7 +241,7 @@ def locate(before: Point, after: Point, family: Family, function: Callable[[Poin
     if ends[0] * ends[1] >= 0.0:
         # The zero is at an end, moved out of the bracket by the change of grid: `polish` finds it.
         return base if abs(ends[0]) < abs(ends[1]) else after
-    root = brentq(at, 0.0, span, xtol=1e-7, rtol=1e-10)
+    root = brentq(at, 0.0, span, xtol=near, rtol=1e-10)
     return min(known, key=lambda pair: abs(pair[0] - root))[1]
 
 

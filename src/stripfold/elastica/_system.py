@@ -13,8 +13,9 @@ end to the other, so nothing grows exponentially.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from math import sqrt
 
 import numpy as np
 from scipy.linalg.lapack import dgetrf, dgetrs
@@ -29,6 +30,9 @@ FORCE_X, FORCE_0, LENGTH = -3, -2, -1
 NODE_COUNTS = (24, 32, 48, 64, 96, 128, 192, 256, 384)
 TOLERANCE = 1e-11
 """Largest tail of the coefficients of u, relative, of a state that is handed out."""
+
+ROUNDING = 1e-12
+"""Largest residual of such a state, relative."""
 
 MAX_ROTATION = 0.6
 """Largest change of theta, rad, in one Newton update: the trust region."""
@@ -50,8 +54,9 @@ class Evaluation:
         return float(self.y[LENGTH])
 
 
-Condition = Callable[[Evaluation], tuple[float, FloatArray]]
+Closing = tuple[float, FloatArray]
 """Value that must vanish, and its derivative with respect to all unknowns."""
+Condition = Callable[[Evaluation], Closing]
 
 
 def evaluate(y: FloatArray) -> Evaluation:
@@ -129,30 +134,28 @@ def lifted(z: float) -> tuple[Condition, ...]:
     return (no_lift_off_moment, end_height(z))
 
 
-def residual(e: Evaluation, conditions: tuple[Condition, ...]) -> FloatArray:
-    """Residual, shape (n + 3,)."""
+def residual(e: Evaluation, closing: Sequence[Closing]) -> FloatArray:
+    """Residual, shape (n + 3,), given what the three conditions say."""
     y, n, l2 = e.y, e.grid.n, e.length**2
     out = np.empty(y.size)
     out[:n] = y[:n] - l2 * (y[FORCE_X] * e.sin - (y[FORCE_0] + y[LENGTH] * e.grid.nodes) * e.cos)
-    for i, condition in enumerate(conditions):
-        out[n + i] = condition(e)[0]
+    out[n:] = [value for value, _ in closing]
     return out
 
 
-def jacobian(e: Evaluation, conditions: tuple[Condition, ...]) -> FloatArray:
-    """Derivative of :func:`residual`, shape (n + len(conditions), n + 3)."""
+def jacobian(e: Evaluation, rows: Sequence[FloatArray]) -> FloatArray:
+    """Derivative of :func:`residual`, shape (n + 3, n + 3), given that of the three conditions."""
     y, g, l2 = e.y, e.grid, e.length**2
     n, nodes = g.n, g.nodes
     vertical = y[FORCE_0] + e.length * nodes
     stiffness = -l2 * (y[FORCE_X] * e.cos + vertical * e.sin)
-    out = np.empty((n + len(conditions), y.size))
+    out = np.empty((y.size, y.size))
     np.multiply(stiffness[:, None], g.angle, out=out[:n, :n])
     np.einsum("ii->i", out[:n, :n])[...] += 1.0
     out[:n, FORCE_X] = -l2 * e.sin
     out[:n, FORCE_0] = l2 * e.cos
     out[:n, LENGTH] = -2.0 * e.length * (y[FORCE_X] * e.sin - vertical * e.cos) + l2 * nodes * e.cos
-    for i, condition in enumerate(conditions):
-        out[n + i] = condition(e)[1]
+    out[n:] = rows
     return out
 
 
@@ -180,7 +183,9 @@ def factor(matrix: FloatArray) -> Factors:
     return Factors(lu, pivots)
 
 
-def newton(y: FloatArray, conditions: tuple[Condition, ...], *, limit: int = 25) -> tuple[Evaluation, int]:
+def newton(
+    y: FloatArray, conditions: tuple[Condition, ...], *, limit: int = 25, tolerance: float = ROUNDING
+) -> tuple[Evaluation, int]:
     """Solve from the guess ``y``; the node count stays.
 
     Parameters
@@ -191,6 +196,8 @@ def newton(y: FloatArray, conditions: tuple[Condition, ...], *, limit: int = 25)
         Three closing conditions.
     limit
         Largest number of iterations.
+    tolerance
+        Largest residual, relative; the last update has to be small to the root of it.
 
     Returns
     -------
@@ -207,16 +214,17 @@ def newton(y: FloatArray, conditions: tuple[Condition, ...], *, limit: int = 25)
     update = np.inf
     e = evaluate(y)
     for iteration in range(limit + 1):
-        right = residual(e, conditions)
+        closing = [condition(e) for condition in conditions]
+        right = residual(e, closing)
         history.append(float(np.abs(right).max()))
         if not np.isfinite(history[-1]) or not e.length > 0.0:
             break
         # Rounding in u is relative to its largest value.
-        if update < 1e-7 and history[-1] < 1e-12 * max(10.0, float(np.abs(e.y).max())):
+        if update < 0.1 * sqrt(tolerance) and history[-1] < tolerance * max(10.0, float(np.abs(e.y).max())):
             return e, iteration
         if iteration == limit:
             break
-        change = factor(jacobian(e, conditions)).solve(-right)
+        change = factor(jacobian(e, [row for _, row in closing])).solve(-right)
         if not np.isfinite(change).all():
             break  # a singular matrix
         rotation = float(np.abs(angle_change(change)).max())

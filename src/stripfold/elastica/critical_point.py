@@ -30,6 +30,12 @@ from stripfold.elastica.branch import COARSE, FIRST_STEP, MAX_STEP, first_point
 from stripfold.elastica.state import State
 from stripfold.errors import InvalidInputError
 
+Event = Callable[[Point], float]
+"""Positive on the branch up to where it happens."""
+
+ROUGHLY = 1e-3
+"""How near an event is located before the branch is resolved there, in arc length."""
+
 
 @dataclass(frozen=True, eq=False)
 class Touch:
@@ -104,9 +110,9 @@ def _bracket(z: float, passed: Callable[[Point], bool]) -> tuple[Point, Point]:
     raise AssertionError("march does not end without raising")
 
 
-def _resolved(before: Point, after: Point, z: float, event: Callable[[Point], float]) -> State:
-    """The state between two neighbours where ``event`` vanishes."""
-    return State._from(polish(locate(before, after, at_height(z), event), at_height(z), event).e)
+def _resolved(before: Point, after: Point, z: float, event: Event) -> Point:
+    """The point between two neighbours where ``event`` vanishes."""
+    return polish(locate(before, after, at_height(z), event, ROUGHLY), at_height(z), event)
 
 
 def critical(z: float) -> Critical:
@@ -138,19 +144,34 @@ def critical(z: float) -> Critical:
     False
     """
     z = height(z)
-    before, after = _bracket(z, lambda p: p.rate < 0.0 or _clearance(p, z) <= 0.0)
-    if after.rate < 0.0:
-        state = _resolved(before, after, z, _rate)
-        if state.clearance > 0.0:
-            reason = "the advance has a maximum: the strip snaps through"
-            x = state.gripper[0]
-            return Critical(z, True, reason, state.advance, state.length, x, state.clearance, state, None)
-    state = _resolved(before, after, z, lambda p: _clearance(p, z))
+    event, end = _first_event(z)
+    state = State._from(end.e)
+    if event is _rate:
+        reason = "the advance has a maximum: the strip snaps through"
+        x = state.gripper[0]
+        return Critical(z, True, reason, state.advance, state.length, x, state.clearance, state, None)
     s = state.length if state.sag is None else state.sag.s
     touch = Touch(state.advance, state, s, float(state.at(s).x))
     reason = "the sag touches the lower layer before the advance has a maximum: no snap of this kind"
     nan = float("nan")
     return Critical(z, False, reason, nan, nan, nan, nan, None, touch)
+
+
+def _first_event(z: float) -> tuple[Event, Point]:
+    """What ends the advance, its rate or the clearance becoming zero, and where."""
+
+    def clearance(point: Point) -> float:
+        return _clearance(point, z)
+
+    before, after = _bracket(z, lambda p: p.rate < 0.0 or clearance(p) <= 0.0)
+    passed = [event for event in (_rate, clearance) if event(after) <= 0.0]
+    # Where one step has passed both, that which a straight line meets first is tried first.
+    passed.sort(key=lambda event: event(before) / (event(before) - event(after)))
+    for event in passed:
+        end = _resolved(before, after, z, event)
+        if all(other(end) > 0.0 for other in passed if other is not event):
+            break
+    return event, end
 
 
 def resolved_again(found: Critical) -> float:
@@ -161,10 +182,8 @@ def resolved_again(found: Critical) -> float:
     SolveError
         The finer grid has no such state near.
     """
-    event: Callable[[Point], float] = _rate if found.snap else lambda p: _clearance(p, found.z)
-    before, after = _bracket(found.z, lambda p: p.rate < 0.0 or _clearance(p, found.z) <= 0.0)
+    event, near = _first_event(found.z)
     family = at_height(found.z)
-    near = polish(locate(before, after, family, event), family, event)
     finer = regridded(near, family, next_count(next_count(near.e.grid.n)))
     return State._from(polish(finer, family, event).e).advance
 
@@ -182,7 +201,7 @@ def touch_limit() -> float:
     """
 
     def gap(z: float) -> float:
-        return _resolved(*_bracket(z, lambda p: p.rate < 0.0), z, _rate).clearance
+        return State._from(_resolved(*_bracket(z, lambda p: p.rate < 0.0), z, _rate).e).clearance
 
     return float(brentq(gap, 1.5, 1.7, xtol=1e-11, rtol=1e-12))
 
