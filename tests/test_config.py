@@ -60,6 +60,7 @@ MINIMAL: dict[str, Any] = {
         },
         "branches": {"cases": 20, "seed": 1, "refinement": 2, "eta_m": 1e-3},
         "benchmark": {"repeats": 1},
+        "assess_benchmark": {"repeats": 1, "length": 0.4},
         "accuracy": {
             "length_star": 12,
             "thickness": 0.05,
@@ -69,7 +70,7 @@ MINIMAL: dict[str, Any] = {
             "accuracies": [1e-2],
             "repeats": 1,
         },
-        "profiling": {"length": 0.4, "height": 0.09, "eta_b": 3780, "accuracy": 1e-2, "repeats": 1},
+        "profiling": {"length": 0.4, "height": 0.09, "eta_b": 3780, "accuracy": 1e-2, "path_length": 0.4, "repeats": 1},
         "fall_accuracy": {
             "length_star": 12,
             "thickness": 0.05,
@@ -217,7 +218,7 @@ def objects(rules: dict[str, Any]):
 def test_the_schema_is_one_and_refuses_unknown_keys_everywhere():
     Draft202012Validator.check_schema(config.schema())
     found = list(objects(config.schema()))
-    assert len(found) == 34
+    assert len(found) == 35
     assert all(rules["additionalProperties"] is False for rules in found)
 
 

@@ -159,6 +159,6 @@ rule assess_benchmark:
         f"{LOGS}/assess_benchmark.log",
     threads: ALONE
     params:
-        **CONFIG["studies"]["benchmark"],
+        **CONFIG["studies"]["assess_benchmark"],
     script:
         "../scripts/assess_benchmark.py"

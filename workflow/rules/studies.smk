@@ -65,7 +65,7 @@ rule rod_benchmark:
         f"{LOGS}/rod_benchmark.log",
     threads: ALONE
     params:
-        **CONFIG["studies"]["benchmark"],
+        **CONFIG["studies"]["assess_benchmark"],
     script:
         "../scripts/rod_benchmark.py"
 

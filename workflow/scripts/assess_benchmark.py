@@ -3,6 +3,6 @@ from stripfold import store
 from stripfold.studies import benchmark
 
 with logged(snakemake):
-    data = benchmark.run_assess(snakemake.params.repeats)
+    data = benchmark.run_assess(snakemake.params.repeats, snakemake.params.length)
     config = config_of(snakemake)
     store.write(data, snakemake.output[0], title="time and memory of one assessment", config=config)

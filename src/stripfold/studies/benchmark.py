@@ -20,8 +20,8 @@ from ..errors import StripfoldError
 
 T = TypeVar("T")
 
-STRIP = ("--length", "0.5", "--eta-b", "3780")
-"""The strip whose R-path is assessed."""
+ETA_B = 3780.0
+"""Of the strip whose R-path is assessed, m^-4 s^2."""
 COMMAND = ("critical", "--length", "0.6", "--eta-b", "3780", "--height", "0.09", "--accuracy", "5e-3", "--json")
 """What is timed: the paper's material in the middle of the range, to a relative error of 5e-3."""
 
@@ -58,19 +58,23 @@ def run_fall(repeats: int, scene: str) -> xr.Dataset:
     )
 
 
-def run_assess(repeats: int) -> xr.Dataset:
-    """One ``stripfold assess`` of an R-path, ``repeats`` times after one uncounted run; its error from a finer mesh."""
+def run_assess(repeats: int, length: float) -> xr.Dataset:
+    """One ``stripfold assess`` of an R-path, ``repeats`` times after one uncounted run; its error from a finer mesh.
+
+    ``length`` of the strip in m.
+    """
+    strip = ("--length", f"{length:g}", "--eta-b", f"{ETA_B:g}")
     with tempfile.TemporaryDirectory() as folder:
         path = str(Path(folder) / "r-path.csv")
-        _timed(("path", "r-path", *STRIP, "--csv", path), 0)
-        walls, answers, peak = _timed(("assess", path, *STRIP, "--json"), repeats)
+        _timed(("path", "r-path", *strip, "--csv", path), 0)
+        walls, answers, peak = _timed(("assess", path, *strip, "--json"), repeats)
         # Only now: what this process has in memory counts in a child's peak.
         from ..material import Material
         from ..paths import read
         from .verdict import reach
 
-        material = Material(float(STRIP[3]))
-        unit, length = material.gravity_length, float(STRIP[1])
+        material = Material(ETA_B)
+        unit = material.gravity_length
         found = json.loads(answers[0])
         finer = reach(material, length, read(path, length / unit, unit), refinement=0.5)
     first, again = found["critical"][0], finer.critical[0]
@@ -88,15 +92,15 @@ def run_assess(repeats: int) -> xr.Dataset:
                 {"units": "1", "long_name": "change of critical point and first touch on half the elements / length"},
             ),
         },
-        attrs={"command": "stripfold assess r-path.csv " + " ".join(STRIP)},
+        attrs={"command": "stripfold assess r-path.csv " + " ".join(strip)},
     )
 
 
-def run_rod(repeats: int) -> xr.Dataset:
+def run_rod(repeats: int, length: float) -> xr.Dataset:
     """One lambda_c of the rod to 1e-3 and one R-path assessed on it: ``repeats`` calls each in this process.
 
     Each after an uncounted call, as a user has it who asks for many: imports and caches of the machine are warm.
-    Errors from finer meshes.
+    Errors from finer meshes.  ``length`` in m of the strip whose path is assessed.
     """
     from ..material import Material
     from ..paths import path_of
@@ -104,8 +108,8 @@ def run_rod(repeats: int) -> xr.Dataset:
     from . import critical
     from .verdict import reach
 
-    material = Material(float(STRIP[3]))
-    unit, length = material.gravity_length, float(STRIP[1])
+    material = Material(ETA_B)
+    unit = material.gravity_length
     scene = Scene.create(length=0.6, height=0.09, eta_b=material.eta_b, model="rod")
     finer = Scene.create(length=0.6, height=0.09, eta_b=material.eta_b, model="rod", accuracy=1e-4)
     seconds, found = calls(lambda: critical.find(scene), repeats)
@@ -138,7 +142,10 @@ def run_rod(repeats: int) -> xr.Dataset:
                 {"units": "1", "long_name": "critical point and first touch from those of the solid / length"},
             ),
         },
-        attrs={"scene": "length 0.6 m, eta_b 3780, height 0.09 m", "path": "R-path, length 0.5 m, eta_b 3780"},
+        attrs={
+            "scene": "length 0.6 m, eta_b 3780, height 0.09 m",
+            "path": f"R-path, length {length:g} m, eta_b {ETA_B:g}",
+        },
     )
 
 

@@ -27,7 +27,6 @@ from ..solve import continuation, dynamics, newton
 from ..solve import critical as fold
 from ..solve.linear import Band
 from . import critical, falling, following, near, static
-from .benchmark import STRIP
 from .verdict import reach
 
 
@@ -135,27 +134,29 @@ LAMBDA_C, R_PATH = SUBJECTS = "lambda_c", "R-path on the rod"
 """What is profiled."""
 
 
-def run(length: float, height: float, eta_b: float, accuracy: float, repeats: int) -> xr.Dataset:
-    """Profile one lambda_c of the solid, and one R-path, that of the benchmark, assessed on the rod; over ``subject``.
+def run(length: float, height: float, eta_b: float, accuracy: float, path_length: float, repeats: int) -> xr.Dataset:
+    """Profile one lambda_c of the solid, and one R-path assessed on the rod; over ``subject``.
 
     Parameters
     ----------
     length, height, eta_b, accuracy
         The scene of the lambda_c, SI; see :meth:`.Scene.create`.
+    path_length
+        Of the strip on the R-path, of the same eta_b, m.
     repeats
         See :func:`profile`.
     """
     scene = Scene.create(length=length, height=height, eta_b=eta_b, accuracy=accuracy)
-    material, strip = Material(float(STRIP[3])), float(STRIP[1])
-    path = path_of("r-path", strip / material.gravity_length)
+    material = Material(eta_b)
+    path = path_of("r-path", path_length / material.gravity_length)
     calls = {
         LAMBDA_C: lambda: critical.find(scene),
-        R_PATH: lambda: reach(material, strip, path, model="rod"),
+        R_PATH: lambda: reach(material, path_length, path, model="rod"),
     }
     profiles = [profile(calls[subject], repeats) for subject in SUBJECTS]
     names = ("subject", list(SUBJECTS), {"units": "1", "long_name": "what is computed"})
     data = xr.concat(profiles, dim="subject").assign_coords(subject=names)
-    return data.assign_attrs(length=length, height=height, eta_b=eta_b, accuracy=accuracy, strip=" ".join(STRIP))
+    return data.assign_attrs(length=length, height=height, eta_b=eta_b, accuracy=accuracy, path_length=path_length)
 
 
 def profile(call: Callable[[], object], repeats: int) -> xr.Dataset:
