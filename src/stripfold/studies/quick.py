@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -164,6 +165,8 @@ class _Branch:
 
     def zero(self, falling: Callable[[float], float], start: float) -> float:
         """Where a function of the length falls through zero, searched for from ``start``."""
+        # Each length once: next to its zero a function found from another state may have the other sign.
+        falling = cache(falling)
         sign = 1.0 if falling(start) > 0.0 else -1.0
         length = start
         while abs(length - start) < FARTHEST:
