@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from stripfold import elastica
 from stripfold.errors import SolveError
 from stripfold.problem import AlongX
 from stripfold.solve import dynamics
@@ -35,6 +36,11 @@ class TestToLoss:
     def test_friction_holds_the_strip_longer(self, passage: Passage):
         _, static = passing.to_loss(STRIP, HEIGHT, 0.0, REFINEMENT)
         assert 0.1 < passage.static - static < 0.6
+
+    def test_a_contact_that_opens_is_no_loss(self):
+        """On this mesh one does, 0.2 L* before the fold: with friction the strip holds longer than the elastica."""
+        _, static = passing.to_loss(Strip(20.0, 0.0485, kind="rod"), 8.0, 0.01, 1.0)
+        assert 0.05 < static - elastica.critical(8.0).advance < 0.1
 
     def test_too_low_a_gripper_lays_the_strip_down(self):
         with pytest.raises(SolveError, match="touches before"):

@@ -81,7 +81,7 @@ def test_a_motion_from_dynamics_in_metres_and_seconds():
     assert onset == pytest.approx(found.truth["lambda_c"], abs=1e-5)
 
 
-@pytest.mark.parametrize("motion", [{"frictoin": 0.1}, {"friction": -1.0}, {"before": 0.0}])
+@pytest.mark.parametrize("motion", [{"frictoin": 0.1}, {"friction": -1.0}, {"before": 0.0}, {"model": "beam"}])
 def test_a_motion_that_cannot_be_asked_for(motion: dict[str, Any]):
     scene = Scene.create(strip={"length": 0.5, "eta_b": 3780.0}, generator="dynamics", motion=motion)
     with pytest.raises(InvalidInputError, match="motion"):

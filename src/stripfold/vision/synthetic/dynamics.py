@@ -11,6 +11,7 @@ from scipy.interpolate import CubicHermiteSpline, CubicSpline
 
 from stripfold.material import Material
 from stripfold.scene import checked_strip
+from stripfold.simulation import MODELS
 from stripfold.solve.schemes import Damping
 from stripfold.studies import passing
 from stripfold.studies.static import Strip
@@ -39,8 +40,10 @@ class Motion:
         How long it goes on after the first touch, s.
     eta_m
         Weight-to-membrane-stiffness ratio, m^-2 s^2.
+    model
+        Model of the strip, "solid" or "rod".
     refinement
-        Factor on the lengths of the elements.
+        Factor on the lengths of the elements; a rod's have half the nodes, so that for one its factor is half as large.
     """
 
     friction: float = 0.01
@@ -49,6 +52,7 @@ class Motion:
     before: float = 0.01
     after: float = 0.4
     eta_m: float = 1e-3
+    model: str = "solid"
     refinement: float = 2.0
 
 
@@ -73,12 +77,12 @@ def from_dynamics(scene: Scene) -> History:
     SolveError
         There is no snap at this height, or a part could not be computed.
     """
-    asked = checked(Motion, scene.motion, "motion", _RANGES, {})
+    asked = checked(Motion, scene.motion, "motion", _RANGES, {"model": MODELS})
     material, length = checked_strip(Material(scene.strip.eta_b, asked.eta_m), scene.strip.length)
     unit = material.gravity_length
     clock = sqrt(unit / material.gravity)
     found = passing.run(
-        Strip(length / unit, material.relative_thickness),
+        Strip(length / unit, material.relative_thickness, kind=asked.model),
         scene.gripper.height / unit,
         asked.friction,
         scene.gripper.speed * clock / unit,
