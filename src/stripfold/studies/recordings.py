@@ -151,7 +151,7 @@ def _row(data: xr.Dataset, materials: Mapping[str, Mapping[str, Any]]) -> dict[s
     eta_b, height, length = (float(data[name]) for name in ("eta_b", "height", "length"))
     near = [m for m in materials.values() if np.isclose(m["eta_b"], eta_b, rtol=1e-6)]
     eta_m = near[0]["eta_m"] if near else 1e-3
-    model = critical.find(Asked.create(length=length, height=height, eta_b=eta_b, eta_m=eta_m))
+    model = critical.find(Asked.create(length=length, height=height, eta_b=eta_b, eta_m=eta_m, model="rod"))
     return {
         **{
             name: float(data[name])
