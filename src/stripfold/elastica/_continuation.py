@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from math import prod, sqrt
 
 import numpy as np
 from scipy.optimize import brentq
@@ -120,8 +121,8 @@ def advance_rate(e: Evaluation, v: FloatArray) -> float:
     return float(stretch + e.length * (quadrature @ (e.sin * angle_change(v))))
 
 
-def tangent_at(e: Evaluation, family: Family, forward: FloatArray) -> tuple[FloatArray, Factors]:
-    """Unit tangent with a positive part along the row ``forward``, and the bordered factors.
+def tangent_at(e: Evaluation, family: Family, forward: FloatArray) -> tuple[FloatArray, FloatArray, Factors]:
+    """Unit tangent with a positive part along the row ``forward``, its row, and the bordered factors.
 
     The sign of the bordered determinant is the orientation; ``forward`` must not be
     perpendicular to the branch.
@@ -130,7 +131,9 @@ def tangent_at(e: Evaluation, family: Family, forward: FloatArray) -> tuple[Floa
     right = np.zeros(e.y.size)
     right[-1] = 1.0
     v = factors.solve(right)
-    return v / np.sqrt(weigh(e, v) @ v), factors
+    row = weigh(e, v)
+    size = sqrt(float(row @ v))
+    return v / size, row / size, factors
 
 
 def point_at(e: Evaluation, family: Family, forward: FloatArray, arc: float = 0.0) -> Point:
@@ -139,8 +142,8 @@ def point_at(e: Evaluation, family: Family, forward: FloatArray, arc: float = 0.
     The bordered determinant is taken with ``forward``; its sign is the one with the tangent
     itself, because both rows have a positive product with the tangent.
     """
-    v, factors = tangent_at(e, family, forward)
-    return Point(e, v, weigh(e, v), factors.sign, advance_rate(e, v), arc)
+    v, row, factors = tangent_at(e, family, forward)
+    return Point(e, v, row, factors.sign, advance_rate(e, v), arc)
 
 
 def corrected(guess: FloatArray, base: Point, family: Family, step: float, tolerance: float = ROUNDING) -> Point:
@@ -195,7 +198,7 @@ def march(point: Point, family: Family, *, step: float, max_step: float, toleran
                 step /= 2
                 continue
             before = refine(point.tangent, new.e.grid.n)
-            cosine = float(weigh(new.e, new.tangent) @ before) / np.sqrt(float(weigh(new.e, before) @ before))
+            cosine = float(new.normal @ before) / sqrt(float(weigh(new.e, before) @ before))
             rotation = float(np.abs(angle_change(new.e.y - refine(point.e.y, new.e.grid.n))).max())
             same_side = new.orientation == point.orientation
             if correction < 4 * TARGET and cosine > MIN_COSINE and rotation < MAX_STEP_ROTATION and same_side:
@@ -250,7 +253,7 @@ def _interpolate(known: list[tuple[float, Point]], a: float) -> FloatArray:
     n = known[0][1].e.grid.n
     total = np.zeros_like(known[0][1].e.y)
     for i, (place, point) in enumerate(known):
-        weight = float(np.prod([(a - k) / (place - k) for j, (k, _) in enumerate(known) if j != i]))
+        weight = prod((a - k) / (place - k) for j, (k, _) in enumerate(known) if j != i)
         total += weight * refine(point.e.y, n)
     return total
 

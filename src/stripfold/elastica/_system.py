@@ -169,8 +169,11 @@ class Factors:
     @property
     def sign(self) -> float:
         """Sign of the determinant; 0 for a singular matrix."""
+        diagonal = self.lu.diagonal()
+        if not diagonal.all():
+            return 0.0
         swaps = np.count_nonzero(self.pivots != np.arange(self.pivots.size))
-        return float(np.prod(np.sign(np.diag(self.lu))) * (-1.0) ** swaps)
+        return -1.0 if (swaps + np.count_nonzero(diagonal < 0.0)) % 2 else 1.0
 
     def solve(self, right: FloatArray) -> FloatArray:
         """Solution for one right-hand side."""

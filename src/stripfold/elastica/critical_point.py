@@ -96,6 +96,16 @@ def _clearance(point: Point, z: float) -> float:
     return min(z, State._from(point.e).clearance)
 
 
+def _down(point: Point, z: float) -> bool:
+    """Whether the sag has come down to the lower layer."""
+    e = point.e
+    at = np.flatnonzero((e.sin[:-1] < 0.0) & (e.sin[1:] >= 0.0))
+    # The sag is not lower than twice the slope at the node before it can take it there: mostly that settles the matter.
+    fall = 2.0 * np.diff(e.grid.nodes)[at] * e.sin[at]
+    lowest = e.length * (e.grid.integral[at] @ e.sin + fall)
+    return bool(np.any(lowest <= 0.0)) and _clearance(point, z) <= 0.0
+
+
 def _rate(point: Point) -> float:
     return point.rate
 
@@ -163,7 +173,7 @@ def _first_event(z: float) -> tuple[Event, Point]:
     def clearance(point: Point) -> float:
         return _clearance(point, z)
 
-    before, after = _bracket(z, lambda p: p.rate < 0.0 or clearance(p) <= 0.0)
+    before, after = _bracket(z, lambda p: p.rate < 0.0 or _down(p, z))
     passed = [event for event in (_rate, clearance) if event(after) <= 0.0]
     # Where one step has passed both, that which a straight line meets first is tried first.
     passed.sort(key=lambda event: event(before) / (event(before) - event(after)))

@@ -27,6 +27,8 @@ Array = NDArray[np.float64]
 Shape = Callable[[Array], Array]
 """The strip's mid-surface: from distances from the grasped end, shape (n,), to places, shape (n, 2)."""
 
+OF_ELASTICA = 25
+"""Calls of the elastica for one of another model: it takes hundredths of a second."""
 ETA_B = 3780.0
 """Of the strips whose presets are measured, m^-4 s^2; in L* it is of no matter."""
 LOOKED_AT = 400
@@ -221,7 +223,7 @@ def _of_elastica(heights: Sequence[float], repeats: int) -> dict[str, Column]:
     """Time of the elastica's end of the advance, and its distance from one solved on a finer grid."""
     seconds, error = np.empty(len(heights)), np.empty(len(heights))
     for j, height in enumerate(heights):
-        taken, found = calls(partial(elastica.critical, height), repeats)
+        taken, found = calls(partial(elastica.critical, height), OF_ELASTICA * repeats)
         seconds[j] = np.median(taken)
         lam = found.advance if found.snap else found.touch.advance if found.touch else np.nan
         error[j] = lam / elastica.resolved_again(found) - 1.0
