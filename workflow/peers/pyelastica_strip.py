@@ -18,8 +18,8 @@ CORNER = 2.0
 """The gripper goes up to a place so far along, L*, then along x."""
 RATE = 1.0
 """Damping of all velocities, sqrt(g/L*): about critical for the slowest mode."""
-FLOOR = 1e4
-"""Stiffness of the floor, weights per unit of length and penetration."""
+FLOOR = 1e5
+"""Stiffness of the floor, weights per unit of length and penetration: the lift-off's reaction is one node's."""
 INERTIA = 0.25
 """Rotational inertia of the section over mass and square of an element's length."""
 STEP = 0.8
@@ -134,11 +134,11 @@ def relax(scene, elements, start):
     raise RuntimeError(f"not at rest after {LONGEST:g} units of time")
 
 
-def equilibrium(scene, elements):
-    """``elements``: a list of numbers, coarse to fine."""
+def equilibrium(scene, elements, thickness):
+    """``elements``: a list of numbers, coarse to fine; ``thickness``: the strip's, L*."""
     place, steps = None, []
     for n in elements:
-        place, count = relax(scene, n, place)
+        place, count = relax({**scene, "thickness": thickness}, n, place)
         steps.append(count)
     s = np.linspace(0.0, scene["length"], elements[-1] + 1)
     return {"s": s.tolist(), "place": place[[0, 2]].T.tolist(), "steps": steps}

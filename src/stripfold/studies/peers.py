@@ -54,13 +54,18 @@ PEERS: Mapping[str, dict[str, Any]] = {
         EQUILIBRIUM: [
             {"elements": 60, "moving": 40, "steps": [0.2]},
             {"elements": 110, "moving": 40, "steps": [0.2]},
-            *({"elements": n, "moving": 40, "steps": [0.2, 0.05]} for n in (220, 330, 480)),
+            {"elements": 220, "moving": 40, "steps": [0.2, 0.05]},
+            *({"elements": n, "moving": 40, "steps": [0.2, 0.05, 0.02]} for n in (330, 480)),
         ],
         CRITICAL: NO_STATICS,
     },
     "pyelastica": {
-        "model": "rod",
-        EQUILIBRIUM: [{"elements": n} for n in ([40], [55], [40, 80], [40, 160], [40, 200])],
+        # Its law weakens a stretched rod: only a thin one becomes the elastica (docs/peers.md).
+        "model": "elastica",
+        EQUILIBRIUM: [
+            {"elements": n, "thickness": h}
+            for n, h in (([40], 0.05), ([40, 80], 0.05), ([40, 200], 0.03), ([40, 240], 0.02), ([40, 320], 0.015))
+        ],
         CRITICAL: NO_STATICS,
     },
     "auto": {
