@@ -1,11 +1,5 @@
 """Studies of many independent cases, on all cores of a rule."""
 
-import os
-
-# One process per core: Snakemake tells the numerical libraries to use all of the rule's threads in each of them. Before
-# anything imports them.
-os.environ |= dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 

@@ -1,6 +1,6 @@
 # First: it settles how many threads the numerical libraries take.
-from _pool import in_parts  # isort: skip
-from _run import config_of, logged
+from _run import config_of, logged  # isort: skip
+from _pool import in_parts
 from stripfold import store
 from stripfold.studies import branches
 

@@ -1,9 +1,9 @@
 # First: it settles how many threads the numerical libraries take.
-from _pool import in_parts  # isort: skip
+from _run import config_of, logged  # isort: skip
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from _run import config_of, logged
+from _pool import in_parts
 from stripfold import store
 from stripfold.studies import recordings_accuracy
 from stripfold.vision.synthetic import design
