@@ -182,7 +182,7 @@ class TestEstimates:
 class TestProfile:
     def test_own_and_whole_times(self):
         ticks = iter([0.0, 1.0, 3.0, 6.0, 10.0, 15.0])
-        timer = profiling.Clock(lambda: next(ticks))
+        timer = profiling.Clock(now=lambda: next(ticks))
         inner = timer.timed("assembly", lambda: None)
         timer.timed("Newton", inner)()
         timer.stop()
@@ -198,6 +198,13 @@ class TestProfile:
         assert float(found["share"].sum()) == pytest.approx(1.0)
         calls = dict(zip(found["part"].values, found["calls"].values, strict=True))
         assert calls["mesh and model"] > 0 == calls["time step"]
+
+    def test_of_the_elastica(self):
+        """One factorisation for each Jacobian; every point has a tangent of its own."""
+        found = profiling.profile(lambda: elastica.critical(2.0), 1, profiling.OF_ELASTICA)
+        calls = dict(zip(found["part"].values, found["calls"].values, strict=True))
+        assert calls["assembly"] == calls["factorisation"] > calls["Newton"] > calls["place of the event"] == 1
+        assert calls["tangent and orientation of a point"] == calls["step"] + calls["more nodes"]
         assert calls["factorisation"] > calls["step of the continuation"] > 5
         one = found.sel(part=list(profiling.UNITS))
         assert float(one["ratio"].sum()) == pytest.approx(1.0)

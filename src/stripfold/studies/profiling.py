@@ -1,4 +1,4 @@
-"""Where the time of one lambda_c of the solid goes, and of one R-path assessed on the rod.
+"""Where the time of one lambda_c of the solid goes, of one of the elastica, and of one R-path assessed on the rod.
 
 Functions are wrapped with timers while it is computed: each has its own time, without that of other wrapped ones, and
 the time of a call with all in it.  The measure for a step of any kind is one assembly plus one factorisation: nothing
@@ -17,6 +17,9 @@ import numpy as np
 import xarray as xr
 
 from .. import elastica, planning
+from ..elastica import _continuation as branch
+from ..elastica import _system as system
+from ..elastica import critical_point
 from ..errors import StripfoldError
 from ..material import Material
 from ..models.rod import Rod
@@ -68,6 +71,19 @@ PARTS = (
     Part(dynamics, "step", "time step"),
     Part(dynamics, "error_of", "error of a time step"),
 )
+OF_ELASTICA = (
+    *(Part(module, "jacobian", "assembly") for module in (system, branch)),
+    *(Part(module, "factor", "factorisation") for module in (system, branch)),
+    Part(system, "residual", "residual"),
+    *(Part(module, "evaluate", "angles of a state") for module in (system, branch)),
+    *(Part(module, "newton", "Newton") for module in (system, branch)),
+    Part(branch, "point_at", "tangent and orientation of a point"),
+    Part(branch, "corrected", "step"),
+    Part(branch, "regridded", "more nodes"),
+    Part(critical_point, "first_point", "state without horizontal force"),
+    Part(critical_point, "locate", "place of the event, roughly"),
+    Part(critical_point, "polish", "place of the event"),
+)
 UNITS = ("assembly", "factorisation")
 """What a step is compared with."""
 REST = "the rest"
@@ -76,10 +92,10 @@ REST = "the rest"
 class Clock:
     """Own and whole times, and calls, of each part."""
 
-    def __init__(self, now: Callable[[], float] = perf_counter) -> None:
+    def __init__(self, parts: Sequence[Part] = PARTS, now: Callable[[], float] = perf_counter) -> None:
         self._now, self._open = now, [REST]
         self._since = now()
-        names = list(dict.fromkeys([*(part.what for part in PARTS), REST]))
+        names = list(dict.fromkeys([*(part.what for part in parts), REST]))
         self.own, self.whole = dict.fromkeys(names, 0.0), dict.fromkeys(names, 0.0)
         self.calls = dict.fromkeys(names, 0)
 
@@ -114,28 +130,28 @@ class Clock:
 
 
 @contextmanager
-def clock() -> Iterator[Clock]:
+def clock(parts: Sequence[Part]) -> Iterator[Clock]:
     """A clock for all parts while the block runs."""
-    timer = Clock()
-    kept = [vars(part.owner)[part.function] for part in PARTS]
+    timer = Clock(parts)
+    kept = [vars(part.owner)[part.function] for part in parts]
     try:
-        for part, function in zip(PARTS, kept, strict=True):
+        for part, function in zip(parts, kept, strict=True):
             plain = getattr(function, "__func__", function)  # of a class method
             timed = timer.timed(part.what, plain)
             setattr(part.owner, part.function, classmethod(timed) if plain is not function else timed)  # type: ignore[arg-type]
         yield timer
         timer.stop()
     finally:
-        for part, function in zip(PARTS, kept, strict=True):
+        for part, function in zip(parts, kept, strict=True):
             setattr(part.owner, part.function, function)
 
 
-LAMBDA_C, R_PATH = SUBJECTS = "lambda_c", "R-path on the rod"
+LAMBDA_C, ELASTICA, R_PATH = SUBJECTS = "lambda_c", "the elastica", "R-path on the rod"
 """What is profiled."""
 
 
 def run(length: float, height: float, eta_b: float, accuracy: float, path_length: float, repeats: int) -> xr.Dataset:
-    """Profile one lambda_c of the solid, and one R-path assessed on the rod; over ``subject``.
+    """Profile one lambda_c of the solid, one of the elastica, and one R-path assessed on the rod; over ``subject``.
 
     Parameters
     ----------
@@ -149,22 +165,22 @@ def run(length: float, height: float, eta_b: float, accuracy: float, path_length
     scene = Scene.create(length=length, height=height, eta_b=eta_b, accuracy=accuracy)
     material = Material(eta_b)
     path = path_of("r-path", path_length / material.gravity_length)
-    calls = {
-        LAMBDA_C: lambda: critical.find(scene),
-        R_PATH: lambda: reach(material, path_length, path, model="rod"),
-    }
-    profiles = [profile(calls[subject], repeats) for subject in SUBJECTS]
+    profiles = [
+        profile(lambda: critical.find(scene), repeats),
+        profile(lambda: critical_point.critical(scene.height_star), repeats, OF_ELASTICA),
+        profile(lambda: reach(material, path_length, path, model="rod"), repeats),
+    ]
     names = ("subject", list(SUBJECTS), {"units": "1", "long_name": "what is computed"})
     data = xr.concat(profiles, dim="subject").assign_coords(subject=names)
     return data.assign_attrs(length=length, height=height, eta_b=eta_b, accuracy=accuracy, path_length=path_length)
 
 
-def profile(call: Callable[[], object], repeats: int) -> xr.Dataset:
+def profile(call: Callable[[], object], repeats: int, parts: Sequence[Part] = PARTS) -> xr.Dataset:
     """Over ``part``: medians over ``repeats`` calls after an uncounted one."""
     call()
     clocks: list[Clock] = []
     for _ in range(repeats):
-        with clock() as timer:
+        with clock(parts) as timer:
             call()
         clocks.append(timer)
     if any(timer.calls != clocks[0].calls for timer in clocks):
