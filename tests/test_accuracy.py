@@ -198,6 +198,11 @@ class TestProfile:
         assert float(found["share"].sum()) == pytest.approx(1.0)
         calls = dict(zip(found["part"].values, found["calls"].values, strict=True))
         assert calls["mesh and model"] > 0 == calls["time step"]
+        assert calls["factorisation"] > calls["step of the continuation"] > 5
+        one = found.sel(part=list(profiling.UNITS))
+        assert float(one["ratio"].sum()) == pytest.approx(1.0)
+        text = profiling.table(found)
+        assert text.count("\n") == 3 + int(np.sum(found["calls"] > 0))
 
     def test_of_the_elastica(self):
         """One factorisation for each Jacobian; every point has a tangent of its own."""
@@ -205,8 +210,3 @@ class TestProfile:
         calls = dict(zip(found["part"].values, found["calls"].values, strict=True))
         assert calls["assembly"] == calls["factorisation"] > calls["Newton"] > calls["place of the event"] == 1
         assert calls["tangent and orientation of a point"] == calls["step"] + calls["more nodes"]
-        assert calls["factorisation"] > calls["step of the continuation"] > 5
-        one = found.sel(part=list(profiling.UNITS))
-        assert float(one["ratio"].sum()) == pytest.approx(1.0)
-        text = profiling.table(found)
-        assert text.count("\n") == 3 + int(np.sum(found["calls"] > 0))
