@@ -171,7 +171,7 @@ def run(length: float, height: float, eta_b: float, accuracy: float, path_length
         profile(lambda: reach(material, path_length, path, model="rod"), repeats),
     ]
     names = ("subject", list(SUBJECTS), {"units": "1", "long_name": "what is computed"})
-    data = xr.concat(profiles, dim="subject").assign_coords(subject=names)
+    data = xr.concat(profiles, dim="subject", join="outer").assign_coords(subject=names)
     return data.assign_attrs(length=length, height=height, eta_b=eta_b, accuracy=accuracy, path_length=path_length)
 
 
