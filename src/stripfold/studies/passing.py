@@ -20,6 +20,7 @@ from ..solve.dynamics import Moment, Moving, TimeOptions
 from ..solve.problem import Array, Equilibrium
 from ..solve.schemes import Damping
 from .collapse import SIZES
+from .following import BEYOND
 from .static import PATIENT, Strip, lift, lift_off, no_horizontal_force, touches, transfer
 from .stepping import Step, walk_from
 
@@ -29,8 +30,6 @@ NEAREST = 1e-4
 """How near the loss of stability is approached, L*."""
 POPPED = 0.3
 """A strip of which a place moves farther than this in one of the last steps has gone to another state, L*."""
-BEYOND = (0.01, 0.03, 0.1)
-"""How far behind the last stable state the strip is looked for, L*."""
 MOST_STEPS = 20000
 TIME_OPTIONS = TimeOptions(first=0.02, tolerance=1e-5)
 

@@ -81,9 +81,13 @@ def scene_of(
         },
         generator="dynamics",
         motion={
-            **{"friction": friction, "before": BEFORE * unit, "after": AFTER, "eta_m": material["eta_m"]},
+            "friction": friction,
+            "before": BEFORE * unit,
+            "after": AFTER,
+            "eta_m": material["eta_m"],
             # Nearer to the solid than anything that is measured (docs/numerics.md), and faster.
-            **{"model": "rod", "refinement": 1.0},
+            "model": "rod",
+            "refinement": 1.0,
         },
         seed=number,
         title=f"{material['name']} at z = {height:g} L*, {speed * 1e3:g} mm/s (synthetic)",
