@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from stripfold.studies import assess_data, friction_data
+from stripfold.analysis import assess_data, friction_data
 
 LENGTH, HEIGHT = 0.6, 0.15
 LAMBDA_0, LAMBDA_C, LAMBDA_END = 0.12, 0.36, 0.6
@@ -105,7 +105,7 @@ def _leg(time: np.ndarray, dip: np.ndarray | float = 0.0) -> tuple[np.ndarray, n
 
 
 def _rows(pieces: list[tuple[str, int, np.ndarray, np.ndarray | float]]) -> xr.Dataset:
-    """States of phase, part, pseudo time and dip, with the layout of ``stripfold.studies.states``."""
+    """States of phase, part, pseudo time and dip, with the layout of ``stripfold.analysis.states``."""
     time = np.concatenate([times for _, _, times, _ in pieces])
     dip = np.concatenate([np.ones(len(times)) * d for _, _, times, d in pieces])
     s, x, z = _leg(time, dip)

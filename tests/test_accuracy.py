@@ -7,13 +7,28 @@ import pytest
 import xarray as xr
 
 from stripfold import elastica, store
-from stripfold.model_error import model_error
-from stripfold.plots import work_precision
+from stripfold.analysis import (
+    critical_point as critical,
+)
+from stripfold.analysis import (
+    locate_rod as quick,
+)
+from stripfold.analysis import (
+    locate_solid as near,
+)
+from stripfold.analysis import (
+    select_model as choice,
+)
+from stripfold.analysis import (
+    static,
+)
+from stripfold.analysis.model_error import model_error
+from stripfold.analysis.static import End, Strip
 from stripfold.scene import Scene
 from stripfold.solve.linear import Band
-from stripfold.studies import accuracy, choice, critical, estimates, near, profiling, quick, static
-from stripfold.studies.accuracy import Strategy, scene_of
-from stripfold.studies.static import End, Strip
+from studies import accuracy, estimates, profiling
+from studies.accuracy import Strategy, scene_of
+from studies.plots import work_precision
 
 LENGTH, THICKNESS, HEIGHT = 12.0, 0.0594, 3.0
 

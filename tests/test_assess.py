@@ -13,17 +13,29 @@ import pytest
 import xarray as xr
 
 from stripfold import elastica, paths
+from stripfold.analysis import assess as assessing
+from stripfold.analysis import (
+    assess_data,
+    friction_data,
+)
+from stripfold.analysis import (
+    path_statics as following,
+)
+from stripfold.analysis import (
+    post_critical as directions,
+)
+from stripfold.analysis import (
+    release as falling,
+)
+from stripfold.analysis.assess import BIFURCATION, SNAP, Assessment, assess, mesh_for
+from stripfold.analysis.post_critical import TwoWays
+from stripfold.analysis.release import Fall
+from stripfold.analysis.states import rows_of_motion
+from stripfold.analysis.static import Strip, contact_positions, touches
 from stripfold.errors import CoarseMeshError, InvalidInputError, SolveError
 from stripfold.material import Material
 from stripfold.paths import GripperPath, Piece, RPath
 from stripfold.solve.schemes import Damping
-from stripfold.studies import assess as assessing
-from stripfold.studies import assess_data, directions, falling, following, friction_data
-from stripfold.studies.assess import BIFURCATION, SNAP, Assessment, assess, mesh_for
-from stripfold.studies.directions import TwoWays
-from stripfold.studies.falling import Fall
-from stripfold.studies.states import rows_of_motion
-from stripfold.studies.static import Strip, contact_positions, touches
 
 THICKNESS = 0.0594
 STRIP = Strip(20.0, THICKNESS)

@@ -15,6 +15,7 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 import made_up
+from stripfold.analysis import plans as plan_study
 from stripfold.errors import InvalidInputError
 from stripfold.material import Material
 from stripfold.plots import (
@@ -29,7 +30,6 @@ from stripfold.plots import (
     touch_error,
 )
 from stripfold.plots.save import save
-from stripfold.studies import plans as plan_study
 
 LYING = 100.0 * (made_up.LENGTH / 2.0 - 0.26)
 HALF = 100.0 * made_up.LENGTH / 2.0

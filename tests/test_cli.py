@@ -13,11 +13,11 @@ import pytest
 
 import stripfold
 from stripfold import elastica
+from stripfold.analysis import critical_point as critical
+from stripfold.analysis.critical_point import CriticalResult
 from stripfold.cli import main
 from stripfold.errors import SolveError
 from stripfold.scene import Scene
-from stripfold.studies import critical
-from stripfold.studies.critical import CriticalResult
 
 STRIP = ["critical", "--length", "0.6", "--eta-b", "3780", "--height", "0.09"]
 KEYS = [

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 from stripfold import cli_paths, paths
+from stripfold.analysis import verdict
+from stripfold.analysis.static import Strip
 from stripfold.cli import main
 from stripfold.cli_common import as_json
 from stripfold.material import Material
-from stripfold.studies import verdict
-from stripfold.studies.static import Strip
 
 STRIP = ["--length", "0.45", "--eta-b", "3780"]
 UNIT = Material(3780.0).gravity_length

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from stripfold.studies import cold_run
+from studies import cold_run
 
 HEAD = "s\th:m:s\tmax_rss\tcpu_time\n"
 

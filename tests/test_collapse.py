@@ -10,14 +10,15 @@ import pytest
 import xarray as xr
 
 from stripfold import elastica
+from stripfold.analysis import collapse, collapse_data
+from stripfold.analysis import release as falling
+from stripfold.analysis.collapse import Collapse
+from stripfold.analysis.release import TIME_OPTIONS, Fall
+from stripfold.analysis.static import Strip, contact_positions, touches
 from stripfold.errors import NewtonError, SolveError, TimeStepError
 from stripfold.simulation import Simulation
 from stripfold.solve import dynamics
 from stripfold.solve.schemes import Damping, EnergyMomentum
-from stripfold.studies import collapse, collapse_data, falling
-from stripfold.studies.collapse import Collapse
-from stripfold.studies.falling import TIME_OPTIONS, Fall
-from stripfold.studies.static import Strip, contact_positions, touches
 
 STRIP, HEIGHT = Strip(15.0, 0.03), 1.8
 FALL = Fall(1e-2, damping=Damping(0.2, 0.1))

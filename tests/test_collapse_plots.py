@@ -273,7 +273,7 @@ def test_same_bytes(data, tmp_path):
 
 def test_pyplot_is_not_needed():
     code = (
-        "import sys; from stripfold import film; from stripfold.plots import collapse, collapse_curve, energy; "
+        "import sys; from stripfold.plots import film; from stripfold.plots import collapse, collapse_curve, energy; "
         "sys.exit('matplotlib.pyplot' in sys.modules)"
     )
     assert subprocess.run([sys.executable, "-c", code]).returncode == 0

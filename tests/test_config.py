@@ -13,10 +13,11 @@ import pytest
 import yaml
 from jsonschema import Draft202012Validator
 
-from stripfold import config, elastica, scene
+import configuration as config
+from stripfold import elastica, scene
 from stripfold.errors import InvalidInputError
 from stripfold.scene import Scene
-from stripfold.studies import (
+from studies import (
     accuracy,
     benchmark,
     fall_accuracy,

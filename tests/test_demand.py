@@ -13,7 +13,7 @@ from stripfold.effects import demand
 from stripfold.effects.demand import Choices
 from stripfold.errors import InvalidInputError
 from stripfold.simulation import Simulation
-from stripfold.studies import effects
+from studies import effects
 
 STRIP = {"length": 0.6, "height": 0.15, "eta_b": 3780.0}
 

@@ -9,15 +9,15 @@ import numpy as np
 import pytest
 
 from oracles.moving import NONE, Pendulum, Small
+from stripfold.analysis import static
+from stripfold.analysis.static import Strip
 from stripfold.errors import NewtonError, TimeStepError
 from stripfold.models.solid import Solid
 from stripfold.solve import dynamics
 from stripfold.solve.dynamics import Drive, Moment, Moving, Nudge, TimeOptions
 from stripfold.solve.schemes import Bathe, Damping, Done, EnergyMomentum, GeneralisedAlpha, Scheme, Stretch
-from stripfold.studies import static
-from stripfold.studies.modes import HeldStrip
-from stripfold.studies.schemes import Oscillator
-from stripfold.studies.static import Strip
+from studies.modes import HeldStrip
+from studies.schemes import Oscillator
 
 CONSERVING = EnergyMomentum(0.0)
 STILL = Moving(0.0, 0.0)

@@ -9,11 +9,11 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from scipy.special import ai_zeros
 
+from stripfold.analysis.static import Strip, solve_height
 from stripfold.errors import SolveError
 from stripfold.solve import dynamics
 from stripfold.solve.schemes import EnergyMomentum, GeneralisedAlpha
-from stripfold.studies import lag, modes, schemes
-from stripfold.studies.static import Strip, solve_height
+from studies import lag, modes, schemes
 
 
 def complete(data: xr.Dataset) -> None:

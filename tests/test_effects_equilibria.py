@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from stripfold.analysis.static import PATIENT, Strip, lift
 from stripfold.effects import Hysteresis, Pull
 from stripfold.problem import Lift, StripProblem
 from stripfold.solve import newton
 from stripfold.solve.problem import Equilibrium
-from stripfold.studies.static import PATIENT, Strip, lift
 
 
 @pytest.fixture(scope="module")

@@ -8,8 +8,8 @@ import xarray as xr
 
 from stripfold import store
 from stripfold.errors import StripfoldError
-from stripfold.plots import fall_precision
-from stripfold.studies import benchmark, fall_accuracy
+from studies import benchmark, fall_accuracy
+from studies.plots import fall_precision
 
 ROD = {"model": "rod", "refinement": 2.0}
 

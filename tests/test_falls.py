@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from stripfold.analysis.collapse import release_of, to_critical_point
+from stripfold.analysis.release import TIME_OPTIONS, Fall, let_fall
+from stripfold.analysis.static import Strip
 from stripfold.solve.schemes import Damping
-from stripfold.studies import falls
-from stripfold.studies.collapse import release_of, to_critical_point
-from stripfold.studies.falling import TIME_OPTIONS, Fall, let_fall
-from stripfold.studies.static import Strip
+from studies import falls
 
 BASE = {
     "length": 10.0,

@@ -12,10 +12,10 @@ from av.video.reformatter import ColorRange, Colorspace
 from matplotlib.colors import to_rgb
 
 import made_up
-from stripfold import film as module
 from stripfold.errors import InvalidInputError
-from stripfold.film import film, timing
+from stripfold.plots import film as module
 from stripfold.plots import phases, style
+from stripfold.plots.film import film, timing
 
 FPS, SLOW, STATIC = 10, 0.5, 1.2
 """A short film: 1.2 s of statics and 2 s of fall at double speed, 2.2 s in all."""

@@ -14,15 +14,17 @@ import numpy as np
 import pytest
 
 from stripfold import elastica, paths
+from stripfold.analysis import path_statics as following
+from stripfold.analysis import static
+from stripfold.analysis.assess import grip_and_hold, lying_length, mesh_for
+from stripfold.analysis.path_statics import Stretch
+from stripfold.analysis.static import Strip
 from stripfold.errors import CoarseMeshError, ContinuationError, NewtonError, SolveError
 from stripfold.paths import GripperPath, Piece, RPath
 from stripfold.problem import StripProblem
 from stripfold.solve import continuation, critical, newton
 from stripfold.solve.problem import Point
-from stripfold.studies import following, random_paths, static
-from stripfold.studies.assess import grip_and_hold, lying_length, mesh_for
-from stripfold.studies.following import Stretch
-from stripfold.studies.static import Strip
+from studies import random_paths
 
 STRIP = Strip(12.0, 0.06)
 THIN = Strip(20.0, 0.01)

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from stripfold import elastica
+from stripfold.analysis import critical_point as critical
+from stripfold.analysis import locate_rod as quick
+from stripfold.analysis.static import End, Strip
 from stripfold.errors import SolveError
 from stripfold.models.free_rod import FreeRod, FreeState, Guess
 from stripfold.scene import Scene
-from stripfold.studies import critical, quick
-from stripfold.studies.static import End, Strip
 
 LENGTH, HEIGHT = 20.0, 3.0
 

@@ -11,9 +11,9 @@ import xarray as xr
 
 from stripfold import store
 from stripfold.errors import CrushedError, InvalidInputError, NewtonError
-from stripfold.studies import hard_cases
-from stripfold.studies.hard_case import Case, Finding, judge, shown
-from stripfold.studies.summary_entry import fill_table
+from studies.hard_cases import run as hard_cases
+from studies.hard_cases.case import Case, Finding, judge, shown
+from studies.summary.entry import fill_table
 
 ROOT = Path(__file__).parents[1]
 COARSE = 2.0

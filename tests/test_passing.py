@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from stripfold import elastica
+from stripfold.analysis import moving_gripper as passing
+from stripfold.analysis.moving_gripper import Passage
+from stripfold.analysis.static import Strip, solve_height
 from stripfold.errors import SolveError
 from stripfold.problem import AlongX
 from stripfold.solve import dynamics
 from stripfold.solve.dynamics import Nudge
 from stripfold.solve.schemes import Damping
-from stripfold.studies import passing
-from stripfold.studies.passing import Passage
-from stripfold.studies.static import Strip, solve_height
 
 STRIP, HEIGHT, REFINEMENT = Strip(16.0, 0.08), 5.0, 3.0
 SPEED, MOMENT = 0.02, 0.03

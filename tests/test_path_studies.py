@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from stripfold import paths
+from stripfold.analysis import assess, friction
+from stripfold.analysis.static import Strip
 from stripfold.errors import SolveError
-from stripfold.studies import assess, friction, friction_steps, random_paths, tangency
-from stripfold.studies.static import Strip
+from studies import friction_steps, random_paths, tangency
 
 
 def test_tangency() -> None:

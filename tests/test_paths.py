@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stripfold import elastica, paths, planning
+from stripfold import elastica, paths
+from stripfold.analysis import planning
 from stripfold.errors import InvalidInputError
 from stripfold.paths import GripperPath, Piece, RPath
 

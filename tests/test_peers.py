@@ -12,11 +12,11 @@ import pytest
 import xarray as xr
 
 from stripfold import elastica, store
-from stripfold.plots import peers as plot
-from stripfold.studies import peers, peers_ours
-from stripfold.studies.peers import CRITICAL, EQUILIBRIUM
-from stripfold.studies.static import Strip
-from stripfold.studies.summary_peers import OURS, summarise, table
+from stripfold.analysis.static import Strip
+from studies import peers, peers_ours
+from studies.peers import CRITICAL, EQUILIBRIUM
+from studies.plots import peers as plot
+from studies.summary.peers import OURS, summarise, table
 
 FOLDER = Path(__file__).parents[1] / "workflow" / "peers"
 SCENE = {"length": 12.0, "thickness": 0.05, "height": 3.0, "lam": 8.0, "repeats": 1}

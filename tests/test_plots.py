@@ -18,19 +18,11 @@ from matplotlib.figure import Figure
 
 from stripfold.errors import InvalidInputError
 from stripfold.models.laws import LAWS
-from stripfold.plots import (
-    critical_points,
-    deflection,
-    geometry,
-    master_curve,
-    motion,
-    paths,
-    printed_law,
-    style,
-)
+from stripfold.plots import critical_points, deflection, geometry, master_curve, motion, paths, style
 from stripfold.plots.save import save
 from stripfold.plots.states import branch
-from stripfold.studies import printed_law as law_study
+from studies import printed_law as law_study
+from studies.plots import printed_law
 
 UNIT = 0.03
 LENGTH = 0.6
@@ -342,7 +334,7 @@ class TestStyle:
         assert fig.axes[0].xaxis.label.get_size() == 9.0
 
     def test_pyplot_is_not_needed(self):
-        modules = "critical_points, deflection, geometry, master_curve, motion, paths, printed_law, save"
+        modules = "critical_points, deflection, geometry, master_curve, motion, paths, save"
         found = "'matplotlib.pyplot' in sys.modules"
         code = f"import sys; from stripfold.plots import {modules}; sys.exit({found})"
         assert subprocess.run([sys.executable, "-c", code]).returncode == 0

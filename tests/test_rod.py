@@ -17,7 +17,7 @@ from stripfold.models.solid import Solid
 from stripfold.solve import dynamics, newton
 from stripfold.solve.dynamics import Moving, TimeOptions
 from stripfold.solve.schemes import Damping, EnergyMomentum
-from stripfold.studies.modes import HeldStrip
+from studies.modes import HeldStrip
 
 LENGTH, THICKNESS = 6.0, 0.1
 BOUNDARIES = np.array([0.0, 0.6, 1.0, 1.9, 2.5, 3.3, 4.2, 4.8, 5.5, 6.0])

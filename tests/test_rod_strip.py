@@ -9,7 +9,25 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stripfold import elastica, planning
+from stripfold import elastica
+from stripfold.analysis import (
+    critical_point as critical,
+)
+from stripfold.analysis import (
+    locate_rod as quick,
+)
+from stripfold.analysis import (
+    path_friction as stepping,
+)
+from stripfold.analysis import (
+    planning,
+    static,
+)
+from stripfold.analysis import (
+    release as falling,
+)
+from stripfold.analysis.release import Fall, Release
+from stripfold.analysis.static import End, Strip
 from stripfold.cli import main
 from stripfold.effects import Effect, Hysteresis, Pull
 from stripfold.errors import InvalidInputError
@@ -17,9 +35,6 @@ from stripfold.models.rod import Rod
 from stripfold.scene import Scene
 from stripfold.simulation import Simulation
 from stripfold.solve.schemes import Damping
-from stripfold.studies import critical, falling, quick, static, stepping
-from stripfold.studies.falling import Fall, Release
-from stripfold.studies.static import End, Strip
 
 LENGTH, THICKNESS, HEIGHT = 16.0, 0.0594, 3.0
 

@@ -9,9 +9,11 @@ import pytest
 import xarray as xr
 
 from stripfold import elastica, store
+from stripfold.analysis import locate_rod as quick
+from stripfold.analysis import static
 from stripfold.errors import SolveError
-from stripfold.plots import rod as figure
-from stripfold.studies import benchmark, quick, rod, static
+from studies import benchmark, rod
+from studies.plots import rod as figure
 
 LENGTH, HEIGHT, THICKNESS = 12.0, 3.0, 0.06
 

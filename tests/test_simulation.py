@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from stripfold import simulation
+from stripfold.analysis.collapse_data import fall_of
 from stripfold.errors import InvalidInputError
 from stripfold.simulation import Simulation
-from stripfold.studies.collapse_data import fall_of
 
 STRIP = {"length": 0.6, "height": 0.15, "eta_b": 3780.0}
 

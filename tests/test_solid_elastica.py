@@ -13,10 +13,10 @@ from scipy.optimize import brentq
 
 from oracles.held_solid import clamped
 from stripfold import elastica
+from stripfold.analysis import static
 from stripfold.models.solid import Solid
 from stripfold.problem import AlongX, Lift, StripProblem
 from stripfold.solve import newton
-from stripfold.studies import static
 
 
 def check_orders(thickness: tuple[float, ...], errors: np.ndarray, order: float, slack: float) -> None:

@@ -1,6 +1,6 @@
 """The solid's fast kernels against the same formulas written as scikit-fem forms.
 
-Truth: :mod:`stripfold.models.forms`, which shares the basis with the kernels and nothing else.
+Truth: :mod:`reference_forms`, which shares the basis with the kernels and nothing else.
 """
 
 from __future__ import annotations
@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stripfold.models.forms import Reference
+from oracles.reference_forms import Reference
 from stripfold.models.solid import Solid
 
 THICKNESS = 0.3

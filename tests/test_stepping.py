@@ -10,6 +10,13 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from stripfold.analysis import friction, friction_data
+from stripfold.analysis import path_friction as stepping
+from stripfold.analysis import path_statics as following
+from stripfold.analysis.assess import mesh_for
+from stripfold.analysis.friction import Run
+from stripfold.analysis.path_friction import Step, steps_on, walk
+from stripfold.analysis.static import Strip, touches
 from stripfold.effects import Effect, Hysteresis, Pull
 from stripfold.errors import InvalidInputError, LostStabilityError, NewtonError, SolveError
 from stripfold.material import Material
@@ -18,11 +25,6 @@ from stripfold.paths import GripperPath, Piece, plan_r_path, triangular
 from stripfold.problem import AlongPiece, StripProblem
 from stripfold.solve import continuation, newton
 from stripfold.solve.problem import Point
-from stripfold.studies import following, friction, friction_data, stepping
-from stripfold.studies.assess import mesh_for
-from stripfold.studies.friction import Run
-from stripfold.studies.static import Strip, touches
-from stripfold.studies.stepping import Step, steps_on, walk
 
 STRIP = Strip(12.0, 0.06)
 CORNERS = [(-6.0, 0.0), (-5.2, 1.2), (5.0, 1.2), (6.0, 0.0)]

@@ -8,17 +8,19 @@ import xarray as xr
 from scipy.interpolate import CubicSpline
 
 from stripfold import elastica
+from stripfold.analysis import static
+from stripfold.analysis import x_axis as xaxis
+from stripfold.analysis.checks import check_branch
+from stripfold.analysis.critical_point import find
+from stripfold.analysis.diagnostics import node_weights, record
+from stripfold.analysis.planning import Sweep, boundaries, lift_off_sweep
+from stripfold.analysis.static import End, Strip
 from stripfold.errors import InvalidInputError, NewtonError, SolveError, StripfoldError
 from stripfold.material import Material
-from stripfold.planning import Sweep, boundaries, lift_off_sweep
 from stripfold.problem import AlongX, StripProblem
 from stripfold.scene import Scene
 from stripfold.solve import newton
-from stripfold.studies import branches, order, static, xaxis
-from stripfold.studies.checks import check_branch
-from stripfold.studies.critical import find
-from stripfold.studies.diagnostics import node_weights, record
-from stripfold.studies.static import End, Strip
+from studies import branches, order
 
 THIN = Strip(16.0, 0.02)
 

@@ -12,12 +12,13 @@ import xarray as xr
 
 import stripfold.material
 from stripfold import store
-from stripfold.studies import cold_run, effects, profiling, summary_peers
-from stripfold.studies.random_paths import OTHERWISE
-from stripfold.studies.schemes import CONSERVING, DEFAULT
-from stripfold.studies.summary import markdown, summarise
-from stripfold.studies.summary_accuracy import presets
-from stripfold.studies.summary_entry import fill_table, markers
+from studies import cold_run, effects, profiling
+from studies.random_paths import OTHERWISE
+from studies.schemes import CONSERVING, DEFAULT
+from studies.summary import peers as summary_peers
+from studies.summary.accuracy import presets
+from studies.summary.entry import fill_table, markers
+from studies.summary.run import markdown, summarise
 
 ROOT = Path(__file__).parents[1]
 

@@ -14,13 +14,13 @@ from PIL import Image
 
 import boards_seen as seen
 from stripfold.errors import CalibrationError, InvalidInputError
-from stripfold.plots import calibration as plot
 from stripfold.store import write
-from stripfold.studies import calibration as study
 from stripfold.vision import boards, calibration, intrinsics_file, pictures
 from stripfold.vision.boards import Board, Refinement, detect, dictionary
 from stripfold.vision.calibration import PARAMETERS, View
 from stripfold.vision.camera import Array
+from studies import calibration as study
+from studies.plots import calibration as plot
 
 TURN, SHIFT = np.array([0.25, -0.3, 0.1]), np.array([-0.12, -0.07, 0.42])
 

@@ -16,10 +16,10 @@ import drawn_strips as drawn
 from stripfold import elastica, store
 from stripfold.cli import main
 from stripfold.errors import InvalidInputError, TrackingError
-from stripfold.plots import centrelines as centrelines_plot
 from stripfold.plots import eta_fit
-from stripfold.studies import centrelines
 from stripfold.vision import cantilever, eta, picture
+from studies import centrelines
+from studies.plots import centrelines as centrelines_plot
 
 SCALE = 3e-4
 SIZE = (640, 520)

@@ -14,15 +14,15 @@ import yaml
 
 from stripfold import cli, store
 from stripfold.errors import InvalidInputError, MeasurementError
-from stripfold.studies import recordings_accuracy
+from stripfold.synthetic.recording import history_of, write_recording
+from stripfold.synthetic.scene import Scene
 from stripfold.vision import measure, recording, report, results, snap
 from stripfold.vision.calibrated import Calibration, calibrate_folder
 from stripfold.vision.measure import Measurement
 from stripfold.vision.override import Override
 from stripfold.vision.recording import Recording
-from stripfold.vision.synthetic.recording import history_of, write_recording
-from stripfold.vision.synthetic.scene import Scene
 from stripfold.vision.tracking import Tracks, track
+from studies import recordings_accuracy
 
 Made = tuple[Recording, Calibration, Tracks]
 

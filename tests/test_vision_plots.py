@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from stripfold.plots import measured, real_paths, recordings_accuracy
+from stripfold.plots import measured, real_paths
+from studies.plots import recordings_accuracy
 
 
 def recordings() -> xr.Dataset:

@@ -12,15 +12,17 @@ import xarray as xr
 from scipy.interpolate import CubicSpline
 
 from stripfold import elastica
+from stripfold.analysis import critical_point as critical
+from stripfold.analysis import moving_gripper as passing
+from stripfold.analysis.critical_point import CriticalResult
 from stripfold.errors import InvalidInputError
 from stripfold.material import Material
-from stripfold.studies import critical, passing, recordings, recordings_accuracy
-from stripfold.studies.critical import CriticalResult
-from stripfold.vision.synthetic import design
-from stripfold.vision.synthetic.dynamics import from_dynamics
-from stripfold.vision.synthetic.history import History
-from stripfold.vision.synthetic.scene import Scene
-from stripfold.vision.synthetic.view import View
+from stripfold.synthetic.dynamics import from_dynamics
+from stripfold.synthetic.history import History
+from stripfold.synthetic.scene import Scene
+from stripfold.synthetic.view import View
+from studies import recordings, recordings_accuracy
+from studies import recordings_design as design
 
 MATERIAL = {"name": "a", "eta_b": 3780.0, "eta_m": 1e-3}
 UNIT = Material(3780.0).gravity_length
@@ -57,8 +59,8 @@ def test_a_motion_from_dynamics_in_metres_and_seconds():
     found = from_dynamics(scene)
     assert isinstance(found, History)
     clock = sqrt(UNIT / 9.81)
+    from stripfold.analysis.static import Strip
     from stripfold.solve.schemes import Damping
-    from stripfold.studies.static import Strip
 
     strip = Strip(16.0, Material(3780.0).relative_thickness)
     damping = Damping(2.0 * clock, 3e-3 / clock)

@@ -17,16 +17,17 @@ from scipy.integrate import odeint
 
 from stripfold import cli, store
 from stripfold.errors import InvalidInputError
-from stripfold.vision.synthetic import design, render, shapes
-from stripfold.vision.synthetic.boards import Calibration
-from stripfold.vision.synthetic.encode import encode, tick
-from stripfold.vision.synthetic.history import STATIONS, History
-from stripfold.vision.synthetic.laws import LAWS, Law, passage
-from stripfold.vision.synthetic.recording import history_of, write_recording
-from stripfold.vision.synthetic.render import Renderer
-from stripfold.vision.synthetic.scene import Filming, Scene, read
-from stripfold.vision.synthetic.sensor import Sensor, timeline
-from stripfold.vision.synthetic.view import Rays, View
+from stripfold.synthetic import render, shapes
+from stripfold.synthetic.boards import Calibration
+from stripfold.synthetic.encode import encode, tick
+from stripfold.synthetic.history import STATIONS, History
+from stripfold.synthetic.laws import LAWS, Law, passage
+from stripfold.synthetic.recording import history_of, write_recording
+from stripfold.synthetic.render import Renderer
+from stripfold.synthetic.scene import Filming, Scene, read
+from stripfold.synthetic.sensor import Sensor, timeline
+from stripfold.synthetic.view import Rays, View
+from studies import recordings_design as design
 
 ROOT = Path(__file__).parents[1]
 Array = NDArray[np.float64]
@@ -507,8 +508,8 @@ def test_a_failure_leaves_nothing_behind(tmp_path: Path, monkeypatch: pytest.Mon
         raise RuntimeError("no room on the disc")
 
     scene = Scene.create(**SMALL)
-    monkeypatch.setattr("stripfold.vision.synthetic.recording._write_truth", fails)
-    monkeypatch.setattr("stripfold.vision.synthetic.recording.write_calibration", lambda *_: None)
+    monkeypatch.setattr("stripfold.synthetic.recording._write_truth", fails)
+    monkeypatch.setattr("stripfold.synthetic.recording.write_calibration", lambda *_: None)
     with pytest.raises(RuntimeError):
         write_recording(moving(0.02, 0.3), scene, tmp_path / "new")
     assert not list(tmp_path.iterdir())

@@ -13,16 +13,16 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from stripfold.errors import MeasurementError, TrackingError
+from stripfold.synthetic.recording import history_of
+from stripfold.synthetic.render import Renderer
+from stripfold.synthetic.scene import Scene
+from stripfold.synthetic.sensor import Sensor
+from stripfold.synthetic.view import View
 from stripfold.vision import following, strip_tracker, tracking
 from stripfold.vision.centreline import Centreline
 from stripfold.vision.layers import Layers
 from stripfold.vision.mapping import Mapping, Similarity
 from stripfold.vision.marker import Marker
-from stripfold.vision.synthetic.recording import history_of
-from stripfold.vision.synthetic.render import Renderer
-from stripfold.vision.synthetic.scene import Scene
-from stripfold.vision.synthetic.sensor import Sensor
-from stripfold.vision.synthetic.view import View
 from stripfold.vision.video import Frame
 
 Array = NDArray[np.float64]

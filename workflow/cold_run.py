@@ -8,7 +8,7 @@ from pathlib import Path
 from time import perf_counter
 
 from stripfold import store
-from stripfold.studies import cold_run
+from studies import cold_run
 
 output, cores = Path(sys.argv[1]), int(sys.argv[2])
 with tempfile.TemporaryDirectory() as folder:

@@ -14,8 +14,8 @@ from stripfold.cli_common import as_json, metres, output_path, progress
 from stripfold.errors import InvalidInputError, SolveError, StripfoldError, TimeStepError
 
 if TYPE_CHECKING:
+    from stripfold.analysis.critical_point import CriticalResult
     from stripfold.scene import Scene
-    from stripfold.studies.critical import CriticalResult
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -117,8 +117,8 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _critical(arguments: argparse.Namespace) -> str:
+    from stripfold.analysis.critical_point import find
     from stripfold.scene import Scene, require_long_enough
-    from stripfold.studies.critical import find
 
     keys = ("length", "height", "eta_b", "eta_m", "nu", "model", "accuracy")
     scene = Scene.create(**{key: getattr(arguments, key) for key in keys})
@@ -175,7 +175,7 @@ def _eta(arguments: argparse.Namespace) -> str:
 
 def _simulate(arguments: argparse.Namespace) -> str:
     from stripfold import simulation, store
-    from stripfold.studies import collapse_data
+    from stripfold.analysis import collapse_data
 
     asked = simulation.read(arguments.scene)
     path = output_path(arguments.output, arguments.scene, ".nc")
@@ -205,7 +205,7 @@ def _simulate(arguments: argparse.Namespace) -> str:
 
 def _film(arguments: argparse.Namespace) -> str:
     from stripfold import store
-    from stripfold.film import film
+    from stripfold.plots.film import film
 
     path = output_path(arguments.output, arguments.result, ".mp4")
     data = store.read(arguments.result)

@@ -10,9 +10,9 @@ from stripfold.cli_common import as_json, metres, output_path, progress
 from stripfold.errors import InvalidInputError
 
 if TYPE_CHECKING:
+    from stripfold.analysis.verdict import Verdict
     from stripfold.material import Material
     from stripfold.paths import GripperPath
-    from stripfold.studies.verdict import Verdict
 
 UNSTRETCHED = 1e-6
 """eta_m, m^-2 s^2, that leaves any strip thin."""
@@ -96,8 +96,8 @@ def _planned(kind: str, length: float, unit: float) -> GripperPath:
 def assess(arguments: argparse.Namespace) -> str:
     """``stripfold assess``."""
     from stripfold import paths
+    from stripfold.analysis import verdict
     from stripfold.scene import checked_number
-    from stripfold.studies import verdict
 
     began = perf_counter()
     material, length = _strip(arguments)

@@ -23,7 +23,7 @@ def add_to(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> Non
 
 def record(arguments: argparse.Namespace) -> str:
     """``stripfold record``."""
-    from stripfold.vision.synthetic import recording, scene
+    from stripfold.synthetic import recording, scene
 
     asked = scene.read(arguments.scene)
     folder = Path(arguments.output or Path(arguments.scene).stem)

@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from .effects import Effect
-from .effects.self_contact import SelfContact
-from .models.model import Model
-from .paths.curve import Piece
-from .solve.linear import Band, Sparse
+from stripfold.effects import Effect
+from stripfold.effects.self_contact import SelfContact
+from stripfold.models.model import Model
+from stripfold.paths.curve import Piece
+from stripfold.solve.linear import Band, Sparse
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

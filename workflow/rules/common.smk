@@ -1,7 +1,10 @@
+import sys
 from itertools import product
 from pathlib import Path
 
-from stripfold.config import load
+sys.path.insert(0, str(Path(workflow.basedir) / "workflow"))
+
+from configuration import load
 
 # Checked and completed first: an unknown key or a value that cannot be used ends here.
 CONFIG = load({key: value for key, value in config.items()})

@@ -4,13 +4,16 @@ import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 # One core per process: Snakemake tells the numerical libraries to use all of the rule's threads, which on systems as
 # small as these wait for each other, and count double in the processor time. Before anything imports them.
 os.environ |= dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 
-from stripfold.config import Config, load
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+from configuration import Config, load
 from stripfold.errors import StripfoldError
 from stripfold.store import running_commit
 

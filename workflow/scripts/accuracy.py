@@ -1,6 +1,7 @@
 from _run import config_of, logged
+
 from stripfold import store
-from stripfold.studies import accuracy
+from studies import accuracy
 
 with logged(snakemake) as say:
     data = accuracy.run(**dict(snakemake.params.items()), progress=say)

@@ -1,9 +1,10 @@
 from _run import config_of, logged
+
+from configuration import material_of
 from stripfold import store
-from stripfold.config import material_of
+from stripfold.analysis import assess_data
+from stripfold.analysis.collapse_data import in_solver_units
 from stripfold.simulation import LettingGo
-from stripfold.studies import assess_data
-from stripfold.studies.collapse_data import in_solver_units
 
 with logged(snakemake) as say:
     study = snakemake.params

@@ -1,6 +1,7 @@
 from _run import config_of, logged
+
 from stripfold import store
-from stripfold.studies import benchmark
+from studies import benchmark
 
 with logged(snakemake):
     data = benchmark.run_assess(snakemake.params.repeats, snakemake.params.length)

@@ -1,8 +1,9 @@
 from itertools import product
 
 from _run import config_of, logged
+
 from stripfold import store
-from stripfold.studies import assess_data
+from stripfold.analysis import assess_data
 
 with logged(snakemake):
     study = snakemake.params

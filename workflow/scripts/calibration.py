@@ -1,8 +1,9 @@
 from pathlib import Path
 
 from _run import config_of, logged
+
 from stripfold import store
-from stripfold.studies import calibration
+from studies import calibration
 
 with logged(snakemake) as say:
     data = calibration.run(Path(snakemake.params.images), say)

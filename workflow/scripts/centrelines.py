@@ -1,8 +1,9 @@
 from pathlib import Path
 
 from _run import config_of, logged
+
 from stripfold import store
-from stripfold.studies import centrelines
+from studies import centrelines
 
 with logged(snakemake) as say:
     data = centrelines.run(Path(snakemake.params.images), say)

@@ -1,6 +1,7 @@
 from _run import logged
+
 from stripfold import simulation, store
-from stripfold.studies import collapse_data
+from stripfold.analysis import collapse_data
 
 with logged(snakemake) as say:
     asked = simulation.read(snakemake.input[0])

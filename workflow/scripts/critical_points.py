@@ -1,6 +1,7 @@
 from _run import config_of, logged
+
 from stripfold import store
-from stripfold.studies import combine
+from stripfold.analysis import combine
 
 with logged(snakemake):
     labels = snakemake.params.labels

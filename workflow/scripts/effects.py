@@ -1,6 +1,7 @@
 from _run import config_of, logged
+
 from stripfold import store
-from stripfold.studies import effects
+from studies import effects
 
 with logged(snakemake) as say:
     data = effects.run(snakemake.params.scenes, snakemake.params.repeats, say)

@@ -1,8 +1,9 @@
 # First: it settles how many threads the numerical libraries take.
 from _run import config_of, logged  # isort: skip
 from _pool import in_parts
+
 from stripfold import store
-from stripfold.studies import estimates
+from studies import estimates
 
 with logged(snakemake) as say:
     study = snakemake.params

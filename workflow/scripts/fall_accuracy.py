@@ -1,6 +1,7 @@
 from _run import config_of, logged
+
 from stripfold import store
-from stripfold.studies import fall_accuracy
+from studies import fall_accuracy
 
 with logged(snakemake) as say:
     data = fall_accuracy.run(**dict(snakemake.params.items()), progress=say)

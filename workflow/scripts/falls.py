@@ -1,6 +1,7 @@
 from _run import config_of, logged
+
 from stripfold import store
-from stripfold.studies import falls
+from studies import falls
 
 with logged(snakemake) as say:
     data = falls.run(snakemake.params.base, snakemake.params.cases, say)

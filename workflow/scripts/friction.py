@@ -1,7 +1,8 @@
 from _run import config_of, logged
+
+from configuration import material_of
 from stripfold import store
-from stripfold.config import material_of
-from stripfold.studies import friction_data
+from stripfold.analysis import friction_data
 
 with logged(snakemake) as say:
     study = snakemake.params

@@ -1,6 +1,7 @@
 from _run import config_of, logged
+
 from stripfold import store
-from stripfold.studies import friction_steps
+from studies import friction_steps
 
 with logged(snakemake) as say:
     study = snakemake.params

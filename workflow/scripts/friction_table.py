@@ -1,6 +1,7 @@
 from _run import config_of, logged
+
 from stripfold import store
-from stripfold.studies import friction_data
+from stripfold.analysis import friction_data
 
 with logged(snakemake):
     labels = snakemake.params.labels

@@ -1,6 +1,7 @@
 from _run import config_of, logged
+
 from stripfold import store
-from stripfold.studies import hard_cases
+from studies.hard_cases import run as hard_cases
 
 with logged(snakemake) as say:
     data = hard_cases.run(**dict(snakemake.params.items()), progress=say)

@@ -1,6 +1,7 @@
 from _run import config_of, logged
+
 from stripfold import store
-from stripfold.studies import lag
+from studies import lag
 
 with logged(snakemake):
     data = lag.run(**dict(snakemake.params.items()))

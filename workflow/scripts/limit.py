@@ -1,6 +1,7 @@
 from _run import config_of, logged
+
 from stripfold import store
-from stripfold.studies import limit
+from studies import limit
 
 with logged(snakemake):
     data = limit.run(**dict(snakemake.params.items()))

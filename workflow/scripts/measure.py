@@ -1,4 +1,5 @@
 from _run import config_of, logged
+
 from stripfold import store
 from stripfold.vision import measure, recording, report, results
 

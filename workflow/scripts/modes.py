@@ -1,6 +1,7 @@
 from _run import config_of, logged
+
 from stripfold import store
-from stripfold.studies import modes
+from studies import modes
 
 with logged(snakemake):
     data = modes.run(**dict(snakemake.params.items()))

@@ -1,6 +1,7 @@
 from _run import config_of, logged
+
 from stripfold import store
-from stripfold.studies import order
+from studies import order
 
 with logged(snakemake):
     data = order.run(**dict(snakemake.params.items()))

@@ -1,6 +1,7 @@
 from _run import config_of, logged
+
 from stripfold import store
-from stripfold.studies import peers
+from studies import peers
 
 with logged(snakemake) as say:
     data = peers.run(**dict(snakemake.params.items()), progress=say)

@@ -1,7 +1,8 @@
 from _run import config_of, logged
+
+from configuration import material_of
 from stripfold import store
-from stripfold.config import material_of
-from stripfold.studies import plans
+from stripfold.analysis import plans
 
 with logged(snakemake):
     entry, config = snakemake.params.material, config_of(snakemake)

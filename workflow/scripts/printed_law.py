@@ -1,6 +1,7 @@
 from _run import config_of, logged
+
 from stripfold import store
-from stripfold.studies import printed_law
+from studies import printed_law
 
 with logged(snakemake):
     store.write(

@@ -1,6 +1,7 @@
 from _run import config_of, logged
+
 from stripfold import store
-from stripfold.studies import profiling
+from studies import profiling
 
 with logged(snakemake):
     data = profiling.run(**dict(snakemake.params.items()))

@@ -2,9 +2,14 @@ import json
 from pathlib import Path
 
 from _run import logged
+
 from stripfold import store
-from stripfold.studies import cold_run, effects, hard_cases, profiling, summary, summary_accuracy, summary_peers
-from stripfold.studies.summary_entry import fill_table
+from studies import cold_run, effects, profiling
+from studies.hard_cases import run as hard_cases
+from studies.summary import accuracy as summary_accuracy
+from studies.summary import peers as summary_peers
+from studies.summary import run as summary
+from studies.summary.entry import fill_table
 
 with logged(snakemake):
     numbers = json.loads(Path(snakemake.input.summary).read_text(encoding="utf-8"))

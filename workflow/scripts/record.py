@@ -1,8 +1,9 @@
 from pathlib import Path
 
 from _run import logged
-from stripfold.studies import recordings
-from stripfold.vision.synthetic.recording import history_of, write_recording
+
+from stripfold.synthetic.recording import history_of, write_recording
+from studies import recordings
 
 with logged(snakemake) as say:
     study, of = snakemake.params, snakemake.params.of

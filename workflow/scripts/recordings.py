@@ -1,6 +1,7 @@
 from _run import config_of, logged
+
 from stripfold import store
-from stripfold.studies import recordings
+from studies import recordings
 
 with logged(snakemake):
     measured = [store.read(path) for path in snakemake.input]

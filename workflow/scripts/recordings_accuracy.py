@@ -4,9 +4,10 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from _pool import in_parts
+
 from stripfold import store
-from stripfold.studies import recordings_accuracy
-from stripfold.vision.synthetic import design
+from studies import recordings_accuracy
+from studies import recordings_design as design
 
 with logged(snakemake) as say, TemporaryDirectory() as folder:
     study = snakemake.params

@@ -1,6 +1,7 @@
 from _run import config_of, logged
+
 from stripfold import store
-from stripfold.studies import rod
+from studies import rod
 
 with logged(snakemake) as say:
     data = rod.run(**dict(snakemake.params.items()), progress=say)

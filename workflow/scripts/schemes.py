@@ -1,6 +1,7 @@
 from _run import config_of, logged
+
 from stripfold import store
-from stripfold.studies import schemes
+from studies import schemes
 
 with logged(snakemake):
     data = schemes.run(**dict(snakemake.params.items()))

@@ -1,6 +1,7 @@
 from _run import logged
+
 from stripfold import store
-from stripfold.studies.summary import summarise
+from studies.summary.run import summarise
 
 with logged(snakemake) as say:
     sources = dict(snakemake.input.items())

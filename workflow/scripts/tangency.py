@@ -1,6 +1,7 @@
 from _run import config_of, logged
+
 from stripfold import store
-from stripfold.studies import tangency
+from studies import tangency
 
 with logged(snakemake) as say:
     study = snakemake.params

@@ -1,6 +1,7 @@
 from _run import config_of, logged
+
 from stripfold import store
-from stripfold.studies import video_benchmark
+from studies import video_benchmark
 
 with logged(snakemake):
     data = video_benchmark.run(**dict(snakemake.params.items()))

@@ -1,8 +1,9 @@
 from _run import config_of, logged
+
+from configuration import material_of
 from stripfold import store
-from stripfold.config import material_of
-from stripfold.studies import xaxis
-from stripfold.studies.checks import check_branch
+from stripfold.analysis import x_axis as xaxis
+from stripfold.analysis.checks import check_branch
 
 with logged(snakemake) as say:
     entry, solid = snakemake.params.material, snakemake.params.solid

@@ -3,8 +3,8 @@
 Both laws here remember the last accepted state (``docs/physics.md``, section 8).
 """
 
-from .effect import Effect
-from .hysteresis import Hysteresis
-from .pull import Pull
+from stripfold.effects.effect import Effect
+from stripfold.effects.hysteresis import Hysteresis
+from stripfold.effects.pull import Pull
 
 __all__ = ["Effect", "Hysteresis", "Pull"]

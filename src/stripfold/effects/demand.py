@@ -11,8 +11,8 @@ from dataclasses import asdict, dataclass, replace
 from difflib import get_close_matches
 from typing import Any
 
-from ..errors import InvalidInputError
-from ..model_error import model_error
+from stripfold.analysis.model_error import model_error
+from stripfold.errors import InvalidInputError
 
 CONTACT, SELF_CONTACT, INERTIA = "contact", "self_contact", "inertia"
 FRICTION, SOLID, MEMBRANE = "friction", "solid", "membrane"

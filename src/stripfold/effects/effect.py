@@ -7,7 +7,7 @@ from typing import Protocol, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from ..solve.linear import Band
+from stripfold.solve.linear import Band
 
 Array = NDArray[np.float64]
 

@@ -12,10 +12,10 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import InvalidInputError
-from ..models.directors import Directors
-from ..models.model import Model
-from ..solve.linear import Band
+from stripfold.errors import InvalidInputError
+from stripfold.models.directors import Directors
+from stripfold.models.model import Model
+from stripfold.solve.linear import Band
 
 Array = NDArray[np.float64]
 

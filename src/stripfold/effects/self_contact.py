@@ -18,10 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from ..errors import NewtonError
-from ..models.model import Model
-from ..models.recent import Recent
-from .proximity import Found, Pairs, rim, rim_slope
+from stripfold.effects.proximity import Found, Pairs, rim, rim_slope
+from stripfold.errors import NewtonError
+from stripfold.models.model import Model
+from stripfold.models.recent import Recent
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

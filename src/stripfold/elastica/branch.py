@@ -9,16 +9,7 @@ import numpy as np
 from stripfold.elastica._chebyshev import FloatArray, grid
 from stripfold.elastica._checks import height, positive
 from stripfold.elastica._continuation import Point, at_height, locate, march, point_at
-from stripfold.elastica._system import (
-    FORCE_X,
-    LENGTH,
-    TOLERANCE,
-    Evaluation,
-    evaluate,
-    fixed,
-    lifted,
-    solve,
-)
+from stripfold.elastica._system import FORCE_X, LENGTH, TOLERANCE, Evaluation, evaluate, fixed, lifted, solve
 from stripfold.elastica.state import State
 from stripfold.errors import InvalidInputError
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .strip_mesh import StripMesh
+from stripfold.models.strip_mesh import StripMesh
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

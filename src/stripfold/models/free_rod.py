@@ -17,10 +17,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import elastica
-from ..errors import SolveError
-from ..solve.linear import Band
-from .rod import AT_STRETCH, W_STRETCH, Rod, hermite
+from stripfold import elastica
+from stripfold.errors import SolveError
+from stripfold.models.rod import AT_STRETCH, W_STRETCH, Rod, hermite
+from stripfold.solve.linear import Band
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

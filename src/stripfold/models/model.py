@@ -10,8 +10,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ..solve.linear import Band, BandPattern
-from .directors import Directors
+from stripfold.models.directors import Directors
+from stripfold.solve.linear import Band, BandPattern
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

@@ -20,11 +20,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import InvalidInputError
-from ..solve.linear import Band, BandPattern
-from .directors import Directors
-from .model import OnNodes
-from .recent import Recent
+from stripfold.errors import InvalidInputError
+from stripfold.models.directors import Directors
+from stripfold.models.model import OnNodes
+from stripfold.models.recent import Recent
+from stripfold.solve.linear import Band, BandPattern
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

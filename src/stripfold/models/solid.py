@@ -13,12 +13,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ..solve.linear import Band, BandPattern
-from . import laws
-from .directors import Directors
-from .model import OnNodes
-from .recent import Recent
-from .strip_mesh import Index, StripMesh, build
+from stripfold.models import laws
+from stripfold.models.directors import Directors
+from stripfold.models.model import OnNodes
+from stripfold.models.recent import Recent
+from stripfold.models.strip_mesh import Index, StripMesh, build
+from stripfold.solve.linear import Band, BandPattern
 
 Array = NDArray[np.float64]
 

@@ -20,7 +20,7 @@ import numpy as np
 import skfem
 from numpy.typing import NDArray
 
-from ..errors import InvalidInputError
+from stripfold.errors import InvalidInputError
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

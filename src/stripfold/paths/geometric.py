@@ -6,7 +6,7 @@ from math import cos, pi, sin, sqrt
 
 import numpy as np
 
-from .curve import Array, GripperPath, Piece
+from stripfold.paths.curve import Array, GripperPath, Piece
 
 
 def triangular(length: float) -> GripperPath:

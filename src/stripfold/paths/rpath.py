@@ -12,12 +12,12 @@ from functools import lru_cache
 
 import numpy as np
 
-from .. import elastica
-from ..elastica.carrying import Touching, carrying, lifting, rolling
-from ..elastica.state import State
-from ..errors import InvalidInputError
-from .curve import Array, GripperPath, Piece, polygon_length
-from .geometric import circular, triangular
+from stripfold import elastica
+from stripfold.elastica.carrying import Touching, carrying, lifting, rolling
+from stripfold.elastica.state import State
+from stripfold.errors import InvalidInputError
+from stripfold.paths.curve import Array, GripperPath, Piece, polygon_length
+from stripfold.paths.geometric import circular, triangular
 
 PHASES = ("lift", "carry", "roll", "lay")
 LONGEST = 100.0

@@ -8,9 +8,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from ..errors import InvalidInputError
-from ..store import write_text
-from .curve import Array, GripperPath, Piece, polygon_length
+from stripfold.errors import InvalidInputError
+from stripfold.paths.curve import Array, GripperPath, Piece, polygon_length
+from stripfold.store import write_text
 
 HEADER = "t,x,z"
 CORNER = float(np.deg2rad(10.0))

@@ -28,7 +28,7 @@ def draw(data: xr.Dataset) -> Figure:
     Parameters
     ----------
     data
-        From :func:`stripfold.studies.collapse_data.run`.
+        From :func:`stripfold.analysis.collapse_data.run`.
     """
     found = collapse(data)
     fig, (whole, near) = equal_panels([limits(found), _limits_of_fall(found)], above=0.42)

@@ -23,7 +23,7 @@ def draw(data: xr.Dataset) -> Figure:
     Parameters
     ----------
     data
-        From :func:`stripfold.studies.collapse_data.run`.
+        From :func:`stripfold.analysis.collapse_data.run`.
     """
     found = collapse(data)
     fig = figure(3.1)

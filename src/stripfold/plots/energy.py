@@ -33,7 +33,7 @@ def draw(data: xr.Dataset) -> Figure:
     Parameters
     ----------
     data
-        From :func:`stripfold.studies.collapse_data.run`.
+        From :func:`stripfold.analysis.collapse_data.run`.
     """
     found = collapse(data)
     missing = [name for name in ENERGIES if name not in data]

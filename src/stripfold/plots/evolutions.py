@@ -25,9 +25,9 @@ def draw(r_path: xr.Dataset, triangular: xr.Dataset, circular: xr.Dataset, plans
     Parameters
     ----------
     r_path, triangular, circular
-        From :func:`stripfold.studies.assess_data.run`.
+        From :func:`stripfold.analysis.assess_data.run`.
     plans
-        From :func:`stripfold.studies.plans.dataset`, for the same strip.
+        From :func:`stripfold.analysis.plans.dataset`, for the same strip.
     """
     found = dict(zip(TITLES, (r_path, triangular, circular), strict=True))
     ways = {name: planned(plans, name) for name in TITLES}

@@ -36,7 +36,7 @@ def draw(data: xr.Dataset) -> Figure:
     Parameters
     ----------
     data
-        From :func:`stripfold.studies.plans.dataset`.
+        From :func:`stripfold.analysis.plans.dataset`.
     """
     plan = planned(data, "r-path")
     length = float(plan.arc[-1])

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
+from stripfold.analysis.states import FALL, PHASES, STATIC
 from stripfold.errors import InvalidInputError
 from stripfold.plots.phases import way_of
 from stripfold.plots.states import Array
-from stripfold.studies.states import FALL, PHASES, STATIC
 
 REQUIRED = ("phase", "part", "pseudo_time", "x", "z", "arc")
 
@@ -69,7 +69,7 @@ def parts(data: xr.Dataset) -> list[Part]:
     Parameters
     ----------
     data
-        With the layout of :func:`stripfold.studies.states.dataset`.
+        With the layout of :func:`stripfold.analysis.states.dataset`.
 
     Raises
     ------
@@ -110,7 +110,7 @@ def ways_out(data: xr.Dataset) -> list[Way]:
     Parameters
     ----------
     data
-        From :func:`stripfold.studies.friction_data.two_ways`.
+        From :func:`stripfold.analysis.friction_data.two_ways`.
 
     Raises
     ------
@@ -135,7 +135,7 @@ def planned(data: xr.Dataset, path: str) -> Part:
     Parameters
     ----------
     data
-        From :func:`stripfold.studies.plans.dataset`.
+        From :func:`stripfold.analysis.plans.dataset`.
     path
         Name of the path.
 
@@ -156,7 +156,7 @@ def held(data: xr.Dataset, law: str = "pull") -> tuple[Part, Array]:
     Parameters
     ----------
     data
-        From :func:`stripfold.studies.friction_data.run`.
+        From :func:`stripfold.analysis.friction_data.run`.
     law
         Of friction.
 

@@ -26,7 +26,7 @@ def draw(data: xr.Dataset) -> Figure:
     Parameters
     ----------
     data
-        From :func:`stripfold.studies.friction_data.table`.
+        From :func:`stripfold.analysis.friction_data.table`.
     """
     eta, long = data["eta_b"].values, data["relative_length"].values
     unit, step = data["gravity_length"].values, data["step"].values

@@ -36,7 +36,7 @@ def draw(data: xr.Dataset, height: float | None = None) -> Figure:
     Parameters
     ----------
     data
-        From :func:`stripfold.studies.xaxis.run`.
+        From :func:`stripfold.analysis.x_axis.run`.
     height
         Gripper height, m; the nearest one with a snap is drawn, by default the one nearest 3 L*.
     """

@@ -20,7 +20,7 @@ def draw(data: xr.Dataset) -> Figure:
     Parameters
     ----------
     data
-        Over ``recording`` (:mod:`stripfold.studies.recordings`).
+        Over ``recording`` (:mod:`studies.recordings`).
     """
     fig = figure(5.2)
     ax, above = fig.subplots(2, 1, sharex=True, height_ratios=(2.0, 1.3))

@@ -89,7 +89,7 @@ def collapse(data: xr.Dataset) -> Collapse:
     Parameters
     ----------
     data
-        From :func:`stripfold.studies.collapse_data.run`.
+        From :func:`stripfold.analysis.collapse_data.run`.
 
     Raises
     ------

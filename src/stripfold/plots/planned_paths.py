@@ -27,7 +27,7 @@ def draw(data: xr.Dataset) -> Figure:
     Parameters
     ----------
     data
-        From :func:`stripfold.studies.plans.dataset`.
+        From :func:`stripfold.analysis.plans.dataset`.
     """
     fig, axes = equal_panels([limits([planned(data, name)]) for name in TITLES], above=0.25, one_x=True)
     for ax, (name, title) in zip(axes, TITLES.items(), strict=True):

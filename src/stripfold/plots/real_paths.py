@@ -17,7 +17,7 @@ def draw(data: xr.Dataset) -> Figure:
     Parameters
     ----------
     data
-        Over ``recording`` (:mod:`stripfold.studies.recordings`).
+        Over ``recording`` (:mod:`studies.recordings`).
     """
     etas = np.unique(data["eta_b"].values)
     columns = min(len(etas), 2)

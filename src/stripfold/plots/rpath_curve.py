@@ -36,13 +36,13 @@ def draw(r_path: xr.Dataset, ways: xr.Dataset, friction: xr.Dataset, plans: xr.D
     Parameters
     ----------
     r_path
-        From :func:`stripfold.studies.assess_data.run`.
+        From :func:`stripfold.analysis.assess_data.run`.
     ways
-        From :func:`stripfold.studies.friction_data.two_ways`.
+        From :func:`stripfold.analysis.friction_data.two_ways`.
     friction
-        From :func:`stripfold.studies.friction_data.run`; the paper's pull is drawn.
+        From :func:`stripfold.analysis.friction_data.run`; the paper's pull is drawn.
     plans
-        From :func:`stripfold.studies.plans.dataset`, for the same strip.
+        From :func:`stripfold.analysis.plans.dataset`, for the same strip.
     """
     plan, (before, *behind), out = planned(plans, "r-path"), parts(r_path), ways_out(ways)
     critical = float(before.pseudo_time[-1]) if float(r_path.attrs["critical_points"]) > 0.0 else np.nan

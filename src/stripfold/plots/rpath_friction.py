@@ -43,11 +43,11 @@ def draw(r_path: xr.Dataset, ways: xr.Dataset, friction: xr.Dataset) -> Figure:
     Parameters
     ----------
     r_path
-        From :func:`stripfold.studies.assess_data.run`.
+        From :func:`stripfold.analysis.assess_data.run`.
     ways
-        From :func:`stripfold.studies.friction_data.two_ways`.
+        From :func:`stripfold.analysis.friction_data.two_ways`.
     friction
-        From :func:`stripfold.studies.friction_data.run`; the paper's pull is drawn.
+        From :func:`stripfold.analysis.friction_data.run`; the paper's pull is drawn.
     """
     before, out, (whole, eigenvalues) = parts(r_path)[0], ways_out(ways), held(friction)
     view = limits([before, whole])

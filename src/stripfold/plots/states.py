@@ -1,4 +1,4 @@
-"""One branch out of a dataset of :mod:`stripfold.studies.xaxis`, without its padding."""
+"""One branch out of a dataset of :mod:`stripfold.analysis.x_axis`, without its padding."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def branch(data: xr.Dataset, height: float | None = None) -> Branch:
     Parameters
     ----------
     data
-        From :func:`stripfold.studies.xaxis.run`.
+        From :func:`stripfold.analysis.x_axis.run`.
     height
         Gripper height, m; by default 5 L*.
 

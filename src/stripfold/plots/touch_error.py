@@ -31,7 +31,7 @@ def draw(data: xr.Dataset) -> Figure:
     Parameters
     ----------
     data
-        From :func:`stripfold.studies.assess_data.table`.
+        From :func:`stripfold.analysis.assess_data.table`.
     """
     unit = data["gravity_length"].values
     eta, long = data["eta_b"].values, data["relative_length"].sel(path="r-path").values

@@ -13,11 +13,11 @@ from math import sqrt
 
 import numpy as np
 
-from ..errors import ContinuationError, NewtonError, SolveError
-from . import newton
-from .linear import solve_bordered
-from .problem import Array, Equilibrium, Index, Point, Problem, Tangent, inner
-from .stability import nearest_eigenvalues
+from stripfold.errors import ContinuationError, NewtonError, SolveError
+from stripfold.solve import newton
+from stripfold.solve.linear import solve_bordered
+from stripfold.solve.problem import Array, Equilibrium, Index, Point, Problem, Tangent, inner
+from stripfold.solve.stability import nearest_eigenvalues
 
 CONTACT_REACH = 1e-4
 """Arc length within which a contact has to change for a branch to be turned there; many times the smallest step."""

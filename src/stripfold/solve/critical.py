@@ -9,9 +9,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ..errors import CoarseMeshError, NewtonError, SolveError
-from .continuation import CONTACT_REACH, StepOptions, step, turn
-from .problem import Array, Point, Problem
+from stripfold.errors import CoarseMeshError, NewtonError, SolveError
+from stripfold.solve.continuation import CONTACT_REACH, StepOptions, step, turn
+from stripfold.solve.problem import Array, Point, Problem
 
 
 @dataclass(frozen=True)

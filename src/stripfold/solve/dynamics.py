@@ -14,10 +14,10 @@ from typing import Protocol
 
 import numpy as np
 
-from ..errors import NewtonError, SolveError, TimeStepError
-from .newton import NewtonOptions, rounding
-from .problem import Array, Index
-from .schemes import Damping, DynamicProblem, EnergyMomentum, Scheme, Stretch
+from stripfold.errors import NewtonError, SolveError, TimeStepError
+from stripfold.solve.newton import NewtonOptions, rounding
+from stripfold.solve.problem import Array, Index
+from stripfold.solve.schemes import Damping, DynamicProblem, EnergyMomentum, Scheme, Stretch
 
 SAME_VELOCITY = 1e-12
 """Velocities that differ by less are not made equal by an impact."""

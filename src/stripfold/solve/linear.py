@@ -17,7 +17,7 @@ from scipy import sparse
 from scipy.linalg import blas, lapack, ldl
 from scipy.sparse.linalg import splu
 
-from ..errors import SolveError
+from stripfold.errors import SolveError
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import CrushedError, NewtonError, SolveError
-from .linear import Matrix, solve_bordered
-from .problem import Array, Equilibrium, Index, Problem
+from stripfold.errors import CrushedError, NewtonError, SolveError
+from stripfold.solve.linear import Matrix, solve_bordered
+from stripfold.solve.problem import Array, Equilibrium, Index, Problem
 
 EPS = float(np.finfo(float).eps)
 REPEATED = 1e-2

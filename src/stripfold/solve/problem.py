@@ -12,7 +12,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from .linear import Matrix
+from stripfold.solve.linear import Matrix
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

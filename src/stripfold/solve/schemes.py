@@ -12,10 +12,10 @@ from typing import Any, Protocol, Self
 
 import numpy as np
 
-from . import newton
-from .linear import Band, Sparse
-from .newton import NewtonOptions
-from .problem import Array, Equilibrium, Index, Problem
+from stripfold.solve import newton
+from stripfold.solve.linear import Band, Sparse
+from stripfold.solve.newton import NewtonOptions
+from stripfold.solve.problem import Array, Equilibrium, Index, Problem
 
 AT_REST = 1e-12
 """A gripper that moves by less in a step is taken to be at rest."""

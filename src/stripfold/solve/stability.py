@@ -11,9 +11,9 @@ from math import sqrt
 import numpy as np
 import scipy.linalg
 
-from ..errors import SolveError
-from .linear import Matrix, Solve
-from .problem import Array, Index, Problem
+from stripfold.errors import SolveError
+from stripfold.solve.linear import Matrix, Solve
+from stripfold.solve.problem import Array, Index, Problem
 
 MOST_VECTORS = 60
 TOLERANCE = 1e-8

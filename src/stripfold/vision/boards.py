@@ -10,9 +10,9 @@ import cv2
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ..errors import InvalidInputError
-from .camera import Array
-from .picture import Picture
+from stripfold.errors import InvalidInputError
+from stripfold.vision.camera import Array
+from stripfold.vision.picture import Picture
 
 DICTIONARIES = {
     "4x4_50": cv2.aruco.DICT_4X4_50,

@@ -12,13 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import Delaunay
 
-from ..errors import CalibrationError
-from . import calibration, intrinsics_file, pictures
-from .boards import Board, Corners, detect
-from .calibration import STANDS_OUT, Intrinsics
-from .camera import Array, Camera
-from .mapping import Mapping, Similarity, homography, rms, through
-from .robot_grid import FEWEST, Stop, stops_in
+from stripfold.errors import CalibrationError
+from stripfold.vision import calibration, intrinsics_file, pictures
+from stripfold.vision.boards import Board, Corners, detect
+from stripfold.vision.calibration import STANDS_OUT, Intrinsics
+from stripfold.vision.camera import Array, Camera
+from stripfold.vision.mapping import Mapping, Similarity, homography, rms, through
+from stripfold.vision.robot_grid import FEWEST, Stop, stops_in
 
 LARGEST_PLANE_RMS = 0.35
 """Pixels: residual of the homography of the plane's picture."""

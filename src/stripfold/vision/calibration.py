@@ -15,11 +15,11 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from ..errors import CalibrationError
-from . import pictures
-from .boards import Board, Corners, Refinement, detect
-from .camera import Array, Camera
-from .mapping import homography, rms, through
+from stripfold.errors import CalibrationError
+from stripfold.vision import pictures
+from stripfold.vision.boards import Board, Corners, Refinement, detect
+from stripfold.vision.camera import Array, Camera
+from stripfold.vision.mapping import homography, rms, through
 
 PARAMETERS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
 FEWEST_VIEWS, MOST_VIEWS = 6, 100

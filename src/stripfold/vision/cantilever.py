@@ -19,8 +19,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from stripfold.errors import TrackingError
-
-from .sections import tangents
+from stripfold.vision.sections import tangents
 
 Array = NDArray[np.float64]
 

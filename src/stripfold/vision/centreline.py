@@ -8,11 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from stripfold.errors import TrackingError
-
-from .mask import Rough, candidates
-from .measuring import Band, Centreline, default_reach, measured, sections_of
-from .sections import interpolated, tangents
-from .smooth import smoothed_values
+from stripfold.vision.mask import Rough, candidates
+from stripfold.vision.measuring import Band, Centreline, default_reach, measured, sections_of
+from stripfold.vision.sections import interpolated, tangents
+from stripfold.vision.smooth import smoothed_values
 
 __all__ = ["Centreline", "find"]
 

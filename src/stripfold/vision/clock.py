@@ -14,9 +14,9 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from ..errors import SynchronisationError
-from .camera import Array
-from .tables import ascending, table
+from stripfold.errors import SynchronisationError
+from stripfold.vision.camera import Array
+from stripfold.vision.tables import ascending, table
 
 MOST_ROWS = 1_000_000
 LEAST_CORRELATION = 0.999

@@ -18,8 +18,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import InvalidInputError
-from .decoding import MOST_FRAMES, MOST_SECONDS, PICTURES, frame_files
+from stripfold.errors import InvalidInputError
+from stripfold.vision.decoding import MOST_FRAMES, MOST_SECONDS, PICTURES, frame_files
 
 PATIENCE = 30.0
 """How long the decoder may be silent before it is ended, s."""

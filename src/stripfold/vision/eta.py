@@ -17,9 +17,8 @@ from numpy.typing import NDArray
 from stripfold import elastica
 from stripfold.errors import InvalidInputError, TrackingError
 from stripfold.scene import ETA_B
-
-from . import cantilever, folded
-from .centreline import Centreline, find
+from stripfold.vision import cantilever, folded
+from stripfold.vision.centreline import Centreline, find
 
 Array = NDArray[np.float64]
 

@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stripfold.errors import TrackingError
-
-from .mask import candidates, foreground, reduced
-from .sections import edges_at, inside, sample
+from stripfold.vision.mask import candidates, foreground, reduced
+from stripfold.vision.sections import edges_at, inside, sample
 
 Array = NDArray[np.float64]
 Picture = NDArray[np.uint8]

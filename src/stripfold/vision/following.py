@@ -15,10 +15,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from .layers import Layers
-from .measuring import GOOD, MERGED, Centreline, smoothed_centres
-from .sections import Edges, edges_at, inside, interpolated, normals, sample, tangents
-from .smooth import median, smoothed_values
+from stripfold.vision.layers import Layers
+from stripfold.vision.measuring import GOOD, MERGED, Centreline, smoothed_centres
+from stripfold.vision.sections import Edges, edges_at, inside, interpolated, normals, sample, tangents
+from stripfold.vision.smooth import median, smoothed_values
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

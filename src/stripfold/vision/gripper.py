@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import TrackingError
-from .camera import Array
-from .decoder import Image
-from .marker import Fit, Marker
-from .video import Frame
+from stripfold.errors import TrackingError
+from stripfold.vision.camera import Array
+from stripfold.vision.decoder import Image
+from stripfold.vision.marker import Fit, Marker
+from stripfold.vision.video import Frame
 
 LONGEST_GAP = 0.5
 """For how long the marker may be out of sight, s."""

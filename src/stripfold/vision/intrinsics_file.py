@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import yaml
 
-from ..errors import InvalidInputError
-from .camera import Array, Camera
+from stripfold.errors import InvalidInputError
+from stripfold.vision.camera import Array, Camera
 
 LARGEST = 200_000
 """Bytes: a file with the corners of a hundred views is smaller."""

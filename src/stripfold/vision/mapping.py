@@ -9,8 +9,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import CalibrationError
-from .camera import Array, Camera
+from stripfold.errors import CalibrationError
+from stripfold.vision.camera import Array, Camera
 
 
 @dataclass(frozen=True, eq=False)

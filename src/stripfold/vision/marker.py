@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
-from . import boards
-from .camera import Array
-from .decoder import Image
-from .smooth import median
+from stripfold.vision import boards
+from stripfold.vision.camera import Array
+from stripfold.vision.decoder import Image
+from stripfold.vision.smooth import median
 
 CORNERS = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
 """The marker's corners in its own frame, in sides, in OpenCV's order."""

@@ -14,15 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stripfold.errors import MeasurementError
-
-from . import clock, snap
-from .calibrated import Calibration, calibrate_folder
-from .clock import Clock, RobotLog
-from .override import Override
-from .recording import Recording
-from .snap import Speed, StaticFit
-from .strip_tracker import HELD
-from .tracking import Tracks, track
+from stripfold.vision import clock, snap
+from stripfold.vision.calibrated import Calibration, calibrate_folder
+from stripfold.vision.clock import Clock, RobotLog
+from stripfold.vision.override import Override
+from stripfold.vision.recording import Recording
+from stripfold.vision.snap import Speed, StaticFit
+from stripfold.vision.strip_tracker import HELD
+from stripfold.vision.tracking import Tracks, track
 
 Array = NDArray[np.float64]
 

@@ -14,9 +14,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stripfold.errors import TrackingError
-
-from .sections import Edges, edges_at, inside, interpolated, locate, measure, normals, sample, sight, tangents
-from .smooth import median, smoothed_values, variances
+from stripfold.vision.sections import (
+    Edges,
+    edges_at,
+    inside,
+    interpolated,
+    locate,
+    measure,
+    normals,
+    sample,
+    sight,
+    tangents,
+)
+from stripfold.vision.smooth import median, smoothed_values, variances
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -8,8 +8,7 @@ import yaml
 
 from stripfold import schemas
 from stripfold.errors import InvalidInputError
-
-from .recording import Recording
+from stripfold.vision.recording import Recording
 
 NAME = "override.yaml"
 SCHEMA = {

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ..errors import CalibrationError, InvalidInputError
-from .picture import Picture, read_grey
+from stripfold.errors import CalibrationError, InvalidInputError
+from stripfold.vision.picture import Picture, read_grey
 
 SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".webp")
 

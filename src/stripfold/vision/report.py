@@ -23,9 +23,8 @@ from numpy.typing import NDArray
 import stripfold
 from stripfold.plots.style import BLACK, BLUE, GREY, RED, figure, styled
 from stripfold.store import running_commit
-
-from . import video
-from .measure import Measurement
+from stripfold.vision import video
+from stripfold.vision.measure import Measurement
 
 Picture = NDArray[np.uint8]
 

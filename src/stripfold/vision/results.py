@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from .measure import Measurement
+from stripfold.vision.measure import Measurement
 
 
 def fields(found: Measurement) -> dict[str, Any]:

@@ -9,14 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stripfold.errors import TrackingError
-
-from .centreline import Centreline, find
-from .following import Followed, Look, between, first_look, follow
-from .mapping import Mapping
-from .measuring import GOOD
-from .sections import interpolated
-from .smooth import median
-from .video import Frame
+from stripfold.vision.centreline import Centreline, find
+from stripfold.vision.following import Followed, Look, between, first_look, follow
+from stripfold.vision.mapping import Mapping
+from stripfold.vision.measuring import GOOD
+from stripfold.vision.sections import interpolated
+from stripfold.vision.smooth import median
+from stripfold.vision.video import Frame
 
 Array = NDArray[np.float64]
 

@@ -9,15 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stripfold.errors import MeasurementError, TrackingError
-
-from . import video
-from .calibrated import Calibration
-from .centreline import Centreline
-from .gripper import Grip, GripperTracker, Track, joined
-from .recording import Recording
-from .strip_tracker import StripTracker
-from .timing import Timing, row_time, timing
-from .video import VideoReport
+from stripfold.vision import video
+from stripfold.vision.calibrated import Calibration
+from stripfold.vision.centreline import Centreline
+from stripfold.vision.gripper import Grip, GripperTracker, Track, joined
+from stripfold.vision.recording import Recording
+from stripfold.vision.strip_tracker import StripTracker
+from stripfold.vision.timing import Timing, row_time, timing
+from stripfold.vision.video import VideoReport
 
 Array = NDArray[np.float64]
 

@@ -13,11 +13,11 @@ from typing import Any, Self
 import cv2
 import numpy as np
 
-from ..errors import InvalidInputError
-from .camera import Array
-from .decoder import Decoder, Image
-from .decoding import MOST_FRAMES
-from .tables import ascending, table
+from stripfold.errors import InvalidInputError
+from stripfold.vision.camera import Array
+from stripfold.vision.decoder import Decoder, Image
+from stripfold.vision.decoding import MOST_FRAMES
+from stripfold.vision.tables import ascending, table
 
 _BLACK: Any = 16
 """Black where the range of greys is limited: it goes to 235 then."""

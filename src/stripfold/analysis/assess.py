@@ -1,0 +1,253 @@
+"""What a gripper path does to a strip: where it is unstable, where it lands, how well it folds (the paper's section V).
+
+Statics along the path to a critical point, the fall from there to rest, statics on, until the path ends.  All in units
+of L*, sqrt(L*/g) and rho_a g L*.  Source: docs/physics.md, section 5.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import degrees
+
+import numpy as np
+
+from stripfold.analysis import planning
+from stripfold.analysis.path_statics import SIZES, STEPS, Stretch, follow
+from stripfold.analysis.release import Fall, Motion, Progress, Release, let_fall, settled, touch_position
+from stripfold.analysis.static import Strip, lift_off, locate_touch, solve_height, touches
+from stripfold.errors import CoarseMeshError
+from stripfold.models.model import Model
+from stripfold.paths import GripperPath, RPath
+from stripfold.problem import StripProblem
+from stripfold.solve.continuation import StepOptions
+from stripfold.solve.critical import CriticalPoint
+from stripfold.solve.problem import Array, Point
+
+SNAP, BIFURCATION = KINDS = "snap-through", "bifurcation"
+"""The state ceases to exist, or two states meet."""
+TANGENT = 15.0
+"""Angle between path and stability boundary, degrees, below which two states meet.
+
+At a snap the path crosses the boundary, at 75 degrees or more on the paper's paths.  A path of states that touches it
+does so at zero; planned on the elastica and followed by a strip of thickness h it crosses at an angle that goes to zero
+with h (measured: the study tangency, up to 13 degrees), an unfolded bifurcation.
+"""
+MOST_FALLS = 5
+FINEST = 0.5
+"""Smallest factor on the element lengths."""
+
+
+@dataclass(frozen=True, eq=False)
+class CriticalEvent:
+    """A critical point on a path.
+
+    Attributes
+    ----------
+    travelled, place
+        Length travelled, and where the gripper is, (x, z).
+    kind
+        One of :data:`KINDS`.
+    angle
+        Between the path and the stability boundary, degrees.
+    found
+        The located point.
+    """
+
+    travelled: float
+    place: Array
+    kind: str
+    angle: float
+    found: CriticalPoint
+
+
+@dataclass(frozen=True, eq=False)
+class Touchdown:
+    """The first touch: length travelled, x of the touch, and whether the strip fell there."""
+
+    travelled: float
+    x: float
+    fell: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Assessment:
+    """A path followed to its end.
+
+    Attributes
+    ----------
+    stretches
+        The static parts; every one but the last ends in a critical point.
+    motions
+        The falls between them (none where only statics were asked for).
+    events
+        The critical points.
+    touch
+        The first touch, or None.
+    """
+
+    model: Model
+    path: GripperPath
+    stretches: tuple[Stretch, ...]
+    motions: tuple[Motion, ...]
+    events: tuple[CriticalEvent, ...]
+    touch: Touchdown | None
+
+    @property
+    def states(self) -> list[tuple[StripProblem, Point]]:
+        """All static states, each with what it solves."""
+        return [(stretch.problem(i), point) for stretch in self.stretches for i, point in enumerate(stretch.points)]
+
+    @property
+    def stable(self) -> bool:
+        """Whether the strip follows the whole path statically."""
+        return not self.events
+
+    @property
+    def last(self) -> Point:
+        """The last static state."""
+        return self.stretches[-1].points[-1]
+
+    @property
+    def at_end(self) -> bool:
+        """Whether that is the end of the path."""
+        return abs(self.last.lam - self.path.length) < 1e-6
+
+
+def mesh_for(strip: Strip, path: GripperPath, refinement: float = 1.0) -> Model:
+    """The strip on a mesh that is fine where it lifts off when the path first meets the stability boundary."""
+    sweep = planning.sweep_on_path(path, strip.length)
+    return strip.model(planning.boundaries(strip.length, sweep, refinement, SIZES))
+
+
+def assess_strip(
+    strip: Strip,
+    path: GripperPath,
+    fall: Fall | None = None,
+    refinement: float = 1.0,
+    progress: Progress | None = None,
+    options: StepOptions = STEPS,
+) -> Assessment:
+    """Assess a path on a planned mesh; on a finer one where that proves too coarse.
+
+    Raises
+    ------
+    SolveError, TimeStepError
+        As in :func:`assess`.
+    """
+    while True:
+        try:
+            return assess(mesh_for(strip, path, refinement), path, fall, progress, options)
+        except CoarseMeshError:
+            refinement /= 2.0
+            if refinement < FINEST:
+                raise
+
+
+def assess(
+    model: Model,
+    path: GripperPath,
+    fall: Fall | None = None,
+    progress: Progress | None = None,
+    options: StepOptions = STEPS,
+) -> Assessment:
+    """Follow a path; ``fall`` says how the strip is let go at critical points, without it the first one is the end.
+
+    After :data:`MOST_FALLS` falls the next critical point is the end.
+
+    Raises
+    ------
+    SolveError
+        A part could not be computed.
+    TimeStepError
+        A fall could not be followed.
+    """
+    say = progress or (lambda _: None)
+    say("following the path")
+    stretches, motions, events = [follow(model, path, options=options)], [], []
+    touch = _static_touch(stretches[0])
+    while (found := stretches[-1].critical) is not None:
+        stretch = stretches[-1]
+        problem, piece = stretch.problem(-1), stretch.pieces[-1]
+        events.append(_event(problem, path, found))
+        if fall is None or len(events) > MOST_FALLS:
+            break
+        say(f"falling at {found.lam / path.length:.0%} of the path")
+        motion = let_fall(Release.at(problem, found), fall)
+        motions.append(motion)
+        if touch is None and motion.touch is not None:
+            touch = Touchdown(found.lam, motion.touch_x, True)
+        point = settled(problem, motion.moments[-1])
+        say("following the path from the state at rest")
+        stretches.append(follow(model, path, point, piece, options))
+        touch = touch or _static_touch(stretches[-1])
+    return Assessment(model, path, tuple(stretches), tuple(motions), tuple(events), touch)
+
+
+def _event(problem: StripProblem, path: GripperPath, found: CriticalPoint) -> CriticalEvent:
+    angle = boundary_angle(problem, found)
+    kind = BIFURCATION if angle < TANGENT else SNAP
+    return CriticalEvent(found.lam, path.position(found.lam), kind, angle, found)
+
+
+def boundary_angle(problem: StripProblem, found: CriticalPoint) -> float:
+    """Angle between the gripper's way and the stability boundary in the plane of gripper places, degrees.
+
+    The boundary's normal is what the critical mode feels of a move of the gripper: the mode times the tangent's
+    columns of the grasp.
+    """
+    _, tangent, _ = problem.linearise(found.before.q, found.lam)
+    grasp = problem.model.middle[0]
+    normal = (tangent @ found.mode)[grasp]
+    way = problem.motion.rates(found.lam)
+    sine = abs(float(normal @ way)) / float(np.linalg.norm(normal) * np.linalg.norm(way))
+    return degrees(np.arcsin(min(sine, 1.0)))
+
+
+def off_the_boundary(strip: Strip, event: CriticalEvent, refinement: float = 1.0) -> float:
+    """How far a critical point on a path is from lambda_c of the x-axis study at its height, L*.
+
+    The boundary belongs to the strip, not to the path: what differs is error.  nan where the sag touches first at
+    constant height.
+    """
+    x, z = event.place
+    run = solve_height(strip, float(z), refinement, past=0.0)
+    if run.critical is None:
+        return float("nan")
+    return float(x + strip.length / 2.0 - run.critical.lam)
+
+
+def _static_touch(stretch: Stretch) -> Touchdown | None:
+    """The first touch on a static part."""
+    for i, point in enumerate(stretch.points):
+        if touches(stretch.model, point):
+            if i == 0:
+                return None
+            problem = stretch.problem(i)
+            before = stretch.points[i - 1]
+            _, at = locate_touch(problem, before, point, STEPS) if before.lam < point.lam else (before, point)
+            return Touchdown(at.lam, touch_position(problem, at), False)
+    return None
+
+
+def lying_length(model: Model, point: Point) -> float:
+    """Length that lies from the held end to the lift-off, L*."""
+    return model.length - lift_off(model, point)
+
+
+def grip_and_hold(problem: StripProblem, point: Point) -> tuple[Array, float]:
+    """Force (x, z) of the gripper on the strip, and the horizontal one of the held end, rho_a g L*."""
+    residual = problem.residual(point.q, point.lam)
+    return np.asarray(residual[problem.model.middle[0]]), float(residual[problem.model.middle[-1, 0]])
+
+
+def peak_forces(states: Sequence[tuple[StripProblem, Point]]) -> tuple[float, float]:
+    """Largest force of the gripper, and largest horizontal force of the held end, over static states."""
+    forces = [grip_and_hold(*state) for state in states]
+    return max(float(np.linalg.norm(grip)) for grip, _ in forces), max(abs(hold) for _, hold in forces)
+
+
+def shape_error(model: Model, point: Point, plan: RPath) -> float:
+    """Largest distance of a state from the folded state that an R-path ends in, L*."""
+    apart = model.mid_surface(point.q) - plan.states[-1].at(model.s)
+    return float(np.linalg.norm(apart, axis=1).max())

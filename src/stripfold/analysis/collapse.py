@@ -1,0 +1,119 @@
+"""One strip past its critical point: statics to lambda_c, dynamics to rest, statics again (the paper's section IV).
+
+All in units of L*, sqrt(L*/g) and rho_a g L*; :mod:`.collapse_data` stores it in SI.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from stripfold.analysis import planning
+from stripfold.analysis.release import Fall, Motion, Progress, Release, let_fall, settled
+from stripfold.analysis.static import X_STEPS, End, Strip, XRun, along_x, lift, lift_off
+from stripfold.effects.self_contact import SelfContact
+from stripfold.errors import SolveError
+from stripfold.problem import StripProblem
+from stripfold.solve import continuation
+from stripfold.solve.dynamics import Moment
+from stripfold.solve.problem import Point
+
+SIZES = planning.Sizes(free=0.15, lying=0.15)
+"""The loop rolls over all of the strip: no part may be coarse."""
+BACK = 0.2
+"""How far lambda may fall back while the settled strip is followed: less is a contact's tooth, L*."""
+MOST_POINTS = 1500
+
+
+@dataclass(frozen=True, eq=False)
+class Collapse:
+    """The whole: static run, fall (None where it was not asked for), and the static points from the state at rest on
+    (empty if they were not)."""
+
+    height: float
+    run: XRun
+    motion: Motion | None
+    after: tuple[Point, ...]
+    end: str
+
+
+def simulate(
+    strip: Strip,
+    height: float,
+    fall: Fall | None,
+    refinement: float = 1.0,
+    progress: Progress | None = None,
+    self_contact: float | None = None,
+) -> Collapse:
+    """Lift the strip, move its gripper to lambda_c, let it fall, and move on until the gripper is above the held end.
+
+    Without a ``fall`` it ends at lambda_c.  ``self_contact`` is the thickness, L*, of layers that meet above the floor;
+    None lets them go through each other.
+
+    Raises
+    ------
+    SolveError
+        There is no snap at this height, a part could not be computed, or the strip did not fall.
+    TimeStepError
+        The motion could not be followed; with the last good moment.
+    """
+    say = progress or (lambda _: None)
+    say("following the branch to its critical point")
+    run = to_critical_point(strip, height, refinement)
+    if fall is None:
+        return Collapse(height, run, None, (), "the critical point: statics alone do not lead past it")
+    if self_contact is not None:
+        problem = replace(run.problem, self_contact=SelfContact.of(run.problem.model, self_contact))
+        run = replace(run, problem=problem)
+    motion = let_fall(release_of(run), fall, progress=say)
+    if motion.touch is None:
+        raise SolveError("the strip came to rest without touching", parameter=motion.moments[-1].lam)
+    if not fall.to_rest:
+        return Collapse(height, run, motion, (), "first touch")
+    say("going on from the state at rest")
+    after, end = go_on(run.problem, motion.moments[-1])
+    return Collapse(height, run, motion, after, end)
+
+
+def to_critical_point(strip: Strip, height: float, refinement: float = 1.0) -> XRun:
+    """The static run, on a mesh on which the strip can also be laid down and rolled on.
+
+    Raises
+    ------
+    SolveError
+        It cannot be computed, or there is no snap at this height.
+    """
+    sweep = planning.lift_off_sweep(height)
+    mesh = planning.boundaries(strip.length, sweep, refinement, SIZES)
+    (_, model, state) = next(lift(strip, [height]))
+    run = along_x(strip, height, (model, state), mesh, past=0.0)
+    if run.critical is None:
+        raise SolveError(f"there is no fall to follow: {run.end.reason}", advice="choose a height that snaps")
+    return run
+
+
+def release_of(run: XRun) -> Release:
+    """The critical state of a run that ended in a snap."""
+    assert run.critical is not None
+    return Release.at(run.problem, run.critical)
+
+
+def go_on(problem: StripProblem, rest: Moment) -> tuple[tuple[Point, ...], str]:
+    """Follow the settled strip until its gripper is above the held end; the points, and what ended the motion."""
+    model = problem.model
+    first = settled(problem, rest)
+    points = [first]
+    highest = first.lam
+    branch = continuation.follow(problem, first, X_STEPS)
+    next(branch)
+    for point in branch:
+        points.append(point)
+        highest = max(highest, point.lam)
+        if point.lam >= model.length:
+            return tuple(points), "the gripper is above the held end"
+        if lift_off(model, point) > model.length - 0.5:
+            return tuple(points), End.LIFTED.value
+        if point.lam < highest - BACK:
+            return tuple(points), "another critical point"
+        if len(points) >= MOST_POINTS:
+            raise SolveError("the settled strip could not be followed to the end of the motion", parameter=point.lam)
+    raise AssertionError("a branch does not end by itself")

@@ -1,0 +1,208 @@
+"""One critical point: what the command line prints.  SI in, SI out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from math import nan
+from time import perf_counter
+from typing import NamedTuple, TypeVar
+
+from stripfold.analysis import locate_rod as quick
+from stripfold.analysis import locate_solid as near
+from stripfold.analysis import select_model as choice
+from stripfold.analysis.model_error import model_error as of_model
+from stripfold.analysis.static import LAMBDA_TOLERANCE, End, Strip, XRun
+from stripfold.errors import SolveError
+from stripfold.scene import Scene
+
+Progress = Callable[[str], None]
+
+ELASTICA_ERROR = 1e-9
+"""Error of the elastica's lambda_c, L*: its own tests hold it to that."""
+TOOTH = 1e-5
+"""What the contact's teeth leave open in the solid's lambda_c, relative, times the refinement: two meshes may agree by
+chance (study `rod`)."""
+BRACKET = 0.01
+"""Share of the accuracy that the bracket of lambda_c may take up."""
+
+
+@dataclass(frozen=True, slots=True)
+class CriticalResult:
+    """A critical point, lengths in m; nan where there is none.
+
+    Attributes
+    ----------
+    lambda_0, lambda_c
+        Advance of the gripper past the flat end, with no horizontal force and at the critical point.
+    x_c
+        Gripper at the critical point in the paper's frame, origin mid-strip.
+    lambda_c_lower, lambda_c_upper
+        Bracket of lambda_c on the mesh used.
+    error
+        Estimate of what the mesh and the bracket leave open in lambda_c of this model.
+    free_length
+        Length of the part off the floor when the advance ends.
+    snap, reason
+        Whether lambda has a maximum, and what ends the advance.
+    seconds
+        Time taken.
+    model
+        "solid", "rod" or "elastica": the one that was used.
+    model_error
+        Estimate of how far this model's lambda_c is from the solid's; 0 for the solid.
+    """
+
+    lambda_0: float
+    lambda_c: float
+    x_c: float
+    lambda_c_lower: float
+    lambda_c_upper: float
+    error: float
+    free_length: float
+    snap: bool
+    reason: str
+    seconds: float
+    model: str
+    model_error: float
+
+
+def find(scene: Scene, progress: Progress | None = None) -> CriticalResult:
+    """Find the critical point of a scene to its accuracy.
+
+    Where the scene leaves the model open ("auto"), that is the accuracy against the solid, and the cheapest model that
+    meets it is taken; else it is that of the model asked for.
+
+    Raises
+    ------
+    SolveError
+        When it cannot be computed, or not to the accuracy asked for.
+    """
+    began, say = perf_counter(), progress or (lambda _: None)
+    foretold = quick.Foretold.at(scene.height_star)
+    if scene.model == "auto":
+        found, used = _auto(scene, foretold, say)
+    else:
+        found, used = _find(scene, foretold, say), scene
+    unit = scene.material.gravity_length
+    return CriticalResult(
+        lambda_0=unit * found.lambda_0,
+        lambda_c=unit * found.lambda_c,
+        x_c=unit * found.lambda_c - 0.5 * scene.length,
+        lambda_c_lower=unit * found.lower,
+        lambda_c_upper=unit * found.upper,
+        error=unit * found.error,
+        free_length=unit * found.free_length,
+        snap=found.end is End.SNAP,
+        reason=found.end.reason,
+        seconds=perf_counter() - began,
+        model=used.model,
+        model_error=unit * found.lambda_c * _model_error(used),
+    )
+
+
+Run = TypeVar("Run", XRun, quick.Found)
+
+
+class _Found(NamedTuple):
+    """The end of an advance, in L*; lambda_c, its bracket and its error are nan where it is no snap."""
+
+    end: End
+    lambda_0: float
+    free_length: float
+    lambda_c: float = nan
+    lower: float = nan
+    upper: float = nan
+    error: float = nan
+
+
+def _auto(scene: Scene, foretold: quick.Foretold, progress: Progress) -> tuple[_Found, Scene]:
+    """By the cheapest model that does it: what was found, and the scene with that model."""
+    thickness, nu = scene.material.relative_thickness, scene.material.nu
+    models = choice.candidates(foretold, scene.length_star, thickness, nu, scene.accuracy)
+    for model in models:
+        left = replace(scene, model=model)
+        left = replace(left, accuracy=scene.accuracy - _model_error(left))
+        try:
+            return _find(left, foretold, progress), left
+        except SolveError as error:
+            # Such as a rod that is too thick for its low gripper.
+            if model == models[-1]:
+                raise
+            progress(f"not by the {model}: {error}")
+    raise AssertionError("the last model returns or raises")
+
+
+def _model_error(scene: Scene) -> float:
+    return of_model(scene.model, scene.material.relative_thickness, scene.material.nu)
+
+
+def _find(scene: Scene, foretold: quick.Foretold, progress: Progress) -> _Found:
+    """By the scene's model."""
+    first, last = foretold.first, foretold.last
+    if last.length >= scene.length_star:
+        return _Found(End.LIFTED, first.advance, last.length)
+    if scene.model == "elastica":
+        if not foretold.snap:
+            return _Found(End.TOUCH, first.advance, last.length)
+        bracket = last.advance - ELASTICA_ERROR, last.advance + ELASTICA_ERROR
+        return _Found(End.SNAP, first.advance, last.length, last.advance, *bracket, ELASTICA_ERROR)
+    return _rod(scene, foretold, progress) if scene.model == "rod" else _solid(scene, foretold, progress)
+
+
+def _solid(scene: Scene, foretold: quick.Foretold, progress: Progress) -> _Found:
+    material = scene.material
+    strip = Strip(scene.length_star, material.relative_thickness, material.nu, law=scene.law)
+    tolerance = max(LAMBDA_TOLERANCE, BRACKET * scene.accuracy * foretold.last.advance)
+
+    def follow(refinement: float) -> XRun:
+        return near.run(strip, foretold, refinement, tolerance)
+
+    begin = choice.solid_refinement(scene.accuracy)
+    fine, error = _fine_enough(scene, follow, begin, progress, tooth=TOOTH)
+    lambda_0 = near.lambda_0(fine, foretold)
+    if fine.critical is None:
+        return _Found(fine.end, lambda_0, fine.free_length)
+    bracket = fine.critical.lower, fine.critical.upper
+    return _Found(fine.end, lambda_0, fine.free_length, fine.critical.lam, *bracket, error)
+
+
+def _rod(scene: Scene, foretold: quick.Foretold, progress: Progress) -> _Found:
+    strip = Strip(scene.length_star, scene.material.relative_thickness, kind="rod")
+    refinement = choice.rod_refinement(scene.accuracy, quick.MESH_ERROR)
+    fine, error = _fine_enough(scene, lambda r: quick.run(strip, foretold, r), refinement, progress, quick.LEFT)
+    if fine.end is not End.SNAP:
+        return _Found(fine.end, fine.lambda_0, fine.free_length)
+    return _Found(fine.end, fine.lambda_0, fine.free_length, fine.lam, fine.lam, fine.upper, error)
+
+
+def _fine_enough(
+    scene: Scene,
+    follow: Callable[[float], Run],
+    refinement: float,
+    progress: Progress,
+    share: float = 1.0,
+    tooth: float = 0.0,
+) -> tuple[Run, float]:
+    """The run on the first mesh that is known to the scene's accuracy, and its error, L*.
+
+    ``share`` of the change from the mesh half as fine is taken for the error that is left, and ``tooth`` times the
+    refinement, relative, at least.
+    """
+
+    def followed(r: float) -> Run:
+        progress(f"following the branch, elements {r:.2g} times the standard ones")
+        return follow(r)
+
+    coarse, fine = followed(2.0 * refinement), followed(refinement)
+    while True:
+        error = share * abs(fine.lam - coarse.lam) + fine.slack + tooth * refinement * fine.lam
+        if fine.end is coarse.end and error <= scene.accuracy * fine.lam:
+            return fine, error
+        if refinement / 2.0 < choice.FINEST:
+            raise SolveError(
+                f"lambda_c is known to {error / fine.lam:.1e} only, asked for was {scene.accuracy:.1e}",
+                advice="ask for less accuracy",
+            )
+        refinement /= 2.0
+        coarse, fine = fine, followed(refinement)

@@ -1,0 +1,176 @@
+"""One critical point of the rod in a small part of a second: its free part alone, from the elastica's state on.
+
+Near the end of its advance the free length l grows steadily, so lambda is a smooth function of it and lambda_c where
+its derivative vanishes.  Whether the sag touches first shows its clearance there.  Lengths in L*.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+
+from stripfold import elastica
+from stripfold.analysis.static import End, Strip
+from stripfold.errors import SolveError
+from stripfold.models.free_rod import FreeRod, FreeState, Guess
+
+Array = NDArray[np.float64]
+
+SIZE = 0.1
+"""Element length at refinement one, L*."""
+MESH_ERROR = 4e-5
+"""What is then usually taken for the relative error of lambda_c (docs/numerics.md)."""
+LEFT = 0.2
+"""Share of the change from a mesh half as fine that is taken for the error: of order four, a fifteenth is left."""
+LEAST = 8
+"""Fewest elements."""
+STEP = 0.1
+"""Steps in which the end is searched for, L*."""
+FARTHEST = 2.0
+"""How far from where the elastica's is, L*: a strip as thick as is allowed has it half of that before."""
+TOLERANCE = 1e-5
+"""Of the free length at the end, L*: lambda_c is off by about its square."""
+THICKER = 0.05
+"""Thickness up to which the elastica's state is a good guess, L*; thicker strips are come to in such steps."""
+SHORTER = (8.0, 0.05)
+"""The rod's free length at the end is less than the elastica's by up to (a + b z^2) h^2, L*."""
+
+
+class Foretold(NamedTuple):
+    """What the elastica says: its state without horizontal force, that at the end of its advance, whether it snaps."""
+
+    height: float
+    first: elastica.State
+    last: elastica.State
+    snap: bool
+
+    @classmethod
+    def at(cls, height: float) -> Foretold:
+        """Ask it."""
+        end = elastica.critical(height)
+        last = end.state or (end.touch.state if end.touch else None)
+        assert last is not None
+        return cls(height, elastica.state_no_horizontal_force(height), last, end.snap)
+
+
+@dataclass(frozen=True)
+class Found:
+    """The end of the advance; lengths in L*.
+
+    Attributes
+    ----------
+    end
+        What ends it.
+    lam
+        Advance there: lambda_c where ``end`` is a snap.
+    upper
+        A bound of lambda_c from above, by the slope beside the maximum: lambda is concave there.
+    lambda_0
+        Advance without horizontal force.
+    free_length
+        Of the part off the floor, at the end.
+    size
+        Length of its elements.
+    free_part
+        Its state there, shape (m, 3): distance from the grasped end, x, z; the last is the lift-off.
+    """
+
+    end: End
+    lam: float
+    upper: float
+    lambda_0: float
+    free_length: float
+    size: float
+    free_part: Array = field(repr=False)
+
+    @property
+    def slack(self) -> float:
+        """What is left open in lambda on this mesh, L*."""
+        return self.upper - self.lam
+
+
+def run(strip: Strip, foretold: Foretold, refinement: float) -> Found:
+    """Find where the advance ends, on elements of ``refinement`` times :data:`SIZE`.
+
+    Raises
+    ------
+    SolveError
+        When a state cannot be computed, as of rods thicker than about a quarter of L*, or no end is near the one that
+        the elastica foretells.
+    """
+    count = max(round(foretold.last.length / (SIZE * refinement)), LEAST)
+    ends = np.linspace(0.0, 1.0, count + 1)
+
+    def rod_of(thickness: float) -> FreeRod:
+        return FreeRod.of(strip.length, thickness, foretold.height, ends)
+
+    rod = rod_of(strip.thickness)
+    shorter = SHORTER[0] + SHORTER[1] * foretold.height**2
+    start = _thickened(
+        rod_of, foretold.last, strip.thickness, lambda h: {"length": foretold.last.length - shorter * h**2}
+    )
+    first = _thickened(rod_of, foretold.first, strip.thickness, lambda _: {"force": 0.0})
+    branch = _Branch(rod, start)
+    at = branch.zero(branch.slope, start.length)
+    if branch.clearance(at) <= 0.0:
+        end, at = End.TOUCH, branch.zero(branch.clearance, min(start.length, at))
+    else:
+        end = End.LIFTED if at >= strip.length else End.SNAP
+    ended = branch.state(at)
+    lam = rod.advance(ended)
+    beside = at - TOLERANCE
+    upper = rod.advance(branch.state(beside)) + 2.0 * TOLERANCE * branch.slope(beside)
+    return Found(end, lam, max(lam, upper), rod.advance(first), at, at / count, rod.bent(ended))
+
+
+def _thickened(
+    rod_of: Callable[[float], FreeRod],
+    foretold: elastica.State,
+    thickness: float,
+    given: Callable[[float], dict[str, float]],
+) -> FreeState:
+    """The state of a rod with this free length or force, from the elastica's by way of those of thinner rods."""
+    guess: Guess | None = None
+    for h in (*np.arange(THICKER, thickness, THICKER), thickness):
+        rod = rod_of(h)
+        state = rod.solve(guess or rod.from_elastica(foretold), **given(h))
+        guess = rod.guess(state)
+    return state
+
+
+class _Branch:
+    """States by their free length, each found from the one before."""
+
+    def __init__(self, rod: FreeRod, state: FreeState) -> None:
+        self._rod, self._state = rod, state
+
+    def state(self, length: float) -> FreeState:
+        if length != self._state.length:
+            self._state = self._rod.solve(self._rod.moved(self._state, length), length=length)
+        return self._state
+
+    def slope(self, length: float) -> float:
+        """d lambda / d l."""
+        return self._rod.slope(self.state(length))
+
+    def clearance(self, length: float) -> float:
+        """Of the sag; where a sag appears, it is at the gripper, at its height."""
+        return min(self._rod.clearance(self.state(length)), self._rod.height)
+
+    def zero(self, falling: Callable[[float], float], start: float) -> float:
+        """Where a function of the length falls through zero, searched for from ``start``."""
+        # Each length once: next to its zero a function found from another state may have the other sign.
+        falling = cache(falling)
+        sign = 1.0 if falling(start) > 0.0 else -1.0
+        length = start
+        while abs(length - start) < FARTHEST:
+            before, length = length, length + sign * STEP
+            if sign * falling(length) <= 0.0:
+                return float(brentq(falling, before, length, xtol=TOLERANCE))
+        raise SolveError("the advance does not end near where that of the elastica does", parameter=start)

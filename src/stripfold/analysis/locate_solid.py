@@ -1,0 +1,81 @@
+"""The end of the solid's advance from a state shortly before it, which the elastica foretells: no branch from lambda_0.
+
+The elastica's state says which branch is meant, so there is nothing on the way to be lost on.  Lengths in L*.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stripfold import elastica
+from stripfold.analysis import planning
+from stripfold.analysis.locate_rod import Foretold
+from stripfold.analysis.static import (
+    LAMBDA_TOLERANCE,
+    PATIENT,
+    X_STEPS,
+    Strip,
+    XRun,
+    along_x,
+    lift,
+    no_horizontal_force,
+    to_the_end,
+)
+from stripfold.errors import SolveError
+from stripfold.models.model import Model
+from stripfold.problem import AlongX, StripProblem
+from stripfold.solve import continuation, newton
+from stripfold.solve.problem import Array
+
+BEFORE = 0.25
+"""Free length by which the run begins before the elastica's end, L*: lambda is then about 0.06 L* lower."""
+SHORTER = 10.0
+"""Of a thick strip it ends earlier than the elastica's by up to this times h^2 L*: so much more before."""
+LOWER = 0.65
+"""A thick strip's lambda is lower, by about this times h^2 of itself (docs/numerics.md)."""
+
+
+def run(strip: Strip, foretold: Foretold, refinement: float, tolerance: float = LAMBDA_TOLERANCE) -> XRun:
+    """Follow the branch from shortly before its end; lambda_c to a bracket of ``tolerance``.
+
+    ``points`` begin there: the state without horizontal force is :func:`lambda_0`.  On one mesh: a close call
+    (:attr:`.XRun.close`) is left to who compares meshes.
+
+    Raises
+    ------
+    SolveError
+        When a state or the branch cannot be computed.
+    """
+    sweep = planning.Sweep(foretold.first.length, foretold.last.length)
+    model = strip.model(planning.boundaries(strip.length, sweep, refinement, strip.sizes))
+    problem = StripProblem(model, AlongX(foretold.height))
+    before = BEFORE + SHORTER * strip.thickness**2
+    try:
+        near = elastica.state_at(foretold.height, foretold.last.length - before, foretold.last)
+        lying = model.middle[model.s >= near.length, 1]
+        lam = near.advance * (1.0 - LOWER * strip.thickness**2)
+        active = np.intersect1d(lying, problem.bounded)
+        state = newton.solve(problem, bent(model, near), lam, active, options=PATIENT)
+        first = continuation.start(problem, state.q, lam, state.active, 1.0, X_STEPS)
+        return to_the_end(problem, first, 0.0, X_STEPS, tolerance)
+    except SolveError:
+        # A mesh so coarse, or a strip so thick or so short, that the elastica is no guide: all the way from lambda_0.
+        (_, lifted, state) = next(lift(strip, [foretold.height]))
+        return along_x(strip, foretold.height, (lifted, state), model.ends, past=0.0)
+
+
+def lambda_0(run: XRun, foretold: Foretold) -> float:
+    """Advance without horizontal force, on the mesh of a run."""
+    model = run.problem.model
+    state = no_horizontal_force(run.problem, bent(model, foretold.first), foretold.height)
+    return float(state.q[model.middle[0, 0]])
+
+
+def bent(model: Model, state: elastica.State) -> Array:
+    """Unknowns of a strip in a state of the elastica, lying flat behind it."""
+    at = state.at(np.clip(state.length - model.s, 0.0, None))
+    lying = model.s >= state.length
+    # The elastica's X points from the lift-off to the gripper, and so does its arc length.
+    x = np.where(lying, model.s, state.length - at.x) - model.length / 2.0
+    position = np.stack([x, np.where(lying, 0.0, np.maximum(at.z, 0.0))], axis=1)
+    return model.unknowns_of(position, np.where(lying, 0.0, -at.theta))

@@ -1,0 +1,171 @@
+"""A path followed in steps of a given size, with effects that remember: internal friction.
+
+Each step is one equilibrium, and what the effects remember changes after it.  With the paper's pull the result depends
+on the size of the steps, so that is fixed and stated; it is never shortened behind the caller's back.  All in units
+of L*; lambda is the length travelled.  Source: docs/physics.md, section 8.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from stripfold.analysis.path_statics import from_flat
+from stripfold.analysis.static import PATIENT
+from stripfold.effects import Effect
+from stripfold.errors import InvalidInputError, LostStabilityError, NewtonError
+from stripfold.models.model import Model
+from stripfold.paths.curve import GripperPath
+from stripfold.problem import AlongPiece, Motion, StripProblem
+from stripfold.solve import continuation, newton
+from stripfold.solve.problem import Array, Equilibrium, Point, Tangent
+
+Effects = Callable[[Model, Array], tuple[Effect, ...]]
+"""The effects on a strip, slack or at rest in the state given."""
+
+SMALLEST_SHARE = 1.0 / 64.0
+"""Shortest way on which a step is searched for, as a share of the step."""
+QUICK = 3.0
+"""A step in which some place moves this many times farther than the gripper is looked at again, in shorter ones."""
+LOOKED_AT = 16
+"""Into how many."""
+SWEEP = 10.0
+"""A strip of which some place moves this many times farther than the gripper in one of those has not followed: it went.
+Where it only hurries, shorter ways of the gripper mean shorter ways of the strip."""
+SETTLING = 0.5
+"""How far it may settle at most when its memory is renewed, L*, in steps however short."""
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """An accepted step.
+
+    Attributes
+    ----------
+    point
+        The state; its eigenvalues are those with the effects' tangent, before they remember this state.
+    piece
+        Index of the path's piece.
+    problem
+        What it solves, the effects remembering the state before.
+    moved
+        Farthest way of a place of the mid-surface in this step.
+    """
+
+    point: Point
+    piece: int
+    problem: StripProblem
+    moved: float
+
+
+def steps_on(path: GripperPath, size: float) -> Iterator[tuple[int, float]]:
+    """Pieces and lengths travelled, at equal steps of at most ``size`` within each piece, corners included."""
+    for i, piece in enumerate(path.pieces):
+        count = int(np.ceil((piece.end - piece.start) / size * (1.0 - 1e-12)))
+        for travelled in np.linspace(piece.start, piece.end, count + 1)[1:]:
+            yield i, float(travelled)
+
+
+def walk(model: Model, path: GripperPath, effects: Effects, size: float) -> Iterator[Step]:
+    """Follow a path from the flat strip in steps of ``size``, L*, to its end.
+
+    Raises
+    ------
+    InvalidInputError
+        A step that is no length.
+    LostStabilityError
+        The strip did not follow; the steps before have been yielded.
+    """
+    if not 0.0 < size <= path.length:
+        raise InvalidInputError("step", size, f"more than 0 and at most {path.length:g} L*")
+    first = from_flat(model, path)
+    places = [(piece, travelled) for piece, travelled in steps_on(path, size) if travelled > first.lam]
+    motions = [AlongPiece(piece, model.length) for piece in path.pieces]
+    return walk_from(model, first.state, effects(model, first.q), motions, places)
+
+
+def walk_from(
+    model: Model,
+    state: Equilibrium,
+    acting: tuple[Effect, ...],
+    motions: Sequence[Motion],
+    places: Iterable[tuple[int, float]],
+) -> Iterator[Step]:
+    """Steps from a state to each of ``places``: which of the motions of the gripper, and lambda, ascending.
+
+    Raises
+    ------
+    LostStabilityError
+        The strip did not follow; the steps before have been yielded.
+    """
+    change, last_piece = np.zeros(model.size), -1
+    for piece, travelled in places:
+        problem = StripProblem(model, motions[piece], acting)
+        guess = state.q + change if piece == last_piece else state.q
+        point = _step(problem, state, guess, travelled)
+        moved = model.largest_move(state.q, point.q)
+        if moved > QUICK * (travelled - state.lam):
+            nearer = _closely(problem, state, travelled)
+            if nearer is not None:
+                point = continuation.evaluate(problem, nearer, point.tangent)
+            elif moved > SWEEP * (travelled - state.lam):
+                raise LostStabilityError("the strip does not follow its gripper: it went far", parameter=travelled)
+            moved = model.largest_move(state.q, point.q)
+        if point.negatives:
+            raise LostStabilityError("the strip does not follow its gripper: it is unstable", parameter=travelled)
+        yield Step(point, piece, problem, moved)
+        change, state, last_piece = point.q - state.q, point.state, piece
+        acting = problem.accepted(state.q).effects
+
+
+def _step(problem: StripProblem, before: Equilibrium, guess: Array, travelled: float) -> Point:
+    """The state at ``travelled``: by one solve, or on a way of several with the memory kept."""
+    try:
+        state = newton.solve(problem, guess, travelled, before.active)
+    except NewtonError:
+        state = _on_a_way(problem, before, travelled)
+    return continuation.evaluate(problem, state, Tangent(np.zeros(problem.size), 1.0))
+
+
+def _closely(problem: StripProblem, before: Equilibrium, travelled: float) -> Equilibrium | None:
+    """The state at ``travelled`` by way of many between, each near the last; None where one of them is not found.
+
+    Raises
+    ------
+    LostStabilityError
+        One of them is far from the last: the strip went by itself.
+    """
+    state, change = before, np.zeros(problem.size)
+    for to in np.linspace(before.lam, travelled, LOOKED_AT + 1)[1:]:
+        try:
+            new = newton.solve(problem, state.q + change, float(to), state.active, options=PATIENT)
+        except NewtonError:
+            return None
+        # The first state is that of the memory before: it may settle, by as much as a whole step moves it.
+        most = SWEEP * (new.lam - state.lam) if state is not before else max(QUICK * (travelled - before.lam), SETTLING)
+        if problem.model.largest_move(state.q, new.q) > most:
+            raise LostStabilityError("the strip does not follow its gripper: it went by itself", parameter=float(to))
+        # How far the first one settled says nothing about the next.
+        change = new.q - state.q if state is not before else change
+        state = new
+    return state
+
+
+def _on_a_way(problem: StripProblem, before: Equilibrium, travelled: float) -> Equilibrium:
+    whole = travelled - before.lam
+    q, active, at, share = before.q, before.active, before.lam, 0.5
+    while at < travelled:
+        to = min(at + share * whole, travelled)
+        try:
+            state = newton.solve(problem, q, to, active, options=PATIENT)
+        except NewtonError as error:
+            share /= 2.0
+            if share < SMALLEST_SHARE:
+                raise LostStabilityError(
+                    f"no state was found behind lambda = {at:.6g}: {error}", parameter=at, residuals=error.residuals
+                ) from error
+            continue
+        q, active, at = state.q, state.active, to
+    return state

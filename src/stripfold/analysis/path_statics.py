@@ -1,0 +1,262 @@
+"""A strip whose gripper follows a path: statics along it, from the flat strip to its end or a critical point.
+
+All in units of L*; lambda is the length travelled.  Corners of the path are states of their own: the branch is
+followed to the corner, and from there with the direction of the next piece.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stripfold.analysis import planning
+from stripfold.analysis.static import LAMBDA_TOLERANCE, LOOK_AHEAD, PATIENT, touches
+from stripfold.errors import CoarseMeshError, ContinuationError, NewtonError, SolveError
+from stripfold.models.model import Model
+from stripfold.paths.curve import GripperPath
+from stripfold.problem import AlongPiece, StripProblem
+from stripfold.solve import continuation, critical, newton
+from stripfold.solve.continuation import StepOptions
+from stripfold.solve.critical import CriticalPoint
+from stripfold.solve.problem import Point
+
+Array = NDArray[np.float64]
+
+SIZES = planning.Sizes(free=0.15, lying=0.15, grasp=0.05)
+"""The lift-off sweeps the whole strip, and what is laid down rolls over it: no part may be coarse."""
+STEPS = StepOptions(first=0.05, largest=0.5, slow_below=0.4, wanted_iterations=10, most_attempts=600)
+PATIENT_STEPS = replace(STEPS, newton=PATIENT)
+FIRST_HEIGHT = 0.01
+"""Length travelled at the first state, L*: nearer to the flat strip every contact would be about to change."""
+NEAR_ZERO = 0.2
+"""Eigenvalue, g/L*, below which a critical point is the strip's own whatever came before."""
+NEXT = 1e-4
+"""How far behind a critical point of the strip's own, as it is located, its least eigenvalue may go to zero, L*.
+
+Before a fold the square of that eigenvalue falls linearly to zero. Where it would do so farther away, or does not fall
+at all, a single contact of the mesh has opened (docs/numerics.md)."""
+POP = 0.3
+"""Largest way by which the strip may pop when that happens, L*, and go on from there."""
+TOOTH = 0.05
+"""Largest way by which a place of the strip goes through a tooth of the contact, L*: one that is longer may be the
+strip's own small snap, and whether it is passed hangs on the mesh."""
+NEARLY = 10.0
+"""Eigenvalue, g/L*, to which the least one must not dip while the strip is all but flat: on another mesh such a strip
+snaps, since the ripple that decides is no longer than a few elements."""
+DIP = 2.0
+"""How many times larger it is again behind a dip: a long strip that rises passes a shallow minimum as low."""
+ALL_BUT_FLAT = 0.7
+"""Height of the highest place of such a strip, L*: higher up a sound path may well pass a minimum of that depth."""
+BEYOND = (0.01, 0.03, 0.1)
+"""How far behind such a point the strip is looked for, L*."""
+AT_CORNER = 1e-7
+"""How near a corner has to be stepped to before it is solved for, L*."""
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Statics along a part of a path.
+
+    Attributes
+    ----------
+    points
+        Accepted points, in order; at a corner two, one for each direction.
+    pieces
+        For each point the index of its piece.
+    critical
+        What ended it: the critical point, or None at the end of the path.
+    contact_folds
+        Maxima of lambda that were the mesh's own (docs/numerics.md), passed: one contact held the strip back.
+    """
+
+    model: Model
+    path: GripperPath
+    points: tuple[Point, ...]
+    pieces: tuple[int, ...]
+    critical: CriticalPoint | None
+    contact_folds: int
+
+    def problem(self, i: int) -> StripProblem:
+        """What the point ``i`` solves."""
+        return problem_on(self.model, self.path, self.pieces[i])
+
+
+def problem_on(model: Model, path: GripperPath, piece: int) -> StripProblem:
+    """The strip with its gripper on one piece of a path."""
+    return StripProblem(model, AlongPiece(path.pieces[piece], model.length))
+
+
+def from_flat(model: Model, path: GripperPath) -> Point:
+    """The first state of a path, its gripper just lifted."""
+    problem = problem_on(model, path, 0)
+    travelled = min(FIRST_HEIGHT, path.pieces[0].end / 4.0)
+    return continuation.start(problem, np.zeros(model.size), travelled, problem.bounded, 1.0, PATIENT_STEPS)
+
+
+def follow(
+    model: Model,
+    path: GripperPath,
+    first: Point | None = None,
+    piece: int = 0,
+    options: StepOptions = STEPS,
+    tooth: float = TOOTH,
+) -> Stretch:
+    """Follow a path from the flat strip, or from a state on one of its pieces; ``tooth`` as :data:`TOOTH`.
+
+    Raises
+    ------
+    SolveError
+        When a state or the branch cannot be computed.
+    """
+    point = first or from_flat(model, path)
+    points, pieces, folds = [point], [piece], 0
+    for i in range(piece, len(path.pieces)):
+        problem = problem_on(model, path, i)
+        while points[-1].lam < path.pieces[i].end:
+            walked, found, contact_folds = _along_piece(problem, points[-1], path.pieces[i].end, options, tooth)
+            popped = _popped(problem, found, walked) if found is not None else None
+            walked += [popped] if popped is not None else []
+            points += walked[1:]
+            pieces += [i] * (len(walked) - 1)
+            folds += contact_folds + (popped is not None)
+            if found is not None and popped is None:
+                return Stretch(model, path, tuple(points), tuple(pieces), found, folds)
+        if i + 1 < len(path.pieces):
+            onward = problem_on(model, path, i + 1)
+            corner = points[-1].state
+            point = continuation.start(onward, corner.q, path.pieces[i + 1].start, corner.active, 1.0, STEPS)
+            points.append(point)
+            pieces.append(i + 1)
+            if point.negatives:
+                raise SolveError("the strip is not stable at a corner of the path", parameter=point.lam)
+    return Stretch(model, path, tuple(points), tuple(pieces), None, folds)
+
+
+def _popped(problem: StripProblem, found: CriticalPoint, walked: list[Point]) -> Point | None:
+    """The state just behind a place where one contact opened and the strip popped; None at other critical points.
+
+    Raises
+    ------
+    CoarseMeshError
+        It popped far: that is not the strip's doing.
+    """
+    before = found.before
+    if before.eigenvalues[0] < NEAR_ZERO or _to_zero(before, walked) < NEXT:
+        return None
+    for beyond in BEYOND:
+        try:
+            point = continuation.start(problem, before.q, before.lam + beyond, before.active, 1.0, PATIENT_STEPS)
+        except NewtonError:
+            continue
+        if problem.model.largest_move(before.q, point.q) < POP and not critical.passed(point):
+            return point
+    if touches(problem.model, before):
+        # The part that touched comes off: what it held is let go at once, on any mesh.
+        return None
+    raise CoarseMeshError(
+        f"one contact's opening lets the strip go at lambda = {before.lam:.6g}",
+        parameter=before.lam,
+        advice="refine the mesh",
+    )
+
+
+def _to_zero(point: Point, walked: list[Point]) -> float:
+    """How much farther on the least eigenvalue of a state near a fold is zero, by the points before it; in lambda."""
+    earlier = [p for p in walked if p.lam < point.lam - LAMBDA_TOLERANCE]
+    now = float(point.eigenvalues[0]) ** 2
+    fallen = float(earlier[-1].eigenvalues[0]) ** 2 - now if earlier else 0.0
+    return now / fallen * (point.lam - earlier[-1].lam) if fallen > 0.0 else np.inf
+
+
+def _along_piece(
+    problem: StripProblem, first: Point, end: float, options: StepOptions, tooth: float = TOOTH
+) -> tuple[list[Point], CriticalPoint | None, int]:
+    """Points up to ``end`` or up to a critical point, which is returned too, and the contact's folds passed."""
+    points = [first]
+    fold: int | None = None
+    folds = 0
+    for point in _branch(problem, first, options):
+        if fold is None and point.lam >= end and not critical.passed(point, points[-1]):
+            points.append(step_to(problem, points[-1], end, options))
+            return points, None, folds
+        if fold is not None and point.arc - points[fold].arc > LOOK_AHEAD:
+            break
+        if fold is not None and touches(problem.model, point) and not touches(problem.model, points[fold - 1]):
+            # It is the floor under the sag that stops the fall: no tooth, however soon lambda rises again.
+            break
+        points.append(point)
+        if fold is None:
+            if critical.passed(point, points[-2]):
+                fold = len(points) - 1
+            elif (least := _nearly_let_go(problem.model, points)) is not None:
+                raise CoarseMeshError(
+                    f"the strip nearly pops at lambda = {least.lam:.6g}: the mesh decides whether it does",
+                    parameter=least.lam,
+                    advice="refine the mesh",
+                )
+        elif not critical.passed(point) and point.lam > max(p.lam for p in points[:-1]):
+            if problem.model.largest_move(points[fold - 1].q, point.q) > tooth:
+                raise CoarseMeshError(
+                    f"the strip pops at lambda = {points[fold - 1].lam:.6g}: the mesh decides whether it goes",
+                    parameter=points[fold - 1].lam,
+                    advice="refine the mesh",
+                )
+            folds += 1
+            fold = None
+    if fold is None:
+        raise SolveError("the branch ends before the path does", parameter=points[-1].lam)
+    found = critical.locate(problem, points[fold - 1], points[fold], LAMBDA_TOLERANCE, options)
+    if found.lam >= end:
+        # The piece ends before: what lies behind its end is not on the path.
+        return [*points[:fold], step_to(problem, points[fold - 1], end, options)], None, folds
+    return [*points[:fold], found.before], found, folds
+
+
+def _nearly_let_go(model: Model, points: list[Point]) -> Point | None:
+    """Where a strip, all but flat, was nearest to losing its hold, if it came near that and recovered."""
+    least = min(points, key=lambda point: float(point.eigenvalues[0]))
+    value, now = float(least.eigenvalues[0]), points[-1]
+    recovered = value < NEARLY and float(now.eigenvalues[0]) > DIP * value
+    return least if recovered and model.mid_surface(now.q)[:, 1].max() < ALL_BUT_FLAT else None
+
+
+def _branch(problem: StripProblem, first: Point, options: StepOptions) -> Iterator[Point]:
+    """The points after ``first``; past a maximum of lambda the branch may end where it cannot be followed."""
+    branch = continuation.follow(problem, first, options)
+    point = next(branch)
+    while True:
+        try:
+            point = next(branch)
+        except ContinuationError:
+            if not critical.passed(point):
+                raise
+            return
+        yield point
+
+
+def step_to(problem: StripProblem, point: Point, lam: float, options: StepOptions = STEPS) -> Point:
+    """The point at ``lam``, from one shortly before it, in guarded steps.
+
+    Raises
+    ------
+    SolveError
+        It is not reached.
+    """
+    for _ in range(40):
+        if abs(lam - point.lam) <= AT_CORNER:
+            state = newton.solve(problem, point.q, lam, point.active, options=options.newton)
+            return continuation.evaluate(problem, state, point.tangent, point.arc, point.mode)
+        ds = (lam - point.lam) / point.tangent.lam
+        try:
+            point = continuation.step(problem, point, ds, options)
+        except NewtonError:
+            if ds < 0.0:
+                raise
+            # A contact changes on the way, perhaps turning the branch: half the way as any other part of it.
+            branch = continuation.follow(problem, point, replace(options, first=ds / 2.0, largest=ds / 2.0))
+            next(branch)
+            point = next(branch)
+    raise SolveError("the corner was not reached", parameter=lam)

@@ -1,0 +1,87 @@
+"""The paper's three paths and the states each takes for granted, as a dataset in SI: what the figures of plans draw."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from stripfold.analysis.assess_data import PATHS
+from stripfold.analysis.states import of_material
+from stripfold.material import Material
+from stripfold.paths import GripperPath, RPath, circular, plan_r_path, triangular
+from stripfold.solve.problem import Array
+
+PLACES = 201
+"""Gripper places on each path: as many segments on each of its pieces, so that every corner is among them."""
+NODES = 401
+
+
+def dataset(material: Material, length: float) -> xr.Dataset:
+    """Gripper paths and assumed states over ``path``, ``place`` and ``node``; node 0 is the gripper's.
+
+    Triangular: the strip hangs straight down from the gripper, no stiffness, and nothing slides.  Circular: two rigid
+    halves with a hinge.  R-path: the elastica's states.  The first state is the flat strip, the R-path's last one the
+    folded strip.
+
+    Parameters
+    ----------
+    material, length
+        The strip; m.
+
+    Raises
+    ------
+    InvalidInputError, SolveError
+        As in :func:`.plan_r_path`.
+    """
+    unit = material.gravity_length
+    long = length / unit
+    plan = plan_r_path(long)
+    s = np.linspace(0.0, long, NODES)
+    paths = {"r-path": plan.path, "triangular": triangular(long), "circular": circular(long)}
+    travelled = np.array([_places(paths[name]) for name in PATHS])
+    times = np.array([[paths[name].pseudo_time(t) for t in row] for name, row in zip(PATHS, travelled, strict=True)])
+    states = np.array(
+        [[assumed(name, plan, long, t, s) for t in row] for name, row in zip(PATHS, travelled, strict=True)]
+    )
+    on = ("path", "place")
+    columns = {
+        "travelled": (on, unit * travelled, "m", "length the gripper has travelled"),
+        "pseudo_time": (on, times, "1", "pseudo time, lambda"),
+        "x": ((*on, "node"), unit * states[..., 0], "m", "assumed mid-surface, horizontal; origin mid-strip"),
+        "z": ((*on, "node"), unit * states[..., 1], "m", "assumed mid-surface, height over the floor"),
+        "arc": (("node",), unit * s, "m", "distance along the strip from the grasped end"),
+    }
+    data = {name: (dims, values, {"units": u, "long_name": t}) for name, (dims, values, u, t) in columns.items()}
+    coords = {"path": ("path", np.array(PATHS, dtype=object), {"units": "1", "long_name": "folding path"})}
+    attrs = {
+        **of_material(material),
+        "length": length,
+        "lying_length": unit * plan.lying_length,
+        "planned_touch_x": unit * plan.first_touch,
+        "landing_x": unit * plan.landing,
+    }
+    return xr.Dataset(data, coords=coords, attrs=attrs)
+
+
+def _places(path: GripperPath) -> Array:
+    """Lengths travelled, L*: evenly spaced on each piece."""
+    count = (PLACES - 1) // len(path.pieces)
+    return np.concatenate([[0.0], *(np.linspace(piece.start, piece.end, count + 1)[1:] for piece in path.pieces)])
+
+
+def assumed(name: str, plan: RPath, length: float, travelled: float, s: Array) -> Array:
+    """Assumed places (x, z), shape (n, 2), of the distances ``s``, shape (n,), from the grasped end; L*."""
+    if name == "r-path":
+        return plan.mid_surface(travelled, s)
+    flat = np.stack([s - length / 2.0, np.zeros_like(s)], axis=1)
+    upper = s < length / 2.0
+    if name == "circular":
+        angle = travelled / (length / 2.0)
+        arm = length / 2.0 - s
+        turned = np.stack([-arm * np.cos(angle), arm * np.sin(angle)], axis=1)
+        return np.where(upper[:, None], turned, flat)
+    x, z = triangular(length).position(travelled)
+    # What hangs is as long as the gripper is high; what does not lies where it lay, or on it behind the fold line.
+    hanging = np.stack([np.full_like(s, x), np.maximum(z - s, 0.0)], axis=1)
+    folded = np.stack([np.minimum(length / 2.0 - s, x), np.maximum(z - s, 0.0)], axis=1)
+    return np.where(((s < z) if x <= 0.0 else upper)[:, None], hanging if x <= 0.0 else folded, flat)

@@ -1,0 +1,98 @@
+"""The two ways in which a strip can leave an R-path: its planned state, unstable, disturbed with either sign.
+
+Behind the place where the R-path meets the stability boundary two equilibria share each place of the gripper: the
+planned one, by then unstable, and another.  The planned one is reached along x, past the maximum of lambda at the same
+height.  All in units of L*.  Source: docs/physics.md, section 5.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from math import inf
+
+from stripfold.analysis.path_statics import STEPS, Stretch, follow, problem_on, step_to
+from stripfold.analysis.release import Fall, Motion, Progress, Release, let_fall, settled
+from stripfold.analysis.static import Strip, XRun, along_x, lift, touches
+from stripfold.errors import SolveError
+from stripfold.models.model import Model
+from stripfold.paths import RPath
+from stripfold.solve import continuation
+from stripfold.solve.problem import Point
+
+BEFORE_TOUCH = 0.15
+"""How far before the planned touch the strip is let go, L*: there the two equilibria are farthest apart."""
+PAST = 3.0
+"""Arc length to follow past the maximum of lambda, L*."""
+CARRY = 1
+"""Index of the piece on which it happens."""
+
+
+@dataclass(frozen=True, eq=False)
+class Direction:
+    """One way out: the fall, and what follows along the path from where it rests."""
+
+    sign: float
+    motion: Motion
+    after: Stretch
+
+
+@dataclass(frozen=True, eq=False)
+class TwoWays:
+    """The unstable planned state, and the two ways it can go."""
+
+    model: Model
+    start: Point
+    directions: tuple[Direction, ...]
+
+
+def leave(model: Model, strip: Strip, plan: RPath, fall: Fall, progress: Progress | None = None) -> TwoWays:
+    """Let the planned state go in both directions, with the gripper held, and follow the path from where it rests.
+
+    Raises
+    ------
+    SolveError
+        There is no unstable planned state, or a part could not be computed.
+    """
+    say = progress or (lambda _: None)
+    travelled = plan.path.pieces[CARRY].end - BEFORE_TOUCH
+    say("looking for the unstable planned state")
+    start = planned_unstable(model, strip, plan, travelled)
+    problem = problem_on(model, plan.path, CARRY)
+    ways = []
+    for sign in (1.0, -1.0):
+        release = Release(problem, start, start.mode, 0.0)
+        motion = let_fall(release, replace(fall, disturbance=sign * abs(fall.disturbance)), progress=say)
+        # It has left the plan: how it pops on the way to the end decides nothing.
+        rest = settled(problem, motion.moments[-1])
+        ways.append(Direction(sign, motion, follow(model, plan.path, rest, CARRY, tooth=inf)))
+    return TwoWays(model, start, tuple(ways))
+
+
+def planned_unstable(model: Model, strip: Strip, plan: RPath, travelled: float) -> Point:
+    """The planned state at a length travelled, as an unstable equilibrium of the solid.
+
+    Raises
+    ------
+    SolveError
+        When there is none: the path lies outside the stability boundary there.
+    """
+    x, height = plan.path.position(travelled)
+    lam = float(x) + strip.length / 2.0
+    _, coarse, state = next(lift(strip, [float(height)]))
+    run = along_x(strip, float(height), (coarse, state), mesh=model.ends, past=PAST)
+    unstable = _at(run, lam)
+    problem = problem_on(model, plan.path, CARRY)
+    point = continuation.start(problem, unstable.q, travelled, unstable.active, 1.0, STEPS)
+    if point.negatives != 1 or touches(model, point):
+        raise SolveError("the planned state is not an unstable one that hangs free", parameter=travelled)
+    return point
+
+
+def _at(run: XRun, lam: float) -> Point:
+    """The point of the unstable branch at an advance."""
+    points = [p for p in run.points if run.critical is not None and p.arc >= run.critical.after.arc]
+    for before, after in pairwise(points):
+        if before.lam >= lam >= after.lam and before.tangent.lam < 0.0:
+            return step_to(run.problem, before, lam)
+    raise SolveError("there is no unstable planned state: the path lies outside the stability boundary", parameter=lam)

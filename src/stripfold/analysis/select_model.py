@@ -1,0 +1,39 @@
+"""Which model and mesh give lambda_c to an accuracy for the least time: what is known before anything is solved."""
+
+from __future__ import annotations
+
+from stripfold import elastica
+from stripfold.analysis.locate_rod import Foretold
+from stripfold.analysis.model_error import model_error
+from stripfold.scene import Model
+
+FINEST = 0.1
+"""Smallest factor on the element lengths that is tried."""
+COARSEST = 1.6
+"""Largest one of the solid: on twice that, which its estimate needs, a node of the floor can hold the strip back."""
+MARGIN = 0.1
+"""How near the touch limit a gripper may be for a model that is not the solid to say what ends the advance, L*."""
+SPARE = 0.5
+"""Share of the accuracy that a model may use up; the mesh has the rest."""
+
+
+def candidates(foretold: Foretold, length: float, thickness: float, nu: float, accuracy: float) -> tuple[Model, ...]:
+    """The models that may meet an accuracy, cheapest first; the last is the solid, which always may.
+
+    Near the touch limit, and where little of the strip lies at the end, the solid alone says what ends the advance.
+    """
+    room = MARGIN + 10.0 * thickness**2
+    if abs(foretold.height - elastica.touch_limit()) < room or length - foretold.last.length < room:
+        return ("solid",)
+    cheap: tuple[Model, ...] = ("elastica", "rod")
+    return (*(m for m in cheap if model_error(m, thickness, nu) <= SPARE * accuracy), "solid")
+
+
+def solid_refinement(accuracy: float) -> float:
+    """Factor on the solid's element lengths that usually meets an accuracy by the estimate from a mesh half as fine."""
+    return min(COARSEST, max(FINEST, 1.4 * (accuracy / 1e-3) ** 0.5))
+
+
+def rod_refinement(accuracy: float, at_one: float) -> float:
+    """The same of the rod's, of order four, with the error ``at_one``."""
+    return min(1.0, max(FINEST, (accuracy / at_one) ** 0.25))

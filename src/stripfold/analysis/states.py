@@ -1,0 +1,113 @@
+"""States of a strip that follows a path, static or falling, as one dataset in SI: what the figures draw."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+import xarray as xr
+
+from stripfold.analysis.path_statics import Stretch
+from stripfold.analysis.release import Motion
+from stripfold.material import Material
+from stripfold.models.model import Model
+from stripfold.paths import GripperPath
+from stripfold.problem import StripProblem
+from stripfold.solve.dynamics import Moment
+from stripfold.solve.problem import Array, Point
+
+STATIC, FALL = PHASES = "static", "fall"
+"""Values of ``phase``."""
+MOST_MOMENTS = 60
+"""Moments kept of one fall; the strip's way between two neighbours is about the same."""
+
+
+@dataclass(frozen=True, eq=False)
+class Row:
+    """One state: the point or moment, its problem, and in which part of the motion (0, 1, ...) it is."""
+
+    state: Point | Moment
+    problem: StripProblem
+    part: int
+
+
+def rows_of_stretch(stretch: Stretch, part: int) -> list[Row]:
+    """The static states of a stretch."""
+    return [Row(point, stretch.problem(i), part) for i, point in enumerate(stretch.points)]
+
+
+def rows_of_motion(motion: Motion, problem: StripProblem, part: int) -> list[Row]:
+    """Moments of a fall, the first, the touch and the last among them."""
+    moments = motion.moments
+    moved = [problem.model.largest_move(a.q, b.q) for a, b in pairwise(moments)]
+    way = np.concatenate([[0.0], np.cumsum(moved)])
+    kept = set(np.searchsorted(way, np.linspace(0.0, way[-1], MOST_MOMENTS)).tolist()) | {0, len(moments) - 1}
+    if motion.touch is not None:
+        kept.add(motion.touch)
+    return [Row(moments[i], problem, part) for i in sorted(kept)]
+
+
+def dataset(rows: Sequence[Row], model: Model, path: GripperPath, material: Material) -> xr.Dataset:
+    """All rows over ``state`` and ``node``; energies and forces per metre of width.
+
+    Forces are those of the gripper and of the held end on the strip; in a fall they are nan.
+    """
+    unit, force = material.gravity_length, material.rho_a * material.gravity * material.gravity_length
+    seconds = float(np.sqrt(unit / material.gravity))
+    middle = np.array([model.mid_surface(row.state.q) for row in rows])
+    residual = [row.problem.residual(row.state.q, row.state.lam) for row in rows]
+    still = np.array([isinstance(row.state, Point) for row in rows])
+
+    def static(values: Sequence[float] | Array) -> Array:
+        return np.where(still, np.asarray(values, dtype=np.float64), np.nan)
+
+    grip = np.array([r[model.middle[0]] for r in residual])
+    s = ("state",)
+    columns: dict[str, tuple[tuple[str, ...], Array, str, str]] = {
+        "travelled": (s, unit * np.array([row.state.lam for row in rows]), "m", "length the gripper has travelled"),
+        "pseudo_time": (s, np.array([path.pseudo_time(row.state.lam) for row in rows]), "1", "pseudo time, lambda"),
+        "part": (s, np.array([row.part for row in rows]), "1", "part of the motion: statics and falls in turn"),
+        "time": (
+            s,
+            seconds * np.array([row.state.t if isinstance(row.state, Moment) else np.nan for row in rows]),
+            "s",
+            "time since the fall began",
+        ),
+        "gripper_x": (s, unit * middle[:, 0, 0], "m", "gripper, horizontal; origin mid-strip"),
+        "gripper_z": (s, unit * middle[:, 0, 1], "m", "gripper, height"),
+        "force_x": (s, force * static(grip[:, 0]), "N m-1", "force of the gripper, horizontal"),
+        "force_z": (s, force * static(grip[:, 1]), "N m-1", "force of the gripper, vertical"),
+        "hold_x": (
+            s,
+            force * static([r[model.middle[-1, 0]] for r in residual]),
+            "N m-1",
+            "force of the held end, horizontal",
+        ),
+        "eigenvalue": (
+            s,
+            static([row.state.eigenvalues[0] if isinstance(row.state, Point) else np.nan for row in rows]) / seconds**2,
+            "s-2",
+            "smallest eigenvalue of (K, M)",
+        ),
+        "negatives": (
+            s,
+            static([row.state.negatives if isinstance(row.state, Point) else np.nan for row in rows]),
+            "1",
+            "number of negative eigenvalues",
+        ),
+        "x": (("state", "node"), unit * middle[..., 0], "m", "mid-surface, horizontal; origin mid-strip"),
+        "z": (("state", "node"), unit * middle[..., 1], "m", "mid-surface, height over the floor"),
+        "arc": (("node",), unit * model.s, "m", "distance along the strip from the grasped end"),
+    }
+    data = {name: (dims, values, {"units": u, "long_name": t}) for name, (dims, values, u, t) in columns.items()}
+    phase = np.where(still, STATIC, FALL).astype(object)
+    coords = {"phase": (s, phase, {"units": "1", "long_name": "static, or in a fall"})}
+    return xr.Dataset(data, coords=coords, attrs=of_material(material))
+
+
+def of_material(material: Material) -> dict[str, float]:
+    """The material's numbers, for a file's attributes."""
+    names = ("eta_b", "eta_m", "nu", "rho_a", "gravity", "gravity_length")
+    return {name: float(getattr(material, name)) for name in names}

@@ -1,0 +1,403 @@
+"""The static runs of a strip: lift it, then move the gripper along x to the critical point and past it.
+
+All in units of L*; see ``docs/physics.md``, section 4, for what is expected.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+from stripfold.analysis import planning
+from stripfold.errors import CoarseMeshError, ContinuationError, NewtonError, SolveError
+from stripfold.models.model import Model
+from stripfold.models.rod import Rod
+from stripfold.models.solid import Solid
+from stripfold.problem import AlongX, Lift, StripProblem
+from stripfold.solve import continuation, critical, newton
+from stripfold.solve.continuation import StepOptions
+from stripfold.solve.critical import CriticalPoint
+from stripfold.solve.dynamics import Moment
+from stripfold.solve.problem import Equilibrium, Point
+
+Array = NDArray[np.float64]
+
+LIFT_STEPS = StepOptions(first=0.05, largest=1.0, wanted_iterations=12)
+X_STEPS = StepOptions(first=0.1, largest=0.5, slow_below=0.4, wanted_iterations=10)
+PATIENT = replace(LIFT_STEPS.newton, most_iterations=100)
+"""For states whose guess has a wrong contact set: it settles node by node."""
+NEAR = replace(PATIENT, farthest=0.3)
+"""For states that are known but for the mesh: what lies farther is another state (L*)."""
+LAMBDA_TOLERANCE = 1e-6
+"""Width of the bracket of lambda_c, L*."""
+LOOK_AHEAD = 0.6
+"""Arc length followed past a maximum before it is taken for the strip's own, L*."""
+CLOSE = 0.15
+"""A touch this near behind a maximum (arc length, L*), or at a slope of lambda this small, is a close call."""
+FINEST_FOR_ORDER = 0.3
+"""Smallest factor on the element lengths to which close calls are refined."""
+NO_SNAP_BELOW = 1.25
+"""Height below which a maximum of lambda is not the strip's: the elastica's sag lands first below 1.586 L*."""
+NO_TOUCH_ABOVE = 2.2
+"""Height above which no sag touches before lambda has its maximum; the limit is where it is for the other."""
+TOUCH_TOLERANCE = 1e-4
+"""Arc length within which the first touch of the sag is located, L*."""
+
+
+ROD_SIZES = planning.Sizes(free=0.2, sweep=0.2, critical=0.03, lying=0.3)
+"""Element lengths of the rod at refinement one, L* (docs/numerics.md)."""
+
+
+class End(StrEnum):
+    """What ended the advance of the gripper."""
+
+    SNAP = "snap"
+    TOUCH = "touch"
+    LIFTED = "lifted"
+
+    @property
+    def reason(self) -> str:
+        """The same in words."""
+        return {
+            End.SNAP: "lambda has a maximum: the strip snaps through",
+            End.TOUCH: "the sag touches the lower layer before lambda has a maximum: it is laid down, no snap",
+            End.LIFTED: "the whole strip leaves the floor before lambda has a maximum: the strip is too short",
+        }[self]
+
+
+@dataclass(frozen=True)
+class Strip:
+    """A strip in solver units, and how it is discretised.
+
+    ``length`` and ``thickness`` in L*; ``kind`` is "solid" or "rod", the rest is for the solid:
+    :meth:`.Solid.of`.
+    """
+
+    length: float
+    thickness: float
+    nu: float = 0.0
+    order: int = 2
+    across: int = 1
+    law: str = "svk"
+    kind: str = "solid"
+
+    @property
+    def sizes(self) -> planning.Sizes:
+        """Element lengths at refinement one."""
+        return ROD_SIZES if self.kind == "rod" else planning.Sizes()
+
+    def model(self, elements: int | Array) -> Model:
+        """The strip with this number of elements, or with these ends of elements."""
+        if self.kind == "rod":
+            return Rod.of(self.length, self.thickness, elements=elements)
+        return Solid.of(
+            self.length,
+            self.thickness,
+            nu=self.nu,
+            order=self.order,
+            elements=elements,
+            across=self.across,
+            law=self.law,
+        )
+
+
+@dataclass(frozen=True)
+class XRun:
+    """A run along x at one height.
+
+    Attributes
+    ----------
+    problem
+        What was solved.
+    points
+        Accepted points, from lambda_0; those before the end are ``points[:n_before]``.
+    end
+        What ended the advance.
+    critical
+        The located critical point where ``end`` is a snap.
+    last
+        The state at the end of the advance: critical, at first touch, or just before lift-off of the whole strip.
+    contact_folds
+        Maxima of lambda before ``critical`` that are the mesh's own; 0 on a mesh fine enough.
+    close
+        Whether maximum and touch of the sag are such near neighbours that the mesh may have decided between them.
+    """
+
+    problem: StripProblem
+    points: tuple[Point, ...]
+    end: End
+    critical: CriticalPoint | None
+    last: Point
+    contact_folds: int
+    close: bool = False
+
+    @property
+    def lambda_0(self) -> float:
+        return self.points[0].lam
+
+    @property
+    def lam(self) -> float:
+        """Advance at its end: lambda_c where it is a snap."""
+        return self.last.lam
+
+    @property
+    def slack(self) -> float:
+        """What this mesh leaves open in lambda at the end of the advance, L*.
+
+        The bracket's width, and by how much lambda rises again behind a maximum that a tooth of the contact split.
+        """
+        width = self.critical.width if self.critical else 0.0
+        return width + max(p.lam for p in self.points) - self.last.lam
+
+    @property
+    def free_length(self) -> float:
+        """Length of the part that hangs free at the end of the advance, L*."""
+        return lift_off(self.problem.model, self.last)
+
+
+def lift(strip: Strip, heights: Sequence[float]) -> Iterator[tuple[float, Model, Equilibrium]]:
+    """Lift the flat strip and yield its state at each height, ascending: the gripper is free along x (lambda_0)."""
+    # A mesh good enough to start from: each run along x has one of its own.
+    model = strip.model(max(24, round(4 * strip.length)))
+    problem = StripProblem(model, Lift())
+    flat = continuation.start(
+        problem,
+        np.zeros(model.size),
+        min(0.01, heights[0] / 4),
+        problem.bounded,
+        1.0,
+        replace(LIFT_STEPS, newton=PATIENT),
+    )
+    branch = continuation.follow(problem, flat, LIFT_STEPS)
+    point = next(branch)
+    for height in heights:
+        before = point
+        while point.lam < height:
+            before, point = point, next(branch)
+        # From the nearer side, with the tangent as a guess.
+        near = min(before, point, key=lambda p: abs(p.lam - height))
+        share = (height - near.lam) / near.tangent.lam
+        guess = near.q + share * near.tangent.q
+        yield (
+            height,
+            model,
+            newton.solve(problem, guess, height, near.state.active, options=LIFT_STEPS.newton),
+        )
+
+
+def transfer(model: Model, q: Array, to: Model) -> Array:
+    """Unknowns on another mesh of the same strip: the mid-surface by cubic splines, sections normal to it."""
+    middle = model.mid_surface(q)
+    spline = CubicSpline(model.s, middle)
+    position = spline(to.s)
+    slope = spline(to.s, 1)
+    # A spline overshoots where the strip begins to lie; what lies stays lying.
+    lying = to.s >= model.s[np.flatnonzero(middle[:, 1] > 0.0).max(initial=0) + 1]
+    position[lying] = np.stack([to.s[lying] - to.length / 2.0, np.zeros(lying.sum())], axis=1)
+    position[:, 1] = np.maximum(position[:, 1], 0.0)
+    angle = np.where(lying, 0.0, np.arctan2(slope[:, 1], slope[:, 0]))
+    return to.unknowns_of(position, angle)
+
+
+def no_horizontal_force(problem: StripProblem, q: Array, height: float) -> Equilibrium:
+    """The state at ``height`` with the gripper free along x, near ``q``."""
+    free = StripProblem(problem.model, Lift())
+    touching = free.bounded[q[free.bounded] - free.lower <= 1e-12]
+    return newton.solve(free, q, height, touching, options=NEAR)
+
+
+def along_x(
+    strip: Strip,
+    height: float,
+    start: tuple[Model, Equilibrium],
+    mesh: float | Array = 1.0,
+    past: float = 1.0,
+    options: StepOptions = X_STEPS,
+) -> XRun:
+    """Follow the x-axis branch from lambda_0 to its end and, after a snap, ``past`` in arc length beyond it.
+
+    Parameters
+    ----------
+    strip, height
+        What is folded and the gripper's height, L*.
+    start
+        Model and state with no horizontal force at this height, as :func:`lift` yields.
+    mesh
+        Factor on all element lengths of the planned mesh, or the element boundaries themselves.
+    past
+        Arc length to follow the unstable branch, L*; 0 for none.
+
+    Where the maximum and the touch of the sag are close neighbours, the mesh is refined until two in a row agree.
+
+    Raises
+    ------
+    SolveError
+        When a state or the branch cannot be computed to its tolerance.
+    """
+    if np.ndim(mesh):
+        return _foretold(_run(strip.model(np.asarray(mesh)), height, start, past, options), height)
+    sweep, refinement = planning.lift_off_sweep(height), float(mesh)
+
+    def on_planned_mesh(refinement: float) -> XRun:
+        model = strip.model(planning.boundaries(strip.length, sweep, refinement, strip.sizes))
+        return _run(model, height, start, past, options)
+
+    return _foretold(two_agree(on_planned_mesh, refinement, FINEST_FOR_ORDER), height)
+
+
+def _foretold(run: XRun, height: float) -> XRun:
+    """The run, unless it ends in a snap or a touch where there is none."""
+    if run.end is End.TOUCH and height > NO_TOUCH_ABOVE:
+        raise CoarseMeshError(
+            f"the strip touches the floor at a height of {height:.3g} L*, where its sag hangs clear",
+            parameter=run.last.lam,
+            advice="refine the mesh",
+        )
+    if run.end is End.SNAP and height < NO_SNAP_BELOW:
+        raise CoarseMeshError(
+            f"lambda has a maximum at a height of {height:.3g} L*, where the sag should land before: under the push of "
+            "so low a gripper the lying part has given way",
+            parameter=run.last.lam,
+            advice="refine the mesh, or ask the elastica",
+        )
+    return run
+
+
+def two_agree(on_mesh: Callable[[float], XRun], refinement: float, finest: float) -> XRun:
+    """A run on a mesh of this refinement; where maximum and touch are neighbours, on ever finer ones.
+
+    There the mesh says which comes first: two meshes in a row have to agree.
+    """
+    run = on_mesh(refinement)
+    while run.close and refinement > finest:
+        refinement /= 2.0
+        last, run = run, on_mesh(refinement)
+        if run.end is last.end:
+            break
+    return run
+
+
+def begin(
+    model: Model, height: float, start: tuple[Model, Equilibrium], options: StepOptions = X_STEPS
+) -> tuple[StripProblem, Point]:
+    """The problem of a motion along x on a mesh, and its first point, from a state as :func:`lift` yields.
+
+    Raises
+    ------
+    SolveError
+        There is no such state on this mesh near that one.
+    """
+    problem = StripProblem(model, AlongX(height))
+    state = no_horizontal_force(problem, transfer(start[0], start[1].q, model), height)
+    lambda_0 = float(state.q[model.middle[0, 0]])
+    return problem, continuation.start(problem, state.q, lambda_0, state.active, 1.0, options)
+
+
+def _run(model: Model, height: float, start: tuple[Model, Equilibrium], past: float, options: StepOptions) -> XRun:
+    """One run on one mesh; see :func:`along_x`."""
+    problem, first = begin(model, height, start, options)
+    return to_the_end(problem, first, past, options)
+
+
+def to_the_end(
+    problem: StripProblem, first: Point, past: float, options: StepOptions, tolerance: float = LAMBDA_TOLERANCE
+) -> XRun:
+    """Follow a branch along x from a state on it, lambda_c to a bracket of ``tolerance``; see :func:`along_x`."""
+    model = problem.model
+    if critical.passed(first) or touches(model, first):
+        raise SolveError("the branch does not start stable: no state with no horizontal force to start from")
+    points: list[Point] = [first]
+    fold: int | None = None  # index of the first point past the maximum
+    contact_folds, touched = 0, False
+    branch = continuation.follow(problem, first, options)
+    next(branch)
+    while True:
+        try:
+            point = next(branch)
+        except ContinuationError:
+            # Past the maximum the critical point is known; a shorter unstable branch is what there is to show.
+            if fold is None:
+                raise
+            break
+        if fold is None:
+            if touches(model, point):
+                # The maximum may lie just before the touch, in the same step.
+                near, last = locate_touch(problem, points[-1], point, options)
+                if near is not points[-1]:
+                    points.append(near)
+                if len(points) == 1 or not critical.passed(near, points[-2]):
+                    close = near.tangent.lam < CLOSE
+                    return XRun(problem, (*points, last), End.TOUCH, None, last, contact_folds, close)
+                fold, touched = len(points) - 1, True
+                break
+            if lift_off(model, point) > model.length - 0.5:
+                return XRun(problem, (*points, point), End.LIFTED, None, point, contact_folds)
+            points.append(point)
+            if critical.passed(point, points[-2]):
+                fold = len(points) - 1
+            continue
+        touched = touches(model, point)
+        if touched or point.arc - points[fold].arc > max(past, LOOK_AHEAD):
+            break
+        points.append(point)
+        if not critical.passed(point) and point.lam > max(p.lam for p in points[:-1]):
+            # The strip was held back for a moment by a single node of the floor: a maximum of the mesh's, not of the
+            # strip's (docs/numerics.md).  Counted, and passed.
+            contact_folds += 1
+            fold = None
+    index = fold
+    found = critical.locate(problem, points[index - 1], points[index], tolerance, options)
+    points[index:index] = [p for p in (found.before, found.after) if p not in (points[index - 1], points[index])]
+    close = touched and points[-1].arc - found.after.arc < CLOSE
+    return XRun(problem, tuple(points), End.SNAP, found, found.before, contact_folds, close)
+
+
+def locate_touch(problem: StripProblem, before: Point, after: Point, options: StepOptions) -> tuple[Point, Point]:
+    """Bisect for the touch of the sag: the last point before it and the first one after."""
+    share = 0.5
+    while after.arc - before.arc > TOUCH_TOLERANCE:
+        try:
+            middle = continuation.step(problem, before, share * (after.arc - before.arc), options)
+        except NewtonError as error:
+            # The touch itself turns the branch; nearer to the side that is known the step is shorter.
+            share /= 2.0
+            if share < 0.01:
+                raise SolveError(f"the first touch was not located: {error}", parameter=before.lam) from error
+            continue
+        share = 0.5
+        if touches(problem.model, middle):
+            after = middle
+        else:
+            before = middle
+    return before, after
+
+
+def contact_positions(model: Model, point: Point | Moment) -> Array:
+    """Distances from the grasped end of the nodes on the floor, ascending; the held end counts as one."""
+    on_floor = np.isin(model.middle[:, 1], point.active)
+    on_floor[-1] = True
+    return np.asarray(model.s[on_floor])
+
+
+def touches(model: Model, point: Point | Moment) -> bool:
+    """Whether something beside the lying part is on the floor: a contact more than L* apart from the rest."""
+    return bool(np.any(np.diff(contact_positions(model, point)) > 1.0))
+
+
+def lift_off(model: Model, point: Point | Moment) -> float:
+    """Distance along the strip from the grasped end to where the lying part begins, L*."""
+    s = contact_positions(model, point)
+    gaps = np.flatnonzero(np.diff(s) > 1.0)
+    return float(s[gaps[-1] + 1] if len(gaps) else s[0])
+
+
+def solve_height(strip: Strip, height: float, refinement: float, **options: Any) -> XRun:
+    """Lift to one height and run along x from there."""
+    (_, model, state) = next(lift(strip, [height]))
+    return along_x(strip, height, (model, state), refinement, **options)

@@ -1,0 +1,182 @@
+"""The verdict on a path, in SI: what ``stripfold assess`` prints."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from stripfold.analysis.assess import SNAP, assess_strip, lying_length, mesh_for, peak_forces, shape_error
+from stripfold.analysis.collapse_data import in_solver_units
+from stripfold.analysis.friction import effects_of
+from stripfold.analysis.path_friction import Step, walk
+from stripfold.analysis.release import touch_position
+from stripfold.analysis.static import Strip, touches
+from stripfold.errors import InvalidInputError, LostStabilityError
+from stripfold.material import Material
+from stripfold.paths import GripperPath, plan_r_path
+from stripfold.problem import StripProblem
+from stripfold.simulation import LettingGo
+from stripfold.solve.problem import Array, Point
+
+STEP = 0.1
+"""Size of the steps with friction where none is given, L*."""
+AT_END = 1e-3
+"""How near to the fold's own end a path has to end for the last state to be compared with the folded one, L*."""
+
+
+@dataclass(frozen=True, eq=False)
+class Verdict:
+    """What a path does to a strip; lengths in m, forces in N per m of width, nan where there is no such thing.
+
+    Attributes
+    ----------
+    stable
+        Whether the strip follows all of the path.
+    critical
+        Its critical points: ``t``, ``x``, ``z`` of the gripper, ``kind``, and the ``angle`` with the stability
+        boundary in degrees.
+    first_touch_x, planned_touch_x, touch_error
+        Where it first touches, where the folded state lands, the difference.
+    shape_error
+        Largest distance of the last state from the folded one; nan for a path that ends elsewhere.
+    lying_length
+        Length that lies from the held end in the last state.
+    peak_force, peak_hold
+        Largest force of the gripper and horizontal force of the held end, statics.
+    completed
+        Whether the path was followed to its end.
+    """
+
+    stable: bool
+    critical: tuple[Mapping[str, Any], ...]
+    first_touch_x: float
+    planned_touch_x: float
+    touch_error: float
+    shape_error: float
+    lying_length: float
+    peak_force: float
+    peak_hold: float
+    completed: bool
+
+
+def reach(
+    material: Material,
+    length: float,
+    path: GripperPath,
+    *,
+    friction: float | None = None,
+    hysteresis: float | None = None,
+    step: float | None = None,
+    refinement: float = 1.0,
+    model: str = "solid",
+    progress: Callable[[str], None] | None = None,
+) -> Verdict:
+    """Assess a path; with friction in steps, without along the branch and through its falls.
+
+    Parameters
+    ----------
+    material, length
+        The strip; m.
+    path
+        The gripper's path, in L*.
+    friction
+        The paper's k_f, s^-2.
+    hysteresis
+        The bending hysteresis' M_0, N.
+    step
+        Size of the steps with either, m.
+    refinement
+        Factor on all element lengths.
+    model
+        "solid" or "rod".
+
+    Raises
+    ------
+    InvalidInputError, SolveError, TimeStepError
+        Bad input; a part that could not be computed.
+    """
+    unit = material.gravity_length
+    strip = Strip(length / unit, material.relative_thickness, material.nu, kind=model)
+    if friction is None and hysteresis is None:
+        fall = in_solver_units(LettingGo(), material)
+        found = assess_strip(strip, path, fall, refinement, progress)
+        events = [{"travelled": e.travelled, "kind": e.kind, "angle": e.angle} for e in found.events]
+        touch = found.touch.x if found.touch else float("nan")
+        return _verdict(strip, material, path, events, touch, found.states)
+    if friction is not None:
+        law, strength = "pull", friction * unit / material.gravity
+    else:
+        assert hysteresis is not None
+        law, strength = "hysteresis", hysteresis / (material.rho_a * material.gravity * unit**2)
+    size = STEP if step is None else step / unit
+    steps, lost = _walked(strip, path, law, strength, size, refinement)
+    touch = next((touch_position(s.problem, s.point) for s in steps if touches(s.problem.model, s.point)), float("nan"))
+    events = [{"travelled": lost, "kind": SNAP, "angle": float("nan")}] if lost is not None else []
+    return _verdict(strip, material, path, events, touch, [(s.problem, s.point) for s in steps])
+
+
+def _walked(
+    strip: Strip, path: GripperPath, law: str, strength: float, size: float, refinement: float
+) -> tuple[list[Step], float | None]:
+    """The steps with friction, and the length travelled at which the strip was lost, if it was."""
+    steps: list[Step] = []
+    try:
+        for new in walk(mesh_for(strip, path, refinement), path, effects_of(law, strength), size):
+            steps.append(new)
+    except LostStabilityError as error:
+        if not steps:
+            raise
+        return steps, error.parameter
+    return steps, None
+
+
+def _verdict(
+    strip: Strip,
+    material: Material,
+    path: GripperPath,
+    events: list[dict[str, Any]],
+    touch: float,
+    states: list[tuple[StripProblem, Point]],
+) -> Verdict:
+    unit, force = material.gravity_length, material.rho_a * material.gravity * material.gravity_length
+    problem, last = states[-1]
+    peak_force, peak_hold = peak_forces(states)
+    completed = abs(last.lam - path.length) < 1e-6
+    landing, shape = _folded(strip, path, problem, last) if completed else (_landing(strip), float("nan"))
+    critical = []
+    for event in events:
+        x, z = unit * path.position(event["travelled"])
+        t = path.pseudo_time(event["travelled"])
+        critical.append({"t": t, "x": float(x), "z": float(z), "kind": event["kind"], "angle": event["angle"]})
+    return Verdict(
+        stable=not events,
+        critical=tuple(critical),
+        first_touch_x=unit * touch,
+        planned_touch_x=unit * landing,
+        touch_error=unit * (touch - landing),
+        shape_error=unit * shape,
+        lying_length=unit * lying_length(problem.model, last),
+        peak_force=force * peak_force,
+        peak_hold=force * peak_hold,
+        completed=completed,
+    )
+
+
+def _landing(strip: Strip) -> float:
+    """Where the folded state lands, L*; nan for a strip that has none."""
+    try:
+        return plan_r_path(strip.length).landing
+    except InvalidInputError:
+        return float("nan")
+
+
+def _folded(strip: Strip, path: GripperPath, problem: StripProblem, last: Point) -> tuple[float, float]:
+    """Landing place of the folded state, and the last state's distance from it where the path ends as a fold does."""
+    end: Array = path.position(path.length) - np.array([strip.length / 2.0, 0.0])
+    landing = _landing(strip)
+    if np.isnan(landing) or np.linalg.norm(end) > AT_END * strip.length:
+        return landing, float("nan")
+    return landing, shape_error(problem.model, last, plan_r_path(strip.length))

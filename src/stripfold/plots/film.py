@@ -1,0 +1,225 @@
+"""A film of a collapse: statics quickly, the fall in real time or slowed down, statics again; H.264 in MP4."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+from typing import cast
+
+import av
+import numpy as np
+import xarray as xr
+from av.video.reformatter import ColorPrimaries, ColorRange, Colorspace, ColorTrc
+from av.video.stream import VideoStream
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from stripfold.errors import InvalidInputError
+from stripfold.plots.collapse import limits
+from stripfold.plots.phases import Collapse, collapse
+from stripfold.plots.states import Array
+from stripfold.plots.style import BLACK, BLUE, CM, FALLING, GREY, SETTLED, floor, styled
+from stripfold.simulation import AFTER, BEFORE, FALL
+from stripfold.store import atomic
+
+DPI = 256
+"""Dots per inch: a power of two, so that sizes in inches give whole dots exactly."""
+WIDTH = 1280
+"""Width of a frame, dots."""
+PACE = (1, 2, 5, 10, 20, 50, 100)
+"""How often the fall is slowed down, where that is not asked for."""
+LEAST_SECONDS = 4.0
+"""How long the fall lasts at least in the film, where that is not asked for, s."""
+# Constant quality, one thread: how many there are would show in the file.
+_ENCODER = {"crf": "18", "preset": "medium", "threads": "1"}
+# The index in front, to play before all is loaded; no date and no version.
+_CONTAINER = {"movflags": "+faststart", "fflags": "+bitexact"}
+
+Frame = NDArray[np.uint8]
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Timing:
+    """When each state is shown.
+
+    Attributes
+    ----------
+    clock
+        Shape (m,): time in the film, s, ascending.
+    slowdown
+        Seconds of the film per second of the fall.
+    """
+
+    clock: Array
+    slowdown: float
+
+    def frames(self, fps: int) -> Array:
+        """Times of the frames, s; the last one shows the last state."""
+        end = float(self.clock[-1])
+        count = int(np.ceil(end * fps - 1e-9)) + 1
+        return np.minimum(np.arange(count) / fps, end)
+
+    def between(self, t: float) -> tuple[int, int, float]:
+        """The states before and after a time, and what share of the way from the first to the second it is."""
+        after = min(int(np.searchsorted(self.clock, t, side="right")), len(self.clock) - 1)
+        before = max(after - 1, 0)
+        span = float(self.clock[after] - self.clock[before])
+        return before, after, (t - float(self.clock[before])) / span if span > 0.0 else 1.0
+
+
+def timing(found: Collapse, slowdown: float | None = None, static_seconds: float = 8.0) -> Timing:
+    """The fall at a constant rate of time, the static parts at a constant speed of the gripper."""
+    fall = found.part(FALL)
+    elapsed = found.time[fall] - found.time[fall[0]]
+    if slowdown is None:
+        slowdown = next((pace for pace in PACE if pace * elapsed[-1] >= LEAST_SECONDS), PACE[-1])
+    static = [part for part in (found.part(BEFORE), found.part(AFTER)) if len(part)]
+    ways = [np.concatenate([[0.0], np.cumsum(np.abs(np.diff(found.advance[part])))]) for part in static]
+    total = sum(way[-1] for way in ways)
+    scale = static_seconds / total if total > 0.0 else 0.0
+    clocks = [scale * ways[0], slowdown * elapsed, *(scale * way for way in ways[1:])]
+    starts = np.cumsum([0.0, *(clock[-1] for clock in clocks)])
+    return Timing(np.concatenate([s + c for s, c in zip(starts, clocks, strict=False)]), float(slowdown))
+
+
+def film(
+    data: xr.Dataset,
+    path: str | os.PathLike[str],
+    *,
+    fps: int = 30,
+    slowdown: float | None = None,
+    static_seconds: float = 8.0,
+    progress: Progress | None = None,
+) -> Path:
+    """Draw a collapse frame by frame into an MP4 file that browsers play; whole or not there.
+
+    The same data give the same bytes with the same versions of the libraries.
+
+    Parameters
+    ----------
+    data
+        From :func:`stripfold.analysis.collapse_data.run`.
+    path
+        Where to, with the suffix .mp4.  Missing folders are made.
+    fps
+        Frames per second.
+    slowdown
+        Seconds of the film per second of the fall; by default the first of :data:`PACE` with which the fall lasts
+        :data:`LEAST_SECONDS`.
+    static_seconds
+        How long the static parts are together, s.
+    progress
+        Told which frame is being drawn.
+
+    Raises
+    ------
+    InvalidInputError
+        Other data, another suffix, or a number that is not positive.
+    """
+    path = Path(path)
+    if path.suffix.lower() != ".mp4":
+        raise InvalidInputError("film", os.fspath(path), "a file name with the suffix .mp4")
+    for key, value in (("fps", fps), ("slowdown", slowdown), ("static_seconds", static_seconds)):
+        if value is not None and not (np.isfinite(value) and value > 0.0):
+            raise InvalidInputError(key, value, "a positive number")
+    found = collapse(data)
+    times = timing(found, slowdown, static_seconds)
+    shown = times.frames(fps)
+    with atomic(path) as temporary, av.open(os.fspath(temporary), "w", format="mp4", options=_CONTAINER) as container:
+        stage = _Stage(found, times.slowdown)
+        stream = container.add_stream("libx264", rate=fps, options=_ENCODER)
+        _describe(stream, stage.size, fps)
+        # One frame at a time: memory does not grow with the length of the film.
+        for i, t in enumerate(shown):
+            if progress:
+                progress(f"drawing frame {i + 1} of {len(shown)}")
+            picture = av.VideoFrame.from_ndarray(stage.frame(*times.between(float(t))), format="rgb24").reformat(
+                format="yuv420p", dst_colorspace=Colorspace.ITU709, dst_color_range=ColorRange.MPEG
+            )
+            picture.pts, picture.time_base = i, Fraction(1, fps)
+            container.mux(stream.encode(picture))
+        container.mux(stream.encode(None))
+    return path
+
+
+def _describe(stream: VideoStream, size: tuple[int, int], fps: int) -> None:
+    """Size, time base and the colours of HDTV, which players otherwise have to guess."""
+    stream.width, stream.height = size
+    stream.pix_fmt = "yuv420p"
+    context = stream.codec_context
+    context.time_base = Fraction(1, fps)
+    context.colorspace, context.color_range = Colorspace.ITU709, ColorRange.MPEG
+    context.color_primaries, context.color_trc = ColorPrimaries.BT709, ColorTrc.BT709
+
+
+_LOOKS = {BEFORE: (BLACK, "static"), FALL: (FALLING, "fall"), AFTER: (SETTLED, "static")}
+
+
+class _Stage:
+    """A figure whose background is drawn once; only the strip, the gripper and the texts are drawn for each frame."""
+
+    @styled
+    def __init__(self, found: Collapse, slowdown: float) -> None:
+        self.found, self.slowdown = found, slowdown
+        xlim, ylim = limits(found)
+        # In dots; room for the numbers at the axes, the texts over them, and even for the encoder.
+        left, right, below, over = 110, 30, 120, 90
+        across = WIDTH - left - right
+        up = round(across * (ylim[1] - ylim[0]) / (xlim[1] - xlim[0]))
+        height = below + up + over
+        height += height % 2
+        self.size = WIDTH, height
+        self.canvas = FigureCanvasAgg(Figure(figsize=(WIDTH / DPI, height / DPI), dpi=DPI))
+        fig = self.canvas.figure
+        ax = fig.add_axes((left / WIDTH, below / height, across / WIDTH, up / height))
+        ax.set(aspect="equal", xlim=xlim, ylim=ylim, xlabel="$x$ [cm]", ylabel="$z$ [cm]")
+        ax.grid(visible=False)
+        ax.locator_params(nbins=8, steps=[1, 2, 5, 10])
+        floor(ax)
+        way = CM * found.states[:, 0]
+        ax.plot(*way.T, color=BLUE, lw=0.6, ls=":")
+        line = (1.0 - 0.5 * over / height, left / WIDTH, 1.0 - right / WIDTH)
+        self.said = fig.text(line[1], line[0], "", va="center", animated=True)
+        self.position = fig.text(line[2], line[0], "", va="center", ha="right", animated=True)
+        # Where the fall began, to see how far it has come.
+        (self.critical,) = ax.plot(*(CM * found.states[found.critical]).T, color=GREY, lw=0.8, animated=True, zorder=3)
+        (self.strip,) = ax.plot([], [], lw=1.5, animated=True, zorder=4)
+        (self.gripper,) = ax.plot([], [], "o", color=BLUE, ms=5, animated=True, zorder=5)
+        self.canvas.draw()
+        self.background = self.canvas.copy_from_bbox(fig.bbox)  # type: ignore[no-untyped-call]
+
+    @styled
+    def frame(self, before: int, after: int, share: float) -> Frame:
+        """The picture between two states, ``share`` of the way from the first to the second."""
+        found = self.found
+
+        def between(values: Array) -> Array:
+            return np.asarray((1.0 - share) * values[before] + share * values[after])
+
+        phase = str(found.phase[after])
+        colour, text = _LOOKS[phase]
+        state = CM * between(found.states)
+        self.strip.set_data(*state.T)
+        self.strip.set_color(colour)
+        self.gripper.set_data(*state[:1].T)
+        self.critical.set_visible(phase == FALL)
+        if phase == FALL:
+            text = f"{text}, {_pace(self.slowdown)}: $t$ = {float(between(found.time)):.2f} s"
+        self.said.set_text(text)
+        self.said.set_color(colour)
+        self.position.set_text(rf"$\lambda$ = {CM * float(between(found.advance)):.1f} cm")
+        self.canvas.restore_region(self.background)  # type: ignore[attr-defined]
+        for artist in (self.critical, self.strip, self.gripper, self.said, self.position):
+            self.canvas.figure.draw_artist(artist)
+        return cast(Frame, np.ascontiguousarray(np.asarray(self.canvas.buffer_rgba())[..., :3]))
+
+
+def _pace(slowdown: float) -> str:
+    if slowdown == 1.0:
+        return "real time"
+    return f"slowed down {slowdown:g} times" if slowdown > 1.0 else f"sped up {1.0 / slowdown:g} times"

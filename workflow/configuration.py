@@ -1,0 +1,196 @@
+"""The configuration of a run: read, checked against the schema, completed, resolved.
+
+The schema, ``config/schema.json``, is the reference of all keys.  Ranges of physical numbers are not
+repeated there: :class:`.Scene` knows them.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from functools import lru_cache
+from math import isclose
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from stripfold import schemas
+from stripfold.errors import InvalidInputError
+from stripfold.material import Material
+from stripfold.scene import Scene, require_long_enough
+
+Config = dict[str, Any]
+
+
+def load(source: str | os.PathLike[str] | Mapping[str, Any], root: str | os.PathLike[str] = ".") -> Config:
+    """The resolved configuration: defaults filled in, textiles turned into ``eta_b``, everything checked.
+
+    Loading a resolved configuration again changes nothing.
+
+    Parameters
+    ----------
+    source
+        Path of a YAML file, or its content.
+    root
+        Folder from which relative paths inside the configuration start.
+
+    Returns
+    -------
+    dict
+        A new one; plain numbers, texts, lists and dicts.
+
+    Raises
+    ------
+    InvalidInputError
+        Not readable, an unknown or missing key, or a value that cannot be used; the message names the key.
+    SolveError
+        The elastica, which tells how long a strip must be, could not be solved.
+    """
+    config: Config = schemas.complete(schema(), source if isinstance(source, Mapping) else _read(Path(source)))
+    schemas.check(schema(), config, "the configuration")
+    _check_names(config["materials"])
+    for i, material in enumerate(config["materials"]):
+        at = f"materials[{i}]"
+        if "secant" in material:
+            _resolve_secant(material, config["gravity"], Path(root), at)
+        material.setdefault("rho_a", 1.0)
+        _check_heights(config, material, at)
+    _check_recordings(config)
+    _check_studies(config)
+    return config
+
+
+def scene(config: Config, material: Mapping[str, Any], height: float, model: str = "solid") -> Scene:
+    """The scene of one of the configuration's materials at a gripper height in L*.
+
+    Raises
+    ------
+    InvalidInputError
+        A number that cannot be used.
+    """
+    return Scene.create(
+        length=material["length"],
+        height=height * Material(material["eta_b"], gravity=config["gravity"]).gravity_length,
+        **{key: material[key] for key in ("eta_b", "eta_m", "nu", "rho_a")},
+        model=model,
+        accuracy=config["solid"]["accuracy"],
+        law=config["solid"]["law"] if model == "solid" else "svk",
+        gravity=config["gravity"],
+    )
+
+
+def material_of(config: Config, entry: Mapping[str, Any]) -> Material:
+    """The material of one of the configuration's materials."""
+    return scene(config, entry, entry["heights"][0]).material
+
+
+@lru_cache(maxsize=1)
+def schema() -> dict[str, Any]:
+    """The JSON schema of the configuration; not to be changed."""
+    text = Path(__file__).with_name("config").joinpath("schema.json").read_text(encoding="utf-8")
+    return dict(json.loads(text))
+
+
+def _read(path: Path) -> Any:
+    try:
+        return yaml.safe_load(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError, yaml.YAMLError) as error:
+        raise InvalidInputError("configuration", str(path), "a readable YAML file", str(error)) from error
+
+
+def _check_names(materials: list[Config]) -> None:
+    names = [material["name"] for material in materials]
+    for i, name in enumerate(names):
+        if name in names[:i]:
+            raise InvalidInputError(f"materials[{i}].name", name, "a name that no other material has")
+
+
+def _resolve_secant(material: Config, gravity: float, root: Path, at: str) -> None:
+    """Fill in what the measured law gives; what is there already must agree."""
+    from stripfold import elastica, textile
+
+    given = material["secant"]
+    with _named({"z": f"{at}.secant.height"}, f"{at}.secant"):
+        state = elastica.critical(given["height"]).state
+        if state is None:
+            raise InvalidInputError("z", given["height"], "a height at which the strip snaps, in L*")
+        table = textile.read_table(root / given["table"])
+        found = textile.secant(table, given["areal_load"], state.max_curvature, gravity)
+    filled = (
+        (material, at, "eta_b", found.eta_b),
+        (material, at, "rho_a", given["areal_load"] / gravity),
+        (given, f"{at}.secant", "stiffness", found.stiffness),
+        (given, f"{at}.secant", "kappa", found.kappa),
+    )
+    for mapping, where, key, value in filled:
+        if not isclose(mapping.setdefault(key, value), value, rel_tol=1e-9):
+            raise InvalidInputError(f"{where}.{key}", mapping[key], f"{value:.10g}, or nothing: the secant gives it")
+
+
+def _check_heights(config: Config, material: Config, at: str) -> None:
+    from stripfold.paths import LONGEST, shortest_half_fold
+
+    lists = [(name, material[name]) for name in ("heights", "touching_heights")]
+    scenes = [
+        _scene_at(config, material, height, at, f"{at}.{name}[{i}]")
+        for name, heights in lists
+        for i, height in enumerate(heights)
+    ]
+    longest = LONGEST * scenes[0].material.gravity_length
+    shortest = shortest_half_fold() * scenes[0].material.gravity_length
+    if not shortest < material["length"] <= longest:
+        raise InvalidInputError(
+            f"{at}.length",
+            material["length"],
+            f"more than {shortest:.4g} m and at most {longest:.4g} m with eta_b = {material['eta_b']:g} m^-4 s^2",
+            "a strip outside has no R-path",
+        )
+    # The free length grows with the height.
+    with _named({}, at):
+        require_long_enough(max(scenes, key=lambda scene: scene.height))
+
+
+def _check_recordings(config: Config) -> None:
+    names = {material["name"]: material for material in config["materials"]}
+    asked = config["recordings"]
+    for i, name in enumerate(asked["materials"]):
+        at = f"recordings.materials[{i}]"
+        if name not in names:
+            raise InvalidInputError(at, name, f"one of the materials {', '.join(names)}")
+        star = Material(names[name]["eta_b"], gravity=config["gravity"]).gravity_length
+        strip = {**names[name], "length": asked["length_star"] * star}
+        for j, height in enumerate(asked["heights"]):
+            asked_scene = _scene_at(config, strip, height, at, f"recordings.heights[{j}]")
+            with _named({"length": "recordings.length_star"}, at):
+                require_long_enough(asked_scene)
+
+
+def _check_studies(config: Config) -> None:
+    limit = config["studies"]["limit"]
+    star = Material(limit["eta_b"], gravity=config["gravity"]).gravity_length
+    strip = {"eta_b": limit["eta_b"], "nu": 0.0, "rho_a": 1.0, "length": limit["length_star"] * star}
+    for eta_m in limit["eta_m"]:
+        at = "studies.limit"
+        asked = _scene_at(config, {**strip, "eta_m": eta_m}, limit["height"], at, f"{at}.height")
+        with _named({"length": f"{at}.length_star"}, at):
+            require_long_enough(asked)
+
+
+def _scene_at(config: Config, material: Config, height: float, at: str, height_key: str) -> Scene:
+    """The scene; its errors name the configuration's keys."""
+    with _named({"gravity": "gravity", "accuracy": "solid.accuracy", "height": height_key}, at):
+        return scene(config, material, height)
+
+
+@contextmanager
+def _named(keys: Mapping[str, str], at: str) -> Iterator[None]:
+    """Errors name the configuration's key: that in ``keys``, or the one of the same name within ``at``."""
+    try:
+        yield
+    except InvalidInputError as error:
+        key = keys.get(error.key, f"{at}.{error.key}")
+        advice = "heights are in L* here, the value shown is in m" if error.key == "height" else error.advice
+        raise InvalidInputError(key, error.value, error.allowed, advice) from error

@@ -1,0 +1,295 @@
+"""What an accuracy costs: error of the end of the advance against time, over models, meshes and settings.
+
+Scenes are strips of one length and thickness at several gripper heights: lambda_c where they snap, and at a low gripper
+lambda at the first touch.  All in L*.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+from stripfold import elastica
+from stripfold.analysis import critical_point as critical
+from stripfold.analysis import locate_rod as quick
+from stripfold.analysis import locate_solid as near
+from stripfold.analysis.static import LAMBDA_TOLERANCE, X_STEPS, End, Strip, XRun, along_x, lift
+from stripfold.errors import SolveError
+from stripfold.scene import Scene
+from studies.benchmark import calls, peak_memory, peak_of
+
+Array = NDArray[np.float64]
+Shape = Callable[[Array], Array]
+"""The strip's mid-surface: from distances from the grasped end, shape (n,), to places, shape (n, 2)."""
+
+OF_ELASTICA = 25
+"""Calls of the elastica for one of another model: it takes hundredths of a second."""
+ETA_B = 3780.0
+"""Of the strips whose presets are measured, m^-4 s^2; in L* it is of no matter."""
+LOOKED_AT = 400
+"""Places along the strip at which two states are compared."""
+PRESETS = ("auto", "solid")
+"""Models that are asked for an accuracy."""
+
+
+class Answer(NamedTuple):
+    """Where the advance ends, lambda there, and the strip's state."""
+
+    end: End
+    lam: float
+    shape: Shape
+
+
+class Strategy(NamedTuple):
+    """One way to the end of the advance.
+
+    Attributes
+    ----------
+    kind
+        "elastica", "rod", "rod, nodes" (its contact followed node by node), "solid", or "solid, from lambda_0".
+    order, across
+        Order of the solid's elements, and their number across the thickness.
+    refinement
+        Factor on the element lengths.
+    step, tolerance, force_tolerance
+        Largest step of the continuation and bracket of lambda, L*; of Newton's equilibria, rho_a g L*.
+    """
+
+    kind: str
+    order: int = 2
+    across: int = 1
+    refinement: float = 1.0
+    step: float = X_STEPS.largest
+    tolerance: float = LAMBDA_TOLERANCE
+    force_tolerance: float = X_STEPS.newton.force_tolerance
+
+    @property
+    def model(self) -> str:
+        """The model behind it."""
+        return self.kind.split(",")[0]
+
+    def answer(self, length: float, thickness: float, height: float) -> Answer:
+        """Go there."""
+        foretold = quick.Foretold.at(height)
+        if self.kind == "elastica":
+            return Answer(End.SNAP if foretold.snap else End.TOUCH, foretold.last.advance, _bent(foretold.last, length))
+        strip = Strip(length, thickness, order=self.order, across=self.across, kind=self.model)
+        if self.kind == "rod":
+            found = quick.run(strip, foretold, self.refinement)
+            return Answer(found.end, found.lam, _of_places(found.free_part[:, 0], found.free_part[:, 1:], length))
+        if self.kind == "solid":
+            run = near.run(strip, foretold, self.refinement, self.tolerance)
+        else:
+            options = replace(
+                X_STEPS, largest=self.step, newton=replace(X_STEPS.newton, force_tolerance=self.force_tolerance)
+            )
+            (_, model, state) = next(lift(strip, [height]))
+            run = along_x(strip, height, (model, state), self.refinement, 0.0, options)
+        return Answer(run.end, run.lam, _of_run(run))
+
+
+def run(
+    length_star: float,
+    thickness: float,
+    heights: Sequence[float],
+    strategies: Sequence[Mapping[str, Any]],
+    reference: float,
+    accuracies: Sequence[float],
+    repeats: int,
+    progress: Callable[[str], None] | None = None,
+) -> xr.Dataset:
+    """Errors and times of all strategies at all heights, and of what is chosen for an accuracy.
+
+    Parameters
+    ----------
+    length_star, thickness
+        Of the strip, L*.
+    heights
+        Gripper heights, L*, shape (n,).
+    strategies
+        Fields of :class:`Strategy`, each.
+    reference
+        Refinement of the solid that stands for the truth; the same at twice it, Richardson's check, is stored beside.
+    accuracies
+        For which the models of :data:`PRESETS` are asked.
+    repeats
+        Calls after an uncounted one of which the median time is taken, in this process.
+
+    Raises
+    ------
+    SolveError
+        When the reference or a preset fails.  A strategy that fails has nan.
+    """
+    say = progress or (lambda _: None)
+    ways = [Strategy(**given) for given in strategies]
+    s = np.linspace(0.0, length_star, LOOKED_AT)
+    shape = (len(ways), len(heights))
+    error, state_error, seconds = (np.full(shape, np.nan) for _ in range(3))
+    truth, uncertain, state_uncertain = (np.empty(len(heights)) for _ in range(3))
+    snaps = np.empty(len(heights), dtype=np.int8)
+    memory = np.full(len(ways), np.nan)
+    for j, height in enumerate(heights):
+        say(f"z = {height:g} L*")
+        scene = length_star, thickness, height
+        finest, finer = (Strategy("solid", refinement=r).answer(*scene) for r in (reference, 2.0 * reference))
+        truth[j], uncertain[j], snaps[j] = finest.lam, abs(finer.lam / finest.lam - 1.0), finest.end is End.SNAP
+        there = finest.shape(s)
+        state_uncertain[j] = _apart(finer.shape(s), there)
+        for i, way in enumerate(ways):
+            try:
+                seconds_of, answer = calls(partial(way.answer, *scene), repeats)
+            except SolveError as failure:
+                say(f"{way}: {failure}")
+                continue
+            say(f"{way}: {answer.end}, {answer.lam / finest.lam - 1.0:.1e}, {np.median(seconds_of):.3f} s")
+            seconds[i, j] = np.median(seconds_of)
+            if j == len(heights) - 1:
+                memory[i] = peak_of(f"from {__name__} import Strategy\n{way!r}.answer{scene!r}")
+            if answer.end is finest.end:
+                error[i, j] = answer.lam / finest.lam - 1.0
+                state_error[i, j] = _apart(answer.shape(s), there)
+    at, over = ("way", "height"), ("height",)
+    one: dict[str, tuple[tuple[str, ...], Any, str, str]] = {
+        "error": (at, error, "1", "lambda at the end of the advance over the reference's, minus one"),
+        "state_error": (at, state_error, "1", "largest distance of the mid-surface there from the reference's / L*"),
+        "seconds": (at, seconds, "s", "time, median"),
+        "way_memory": (("way",), memory, "MB", "peak memory of a process that does it at the last height"),
+        "reference": (over, truth, "1", "lambda / L* of the reference"),
+        "uncertain": (over, uncertain, "1", "relative change of that from the mesh half as fine"),
+        "state_uncertain": (over, state_uncertain, "1", "change of its state from the mesh half as fine / L*"),
+        "snaps": (over, snaps, "1", "1 where lambda has a maximum, 0 where the sag touches first"),
+        **_presets(length_star, thickness, heights, accuracies, truth, repeats, say),
+        **_of_elastica(heights, repeats),
+        **_memory(length_star, heights),
+    }
+    texts = {"kind": "model and treatment of the contact"}
+    for field in Strategy._fields:
+        values = [getattr(way, field) for way in ways]
+        kind = object if field == "kind" else np.float64
+        one[field] = (
+            ("way",),
+            np.array(values, dtype=kind),
+            "1",
+            texts.get(field, f"{field.replace('_', ' ')} of a way"),
+        )
+    data = {name: (dims, values, {"units": u, "long_name": t}) for name, (dims, values, u, t) in one.items()}
+    coords = {
+        "height": (over, np.asarray(heights, float), {"units": "1", "long_name": "gripper height / L*"}),
+        "accuracy": ("accuracy", list(accuracies), {"units": "1", "long_name": "relative accuracy asked for"}),
+        "asked": ("asked", list(PRESETS), {"units": "1", "long_name": "model asked for"}),
+    }
+    return xr.Dataset(data, coords, {"length_star": length_star, "thickness_star": thickness, "repeats": repeats})
+
+
+Column = tuple[tuple[str, ...], Any, str, str]
+
+
+def _presets(
+    length: float,
+    thickness: float,
+    heights: Sequence[float],
+    accuracies: Sequence[float],
+    truth: Array,
+    repeats: int,
+    say: Callable[[str], None],
+) -> dict[str, Column]:
+    """What is chosen for an accuracy, its time, its estimate and its true error; nan where there is no snap."""
+    shape = (len(PRESETS), len(accuracies), len(heights))
+    seconds, estimate, error = (np.full(shape, np.nan) for _ in range(3))
+    chosen = np.empty(shape, dtype=object)
+    for at in np.ndindex(*shape):
+        scene = scene_of(length, thickness, heights[at[2]], PRESETS[at[0]], accuracies[at[1]])
+        taken, found = calls(partial(critical.find, scene), repeats)
+        seconds[at], chosen[at] = np.median(taken), found.model
+        say(f"{PRESETS[at[0]]} to {accuracies[at[1]]:g} at {heights[at[2]]:g} L*: {found.model}, {seconds[at]:.3f} s")
+        if found.snap:
+            estimate[at] = (found.error + found.model_error) / found.lambda_c
+            error[at] = found.lambda_c / scene.material.gravity_length / truth[at[2]] - 1.0
+    over = ("asked", "accuracy", "height")
+    return {
+        "preset_model": (over, chosen, "1", "model that was used"),
+        "preset_seconds": (over, seconds, "s", "time of one lambda_c with its estimate, median"),
+        "preset_estimate": (over, estimate, "1", "estimated relative error, the model's included"),
+        "preset_error": (over, error, "1", "lambda_c over the reference's, minus one"),
+    }
+
+
+def _of_elastica(heights: Sequence[float], repeats: int) -> dict[str, Column]:
+    """Time of the elastica's end of the advance, and its distance from one solved on a finer grid."""
+    seconds, error = np.empty(len(heights)), np.empty(len(heights))
+    for j, height in enumerate(heights):
+        taken, found = calls(partial(elastica.critical, height), OF_ELASTICA * repeats)
+        seconds[j] = np.median(taken)
+        lam = found.advance if found.snap else found.touch.advance if found.touch else np.nan
+        error[j] = lam / elastica.resolved_again(found) - 1.0
+    return {
+        "elastica_seconds": (("height",), seconds, "s", "time of the elastica's critical point, median"),
+        "elastica_error": (("height",), error, "1", "its lambda over that on a grid of twice the nodes, minus one"),
+    }
+
+
+def _memory(length: float, heights: Sequence[float]) -> dict[str, Column]:
+    """Peak memory of a process that finds one lambda_c to 1e-3, by each model."""
+    scene = scene_of(length, 0.0, heights[-1], "solid", 1e-3)
+    strip = (
+        "critical",
+        "--length",
+        repr(scene.length),
+        "--height",
+        repr(scene.height),
+        "--eta-b",
+        repr(ETA_B),
+        "--json",
+    )
+    models = ("elastica", "rod", "solid")
+    peaks = [peak_memory((*strip, "--model", model)) for model in models]
+    return {
+        "memory": (("model",), np.array(peaks), "MB", "peak memory of a process that finds one lambda_c to 1e-3"),
+        "model": (("model",), np.array(models, dtype=object), "1", "model of the strip"),
+    }
+
+
+def scene_of(
+    length: float, thickness: float, height: float, model: str, accuracy: float, nu: float = 0.0, eta_b: float = ETA_B
+) -> Scene:
+    """A scene from lengths in L*."""
+    unit = elastica.gravity_length(eta_b)
+    eta_m = max((thickness * unit) ** 2 * eta_b / 12.0, 1e-9)
+    given = {"eta_b": eta_b, "eta_m": eta_m, "nu": nu, "model": model, "accuracy": accuracy}
+    return Scene.create(length=length * unit, height=height * unit, **given)  # type: ignore[arg-type]
+
+
+def _apart(one: Array, other: Array) -> float:
+    return float(np.linalg.norm(one - other, axis=1).max())
+
+
+def _of_run(run: XRun) -> Shape:
+    return CubicSpline(run.problem.model.s, run.problem.model.mid_surface(run.last.q))
+
+
+def _bent(state: elastica.State, length: float) -> Shape:
+    along = np.linspace(0.0, state.length, LOOKED_AT)
+    at = state.at(state.length - along)
+    return _of_places(along, np.stack([state.length - length / 2.0 - at.x, at.z], axis=1), length)
+
+
+def _of_places(along: Array, place: Array, length: float) -> Shape:
+    """From places of the free part, the last one its lift-off; the rest lies straight up to the held end."""
+    free = CubicSpline(along, place)
+    lift_off = float(along[-1])
+    begins = float(place[-1, 0])
+
+    def shape(s: Array) -> Array:
+        lies = np.stack(
+            [begins + (s - lift_off) * (length / 2.0 - begins) / (length - lift_off), np.zeros_like(s)], axis=1
+        )
+        return np.where((s > lift_off)[:, None], lies, free(np.minimum(s, lift_off)))
+
+    return shape

@@ -1,0 +1,199 @@
+"""Delayed bifurcation: how far past lambda_c the gripper is when the strip snaps, against its speed.
+
+Near the saddle-node the deflection x along the critical mode obeys ``x'' + a x' = c x^2 + b (lambda - lambda_c)`` (unit
+modal mass).  With the gripper at speed v the strip lags behind by ``C v^(4/5) / (b c)^(1/5)`` where inertia decides and
+by ``C (a^2 / (b c))^(1/3) v^(2/3)`` where air drag does.
+
+The snap event is the moment when the deflection along the critical mode passes that of the static critical state,
+x = 0.  At vanishing speed that happens at lambda_c exactly, and the normal form has no other length to compare with:
+any threshold beyond adds the time of the fall, which is a lag of order v and spoils the exponent (``touch`` shows it).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from scipy.interpolate import CubicHermiteSpline
+from scipy.stats import linregress, t
+
+from stripfold.analysis.static import Strip, XRun, solve_height, touches
+from stripfold.errors import SolveError
+from stripfold.solve import dynamics
+from stripfold.solve.dynamics import Moment, Moving, TimeOptions
+from stripfold.solve.schemes import Damping
+
+Array = NDArray[np.float64]
+
+INERTIAL, OVERDAMPED = 4.0 / 5.0, 2.0 / 3.0
+"""Exponents of the theory."""
+INERTIAL_PASSAGE, OVERDAMPED_PASSAGE = 0.715391, 1.018793
+"""C of the theory: when ``X'' = X^2 + T`` and ``X' = X^2 + T``, coming along their branch, pass zero.
+
+The second is the first zero of Ai'(-T); the first is from an integration begun at T = -80.
+"""
+AHEAD = 10.0
+"""The motion starts this many expected lags before lambda_c, on the branch."""
+NEAR = 0.1
+"""Distance from lambda_c, L*, within which the branch is taken for a parabola."""
+STEPS = TimeOptions(largest=200.0)
+MOST_STEPS = 20000
+
+
+@dataclass(frozen=True)
+class Fold:
+    """The saddle-node in its normal form.
+
+    Attributes
+    ----------
+    run
+        The branch.
+    row
+        x is ``row . (q - q_c)``, shape (n,): the critical mode's, growing along the branch.
+    push, curvature
+        b and c.
+    """
+
+    run: XRun
+    row: Array
+    push: float
+    curvature: float
+
+    @classmethod
+    def of(cls, run: XRun) -> Fold:
+        """Both coefficients from statics: b from the gripper's force on the mode, b / c from the branch's parabola."""
+        found = run.critical
+        if found is None:
+            raise SolveError(f"no critical point to pass: {run.end.reason}")
+        problem, at = run.problem, found.before
+        mode = found.mode * np.sign(found.mode @ (problem.mass @ at.tangent.q))
+        row = problem.mass @ mode
+        tangent = problem.linearise(at.q, at.lam)[1]
+        rate = np.zeros(problem.size)
+        rate[problem.prescribed] = problem.prescribed_rates(at.lam)
+        push = -float(mode @ (tangent @ rate))
+        near = [p for p in run.points if found.lam - p.lam < NEAR]
+        x = np.array([row @ (p.q - at.q) for p in near])
+        # A parabola whose summit is where it fits best: a tooth of the contact holds the located one a little aside.
+        fall = -float(np.polyfit(x, [p.lam for p in near], 2)[0])
+        return cls(run, row, push, push * fall)
+
+    def expected(self, speed: float, air: float) -> float:
+        """The theory's lag, L*."""
+        product = self.push * self.curvature
+        if air:
+            return OVERDAMPED_PASSAGE * (air**2 / product) ** (1.0 / 3.0) * speed**OVERDAMPED
+        return INERTIAL_PASSAGE * product ** (-1.0 / 5.0) * speed**INERTIAL
+
+
+def passage(fold: Fold, speed: float, air: float) -> tuple[float, float, int]:
+    """lambda when the strip snaps and when its sag touches, L*, and the time steps taken; the gripper never stops."""
+    run, lambda_c = fold.run, fold.run.last.lam
+    before = [p for p in run.points if p.lam < lambda_c - AHEAD * fold.expected(speed, air) and p.tangent.lam > 0.0]
+    if not before:
+        raise SolveError(f"the branch is too short for the speed {speed:g}", parameter=lambda_c)
+    point = before[-1]
+    first = dynamics.start(
+        run.problem, point.q, speed * point.tangent.q / point.tangent.lam, point.lam, point.state.active
+    )
+    moments = dynamics.march(run.problem, first, Moving(point.lam, speed), Damping(air=air), options=STEPS)
+    snap, last, x_last, steps = np.nan, first, -np.inf, -1
+    for moment in _until_touch(run, moments):
+        x = float(fold.row @ (moment.q - run.last.q))
+        if np.isnan(snap) and x > 0.0:
+            rates = [fold.row @ m.v / speed for m in (last, moment)]
+            snap = float(CubicHermiteSpline([last.lam, moment.lam], [x_last, x], rates).roots(extrapolate=False)[0])
+        last, x_last, steps = moment, x, steps + 1
+    return snap, last.lam, steps
+
+
+def _until_touch(run: XRun, moments: Iterator[Moment]) -> Iterator[Moment]:
+    """The moments up to and with that at which the sag is on the floor."""
+    for n, moment in enumerate(moments):
+        yield moment
+        if touches(run.problem.model, moment):
+            return
+        if n == MOST_STEPS:
+            raise SolveError("the strip does not come down", parameter=moment.lam)
+
+
+def exponent(speed: Array, lag: Array) -> tuple[float, float]:
+    """Slope of log(lag) over log(speed), and the half width of its 95 % interval (t distribution)."""
+    fit = linregress(np.log(speed), np.log(lag))
+    return float(fit.slope), float(t.ppf(0.975, len(speed) - 2) * fit.stderr)
+
+
+def limit(speed: Array, lam: Array, power: float) -> float:
+    """``lambda_0`` of ``lam = lambda_0 + A speed^power``, least squares."""
+    return float(np.polyfit(speed**power, lam, 1)[1])
+
+
+def run(
+    length_star: float,
+    thickness: float,
+    height: float,
+    refinement: float,
+    speeds: Sequence[float],
+    air: float,
+    damped_speeds: Sequence[float],
+) -> xr.Dataset:
+    """Lags without damping and in air.
+
+    Parameters
+    ----------
+    length_star, thickness, height
+        L*.
+    refinement
+        Of the planned mesh.
+    speeds, damped_speeds
+        Of the gripper, sqrt(g L*): without damping and with it.
+    air
+        Air drag per mass and velocity, sqrt(g/L*); much more than the rate of the passage, so that it decides.
+    """
+    fold = Fold.of(solve_height(Strip(length_star, thickness), height, refinement))
+    lambda_c = fold.run.last.lam
+    one = {"units": "1"}
+    data: dict[str, tuple[object, object, dict[str, str]]] = {
+        "lambda_c": ((), lambda_c, {**one, "long_name": "static lambda_c / L*"}),
+        "push": ((), fold.push, {**one, "long_name": "b of the normal form / (g / L*)"}),
+        "curvature": ((), fold.curvature, {**one, "long_name": "c of the normal form, units of the solver"}),
+    }
+    for suffix, words, a, asked, power in (
+        ("", "no damping", 0.0, speeds, INERTIAL),
+        ("_damped", "air drag", air, damped_speeds, OVERDAMPED),
+    ):
+        dim = f"speed{suffix}"
+        v = np.asarray(asked, dtype=float)
+        snap, touch, steps = (np.array(column) for column in zip(*(passage(fold, x, a) for x in v), strict=True))
+        slope, half_width = exponent(v, snap - lambda_c)
+        theory = np.array([fold.expected(x, a) for x in v])
+        start = limit(v, snap, power)
+        data |= {
+            dim: (dim, v, {**one, "long_name": f"gripper's speed / sqrt(g L*), {words}"}),
+            f"snap{suffix}": (dim, snap, {**one, "long_name": f"lambda / L* at the snap event, {words}"}),
+            f"touch{suffix}": (dim, touch, {**one, "long_name": f"lambda / L* at touch of the sag, {words}"}),
+            f"lag{suffix}": (dim, snap - lambda_c, {**one, "long_name": f"lag of the snap event / L*, {words}"}),
+            f"expected{suffix}": (dim, theory, {**one, "long_name": f"lag of the normal form / L*, {words}"}),
+            f"time_steps{suffix}": (dim, steps, {**one, "long_name": f"time steps, {words}"}),
+            f"exponent{suffix}": ((), slope, {**one, "long_name": f"exponent of the lag in the speed, {words}"}),
+            f"exponent_half_width{suffix}": (
+                (),
+                half_width,
+                {**one, "long_name": f"half width of its 95 % interval, {words}"},
+            ),
+            f"theory{suffix}": ((), power, {**one, "long_name": f"exponent of the theory, {words}"}),
+            f"limit{suffix}": ((), start, {**one, "long_name": f"lambda / L* extrapolated to zero speed, {words}"}),
+        }
+    return xr.Dataset(
+        data,
+        attrs={
+            "length_star": length_star,
+            "thickness": thickness,
+            "height_star": height,
+            "refinement": refinement,
+            "air": air,
+        },
+    )

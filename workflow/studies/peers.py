@@ -1,0 +1,304 @@
+"""Other programs on the same strip: time against error for one equilibrium and, where they can, one critical point.
+
+Each runs in a process and an environment of its own (``workflow/peers``).  Whatever keeps one from answering is a
+result too, and stored as a reason.  Errors are against this package's converged solution of the model that the peer
+solves: of the solid, of the rod, or of the elastica.  All in L*.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from time import process_time
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from scipy.interpolate import CubicSpline
+
+from stripfold import elastica
+from stripfold.analysis.critical_point import ELASTICA_ERROR
+from stripfold.analysis.static import Strip
+from stripfold.errors import StripfoldError
+from studies import peers_ours
+
+Say = Callable[[str], None]
+Settings = list[dict[str, Any]]
+
+EQUILIBRIUM, CRITICAL = "equilibrium", "critical"
+QUESTIONS = (EQUILIBRIUM, CRITICAL)
+TOLERANCES = (1e-2, 1e-3, 1e-4)
+"""Errors to which times are told, L*."""
+REFERENCE = {"solid": 0.25, "rod": 0.125}
+"""Refinement of the solution that is taken for the truth."""
+OURS: Mapping[str, Mapping[str, tuple[float, ...]]] = {
+    "solid": {EQUILIBRIUM: (4.0, 2.0, 1.0, 0.5), CRITICAL: (4.0, 2.0, 1.0, 0.5)},
+    "rod": {EQUILIBRIUM: (4.0, 2.0, 1.0, 0.5, 0.25), CRITICAL: (4.0, 2.0, 1.0, 0.5)},
+}
+"""Refinements of our own runs; the elastica has one accuracy only."""
+AUTO = {EQUILIBRIUM: (2, 3, 5, 10, 20, 40), CRITICAL: (2, 3, 5, 10, 20, 40)}
+"""Mesh intervals."""
+NO_FOLDS = "solves at given displacements: it follows no branch round a fold and locates none"
+NO_STATICS = "moves in time: the strip falls somewhat behind the fold, the later the faster the gripper and the damping"
+PEERS: Mapping[str, dict[str, Any]] = {
+    "felupe": {
+        "model": "solid",
+        EQUILIBRIUM: [{"elements": n} for n in (20, 40, 80, 120, 160)],
+        CRITICAL: NO_FOLDS,
+    },
+    "mujoco": {
+        "model": "elastica",
+        EQUILIBRIUM: [
+            {"elements": 60, "moving": 40, "steps": [0.2]},
+            {"elements": 110, "moving": 40, "steps": [0.2]},
+            {"elements": 220, "moving": 40, "steps": [0.2, 0.05]},
+            *({"elements": n, "moving": 40, "steps": [0.2, 0.05, 0.02]} for n in (330, 480)),
+        ],
+        CRITICAL: NO_STATICS,
+    },
+    "pyelastica": {
+        # Its law weakens a stretched rod: only a thin one becomes the elastica (docs/peers.md).
+        "model": "elastica",
+        EQUILIBRIUM: [
+            {"elements": n, "thickness": h}
+            for n, h in (([40], 0.05), ([40, 80], 0.05), ([40, 200], 0.03), ([40, 240], 0.02), ([40, 320], 0.015))
+        ],
+        CRITICAL: NO_STATICS,
+    },
+    "auto": {
+        "model": "elastica",
+        **{q: [{"intervals": n, "degree": 4, "largest_step": 0.5} for n in AUTO[q]] for q in QUESTIONS},
+    },
+}
+"""The peers: the model that each solves, and per question its settings, coarse to fine, or why it cannot pose it."""
+LONGEST = 1800.0
+"""Time that one peer may take in all, s."""
+
+
+def run(
+    length_star: float,
+    thickness: float,
+    height: float,
+    advance: float,
+    repeats: int,
+    folder: str | os.PathLike[str],
+    progress: Say | None = None,
+) -> xr.Dataset:
+    """Ask everyone.
+
+    Parameters
+    ----------
+    length_star, thickness
+        Of the strip, L*.
+    height, advance
+        Of the gripper in the equilibrium, L*: z and lambda; the critical point is the one at this height.
+    repeats
+        Counted runs of each setting.
+    folder
+        With the peers' scripts and their environment.
+
+    Raises
+    ------
+    StripfoldError
+        This package itself has no answer.
+    """
+    say = progress or (lambda _: None)
+    scene = {"length": length_star, "thickness": thickness, "height": height, "lam": advance, "repeats": repeats}
+    truth = _truth(scene)
+    rows: list[dict[str, Any]] = []
+    programs = {name: {"model": name, "version": "", **dict.fromkeys(QUESTIONS, "")} for name in (*OURS, "elastica")}
+    for name in programs:
+        say(f"ours: {name}")
+        rows += _ours(name, scene, truth)
+    for name, how in PEERS.items():
+        say(name)
+        said, answer = _ask(name, {**scene, "questions": _posed(how), "start": _start(height)}, Path(folder))
+        programs[name] = {"model": how["model"], "version": answer["version"], **_reasons(how, said)}
+        rows += _judged(name, how["model"], answer["runs"], truth)
+    return dataset(rows, programs, scene)
+
+
+def dataset(
+    rows: list[dict[str, Any]], programs: Mapping[str, Mapping[str, str]], scene: Mapping[str, float]
+) -> xr.Dataset:
+    """Runs over ``run``, programs over ``program``.
+
+    A run has ``program``, ``question``, ``setting``, ``seconds`` (the median), ``error`` (nan where it failed) and
+    ``failed`` (why, or nothing).
+    """
+    names, tolerances = list(programs), np.array(TOLERANCES)
+    reach = np.full((len(names), len(QUESTIONS), len(tolerances)), np.nan)
+    for row in rows:
+        best = reach[names.index(row["program"]), QUESTIONS.index(row["question"])]
+        best[row["error"] <= tolerances] = np.fmin(best[row["error"] <= tolerances], row["seconds"])
+
+    def text(key: str, what: str) -> tuple[str, np.ndarray, dict[str, str]]:
+        return "run", np.array([row[key] for row in rows], dtype=object), {"units": "1", "long_name": what}
+
+    def of_program(values: list[Any], what: str) -> tuple[tuple[str, ...], np.ndarray, dict[str, str]]:
+        dims = ("program", "question")[: np.ndim(values)]
+        return dims, np.array(values, dtype=object), {"units": "1", "long_name": what}
+
+    return xr.Dataset(
+        {
+            "name": text("program", "program of this run"),
+            "asked": text("question", "question of this run"),
+            "setting": text("setting", "its resolution"),
+            "failed": text("failed", "why it has no solution"),
+            "seconds": (
+                "run",
+                np.array([row["seconds"] for row in rows], float),
+                {"units": "s", "long_name": "median processor time"},
+            ),
+            "error": (
+                "run",
+                np.array([row["error"] for row in rows], float),
+                {"units": "1", "long_name": "largest distance of the centre-line, or that of lambda_c, / L*"},
+            ),
+            "time": (
+                ("program", "question", "accuracy"),
+                reach,
+                {"units": "s", "long_name": "least time of a run with at most this error"},
+            ),
+            "model": of_program([p["model"] for p in programs.values()], "model solved"),
+            "version": of_program([p["version"] for p in programs.values()], "version"),
+            "reason": of_program(
+                [[p[q] for q in QUESTIONS] for p in programs.values()], "why the question was not answered"
+            ),
+        },
+        coords={
+            "program": ("program", names, {"units": "1", "long_name": "program"}),
+            "question": ("question", list(QUESTIONS), {"units": "1", "long_name": "question"}),
+            "accuracy": ("accuracy", tolerances, {"units": "1", "long_name": "error / L*"}),
+        },
+        attrs={key: float(value) for key, value in scene.items()},
+    )
+
+
+def _truth(scene: Mapping[str, Any]) -> dict[str, tuple[Callable[[Any], Any], float]]:
+    """Centre-line over the distance from the grasped end, and lambda_c, of each model."""
+    length, height, lam = scene["length"], scene["height"], scene["lam"]
+    truth = {
+        "elastica": (
+            CubicSpline(*peers_ours.elastica_equilibrium(length, height, lam)),
+            elastica.critical(height).advance,
+        )
+    }
+    for kind, refinement in REFERENCE.items():
+        strip = Strip(length, scene["thickness"], kind=kind)
+        line = peers_ours.equilibrium(strip, height, lam, refinement)
+        truth[kind] = CubicSpline(*line), peers_ours.critical(strip, height, refinement)
+    return truth
+
+
+def _ours(name: str, scene: Mapping[str, Any], truth: Mapping[str, Any]) -> list[dict[str, Any]]:
+    length, height, lam = scene["length"], scene["height"], scene["lam"]
+    solvers: dict[str, Callable[..., dict[str, Any]]]
+    if name == "elastica":
+        solvers = {
+            EQUILIBRIUM: lambda: _line(*peers_ours.elastica_equilibrium(length, height, lam)),
+            CRITICAL: lambda: {"lambda_c": elastica.critical(height).advance},
+        }
+        settings: dict[str, Settings] = {q: [{}] for q in QUESTIONS}
+    else:
+        strip = Strip(length, scene["thickness"], kind=name)
+        solvers = {
+            EQUILIBRIUM: lambda refinement: _line(*peers_ours.equilibrium(strip, height, lam, refinement)),
+            CRITICAL: lambda refinement: {"lambda_c": peers_ours.critical(strip, height, refinement)},
+        }
+        settings = {q: [{"refinement": r} for r in OURS[name][q]] for q in QUESTIONS}
+    runs = []
+    for question in QUESTIONS:
+        # As with the peers: caches are warm.
+        solvers[question](**settings[question][0])
+        for setting in settings[question]:
+            seconds = []
+            for _ in range(scene["repeats"]):
+                began = process_time()
+                found = solvers[question](**setting)
+                seconds.append(process_time() - began)
+            runs.append({"question": question, "setting": setting, "seconds": seconds, **found})
+    rows = _judged(name, name, runs, truth)
+    if name == "elastica":
+        # It is the truth: its error is the one that its tests hold it to.
+        rows = [{**row, "error": ELASTICA_ERROR} for row in rows]
+    return rows
+
+
+def _line(s: np.ndarray, place: np.ndarray) -> dict[str, Any]:
+    return {"s": s, "place": place}
+
+
+def _judged(name: str, model: str, runs: list[dict[str, Any]], truth: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Rows of :func:`dataset` from what a program answered."""
+    line, lambda_c = truth[model]
+    rows = []
+    for one in runs:
+        if "failed" in one:
+            error = np.nan
+        elif one["question"] == EQUILIBRIUM:
+            apart = np.asarray(one["place"]) - line(np.asarray(one["s"]))
+            error = float(np.linalg.norm(apart, axis=1).max())
+        else:
+            error = abs(one["lambda_c"] - lambda_c)
+        rows.append(
+            {
+                "program": name,
+                "question": one["question"],
+                "setting": ", ".join(f"{key} {value}" for key, value in one["setting"].items()),
+                "seconds": float(np.median(one["seconds"])) if one["seconds"] else np.nan,
+                "error": error,
+                "failed": one.get("failed", ""),
+            }
+        )
+    return rows
+
+
+def _posed(how: Mapping[str, Any]) -> dict[str, Settings]:
+    return {question: how[question] for question in QUESTIONS if not isinstance(how[question], str)}
+
+
+def _reasons(how: Mapping[str, Any], said: str) -> dict[str, str]:
+    return {question: how[question] if isinstance(how[question], str) else said for question in QUESTIONS}
+
+
+def _start(height: float) -> dict[str, Any]:
+    """The state with no horizontal force, which AUTO is given: lambda, length, forces, height; rows along the arc."""
+    state = elastica.state_no_horizontal_force(height)
+    t = np.linspace(0.0, 1.0, 201)
+    profile = state.at(t * state.length)
+    rows = np.stack([t, profile.x, profile.z, profile.theta, profile.curvature, profile.s], axis=1)
+    return {
+        "parameters": [state.advance, state.length, state.force_x, state.force_0, height],
+        "rows": rows.tolist(),
+    }
+
+
+def _ask(name: str, scene: dict[str, Any], folder: Path) -> tuple[str, dict[str, Any]]:
+    """Why there is no answer, or nothing; and the answer."""
+    nothing = {"version": "", "runs": []}
+    python = folder / ".venv" / "bin" / "python"
+    if not python.exists():
+        return "not installed: `make peers` installs it", nothing
+    environment = os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    try:
+        done = subprocess.run(
+            [python, folder / f"{name}_strip.py"],
+            input=json.dumps(scene),
+            capture_output=True,
+            text=True,
+            env=environment,
+            timeout=LONGEST,
+            check=False,
+        )
+    except subprocess.TimeoutExpired:
+        return f"no answer in {LONGEST:g} s", nothing
+    if done.returncode:
+        return f"ended with an error: {(done.stderr.strip() or 'without a message').splitlines()[-1]}", nothing
+    try:
+        return "", json.loads(done.stdout)
+    except ValueError as error:
+        raise StripfoldError(f"the script of {name} printed no answer: {error}") from error

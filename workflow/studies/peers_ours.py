@@ -1,0 +1,76 @@
+"""This package's side of the comparison with its peers: one equilibrium, and one critical point; in L*."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+
+from stripfold import elastica
+from stripfold.analysis import locate_rod as quick
+from stripfold.analysis import planning
+from stripfold.analysis.static import X_STEPS, Strip, begin, lift, solve_height
+from stripfold.errors import SolveError
+from stripfold.solve import continuation, newton
+
+Array = NDArray[np.float64]
+Line = tuple[Array, Array]
+"""Distances from the grasped end, shape (n,), and places, shape (n, 2), from where that end lay."""
+
+
+def equilibrium(strip: Strip, height: float, lam: float, refinement: float) -> Line:
+    """The mid-surface when the flat strip was lifted and its gripper moved to ``lam``, on a mesh.
+
+    Raises
+    ------
+    SolveError
+        A state could not be computed.
+    """
+    (_, coarse, state) = next(lift(strip, [height]))
+    mesh = planning.boundaries(strip.length, planning.lift_off_sweep(height), refinement, strip.sizes)
+    model = strip.model(mesh)
+    problem, first = begin(model, height, (coarse, state))
+    point = next(p for p in continuation.follow(problem, first, X_STEPS) if p.lam >= lam)
+    guess = point.q + (lam - point.lam) / point.tangent.lam * point.tangent.q
+    found = newton.solve(problem, guess, lam, point.state.active, options=X_STEPS.newton)
+    return model.s, model.mid_surface(found.q) + np.array([strip.length / 2.0, 0.0])
+
+
+def elastica_equilibrium(length: float, height: float, lam: float) -> Line:
+    """The same of the elastica, at a thousand places.
+
+    Raises
+    ------
+    SolveError
+        A state could not be computed.
+    """
+    before = None
+    for state in elastica.x_axis_branch(height):
+        if state.advance >= lam:
+            break
+        before = state
+    if before is None or state.advance < lam:
+        raise SolveError(f"no state with lambda = {lam:g} L* before the critical point")
+
+    def excess(free: float) -> float:
+        return elastica.state_at(height, free, guess=state).advance - lam
+
+    free = float(brentq(excess, before.length, state.length, xtol=1e-12))
+    profile = elastica.state_at(height, free, guess=state).at(np.linspace(free, 0.0, 801))
+    lying = np.linspace(free, length, 202)[1:]
+    s = np.concatenate([free - profile.s, lying])
+    x = np.concatenate([free - profile.x, lying])
+    return s, np.stack([x, np.concatenate([profile.z, 0.0 * lying])], axis=1)
+
+
+def critical(strip: Strip, height: float, refinement: float) -> float:
+    """lambda_c of the solid or the rod on one mesh, from nothing.
+
+    Raises
+    ------
+    SolveError
+        It could not be computed, or there is none.
+    """
+    if strip.kind == "rod":
+        return quick.run(strip, quick.Foretold.at(height), refinement).lam
+    return solve_height(strip, height, refinement, past=0.0).lam

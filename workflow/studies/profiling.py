@@ -1,0 +1,240 @@
+"""Where the time of one lambda_c of the solid goes, of one of the elastica, and of one R-path assessed on the rod.
+
+Functions are wrapped with timers while it is computed: each has its own time, without that of other wrapped ones, and
+the time of a call with all in it.  The measure for a step of any kind is one assembly plus one factorisation: nothing
+that solves the problem takes less.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from functools import wraps
+from time import perf_counter
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from stripfold import elastica
+from stripfold.analysis import (
+    critical_point as critical,
+)
+from stripfold.analysis import (
+    locate_solid as near,
+)
+from stripfold.analysis import (
+    path_statics as following,
+)
+from stripfold.analysis import (
+    planning,
+    static,
+)
+from stripfold.analysis import (
+    release as falling,
+)
+from stripfold.analysis.verdict import reach
+from stripfold.elastica import _continuation as branch
+from stripfold.elastica import _system as system
+from stripfold.elastica import critical_point
+from stripfold.errors import StripfoldError
+from stripfold.material import Material
+from stripfold.models.rod import Rod
+from stripfold.models.solid import Solid
+from stripfold.paths import path_of
+from stripfold.scene import Scene
+from stripfold.solve import continuation, dynamics, newton
+from stripfold.solve import critical as fold
+from stripfold.solve.linear import Band
+
+
+class Part(NamedTuple):
+    """A wrapped function: where its callers find it, and what it does."""
+
+    owner: Any
+    function: str
+    what: str
+
+
+PARTS = (
+    Part(Solid, "force_and_tangent", "assembly"),
+    Part(Band, "factor", "factorisation"),
+    Part(Rod, "force_and_tangent", "assembly"),
+    Part(Rod, "force_over_step", "assembly over a time step"),
+    Part(Solid, "carry", "stress of the next tangent"),
+    Part(Rod, "carry", "stress of the next tangent"),
+    Part(Band, "with_fixed", "boundary conditions and contact"),
+    Part(Band, "negatives", "count of negative eigenvalues"),
+    Part(continuation, "nearest_eigenvalues", "eigenvalues"),
+    Part(newton, "rounding", "rounding of the residual"),
+    Part(newton, "solve_bordered", "bordered systems of Newton"),
+    Part(continuation, "solve_bordered", "bordered systems of the tangent"),
+    Part(newton, "solve", "Newton"),
+    Part(continuation, "evaluate", "tangent and stability of a point"),
+    Part(continuation, "step", "step of the continuation"),
+    Part(fold, "step", "step that locates the maximum"),
+    Part(planning, "boundaries", "planning of the mesh"),
+    Part(planning, "sweep_on_path", "planning of the mesh along a path"),
+    Part(Solid, "of", "mesh and model"),
+    Part(Rod, "of", "mesh and model"),
+    Part(elastica, "critical", "elastica's critical point"),
+    Part(elastica, "state_at", "elastica's state near it"),
+    Part(near, "lambda_0", "state without horizontal force"),
+    Part(static, "touches", "touch of the sag"),
+    Part(following, "touches", "touch of the sag"),
+    Part(falling, "touches", "touch of the sag"),
+    Part(dynamics, "step", "time step"),
+    Part(dynamics, "error_of", "error of a time step"),
+)
+OF_ELASTICA = (
+    *(Part(module, "jacobian", "assembly") for module in (system, branch)),
+    *(Part(module, "factor", "factorisation") for module in (system, branch)),
+    Part(system, "residual", "residual"),
+    *(Part(module, "evaluate", "angles of a state") for module in (system, branch)),
+    *(Part(module, "newton", "Newton") for module in (system, branch)),
+    Part(branch, "point_at", "tangent and orientation of a point"),
+    Part(branch, "corrected", "step"),
+    Part(branch, "regridded", "more nodes"),
+    Part(critical_point, "first_point", "state without horizontal force"),
+    Part(critical_point, "locate", "place of the event, roughly"),
+    Part(critical_point, "polish", "place of the event"),
+)
+UNITS = ("assembly", "factorisation")
+"""What a step is compared with."""
+REST = "the rest"
+
+
+class Clock:
+    """Own and whole times, and calls, of each part."""
+
+    def __init__(self, parts: Sequence[Part] = PARTS, now: Callable[[], float] = perf_counter) -> None:
+        self._now, self._open = now, [REST]
+        self._since = now()
+        names = list(dict.fromkeys([*(part.what for part in parts), REST]))
+        self.own, self.whole = dict.fromkeys(names, 0.0), dict.fromkeys(names, 0.0)
+        self.calls = dict.fromkeys(names, 0)
+
+    def _switch(self) -> float:
+        """Give the time since the last switch to what was running."""
+        now = self._now()
+        self.own[self._open[-1]] += now - self._since
+        self._since = now
+        return now
+
+    def timed(self, what: str, function: Callable[..., Any]) -> Callable[..., Any]:
+        """The function, timed as ``what``."""
+
+        @wraps(function)
+        def inner(*args: Any, **kwargs: Any) -> Any:
+            began = self._switch()
+            self._open.append(what)
+            try:
+                return function(*args, **kwargs)
+            finally:
+                ended = self._switch()
+                self._open.pop()
+                self.whole[what] += ended - began
+                self.calls[what] += 1
+
+        return inner
+
+    def stop(self) -> None:
+        """The time since the last part is that of the rest."""
+        self._switch()
+        self.whole[REST], self.calls[REST] = self.own[REST], 1
+
+
+@contextmanager
+def clock(parts: Sequence[Part]) -> Iterator[Clock]:
+    """A clock for all parts while the block runs."""
+    timer = Clock(parts)
+    kept = [vars(part.owner)[part.function] for part in parts]
+    try:
+        for part, function in zip(parts, kept, strict=True):
+            plain = getattr(function, "__func__", function)  # of a class method
+            timed = timer.timed(part.what, plain)
+            setattr(part.owner, part.function, classmethod(timed) if plain is not function else timed)  # type: ignore[arg-type]
+        yield timer
+        timer.stop()
+    finally:
+        for part, function in zip(parts, kept, strict=True):
+            setattr(part.owner, part.function, function)
+
+
+LAMBDA_C, ELASTICA, R_PATH = SUBJECTS = "lambda_c", "the elastica", "R-path on the rod"
+"""What is profiled."""
+
+
+def run(length: float, height: float, eta_b: float, accuracy: float, path_length: float, repeats: int) -> xr.Dataset:
+    """Profile one lambda_c of the solid, one of the elastica, and one R-path assessed on the rod; over ``subject``.
+
+    Parameters
+    ----------
+    length, height, eta_b, accuracy
+        The scene of the lambda_c, SI; see :meth:`.Scene.create`.
+    path_length
+        Of the strip on the R-path, of the same eta_b, m.
+    repeats
+        See :func:`profile`.
+    """
+    scene = Scene.create(length=length, height=height, eta_b=eta_b, accuracy=accuracy)
+    material = Material(eta_b)
+    path = path_of("r-path", path_length / material.gravity_length)
+    profiles = [
+        profile(lambda: critical.find(scene), repeats),
+        profile(lambda: critical_point.critical(scene.height_star), repeats, OF_ELASTICA),
+        profile(lambda: reach(material, path_length, path, model="rod"), repeats),
+    ]
+    names = ("subject", list(SUBJECTS), {"units": "1", "long_name": "what is computed"})
+    data = xr.concat(profiles, dim="subject", join="outer").assign_coords(subject=names)
+    return data.assign_attrs(length=length, height=height, eta_b=eta_b, accuracy=accuracy, path_length=path_length)
+
+
+def profile(call: Callable[[], object], repeats: int, parts: Sequence[Part] = PARTS) -> xr.Dataset:
+    """Over ``part``: medians over ``repeats`` calls after an uncounted one."""
+    call()
+    clocks: list[Clock] = []
+    for _ in range(repeats):
+        with clock(parts) as timer:
+            call()
+        clocks.append(timer)
+    if any(timer.calls != clocks[0].calls for timer in clocks):
+        raise StripfoldError("calls of the same computation differ")
+    names = list(clocks[0].own)
+    own, whole = (_medians([getattr(c, of) for c in clocks], names) for of in ("own", "whole"))
+    number = np.array([clocks[0].calls[name] for name in names])
+    with np.errstate(invalid="ignore"):
+        per_call = whole / number
+    unit = sum(per_call[names.index(name)] for name in UNITS)
+    columns = {
+        "seconds": (own, "s", "time of its own, without other parts'; median"),
+        "share": (own / own.sum(), "1", "share of that in the whole time"),
+        "calls": (number, "1", "calls"),
+        "ratio": (per_call / unit, "1", "time of a call, other parts in it, over one assembly plus one factorisation"),
+    }
+    data: dict[str, Any] = {
+        name: ("part", values, {"units": u, "long_name": t}) for name, (values, u, t) in columns.items()
+    }
+    data["unit"] = ((), float(unit), {"units": "s", "long_name": "one assembly plus one factorisation"})
+    coords = {"part": ("part", np.array(names, dtype=object), {"units": "1", "long_name": "part of the computation"})}
+    return xr.Dataset(data, coords)
+
+
+def _medians(times: Sequence[dict[str, float]], names: Sequence[str]) -> np.ndarray:
+    return np.median([[of[name] for name in names] for of in times], axis=0)
+
+
+def table(data: xr.Dataset) -> str:
+    """One subject as a table in Markdown, the largest first; parts that were not called are left out."""
+    called = data.sel(part=data["calls"] > 0).sortby("seconds", ascending=False)
+    rows = ["| part | ms | share | calls | one call / (assembly + factorisation) |", "|---|---|---|---|---|"]
+    for name in called["part"].values:
+        one = called.sel(part=name)
+        ratio = "" if name == REST else f"{float(one['ratio']):.2g}"
+        rows.append(
+            f"| {name} | {1e3 * float(one['seconds']):.3g} | {100 * float(one['share']):.0f} % | "
+            f"{int(one['calls'])} | {ratio} |"
+        )
+    whole, unit = 1e3 * float(data["seconds"].sum()), 1e3 * float(data["unit"])
+    rows.append(f"| all | {whole:.3g} | | | {whole / unit:.3g} (one assembly plus one factorisation: {unit:.2g} ms) |")
+    return "\n".join(rows) + "\n"

@@ -1,0 +1,184 @@
+"""Random gripper paths: each gets a verdict or a clear error, and a verdict does not hang on the steps.
+
+Smooth ones and ones with corners, some out of the strip's reach, some below the floor.  Every verdict is reached a
+second time with shorter steps on another mesh: a branch taken by mistake would show.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from scipy.interpolate import PchipInterpolator
+
+from stripfold import paths
+from stripfold.analysis.assess import Assessment, assess_strip
+from stripfold.analysis.path_statics import STEPS
+from stripfold.analysis.static import Strip
+from stripfold.errors import CoarseMeshError, InvalidInputError, SolveError
+from stripfold.paths import GripperPath
+from stripfold.solve.problem import Array
+
+KINDS = ("smooth", "corners")
+LENGTHS, THICKNESSES = (9.0, 20.0), (0.04, 0.1)
+"""Ranges of strips, L*; the paper's eta_m gives its fabrics these thicknesses."""
+SAME_PLACE = 0.05
+"""Largest distance between the critical points of both runs, L*."""
+SHORTER = 0.5
+"""Factor on the steps of the second run; its mesh has other elements by this factor's root."""
+FINER = (1.0, 2.0, 4.0)
+"""How many times finer elements an undecided case gets, in turn."""
+OTHERWISE = "the second run says otherwise"
+SEGMENTS = (3, 6)
+ROWS_PER_SEGMENT = 40
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """A random strip and path; ``rows`` are t, x, z, shape (n, 3), L*."""
+
+    kind: str
+    strip: Strip
+    rows: Array
+
+
+def case(number: int, seed: int) -> Case:
+    """A random case, the same for the same numbers; any part of the study can be run alone."""
+    random = np.random.default_rng([seed, number])
+    strip = Strip(float(random.uniform(*LENGTHS)), float(random.uniform(*THICKNESSES)))
+    kind = KINDS[number % len(KINDS)]
+    return Case(kind, strip, _rows(random, strip.length, kind))
+
+
+def _rows(random: np.random.Generator, length: float, kind: str) -> Array:
+    """Way points above the floor, or nearly so: towards the held end on the whole, as folding does."""
+    half, count = length / 2.0, int(random.integers(*SEGMENTS, endpoint=True))
+    x = -half + np.sort(random.uniform(0.05, 1.0, count)) * length
+    top = np.sqrt(np.maximum(length**2 - (x - half) ** 2, 0.0))
+    # A few are out of reach, a few below the floor.
+    z = random.uniform(0.02, 0.75, count) * top
+    stray = random.uniform()
+    if stray < 0.05:
+        z[random.integers(count)] = -0.1 * length
+    elif stray < 0.1:
+        place = random.integers(count)
+        z[place] = 1.1 * top[place] + 0.1 * length
+    points = np.concatenate([[[-half, 0.0]], np.stack([x, z], axis=1)])
+    if kind == "smooth":
+        at = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+        fine = np.linspace(0.0, at[-1], ROWS_PER_SEGMENT * count)
+        points = PchipInterpolator(at, points)(fine)
+    return np.column_stack([np.arange(len(points)), points])
+
+
+def run(numbers: range, seed: int, refinement: float, progress: Callable[[str], None] | None = None) -> xr.Dataset:
+    """Assess the random paths with these numbers statically, each twice.
+
+    Returns
+    -------
+    Dataset over ``case``: ``outcome`` ("stable", "critical", "close", "refused" or "undecided"), the first critical
+    point of both runs and the message of an error.
+    """
+    rows: list[dict[str, Any]] = []
+    for number in numbers:
+        rows.append(outcome(case(number, seed), refinement))
+        if progress:
+            progress(f"{number}: {rows[-1]['outcome']} {rows[-1]['message']}")
+    return dataset(rows, numbers)
+
+
+def outcome(asked: Case, refinement: float) -> dict[str, Any]:
+    """What became of one case; undecided ones are tried on finer elements, unless they were."""
+    for finer in FINER:
+        row = _outcome(asked, refinement / finer)
+        if row["outcome"] != "undecided" or row["message"].startswith(CoarseMeshError.__name__):
+            break
+    return row
+
+
+def _outcome(asked: Case, refinement: float) -> dict[str, Any]:
+    nan = float("nan")
+    row: dict[str, Any] = {
+        "kind": asked.kind,
+        "length": asked.strip.length,
+        "thickness": asked.strip.thickness,
+        "critical": nan,
+        "again": nan,
+        "angle": nan,
+        "touched": nan,
+        "message": "",
+    }
+    try:
+        path = as_table(asked)
+    except InvalidInputError as error:
+        return {**row, "outcome": "refused", "message": str(error)}
+    try:
+        found = assess_strip(asked.strip, path, refinement=refinement)
+        again = _again(asked, path, refinement)
+    except SolveError as error:
+        return {**row, "outcome": "undecided", "message": f"{type(error).__name__}: {error}"}
+    row["critical"], row["again"] = _first(found), _first(again)
+    row["angle"] = found.events[0].angle if found.events else nan
+    row["touched"] = float(found.touch is not None)
+    if found.stable != again.stable and _at_the_touch(found, again):
+        return {**row, "outcome": "close", "message": "the sag touches where the strip would become critical"}
+    if found.stable != again.stable or abs(row["critical"] - row["again"]) > SAME_PLACE:
+        return {**row, "outcome": "undecided", "message": OTHERWISE}
+    return {**row, "outcome": "stable" if found.stable else "critical"}
+
+
+def as_table(asked: Case) -> GripperPath:
+    """The path as a user would hand it in.
+
+    Raises
+    ------
+    InvalidInputError
+        When it is refused.
+    """
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "path.csv"
+        lines = ["t,x,z", *(",".join(f"{value:.9g}" for value in row) for row in asked.rows)]
+        path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        return paths.read(path, asked.strip.length, 1.0)
+
+
+def _again(asked: Case, path: GripperPath, refinement: float) -> Assessment:
+    steps = replace(STEPS, first=SHORTER * STEPS.first, largest=SHORTER * STEPS.largest)
+    return assess_strip(asked.strip, path, refinement=refinement * SHORTER**0.5, options=steps)
+
+
+def _at_the_touch(one: Assessment, other: Assessment) -> bool:
+    """Whether one run touches where the other becomes critical: near the limit below which nothing snaps."""
+    stable, critical = (one, other) if one.stable else (other, one)
+    return stable.touch is not None and abs(stable.touch.travelled - critical.events[0].travelled) < SAME_PLACE
+
+
+def _first(found: Assessment) -> float:
+    return found.events[0].travelled if found.events else float("nan")
+
+
+def dataset(rows: list[dict[str, Any]], numbers: range) -> xr.Dataset:
+    """Rows of :func:`outcome` over ``case``."""
+    units: Mapping[str, tuple[str, str]] = {
+        "kind": ("1", "smooth, or with corners"),
+        "length": ("1", "length of the strip / L*"),
+        "thickness": ("1", "thickness of the strip / L*"),
+        "outcome": ("1", "stable, critical, close to being so, refused or undecided"),
+        "critical": ("1", "length travelled at the first critical point / L*"),
+        "again": ("1", "the same with shorter steps on another mesh"),
+        "angle": ("degree", "angle between path and stability boundary there"),
+        "touched": ("1", "1 where the strip touches before it becomes critical, or at all"),
+        "message": ("1", "what the error says"),
+    }
+    data = {}
+    for name, (unit, text) in units.items():
+        values = [row[name] for row in rows]
+        array = np.array(values, dtype=object if isinstance(values[0], str) else np.float64)
+        data[name] = ("case", array, {"units": unit, "long_name": text})
+    coords = {"case": ("case", np.array(numbers), {"units": "1", "long_name": "number of the case"})}
+    return xr.Dataset(data, coords=coords)

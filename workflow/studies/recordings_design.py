@@ -1,0 +1,177 @@
+"""Many small recordings that differ in everything that could disturb a measurement.
+
+The same number gives the same recording.  Factors are spread as in a Latin hypercube, in blocks: within each block of
+:data:`BLOCK` numbers every factor takes its values about equally often.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.stats import qmc
+
+from stripfold.synthetic.recording import history_of, write_calibration, write_recording
+from stripfold.synthetic.scene import Scene
+
+BLOCK = 40
+_CAMERAS: tuple[dict[str, Any], ...] = (
+    {"size": [320, 240], "distortion": [-0.1, 0.03, 0.0, 0.0], "tilt": 4.0},
+    {"size": [320, 240], "distortion": [0.05, -0.02, 1e-3, 0.0], "tilt": 2.5, "yaw": 3.0, "roll": -1.5},
+    {"size": [400, 300], "distortion": [-0.2, 0.06, 0.0, -1e-3], "tilt": 6.0, "distance": 0.6},
+    {"size": [400, 300], "distortion": [-0.05, 0.0, 5e-4, 5e-4], "tilt": 3.0, "yaw": -5.0, "behind": True},
+    {"size": [400, 300], "distortion": [-0.12, 0.02, 0.0, 0.0], "tilt": 5.0, "roll": 2.5, "distance": 1.3},
+    {"size": [480, 360], "distortion": [-0.15, 0.05, -1e-3, 1e-3], "tilt": 4.0, "board": "charuco"},
+    {"size": [480, 360], "distortion": [0.0, 0.0, 0.0, 0.0], "tilt": 3.0, "yaw": 4.0, "board": "charuco"},
+    {"size": [480, 360], "distortion": [-0.08, 0.01, 0.0, 1e-3], "tilt": 7.0, "roll": 1.0, "behind": True},
+)
+CAMERAS = len(_CAMERAS)
+"""How many cameras there are; each is calibrated once."""
+_TONES = (
+    ({"grey": 0.85, "edge": 0.95}, {"background": 0.22, "table": 0.32}),
+    ({"grey": 0.1, "edge": 0.14}, {"background": 0.75, "table": 0.65}),
+)
+_FILES: tuple[dict[str, Any], ...] = (
+    {"codec": "ffv1", "container": "mkv"},
+    {"codec": "mjpeg", "container": "mkv", "quality": 3},
+    {"codec": "mpeg4", "container": "mp4", "quality": 3},
+    {"codec": "mjpeg", "container": "avi", "quality": 7, "timestamps": True},
+)
+_PACES = (
+    (0.002, 15.0),
+    (0.002, 20.0),
+    (0.004, 20.0),
+    (0.004, 30.0),
+    (0.006, 25.0),
+    (0.006, 40.0),
+    (0.01, 30.0),
+    (0.01, 50.0),
+)
+"""Speed, m/s, and frame rate, 1/s: recordings of about a hundred frames.  In faster ones a snap is hardly one."""
+_MOTIONS: tuple[dict[str, Any], ...] = (
+    {"law": "parabolic"},
+    {"law": "parabolic", "inertia": 0.0, "drag": 0.15},
+    {"law": "cubic", "cubic": 0.4, "inertia": 0.05},
+    {"law": "power", "exponent": 0.42, "inertia": 0.05},
+    {"law": "power", "exponent": 0.6},
+    {"law": "two_modes"},
+    {"law": "two_modes", "drag": 0.2, "inertia": 0.04},
+)
+FACTORS: Mapping[str, Sequence[Any]] = {
+    "camera": range(CAMERAS),
+    "tone": range(len(_TONES)),
+    "file": range(len(_FILES)),
+    "pace": range(len(_PACES)),
+    "motion": range(len(_MOTIONS)),
+    "height": (3.0, 3.4, 3.8),
+    "eta_b": (3000.0, 3800.0, 5500.0),
+    "noise": (0.5, 1.5, 3.0),
+    "defocus": (0.4, 0.8, 1.3),
+    "exposure": (0.001, 0.005, 0.012),
+    "rolling_shutter": (0.0, 0.008, 0.02),
+    "light": (0.9, 0.6, 0.35),
+    "gradient": (0.0, 0.3),
+    "flicker": (0.0, 0.05),
+    "shadow": (0.0, 0.0, 0.3),
+    "passing": (0.0, 0.0, 0.0, 0.008),
+    "finger": (0.003, 0.01),
+    "hairs": (0.0, 500.0),
+    "jitter": (0.0, 0.12),
+    "dropped": (0.0, 0.04),
+    "dropped_at_event": (0, 0, 3),
+    "doubled": (0.0, 0.04),
+}
+"""Every factor and its values; height in L*, noise in grey values, the rest as in :mod:`.scene`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """One recording of the design.
+
+    Attributes
+    ----------
+    scene
+        What is filmed, and how.
+    factors
+        The value of each of :data:`FACTORS`.
+    """
+
+    scene: Scene
+    factors: Mapping[str, Any]
+
+    def write(self, folder: Path, calibrations: Path) -> None:
+        """Render it into a new folder; its camera's calibration is kept in ``calibrations`` for the next case."""
+        kept = _kept(calibrations, self.factors["camera"])
+        if not kept.exists():
+            write_calibration(camera_scene(self.factors["camera"]), kept)
+        write_recording(history_of(self.scene), self.scene, folder, kept)
+
+
+def write_calibrations(cases: Iterable[Case], calibrations: Path) -> None:
+    """Render the calibration of each camera of some cases into its place in a folder."""
+    for camera in {case.factors["camera"] for case in cases}:
+        write_calibration(camera_scene(camera), _kept(calibrations, camera))
+
+
+def _kept(calibrations: Path, camera: int) -> Path:
+    return calibrations / f"camera-{camera}"
+
+
+def camera_scene(index: int) -> Scene:
+    """The scene in which a camera of the design is calibrated."""
+    return Scene.create(filming=_CAMERAS[index], seed=index)
+
+
+def case(number: int, seed: int = 0, generator: str = "shapes", motion: Mapping[str, Any] | None = None) -> Case:
+    """One case of the design.
+
+    Parameters
+    ----------
+    number
+        Which, from 0.
+    seed
+        Of the whole design.
+    generator
+        As in a scene.
+    motion
+        What that generator is asked for; by default that of the design, which is for "shapes".
+    """
+    block, row = divmod(number, BLOCK)
+    sampler = qmc.LatinHypercube(len(FACTORS), rng=np.random.default_rng([seed, block]))
+    drawn = sampler.random(BLOCK)[row]
+    factors = {
+        name: values[int(share * len(values))] for (name, values), share in zip(FACTORS.items(), drawn, strict=True)
+    }
+    rng = np.random.default_rng([seed, block, row])
+    speed, frame_rate = _PACES[factors["pace"]]
+    strip_grey, filming_grey = _TONES[factors["tone"]]
+    strip = {"eta_b": factors["eta_b"], "hairs": factors["hairs"], **strip_grey}
+    unit = float((factors["eta_b"] * 9.81) ** (-1 / 3))
+    # About a hundred frames, of which those at rest, at the snap and after it take two seconds.
+    before = float(np.clip(speed * (100.0 / frame_rate - 2.0), 0.008, 0.028))
+    asked = {**_MOTIONS[factors["motion"]], "before": before, "after": 0.8} if motion is None else dict(motion)
+    same = ("defocus", "exposure", "rolling_shutter", "light", "gradient", "flicker", "shadow", "passing", "jitter")
+    filming = {
+        **_CAMERAS[factors["camera"]],
+        **filming_grey,
+        **_FILES[factors["file"]],
+        **{name: factors[name] for name in (*same, "dropped", "dropped_at_event", "doubled")},
+        "frame_rate": frame_rate,
+        "read_noise": factors["noise"],
+        "shot_noise": 0.7 * factors["noise"],
+        "log_offset": float(rng.uniform(-0.5, 0.5)),
+        "log_rate": float(rng.choice([50.0, 100.0, 125.0])),
+    }
+    scene = Scene.create(
+        strip=strip,
+        gripper={"height": round(factors["height"] * unit, 4), "speed": speed, "finger": factors["finger"]},
+        filming=filming,
+        generator=generator,
+        motion=asked,
+        seed=int(rng.integers(2**31)),
+        title=f"synthetic recording {number} of design {seed}",
+    )
+    return Case(scene, factors)
