@@ -11,7 +11,10 @@ from typing import Any
 # small as these wait for each other, and count double in the processor time. Before anything imports them.
 os.environ |= dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
+# The studies beside these scripts, here and in processes that a study starts.
+WORKFLOW = str(Path(__file__).parents[1])
+sys.path.insert(0, WORKFLOW)
+os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, (WORKFLOW, os.environ.get("PYTHONPATH"))))
 
 from configuration import Config, load
 from stripfold.errors import StripfoldError
