@@ -12,9 +12,10 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from stripfold.arrays import Array
 from stripfold.vision.boards import Board, Corners, dictionary
 from stripfold.vision.calibration import View
-from stripfold.vision.camera import Array, Camera
+from stripfold.vision.camera import Camera
 from stripfold.vision.robot_grid import Stop
 
 SIZE = (640, 480)

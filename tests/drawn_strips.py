@@ -9,8 +9,7 @@ from scipy.interpolate import CubicSpline
 from scipy.spatial import cKDTree
 
 from stripfold import elastica
-
-Array = NDArray[np.float64]
+from stripfold.arrays import Array
 
 
 def coverage(curve: Array, width: float, size: tuple[int, int]) -> Array:

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from stripfold.arrays import Array
 from stripfold.effects import proximity
 from stripfold.effects.proximity import Pairs
 from stripfold.effects.self_contact import SelfContact, pair_energy, pair_force
@@ -19,7 +19,6 @@ from stripfold.solve.dynamics import Moving, TimeOptions
 from stripfold.solve.linear import Sparse
 from stripfold.solve.schemes import Damping, EnergyMomentum
 
-Array = NDArray[np.float64]
 H = 0.1
 
 

@@ -13,12 +13,12 @@ import pytest
 from PIL import Image
 
 import boards_seen as seen
+from stripfold.arrays import Array
 from stripfold.errors import CalibrationError, InvalidInputError
 from stripfold.store import write
 from stripfold.vision import boards, calibration, intrinsics_file, pictures
 from stripfold.vision.boards import Board, Refinement, detect, dictionary
 from stripfold.vision.calibration import PARAMETERS, View
-from stripfold.vision.camera import Array
 from studies import calibration as study
 from studies.plots import calibration as plot
 

@@ -6,12 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from stripfold.arrays import Array
 from stripfold.errors import InvalidInputError, SynchronisationError
 from stripfold.vision import clock
-
-Array = NDArray[np.float64]
 
 
 def advance(t: Array, start: float = 1.0, stop: float = 6.0, speed: float = 0.02, ramp: float = 0.2) -> Array:

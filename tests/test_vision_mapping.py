@@ -12,11 +12,12 @@ import numpy as np
 import pytest
 
 import boards_seen as seen
+from stripfold.arrays import Array
 from stripfold.errors import CalibrationError, InvalidInputError
 from stripfold.vision import calibrated, calibration, markers, pictures, robot_grid
 from stripfold.vision.boards import Board
 from stripfold.vision.calibrated import Calibration
-from stripfold.vision.camera import Array, Camera
+from stripfold.vision.camera import Camera
 from stripfold.vision.mapping import Mapping, Similarity
 from stripfold.vision.robot_grid import Stop
 

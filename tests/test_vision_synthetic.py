@@ -12,10 +12,10 @@ import jsonschema
 import numpy as np
 import pytest
 import yaml
-from numpy.typing import NDArray
 from scipy.integrate import odeint
 
 from stripfold import cli, store
+from stripfold.arrays import Array
 from stripfold.errors import InvalidInputError
 from stripfold.synthetic import render, shapes
 from stripfold.synthetic.boards import Calibration
@@ -30,7 +30,6 @@ from stripfold.synthetic.view import Rays, View
 from studies import recordings_design as design
 
 ROOT = Path(__file__).parents[1]
-Array = NDArray[np.float64]
 
 # Only the strip's edge is lit, nothing is out of focus, nothing is noisy.
 BARE = {"background": 0.0, "table": 0.0, "light": 1.0, "gradient": 0.0, "defocus": 0.0, "size": [320, 240]}

@@ -9,9 +9,9 @@ from typing import Any
 import cv2
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from stripfold.arrays import Array, Picture
 from stripfold.errors import MeasurementError, TrackingError
 from stripfold.synthetic.recording import history_of
 from stripfold.synthetic.render import Renderer
@@ -24,9 +24,6 @@ from stripfold.vision.layers import Layers
 from stripfold.vision.mapping import Mapping, Similarity
 from stripfold.vision.marker import Marker
 from stripfold.vision.video import Frame
-
-Array = NDArray[np.float64]
-Picture = NDArray[np.uint8]
 
 PERIOD = 1.0 / 20.0
 STRIP = 0.45

@@ -9,17 +9,14 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
+from stripfold.arrays import Array, Index
 from stripfold.effects import Effect
 from stripfold.effects.self_contact import SelfContact
 from stripfold.models.model import Model
 from stripfold.paths.curve import Piece
 from stripfold.solve.linear import Band, Sparse
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 
 @dataclass(frozen=True)

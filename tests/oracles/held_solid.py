@@ -5,16 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stripfold.arrays import Array, Index
 from stripfold.models.solid import Solid
 from stripfold.solve import newton
 from stripfold.solve.linear import Band
 from stripfold.solve.problem import Equilibrium
 from stripfold.solve.stability import nearest_eigenvalues
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 
 @dataclass(frozen=True)

@@ -10,14 +10,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from oracles.toys import NONE
+from stripfold.arrays import Array, Index
 from stripfold.solve.linear import Dense
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 LEG, LOAD_AT, BENDING, AXIAL = 120.0, 24.0, 1440.0, 4320.0
 

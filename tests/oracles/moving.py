@@ -5,14 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
+from stripfold.arrays import Array, Index
 from stripfold.solve.linear import Dense
 from stripfold.solve.schemes import WithoutMemory
 
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 NONE = np.zeros(0, dtype=np.intp)
 
 

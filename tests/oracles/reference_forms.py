@@ -11,14 +11,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from skfem import BilinearForm, Functional, LinearForm
 from skfem.helpers import ddot, det, dot, eye, grad, inv, trace, transpose
 
+from stripfold.arrays import Array
 from stripfold.models.laws import Lame
 from stripfold.models.strip_mesh import StripMesh
-
-Array = NDArray[np.float64]
 
 
 def product(a: Array, b: Array) -> Array:

@@ -8,12 +8,10 @@ from itertools import product
 from math import sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stripfold.arrays import Array, Index
 from stripfold.solve.linear import Dense
 
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 NONE = np.zeros(0, dtype=np.intp)
 
 

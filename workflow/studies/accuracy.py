@@ -13,7 +13,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from stripfold import elastica
@@ -21,11 +20,11 @@ from stripfold.analysis import critical_point as critical
 from stripfold.analysis import locate_rod as quick
 from stripfold.analysis import locate_solid as near
 from stripfold.analysis.static import LAMBDA_TOLERANCE, X_STEPS, End, Strip, XRun, along_x, lift
+from stripfold.arrays import Array
 from stripfold.errors import SolveError
 from stripfold.scene import Scene
 from studies.benchmark import calls, peak_memory, peak_of
 
-Array = NDArray[np.float64]
 Shape = Callable[[Array], Array]
 """The strip's mid-surface: from distances from the grasped end, shape (n,), to places, shape (n, 2)."""
 

@@ -15,11 +15,11 @@ import cv2
 import numpy as np
 import xarray as xr
 
+from stripfold.arrays import Array
 from stripfold.errors import CalibrationError
 from stripfold.vision import calibration, intrinsics_file, pictures
 from stripfold.vision.boards import Board, Corners, Refinement, detect, spacing
 from stripfold.vision.calibration import PARAMETERS, View
-from stripfold.vision.camera import Array
 
 CHESSBOARD = Board("chessboard", 9, 6, 0.025)
 CHARUCO = Board("charuco", 5, 7, 0.04, 0.02, "6x6_250")

@@ -19,14 +19,12 @@ from typing import Any
 import cv2
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from stripfold.arrays import Array
 from stripfold.errors import InvalidInputError, TrackingError
 from stripfold.vision import eta
 from stripfold.vision.centreline import Centreline, find
 from stripfold.vision.picture import read_grey
-
-Array = NDArray[np.float64]
 
 TEXTILE = "bendstiff/test_image.jpg"
 SCALE = 1.101e-4

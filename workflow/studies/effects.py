@@ -8,14 +8,11 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from stripfold.analysis import collapse_data
 from stripfold.effects import demand
 from stripfold.errors import SolveError
 from stripfold.simulation import Simulation
-
-Array = NDArray[np.float64]
 
 SWITCHED = (demand.SELF_CONTACT, demand.INERTIA, demand.SOLID, demand.MEMBRANE)
 """What can be on and off in a simulation: the floor is what the strip begins on, and internal friction it has none."""

@@ -11,16 +11,14 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from stripfold.analysis.collapse import release_of, to_critical_point
 from stripfold.analysis.release import TIME_OPTIONS, Fall, beginning, let_fall, settled
 from stripfold.analysis.static import Strip, XRun
+from stripfold.arrays import Array
 from stripfold.errors import SolveError
 from stripfold.solve import dynamics
 from stripfold.solve.schemes import Damping
-
-Array = NDArray[np.float64]
 
 FREE_RUN = 10.0
 """Time for which an undamped strip is followed past its first touch: it never comes to rest."""

@@ -16,17 +16,15 @@ from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline
 from scipy.stats import linregress, t
 
 from stripfold.analysis.static import Strip, XRun, solve_height, touches
+from stripfold.arrays import Array
 from stripfold.errors import SolveError
 from stripfold.solve import dynamics
 from stripfold.solve.dynamics import Moment, Moving, TimeOptions
 from stripfold.solve.schemes import Damping
-
-Array = NDArray[np.float64]
 
 INERTIAL, OVERDAMPED = 4.0 / 5.0, 2.0 / 3.0
 """Exponents of the theory."""

@@ -14,17 +14,14 @@ import numpy as np
 import scipy.linalg
 import xarray as xr
 from numpy.polynomial import Polynomial, legendre
-from numpy.typing import NDArray
 
+from stripfold.arrays import Array, Index
 from stripfold.models.model import Model
 from stripfold.models.solid import Solid
 from stripfold.solve import dynamics, newton
 from stripfold.solve.dynamics import Moving
 from stripfold.solve.linear import Band
 from stripfold.solve.schemes import Damping, EnergyMomentum, WithoutMemory
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 STRIKE = 1e-4
 """Largest velocity of the strip's free end after the strike, over its frequency, in lengths of the strip: small."""

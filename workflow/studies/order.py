@@ -10,11 +10,9 @@ from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from stripfold.analysis.static import Strip, XRun, along_x, lift, solve_height
-
-Array = NDArray[np.float64]
+from stripfold.arrays import Array
 
 
 def uniform(length: float, size: float, phase: float) -> Array:

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from stripfold import elastica
 from stripfold.analysis import locate_rod as quick
 from stripfold.analysis import planning
 from stripfold.analysis.static import X_STEPS, Strip, begin, lift, solve_height
+from stripfold.arrays import Array
 from stripfold.errors import SolveError
 from stripfold.solve import continuation, newton
 
-Array = NDArray[np.float64]
 Line = tuple[Array, Array]
 """Distances from the grasped end, shape (n,), and places, shape (n, 2), from where that end lay."""
 

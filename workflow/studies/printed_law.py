@@ -8,11 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
+from stripfold.arrays import Array
 from stripfold.models.laws import LAWS, Lame, Law
-
-Array = NDArray[np.float64]
 
 STRETCH = 1.1
 """Stretch of the bar along its axis."""

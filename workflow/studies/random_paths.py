@@ -20,9 +20,9 @@ from stripfold import paths
 from stripfold.analysis.assess import Assessment, assess_strip
 from stripfold.analysis.path_statics import STEPS
 from stripfold.analysis.static import Strip
+from stripfold.arrays import Array
 from stripfold.errors import CoarseMeshError, InvalidInputError, SolveError
 from stripfold.paths import GripperPath
-from stripfold.solve.problem import Array
 
 KINDS = ("smooth", "corners")
 LENGTHS, THICKNESSES = (9.0, 20.0), (0.04, 0.1)

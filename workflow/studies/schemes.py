@@ -13,9 +13,9 @@ from time import perf_counter
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from stripfold.analysis.static import Strip, XRun, solve_height, touches
+from stripfold.arrays import Array, Index
 from stripfold.errors import SolveError
 from stripfold.solve import dynamics
 from stripfold.solve.dynamics import Moment, Moving, TimeOptions
@@ -30,9 +30,6 @@ from stripfold.solve.schemes import (
     WithoutMemory,
 )
 from studies.modes import HeldStrip
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 DEFAULT = "energy-momentum"
 CONSERVING = "energy-momentum, r = 0"

@@ -16,9 +16,9 @@ import xarray as xr
 from stripfold import elastica
 from stripfold.analysis.assess import BIFURCATION, assess_strip, off_the_boundary
 from stripfold.analysis.static import Strip
+from stripfold.arrays import Array
 from stripfold.elastica.carrying import critical_on_the_way
 from stripfold.paths import plan_r_path
-from stripfold.solve.problem import Array
 
 
 def run(

@@ -16,13 +16,14 @@ from stripfold.analysis import planning
 from stripfold.analysis.path_statics import SIZES, STEPS, Stretch, follow
 from stripfold.analysis.release import Fall, Motion, Progress, Release, let_fall, settled, touch_position
 from stripfold.analysis.static import Strip, lift_off, locate_touch, solve_height, touches
+from stripfold.arrays import Array
 from stripfold.errors import CoarseMeshError
 from stripfold.models.model import Model
 from stripfold.paths import GripperPath, RPath
 from stripfold.problem import StripProblem
 from stripfold.solve.continuation import StepOptions
 from stripfold.solve.critical import CriticalPoint
-from stripfold.solve.problem import Array, Point
+from stripfold.solve.problem import Point
 
 SNAP, BIFURCATION = KINDS = "snap-through", "bifurcation"
 """The state ceases to exist, or two states meet."""

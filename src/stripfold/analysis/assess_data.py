@@ -18,9 +18,9 @@ from stripfold.analysis.assess import (
 from stripfold.analysis.release import Fall, Progress
 from stripfold.analysis.states import dataset, rows_of_motion, rows_of_stretch
 from stripfold.analysis.static import Strip
+from stripfold.arrays import Array
 from stripfold.material import Material
 from stripfold.paths import path_of, plan_r_path
-from stripfold.solve.problem import Array
 
 PATHS = ("r-path", "triangular", "circular")
 

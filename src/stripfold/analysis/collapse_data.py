@@ -7,13 +7,13 @@ from time import perf_counter
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from stripfold.analysis import needed_effects as on_demand
 from stripfold.analysis.collapse import Collapse, simulate
 from stripfold.analysis.diagnostics import node_weights
 from stripfold.analysis.release import Fall, Progress
 from stripfold.analysis.static import Strip
+from stripfold.arrays import Array
 from stripfold.effects import demand
 from stripfold.errors import TimeStepError
 from stripfold.material import Material
@@ -22,8 +22,6 @@ from stripfold.simulation import AFTER, BEFORE, FALL, LettingGo, Simulation
 from stripfold.solve.dynamics import Energy, Moment
 from stripfold.solve.problem import Point
 from stripfold.solve.schemes import Damping
-
-Array = NDArray[np.float64]
 
 LEDGER = {
     "kinetic": "kinetic energy per width",

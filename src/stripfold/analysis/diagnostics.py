@@ -9,12 +9,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stripfold.arrays import Array
 from stripfold.problem import StripProblem
 from stripfold.solve.problem import Point
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -14,11 +14,11 @@ from stripfold.analysis.path_friction import Step, walk
 from stripfold.analysis.path_statics import SIZES
 from stripfold.analysis.release import touch_position
 from stripfold.analysis.static import Strip, touches
+from stripfold.arrays import Array
 from stripfold.effects import Effect, Hysteresis, Pull
 from stripfold.errors import LostStabilityError, SolveError
 from stripfold.models.model import Model
 from stripfold.paths import RPath
-from stripfold.solve.problem import Array
 
 LAWS = ("pull", "hysteresis")
 """The paper's pull towards the state before, and the bending hysteresis."""

@@ -14,13 +14,14 @@ from stripfold.analysis.post_critical import leave
 from stripfold.analysis.release import Fall, Progress
 from stripfold.analysis.states import dataset, of_material, rows_of_motion, rows_of_stretch
 from stripfold.analysis.static import Strip
+from stripfold.arrays import Array
 from stripfold.effects import Pull
 from stripfold.errors import SolveError
 from stripfold.material import Material
 from stripfold.paths import RPath, plan_r_path
 from stripfold.problem import StripProblem
 from stripfold.solve import continuation
-from stripfold.solve.problem import Array, Tangent
+from stripfold.solve.problem import Tangent
 
 
 def run(

@@ -12,15 +12,13 @@ from functools import cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from stripfold import elastica
 from stripfold.analysis.static import End, Strip
+from stripfold.arrays import Array
 from stripfold.errors import SolveError
 from stripfold.models.free_rod import FreeRod, FreeState, Guess
-
-Array = NDArray[np.float64]
 
 SIZE = 0.1
 """Element length at refinement one, L*."""

@@ -21,11 +21,11 @@ from stripfold.analysis.static import (
     no_horizontal_force,
     to_the_end,
 )
+from stripfold.arrays import Array
 from stripfold.errors import SolveError
 from stripfold.models.model import Model
 from stripfold.problem import AlongX, StripProblem
 from stripfold.solve import continuation, newton
-from stripfold.solve.problem import Array
 
 BEFORE = 0.25
 """Free length by which the run begins before the elastica's end, L*: lambda is then about 0.06 L* lower."""

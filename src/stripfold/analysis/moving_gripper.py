@@ -15,13 +15,14 @@ from stripfold.analysis.collapse import SIZES
 from stripfold.analysis.path_friction import Step, walk_from
 from stripfold.analysis.path_statics import BEYOND
 from stripfold.analysis.static import PATIENT, Strip, lift, lift_off, no_horizontal_force, touches, transfer
+from stripfold.arrays import Array
 from stripfold.effects import Effect, Hysteresis
 from stripfold.errors import LostStabilityError, NewtonError, SolveError
 from stripfold.models.model import Model
 from stripfold.problem import AlongX, StripProblem
 from stripfold.solve import continuation, dynamics, newton
 from stripfold.solve.dynamics import Moment, Moving, TimeOptions
-from stripfold.solve.problem import Array, Equilibrium
+from stripfold.solve.problem import Equilibrium
 from stripfold.solve.schemes import Damping
 
 STEP = 0.1

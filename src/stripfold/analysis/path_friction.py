@@ -14,13 +14,14 @@ import numpy as np
 
 from stripfold.analysis.path_statics import from_flat
 from stripfold.analysis.static import PATIENT
+from stripfold.arrays import Array
 from stripfold.effects import Effect
 from stripfold.errors import InvalidInputError, LostStabilityError, NewtonError
 from stripfold.models.model import Model
 from stripfold.paths.curve import GripperPath
 from stripfold.problem import AlongPiece, Motion, StripProblem
 from stripfold.solve import continuation, newton
-from stripfold.solve.problem import Array, Equilibrium, Point, Tangent
+from stripfold.solve.problem import Equilibrium, Point, Tangent
 
 Effects = Callable[[Model, Array], tuple[Effect, ...]]
 """The effects on a strip, slack or at rest in the state given."""

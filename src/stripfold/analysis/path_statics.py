@@ -10,7 +10,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stripfold.analysis import planning
 from stripfold.analysis.static import LAMBDA_TOLERANCE, LOOK_AHEAD, PATIENT, touches
@@ -22,8 +21,6 @@ from stripfold.solve import continuation, critical, newton
 from stripfold.solve.continuation import StepOptions
 from stripfold.solve.critical import CriticalPoint
 from stripfold.solve.problem import Point
-
-Array = NDArray[np.float64]
 
 SIZES = planning.Sizes(free=0.15, lying=0.15, grasp=0.05)
 """The lift-off sweeps the whole strip, and what is laid down rolls over it: no part may be coarse."""

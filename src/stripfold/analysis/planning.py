@@ -12,13 +12,11 @@ from dataclasses import dataclass
 from math import inf
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq, minimize_scalar
 
 from stripfold import elastica
+from stripfold.arrays import Array
 from stripfold.paths.curve import GripperPath
-
-Array = NDArray[np.float64]
 
 SCAN = 0.5
 """Spacing at which a path is looked at, L*."""

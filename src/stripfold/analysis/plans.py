@@ -7,9 +7,9 @@ import xarray as xr
 
 from stripfold.analysis.assess_data import PATHS
 from stripfold.analysis.states import of_material
+from stripfold.arrays import Array
 from stripfold.material import Material
 from stripfold.paths import GripperPath, RPath, circular, plan_r_path, triangular
-from stripfold.solve.problem import Array
 
 PLACES = 201
 """Gripper places on each path: as many segments on each of its pieces, so that every corner is among them."""

@@ -10,9 +10,9 @@ from dataclasses import dataclass, field, replace
 from math import inf
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stripfold.analysis.static import PATIENT, X_STEPS, contact_positions, touches
+from stripfold.arrays import Array
 from stripfold.errors import NewtonError, SolveError, TimeStepError
 from stripfold.problem import StripProblem
 from stripfold.solve import continuation, dynamics
@@ -21,7 +21,6 @@ from stripfold.solve.dynamics import Drive, Moment, Moving, Nudge, TimeOptions
 from stripfold.solve.problem import Point
 from stripfold.solve.schemes import Damping, EnergyMomentum, Scheme
 
-Array = NDArray[np.float64]
 Progress = Callable[[str], None]
 
 NUDGE = 0.01

@@ -11,12 +11,13 @@ import xarray as xr
 
 from stripfold.analysis.path_statics import Stretch
 from stripfold.analysis.release import Motion
+from stripfold.arrays import Array
 from stripfold.material import Material
 from stripfold.models.model import Model
 from stripfold.paths import GripperPath
 from stripfold.problem import StripProblem
 from stripfold.solve.dynamics import Moment
-from stripfold.solve.problem import Array, Point
+from stripfold.solve.problem import Point
 
 STATIC, FALL = PHASES = "static", "fall"
 """Values of ``phase``."""

@@ -11,10 +11,10 @@ from enum import StrEnum
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from stripfold.analysis import planning
+from stripfold.arrays import Array
 from stripfold.errors import CoarseMeshError, ContinuationError, NewtonError, SolveError
 from stripfold.models.model import Model
 from stripfold.models.rod import Rod
@@ -25,8 +25,6 @@ from stripfold.solve.continuation import StepOptions
 from stripfold.solve.critical import CriticalPoint
 from stripfold.solve.dynamics import Moment
 from stripfold.solve.problem import Equilibrium, Point
-
-Array = NDArray[np.float64]
 
 LIFT_STEPS = StepOptions(first=0.05, largest=1.0, wanted_iterations=12)
 X_STEPS = StepOptions(first=0.1, largest=0.5, slow_below=0.4, wanted_iterations=10)

@@ -14,12 +14,13 @@ from stripfold.analysis.friction import effects_of
 from stripfold.analysis.path_friction import Step, walk
 from stripfold.analysis.release import touch_position
 from stripfold.analysis.static import Strip, touches
+from stripfold.arrays import Array
 from stripfold.errors import InvalidInputError, LostStabilityError
 from stripfold.material import Material
 from stripfold.paths import GripperPath, plan_r_path
 from stripfold.problem import StripProblem
 from stripfold.simulation import LettingGo
-from stripfold.solve.problem import Array, Point
+from stripfold.solve.problem import Point
 
 STEP = 0.1
 """Size of the steps with friction where none is given, L*."""

@@ -11,15 +11,13 @@ from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from stripfold.analysis.diagnostics import Record, node_weights, record
 from stripfold.analysis.select_model import FINEST
 from stripfold.analysis.static import End, Strip, XRun, along_x, lift
+from stripfold.arrays import Array
 from stripfold.material import Material
 from stripfold.solve.critical import CriticalPoint
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -4,12 +4,8 @@ from __future__ import annotations
 
 from typing import Protocol, Self
 
-import numpy as np
-from numpy.typing import NDArray
-
+from stripfold.arrays import Array
 from stripfold.solve.linear import Band
-
-Array = NDArray[np.float64]
 
 
 class Effect(Protocol):

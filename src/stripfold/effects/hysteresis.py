@@ -10,14 +10,12 @@ from dataclasses import dataclass, field, replace
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stripfold.arrays import Array
 from stripfold.errors import InvalidInputError
 from stripfold.models.directors import Directors
 from stripfold.models.model import Model
 from stripfold.solve.linear import Band
-
-Array = NDArray[np.float64]
 
 YIELD_CURVATURE = 0.05
 """Change of curvature after which friction slides, 1/L*.

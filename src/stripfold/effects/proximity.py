@@ -12,8 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
+from stripfold.arrays import Array
 
 APART = 0.5
 """Arc length from which two places are no neighbours, L*: a strip bent to a circle that short has 12 times the moment

@@ -10,13 +10,11 @@ from dataclasses import dataclass, field, replace
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stripfold.arrays import Array
 from stripfold.errors import InvalidInputError
 from stripfold.models.model import Model
 from stripfold.solve.linear import Band
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,13 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from stripfold.arrays import Array, Index
 from stripfold.effects.proximity import Found, Pairs, rim, rim_slope
 from stripfold.errors import NewtonError
 from stripfold.models.model import Model
 from stripfold.models.recent import Recent
 
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 Values = NDArray[Any]
 """Real, or complex with a derivative as its imaginary part."""
 

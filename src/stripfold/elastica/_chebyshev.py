@@ -12,9 +12,8 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.polynomial import chebyshev
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from stripfold.arrays import Array
 
 TAIL = 4
 """How many of the last coefficients are looked at to judge the resolution."""
@@ -39,28 +38,28 @@ class Grid:
         Shape (n,): weights of the barycentric formula.
     """
 
-    nodes: FloatArray
-    integral: FloatArray
-    slope: FloatArray
-    angle: FloatArray
-    to_coefficients: FloatArray
-    barycentric: FloatArray
+    nodes: Array
+    integral: Array
+    slope: Array
+    angle: Array
+    to_coefficients: Array
+    barycentric: Array
 
     @property
     def n(self) -> int:
         """Number of nodes."""
         return self.nodes.size
 
-    def tail(self, values: FloatArray) -> float:
+    def tail(self, values: Array) -> float:
         """Size of the last coefficients relative to the largest: the truncation error."""
         size = np.abs(self.to_coefficients @ values)
         return float(size[-TAIL:].max() / max(float(size.max()), 1e-300))
 
-    def interpolate(self, values: FloatArray, at: FloatArray) -> FloatArray:
+    def interpolate(self, values: Array, at: Array) -> Array:
         """Interpolant of ``values``, shape (n,) or (n, m), at points ``at`` of [0, 1]."""
         return np.asarray(chebyshev.chebval(2.0 * at - 1.0, self.to_coefficients @ values), dtype=np.float64)
 
-    def value(self, values: FloatArray, at: float) -> FloatArray:
+    def value(self, values: Array, at: float) -> Array:
         """Interpolant of the columns of ``values``, shape (n, m), at one point: barycentric, fast."""
         distance = at - self.nodes
         nearest = int(np.argmin(np.abs(distance)))
@@ -107,7 +106,7 @@ def grid(n: int) -> Grid:
     return Grid(*arrays)
 
 
-def resample(values: FloatArray, n: int) -> FloatArray:
+def resample(values: Array, n: int) -> Array:
     """The interpolant of nodal ``values`` at the ``n`` nodes of another grid."""
     if values.size == n:
         return values
@@ -115,7 +114,7 @@ def resample(values: FloatArray, n: int) -> FloatArray:
 
 
 @lru_cache(maxsize=64)
-def _resampling(n: int, m: int) -> FloatArray:
+def _resampling(n: int, m: int) -> Array:
     """Matrix from the values at ``n`` nodes to those of the interpolant at the ``m`` of another grid, shape (m, n)."""
     matrix = np.asarray(chebyshev.chebvander(2.0 * grid(m).nodes - 1.0, n - 1) @ grid(n).to_coefficients)
     matrix.flags.writeable = False

@@ -19,7 +19,7 @@ from math import prod, sqrt
 import numpy as np
 from scipy.optimize import brentq
 
-from stripfold.elastica._chebyshev import FloatArray
+from stripfold.arrays import Array
 from stripfold.elastica._system import (
     FORCE_0,
     FORCE_X,
@@ -91,8 +91,8 @@ class Point:
     """
 
     e: Evaluation
-    tangent: FloatArray
-    normal: FloatArray
+    tangent: Array
+    normal: Array
     orientation: float
     rate: float
     arc: float = 0.0
@@ -103,7 +103,7 @@ class Point:
         return float(self.tangent[LENGTH])
 
 
-def weigh(e: Evaluation, v: FloatArray) -> FloatArray:
+def weigh(e: Evaluation, v: Array) -> Array:
     """The metric at ``e`` times a direction: mean square of theta plus relative changes of the scalars."""
     g, y = e.grid, e.y
     out = np.zeros(y.size)
@@ -114,14 +114,14 @@ def weigh(e: Evaluation, v: FloatArray) -> FloatArray:
     return out
 
 
-def advance_rate(e: Evaluation, v: FloatArray) -> float:
+def advance_rate(e: Evaluation, v: Array) -> float:
     """Change of lambda = l - X(l) in the direction ``v``."""
     quadrature = e.grid.integral[-1]
     stretch = v[LENGTH] * (1.0 - quadrature @ e.cos)
     return float(stretch + e.length * (quadrature @ (e.sin * angle_change(v))))
 
 
-def tangent_at(e: Evaluation, family: Family, forward: FloatArray) -> tuple[FloatArray, FloatArray, Factors]:
+def tangent_at(e: Evaluation, family: Family, forward: Array) -> tuple[Array, Array, Factors]:
     """Unit tangent with a positive part along the row ``forward``, its row, and the bordered factors.
 
     The sign of the bordered determinant is the orientation; ``forward`` must not be
@@ -136,7 +136,7 @@ def tangent_at(e: Evaluation, family: Family, forward: FloatArray) -> tuple[Floa
     return v / size, row / size, factors
 
 
-def point_at(e: Evaluation, family: Family, forward: FloatArray, arc: float = 0.0) -> Point:
+def point_at(e: Evaluation, family: Family, forward: Array, arc: float = 0.0) -> Point:
     """The point of the branch with the state ``e``.
 
     The bordered determinant is taken with ``forward``; its sign is the one with the tangent
@@ -146,7 +146,7 @@ def point_at(e: Evaluation, family: Family, forward: FloatArray, arc: float = 0.
     return Point(e, v, row, factors.sign, advance_rate(e, v), arc)
 
 
-def corrected(guess: FloatArray, base: Point, family: Family, step: float, tolerance: float = ROUNDING) -> Point:
+def corrected(guess: Array, base: Point, family: Family, step: float, tolerance: float = ROUNDING) -> Point:
     """The point at distance ``step`` from ``base`` along its tangent, from the given guess."""
     plane = on_plane(base.normal, base.e.y + step * base.tangent)
     e, _ = newton(guess, (*family.conditions, plane), limit=MOST_CORRECTIONS, tolerance=tolerance)
@@ -176,7 +176,7 @@ def march(point: Point, family: Family, *, step: float, max_step: float, toleran
     ContinuationError
         The step became smaller than ``MIN_STEP``, or ``MAX_POINTS`` were used.
     """
-    bend: FloatArray | None = None
+    bend: Array | None = None
     for _ in range(MAX_POINTS):
         while True:
             if step < MIN_STEP:
@@ -248,7 +248,7 @@ def locate(
     return min(known, key=lambda pair: abs(pair[0] - root))[1]
 
 
-def _interpolate(known: list[tuple[float, Point]], a: float) -> FloatArray:
+def _interpolate(known: list[tuple[float, Point]], a: float) -> Array:
     """Lagrange interpolation of the unknowns in the arc length."""
     n = known[0][1].e.grid.n
     total = np.zeros_like(known[0][1].e.y)

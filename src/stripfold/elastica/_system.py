@@ -20,7 +20,8 @@ from math import sqrt
 import numpy as np
 from scipy.linalg.lapack import dgetrf, dgetrs
 
-from stripfold.elastica._chebyshev import FloatArray, Grid, grid, resample
+from stripfold.arrays import Array
+from stripfold.elastica._chebyshev import Grid, grid, resample
 from stripfold.errors import NewtonError
 
 SCALARS = 3
@@ -42,11 +43,11 @@ MAX_ROTATION = 0.6
 class Evaluation:
     """Everything that residual, Jacobian and closing conditions share at one vector ``y``."""
 
-    y: FloatArray
+    y: Array
     grid: Grid
-    theta: FloatArray
-    cos: FloatArray
-    sin: FloatArray
+    theta: Array
+    cos: Array
+    sin: Array
 
     @property
     def length(self) -> float:
@@ -54,32 +55,32 @@ class Evaluation:
         return float(self.y[LENGTH])
 
 
-Closing = tuple[float, FloatArray]
+Closing = tuple[float, Array]
 """Value that must vanish, and its derivative with respect to all unknowns."""
 Condition = Callable[[Evaluation], Closing]
 
 
-def evaluate(y: FloatArray) -> Evaluation:
+def evaluate(y: Array) -> Evaluation:
     """Angles of the vector of unknowns ``y``, shape (n + 3,)."""
     g = grid(y.size - SCALARS)
     theta = g.angle @ y[: g.n]
     return Evaluation(y, g, theta, np.cos(theta), np.sin(theta))
 
 
-def angle_change(change: FloatArray) -> FloatArray:
+def angle_change(change: Array) -> Array:
     """Nodal change of theta that belongs to a change of the unknowns."""
     g = grid(change.size - SCALARS)
     return g.angle @ change[: g.n]
 
 
-def no_lift_off_moment(e: Evaluation) -> tuple[float, FloatArray]:
+def no_lift_off_moment(e: Evaluation) -> tuple[float, Array]:
     """No moment at s = 0: the strip leaves the floor without a kink in curvature."""
     row = np.zeros(e.y.size)
     row[: e.grid.n] = e.grid.slope[0]
     return float(row @ e.y), row
 
 
-def _angle_row(e: Evaluation, weights: FloatArray) -> FloatArray:
+def _angle_row(e: Evaluation, weights: Array) -> Array:
     """Derivative of ``weights . theta`` with respect to the unknowns."""
     row = np.zeros(e.y.size)
     row[: e.grid.n] = weights @ e.grid.angle
@@ -89,7 +90,7 @@ def _angle_row(e: Evaluation, weights: FloatArray) -> FloatArray:
 def end_height(z: float) -> Condition:
     """Condition Z(l) = z."""
 
-    def condition(e: Evaluation) -> tuple[float, FloatArray]:
+    def condition(e: Evaluation) -> tuple[float, Array]:
         rise = e.grid.integral[-1] @ e.sin
         row = _angle_row(e, e.length * e.grid.integral[-1] * e.cos)
         row[LENGTH] = rise
@@ -101,7 +102,7 @@ def end_height(z: float) -> Condition:
 def end_angle(angle: float) -> Condition:
     """Condition theta(l) = angle."""
 
-    def condition(e: Evaluation) -> tuple[float, FloatArray]:
+    def condition(e: Evaluation) -> tuple[float, Array]:
         weights = np.zeros(e.grid.n)
         weights[-1] = 1.0
         return float(e.theta[-1] - angle), _angle_row(e, weights)
@@ -112,7 +113,7 @@ def end_angle(angle: float) -> Condition:
 def fixed(place: int, value: float) -> Condition:
     """Condition that the scalar at ``place`` has this value."""
 
-    def condition(e: Evaluation) -> tuple[float, FloatArray]:
+    def condition(e: Evaluation) -> tuple[float, Array]:
         row = np.zeros(e.y.size)
         row[place] = 1.0
         return float(e.y[place] - value), row
@@ -120,10 +121,10 @@ def fixed(place: int, value: float) -> Condition:
     return condition
 
 
-def on_plane(normal: FloatArray, point: FloatArray) -> Condition:
+def on_plane(normal: Array, point: Array) -> Condition:
     """Condition that ``y`` lies on the plane through ``point`` (the step of a continuation)."""
 
-    def condition(e: Evaluation) -> tuple[float, FloatArray]:
+    def condition(e: Evaluation) -> tuple[float, Array]:
         return float(normal @ (e.y - point)), normal
 
     return condition
@@ -134,7 +135,7 @@ def lifted(z: float) -> tuple[Condition, ...]:
     return (no_lift_off_moment, end_height(z))
 
 
-def residual(e: Evaluation, closing: Sequence[Closing]) -> FloatArray:
+def residual(e: Evaluation, closing: Sequence[Closing]) -> Array:
     """Residual, shape (n + 3,), given what the three conditions say."""
     y, n, l2 = e.y, e.grid.n, e.length**2
     out = np.empty(y.size)
@@ -143,7 +144,7 @@ def residual(e: Evaluation, closing: Sequence[Closing]) -> FloatArray:
     return out
 
 
-def jacobian(e: Evaluation, rows: Sequence[FloatArray]) -> FloatArray:
+def jacobian(e: Evaluation, rows: Sequence[Array]) -> Array:
     """Derivative of :func:`residual`, shape (n + 3, n + 3), given that of the three conditions."""
     y, g, l2 = e.y, e.grid, e.length**2
     n, nodes = g.n, g.nodes
@@ -163,8 +164,8 @@ def jacobian(e: Evaluation, rows: Sequence[FloatArray]) -> FloatArray:
 class Factors:
     """LU factors of a square matrix, kept for several right-hand sides."""
 
-    lu: FloatArray
-    pivots: FloatArray
+    lu: Array
+    pivots: Array
 
     @property
     def sign(self) -> float:
@@ -175,19 +176,19 @@ class Factors:
         swaps = np.count_nonzero(self.pivots != np.arange(self.pivots.size))
         return -1.0 if (swaps + np.count_nonzero(diagonal < 0.0)) % 2 else 1.0
 
-    def solve(self, right: FloatArray) -> FloatArray:
+    def solve(self, right: Array) -> Array:
         """Solution for one right-hand side."""
         return np.asarray(dgetrs(self.lu, self.pivots, right)[0], dtype=np.float64)
 
 
-def factor(matrix: FloatArray) -> Factors:
+def factor(matrix: Array) -> Factors:
     """LU factors with partial pivoting; LAPACK directly, as the matrices are small."""
     lu, pivots, _ = dgetrf(matrix)
     return Factors(lu, pivots)
 
 
 def newton(
-    y: FloatArray, conditions: tuple[Condition, ...], *, limit: int = 25, tolerance: float = ROUNDING
+    y: Array, conditions: tuple[Condition, ...], *, limit: int = 25, tolerance: float = ROUNDING
 ) -> tuple[Evaluation, int]:
     """Solve from the guess ``y``; the node count stays.
 
@@ -243,7 +244,7 @@ def newton(
     )
 
 
-def refine(y: FloatArray, n: int) -> FloatArray:
+def refine(y: Array, n: int) -> Array:
     """The unknowns ``y`` on a grid of ``n`` nodes."""
     return np.concatenate([resample(y[:-SCALARS], n), y[-SCALARS:]])
 
@@ -266,9 +267,7 @@ def next_count(n: int) -> int:
     )
 
 
-def solve(
-    y: FloatArray, conditions: tuple[Condition, ...], *, tolerance: float = TOLERANCE, limit: int = 25
-) -> Evaluation:
+def solve(y: Array, conditions: tuple[Condition, ...], *, tolerance: float = TOLERANCE, limit: int = 25) -> Evaluation:
     """Solve and add nodes until the coefficients of ``u`` fall below ``tolerance``.
 
     Raises

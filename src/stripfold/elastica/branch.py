@@ -6,7 +6,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from stripfold.elastica._chebyshev import FloatArray, grid
+from stripfold.arrays import Array
+from stripfold.elastica._chebyshev import grid
 from stripfold.elastica._checks import height, positive
 from stripfold.elastica._continuation import Point, at_height, locate, march, point_at
 from stripfold.elastica._system import FORCE_X, LENGTH, TOLERANCE, Evaluation, evaluate, fixed, lifted, solve
@@ -23,7 +24,7 @@ COARSE = 1e-5
 """Tail of the coefficients while a branch is only searched, not handed out."""
 
 
-def _guess(z: float, n: int) -> FloatArray:
+def _guess(z: float, n: int) -> Array:
     """Starting vector for the state without horizontal force."""
     nodes = grid(n).nodes
     if z < 0.6:

@@ -14,7 +14,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import root
 
-from stripfold.elastica._chebyshev import FloatArray, grid
+from stripfold.arrays import Array
+from stripfold.elastica._chebyshev import grid
 from stripfold.elastica._checks import number
 from stripfold.elastica._continuation import Family, Point, at_height, finer, locate, march, point_at, polish
 from stripfold.elastica._system import (
@@ -77,7 +78,7 @@ def lifting(length: float) -> Iterator[State]:
     if length <= SHORTEST:
         return
     count = int(np.ceil((length - SHORTEST) / SPACING)) + 1
-    y: FloatArray | None = None
+    y: Array | None = None
     for free in np.linspace(SHORTEST, length, count):
         if y is None:
             y = _guess(free**4 / 24.0, 24)
@@ -198,12 +199,12 @@ class _TwoParts:
     length: float
     n: int
 
-    def split(self, y: FloatArray) -> tuple[FloatArray, FloatArray, float, float, float, float]:
+    def split(self, y: Array) -> tuple[Array, Array, float, float, float, float]:
         n = self.n
         force_x, force_0, reaction, loop = (float(value) for value in y[2 * n :])
         return y[:n], y[n : 2 * n], force_x, force_0, reaction, loop
 
-    def angles(self, y: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    def angles(self, y: Array) -> tuple[Array, Array, Array, Array]:
         """theta and d theta / d sigma of both parts; the angles at the touch and the free end are built in."""
         g = grid(self.n)
         u, w, *_ = self.split(y)
@@ -212,7 +213,7 @@ class _TwoParts:
         slope = g.integral @ u - twice[-1] + np.pi
         return theta, slope, np.pi + g.angle @ w, g.slope @ w
 
-    def residual(self, y: FloatArray, curvature: float) -> FloatArray:
+    def residual(self, y: Array, curvature: float) -> Array:
         g = grid(self.n)
         u, w, force_x, force_0, reaction, loop = self.split(y)
         upper = self.length - loop
@@ -227,7 +228,7 @@ class _TwoParts:
             ]
         )
 
-    def jacobian(self, y: FloatArray, _: float) -> FloatArray:
+    def jacobian(self, y: Array, _: float) -> Array:
         """Derivative of :meth:`residual`."""
         g, n = grid(self.n), self.n
         force_x, force_0, reaction, loop = self.split(y)[2:]
@@ -252,10 +253,10 @@ class _TwoParts:
         out[-1, rows], out[-1, -1] = g.slope[0] / upper, phi_slope[0] / upper**2
         return out
 
-    def guess(self, touch: State, at: float) -> FloatArray:
+    def guess(self, touch: State, at: float) -> Array:
         nodes = grid(self.n).nodes
 
-        def second(start: float, length: float) -> FloatArray:
+        def second(start: float, length: float) -> Array:
             s = start + length * nodes
             theta = touch.at(np.minimum(s, touch.length)).theta
             change = touch.force_x * np.sin(theta) - (touch.force_0 + s) * np.cos(theta)
@@ -264,7 +265,7 @@ class _TwoParts:
         parts = [second(0.0, at), second(at, touch.length - at)]
         return np.concatenate([*parts, [touch.force_x, touch.force_0, 0.0, at]])
 
-    def solve(self, y: FloatArray, curvature: float) -> tuple[_TwoParts, FloatArray]:
+    def solve(self, y: Array, curvature: float) -> tuple[_TwoParts, Array]:
         """Solve, with more nodes where they are needed."""
         found = root(self.residual, y, args=(curvature,), jac=self.jacobian, tol=1e-13)
         worst = float(np.abs(self.residual(found.x, curvature)).max())
@@ -282,7 +283,7 @@ class _TwoParts:
         parts = [g.interpolate(found.x[i : i + n], g2.nodes) for i in (0, n)]
         return replace(self, n=finer_nodes).solve(np.concatenate([*parts, found.x[2 * n :]]), curvature)
 
-    def state(self, y: FloatArray) -> Touching:
+    def state(self, y: Array) -> Touching:
         _, _, force_x, force_0, reaction, loop = self.split(y)
         theta, slope, phi, phi_slope = self.angles(y)
         first = _state(theta, slope / loop, force_x, force_0, loop, (0.0, 0.0))
@@ -293,8 +294,8 @@ class _TwoParts:
 
 
 def _state(
-    theta: FloatArray,
-    curvature: FloatArray,
+    theta: Array,
+    curvature: Array,
     force_x: float,
     force_0: float,
     length: float,

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import brentq
 
-from stripfold.elastica._chebyshev import FloatArray, grid
+from stripfold.arrays import Array
+from stripfold.elastica._chebyshev import grid
 from stripfold.elastica._checks import number
 from stripfold.elastica._system import FORCE_0, FORCE_X, LENGTH, Evaluation, fixed, solve
 from stripfold.elastica.state import State
@@ -15,7 +16,7 @@ PEIRCE_ANGLE = float(np.radians(41.5))
 """Angle of the chord in the cantilever test of fabrics, rad."""
 
 
-def _no_end_force(e: Evaluation) -> tuple[float, FloatArray]:
+def _no_end_force(e: Evaluation) -> tuple[float, Array]:
     """No vertical force at s = l."""
     row = np.zeros(e.y.size)
     row[[FORCE_0, LENGTH]] = 1.0

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq
 
-from stripfold.elastica._chebyshev import FloatArray
+from stripfold.arrays import Array
 from stripfold.elastica._checks import height
 from stripfold.elastica._continuation import Point, at_height, locate, march, polish, regridded
 from stripfold.elastica._system import next_count
@@ -224,12 +224,12 @@ class MasterCurve:
     (``snap`` False); see :class:`Critical`.
     """
 
-    z: FloatArray
+    z: Array
     snap: NDArray[np.bool_]
-    advance: FloatArray
-    length: FloatArray
-    x: FloatArray
-    clearance: FloatArray
+    advance: Array
+    length: Array
+    x: Array
+    clearance: Array
 
 
 def master_curve(z: ArrayLike) -> MasterCurve:

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from stripfold.elastica._chebyshev import FloatArray, grid
+from stripfold.arrays import Array
+from stripfold.elastica._chebyshev import grid
 from stripfold.elastica._checks import number, positive
 from stripfold.elastica._system import FORCE_X, end_angle, fixed, no_lift_off_moment, solve
 from stripfold.elastica.state import State
@@ -58,7 +59,7 @@ class FoldedLoop:
     state: State
 
 
-def _highest(state: State, values: FloatArray, slope: FloatArray, name: str) -> float:
+def _highest(state: State, values: Array, slope: Array, name: str) -> float:
     """Largest value of X or Z: at the nodes, or between them where its slope vanishes."""
     best = float(values.max())
     wave = {"x": np.cos, "z": np.sin}[name]
@@ -75,7 +76,7 @@ def _crosses_itself(state: State, segments: int = 400) -> bool:
     points = profile.x + 1j * profile.z
     start, end = points[:-1, None], points[1:, None]
 
-    def side(p: NDArray[np.complex128]) -> FloatArray:
+    def side(p: NDArray[np.complex128]) -> Array:
         # Cross product of each segment (row) with the way from its start to each p (column).
         return np.asarray(np.sign(((end - start).conj() * (p[None, :] - start)).imag))
 
@@ -101,7 +102,7 @@ def fold_roots() -> tuple[FoldedLoop, ...]:
     return tuple(_root(*guess) for guess in _GUESSES)
 
 
-def _shape(reaction: float, arc: float, steps: int = 400) -> FloatArray:
+def _shape(reaction: float, arc: float, steps: int = 400) -> Array:
     """Tangent angle at ``steps`` + 1 equal distances, marched from lift-off: good enough to start from."""
     h = arc / steps
     theta, k = np.zeros(steps + 1), 0.0

@@ -9,7 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stripfold.elastica._chebyshev import FloatArray, grid
+from stripfold.arrays import Array
+from stripfold.elastica._chebyshev import grid
 from stripfold.elastica._system import FORCE_0, FORCE_X, Evaluation
 from stripfold.errors import InvalidInputError
 
@@ -17,11 +18,11 @@ from stripfold.errors import InvalidInputError
 class Profile(NamedTuple):
     """The free part at chosen arc lengths; arrays of one shape, in units of L* (curvature 1/L*)."""
 
-    s: FloatArray
-    x: FloatArray
-    z: FloatArray
-    theta: FloatArray
-    curvature: FloatArray
+    s: Array
+    x: Array
+    z: Array
+    theta: Array
+    curvature: Array
 
 
 class Sag(NamedTuple):
@@ -58,11 +59,11 @@ class State:
     (1.202054, True)
     """
 
-    s: FloatArray
-    x: FloatArray
-    z: FloatArray
-    theta: FloatArray
-    curvature: FloatArray
+    s: Array
+    x: Array
+    z: Array
+    theta: Array
+    curvature: Array
     force_x: float
     force_0: float
     length: float
@@ -82,7 +83,7 @@ class State:
             array.flags.writeable = False
         return cls(*arrays, force_x=float(y[FORCE_X]), force_0=float(y[FORCE_0]), length=length)
 
-    def _unknowns(self) -> FloatArray:
+    def _unknowns(self) -> Array:
         """The vector of unknowns of this state, from the equilibrium equation at the nodes."""
         vertical = self.force_0 + self.s
         second = self.length**2 * (self.force_x * np.sin(self.theta) - vertical * np.cos(self.theta))

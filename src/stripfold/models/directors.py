@@ -12,12 +12,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stripfold.arrays import Array, Index
 from stripfold.models.strip_mesh import StripMesh
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 END_SIGN = np.array([-1.0, 1.0])
 """An element's turn is the angle at its right end less that at its left."""

@@ -15,15 +15,12 @@ from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stripfold import elastica
+from stripfold.arrays import Array, Index
 from stripfold.errors import SolveError
 from stripfold.models.rod import AT_STRETCH, W_STRETCH, Rod, hermite
 from stripfold.solve.linear import Band
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 MOST_ITERATIONS = 15
 CONVERGED = 1e-8

@@ -8,13 +8,10 @@ from __future__ import annotations
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stripfold.arrays import Array, Index
 from stripfold.models.directors import Directors
 from stripfold.solve.linear import Band, BandPattern
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 
 class Model(Protocol):

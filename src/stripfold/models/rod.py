@@ -18,16 +18,13 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stripfold.arrays import Array, Index
 from stripfold.errors import InvalidInputError
 from stripfold.models.directors import Directors
 from stripfold.models.model import OnNodes
 from stripfold.models.recent import Recent
 from stripfold.solve.linear import Band, BandPattern
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 AT_STRETCH, W_STRETCH = np.array([0.0, 0.5, 1.0]), np.array([1.0, 4.0, 1.0]) / 6.0
 """Simpson's points for the membrane strain.

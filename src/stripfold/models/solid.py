@@ -11,16 +11,14 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stripfold.arrays import Array, Index
 from stripfold.models import laws
 from stripfold.models.directors import Directors
 from stripfold.models.model import OnNodes
 from stripfold.models.recent import Recent
-from stripfold.models.strip_mesh import Index, StripMesh, build
+from stripfold.models.strip_mesh import StripMesh, build
 from stripfold.solve.linear import Band, BandPattern
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

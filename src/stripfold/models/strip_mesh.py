@@ -20,10 +20,8 @@ import numpy as np
 import skfem
 from numpy.typing import NDArray
 
+from stripfold.arrays import Array, Index
 from stripfold.errors import InvalidInputError
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 CORNERS = np.array([[0.0, 1.0, 0.0, 1.0], [0.0, 0.0, 1.0, 1.0]])
 """Of skfem's unit square, shape (2, 4)."""

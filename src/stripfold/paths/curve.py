@@ -10,10 +10,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 
-Array = NDArray[np.float64]
+from stripfold.arrays import Array
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,8 @@ from math import cos, pi, sin, sqrt
 
 import numpy as np
 
-from stripfold.paths.curve import Array, GripperPath, Piece
+from stripfold.arrays import Array
+from stripfold.paths.curve import GripperPath, Piece
 
 
 def triangular(length: float) -> GripperPath:

@@ -13,10 +13,11 @@ from functools import lru_cache
 import numpy as np
 
 from stripfold import elastica
+from stripfold.arrays import Array
 from stripfold.elastica.carrying import Touching, carrying, lifting, rolling
 from stripfold.elastica.state import State
 from stripfold.errors import InvalidInputError
-from stripfold.paths.curve import Array, GripperPath, Piece, polygon_length
+from stripfold.paths.curve import GripperPath, Piece, polygon_length
 from stripfold.paths.geometric import circular, triangular
 
 PHASES = ("lift", "carry", "roll", "lay")

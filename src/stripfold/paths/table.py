@@ -8,8 +8,9 @@ from itertools import pairwise
 
 import numpy as np
 
+from stripfold.arrays import Array
 from stripfold.errors import InvalidInputError
-from stripfold.paths.curve import Array, GripperPath, Piece, polygon_length
+from stripfold.paths.curve import GripperPath, Piece, polygon_length
 from stripfold.store import write_text
 
 HEADER = "t,x,z"

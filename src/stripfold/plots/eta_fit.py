@@ -7,10 +7,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from stripfold.arrays import Array
 from stripfold.plots.style import BLUE, GREY, ORANGE, RED, WIDTH, styled
 from stripfold.vision.eta import EtaB
-
-Array = NDArray[np.float64]
 
 MM = 1000.0
 """Millimetres in a metre."""

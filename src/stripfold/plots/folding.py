@@ -8,9 +8,9 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
+from stripfold.arrays import Array
 from stripfold.plots import style
 from stripfold.plots.followed import Part, planned
-from stripfold.plots.states import Array
 from stripfold.plots.style import BLACK, BLUE, GRASPING, HOLDING, styled
 
 WIDTH = 0.2

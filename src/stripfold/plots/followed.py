@@ -9,9 +9,9 @@ import numpy as np
 import xarray as xr
 
 from stripfold.analysis.states import FALL, PHASES, STATIC
+from stripfold.arrays import Array
 from stripfold.errors import InvalidInputError
 from stripfold.plots.phases import way_of
-from stripfold.plots.states import Array
 
 REQUIRED = ("phase", "part", "pseudo_time", "x", "z", "arc")
 

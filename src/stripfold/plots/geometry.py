@@ -7,12 +7,10 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon, Rectangle
-from numpy.typing import NDArray
 
+from stripfold.arrays import Array
 from stripfold.plots.states import branch
 from stripfold.plots.style import BLACK, GRASPING, GREY, HOLDING, MID_SURFACE, STRIP, WIDTH, figure, styled
-
-Array = NDArray[np.float64]
 
 ADVANCE = 0.85
 """Part of the way from lambda_0 to lambda_c: later the exaggerated outline would cut into the lower layer."""

@@ -7,14 +7,12 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
+from stripfold.arrays import Array
 from stripfold.plots.critical_points import draw_points, error_bars, legend_handles
 from stripfold.plots.materials import ETA_TITLE, looks, points
 from stripfold.plots.style import BLACK, GREY, SHADE, figure, styled
-
-Array = NDArray[np.float64]
 
 
 @styled

@@ -11,10 +11,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from stripfold.arrays import Array
 from stripfold.errors import InvalidInputError
 from stripfold.plots.style import Look, look
-
-Array = NDArray[np.float64]
 
 NO_SNAP = "sag touches first: no snap"
 """How figures call a height at which lambda has no maximum."""

@@ -8,7 +8,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from stripfold.plots.states import Array, Branch, branch
+from stripfold.arrays import Array
+from stripfold.plots.states import Branch, branch
 from stripfold.plots.style import BLACK, BLUE, CM, UNSTABLE, equal, floor, styled
 
 STATES, UNSTABLE_STATES = 9, 2

@@ -9,11 +9,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from stripfold.arrays import Array, Index
 from stripfold.errors import InvalidInputError
-from stripfold.plots.states import Array
 from stripfold.simulation import BEFORE, FALL, PHASES
-
-Index = NDArray[np.intp]
 
 REQUIRED = ("phase", "time", "lambda", "deflection", "x", "z", "arc")
 REQUIRED_ATTRS = ("height", "lambda_0", "lambda_c", "touch_time", "touch_x", "settle_time")

@@ -9,8 +9,8 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from stripfold.arrays import Array
 from stripfold.plots.followed import Part, held, parts, planned, ways_out
-from stripfold.plots.states import Array
 from stripfold.plots.style import BLACK, CM, GREY, HANGING, HELD, TOUCHING, figure, note, styled
 
 MILLI = 1000.0

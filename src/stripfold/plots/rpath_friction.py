@@ -9,10 +9,10 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.markers import CARETUP
 
+from stripfold.arrays import Array
 from stripfold.plots.evolutions import evolution
 from stripfold.plots.followed import Way, held, parts, ways_out
 from stripfold.plots.planned_paths import limits
-from stripfold.plots.states import Array
 from stripfold.plots.style import (
     BLACK,
     CM,

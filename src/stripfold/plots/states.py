@@ -9,9 +9,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from stripfold.arrays import Array
 from stripfold.errors import InvalidInputError
-
-Array = NDArray[np.float64]
 
 DEFAULT_HEIGHT = 5.0
 """Gripper height drawn where none is asked for, L*."""

@@ -7,13 +7,10 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from numpy.typing import NDArray
 
+from stripfold.arrays import Array, Mask
 from stripfold.plots.materials import ETA_TITLE, names
-from stripfold.plots.states import Array
 from stripfold.plots.style import BLACK, BLUE, GREEN, GREY, VERMILLION, Look, figure, styled
-
-Mask = NDArray[np.bool_]
 
 LOOKS = {
     "r-path": ("R-path", Look(BLUE, "o")),

@@ -13,10 +13,11 @@ from math import sqrt
 
 import numpy as np
 
+from stripfold.arrays import Array, Index
 from stripfold.errors import ContinuationError, NewtonError, SolveError
 from stripfold.solve import newton
 from stripfold.solve.linear import solve_bordered
-from stripfold.solve.problem import Array, Equilibrium, Index, Point, Problem, Tangent, inner
+from stripfold.solve.problem import Equilibrium, Point, Problem, Tangent, inner
 from stripfold.solve.stability import nearest_eigenvalues
 
 CONTACT_REACH = 1e-4

@@ -9,9 +9,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from stripfold.arrays import Array
 from stripfold.errors import CoarseMeshError, NewtonError, SolveError
 from stripfold.solve.continuation import CONTACT_REACH, StepOptions, step, turn
-from stripfold.solve.problem import Array, Point, Problem
+from stripfold.solve.problem import Point, Problem
 
 
 @dataclass(frozen=True)

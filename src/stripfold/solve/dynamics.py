@@ -14,9 +14,9 @@ from typing import Protocol
 
 import numpy as np
 
+from stripfold.arrays import Array, Index
 from stripfold.errors import NewtonError, SolveError, TimeStepError
 from stripfold.solve.newton import NewtonOptions, rounding
-from stripfold.solve.problem import Array, Index
 from stripfold.solve.schemes import Damping, DynamicProblem, EnergyMomentum, Scheme, Stretch
 
 SAME_VELOCITY = 1e-12

@@ -12,15 +12,13 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.linalg import blas, lapack, ldl
 from scipy.sparse.linalg import splu
 
+from stripfold.arrays import Array, Index
 from stripfold.errors import SolveError
 
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 Solve = Callable[[Array], Array]
 
 

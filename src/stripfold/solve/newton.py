@@ -13,9 +13,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from stripfold.arrays import Array, Index
 from stripfold.errors import CrushedError, NewtonError, SolveError
 from stripfold.solve.linear import Matrix, solve_bordered
-from stripfold.solve.problem import Array, Equilibrium, Index, Problem
+from stripfold.solve.problem import Equilibrium, Problem
 
 EPS = float(np.finfo(float).eps)
 REPEATED = 1e-2

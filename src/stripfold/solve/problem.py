@@ -10,12 +10,9 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stripfold.arrays import Array, Index
 from stripfold.solve.linear import Matrix
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 
 class Problem(Protocol):

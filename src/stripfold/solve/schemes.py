@@ -12,10 +12,11 @@ from typing import Any, Protocol, Self
 
 import numpy as np
 
+from stripfold.arrays import Array, Index
 from stripfold.solve import newton
 from stripfold.solve.linear import Band, Sparse
 from stripfold.solve.newton import NewtonOptions
-from stripfold.solve.problem import Array, Equilibrium, Index, Problem
+from stripfold.solve.problem import Equilibrium, Problem
 
 AT_REST = 1e-12
 """A gripper that moves by less in a step is taken to be at rest."""

@@ -11,9 +11,10 @@ from math import sqrt
 import numpy as np
 import scipy.linalg
 
+from stripfold.arrays import Array, Index
 from stripfold.errors import SolveError
 from stripfold.solve.linear import Matrix, Solve
-from stripfold.solve.problem import Array, Index, Problem
+from stripfold.solve.problem import Problem
 
 MOST_VECTORS = 60
 TOLERANCE = 1e-8

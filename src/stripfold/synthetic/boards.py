@@ -12,12 +12,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from stripfold.arrays import Array
 from stripfold.synthetic.render import Renderer
 from stripfold.synthetic.scene import Filming
 from stripfold.synthetic.sensor import Light, Sensor
 from stripfold.synthetic.view import Rays, View, as_vector, plane_homography
-
-Array = NDArray[np.float64]
 
 COLUMNS, ROWS = 9, 6
 """Squares of a board."""

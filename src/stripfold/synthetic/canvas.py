@@ -12,7 +12,8 @@ from matplotlib.path import Path as Outline
 from matplotlib.transforms import IdentityTransform
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from stripfold.arrays import Array
+
 Grey = NDArray[np.uint8]
 Box = tuple[slice, slice]
 

@@ -11,12 +11,13 @@ from scipy.interpolate import CubicHermiteSpline, CubicSpline
 
 from stripfold.analysis import moving_gripper as passing
 from stripfold.analysis.static import Strip
+from stripfold.arrays import Array
 from stripfold.material import Material
 from stripfold.scene import checked_strip
 from stripfold.simulation import MODELS
 from stripfold.solve.schemes import Damping
 from stripfold.synthetic.checking import checked
-from stripfold.synthetic.history import STATIONS, Array, History
+from stripfold.synthetic.history import STATIONS, History
 from stripfold.synthetic.scene import Scene
 
 RATE = 500.0

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from stripfold.arrays import Array
 
 STATIONS = 100
 """Material points of a motion, at equal lengths: what is true of the median of them is true of the strip's."""

@@ -8,13 +8,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
+from stripfold.arrays import Array
 from stripfold.errors import InvalidInputError
-
-Array = NDArray[np.float64]
 
 LAWS = ("parabolic", "cubic", "power", "two_modes")
 _ACCURACY = {"rtol": 1e-9, "atol": 1e-11}

@@ -15,9 +15,9 @@ import jsonschema
 import numpy as np
 import xarray as xr
 import yaml
-from numpy.typing import NDArray
 
 from stripfold import store
+from stripfold.arrays import Array
 from stripfold.errors import InvalidInputError
 from stripfold.synthetic.boards import Board, Calibration, truth_of
 from stripfold.synthetic.encode import encode, tick
@@ -25,8 +25,6 @@ from stripfold.synthetic.history import History
 from stripfold.synthetic.render import Renderer
 from stripfold.synthetic.scene import Scene
 from stripfold.synthetic.sensor import Sensor, Timeline, timeline
-
-Array = NDArray[np.float64]
 
 
 def history_of(scene: Scene) -> History:

@@ -10,11 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
+from stripfold.arrays import Array
 from stripfold.synthetic.canvas import Canvas, Grey
 from stripfold.synthetic.scene import Scene
 from stripfold.synthetic.view import Rays, View, plane_homography
-
-Array = NDArray[np.float64]
 
 FRONT, BACK = -0.05, 0.4
 """Front edge of the table and the wall behind it, from the folding plane into the depth, m."""

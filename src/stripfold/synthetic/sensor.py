@@ -10,12 +10,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from stripfold.arrays import Array
 from stripfold.synthetic.canvas import Grey
 from stripfold.synthetic.history import History
 from stripfold.synthetic.render import Renderer
 from stripfold.synthetic.scene import Filming
 
-Array = NDArray[np.float64]
 Light = NDArray[np.float32]
 
 WORD = "SYNTHETIC"

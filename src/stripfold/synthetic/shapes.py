@@ -11,16 +11,14 @@ from dataclasses import asdict, dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
+from stripfold.arrays import Array
 from stripfold.errors import InvalidInputError
 from stripfold.synthetic.checking import checked
 from stripfold.synthetic.history import STATIONS, History
 from stripfold.synthetic.laws import LAWS, Law, passage
 from stripfold.synthetic.scene import Scene
-
-Array = NDArray[np.float64]
 
 RATE = 500.0
 """Moments per second."""

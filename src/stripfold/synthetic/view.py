@@ -9,10 +9,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from stripfold.arrays import Array
 from stripfold.synthetic.scene import Filming
 from stripfold.vision.camera import Camera
-
-Array = NDArray[np.float64]
 
 # OpenCV's own default stops after five rounds, 0.01 px short at the corners of a picture with distortion.
 _EXACT = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 20, 1e-10)

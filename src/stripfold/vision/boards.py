@@ -10,9 +10,8 @@ import cv2
 import numpy as np
 from scipy.spatial import cKDTree
 
+from stripfold.arrays import Array, Picture
 from stripfold.errors import InvalidInputError
-from stripfold.vision.camera import Array
-from stripfold.vision.picture import Picture
 
 DICTIONARIES = {
     "4x4_50": cv2.aruco.DICT_4X4_50,

@@ -12,11 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import Delaunay
 
+from stripfold.arrays import Array
 from stripfold.errors import CalibrationError
 from stripfold.vision import calibration, intrinsics_file, pictures
 from stripfold.vision.boards import Board, Corners, detect
 from stripfold.vision.calibration import STANDS_OUT, Intrinsics
-from stripfold.vision.camera import Array, Camera
+from stripfold.vision.camera import Camera
 from stripfold.vision.mapping import Mapping, Similarity, homography, rms, through
 from stripfold.vision.robot_grid import FEWEST, Stop, stops_in
 

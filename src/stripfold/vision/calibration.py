@@ -15,10 +15,11 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
+from stripfold.arrays import Array
 from stripfold.errors import CalibrationError
 from stripfold.vision import pictures
 from stripfold.vision.boards import Board, Corners, Refinement, detect
-from stripfold.vision.camera import Array, Camera
+from stripfold.vision.camera import Camera
 from stripfold.vision.mapping import homography, rms, through
 
 PARAMETERS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")

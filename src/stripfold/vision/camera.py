@@ -6,9 +6,8 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from stripfold.arrays import Array
 
 
 @dataclass(frozen=True, eq=False)

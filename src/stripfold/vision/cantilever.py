@@ -15,13 +15,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from stripfold.arrays import Array
 from stripfold.errors import TrackingError
 from stripfold.vision.sections import tangents
-
-Array = NDArray[np.float64]
 
 LEVEL_SD = float(np.radians(0.25))
 """How well the picture's columns are plumb, rad: a levelled tripod."""

@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from stripfold.arrays import Array, Picture
 from stripfold.errors import TrackingError
 from stripfold.vision.mask import Rough, candidates
 from stripfold.vision.measuring import Band, Centreline, default_reach, measured, sections_of
@@ -15,8 +16,6 @@ from stripfold.vision.smooth import smoothed_values
 
 __all__ = ["Centreline", "find"]
 
-Array = NDArray[np.float64]
-Picture = NDArray[np.uint8]
 
 POINTS = 80
 

@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import minimize_scalar
 
+from stripfold.arrays import Array
 from stripfold.errors import SynchronisationError
-from stripfold.vision.camera import Array
 from stripfold.vision.tables import ascending, table
 
 MOST_ROWS = 1_000_000

@@ -20,8 +20,6 @@ from stripfold.scene import ETA_B
 from stripfold.vision import cantilever, folded
 from stripfold.vision.centreline import Centreline, find
 
-Array = NDArray[np.float64]
-
 SCALE = (1e-7, 1e-2)
 """Allowed metres per pixel."""
 POINTS = 100

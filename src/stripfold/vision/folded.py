@@ -6,14 +6,11 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
+from stripfold.arrays import Array, Picture
 from stripfold.errors import TrackingError
 from stripfold.vision.mask import candidates, foreground, reduced
 from stripfold.vision.sections import edges_at, inside, sample
-
-Array = NDArray[np.float64]
-Picture = NDArray[np.uint8]
 
 EDGE_SD = 0.1
 """How well the height of half contrast is that of an edge, pixels: blur and light are not the same on both sides."""

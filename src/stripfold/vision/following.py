@@ -15,14 +15,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from stripfold.arrays import Array, Mask, Picture
 from stripfold.vision.layers import Layers
 from stripfold.vision.measuring import GOOD, MERGED, Centreline, smoothed_centres
 from stripfold.vision.sections import Edges, edges_at, inside, interpolated, normals, sample, tangents
 from stripfold.vision.smooth import median, smoothed_values
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
-Picture = NDArray[np.uint8]
 
 LEAST_SHARE = 0.5
 """Share of the sections in view that must be measured."""

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stripfold.arrays import Array
 from stripfold.errors import TrackingError
-from stripfold.vision.camera import Array
 from stripfold.vision.decoder import Image
 from stripfold.vision.marker import Fit, Marker
 from stripfold.vision.video import Frame

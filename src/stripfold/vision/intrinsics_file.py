@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 import yaml
 
+from stripfold.arrays import Array
 from stripfold.errors import InvalidInputError
-from stripfold.vision.camera import Array, Camera
+from stripfold.vision.camera import Camera
 
 LARGEST = 200_000
 """Bytes: a file with the corners of a hundred views is smaller."""

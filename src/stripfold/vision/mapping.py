@@ -9,8 +9,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from stripfold.arrays import Array
 from stripfold.errors import CalibrationError
-from stripfold.vision.camera import Array, Camera
+from stripfold.vision.camera import Camera
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
+from stripfold.arrays import Array
 from stripfold.vision import boards
-from stripfold.vision.camera import Array
 from stripfold.vision.decoder import Image
 from stripfold.vision.smooth import median
 

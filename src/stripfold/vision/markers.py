@@ -8,9 +8,8 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
+from stripfold.arrays import Array, Picture
 from stripfold.vision.boards import Refinement, dictionary
-from stripfold.vision.camera import Array
-from stripfold.vision.picture import Picture
 
 WINDOW = 0.08
 """Half-window of the corners' refinement, as a share of the marker's side: half of a cell of the widest markers."""

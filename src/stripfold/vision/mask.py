@@ -18,8 +18,7 @@ from scipy.sparse.csgraph import dijkstra
 from skimage.filters import apply_hysteresis_threshold, threshold_otsu
 from skimage.morphology import skeletonize
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
+from stripfold.arrays import Array, Mask
 
 WORKING_SIZE = 1300
 """Longest side of the picture that masks are made of, pixels."""

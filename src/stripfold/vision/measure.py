@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from math import hypot
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stripfold.arrays import Array
 from stripfold.errors import MeasurementError
 from stripfold.vision import clock, snap
 from stripfold.vision.calibrated import Calibration, calibrate_folder
@@ -22,8 +22,6 @@ from stripfold.vision.recording import Recording
 from stripfold.vision.snap import Speed, StaticFit
 from stripfold.vision.strip_tracker import HELD
 from stripfold.vision.tracking import Tracks, track
-
-Array = NDArray[np.float64]
 
 DRAWS = 200
 """Draws of the mapping and of the noise."""

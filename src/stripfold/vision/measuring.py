@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from stripfold.arrays import Array, Mask, Picture
 from stripfold.errors import TrackingError
 from stripfold.vision.sections import (
     Edges,
@@ -27,10 +28,6 @@ from stripfold.vision.sections import (
     tangents,
 )
 from stripfold.vision.smooth import median, smoothed_values, variances
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
-Picture = NDArray[np.uint8]
 
 GOOD = 0.4
 """Score from which a section counts as measured."""

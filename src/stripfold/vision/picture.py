@@ -8,12 +8,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from PIL import Image, ImageOps, UnidentifiedImageError
 
+from stripfold.arrays import Picture
 from stripfold.errors import InvalidInputError
-
-Picture = NDArray[np.uint8]
 
 MAX_PIXELS = 50_000_000
 """Largest picture that is decoded, pixels."""

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from stripfold.arrays import Picture
 from stripfold.errors import CalibrationError, InvalidInputError
-from stripfold.vision.picture import Picture, read_grey
+from stripfold.vision.picture import read_grey
 
 SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".webp")
 

@@ -18,15 +18,13 @@ import jinja2
 import numpy as np
 from av.video.stream import VideoStream
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 import stripfold
+from stripfold.arrays import Picture
 from stripfold.plots.style import BLACK, BLUE, GREY, RED, figure, styled
 from stripfold.store import running_commit
 from stripfold.vision import video
 from stripfold.vision.measure import Measurement
-
-Picture = NDArray[np.uint8]
 
 WIDTH = 480
 """Largest width of the film, pixels."""

@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from stripfold.arrays import Array
 from stripfold.errors import CalibrationError, InvalidInputError
 from stripfold.vision import markers, pictures
-from stripfold.vision.camera import Array
 
 HEADER = ("image", "x", "z")
 FEWEST, MOST = 6, 100

@@ -11,10 +11,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from stripfold.arrays import Array, Mask
+
 # Single precision for grey values: they have eight bits.
 Grey = NDArray[np.float32]
-Mask = NDArray[np.bool_]
 
 THIN = 4.0
 """Up to this width, pixels, a band is located by its centroid: its edges are not apart from each other."""

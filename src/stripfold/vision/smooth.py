@@ -5,10 +5,9 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg.lapack import dpbtrf, dpbtrs
 
-Array = NDArray[np.float64]
+from stripfold.arrays import Array
 
 # Rows of the third difference.
 _THIRD = np.array([-1.0, 3.0, -3.0, 1.0])

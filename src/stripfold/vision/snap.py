@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 from scipy.optimize import isotonic_regression, least_squares
 
-Array = NDArray[np.float64]
+from stripfold.arrays import Array
 
 WINDOW = 0.15
 """Window of the speed, s: four or five frames at the usual 30 per second, three at 20."""

@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from stripfold.arrays import Array
 from stripfold.errors import TrackingError
 from stripfold.vision.centreline import Centreline, find
 from stripfold.vision.following import Followed, Look, between, first_look, follow
@@ -16,8 +17,6 @@ from stripfold.vision.measuring import GOOD
 from stripfold.vision.sections import interpolated
 from stripfold.vision.smooth import median
 from stripfold.vision.video import Frame
-
-Array = NDArray[np.float64]
 
 POINTS = 80
 """Points measured along the strip."""

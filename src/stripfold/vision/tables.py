@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
+from stripfold.arrays import Array
 from stripfold.errors import InvalidInputError
-from stripfold.vision.camera import Array
 
 _LONGEST = 200
 """Characters of a row."""

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stripfold.arrays import Array
 from stripfold.errors import InvalidInputError
-from stripfold.vision.camera import Array
 
 _DROP = 1.5
 """Interval from which on a frame is missing, in usual intervals."""

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stripfold.arrays import Array
 from stripfold.errors import MeasurementError, TrackingError
 from stripfold.vision import video
 from stripfold.vision.calibrated import Calibration
@@ -17,8 +18,6 @@ from stripfold.vision.recording import Recording
 from stripfold.vision.strip_tracker import StripTracker
 from stripfold.vision.timing import Timing, row_time, timing
 from stripfold.vision.video import VideoReport
-
-Array = NDArray[np.float64]
 
 STATIONS = 40
 """Points fixed in the material whose motion is judged."""

@@ -13,8 +13,8 @@ from typing import Any, Self
 import cv2
 import numpy as np
 
+from stripfold.arrays import Array
 from stripfold.errors import InvalidInputError
-from stripfold.vision.camera import Array
 from stripfold.vision.decoder import Decoder, Image
 from stripfold.vision.decoding import MOST_FRAMES
 from stripfold.vision.tables import ascending, table

@@ -19,12 +19,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from stripfold.arrays import Array, Index
 from stripfold.models.rod import Rod
 from stripfold.solve import continuation, critical, newton
 from stripfold.solve.continuation import StepOptions
 from stripfold.solve.critical import CriticalPoint
 from stripfold.solve.linear import Band
-from stripfold.solve.problem import Array, Index, Point
+from stripfold.solve.problem import Point
 from studies.modes import HeldStrip
 
 LENGTH, THICKNESS = 4.0, 0.02

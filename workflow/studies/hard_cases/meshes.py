@@ -8,12 +8,12 @@ import numpy as np
 
 from stripfold import elastica
 from stripfold.analysis.static import Strip
+from stripfold.arrays import Array
 from stripfold.errors import CrushedError, InvalidInputError, SolveError
 from stripfold.models.model import Model
 from stripfold.models.rod import Rod
 from stripfold.models.solid import Solid
 from stripfold.solve import newton
-from stripfold.solve.problem import Array
 from studies.hard_cases.case import Case, Finding
 from studies.hard_cases.strips import PAPERS, end_against_elastica
 from studies.modes import HeldStrip

@@ -8,9 +8,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from stripfold.arrays import Array
 from stripfold.plots.style import BLACK, BLUE, GREEN, GREY, PURPLE, VERMILLION, Look, figure, note, styled
-
-Array = NDArray[np.float64]
 
 LOOKS = {
     "elastica": Look(GREEN, "^"),

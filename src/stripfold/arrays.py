@@ -1,0 +1,11 @@
+"""The types of array that the whole package shares."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+Mask = NDArray[np.bool_]
+Picture = NDArray[np.uint8]
