@@ -23,7 +23,7 @@ from stripfold.analysis import (
     static,
 )
 from stripfold.analysis.model_error import model_error
-from stripfold.analysis.static import End, Strip
+from stripfold.analysis.static import End, StripModel
 from stripfold.scene import Scene
 from stripfold.solve.linear import Band
 from studies import accuracy, estimates, profiling
@@ -40,7 +40,7 @@ def foretold() -> quick.Foretold:
 
 class TestNear:
     def test_same_end_as_the_whole_branch(self, foretold: quick.Foretold):
-        strip = Strip(LENGTH, THICKNESS)
+        strip = StripModel(LENGTH, THICKNESS)
         late = near.run(strip, foretold, 2.0)
         whole = static.solve_height(strip, HEIGHT, late.problem.model.ends, past=0.0)
         assert late.end is whole.end is End.SNAP
@@ -52,12 +52,12 @@ class TestNear:
 
     def test_touch(self):
         foretold = quick.Foretold.at(1.2)
-        late = near.run(Strip(LENGTH, 0.02), foretold, 2.0)
+        late = near.run(StripModel(LENGTH, 0.02), foretold, 2.0)
         assert late.end is End.TOUCH
         assert late.lam == pytest.approx(foretold.last.advance, abs=0.02)
 
     def test_bent_is_the_elasticas(self, foretold: quick.Foretold):
-        model = Strip(LENGTH, THICKNESS).model(60)
+        model = StripModel(LENGTH, THICKNESS).model(60)
         shape = model.mid_surface(near.bent(model, foretold.last))
         assert shape[0] == pytest.approx([foretold.last.advance - LENGTH / 2.0, HEIGHT], abs=1e-9)
         lying = model.s >= foretold.last.length
@@ -80,7 +80,7 @@ class TestChoice:
 
     def test_poisson(self, foretold: quick.Foretold):
         """It moves the solid's lambda_c by less than the bound, and by more than half of it."""
-        lam = [near.run(Strip(LENGTH, 0.15, nu), foretold, 1.4).lam for nu in (0.0, 0.45)]
+        lam = [near.run(StripModel(LENGTH, 0.15, nu), foretold, 1.4).lam for nu in (0.0, 0.45)]
         bound = model_error("rod", 0.15, 0.45) - model_error("rod", 0.15, 0.0)
         assert 0.5 * bound < abs(lam[1] / lam[0] - 1.0) < bound
 
@@ -105,7 +105,7 @@ class TestChoice:
             found = critical.find(scene)
             assert found.model == model
             told = (found.error + found.model_error) / found.lambda_c
-            truth = near.run(Strip(LENGTH, THICKNESS), foretold, 1.0).lam * scene.material.gravity_length
+            truth = near.run(StripModel(LENGTH, THICKNESS), foretold, 1.0).lam * scene.material.gravity_length
             assert abs(found.lambda_c / truth - 1.0) <= told <= accuracy_asked
 
     def test_a_failure_is_the_next_models(self, monkeypatch: pytest.MonkeyPatch):

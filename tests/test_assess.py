@@ -31,14 +31,14 @@ from stripfold.analysis.assess import BIFURCATION, SNAP, Assessment, assess, mes
 from stripfold.analysis.post_critical import TwoWays
 from stripfold.analysis.release import Fall
 from stripfold.analysis.states import rows_of_motion
-from stripfold.analysis.static import Strip, contact_positions, touches
+from stripfold.analysis.static import StripModel, contact_positions, touches
 from stripfold.errors import CoarseMeshError, InvalidInputError, SolveError
 from stripfold.material import Material
 from stripfold.paths import GripperPath, Piece, RPath
 from stripfold.solve.schemes import Damping
 
 THICKNESS = 0.0594
-STRIP = Strip(20.0, THICKNESS)
+STRIP = StripModel(20.0, THICKNESS)
 FALL = Fall(1e-2, damping=Damping(0.2, 0.1))
 MATERIAL = Material(3780.0)
 OTHER = Material(8.0 * 3780.0, eta_m=2e-3, rho_a=3.0)
@@ -74,9 +74,9 @@ def stored() -> tuple[xr.Dataset, Assessment]:
 
 
 @pytest.fixture(scope="module")
-def low() -> tuple[Strip, Assessment]:
+def low() -> tuple[StripModel, Assessment]:
     """A path too low for a snap."""
-    strip = Strip(12.0, 0.06)
+    strip = StripModel(12.0, 0.06)
     corners = np.array([(-6.0, 0.0), (-5.2, 1.2), (5.0, 1.2), (6.0, 0.0)])
     pieces: list[Piece] = []
     for i in range(3):
@@ -218,7 +218,7 @@ class TestCriticalPoints:
 class TestLow:
     """A path on which nothing snaps."""
 
-    def test_it_is_followed_to_its_end(self, low: tuple[Strip, Assessment]):
+    def test_it_is_followed_to_its_end(self, low: tuple[StripModel, Assessment]):
         _, found = low
         assert found.stable
         assert found.at_end
@@ -228,7 +228,7 @@ class TestLow:
             found, stretches=(replace(found.stretches[0], points=found.stretches[0].points[:-1]),)
         ).at_end
 
-    def test_first_touch(self, low: tuple[Strip, Assessment]):
+    def test_first_touch(self, low: tuple[StripModel, Assessment]):
         """Truth: at this height the elastica's sag comes down at a known advance and place; located to 1e-4 L*."""
         strip, found = low
         assert found.touch is not None
@@ -250,7 +250,7 @@ class TestLow:
         column = int(np.argmin(np.abs(found.model.s - on_floor[0])))
         assert found.model.mid_surface(there.q)[column, 0] == pytest.approx(found.touch.x, abs=0.3)
 
-    def test_a_strip_that_lies_from_the_first_does_not_touch_again(self, low: tuple[Strip, Assessment]):
+    def test_a_strip_that_lies_from_the_first_does_not_touch_again(self, low: tuple[StripModel, Assessment]):
         _, found = low
         stretch = found.stretches[0]
         lying = next(i for i, p in enumerate(stretch.points) if touches(found.model, p))
@@ -259,7 +259,7 @@ class TestLow:
         hanging = replace(stretch, points=stretch.points[:lying], pieces=stretch.pieces[:lying])
         assert assessing._static_touch(hanging) is None
 
-    def test_numbers(self, low: tuple[Strip, Assessment]):
+    def test_numbers(self, low: tuple[StripModel, Assessment]):
         """Where nothing is critical there is no number, and none is made up."""
         strip, found = low
         numbers = assess_data.numbers(found, strip, "triangular", 2.0)
@@ -605,7 +605,7 @@ class TestTwoWays:
         self, ways: tuple[xr.Dataset, TwoWays, RPath], monkeypatch: pytest.MonkeyPatch
     ):
         _, found, plan = ways
-        strip = Strip(WAYS_LENGTH, MATERIAL.relative_thickness)
+        strip = StripModel(WAYS_LENGTH, MATERIAL.relative_thickness)
         monkeypatch.setattr(directions, "along_x", lambda *_, **__: None)
         monkeypatch.setattr(directions, "_at", lambda *_: found.start)
         travelled = plan.path.pieces[1].end - 0.15
@@ -623,7 +623,7 @@ class TestTwoWays:
 
 def test_a_mesh_whose_contact_decides_is_refined() -> None:
     """Pushed at 45 degrees, this strip pops up on coarse elements; on finer ones it is laid down without a snap."""
-    strip, path = Strip(9.0, THICKNESS), paths.triangular(9.0)
+    strip, path = StripModel(9.0, THICKNESS), paths.triangular(9.0)
     with pytest.raises(CoarseMeshError, match="refine the mesh"):
         assess(mesh_for(strip, path, 2.0), path)
     found = assessing.assess_strip(strip, path, refinement=2.0)
@@ -642,5 +642,5 @@ def test_the_finest_mesh_is_the_last(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(assessing, "assess", assess)
     monkeypatch.setattr(assessing, "mesh_for", lambda strip, path, refinement: refinement)
     with pytest.raises(CoarseMeshError):
-        assessing.assess_strip(Strip(9.0, THICKNESS), paths.triangular(9.0), refinement=2.0)
+        assessing.assess_strip(StripModel(9.0, THICKNESS), paths.triangular(9.0), refinement=2.0)
     assert tried == [2.0, 1.0, 0.5]

@@ -12,7 +12,7 @@ import pytest
 
 from stripfold import cli_paths, paths
 from stripfold.analysis import verdict
-from stripfold.analysis.static import Strip
+from stripfold.analysis.static import StripModel
 from stripfold.cli import main
 from stripfold.cli_common import as_json
 from stripfold.material import Material
@@ -99,7 +99,7 @@ def test_a_lost_strip_is_a_verdict(coarse: None) -> None:
 def test_units_of_friction(monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[tuple[str, float, float]] = []
 
-    def walked(strip: Strip, path: object, law: str, strength: float, size: float, refinement: float) -> Any:
+    def walked(strip: StripModel, path: object, law: str, strength: float, size: float, refinement: float) -> Any:
         asked.append((law, strength, size))
         raise RuntimeError
 

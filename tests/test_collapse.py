@@ -14,13 +14,13 @@ from stripfold.analysis import collapse, collapse_data
 from stripfold.analysis import release as falling
 from stripfold.analysis.collapse import Collapse
 from stripfold.analysis.release import TIME_OPTIONS, Fall
-from stripfold.analysis.static import Strip, contact_positions, touches
+from stripfold.analysis.static import StripModel, contact_positions, touches
 from stripfold.errors import NewtonError, SolveError, TimeStepError
 from stripfold.simulation import Simulation
 from stripfold.solve import dynamics
 from stripfold.solve.schemes import Damping, EnergyMomentum
 
-STRIP, HEIGHT = Strip(15.0, 0.03), 1.8
+STRIP, HEIGHT = StripModel(15.0, 0.03), 1.8
 FALL = Fall(1e-2, damping=Damping(0.2, 0.1))
 
 
@@ -228,7 +228,7 @@ def test_a_step_that_fails_keeps_the_last_good_state(found: Collapse, monkeypatc
 
 def test_no_snap_no_fall() -> None:
     with pytest.raises(SolveError, match="no fall to follow"):
-        collapse.simulate(Strip(12.0, 0.0594), 1.2, FALL, refinement=2.0)
+        collapse.simulate(StripModel(12.0, 0.0594), 1.2, FALL, refinement=2.0)
 
 
 def test_what_is_not_at_rest_is_not_handed_over(found: Collapse) -> None:
@@ -318,6 +318,6 @@ def test_the_strip_that_is_simulated_is_the_one_asked_for(monkeypatch: pytest.Mo
         collapse_data.run(asked)
     star = (3780.0 * 9.81) ** (-1.0 / 3.0)
     ((strip, height, fall),) = seen
-    assert strip == Strip(pytest.approx(0.3 / star), asked.scene.material.relative_thickness, 0.3, kind=model)
+    assert strip == StripModel(pytest.approx(0.3 / star), asked.scene.material.relative_thickness, 0.3, kind=model)
     assert height == pytest.approx(0.054 / star)
     assert fall == collapse_data.fall_of(asked)

@@ -10,7 +10,7 @@ import pytest
 
 from oracles.moving import NONE, Pendulum, Small
 from stripfold.analysis import static
-from stripfold.analysis.static import Strip
+from stripfold.analysis.static import StripModel
 from stripfold.errors import NewtonError, TimeStepError
 from stripfold.models.solid import Solid
 from stripfold.solve import dynamics
@@ -175,7 +175,7 @@ def test_an_impact_does_not_move_the_gripper() -> None:
 
 
 def test_fallen_strip_neither_penetrates_nor_gains() -> None:
-    run = static.solve_height(Strip(10.0, 0.06), 3.0, 2.0, past=0.0)
+    run = static.solve_height(StripModel(10.0, 0.06), 3.0, 2.0, past=0.0)
     problem, last = run.problem, run.last
     assert run.critical is not None
     v = 0.05 * run.critical.mode * np.sign(run.critical.mode @ (problem.mass @ last.tangent.q))

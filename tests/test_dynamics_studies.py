@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from scipy.special import ai_zeros
 
-from stripfold.analysis.static import Strip, solve_height
+from stripfold.analysis.static import StripModel, solve_height
 from stripfold.errors import SolveError
 from stripfold.solve import dynamics
 from stripfold.solve.schemes import EnergyMomentum, GeneralisedAlpha
@@ -106,12 +106,12 @@ def test_constants_of_the_passage() -> None:
 
 @pytest.fixture(scope="module")
 def fold() -> lag.Fold:
-    return lag.Fold.of(solve_height(Strip(12.0, 0.0594), 5.0, 1.0))
+    return lag.Fold.of(solve_height(StripModel(12.0, 0.0594), 5.0, 1.0))
 
 
 def test_normal_form_tells_the_eigenvalue() -> None:
     """Another way to b c: on the branch the smallest eigenvalue is ``2 sqrt(b c (lambda_c - lambda))``."""
-    fold = lag.Fold.of(solve_height(Strip(12.0, 0.0594), 5.0, 0.5, past=0.0))
+    fold = lag.Fold.of(solve_height(StripModel(12.0, 0.0594), 5.0, 0.5, past=0.0))
     run = fold.run
     near = [p for p in run.points[: run.points.index(run.last)] if 0.01 < run.last.lam - p.lam < 0.2]
     product = np.median([p.eigenvalues[0] ** 2 / (run.last.lam - p.lam) / 4.0 for p in near])
@@ -158,7 +158,7 @@ def test_lag_needs_a_fold_and_a_branch(fold: lag.Fold) -> None:
     with pytest.raises(SolveError, match="too short"):
         lag.passage(fold, 10.0, 0.0)
     with pytest.raises(SolveError, match="no critical point"):
-        lag.Fold.of(solve_height(Strip(12.0, 0.05), 1.2, 2.0))
+        lag.Fold.of(solve_height(StripModel(12.0, 0.05), 1.2, 2.0))
 
 
 def test_a_strip_that_does_not_fall_ends(fold: lag.Fold, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stripfold.analysis.static import PATIENT, Strip, lift
+from stripfold.analysis.static import PATIENT, StripModel, lift
 from stripfold.effects import Hysteresis, Pull
 from stripfold.problem import Lift, StripProblem
 from stripfold.solve import newton
@@ -17,7 +17,7 @@ from stripfold.solve.problem import Equilibrium
 @pytest.fixture(scope="module")
 def lifted():
     """A strip lifted to 1 L* without friction: model, state."""
-    return next(lift(Strip(12.0, 0.02), [1.0]))[1:]
+    return next(lift(StripModel(12.0, 0.02), [1.0]))[1:]
 
 
 def onward(lifted, top: float, steps: int, *effects: Hysteresis | Pull) -> tuple[StripProblem, Equilibrium]:

@@ -10,7 +10,7 @@ import xarray as xr
 
 from stripfold.analysis.collapse import release_of, to_critical_point
 from stripfold.analysis.release import TIME_OPTIONS, Fall, let_fall
-from stripfold.analysis.static import Strip
+from stripfold.analysis.static import StripModel
 from stripfold.solve.schemes import Damping
 from studies import falls
 
@@ -77,7 +77,7 @@ def test_undamped_is_followed_past_the_touch(found: xr.Dataset) -> None:
 
 def test_the_numbers_are_those_of_the_motion(found: xr.Dataset) -> None:
     """The base and its other sign once more, measured from the energies and shapes of their moments."""
-    run = to_critical_point(Strip(BASE["length"], BASE["thickness"]), BASE["height"], BASE["refinement"])
+    run = to_critical_point(StripModel(BASE["length"], BASE["thickness"]), BASE["height"], BASE["refinement"])
     options = replace(TIME_OPTIONS, tolerance=BASE["tolerance"])
     fall = Fall(BASE["disturbance"], damping=Damping(air=BASE["air"], stiffness=BASE["stiffness"]))
     motion, other = (let_fall(release_of(run), replace(fall, disturbance=v), options) for v in (1e-2, -1e-2))

@@ -18,7 +18,7 @@ from stripfold.analysis import path_statics as following
 from stripfold.analysis import static
 from stripfold.analysis.assess import grip_and_hold, lying_length, mesh_for
 from stripfold.analysis.path_statics import Stretch
-from stripfold.analysis.static import Strip
+from stripfold.analysis.static import StripModel
 from stripfold.errors import CoarseMeshError, ContinuationError, NewtonError, SolveError
 from stripfold.paths import GripperPath, Piece, RPath
 from stripfold.problem import StripProblem
@@ -26,8 +26,8 @@ from stripfold.solve import continuation, critical, newton
 from stripfold.solve.problem import Point
 from studies import random_paths
 
-STRIP = Strip(12.0, 0.06)
-THIN = Strip(20.0, 0.01)
+STRIP = StripModel(12.0, 0.06)
+THIN = StripModel(20.0, 0.01)
 CORNERS = [(-6.0, 0.0), (-5.2, 1.2), (5.0, 1.2), (6.0, 0.0)]
 """Lower than where anything snaps: the sag is laid down."""
 
@@ -85,7 +85,7 @@ def planned(plan: RPath) -> Stretch:
 @pytest.fixture(scope="module")
 def x_run() -> static.XRun:
     """Along x at a height that snaps, and past it."""
-    return static.solve_height(Strip(13.0, 0.06), 3.0, 1.0)
+    return static.solve_height(StripModel(13.0, 0.06), 3.0, 1.0)
 
 
 def started(run: static.XRun, path: GripperPath) -> Point:

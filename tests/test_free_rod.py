@@ -10,7 +10,7 @@ import pytest
 from stripfold import elastica
 from stripfold.analysis import critical_point as critical
 from stripfold.analysis import locate_rod as quick
-from stripfold.analysis.static import End, Strip
+from stripfold.analysis.static import End, StripModel
 from stripfold.errors import SolveError
 from stripfold.models.free_rod import FreeRod, FreeState, Guess
 from stripfold.scene import Scene
@@ -22,8 +22,8 @@ def free_rod(thickness: float, elements: int = 36, height: float = HEIGHT) -> Fr
     return FreeRod.of(LENGTH, thickness, height, np.linspace(0.0, 1.0, elements + 1))
 
 
-def rod(thickness: float, length: float = LENGTH) -> Strip:
-    return Strip(length, thickness, kind="rod")
+def rod(thickness: float, length: float = LENGTH) -> StripModel:
+    return StripModel(length, thickness, kind="rod")
 
 
 @pytest.fixture(scope="module")

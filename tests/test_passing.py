@@ -10,14 +10,14 @@ import pytest
 from stripfold import elastica
 from stripfold.analysis import moving_gripper as passing
 from stripfold.analysis.moving_gripper import Passage
-from stripfold.analysis.static import Strip, solve_height
+from stripfold.analysis.static import StripModel, solve_height
 from stripfold.errors import SolveError
 from stripfold.problem import AlongX
 from stripfold.solve import dynamics
 from stripfold.solve.dynamics import Nudge
 from stripfold.solve.schemes import Damping
 
-STRIP, HEIGHT, REFINEMENT = Strip(16.0, 0.08), 5.0, 3.0
+STRIP, HEIGHT, REFINEMENT = StripModel(16.0, 0.08), 5.0, 3.0
 SPEED, MOMENT = 0.02, 0.03
 
 
@@ -39,7 +39,7 @@ class TestToLoss:
 
     def test_a_contact_that_opens_is_no_loss(self):
         """On this mesh one does, 0.2 L* before the fold: with friction the strip holds longer than the elastica."""
-        _, static = passing.to_loss(Strip(20.0, 0.0485, kind="rod"), 8.0, 0.01, 1.0)
+        _, static = passing.to_loss(StripModel(20.0, 0.0485, kind="rod"), 8.0, 0.01, 1.0)
         assert 0.05 < static - elastica.critical(8.0).advance < 0.1
 
     def test_too_low_a_gripper_lays_the_strip_down(self):
@@ -48,7 +48,7 @@ class TestToLoss:
 
     def test_too_short_a_strip_is_lifted(self):
         with pytest.raises(SolveError, match="lifted"):
-            passing.to_loss(Strip(6.0, 0.08), HEIGHT, 0.0, REFINEMENT)
+            passing.to_loss(StripModel(6.0, 0.08), HEIGHT, 0.0, REFINEMENT)
 
 
 class TestPassage:

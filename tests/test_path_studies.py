@@ -7,7 +7,7 @@ import pytest
 
 from stripfold import paths
 from stripfold.analysis import assess, friction
-from stripfold.analysis.static import Strip
+from stripfold.analysis.static import StripModel
 from stripfold.errors import SolveError
 from studies import friction_steps, random_paths, tangency
 
@@ -96,7 +96,7 @@ class Assessed:
 def test_outcomes_once(runs: tuple[object, object], outcome: str, monkeypatch: pytest.MonkeyPatch) -> None:
     said, sizes = iter(runs), []
 
-    def assess_strip(strip: Strip, path: object, **given: object) -> Assessed:
+    def assess_strip(strip: StripModel, path: object, **given: object) -> Assessed:
         sizes.append((given["refinement"], getattr(given.get("options"), "largest", None)))
         answer = next(said)
         if isinstance(answer, Exception):
@@ -106,7 +106,7 @@ def test_outcomes_once(runs: tuple[object, object], outcome: str, monkeypatch: p
     monkeypatch.setattr(random_paths, "assess_strip", assess_strip)
     path = paths.triangular(12.0)
     s, places = path.sampled(1.0)
-    case = random_paths.Case("corners", Strip(12.0, 0.05), np.column_stack([s, places]))
+    case = random_paths.Case("corners", StripModel(12.0, 0.05), np.column_stack([s, places]))
     row = random_paths._outcome(case, 2.0)
     assert row["outcome"] == outcome
     # The second run is another one: other elements, shorter steps.
@@ -123,7 +123,7 @@ def test_a_touch_where_the_other_run_is_critical_is_a_close_call(monkeypatch: py
     stable.touch = type("Touch", (), {"travelled": 3.02})()  # type: ignore[assignment]
     said = iter((stable, critical, critical, stable))
     monkeypatch.setattr(random_paths, "assess_strip", lambda *given, **asked: next(said))
-    case = random_paths.Case("corners", Strip(12.0, 0.05), np.array([[0.0, -6.0, 0.0], [1.0, 0.0, 4.0]]))
+    case = random_paths.Case("corners", StripModel(12.0, 0.05), np.array([[0.0, -6.0, 0.0], [1.0, 0.0, 4.0]]))
     assert random_paths.outcome(case, 2.0)["outcome"] == "close"
     stable.touch.travelled = 3.2
     assert random_paths._outcome(case, 2.0)["outcome"] == "undecided"
@@ -132,21 +132,21 @@ def test_a_touch_where_the_other_run_is_critical_is_a_close_call(monkeypatch: py
 def test_what_is_undecided_is_tried_once_more(monkeypatch: pytest.MonkeyPatch) -> None:
     asked = []
 
-    def assess_strip(strip: Strip, path: object, **given: float) -> Assessed:
+    def assess_strip(strip: StripModel, path: object, **given: float) -> Assessed:
         asked.append(given["refinement"])
         if given["refinement"] > 1.0:
             raise SolveError("no")
         return Assessed(None)
 
     monkeypatch.setattr(random_paths, "assess_strip", assess_strip)
-    case = random_paths.Case("corners", Strip(12.0, 0.05), np.array([[0.0, -6.0, 0.0], [1.0, 0.0, 4.0]]))
+    case = random_paths.Case("corners", StripModel(12.0, 0.05), np.array([[0.0, -6.0, 0.0], [1.0, 0.0, 4.0]]))
     assert random_paths.outcome(case, 2.0)["outcome"] == "stable"
     assert asked == [2.0, 1.0, pytest.approx(0.5**0.5)]
 
 
 def test_a_path_below_the_floor_is_refused() -> None:
     rows = np.array([[0.0, -6.0, 0.0], [1.0, 0.0, 4.0], [2.0, 2.0, -1.0]])
-    row = random_paths.outcome(random_paths.Case("corners", Strip(12.0, 0.05), rows), 2.0)
+    row = random_paths.outcome(random_paths.Case("corners", StripModel(12.0, 0.05), rows), 2.0)
     assert row["outcome"] == "refused"
     assert "the floor" in row["message"]
     assert "/" not in row["message"].replace("m^-2", "")

@@ -27,7 +27,7 @@ from stripfold.analysis import (
     release as falling,
 )
 from stripfold.analysis.release import Fall, Release
-from stripfold.analysis.static import End, Strip
+from stripfold.analysis.static import End, StripModel
 from stripfold.cli import main
 from stripfold.effects import Effect, Hysteresis, Pull
 from stripfold.errors import InvalidInputError
@@ -39,8 +39,8 @@ from stripfold.solve.schemes import Damping
 LENGTH, THICKNESS, HEIGHT = 16.0, 0.0594, 3.0
 
 
-def rod(thickness: float = THICKNESS, length: float = LENGTH) -> Strip:
-    return Strip(length, thickness, kind="rod")
+def rod(thickness: float = THICKNESS, length: float = LENGTH) -> StripModel:
+    return StripModel(length, thickness, kind="rod")
 
 
 @pytest.fixture(scope="module")
@@ -160,13 +160,13 @@ class TestAsked:
     def test_assess(self, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch):
         """The option reaches the strip; a low triangle is followed to its end without a fall."""
         asked = []
-        true = Strip.model
+        true = StripModel.model
 
         def model(self, elements):
             asked.append(self.kind)
             return true(self, elements)
 
-        monkeypatch.setattr(Strip, "model", model)
+        monkeypatch.setattr(StripModel, "model", model)
         table = tmp_path / "path.csv"
         table.write_text("t,x,z\n0,-0.18,0\n0.5,-0.15,0.02\n1,-0.1,0.02\n")
         arguments = ["--length", "0.36", "--eta-b", "3780", "--model", "rod", "--json"]

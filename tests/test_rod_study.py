@@ -28,7 +28,7 @@ class TestStudy:
         """Of each model at each place, from runs of its own; the differences from what is stored beside them."""
         one = found.sel(height=HEIGHT, thickness=THICKNESS)
         lambda_c = {name: float(one["lambda_c"].sel(model=name)) for name in rod.MODELS}
-        own = quick.run(static.Strip(LENGTH, THICKNESS, kind="rod"), quick.Foretold.at(HEIGHT), 0.5)
+        own = quick.run(static.StripModel(LENGTH, THICKNESS, kind="rod"), quick.Foretold.at(HEIGHT), 0.5)
         assert lambda_c["rod"] == pytest.approx(own.lam, rel=1e-9)
         assert float(one["model_error"]) == pytest.approx(lambda_c["rod"] / lambda_c["solid"] - 1.0, abs=1e-12)
         truth = elastica.critical(HEIGHT).advance

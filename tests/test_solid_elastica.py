@@ -157,7 +157,7 @@ def test_lifted_without_horizontal_force(height):
     truth = elastica.state_no_horizontal_force(height)
     errors = []
     for h in thickness:
-        strip = static.Strip(length, h)
+        strip = static.StripModel(length, h)
         _, coarse, state = next(static.lift(strip, [height]))
         start = coarse.mid_surface(state.q)
         assert start[0] == pytest.approx([truth.advance - length / 2.0, height], abs=3e-4 + 0.3 * h**2)
@@ -179,7 +179,7 @@ def test_lifted_without_horizontal_force(height):
 @pytest.mark.parametrize("thickness", [1e-3, 3e-4, 1e-4])
 def test_very_thin_strips_are_lifted(thickness):
     """Thicknesses that the configuration allows (eta_m down to 1e-9): as near to the elastica as thicker ones."""
-    _, model, state = next(static.lift(static.Strip(8.0, thickness), [1.0]))
+    _, model, state = next(static.lift(static.StripModel(8.0, thickness), [1.0]))
     truth = elastica.state_no_horizontal_force(1.0)
     assert model.mid_surface(state.q)[0, 0] + 4.0 == pytest.approx(truth.advance, abs=3e-4)
 
@@ -187,7 +187,7 @@ def test_very_thin_strips_are_lifted(thickness):
 def test_every_height_asked_for_is_given():
     """One lift yields all heights, ascending, each converged with the gripper exactly there."""
     heights = [0.3, 0.31, 1.7, 2.5]
-    found = list(static.lift(static.Strip(8.0, 0.05), heights))
+    found = list(static.lift(static.StripModel(8.0, 0.05), heights))
     assert [h for h, *_ in found] == heights
     for height, model, state in found:
         truth = elastica.state_no_horizontal_force(height)

@@ -16,7 +16,7 @@ from stripfold.analysis import path_statics as following
 from stripfold.analysis.assess import mesh_for
 from stripfold.analysis.friction import Run
 from stripfold.analysis.path_friction import Step, steps_on, walk
-from stripfold.analysis.static import Strip, touches
+from stripfold.analysis.static import StripModel, touches
 from stripfold.effects import Effect, Hysteresis, Pull
 from stripfold.errors import InvalidInputError, LostStabilityError, NewtonError, SolveError
 from stripfold.material import Material
@@ -26,7 +26,7 @@ from stripfold.problem import AlongPiece, StripProblem
 from stripfold.solve import continuation, newton
 from stripfold.solve.problem import Point
 
-STRIP = Strip(12.0, 0.06)
+STRIP = StripModel(12.0, 0.06)
 CORNERS = [(-6.0, 0.0), (-5.2, 1.2), (5.0, 1.2), (6.0, 0.0)]
 STEP = 0.5
 MATERIAL = Material(3780.0)
@@ -187,7 +187,7 @@ class TestWalk:
 
     def test_a_strip_that_snaps_is_lost(self):
         """Too little friction is none; the steps up to the snap have been handed out."""
-        strip, path = Strip(20.0, 0.0594), triangular(20.0)
+        strip, path = StripModel(20.0, 0.0594), triangular(20.0)
         critical = np.sqrt(2.0) * (10.0 + 3.392)  # found by continuation
         handed_out: list[Step] = []
 
@@ -329,7 +329,7 @@ class TestFriction:
     def test_the_pull_goes_by_force_times_step(self):
         """k_f times the step is what counts; the unit of a pull is the mass times the way."""
         plan = plan_r_path(20.0)
-        model = friction.model_for(Strip(20.0, 0.0594), plan, 2.0)
+        model = friction.model_for(StripModel(20.0, 0.0594), plan, 2.0)
         for strength, expected in ((0.0055, False), (0.012, True)):
             run = friction.follow(model, plan, "pull", strength / 0.4, 0.4)
             assert run.followed(plan) is expected

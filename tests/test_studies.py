@@ -14,7 +14,7 @@ from stripfold.analysis.checks import check_branch
 from stripfold.analysis.critical_point import find
 from stripfold.analysis.diagnostics import node_weights, record
 from stripfold.analysis.planning import Sweep, boundaries, lift_off_sweep
-from stripfold.analysis.static import End, Strip
+from stripfold.analysis.static import End, StripModel
 from stripfold.errors import InvalidInputError, NewtonError, SolveError, StripfoldError
 from stripfold.material import Material
 from stripfold.problem import AlongX, StripProblem
@@ -22,7 +22,7 @@ from stripfold.scene import Scene
 from stripfold.solve import newton
 from studies import branches, order
 
-THIN = Strip(16.0, 0.02)
+THIN = StripModel(16.0, 0.02)
 
 
 @pytest.fixture(scope="module")
@@ -71,7 +71,7 @@ def test_instability_is_weak_as_the_elasticas(run: static.XRun) -> None:
 
 def test_lifted_state_is_the_elasticas() -> None:
     heights = [0.5, 1.5, 3.0]
-    for height, model, state in static.lift(Strip(12.0, 0.01), heights):
+    for height, model, state in static.lift(StripModel(12.0, 0.01), heights):
         truth = elastica.state_no_horizontal_force(height)
         assert state.q[model.middle[0]] == pytest.approx([truth.advance, height], abs=2e-3)
         shape = model.mid_surface(state.q)
@@ -112,7 +112,7 @@ def test_energy_is_what_the_gripper_did(run: static.XRun) -> None:
 
 
 def test_low_gripper_lays_the_sag_down() -> None:
-    low = static.solve_height(Strip(16.0, 0.02), 1.2, 2.0)
+    low = static.solve_height(StripModel(16.0, 0.02), 1.2, 2.0)
     truth = elastica.critical(1.2).touch
     assert truth is not None
     assert low.end is End.TOUCH
@@ -124,7 +124,7 @@ def test_low_gripper_lays_the_sag_down() -> None:
 
 
 def test_short_strip_is_lifted_whole() -> None:
-    assert static.solve_height(Strip(7.0, 0.02), 3.0, 2.0).end is End.LIFTED
+    assert static.solve_height(StripModel(7.0, 0.02), 3.0, 2.0).end is End.LIFTED
 
 
 def test_fixed_lambda_steps_jump_and_continuation_does_not(run: static.XRun) -> None:
@@ -252,16 +252,16 @@ def test_find_says_why_there_is_no_snap(model: str) -> None:
 def test_printed_law_cannot_hold_an_upright_strip() -> None:
     """docs/physics.md, section 2: its bending stiffness goes with the square of the cosine of the slope."""
     with pytest.raises(SolveError, match="eigenvalues"):
-        static.solve_height(Strip(12.0, 0.05, law="printed"), 3.0, 1.0)
+        static.solve_height(StripModel(12.0, 0.05, law="printed"), 3.0, 1.0)
 
 
 def test_unusable_mesh_is_refused() -> None:
     with pytest.raises(InvalidInputError, match="order"):
-        Strip(10.0, 0.05, order=3).model(20)
+        StripModel(10.0, 0.05, order=3).model(20)
     with pytest.raises(InvalidInputError, match="elements_across"):
-        Strip(10.0, 0.05, order=1, across=1).model(20)
+        StripModel(10.0, 0.05, order=1, across=1).model(20)
     with pytest.raises(InvalidInputError, match="elements"):
-        Strip(10.0, 0.05).model(np.array([0.0, 2.0, 1.0, 10.0]))
+        StripModel(10.0, 0.05).model(np.array([0.0, 2.0, 1.0, 10.0]))
 
 
 def test_gripper_motion_is_prescribed(run: static.XRun) -> None:

@@ -59,10 +59,10 @@ def test_a_motion_from_dynamics_in_metres_and_seconds():
     found = from_dynamics(scene)
     assert isinstance(found, History)
     clock = sqrt(UNIT / 9.81)
-    from stripfold.analysis.static import Strip
+    from stripfold.analysis.static import StripModel
     from stripfold.solve.schemes import Damping
 
-    strip = Strip(16.0, Material(3780.0).relative_thickness)
+    strip = StripModel(16.0, Material(3780.0).relative_thickness)
     damping = Damping(2.0 * clock, 3e-3 / clock)
     by_hand = passing.run(strip, 5.0, 0.02, 0.005 * clock / UNIT, 0.2, 0.1 / clock, damping, 3.0)
     assert found.truth["lambda_c"] == pytest.approx(by_hand.static * UNIT)

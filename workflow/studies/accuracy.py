@@ -19,7 +19,7 @@ from stripfold import elastica
 from stripfold.analysis import critical_point as critical
 from stripfold.analysis import locate_rod as quick
 from stripfold.analysis import locate_solid as near
-from stripfold.analysis.static import LAMBDA_TOLERANCE, X_STEPS, End, Strip, XRun, along_x, lift
+from stripfold.analysis.static import LAMBDA_TOLERANCE, X_STEPS, End, StripModel, XRun, along_x, lift
 from stripfold.arrays import Array
 from stripfold.errors import SolveError
 from stripfold.scene import Scene
@@ -79,7 +79,7 @@ class Strategy(NamedTuple):
         foretold = quick.Foretold.at(height)
         if self.kind == "elastica":
             return Answer(End.SNAP if foretold.snap else End.TOUCH, foretold.last.advance, _bent(foretold.last, length))
-        strip = Strip(length, thickness, order=self.order, across=self.across, kind=self.model)
+        strip = StripModel(length, thickness, order=self.order, across=self.across, kind=self.model)
         if self.kind == "rod":
             found = quick.run(strip, foretold, self.refinement)
             return Answer(found.end, found.lam, _of_places(found.free_part[:, 0], found.free_part[:, 1:], length))

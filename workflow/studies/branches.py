@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from stripfold import elastica
-from stripfold.analysis.static import End, Strip, solve_height
+from stripfold.analysis.static import End, StripModel, solve_height
 from stripfold.errors import SolveError
 from stripfold.material import Material
 
@@ -46,7 +46,7 @@ def run(
         truth = elastica.critical(height)
         found, end, free, verdict, folds, message = np.nan, "", np.nan, FAILED, 0, ""
         try:
-            outcome = solve_height(Strip(length, h), height, refinement, past=0.0)
+            outcome = solve_height(StripModel(length, h), height, refinement, past=0.0)
         except SolveError as error:
             message = str(error)
         else:

@@ -14,7 +14,7 @@ import xarray as xr
 from stripfold.analysis import critical_point as critical
 from stripfold.analysis import locate_rod as quick
 from stripfold.analysis import locate_solid as near
-from stripfold.analysis.static import End, Strip
+from stripfold.analysis.static import End, StripModel
 from stripfold.errors import SolveError
 from studies.accuracy import scene_of
 
@@ -101,7 +101,7 @@ def _truth(model: str, foretold: quick.Foretold, length: float, thickness: float
     SolveError
         It fails, or is no snap.
     """
-    strip = Strip(length, thickness, nu if model == "solid" else 0.0, kind=model)
+    strip = StripModel(length, thickness, nu if model == "solid" else 0.0, kind=model)
     found = (quick.run if model == "rod" else near.run)(strip, foretold, TRUTH[model])
     if found.end is not End.SNAP:
         raise SolveError(f"the truth is no snap: {found.end.reason}")

@@ -16,7 +16,7 @@ import xarray as xr
 
 from stripfold.analysis.collapse import release_of, to_critical_point
 from stripfold.analysis.release import TIME_OPTIONS, Fall, Motion, Release, let_fall
-from stripfold.analysis.static import Strip
+from stripfold.analysis.static import StripModel
 from stripfold.errors import SolveError
 from stripfold.solve.schemes import EnergyMomentum, GeneralisedAlpha, Scheme
 from studies.benchmark import calls
@@ -85,7 +85,7 @@ def run(
             """The fall, from the model's critical state, which is found once."""
             key = way.model, way.refinement
             if key not in releases:
-                strip = Strip(length_star, thickness, kind=way.model)
+                strip = StripModel(length_star, thickness, kind=way.model)
                 releases[key] = release_of(to_critical_point(strip, height, way.refinement))
             options = replace(TIME_OPTIONS, tolerance=way.tolerance)
             motion = let_fall(releases[key], fall, options, scheme=SCHEMES[way.scheme])

@@ -14,7 +14,7 @@ import xarray as xr
 
 from stripfold.analysis.collapse import release_of, to_critical_point
 from stripfold.analysis.release import TIME_OPTIONS, Fall, beginning, let_fall, settled
-from stripfold.analysis.static import Strip, XRun
+from stripfold.analysis.static import StripModel, XRun
 from stripfold.arrays import Array
 from stripfold.errors import SolveError
 from stripfold.solve import dynamics
@@ -91,7 +91,7 @@ def _measure(
     """One fall: its numbers, and the end state's mid-surface as a function of the distance along the strip."""
     key = (given["length"], given["thickness"], given["height"], given["refinement"])
     if key not in branches:
-        branches[key] = to_critical_point(Strip(given["length"], given["thickness"]), given["height"], key[3])
+        branches[key] = to_critical_point(StripModel(given["length"], given["thickness"]), given["height"], key[3])
     branch = branches[key]
     damping = Damping(given["air"], given["stiffness"])
     damped = damping != Damping()

@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 from stripfold.analysis.friction import LAWS, follow, model_for, smallest
-from stripfold.analysis.static import Strip
+from stripfold.analysis.static import StripModel
 from stripfold.paths import plan_r_path
 
 
@@ -30,7 +30,7 @@ def run(
         None suffices.
     """
     plan = plan_r_path(length)
-    model = model_for(Strip(length, thickness), plan, refinement)
+    model = model_for(StripModel(length, thickness), plan, refinement)
     names = {
         "fails": "not enough: k_f / (g/L*), or M_0 / rho_a g L*^2",
         "suffices": "enough: k_f / (g/L*), or M_0 / rho_a g L*^2",

@@ -19,7 +19,7 @@ import xarray as xr
 from scipy.interpolate import CubicHermiteSpline
 from scipy.stats import linregress, t
 
-from stripfold.analysis.static import Strip, XRun, solve_height, touches
+from stripfold.analysis.static import StripModel, XRun, solve_height, touches
 from stripfold.arrays import Array
 from stripfold.errors import SolveError
 from stripfold.solve import dynamics
@@ -151,7 +151,7 @@ def run(
     air
         Air drag per mass and velocity, sqrt(g/L*); much more than the rate of the passage, so that it decides.
     """
-    fold = Fold.of(solve_height(Strip(length_star, thickness), height, refinement))
+    fold = Fold.of(solve_height(StripModel(length_star, thickness), height, refinement))
     lambda_c = fold.run.last.lam
     one = {"units": "1"}
     data: dict[str, tuple[object, object, dict[str, str]]] = {

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from stripfold import elastica
-from stripfold.analysis.static import End, Strip, solve_height
+from stripfold.analysis.static import End, StripModel, solve_height
 from stripfold.material import Material
 
 
@@ -37,7 +37,7 @@ def run(
     thickness = np.array([Material(eta_b, value).relative_thickness for value in eta_m])
     for i, h in enumerate(thickness):
         for j, refinement in enumerate(refinements):
-            found = solve_height(Strip(length_star, float(h)), height, refinement, past=0.0)
+            found = solve_height(StripModel(length_star, float(h)), height, refinement, past=0.0)
             if found.end is not End.SNAP:
                 raise ValueError(f"no snap at eta_m = {eta_m[i]:g}, refinement {refinement:g}: {found.end.reason}")
             lambda_c[i, j] = found.last.lam

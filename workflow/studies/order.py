@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 
-from stripfold.analysis.static import Strip, XRun, along_x, lift, solve_height
+from stripfold.analysis.static import StripModel, XRun, along_x, lift, solve_height
 from stripfold.arrays import Array
 
 
@@ -30,7 +30,7 @@ def run(
     length_star: float, thickness: float, height: float, sizes: Sequence[float], phases: int, reference: float
 ) -> xr.Dataset:
     """lambda_c on uniform meshes against the planned mesh at refinement ``reference``; all in L*."""
-    strip = Strip(length_star, thickness)
+    strip = StripModel(length_star, thickness)
     truth = solve_height(strip, height, reference, past=0.0).last.lam
     (_, model, state) = next(lift(strip, [height]))
     shifts = np.arange(phases) / phases

@@ -21,7 +21,7 @@ from scipy.interpolate import CubicSpline
 
 from stripfold import elastica
 from stripfold.analysis.critical_point import ELASTICA_ERROR
-from stripfold.analysis.static import Strip
+from stripfold.analysis.static import StripModel
 from stripfold.errors import StripfoldError
 from studies import peers_ours
 
@@ -188,7 +188,7 @@ def _truth(scene: Mapping[str, Any]) -> dict[str, tuple[Callable[[Any], Any], fl
         )
     }
     for kind, refinement in REFERENCE.items():
-        strip = Strip(length, scene["thickness"], kind=kind)
+        strip = StripModel(length, scene["thickness"], kind=kind)
         line = peers_ours.equilibrium(strip, height, lam, refinement)
         truth[kind] = CubicSpline(*line), peers_ours.critical(strip, height, refinement)
     return truth
@@ -204,7 +204,7 @@ def _ours(name: str, scene: Mapping[str, Any], truth: Mapping[str, Any]) -> list
         }
         settings: dict[str, Settings] = {q: [{}] for q in QUESTIONS}
     else:
-        strip = Strip(length, scene["thickness"], kind=name)
+        strip = StripModel(length, scene["thickness"], kind=name)
         solvers = {
             EQUILIBRIUM: lambda refinement: _line(*peers_ours.equilibrium(strip, height, lam, refinement)),
             CRITICAL: lambda refinement: {"lambda_c": peers_ours.critical(strip, height, refinement)},

@@ -8,7 +8,7 @@ from scipy.optimize import brentq
 from stripfold import elastica
 from stripfold.analysis import locate_rod as quick
 from stripfold.analysis import planning
-from stripfold.analysis.static import X_STEPS, Strip, begin, lift, solve_height
+from stripfold.analysis.static import X_STEPS, StripModel, begin, lift, solve_height
 from stripfold.arrays import Array
 from stripfold.errors import SolveError
 from stripfold.solve import continuation, newton
@@ -17,7 +17,7 @@ Line = tuple[Array, Array]
 """Distances from the grasped end, shape (n,), and places, shape (n, 2), from where that end lay."""
 
 
-def equilibrium(strip: Strip, height: float, lam: float, refinement: float) -> Line:
+def equilibrium(strip: StripModel, height: float, lam: float, refinement: float) -> Line:
     """The mid-surface when the flat strip was lifted and its gripper moved to ``lam``, on a mesh.
 
     Raises
@@ -62,7 +62,7 @@ def elastica_equilibrium(length: float, height: float, lam: float) -> Line:
     return s, np.stack([x, np.concatenate([profile.z, 0.0 * lying])], axis=1)
 
 
-def critical(strip: Strip, height: float, refinement: float) -> float:
+def critical(strip: StripModel, height: float, refinement: float) -> float:
     """lambda_c of the solid or the rod on one mesh, from nothing.
 
     Raises

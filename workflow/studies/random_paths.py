@@ -19,7 +19,7 @@ from scipy.interpolate import PchipInterpolator
 from stripfold import paths
 from stripfold.analysis.assess import Assessment, assess_strip
 from stripfold.analysis.path_statics import STEPS
-from stripfold.analysis.static import Strip
+from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
 from stripfold.errors import CoarseMeshError, InvalidInputError, SolveError
 from stripfold.paths import GripperPath
@@ -43,14 +43,14 @@ class Case:
     """A random strip and path; ``rows`` are t, x, z, shape (n, 3), L*."""
 
     kind: str
-    strip: Strip
+    strip: StripModel
     rows: Array
 
 
 def case(number: int, seed: int) -> Case:
     """A random case, the same for the same numbers; any part of the study can be run alone."""
     random = np.random.default_rng([seed, number])
-    strip = Strip(float(random.uniform(*LENGTHS)), float(random.uniform(*THICKNESSES)))
+    strip = StripModel(float(random.uniform(*LENGTHS)), float(random.uniform(*THICKNESSES)))
     kind = KINDS[number % len(KINDS)]
     return Case(kind, strip, _rows(random, strip.length, kind))
 

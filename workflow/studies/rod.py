@@ -12,7 +12,7 @@ import xarray as xr
 
 from stripfold import elastica
 from stripfold.analysis import locate_rod as quick
-from stripfold.analysis.static import End, Strip, solve_height
+from stripfold.analysis.static import End, StripModel, solve_height
 from stripfold.errors import SolveError
 
 MODELS = ("rod", "solid")
@@ -94,7 +94,7 @@ def run(
 
 def _critical(model: str, length: float, thickness: float, height: float, refinement: float) -> tuple[float, float]:
     """lambda_c and the length of the shortest element."""
-    strip = Strip(length, thickness, kind=model)
+    strip = StripModel(length, thickness, kind=model)
     if model == "rod":
         found = quick.run(strip, quick.Foretold.at(height), refinement)
         end, lam, size = found.end, found.lam, found.size

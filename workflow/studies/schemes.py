@@ -14,7 +14,7 @@ from time import perf_counter
 import numpy as np
 import xarray as xr
 
-from stripfold.analysis.static import Strip, XRun, solve_height, touches
+from stripfold.analysis.static import StripModel, XRun, solve_height, touches
 from stripfold.arrays import Array, Index
 from stripfold.errors import SolveError
 from stripfold.solve import dynamics
@@ -202,7 +202,7 @@ def run(
     swing_steps, swing_until
         Steps, coarse to fine, and duration of the strip's swing, sqrt(L*/g).
     """
-    static = solve_height(Strip(length_star, thickness), height, refinement)
+    static = solve_height(StripModel(length_star, thickness), height, refinement)
     table = {name: np.full(len(SCHEMES), np.nan) for name in _TOUCH}
     oscillator = np.full((len(SCHEMES), len(oscillator_steps)), np.nan)
     swing, change, iterations, seconds = (np.full((len(SCHEMES), len(swing_steps)), np.nan) for _ in range(4))

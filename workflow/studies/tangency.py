@@ -15,7 +15,7 @@ import xarray as xr
 
 from stripfold import elastica
 from stripfold.analysis.assess import BIFURCATION, assess_strip, off_the_boundary
-from stripfold.analysis.static import Strip
+from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
 from stripfold.elastica.carrying import critical_on_the_way
 from stripfold.paths import plan_r_path
@@ -47,7 +47,7 @@ def run(
         plans["plan_error"].append(max(state.first_integral_error for state in plan.states))
         plans["elastica_error"].append(state.advance - elastica.critical(z).advance)
         for j, thickness in enumerate(thicknesses):
-            strip = Strip(length, thickness)
+            strip = StripModel(length, thickness)
             events = assess_strip(strip, plan.path, refinement=refinement).events
             if not events:
                 continue

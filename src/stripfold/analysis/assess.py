@@ -15,7 +15,7 @@ import numpy as np
 from stripfold.analysis import planning
 from stripfold.analysis.path_statics import SIZES, STEPS, Stretch, follow
 from stripfold.analysis.release import Fall, Motion, Progress, Release, let_fall, settled, touch_position
-from stripfold.analysis.static import Strip, lift_off, locate_touch, solve_height, touches
+from stripfold.analysis.static import StripModel, lift_off, locate_touch, solve_height, touches
 from stripfold.arrays import Array
 from stripfold.errors import CoarseMeshError
 from stripfold.models.model import Model
@@ -115,14 +115,14 @@ class Assessment:
         return abs(self.last.lam - self.path.length) < 1e-6
 
 
-def mesh_for(strip: Strip, path: GripperPath, refinement: float = 1.0) -> Model:
+def mesh_for(strip: StripModel, path: GripperPath, refinement: float = 1.0) -> Model:
     """The strip on a mesh that is fine where it lifts off when the path first meets the stability boundary."""
     sweep = planning.sweep_on_path(path, strip.length)
     return strip.model(planning.boundaries(strip.length, sweep, refinement, SIZES))
 
 
 def assess_strip(
-    strip: Strip,
+    strip: StripModel,
     path: GripperPath,
     fall: Fall | None = None,
     refinement: float = 1.0,
@@ -205,7 +205,7 @@ def boundary_angle(problem: StripProblem, found: CriticalPoint) -> float:
     return degrees(np.arcsin(min(sine, 1.0)))
 
 
-def off_the_boundary(strip: Strip, event: CriticalEvent, refinement: float = 1.0) -> float:
+def off_the_boundary(strip: StripModel, event: CriticalEvent, refinement: float = 1.0) -> float:
     """How far a critical point on a path is from lambda_c of the x-axis study at its height, L*.
 
     The boundary belongs to the strip, not to the path: what differs is error.  nan where the sag touches first at

@@ -17,7 +17,7 @@ from stripfold.analysis.assess import (
 )
 from stripfold.analysis.release import Fall, Progress
 from stripfold.analysis.states import dataset, rows_of_motion, rows_of_stretch
-from stripfold.analysis.static import Strip
+from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
 from stripfold.material import Material
 from stripfold.paths import path_of, plan_r_path
@@ -68,7 +68,7 @@ def run(
         As in :func:`.assess.assess`.
     """
     unit = material.gravity_length
-    strip = Strip(length / unit, material.relative_thickness, material.nu)
+    strip = StripModel(length / unit, material.relative_thickness, material.nu)
     path = path_of(name, strip.length)
     found = assess_strip(strip, path, fall, refinement, progress)
     rows = []
@@ -80,7 +80,7 @@ def run(
     return data.assign_attrs(path=name, length=length, **in_si(numbers(found, strip, name, refinement), material))
 
 
-def numbers(found: Assessment, strip: Strip, name: str, refinement: float) -> dict[str, float]:
+def numbers(found: Assessment, strip: StripModel, name: str, refinement: float) -> dict[str, float]:
     """:data:`NUMBERS` in solver units."""
     nan = float("nan")
     first = found.events[0] if found.events else None

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 from stripfold.analysis import planning
 from stripfold.analysis.release import Fall, Motion, Progress, Release, let_fall, settled
-from stripfold.analysis.static import X_STEPS, End, Strip, XRun, along_x, lift, lift_off
+from stripfold.analysis.static import X_STEPS, End, StripModel, XRun, along_x, lift, lift_off
 from stripfold.effects.self_contact import SelfContact
 from stripfold.errors import SolveError
 from stripfold.problem import StripProblem
@@ -37,7 +37,7 @@ class Collapse:
 
 
 def simulate(
-    strip: Strip,
+    strip: StripModel,
     height: float,
     fall: Fall | None,
     refinement: float = 1.0,
@@ -74,7 +74,7 @@ def simulate(
     return Collapse(height, run, motion, after, end)
 
 
-def to_critical_point(strip: Strip, height: float, refinement: float = 1.0) -> XRun:
+def to_critical_point(strip: StripModel, height: float, refinement: float = 1.0) -> XRun:
     """The static run, on a mesh on which the strip can also be laid down and rolled on.
 
     Raises

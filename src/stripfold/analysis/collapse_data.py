@@ -12,7 +12,7 @@ from stripfold.analysis import needed_effects as on_demand
 from stripfold.analysis.collapse import Collapse, simulate
 from stripfold.analysis.diagnostics import node_weights
 from stripfold.analysis.release import Fall, Progress
-from stripfold.analysis.static import Strip
+from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
 from stripfold.effects import demand
 from stripfold.errors import TimeStepError
@@ -59,7 +59,7 @@ def run(simulation: Simulation, progress: Progress | None = None) -> xr.Dataset:
     scene = simulation.scene
     asked, thickness = simulation.effects, scene.material.relative_thickness
     stretched = thickness if asked.membrane != demand.OFF else min(thickness, demand.UNSTRETCHED)
-    strip = Strip(scene.length_star, stretched, scene.material.nu, law=scene.law, kind=scene.model)
+    strip = StripModel(scene.length_star, stretched, scene.material.nu, law=scene.law, kind=scene.model)
     fall = fall_of(simulation) if asked.inertia != demand.OFF else None
     layers = thickness if asked.self_contact != demand.OFF else None
     began = perf_counter()

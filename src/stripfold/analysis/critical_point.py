@@ -12,7 +12,7 @@ from stripfold.analysis import locate_rod as quick
 from stripfold.analysis import locate_solid as near
 from stripfold.analysis import select_model as choice
 from stripfold.analysis.model_error import model_error as of_model
-from stripfold.analysis.static import LAMBDA_TOLERANCE, End, Strip, XRun
+from stripfold.analysis.static import LAMBDA_TOLERANCE, End, StripModel, XRun
 from stripfold.errors import SolveError
 from stripfold.scene import Scene
 
@@ -152,7 +152,7 @@ def _find(scene: Scene, foretold: quick.Foretold, progress: Progress) -> _Found:
 
 def _solid(scene: Scene, foretold: quick.Foretold, progress: Progress) -> _Found:
     material = scene.material
-    strip = Strip(scene.length_star, material.relative_thickness, material.nu, law=scene.law)
+    strip = StripModel(scene.length_star, material.relative_thickness, material.nu, law=scene.law)
     tolerance = max(LAMBDA_TOLERANCE, BRACKET * scene.accuracy * foretold.last.advance)
 
     def follow(refinement: float) -> XRun:
@@ -168,7 +168,7 @@ def _solid(scene: Scene, foretold: quick.Foretold, progress: Progress) -> _Found
 
 
 def _rod(scene: Scene, foretold: quick.Foretold, progress: Progress) -> _Found:
-    strip = Strip(scene.length_star, scene.material.relative_thickness, kind="rod")
+    strip = StripModel(scene.length_star, scene.material.relative_thickness, kind="rod")
     refinement = choice.rod_refinement(scene.accuracy, quick.MESH_ERROR)
     fine, error = _fine_enough(scene, lambda r: quick.run(strip, foretold, r), refinement, progress, quick.LEFT)
     if fine.end is not End.SNAP:

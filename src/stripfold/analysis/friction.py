@@ -13,7 +13,7 @@ from stripfold.analysis import planning
 from stripfold.analysis.path_friction import Step, walk
 from stripfold.analysis.path_statics import SIZES
 from stripfold.analysis.release import touch_position
-from stripfold.analysis.static import Strip, touches
+from stripfold.analysis.static import StripModel, touches
 from stripfold.arrays import Array
 from stripfold.effects import Effect, Hysteresis, Pull
 from stripfold.errors import LostStabilityError, SolveError
@@ -71,7 +71,7 @@ def effects_of(law: str, strength: float) -> Callable[[Model, Array], tuple[Effe
     return lambda model, q: (Hysteresis.of(model, strength, slack=q),)
 
 
-def model_for(strip: Strip, plan: RPath, refinement: float) -> Model:
+def model_for(strip: StripModel, plan: RPath, refinement: float) -> Model:
     """A mesh fine where the plan lifts off."""
     free = strip.length - plan.lying_length
     return strip.model(planning.boundaries(strip.length, planning.Sweep(0.0, free), refinement, SIZES))

@@ -13,7 +13,7 @@ from stripfold.analysis.path_friction import Step
 from stripfold.analysis.post_critical import leave
 from stripfold.analysis.release import Fall, Progress
 from stripfold.analysis.states import dataset, of_material, rows_of_motion, rows_of_stretch
-from stripfold.analysis.static import Strip
+from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
 from stripfold.effects import Pull
 from stripfold.errors import SolveError
@@ -49,7 +49,7 @@ def run(
     """
     say = progress or (lambda _: None)
     unit = material.gravity_length
-    strip = Strip(length / unit, material.relative_thickness, material.nu)
+    strip = StripModel(length / unit, material.relative_thickness, material.nu)
     plan = plan_r_path(strip.length)
     model = model_for(strip, plan, refinement)
     brackets, runs = [], []
@@ -141,7 +141,7 @@ def two_ways(
     Where there is no unstable planned state the dataset is empty and its attribute ``reason`` says so.
     """
     unit = material.gravity_length
-    strip = Strip(length / unit, material.relative_thickness, material.nu)
+    strip = StripModel(length / unit, material.relative_thickness, material.nu)
     plan = plan_r_path(strip.length)
     model = model_for(strip, plan, refinement)
     try:

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from stripfold import elastica
-from stripfold.analysis.static import End, Strip
+from stripfold.analysis.static import End, StripModel
 from stripfold.arrays import Array
 from stripfold.errors import SolveError
 from stripfold.models.free_rod import FreeRod, FreeState, Guess
@@ -93,7 +93,7 @@ class Found:
         return self.upper - self.lam
 
 
-def run(strip: Strip, foretold: Foretold, refinement: float) -> Found:
+def run(strip: StripModel, foretold: Foretold, refinement: float) -> Found:
     """Find where the advance ends, on elements of ``refinement`` times :data:`SIZE`.
 
     Raises

@@ -14,7 +14,7 @@ from stripfold.analysis.static import (
     LAMBDA_TOLERANCE,
     PATIENT,
     X_STEPS,
-    Strip,
+    StripModel,
     XRun,
     along_x,
     lift,
@@ -35,7 +35,7 @@ LOWER = 0.65
 """A thick strip's lambda is lower, by about this times h^2 of itself (docs/numerics.md)."""
 
 
-def run(strip: Strip, foretold: Foretold, refinement: float, tolerance: float = LAMBDA_TOLERANCE) -> XRun:
+def run(strip: StripModel, foretold: Foretold, refinement: float, tolerance: float = LAMBDA_TOLERANCE) -> XRun:
     """Follow the branch from shortly before its end; lambda_c to a bracket of ``tolerance``.
 
     ``points`` begin there: the state without horizontal force is :func:`lambda_0`.  On one mesh: a close call

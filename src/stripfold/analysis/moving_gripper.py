@@ -14,7 +14,7 @@ from stripfold.analysis import planning
 from stripfold.analysis.collapse import SIZES
 from stripfold.analysis.path_friction import Step, walk_from
 from stripfold.analysis.path_statics import BEYOND
-from stripfold.analysis.static import PATIENT, Strip, lift, lift_off, no_horizontal_force, touches, transfer
+from stripfold.analysis.static import PATIENT, StripModel, lift, lift_off, no_horizontal_force, touches, transfer
 from stripfold.arrays import Array
 from stripfold.effects import Effect, Hysteresis
 from stripfold.errors import LostStabilityError, NewtonError, SolveError
@@ -58,7 +58,7 @@ class Passage:
 
 
 def run(
-    strip: Strip,
+    strip: StripModel,
     height: float,
     moment: float,
     speed: float,
@@ -110,7 +110,7 @@ def run(
     raise AssertionError("a motion does not end by itself")
 
 
-def to_loss(strip: Strip, height: float, moment: float, refinement: float) -> tuple[list[Step], float]:
+def to_loss(strip: StripModel, height: float, moment: float, refinement: float) -> tuple[list[Step], float]:
     """The static steps along x to the loss of stability, and the last lambda before it.
 
     Raises
@@ -146,7 +146,7 @@ def to_loss(strip: Strip, height: float, moment: float, refinement: float) -> tu
         state, problem = popped.point.state, popped.problem.accepted(popped.point.q)
 
 
-def _start(strip: Strip, height: float, refinement: float) -> tuple[Model, Equilibrium]:
+def _start(strip: StripModel, height: float, refinement: float) -> tuple[Model, Equilibrium]:
     """The strip lifted without horizontal force, on a mesh for all that follows."""
     (_, coarse, lifted) = next(lift(strip, [height]))
     model = strip.model(planning.boundaries(strip.length, planning.lift_off_sweep(height), refinement, SIZES))

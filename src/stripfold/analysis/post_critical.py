@@ -13,7 +13,7 @@ from math import inf
 
 from stripfold.analysis.path_statics import STEPS, Stretch, follow, problem_on, step_to
 from stripfold.analysis.release import Fall, Motion, Progress, Release, let_fall, settled
-from stripfold.analysis.static import Strip, XRun, along_x, lift, touches
+from stripfold.analysis.static import StripModel, XRun, along_x, lift, touches
 from stripfold.errors import SolveError
 from stripfold.models.model import Model
 from stripfold.paths import RPath
@@ -46,7 +46,7 @@ class TwoWays:
     directions: tuple[Direction, ...]
 
 
-def leave(model: Model, strip: Strip, plan: RPath, fall: Fall, progress: Progress | None = None) -> TwoWays:
+def leave(model: Model, strip: StripModel, plan: RPath, fall: Fall, progress: Progress | None = None) -> TwoWays:
     """Let the planned state go in both directions, with the gripper held, and follow the path from where it rests.
 
     Raises
@@ -69,7 +69,7 @@ def leave(model: Model, strip: Strip, plan: RPath, fall: Fall, progress: Progres
     return TwoWays(model, start, tuple(ways))
 
 
-def planned_unstable(model: Model, strip: Strip, plan: RPath, travelled: float) -> Point:
+def planned_unstable(model: Model, strip: StripModel, plan: RPath, travelled: float) -> Point:
     """The planned state at a length travelled, as an unstable equilibrium of the solid.
 
     Raises

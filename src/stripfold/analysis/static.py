@@ -70,7 +70,7 @@ class End(StrEnum):
 
 
 @dataclass(frozen=True)
-class Strip:
+class StripModel:
     """A strip in solver units, and how it is discretised.
 
     ``length`` and ``thickness`` in L*; ``kind`` is "solid" or "rod", the rest is for the solid:
@@ -159,7 +159,7 @@ class XRun:
         return lift_off(self.problem.model, self.last)
 
 
-def lift(strip: Strip, heights: Sequence[float]) -> Iterator[tuple[float, Model, Equilibrium]]:
+def lift(strip: StripModel, heights: Sequence[float]) -> Iterator[tuple[float, Model, Equilibrium]]:
     """Lift the flat strip and yield its state at each height, ascending: the gripper is free along x (lambda_0)."""
     # A mesh good enough to start from: each run along x has one of its own.
     model = strip.model(max(24, round(4 * strip.length)))
@@ -211,7 +211,7 @@ def no_horizontal_force(problem: StripProblem, q: Array, height: float) -> Equil
 
 
 def along_x(
-    strip: Strip,
+    strip: StripModel,
     height: float,
     start: tuple[Model, Equilibrium],
     mesh: float | Array = 1.0,
@@ -395,7 +395,7 @@ def lift_off(model: Model, point: Point | Moment) -> float:
     return float(s[gaps[-1] + 1] if len(gaps) else s[0])
 
 
-def solve_height(strip: Strip, height: float, refinement: float, **options: Any) -> XRun:
+def solve_height(strip: StripModel, height: float, refinement: float, **options: Any) -> XRun:
     """Lift to one height and run along x from there."""
     (_, model, state) = next(lift(strip, [height]))
     return along_x(strip, height, (model, state), refinement, **options)

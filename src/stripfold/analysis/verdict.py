@@ -13,7 +13,7 @@ from stripfold.analysis.collapse_data import in_solver_units
 from stripfold.analysis.friction import effects_of
 from stripfold.analysis.path_friction import Step, walk
 from stripfold.analysis.release import touch_position
-from stripfold.analysis.static import Strip, touches
+from stripfold.analysis.static import StripModel, touches
 from stripfold.arrays import Array
 from stripfold.errors import InvalidInputError, LostStabilityError
 from stripfold.material import Material
@@ -100,7 +100,7 @@ def reach(
         Bad input; a part that could not be computed.
     """
     unit = material.gravity_length
-    strip = Strip(length / unit, material.relative_thickness, material.nu, kind=model)
+    strip = StripModel(length / unit, material.relative_thickness, material.nu, kind=model)
     if friction is None and hysteresis is None:
         fall = in_solver_units(LettingGo(), material)
         found = assess_strip(strip, path, fall, refinement, progress)
@@ -120,7 +120,7 @@ def reach(
 
 
 def _walked(
-    strip: Strip, path: GripperPath, law: str, strength: float, size: float, refinement: float
+    strip: StripModel, path: GripperPath, law: str, strength: float, size: float, refinement: float
 ) -> tuple[list[Step], float | None]:
     """The steps with friction, and the length travelled at which the strip was lost, if it was."""
     steps: list[Step] = []
@@ -135,7 +135,7 @@ def _walked(
 
 
 def _verdict(
-    strip: Strip,
+    strip: StripModel,
     material: Material,
     path: GripperPath,
     events: list[dict[str, Any]],
@@ -166,7 +166,7 @@ def _verdict(
     )
 
 
-def _landing(strip: Strip) -> float:
+def _landing(strip: StripModel) -> float:
     """Where the folded state lands, L*; nan for a strip that has none."""
     try:
         return plan_r_path(strip.length).landing
@@ -174,7 +174,7 @@ def _landing(strip: Strip) -> float:
         return float("nan")
 
 
-def _folded(strip: Strip, path: GripperPath, problem: StripProblem, last: Point) -> tuple[float, float]:
+def _folded(strip: StripModel, path: GripperPath, problem: StripProblem, last: Point) -> tuple[float, float]:
     """Landing place of the folded state, and the last state's distance from it where the path ends as a fold does."""
     end: Array = path.position(path.length) - np.array([strip.length / 2.0, 0.0])
     landing = _landing(strip)

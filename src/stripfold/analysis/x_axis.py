@@ -14,7 +14,7 @@ import xarray as xr
 
 from stripfold.analysis.diagnostics import Record, node_weights, record
 from stripfold.analysis.select_model import FINEST
-from stripfold.analysis.static import End, Strip, XRun, along_x, lift
+from stripfold.analysis.static import End, StripModel, XRun, along_x, lift
 from stripfold.arrays import Array
 from stripfold.material import Material
 from stripfold.solve.critical import CriticalPoint
@@ -36,7 +36,7 @@ class HeightResult:
 
 
 def at_heights(
-    strip: Strip, heights: Sequence[float], refinement: float, progress: Callable[[str], None] | None = None
+    strip: StripModel, heights: Sequence[float], refinement: float, progress: Callable[[str], None] | None = None
 ) -> list[HeightResult]:
     """Run all heights, ascending, each lifted on from the last; lengths in L*.
 
@@ -300,8 +300,8 @@ def run(
     refinement
         Factor on all element lengths (:mod:`stripfold.analysis.planning`).
     solid
-        Further options of :class:`.Strip`.
+        Further options of :class:`.StripModel`.
     """
     unit = material.gravity_length
-    strip = Strip(length / unit, material.relative_thickness, material.nu, **solid)  # type: ignore[arg-type]
+    strip = StripModel(length / unit, material.relative_thickness, material.nu, **solid)  # type: ignore[arg-type]
     return dataset(material, length, at_heights(strip, heights, refinement, progress))

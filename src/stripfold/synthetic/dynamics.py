@@ -10,7 +10,7 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline, CubicSpline
 
 from stripfold.analysis import moving_gripper as passing
-from stripfold.analysis.static import Strip
+from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
 from stripfold.material import Material
 from stripfold.scene import checked_strip
@@ -82,7 +82,7 @@ def from_dynamics(scene: Scene) -> History:
     unit = material.gravity_length
     clock = sqrt(unit / material.gravity)
     found = passing.run(
-        Strip(length / unit, material.relative_thickness, kind=asked.model),
+        StripModel(length / unit, material.relative_thickness, kind=asked.model),
         scene.gripper.height / unit,
         asked.friction,
         scene.gripper.speed * clock / unit,

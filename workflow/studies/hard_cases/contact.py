@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import nan
 
 from stripfold import elastica
-from stripfold.analysis.static import End, Strip, lift_off, solve_height
+from stripfold.analysis.static import End, StripModel, lift_off, solve_height
 from stripfold.errors import CoarseMeshError, InvalidInputError, SolveError
 from stripfold.scene import Scene, require_long_enough
 from studies.hard_cases.case import Case, Finding, iterations
@@ -18,12 +18,12 @@ BESIDE = 0.04
 
 def _grazing(side: float, refinement: float) -> Finding:
     """So thin that the elastica's limit is the strip's."""
-    return end_against_elastica(Strip(9.0, 0.02), elastica.touch_limit() + side * BESIDE, refinement)
+    return end_against_elastica(StripModel(9.0, 0.02), elastica.touch_limit() + side * BESIDE, refinement)
 
 
 def _lifted(length: float, refinement: float) -> Finding:
     """Too short to snap: followed until next to nothing lies, on the elastica of the same free length."""
-    run = solve_height(Strip(length, PAPERS), 3.0, refinement, past=0.0)
+    run = solve_height(StripModel(length, PAPERS), 3.0, refinement, past=0.0)
     free = lift_off(run.problem.model, run.last)
     value = run.last.lam if run.end is End.LIFTED else nan
     return Finding(value, elastica.state_at(3.0, free).advance, 0.15 * refinement, iterations(run))
@@ -38,7 +38,7 @@ def _on_the_floor(_: float) -> None:
 
 
 def _low(height: float, thickness: float, refinement: float) -> Finding:
-    return end_against_elastica(Strip(9.0, thickness), height, refinement)
+    return end_against_elastica(StripModel(9.0, thickness), height, refinement)
 
 
 CASES = (

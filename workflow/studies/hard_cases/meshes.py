@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from stripfold import elastica
-from stripfold.analysis.static import Strip
+from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
 from stripfold.errors import CrushedError, InvalidInputError, SolveError
 from stripfold.models.model import Model
@@ -69,14 +69,14 @@ CASES = (
         "very coarse mesh",
         MESHES,
         "lambda_c, elastica",
-        lambda r: end_against_elastica(Strip(9.0, PAPERS), 3.0, 4.0 * min(r, 1.5)),
+        lambda r: end_against_elastica(StripModel(9.0, PAPERS), 3.0, 4.0 * min(r, 1.5)),
         (SolveError,),
     ),
     Case(
         "very fine mesh",
         MESHES,
         "lambda_c, elastica",
-        lambda r: end_against_elastica(Strip(9.0, PAPERS), 3.0, 0.25 * r),
+        lambda r: end_against_elastica(StripModel(9.0, PAPERS), 3.0, 0.25 * r),
     ),
     Case("leaning elements", DISTORTED, "droop of a cantilever, elastica", lambda _: _droop(0.25, 3e-3)),
     Case("elements all but turned over", CRUSHED, "droop of a cantilever, elastica", lambda _: _droop(0.475, 1e-2)),

@@ -9,7 +9,7 @@ from math import nan
 import numpy as np
 
 from stripfold import elastica
-from stripfold.analysis.static import NEAR, X_STEPS, End, Strip, XRun, along_x, lift, solve_height
+from stripfold.analysis.static import NEAR, X_STEPS, End, StripModel, XRun, along_x, lift, solve_height
 from stripfold.errors import NewtonError, SolveError
 from stripfold.models.model import Model
 from stripfold.solve import newton
@@ -19,7 +19,7 @@ from studies.hard_cases.case import Case, Finding, iterations
 from studies.hard_cases.strips import PAPERS, SHIFT, mesh_error
 
 STEPS, STARTS = "very large and very small steps", "starts from bad guesses"
-STRIP, HEIGHT = Strip(9.0, PAPERS), 3.0
+STRIP, HEIGHT = StripModel(9.0, PAPERS), 3.0
 Start = tuple[Model, Equilibrium]
 
 

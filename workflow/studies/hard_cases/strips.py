@@ -10,7 +10,16 @@ import numpy as np
 from stripfold import elastica
 from stripfold.analysis import locate_rod as quick
 from stripfold.analysis.critical_point import find
-from stripfold.analysis.static import X_STEPS, End, Strip, along_x, lift, no_horizontal_force, solve_height, transfer
+from stripfold.analysis.static import (
+    X_STEPS,
+    End,
+    StripModel,
+    along_x,
+    lift,
+    no_horizontal_force,
+    solve_height,
+    transfer,
+)
 from stripfold.errors import ContinuationError, InvalidInputError
 from stripfold.problem import AlongX, StripProblem
 from stripfold.scene import Scene
@@ -29,7 +38,7 @@ def mesh_error(refinement: float) -> float:
     return 0.02 * refinement
 
 
-def end_against_elastica(strip: Strip, height: float, refinement: float) -> Finding:
+def end_against_elastica(strip: StripModel, height: float, refinement: float) -> Finding:
     """Where the advance ends, and that it ends for the elastica's reason."""
     run, truth = solve_height(strip, height, refinement, past=0.0), elastica.critical(height)
     end = truth.state or (truth.touch.state if truth.touch else None)
@@ -38,7 +47,7 @@ def end_against_elastica(strip: Strip, height: float, refinement: float) -> Find
     return Finding(value, end.advance, mesh_error(refinement) + SHIFT * strip.thickness**2, iterations(run))
 
 
-def rod_lambda_c(strip: Strip, height: float, refinement: float) -> float:
+def rod_lambda_c(strip: StripModel, height: float, refinement: float) -> float:
     """Of the fast rod; nan where it does not snap."""
     found = quick.run(strip, quick.Foretold.at(height), min(refinement, 1.0))
     return found.lam if found.end is End.SNAP else nan
@@ -46,28 +55,28 @@ def rod_lambda_c(strip: Strip, height: float, refinement: float) -> float:
 
 def _thin(refinement: float) -> Finding:
     """Lifted fifty times thicker: without horizontal force the thickness moves it by next to nothing."""
-    (_, model, state) = next(lift(Strip(9.0, 5e-3), [3.0]))
-    run, truth = along_x(Strip(9.0, 9e-5), 3.0, (model, state), refinement, past=0.0), elastica.critical(3.0)
+    (_, model, state) = next(lift(StripModel(9.0, 5e-3), [3.0]))
+    run, truth = along_x(StripModel(9.0, 9e-5), 3.0, (model, state), refinement, past=0.0), elastica.critical(3.0)
     return Finding(run.last.lam if run.end is End.SNAP else nan, truth.advance, mesh_error(refinement), iterations(run))
 
 
 def _thin_rod(refinement: float) -> Finding:
     truth = elastica.critical(3.0).advance
-    return Finding(rod_lambda_c(Strip(9.0, 9e-5, kind="rod"), 3.0, refinement), truth, 1e-4 * truth)
+    return Finding(rod_lambda_c(StripModel(9.0, 9e-5, kind="rod"), 3.0, refinement), truth, 1e-4 * truth)
 
 
 def _thick(refinement: float) -> Finding:
     """Two elements across and half as long ones along are another discretisation of the same strip."""
-    run = solve_height(Strip(9.0, 0.2), 3.0, 2.0 * refinement, past=0.0)
-    other = solve_height(Strip(9.0, 0.2, across=2), 3.0, refinement, past=0.0)
+    run = solve_height(StripModel(9.0, 0.2), 3.0, 2.0 * refinement, past=0.0)
+    other = solve_height(StripModel(9.0, 0.2, across=2), 3.0, refinement, past=0.0)
     same = run.end is other.end is End.SNAP
     count = iterations(run) + iterations(other)
     return Finding(run.last.lam if same else nan, other.last.lam, mesh_error(2.0 * refinement), count)
 
 
 def _thick_rod(thickness: float, refinement: float) -> Finding:
-    solid = solve_height(Strip(9.0, thickness), 3.0, refinement, past=0.0)
-    rod = rod_lambda_c(Strip(9.0, thickness, kind="rod"), 3.0, refinement)
+    solid = solve_height(StripModel(9.0, thickness), 3.0, refinement, past=0.0)
+    rod = rod_lambda_c(StripModel(9.0, thickness, kind="rod"), 3.0, refinement)
     return Finding(rod, solid.last.lam, mesh_error(refinement), iterations(solid))
 
 
@@ -105,7 +114,7 @@ def _stiffest_refused(_: float) -> None:
 
 def _taut(refinement: float) -> Finding:
     """The gripper goes back until the strip pulls: the horizontal force, against the elastica of the same advance."""
-    strip, height, free = Strip(30.0, 0.01, kind="rod"), 3.0, 16.0
+    strip, height, free = StripModel(30.0, 0.01, kind="rod"), 3.0, 16.0
     truth = _longer(elastica.state_no_horizontal_force(height), free)
     # The elastica does not stretch.
     stretch = (truth.force_x + 0.5 * height * free / strip.length) * strip.length * strip.thickness**2 / 12.0
@@ -148,10 +157,16 @@ CASES = (
     Case("eta_b = 1e8, solid", DECADES, "lambda_c, elastica", lambda r: _one_decade(1e8, r)),
     Case("eta_b = 1e-1, usual eta_m", DECADES, "no strip: an error", _stiffest_refused, (InvalidInputError,)),
     Case(
-        "long, low", LONG, "lambda_c at L = 60, z = 3 L*", lambda r: end_against_elastica(Strip(60.0, PAPERS), 3.0, r)
+        "long, low",
+        LONG,
+        "lambda_c at L = 60, z = 3 L*",
+        lambda r: end_against_elastica(StripModel(60.0, PAPERS), 3.0, r),
     ),
     Case(
-        "long, high", LONG, "lambda_c at L = 60, z = 10", lambda r: end_against_elastica(Strip(60.0, PAPERS), 10.0, r)
+        "long, high",
+        LONG,
+        "lambda_c at L = 60, z = 10",
+        lambda r: end_against_elastica(StripModel(60.0, PAPERS), 10.0, r),
     ),
     Case("pulled back", TAUT, "horizontal force, elastica", _taut, (ContinuationError,)),
 )
