@@ -14,9 +14,9 @@ import xarray as xr
 from stripfold import elastica, store
 from stripfold.analysis.static import StripModel
 from studies import peers, peers_ours
-from studies.peers import CRITICAL, EQUILIBRIUM
+from studies.peers import COUNTERPARTS, CRITICAL, EQUILIBRIUM, table
 from studies.plots import peers as plot
-from studies.summary.peers import OURS, summarise, table
+from studies.summary import facts
 
 FOLDER = Path(__file__).parents[1] / "workflow" / "peers"
 SCENE = {"length": 12.0, "thickness": 0.05, "height": 3.0, "lam": 8.0, "repeats": 1}
@@ -131,7 +131,7 @@ def answered() -> xr.Dataset:
         rows.append({**row, "error": error, "failed": failed})
     programs = {name: {"model": name, "version": "", EQUILIBRIUM: "", CRITICAL: ""} for name in ("solid", "rod")}
     programs["elastica"] = dict(programs["rod"], model="elastica")
-    for name, ours in OURS.items():
+    for name, ours in COUNTERPARTS.items():
         programs[name] = {"model": ours, "version": "1.0", EQUILIBRIUM: "", CRITICAL: "finds none"}
     programs["pyelastica"][EQUILIBRIUM] = "not installed"
     programs["auto"][CRITICAL] = ""
@@ -145,16 +145,14 @@ def test_times_to_a_tolerance_and_ratios(tmp_path: Path) -> None:
     # The fastest that is good enough, not the last one.
     np.testing.assert_array_equal(times.sel(program="mujoco"), [0.3, 2.0, np.nan])
     np.testing.assert_array_equal(times.sel(program="solid"), [0.5, 0.5, 2.0])
-    summary = summarise({"peers": data}, {"peers": "peers.nc"})
-    values = {key: (item["value"], item["holds"]) for key, item in summary.items()}
-    assert values == {
-        "peer_ratio_felupe": (2.0, False),
-        "peer_ratio_mujoco": (20.0, True),
-        "peer_ratio_auto": (0.5, True),
-        "peer_ratio_auto_critical": (0.2, True),
+    found = {one["key"]: one for one in facts.peers(data)}
+    assert {key: (pytest.approx(one["ratio"]), one["both"]) for key, one in found.items()} == {
+        "felupe": (2.0, False),
+        "mujoco": (20.0, True),
+        "auto": (0.5, True),
+        "auto_critical": (0.2, True),
     }
-    assert "it reached 3e-03 only" in summary["peer_ratio_felupe"]["statement"]
-    assert summarise({}, {}) == {}
+    assert "it reached 3e-03 only" in found["felupe"]["note"]
 
 
 def test_table_says_why() -> None:

@@ -12,13 +12,12 @@ import xarray as xr
 
 import stripfold.material
 from stripfold import store
-from studies import cold_run, effects, profiling
-from studies.random_paths import OTHERWISE
+from studies import cold_run, effects, peers, profiling
+from studies.accuracy import presets
+from studies.hard_cases import run as hard_cases
+from studies.random_paths import CONTRADICTED
 from studies.schemes import CONSERVING, DEFAULT
-from studies.summary import peers as summary_peers
-from studies.summary.accuracy import presets
-from studies.summary.entry import fill_table, markers
-from studies.summary.run import markdown, summarise
+from studies.summary.run import fill_table, markdown, markers, summarise
 
 ROOT = Path(__file__).parents[1]
 
@@ -174,6 +173,7 @@ def of_paths() -> dict[str, xr.Dataset]:
     benchmark = xr.Dataset({"wall": ("repeat", [12.0]), "memory": ((), 150.0), "error": ((), 1e-3)})
     hard = xr.Dataset(
         {
+            "name": ("case", np.array([f"case {i}" for i in range(40)], dtype=object)),
             "failed": ("case", np.zeros(40)),
             "outcome": ("case", np.array(["value"] * 30 + ["NewtonError"] * 10, dtype=object)),
         }
@@ -284,54 +284,35 @@ def entries(data: dict[str, xr.Dataset]) -> dict:
 
 
 def test_all_keys_and_all_hold() -> None:
+    """Of every number that is stored; those for each eta_m and each program depend on what was run."""
     summary = entries(datasets())
-    asked = {
-        "solid_limit_error",
-        "order_lambda_c",
-        "branch_jumps",
-        "branch_cases",
-        "time_solid_lambda_c",
-        "memory_solid_lambda_c",
-        "dynamics_order",
-        "dynamics_energy_drift",
-        "modes_error",
-        "lag_exponent",
-        "lag_exponent_damped",
-        "lag_limit_error",
-        "time_fall",
-        "tangency_error_max",
-        "friction_ratio_max",
-        "first_touch_triangular",
-        "first_touch_circular",
-        "rpath_completed",
-        "random_paths",
-        "random_paths_undecided",
-        "hard_cases",
-        "hard_cases_failed",
-        "time_assess",
-        "calibration_rms",
-        "charuco_rms",
-        "centreline_rms",
-        "centreline_span",
-        "lambda_coverage",
-        "lambda_bias",
-        "lambda_sd",
-        "recordings",
-        "recordings_failed",
-        "measured_above_model",
-        "tracking_rate",
-        "effects_overhead",
-        "effects_undetected",
-        "time_all",
-        "time_solid_1e-3",
-        "time_rod_1e-3",
-        "time_elastica",
-        "estimate_coverage",
-    }
-    assert asked <= set(summary)
+    stored = json.loads((ROOT / "results" / "summary.json").read_text(encoding="utf-8"))
+    assert {key for key in stored if not key.startswith(("peer_ratio_", "solid_limit_error_"))} <= set(summary)
     for key, item in summary.items():
-        assert set(item) == {"value", "unit", "statement", "criterion", "holds", "source"}, key
+        assert {"value", "unit", "statement", "criterion", "holds", "source", "datasets"} == set(item), key
         assert item["holds"] is True, key
+    assert summary["collapse_deviation"]["datasets"] == ["points", "master"]
+    assert summary["collapse_deviation"]["source"] == "points.nc"
+
+
+def test_of_the_repository() -> None:
+    project = xr.Dataset(attrs={"stale": "", "studies": 28, "package_lines": 15123, "ci_seconds": 470.0})
+    summary = entries({**datasets(), "project": project})
+    assert [summary[key]["value"] for key in ("stale_studies", "package_lines", "ci_seconds")] == [0, 15123, 470.0]
+    assert all(summary[key]["holds"] for key in ("stale_studies", "package_lines", "ci_seconds"))
+    late = project.assign_attrs(stale="lag, falls", ci_seconds=481.0)
+    summary = entries({**datasets(), "project": late})
+    assert summary["stale_studies"]["value"] == 2
+    assert summary["stale_studies"]["statement"].endswith("lag, falls")
+    assert not summary["stale_studies"]["holds"]
+    assert not summary["ci_seconds"]["holds"]
+
+
+def test_a_sample_is_named_by_its_seed() -> None:
+    data = datasets()
+    assert "seed not stored" in entries(data)["branch_jumps"]["statement"]
+    data["branches"].attrs["seed"] = 12
+    assert "2000 random strips (seed 12)" in entries(data)["branch_jumps"]["statement"]
 
 
 @pytest.mark.parametrize(
@@ -389,7 +370,7 @@ def test_all_keys_and_all_hold() -> None:
         ("friction", "two_ways", 0.0, "rpath_two_ways"),
         ("friction", "suffices", 0.2, "friction_moment_max"),
         ("friction_steps", "suffices", 0.1, "friction_step_k_f"),
-        ("random_paths", "message", OTHERWISE, "random_paths_undecided"),
+        ("random_paths", "message", CONTRADICTED, "random_paths_undecided"),
         ("random_paths", "message", "", "random_paths_undecided"),
         ("hard_cases", "failed", 1.0, "hard_cases_failed"),
         ("hard_cases", "failed", np.nan, "hard_cases_failed"),
@@ -480,7 +461,7 @@ def test_what_is_laid_down_does_not_count_as_a_fall() -> None:
     found = entries(data)["first_touch_circular"]
     assert found["holds"] is True
     assert found["value"] == pytest.approx(0.7)
-    assert "-1.000" in found["statement"]
+    assert "do not count: -1.00" in found["statement"]
 
 
 def test_too_few_random_paths_or_too_many_undecided() -> None:
@@ -493,7 +474,7 @@ def test_too_few_random_paths_or_too_many_undecided() -> None:
     data["random_paths"]["outcome"][:21] = "undecided"
     assert entries(data)["random_paths_undecided"]["holds"] is False
     data = datasets()
-    data["random_paths"]["message"][-1] = OTHERWISE
+    data["random_paths"]["message"][-1] = CONTRADICTED
     assert entries(data)["random_paths_undecided"]["holds"] is False
 
 
@@ -503,6 +484,7 @@ def test_too_few_hard_cases_or_one_that_failed() -> None:
     found = entries(data)
     assert found["hard_cases_failed"]["holds"] is False
     assert found["hard_cases_failed"]["value"] == 1
+    assert found["hard_cases_failed"]["statement"].endswith("case 7")
     data["hard_cases"] = data["hard_cases"].isel(case=slice(0, 24))
     assert entries(data)["hard_cases"]["holds"] is False
 
@@ -593,8 +575,9 @@ def test_texts_quote_what_is_stored() -> None:
             for name in profiling.SUBJECTS
         ),
         ("docs/numerics.md", "cold run", cold_run.table(store.read(kept / "cold_run.nc"))),
+        ("docs/hard-cases.md", "hard cases", hard_cases.markdown(store.read(kept / "hard_cases.nc"))),
         ("docs/effects.md", "effects", effects.markdown(store.read(kept / "effects.nc"))),
-        ("docs/peers.md", "times", summary_peers.table(store.read(kept / "peers.nc"))),
+        ("docs/peers.md", "times", peers.table(store.read(kept / "peers.nc"))),
     ):
         text = (ROOT / path).read_text(encoding="utf-8")
         assert fill_table(text, name, table) == text, "run `snakemake readme`"

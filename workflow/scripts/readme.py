@@ -4,18 +4,16 @@ from pathlib import Path
 from _run import logged
 
 from stripfold import store
-from studies import cold_run, effects, profiling
+from studies import accuracy, cold_run, effects, peers, profiling
 from studies.hard_cases import run as hard_cases
-from studies.summary import accuracy as summary_accuracy
-from studies.summary import peers as summary_peers
 from studies.summary import run as summary
-from studies.summary.entry import fill_table
+from studies.summary.run import fill_table
 
 with logged(snakemake):
     numbers = json.loads(Path(snakemake.input.summary).read_text(encoding="utf-8"))
     data = {name: store.read(path) for name, path in snakemake.input.items() if name != "summary"}
     pages = {
-        "README.md": {"presets": summary_accuracy.presets(data["accuracy"]), "numbers": summary.markdown(numbers)},
+        "README.md": {"presets": accuracy.presets(data["accuracy"]), "numbers": summary.markdown(numbers)},
         "docs/numerics.md": {
             **{
                 f"profile of {name}": profiling.table(data["profiling"].sel(subject=name))
@@ -25,7 +23,7 @@ with logged(snakemake):
         },
         "docs/hard-cases.md": {"hard cases": hard_cases.markdown(data["hard_cases"])},
         "docs/effects.md": {"effects": effects.markdown(data["effects"])},
-        "docs/peers.md": {"times": summary_peers.table(data["peers"])} if "peers" in data else {},
+        "docs/peers.md": {"times": peers.table(data["peers"])} if "peers" in data else {},
     }
     for name, tables in pages.items():
         text = Path(name).read_text(encoding="utf-8")

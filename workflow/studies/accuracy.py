@@ -292,3 +292,20 @@ def _of_places(along: Array, place: Array, length: float) -> Shape:
         return np.where((s > lift_off)[:, None], lies, free(np.minimum(s, lift_off)))
 
     return shape
+
+
+def presets(times: xr.Dataset) -> str:
+    """One row per accuracy and model asked for, as a table in Markdown: what was chosen, its time and its error.
+
+    Times and errors are the largest over the heights with a snap.
+    """
+    rows = ["| `--accuracy` | `--model` | chosen | time | estimated error | true error |", "|---|---|---|---|---|---|"]
+    snaps = times.sel(height=times["snaps"] > 0)
+    for accuracy in times["accuracy"].values:
+        for asked in times["asked"].values:
+            one = snaps.sel(accuracy=accuracy, asked=asked)
+            chosen = ", ".join(dict.fromkeys(str(name) for name in one["preset_model"].values))
+            told, error = (float(np.abs(one[name]).max()) for name in ("preset_estimate", "preset_error"))
+            seconds = float(one["preset_seconds"].max())
+            rows.append(f"| {accuracy:.0e} | `{asked}` | {chosen} | {seconds:.2g} s | {told:.0e} | {error:.0e} |")
+    return "\n".join(rows) + "\n"

@@ -32,6 +32,12 @@ EQUILIBRIUM, CRITICAL = "equilibrium", "critical"
 QUESTIONS = (EQUILIBRIUM, CRITICAL)
 TOLERANCES = (1e-2, 1e-3, 1e-4)
 """Errors to which times are told, L*."""
+COUNTERPARTS = {"felupe": "solid", "mujoco": "rod", "pyelastica": "rod", "auto": "elastica"}
+"""The one of our models with whose time a program's is compared."""
+TITLES = {"felupe": "felupe", "mujoco": "MuJoCo", "pyelastica": "PyElastica", "auto": "AUTO-07p"}
+"""How the programs write themselves."""
+RATIO_TOLERANCE = 1e-3
+"""Error at which times are compared, L*."""
 REFERENCE = {"solid": 0.25, "rod": 0.125}
 """Refinement of the solution that is taken for the truth."""
 OURS: Mapping[str, Mapping[str, tuple[float, ...]]] = {
@@ -302,3 +308,49 @@ def _ask(name: str, scene: dict[str, Any], folder: Path) -> tuple[str, dict[str,
         return "", json.loads(done.stdout)
     except ValueError as error:
         raise StripfoldError(f"the script of {name} printed no answer: {error}") from error
+
+
+def fastest(peers: xr.Dataset, name: str, question: str) -> tuple[float, float]:
+    """Least time of a program to :data:`RATIO_TOLERANCE`, else that of its most accurate run; and the error reached."""
+    seconds = float(peers["time"].sel(program=name, question=question, accuracy=RATIO_TOLERANCE))
+    runs = runs_of(peers, name, question)
+    if np.isfinite(seconds) or not runs.sizes["run"]:
+        return seconds, RATIO_TOLERANCE
+    best = runs.isel(run=int(np.argmin(runs["error"].values)))
+    return float(best["seconds"]), float(best["error"])
+
+
+def runs_of(peers: xr.Dataset, name: str, question: str) -> xr.Dataset:
+    """The runs of one program on one question that have a solution."""
+    which = (peers["name"] == name) & (peers["asked"] == question) & np.isfinite(peers["error"])
+    return peers[["seconds", "error", "setting"]].isel(run=np.flatnonzero(which.values))
+
+
+def table(peers: xr.Dataset) -> str:
+    """The page's table: times to each tolerance, or why there are none."""
+    tolerances = [f"{tolerance:.0e}".replace("e-0", "e-") for tolerance in peers["accuracy"].values]
+    columns = [f"{question}, {tolerance}" for question in QUESTIONS for tolerance in tolerances]
+    rows = ["| program | version | model | " + " | ".join(columns) + " |", "|---" * (3 + len(columns)) + "|"]
+    for name in peers["program"].values:
+        one = peers.sel(program=name)
+        cells = [TITLES.get(name, f"**{name}**, ours"), str(one["version"].item()) or "this one"]
+        cells.append(str(one["model"].item()))
+        for question in QUESTIONS:
+            times = one["time"].sel(question=question).values
+            cells += ["-" if np.isnan(seconds) else f"{seconds:.2g} s" for seconds in times]
+        rows.append("| " + " | ".join(cells) + " |")
+    reasons = [
+        f"* {TITLES[name]}, {question}: {reason}."
+        for name in TITLES
+        for question in QUESTIONS
+        if (reason := str(peers["reason"].sel(program=name, question=question).item()))
+    ]
+    failed = [
+        f"* {TITLES.get(str(run['name'].item()), run['name'].item())}, {run['asked'].item()}, {run['setting'].item()}: "
+        f"{run['failed'].item()}."
+        for run in (peers.isel(run=i) for i in range(peers.sizes["run"]))
+        if run["failed"].item()
+    ]
+    parts = ["\n".join(rows), "No answer, because it", "\n".join(reasons)]
+    parts += ["Runs without a solution:", "\n".join(failed)] if failed else []
+    return "\n\n".join(parts) + "\n"

@@ -33,7 +33,7 @@ SHORTER = 0.5
 """Factor on the steps of the second run; its mesh has other elements by this factor's root."""
 FINER = (1.0, 2.0, 4.0)
 """How many times finer elements an undecided case gets, in turn."""
-OTHERWISE = "the second run says otherwise"
+CONTRADICTED = "the second run contradicts the first"
 SEGMENTS = (3, 6)
 ROWS_PER_SEGMENT = 40
 
@@ -128,7 +128,7 @@ def _outcome(asked: Case, refinement: float) -> dict[str, Any]:
     if found.stable != again.stable and _at_the_touch(found, again):
         return {**row, "outcome": "close", "message": "the sag touches where the strip would become critical"}
     if found.stable != again.stable or abs(row["critical"] - row["again"]) > SAME_PLACE:
-        return {**row, "outcome": "undecided", "message": OTHERWISE}
+        return {**row, "outcome": "undecided", "message": CONTRADICTED}
     return {**row, "outcome": "stable" if found.stable else "critical"}
 
 

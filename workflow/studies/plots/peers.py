@@ -6,8 +6,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from stripfold.plots.style import figure, look, note, styled
-from studies.peers import QUESTIONS
-from studies.summary.peers import NAMES, runs_of
+from studies.peers import QUESTIONS, TITLES, runs_of
 
 LABELS = {"equilibrium": "error of the centre-line $/\\,L^*$", "critical": "error of $\\lambda_c\\,/\\,L^*$"}
 
@@ -26,7 +25,7 @@ def draw(data: xr.Dataset) -> Figure:
     for ax, question, letter in zip(axes, QUESTIONS, "ab", strict=True):
         for i, name in enumerate(data["program"].values):
             runs = runs_of(data, name, question).sortby("seconds")
-            how, ours = look(i), name not in NAMES
+            how, ours = look(i), name not in TITLES
             ax.plot(
                 runs["seconds"],
                 runs["error"],
@@ -34,7 +33,7 @@ def draw(data: xr.Dataset) -> Figure:
                 marker=how.marker,
                 lw=2.2 if ours else 1.0,
                 ms=5.0 if ours else 3.5,
-                label=f"ours: {name}" if ours else NAMES[name],
+                label=f"ours: {name}" if ours else TITLES[name],
             )
         ax.set(xscale="log", yscale="log", ylabel=LABELS[question])
         note(ax, f"({letter}) {question}", "lower left")

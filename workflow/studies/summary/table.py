@@ -1,0 +1,307 @@
+"""The table of numbers: what each is, where it is from, and the criterion it has to meet.
+
+Keys, statements and criteria are templates of the facts about the source (:mod:`.facts`), in which ``d`` is the dataset
+itself.  A criterion that begins with a bound, like ``< 1e-3``, bounds the value; ``also`` judges whatever else it says.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import NamedTuple
+
+from studies.summary import facts
+from studies.summary.facts import Facts
+
+
+class Number(NamedTuple):
+    """A number, or one for each of its source's facts where there are several.
+
+    Attributes
+    ----------
+    key, value
+        Its name, and the name of the fact that it is.
+    unit, digits
+        "count" makes it an integer; significant digits.
+    """
+
+    key: str
+    value: str
+    unit: str
+    digits: int
+    criterion: str
+    statement: str
+    also: Callable[[SimpleNamespace], bool] = lambda f: True
+
+
+class Source(NamedTuple):
+    """Names of the datasets, separated by spaces, the first of which is quoted; the facts about them; the numbers."""
+
+    names: str
+    facts: Callable[..., Facts | list[Facts]]
+    numbers: tuple[Number, ...]
+
+
+# A table: one formatted argument per line would take five times the space.
+# fmt: off
+SOURCES = (
+    # The repository itself: whoever summarises supplies this dataset.
+    Source("project", facts.project, (
+        Number("stale_studies", "stale", "count", 4, "= 0",
+            "stored studies, of {studies}, whose code, configuration or libraries have changed since: {names}"),
+        Number("package_lines", "package_lines", "count", 9, "no criterion; about 15000 is the aim",
+            "lines of `src/stripfold/**/*.py`"),
+        Number("ci_seconds", "ci_seconds", "s", 3, "<= 480 s", "time of one run of the checks, `.ci/run`, two cores"),
+    )),
+    # The x-axis study.
+    Source("points", facts.points, (
+        Number("critical_points", "found", "count", 4, ">= 40", "critical points of the x-axis study, all materials"),
+        Number("heights_without_snap", "no_snap", "count", 4, "> 0",
+            "heights of that study at which the sag touches the floor layer before lambda has a maximum: no snap"),
+        Number("lambda_c_error_max", "error", "1", 2, "< 1e-3",
+            "largest estimated relative discretisation error of lambda_c, all {found} critical points"),
+        Number("bracket_max", "bracket", "L*", 2, "<= 1e-6 L*",
+            "widest bracket of lambda_c, all {found} critical points"),
+    )),
+    Source("points master", facts.deviation, (
+        Number("collapse_deviation", "deviation", "1", 2, "< 1e-2",
+            "largest relative distance of the solid's lambda_c (eta_m as configured) from the elastica's master "
+            "curve, all {found} critical points"),
+    )),
+    Source("master", lambda d: {"z": d.attrs["touch_limit"]}, (
+        Number("touch_limit", "z", "L*", 7, "1.58617 to 1e-5",
+            "height below which the elastica's sag touches the floor layer before the strip can snap",
+            lambda f: abs(f.z - 1.58617) < 1e-5),
+    )),
+    # The models: verification, accuracy, time.
+    Source("limit", facts.limit, (
+        Number("solid_limit_error_{eta_m:.0e}", "error", "1", 3, "{rule}",
+            "|solid - elastica| / elastica in lambda_c at z = {d.attrs[height_star]:g} L*, eta_m = {eta_m:.0e}, mesh "
+            "error {mesh:.0e}{order}", lambda f: f.first_order),
+    )),
+    Source("limit", lambda d: facts.limit(d)[-1], (
+        Number("solid_limit_error", "error", "1", 3, "< 1e-5",
+            "|solid - elastica| / elastica in lambda_c at the smallest eta_m, {eta_m:.0e}"),
+    )),
+    Source("order", lambda d: {"order": d.order, "finest": d.error[-1]}, (
+        Number("order_lambda_c", "order", "1", 3, "> 1.5, and the error of the finest mesh < 5e-3 L*",
+            "observed order of lambda_c in the element size on uniform meshes, errors rms over mesh phases",
+            lambda f: f.finest < 5e-3),
+    )),
+    Source("branches", facts.branches, (
+        Number("branch_cases", "cases", "count", 4, ">= 2000",
+            "random strips ({seed}) run on the solid and compared with the elastica"),
+        Number("branch_jumps", "wrong", "count", 4, "= 0",
+            "runs on another branch than the elastica's, of {cases} random strips ({seed}); the {failed} that ended "
+            "in an error have no branch and count in `branch_failures`"),
+        Number("branch_failures", "failed", "count", 4, "= 0",
+            "runs that ended in a typed error instead of a result, of {cases} random strips ({seed})"),
+    )),
+    Source("benchmark", lambda d: {"seconds": d.seconds.median(), "error": d.relative_error.max(), "mb": d.memory}, (
+        Number("time_solid_lambda_c", "seconds", "s", 3, "<= 5 s, error <= 5e-3",
+            "median time of one solid lambda_c with its error estimate ({error:.0e} relative), one core, new process",
+            lambda f: f.error <= 5e-3),
+        Number("memory_solid_lambda_c", "mb", "MB", 3, "<= 400 MB", "peak memory of that process"),
+    )),
+    Source("rod", facts.rod, (
+        Number("rod_model_error", "error", "1", 2, "< 1e-3",
+            "largest relative distance of the rod's lambda_c from the solid's up to h = {papers:g} L*, mesh errors "
+            "up to {mesh:.0e}; at h = {top:g} L* it is {thickest:.0e}"),
+    )),
+    Source("rod_benchmark", lambda d: {"seconds": d.seconds.median(), "error": d.estimated_error,
+                                    "assess": d.seconds_assess.median(), "apart": d.apart}, (
+        Number("time_rod_1e-3", "seconds", "s", 3, "<= 0.1 s, error <= 1e-3",
+            "median time of one lambda_c of the rod with its error estimate ({error:.0e} relative), one core, warm "
+            "process", lambda f: f.error <= 1e-3),
+        Number("time_assess_rod", "assess", "s", 3, "<= 1 s, difference <= 5e-3",
+            "median time of one R-path assessed on the rod with its fall, one core, warm process; critical point and "
+            "first touch differ from the solid's by {apart:.0e} of the length", lambda f: f.apart <= 5e-3),
+    )),
+    Source("accuracy", facts.accuracy, (
+        Number("time_solid_1e-3", "seconds", "s", 3, "<= 1 s, estimate and true errors <= 1e-3",
+            "median time of one solid lambda_c with its error estimate ({estimate:.0e} relative) at z = {z:g} L*, one "
+            "core, warm process; at all heights at most {slowest:.2g} s, true errors at most {off:.0e}",
+            lambda f: f.estimate <= 1e-3 and f.off <= 1e-3),
+        Number("time_elastica", "elastica", "s", 3, "<= 0.02 s, difference <= 1e-9",
+            "median time of the elastica's critical point at z = {z:g} L*, one core, warm process; at all heights at "
+            "most {slowest_elastica:.2g} s and {apart:.0e} from the solution on a finer grid",
+            lambda f: f.apart <= 1e-9),
+    )),
+    Source("estimates", facts.estimates, (
+        Number("estimate_coverage", "share", "1", 3, ">= 0.95, of 300 scenes or more",
+            "share of {cases} random scenes ({seed}) whose true error of lambda_c is within its estimate (by the "
+            "model asked for: {by_model}); the {missing} without a number count as outside",
+            lambda f: f.cases >= 300),
+    )),
+    Source("hard_cases", facts.hard_cases, (
+        Number("hard_cases", "cases", "count", 4, ">= 25",
+            "hard cases of the solver (docs/hard-cases.md); {values} end in a value that is compared with an "
+            "independent one, {errors} in a typed error"),
+        Number("hard_cases_failed", "failed", "count", 4, "= 0",
+            "hard cases, of {cases}, that do not end in the one outcome expected of them: {names}"),
+    )),
+    Source("effects", facts.effects, (
+        Number("effects_overhead", "cost", "1", 2, "< 0.05, and none changes the result",
+            "largest relative cost of an effect that is on and not needed, {d.sizes[scene]} scenes ({by_effect}; the "
+            "{solid} replaces the rod); {changed} of {idle} change the result by more than its tolerance",
+            lambda f: f.changed == 0),
+        Number("effects_undetected", "unseen", "count", 4, "= 0 of at least one, and no comparison failed",
+            "effects that are off, change the result and are not reported as missing, of {lacking}; {failed} "
+            "comparisons failed", lambda f: f.failed == 0 and f.lacking > 0),
+    )),
+    Source("cold_run", facts.cold_run, (
+        Number("time_all", "wall", "s", 3, "<= 300 s",
+            "`snakemake all` from nothing in a fresh clone on {d.attrs[cores]} cores, stored studies not redone "
+            "({jobs} jobs; most time: {most})"),
+    )),
+    # Motion in time.
+    Source("schemes", facts.schemes, (
+        Number("dynamics_order", "order", "1", 4, "> 1.9 for both",
+            "observed order of the time integrator, the smaller of {oscillator:.3f} on a linear oscillator and "
+            "{swing:.3f} on a swing of the strip (steps of {steps} sqrt(L*/g))",
+            lambda f: f.oscillator > 1.9 and f.swing > 1.9),
+        Number("dynamics_energy_drift", "drift", "1", 2, "< 1e-4",
+            "energy error of the undamped fall up to the touch over the potential energy released, scheme without "
+            "dissipation, the loss at impacts ({contact:.1%}) allowed for; the default dissipation takes "
+            "{numerical:.1%}"),
+    )),
+    Source("modes", facts.modes, (
+        Number("modes_error", "error", "1", 2, "< 0.002",
+            "largest relative error of the frequency of the motion, {d.sizes[mode]} modes of a clamped strip of "
+            "{d.attrs[length_star]:g} L* without gravity and hanging; {steps} steps per period, "
+            "{d.attrs[elements]} elements; (K, M) alone: {linear:.1e}"),
+    )),
+    Source("lag", facts.lag, (
+        Number("lag_exponent{suffix}", "slope", "1", 4, "{theory} within 0.05 or within the interval",
+            "exponent of the snap's lag in the gripper's speed, {damping}, {count} speeds from {speeds} sqrt(g L*), 95 "
+            "% interval +- {half_width:.3f}; the lags are {ratios} times those of the normal form",
+            lambda f: f.apart < max(0.05, f.half_width)),
+    )),
+    Source("lag", facts.lag_limit, (
+        Number("lag_limit_error", "error", "L*", 2, "< 0.001 L*",
+            "lambda at the snap, extrapolated to zero speed, less the static lambda_c (in air: {damped:.1e} L*)"),
+    )),
+    Source("falls", facts.falls, (
+        Number("falls", "cases", "count", 4, ">= 6", "falls of the study, each with other settings"),
+        Number("falls_failed", "failed", "count", 4, "= 0", "falls, of {cases}, that end without a touch"),
+        Number("falls_penetration", "penetration", "L*", 4, "< 1e-4 L*", "deepest penetration of the floor, all falls"),
+        Number("falls_energy_gain", "gain", "1", 2, "< 1e-6", "largest energy gained, rho_a g L*^2, all falls"),
+        Number("falls_end_state", "spread", "L*", 2, "< 1e-3 L*",
+            "largest distance of the end states of {same} from that of the first fall"),
+        Number("touch_convergence", "fine", "L*", 2, "< 5e-3 L*, and less than at the halving before",
+            "change of the first touch's x when the elements are halved; at the halving before: {coarse:.1e} L*",
+            lambda f: f.fine < f.coarse),
+        Number("handed_over", "rest", "L*", 2, "< 0.01 L*",
+            "largest distance between a state at rest and the equilibrium that the static solver finds from it"),
+    )),
+    Source("fall_benchmark", facts.process, (
+        Number("time_fall", "seconds", "s", 3, "<= 20 s",
+            "median time of one `stripfold simulate` (statics, fall to rest, statics again), one core, new process"),
+        Number("memory_fall", "memory", "MB", 3, "<= 500 MB", "peak memory of that process"),
+    )),
+    # Folding paths and internal friction.
+    Source("tangency", facts.tangency, (
+        Number("tangency_error_max", "error", "L*", 2, "< 1e-3 L* for at least five lengths, none missing",
+            "largest distance of the solid's critical point on the R-path from its lambda_c(z), {lengths} L*, "
+            "{d.sizes[thickness]} thicknesses, {missing} missing; on the elastica {elastica:.0e} L*",
+            lambda f: f.missing == 0 and f.d.sizes["length"] >= 5),
+        Number("tangency_angle", "angle", "degree", 2, "less than on the thickest strip",
+            "largest angle between R-path and stability boundary at h = {thinnest:g} L*; at h = {thickest:g} L* "
+            "{angle_thick:.1f} degrees", lambda f: f.angle < f.angle_thick),
+        Number("rpath_plan_error", "plan", "1", 2, "< 1e-8",
+            "largest error of the first integral in the planned states of the R-paths"),
+    )),
+    Source("assessment", facts.assessment, (
+        Number("first_touch_{path}", "value", "L*", 4, "{bound} 0",
+            "first touch less the landing place of the folded state, {path} path, the {which} of the {falls} strips "
+            "that fall: {each} (the paper: {side} it); strips laid down without a fall do not count: {laid}"),
+    )),
+    Source("friction", facts.friction, (
+        Number("rpath_two_ways", "two", "count", 4, ">= 1",
+            "materials, of {d.sizes[material]}, whose unstable planned state has two outcomes without friction, on "
+            "the lower layer or at rest above it ({two_lengths} L* long; not: {one_lengths})"),
+        Number("rpath_completed", "completed", "count", 4, "all {d.sizes[material]}",
+            "materials whose whole R-path is followed with friction of either law, the last state within 0.05 L* of "
+            "the folded one (farthest: {farthest:.3f} L*)", lambda f: f.completed == f.d.sizes["material"]),
+        Number("friction_ratio_max", "ratio", "1", 2, "< 0.1",
+            "largest pulling force / gripper force on an R-path followed with the smallest sufficient friction, all "
+            "{d.sizes[material]} materials; medians along the path {medians}"),
+        Number("friction_moment_max", "moment", "1", 2, "< 0.1",
+            "largest sufficient M_0 / rho_a g L*^2 of bending hysteresis, all {d.sizes[material]} materials; the "
+            "smallest {least_moment:.1e}"),
+    )),
+    Source("friction_steps", facts.friction_steps, (
+        Number("friction_step_k_f", "k_f", "1", 3, "k_f times the step within a factor 1.2",
+            "smallest sufficient k_f, largest over smallest for steps of {steps} L*; k_f times the step is "
+            "{products} g", lambda f: f.spread < 1.2),
+        Number("friction_step_M_0", "M_0", "1", 3, "< 1.2",
+            "smallest sufficient M_0 of bending hysteresis, largest over smallest for the same steps"),
+    )),
+    Source("random_paths", facts.random_paths, (
+        Number("random_paths", "paths", "count", 4, ">= 200",
+            "random gripper paths ({seed}), each assessed twice ({counts}); critical points of both runs at most "
+            "{apart:.1e} L* apart"),
+        Number("random_paths_undecided", "undecided", "count", 4,
+            "a typed error for each of these; no two runs contradict each other",
+            "random paths without a verdict, of {paths} ({seed}): a typed error ({coarse} times because the result "
+            "depends on the mesh), or two runs that contradict each other ({contradicted})",
+            lambda f: f.contradicted == 0 and f.typed == f.undecided),
+    )),
+    Source("assess_benchmark", facts.process, (
+        Number("time_assess", "seconds", "s", 3, "<= 30 s, difference <= 5e-3",
+            "median time of one `stripfold assess` of an R-path with its fall, one core, new process; "
+            "{memory:.0f} MB, difference {error:.1e} of the length from half the elements",
+            lambda f: f.error <= 5e-3),
+    )),
+    # Pictures and recordings.
+    Source("calibration", facts.calibration, (
+        Number("calibration_rms", "rms", "pixel", 3, "< 0.25 pixel, no view over 3 times the median",
+            "reprojection error of the public chessboard set, all {views} views, the worst {worst:.1f} times the "
+            "median", lambda f: f.worst <= 3.0),
+    )),
+    Source("calibration", lambda d: {"rms": d.charuco_rms, "corners": int(d.charuco_corners)}, (
+        Number("charuco_rms", "rms", "pixel", 3, "< 0.25 pixel",
+            "reprojection error of the public ChArUco picture with its published camera, {corners} corners"),
+    )),
+    Source("centrelines", facts.centrelines, (
+        Number("centreline_rms", "rms", "mm", 3, "< 0.25 mm",
+            "rms distance of the centreline in the photograph of a textile from its authors' midline"),
+        Number("centreline_span", "span", "mm", 4, ">= 222 mm", "horizontal extent of that centreline"),
+    )),
+    Source("recordings_accuracy", facts.recordings_accuracy, (
+        Number("recordings", "cases", "count", 4, ">= 200", "synthetic recordings of the design ({seed})"),
+        Number("lambda_coverage", "share", "1", 3, "0.93 to 0.97, of 200 recordings or more",
+            "share of the 95 % intervals of lambda that contain the truth, {measured} measured of {cases} synthetic "
+            "recordings ({seed}); {refused} refused and {unseen} without a snap have no interval and do not count",
+            lambda f: 0.93 <= f.share <= 0.97 and f.cases >= 200),
+        Number("lambda_bias", "median", "mm", 2, "absolute value < 0.1 mm",
+            "median error of lambda at the onset in the {measured} measured recordings; mean {mean:.2f} mm",
+            lambda f: abs(f.median) < 0.1),
+        Number("lambda_sd", "sd", "mm", 2, "no criterion",
+            "standard deviation of that error, from its median absolute deviation; root mean square {rms:.2f} mm"),
+        Number("recordings_failed", "refused_share", "1", 2, "<= 0.1",
+            "share of the {cases} synthetic recordings that end in an error; in {unseen} more no snap is seen"),
+        Number("recordings_wrong", "wrong", "count", 4, "= 0 of at least one",
+            "measured lambda more than 1 mm off without a flag, of {measured} ({seed}); {flagged} are flagged and do "
+            "not count, {flagged_wrong} of them as far off", lambda f: f.measured > 0),
+    )),
+    Source("recordings", facts.recordings, (
+        Number("recordings_measured", "measured", "count", 4, ">= 40",
+            "recordings, of {all} of the configured materials, in which a snap was measured"),
+        Number("measured_above_model", "above", "1", 3, "> 0.9, as in the paper",
+            "share of the {measured} snaps measured on strips with friction that are above the frictionless model's "
+            "lambda_c; extrapolated to zero speed {zero:.2f}; recordings without a snap do not count"),
+    )),
+    Source("video_benchmark", facts.video_benchmark, (
+        Number("tracking_rate", "rate", "1/s", 3, ">= 60",
+            "frames of 1280 x 720 per second on one core, h264 ({others}), median of {d.sizes[run]} runs"),
+        Number("tracking_memory", "memory", "1", 3, "<= 1.05",
+            "peak memory with four times as many frames over that with {frames}"),
+    )),
+    Source("peers", facts.peers, (
+        Number("peer_ratio_{key}", "ratio", "1", 2, "both reach 0.001 L*",
+            "{program}'s time for {task} ({seconds:.2g} s) over that of our {ours}, both to 0.001 L*{note}",
+            lambda f: f.both),
+    )),
+)
+# fmt: on
