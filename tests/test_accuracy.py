@@ -11,15 +11,9 @@ from stripfold.analysis import (
     critical_point as critical,
 )
 from stripfold.analysis import (
-    locate_rod as quick,
-)
-from stripfold.analysis import (
-    locate_solid as near,
-)
-from stripfold.analysis import (
-    select_model as choice,
-)
-from stripfold.analysis import (
+    locate_rod,
+    locate_solid,
+    select_model,
     static,
 )
 from stripfold.analysis.model_error import model_error
@@ -34,33 +28,33 @@ LENGTH, THICKNESS, HEIGHT = 12.0, 0.0594, 3.0
 
 
 @pytest.fixture(scope="module")
-def foretold() -> quick.Foretold:
-    return quick.Foretold.at(HEIGHT)
+def prediction() -> locate_rod.ElasticaPrediction:
+    return locate_rod.ElasticaPrediction.at(HEIGHT)
 
 
 class TestNear:
-    def test_same_end_as_the_whole_branch(self, foretold: quick.Foretold):
+    def test_same_end_as_the_whole_branch(self, prediction: locate_rod.ElasticaPrediction):
         strip = StripModel(LENGTH, THICKNESS)
-        late = near.run(strip, foretold, 2.0)
+        late = locate_solid.run(strip, prediction, 2.0)
         whole = static.solve_height(strip, HEIGHT, late.problem.model.ends, past=0.0)
         assert late.end is whole.end is End.SNAP
         # Which of the teeth near the maximum is met first may differ, the slack tells.
         assert late.lam == pytest.approx(whole.lam, abs=2e-4)
-        assert near.lambda_0(late, foretold) == pytest.approx(whole.lambda_0, abs=1e-9)
+        assert locate_solid.lambda_0(late, prediction) == pytest.approx(whole.lambda_0, abs=1e-9)
         assert len(late.points) < len(whole.points)
         assert 0.0 < late.lam - late.points[0].lam < 0.2
 
     def test_touch(self):
-        foretold = quick.Foretold.at(1.2)
-        late = near.run(StripModel(LENGTH, 0.02), foretold, 2.0)
+        prediction = locate_rod.ElasticaPrediction.at(1.2)
+        late = locate_solid.run(StripModel(LENGTH, 0.02), prediction, 2.0)
         assert late.end is End.TOUCH
-        assert late.lam == pytest.approx(foretold.last.advance, abs=0.02)
+        assert late.lam == pytest.approx(prediction.last.advance, abs=0.02)
 
-    def test_bent_is_the_elasticas(self, foretold: quick.Foretold):
+    def test_bent_is_the_elasticas(self, prediction: locate_rod.ElasticaPrediction):
         model = StripModel(LENGTH, THICKNESS).model(60)
-        shape = model.mid_surface(near.bent(model, foretold.last))
-        assert shape[0] == pytest.approx([foretold.last.advance - LENGTH / 2.0, HEIGHT], abs=1e-9)
-        lying = model.s >= foretold.last.length
+        shape = model.mid_surface(locate_solid.bent(model, prediction.last))
+        assert shape[0] == pytest.approx([prediction.last.advance - LENGTH / 2.0, HEIGHT], abs=1e-9)
+        lying = model.s >= prediction.last.length
         assert shape[lying] == pytest.approx(
             np.stack([model.s[lying] - LENGTH / 2.0, np.zeros(lying.sum())], axis=1), abs=1e-12
         )
@@ -78,15 +72,15 @@ class TestChoice:
                 bound = model_error(model, h, 0.0)
                 assert 0.3 * bound < float(np.abs(one[name]).max()) < bound
 
-    def test_poisson(self, foretold: quick.Foretold):
+    def test_poisson(self, prediction: locate_rod.ElasticaPrediction):
         """It moves the solid's lambda_c by less than the bound, and by more than half of it."""
-        lam = [near.run(StripModel(LENGTH, 0.15, nu), foretold, 1.4).lam for nu in (0.0, 0.45)]
+        lam = [locate_solid.run(StripModel(LENGTH, 0.15, nu), prediction, 1.4).lam for nu in (0.0, 0.45)]
         bound = model_error("rod", 0.15, 0.45) - model_error("rod", 0.15, 0.0)
         assert 0.5 * bound < abs(lam[1] / lam[0] - 1.0) < bound
 
-    def test_cheapest_that_meets_it(self, foretold: quick.Foretold):
+    def test_cheapest_that_meets_it(self, prediction: locate_rod.ElasticaPrediction):
         def first(accuracy: float, thickness: float, nu: float = 0.0, length: float = LENGTH) -> str:
-            return choice.candidates(foretold, length, thickness, nu, accuracy)[0]
+            return select_model.candidates(prediction, length, thickness, nu, accuracy)[0]
 
         assert first(1e-2, 0.06) == "elastica"
         assert first(1e-3, 0.06) == "rod"
@@ -95,24 +89,24 @@ class TestChoice:
         assert first(1e-3, 0.06, nu=0.45) == "rod"
         assert first(1e-3, 0.2, nu=0.49) == "solid"
         # Hardly anything lies: only the solid says whether the strip is lifted.
-        assert first(1e-2, 0.06, length=foretold.last.length + 0.05) == "solid"
-        limit = quick.Foretold.at(1.6)
-        assert choice.candidates(limit, LENGTH, 0.06, 0.0, 1e-2) == ("solid",)
+        assert first(1e-2, 0.06, length=prediction.last.length + 0.05) == "solid"
+        limit = locate_rod.ElasticaPrediction.at(1.6)
+        assert select_model.candidates(limit, LENGTH, 0.06, 0.0, 1e-2) == ("solid",)
 
-    def test_auto(self, foretold: quick.Foretold):
+    def test_auto(self, prediction: locate_rod.ElasticaPrediction):
         for accuracy_asked, model in ((1e-2, "elastica"), (1e-3, "rod")):
             scene = scene_of(LENGTH, THICKNESS, HEIGHT, "auto", accuracy_asked)
             found = critical.find(scene)
             assert found.model == model
             told = (found.error + found.model_error) / found.lambda_c
-            truth = near.run(StripModel(LENGTH, THICKNESS), foretold, 1.0).lam * scene.material.gravity_length
+            truth = locate_solid.run(StripModel(LENGTH, THICKNESS), prediction, 1.0).lam * scene.material.gravity_length
             assert abs(found.lambda_c / truth - 1.0) <= told <= accuracy_asked
 
     def test_a_failure_is_the_next_models(self, monkeypatch: pytest.MonkeyPatch):
-        def fails(*_: object) -> quick.Found:
+        def fails(*_: object) -> locate_rod.Found:
             raise critical.SolveError("planted")
 
-        monkeypatch.setattr(quick, "run", fails)
+        monkeypatch.setattr(locate_rod, "run", fails)
         assert critical.find(scene_of(LENGTH, THICKNESS, HEIGHT, "auto", 2e-3)).model == "solid"
         with pytest.raises(critical.SolveError, match="planted"):
             critical.find(scene_of(LENGTH, THICKNESS, HEIGHT, "rod", 2e-3))

@@ -17,18 +17,14 @@ from stripfold.analysis import assess as assessing
 from stripfold.analysis import (
     assess_data,
     friction_data,
-)
-from stripfold.analysis import (
-    path_statics as following,
+    path_statics,
+    release,
 )
 from stripfold.analysis import (
     post_critical as directions,
 )
-from stripfold.analysis import (
-    release as falling,
-)
 from stripfold.analysis.assess import BIFURCATION, SNAP, Assessment, assess, mesh_for
-from stripfold.analysis.post_critical import TwoWays
+from stripfold.analysis.post_critical import PostCriticalBranches
 from stripfold.analysis.release import Fall
 from stripfold.analysis.states import rows_of_motion
 from stripfold.analysis.static import StripModel, contact_positions, touches
@@ -89,16 +85,16 @@ WAYS_LENGTH = 17.0
 
 
 @pytest.fixture(scope="module")
-def ways() -> tuple[xr.Dataset, TwoWays, RPath]:
+def ways() -> tuple[xr.Dataset, PostCriticalBranches, RPath]:
     """Both ways out of an R-path: stored, and as they were found."""
-    kept: list[TwoWays] = []
+    kept: list[PostCriticalBranches] = []
 
-    def keep(*given: object) -> TwoWays:
-        kept.append(directions.leave(*given))  # type: ignore[arg-type]
+    def keep(*given: object) -> PostCriticalBranches:
+        kept.append(directions.follow_both_branches(*given))  # type: ignore[arg-type]
         return kept[-1]
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(friction_data, "leave", keep)
+        patch.setattr(friction_data, "follow_both_branches", keep)
         data = friction_data.two_ways(MATERIAL, WAYS_LENGTH * MATERIAL.gravity_length, FALL, 3.0)
     return data, kept[0], paths.plan_r_path(WAYS_LENGTH)
 
@@ -131,8 +127,8 @@ class TestCriticalPoints:
         assert not found.at_end
         assert found.touch is None
         assert not found.motions
-        assert len(found.stretches) == 1
-        assert found.last is found.stretches[0].points[-1]
+        assert len(found.segments) == 1
+        assert found.last is found.segments[0].points[-1]
 
     @pytest.mark.parametrize("name", PATHS)
     def test_kind_by_the_angle(self, statics: dict[str, Assessment], name: str):
@@ -151,7 +147,7 @@ class TestCriticalPoints:
         """The same critical state come upon along its boundary, across it, and in between."""
         found = statics["circular"]
         (event,) = found.events
-        problem = found.stretches[0].problem(-1)
+        problem = found.segments[0].problem(-1)
         z = float(event.place[1])
         slope = (elastica.critical(z + 1e-3).advance - elastica.critical(z - 1e-3).advance) / 2e-3
         along = np.array([slope, 1.0]) / np.hypot(slope, 1.0)
@@ -167,7 +163,7 @@ class TestCriticalPoints:
         """At fixed other unknowns a move of the gripper changes the forces; what the mode feels of it is the normal."""
         found = statics["circular"]
         (event,) = found.events
-        problem, before, mode = found.stretches[0].problem(-1), event.found.before, event.found.mode
+        problem, before, mode = found.segments[0].problem(-1), event.found.before, event.found.mode
         grasp = found.model.middle[0]
         normal = []
         for unknown in grasp:
@@ -186,7 +182,7 @@ class TestCriticalPoints:
         found = statics["r-path"]
         monkeypatch.setattr(assessing, "boundary_angle", lambda *_: angle)
         (event,) = found.events
-        assert assessing._event(found.stretches[0].problem(-1), found.path, event.found).kind == kind
+        assert assessing._event(found.segments[0].problem(-1), found.path, event.found).kind == kind
 
     def test_a_table_of_the_triangle_is_the_triangle(self, statics: dict[str, Assessment], tmp_path: Path):
         file = tmp_path / "triangle.csv"
@@ -224,9 +220,7 @@ class TestLow:
         assert found.at_end
         assert not found.motions
         assert found.last.lam == pytest.approx(found.path.length)
-        assert not replace(
-            found, stretches=(replace(found.stretches[0], points=found.stretches[0].points[:-1]),)
-        ).at_end
+        assert not replace(found, segments=(replace(found.segments[0], points=found.segments[0].points[:-1]),)).at_end
 
     def test_first_touch(self, low: tuple[StripModel, Assessment]):
         """Truth: at this height the elastica's sag comes down at a known advance and place; located to 1e-4 L*."""
@@ -241,22 +235,24 @@ class TestLow:
         assert x + half == pytest.approx(truth.advance, abs=0.04)
         touch = x + truth.state.x[-1] - float(np.asarray(truth.state.at(np.array([truth.s])).x)[0])
         assert found.touch.x == pytest.approx(touch, abs=0.06)
-        stretch = found.stretches[0]
-        i = max(k for k, p in enumerate(stretch.points) if p.lam < found.touch.travelled)
+        segment = found.segments[0]
+        i = max(k for k, p in enumerate(segment.points) if p.lam < found.touch.travelled)
         for d, expected in ((-1e-3, False), (1e-3, True)):
-            there = following.step_to(stretch.problem(i), stretch.points[i], found.touch.travelled + d)
+            there = path_statics.step_to(segment.problem(i), segment.points[i], found.touch.travelled + d)
             assert touches(found.model, there) is expected
-        on_floor = contact_positions(found.model, following.step_to(stretch.problem(i), stretch.points[i], there.lam))
+        on_floor = contact_positions(
+            found.model, path_statics.step_to(segment.problem(i), segment.points[i], there.lam)
+        )
         column = int(np.argmin(np.abs(found.model.s - on_floor[0])))
         assert found.model.mid_surface(there.q)[column, 0] == pytest.approx(found.touch.x, abs=0.3)
 
     def test_a_strip_that_lies_from_the_first_does_not_touch_again(self, low: tuple[StripModel, Assessment]):
         _, found = low
-        stretch = found.stretches[0]
-        lying = next(i for i, p in enumerate(stretch.points) if touches(found.model, p))
-        rest = replace(stretch, points=stretch.points[lying:], pieces=stretch.pieces[lying:])
+        segment = found.segments[0]
+        lying = next(i for i, p in enumerate(segment.points) if touches(found.model, p))
+        rest = replace(segment, points=segment.points[lying:], pieces=segment.pieces[lying:])
         assert assessing._static_touch(rest) is None
-        hanging = replace(stretch, points=stretch.points[:lying], pieces=stretch.pieces[:lying])
+        hanging = replace(segment, points=segment.points[:lying], pieces=segment.pieces[:lying])
         assert assessing._static_touch(hanging) is None
 
     def test_numbers(self, low: tuple[StripModel, Assessment]):
@@ -290,10 +286,10 @@ class TestFallen:
 
     def test_the_parts_join(self, stored: tuple[xr.Dataset, Assessment]):
         _, found = stored
-        before, after = found.stretches
+        before, after = found.segments
         (motion,), (event,) = found.motions, found.events
         assert event.kind == SNAP
-        first, last = motion.moments[0], motion.moments[-1]
+        first, last = motion.states[0], motion.states[-1]
         assert first.lam == before.points[-1].lam
         assert first.lam == pytest.approx(event.travelled, abs=1e-6)
         np.testing.assert_array_equal(first.q, before.points[-1].q)
@@ -311,7 +307,7 @@ class TestFallen:
         assert found.touch.fell
         assert found.touch.travelled == found.events[0].travelled
         assert found.touch.x == found.motions[0].touch_x
-        moment = found.motions[0].moments[found.motions[0].touch]
+        moment = found.motions[0].states[found.motions[0].touch]
         column = int(np.argmin(np.abs(found.model.s - contact_positions(found.model, moment)[0])))
         assert found.model.mid_surface(moment.q)[column, 0] == pytest.approx(found.touch.x, abs=0.3)
 
@@ -326,51 +322,51 @@ class TestFallen:
         unit = MATERIAL.gravity_length
         assert data.attrs["shape_error"] == pytest.approx(unit * away)
         assert data.attrs["lying_length"] == pytest.approx(unit * plan.lying_length, abs=0.15 * unit)
-        _, hold = assessing.grip_and_hold(found.stretches[-1].problem(-1), found.last)
+        _, hold = assessing.grip_and_hold(found.segments[-1].problem(-1), found.last)
         assert abs(hold) < 0.02
         # Before, the held end takes what the gripper pushes.
-        grip, hold = assessing.grip_and_hold(found.stretches[0].problem(-1), found.stretches[0].points[-1])
+        grip, hold = assessing.grip_and_hold(found.segments[0].problem(-1), found.segments[0].points[-1])
         assert hold == pytest.approx(-grip[0], abs=1e-6)
         assert abs(hold) > 0.01
 
     def test_no_more_falls_than_allowed(self, stored: tuple[xr.Dataset, Assessment], monkeypatch: pytest.MonkeyPatch):
         """A strip that would fall for ever is let go five times."""
         _, found = stored
-        first = found.stretches[0]
+        first = found.segments[0]
         let_go: list[object] = []
         monkeypatch.setattr(assessing, "follow", lambda *_, **__: first)
-        monkeypatch.setattr(assessing, "let_fall", lambda *given: let_go.append(given) or found.motions[0])
-        monkeypatch.setattr(assessing, "settled", lambda *_: found.stretches[1].points[0])
+        monkeypatch.setattr(assessing, "simulate_fall", lambda *given: let_go.append(given) or found.motions[0])
+        monkeypatch.setattr(assessing, "state_at_rest", lambda *_: found.segments[1].points[0])
         endless = assess(found.model, found.path, FALL)
         assert len(let_go) == len(endless.motions) == 5
-        assert len(endless.events) == len(endless.stretches) == 6
+        assert len(endless.events) == len(endless.segments) == 6
         assert not endless.at_end
 
     def test_a_touch_before_the_fall_is_the_first(
         self, stored: tuple[xr.Dataset, Assessment], monkeypatch: pytest.MonkeyPatch
     ):
         _, found = stored
-        stretches = iter(found.stretches)
+        segments = iter(found.segments)
         pieces = []
 
         def follow(
             model: object, path: object, first: object = None, piece: int = 0, options: object = None
-        ) -> following.Stretch:
+        ) -> path_statics.StaticSegment:
             pieces.append(piece)
-            return next(stretches)
+            return next(segments)
 
         early = assessing.Touchdown(1.0, 2.0, False)
         monkeypatch.setattr(assessing, "follow", follow)
-        monkeypatch.setattr(assessing, "let_fall", lambda *_: found.motions[0])
+        monkeypatch.setattr(assessing, "simulate_fall", lambda *_: found.motions[0])
         touched = iter((early, assessing.Touchdown(3.0, 4.0, False)))
         monkeypatch.setattr(assessing, "_static_touch", lambda _: next(touched))
         assert assess(found.model, found.path, FALL).touch is early
         # Fallen without a touch: the next static one is it.
-        stretches = iter([replace(s, pieces=tuple(p + 3 for p in s.pieces)) for s in found.stretches])
-        monkeypatch.setattr(following.Stretch, "problem", lambda *_: found.motions[0] and problem)
-        problem = following.problem_on(found.model, found.path, 0)
+        segments = iter([replace(s, pieces=tuple(p + 3 for p in s.pieces)) for s in found.segments])
+        monkeypatch.setattr(path_statics.StaticSegment, "problem", lambda *_: found.motions[0] and problem)
+        problem = path_statics.problem_on(found.model, found.path, 0)
         monkeypatch.setattr(
-            assessing, "let_fall", lambda *_: replace(found.motions[0], touch=None, touch_x=float("nan"))
+            assessing, "simulate_fall", lambda *_: replace(found.motions[0], touch=None, touch_x=float("nan"))
         )
         late = assessing.Touchdown(3.0, 4.0, False)
         touched = iter((None, late))
@@ -389,7 +385,7 @@ class TestStored:
         assert part.tolist() == sorted(part)
         assert [str(phase[part == i][0]) for i in range(3)] == ["static", "fall", "static"]
         assert set(phase[part == 1]) == {"fall"}
-        counts = [len(found.stretches[0].points), np.sum(part == 1), len(found.stretches[1].points)]
+        counts = [len(found.segments[0].points), np.sum(part == 1), len(found.segments[1].points)]
         assert [int(np.sum(part == i)) for i in range(3)] == counts
         fall = phase == "fall"
         assert np.all(np.isnan(data["time"].values) == ~fall)
@@ -445,14 +441,14 @@ class TestStored:
         time = data["time"].values[data["part"].values == 1] / second
         assert time[0] == 0.0
         assert np.all(np.diff(time) > 0.0)
-        assert time[-1] == pytest.approx(motion.moments[-1].t)
-        assert np.abs(time - motion.moments[motion.touch].t).min() < 1e-9
-        assert 20 < len(time) <= 63 < len(motion.moments)
-        rows = rows_of_motion(motion, found.stretches[0].problem(-1), 1)
+        assert time[-1] == pytest.approx(motion.states[-1].t)
+        assert np.abs(time - motion.states[motion.touch].t).min() < 1e-9
+        assert 20 < len(time) <= 63 < len(motion.states)
+        rows = rows_of_motion(motion, found.segments[0].problem(-1), 1)
         middle = found.model.mid_surface
         ways = [np.linalg.norm(middle(b.state.q) - middle(a.state.q), axis=1).max() for a, b in pairwise(rows)]
         assert max(ways) < 4.0 * np.sum(ways) / 60
-        without = rows_of_motion(replace(motion, touch=None), found.stretches[0].problem(-1), 1)
+        without = rows_of_motion(replace(motion, touch=None), found.segments[0].problem(-1), 1)
         assert len(rows) - 1 <= len(without) <= len(rows)
 
     def test_another_material_of_the_same_ratios(
@@ -510,7 +506,7 @@ class TestStored:
 class TestTwoWays:
     """Where the planned state is unstable it goes either way."""
 
-    def test_it_starts_in_the_planned_unstable_state(self, ways: tuple[xr.Dataset, TwoWays, RPath]):
+    def test_it_starts_in_the_planned_unstable_state(self, ways: tuple[xr.Dataset, PostCriticalBranches, RPath]):
         _, found, plan = ways
         travelled = plan.path.pieces[1].end - 0.15
         start, model = found.start, found.model
@@ -519,30 +515,30 @@ class TestTwoWays:
         assert not touches(model, start)
         grip = start.q[model.middle[0]] - [WAYS_LENGTH / 2.0, 0.0]
         np.testing.assert_allclose(grip, plan.path.position(travelled), atol=1e-9)
-        problem = following.problem_on(model, plan.path, 1)
+        problem = path_statics.problem_on(model, plan.path, 1)
         residual = problem.residual(start.q, start.lam)
         residual[problem.prescribed] = residual[start.active] = 0.0
         assert np.abs(residual).max() < 1e-7
         away = model.mid_surface(start.q) - plan.mid_surface(travelled, model.s)
         assert np.linalg.norm(away, axis=1).max() < 0.2
 
-    def test_it_goes_either_way(self, ways: tuple[xr.Dataset, TwoWays, RPath]):
+    def test_it_goes_either_way(self, ways: tuple[xr.Dataset, PostCriticalBranches, RPath]):
         """One touches near the planned place, the other comes to rest without a touch."""
         _, found, plan = ways
-        down, up = found.directions
+        down, up = found.branches
         assert (down.sign, up.sign) == (1.0, -1.0)
-        for way in found.directions:
-            assert {m.lam for m in way.motion.moments} == {found.start.lam}
-            np.testing.assert_array_equal(way.motion.moments[0].q, found.start.q)
-            last = way.motion.moments[-1]
+        for way in found.branches:
+            assert {m.lam for m in way.motion.states} == {found.start.lam}
+            np.testing.assert_array_equal(way.motion.states[0].q, found.start.q)
+            last = way.motion.states[-1]
             assert last.energy.kinetic < 1e-6
             point = way.after.points[0]
             assert (point.lam, point.negatives) == (last.lam, 0)
             moved = found.model.mid_surface(point.q) - found.model.mid_surface(last.q)
             assert np.abs(moved).max() < 0.02
             assert way.after.pieces[0] == 1
-        np.testing.assert_allclose(down.motion.moments[0].v, -up.motion.moments[0].v, atol=1e-15)
-        speed = np.linalg.norm(up.motion.moments[0].v[found.model.middle], axis=1).max()
+        np.testing.assert_allclose(down.motion.states[0].v, -up.motion.states[0].v, atol=1e-15)
+        speed = np.linalg.norm(up.motion.states[0].v[found.model.middle], axis=1).max()
         assert speed == pytest.approx(FALL.disturbance)
         assert down.motion.touch is not None
         assert down.motion.touch_x == pytest.approx(2.71, abs=0.03)
@@ -550,33 +546,35 @@ class TestTwoWays:
         assert down.after.points[-1].lam == pytest.approx(plan.path.length)
         assert up.motion.touch is None
         assert np.isnan(up.motion.touch_x)
-        assert not any(touches(found.model, m) for m in up.motion.moments)
-        away = np.linalg.norm((up.motion.moments[-1].q - found.start.q)[found.model.middle], axis=1).max()
-        assert away > falling.AWAY
+        assert not any(touches(found.model, m) for m in up.motion.states)
+        away = np.linalg.norm((up.motion.states[-1].q - found.start.q)[found.model.middle], axis=1).max()
+        assert away > release.AWAY
         # It rested for a while, and its motion ended then.
-        times = np.array([m.t for m in up.motion.moments])
-        quiet = times > times[-1] - falling.QUIET
-        assert max(m.energy.kinetic for m, q in zip(up.motion.moments, quiet, strict=True) if q) < 1e-6
+        times = np.array([m.t for m in up.motion.states])
+        quiet = times > times[-1] - release.QUIET
+        assert max(m.energy.kinetic for m, q in zip(up.motion.states, quiet, strict=True) if q) < 1e-6
 
-    def test_a_slow_start_is_no_rest(self, ways: tuple[xr.Dataset, TwoWays, RPath], monkeypatch: pytest.MonkeyPatch):
+    def test_a_slow_start_is_no_rest(
+        self, ways: tuple[xr.Dataset, PostCriticalBranches, RPath], monkeypatch: pytest.MonkeyPatch
+    ):
         """However quiet, it has to have gone somewhere: 0.1 L* from where it began."""
         _, found, plan = ways
-        monkeypatch.setattr(falling, "_Rest", lambda _: lambda moment: True)
-        problem = following.problem_on(found.model, plan.path, 1)
-        release = falling.Release(problem, found.start, found.start.mode, 0.0)
-        motion = falling.let_fall(release, replace(FALL, disturbance=-FALL.disturbance))
+        monkeypatch.setattr(release, "_Rest", lambda _: lambda moment: True)
+        problem = path_statics.problem_on(found.model, plan.path, 1)
+        start = release.ReleaseState(problem, found.start, found.start.mode, 0.0)
+        motion = release.simulate_fall(start, replace(FALL, disturbance=-FALL.disturbance))
         assert motion.touch is None
         middle = found.model.middle
-        away = [np.linalg.norm((m.q - found.start.q)[middle], axis=1).max() for m in motion.moments]
+        away = [np.linalg.norm((m.q - found.start.q)[middle], axis=1).max() for m in motion.states]
         assert away[-2] <= 0.1 < away[-1]
 
-    def test_stored(self, ways: tuple[xr.Dataset, TwoWays, RPath]):
+    def test_stored(self, ways: tuple[xr.Dataset, PostCriticalBranches, RPath]):
         data, found, plan = ways
         unit = MATERIAL.gravity_length
         way, part, phase = (data[name].values for name in ("way", "part", "phase"))
         assert data["way"].attrs["units"] == "1"
         assert way.tolist() == sorted(way)
-        for i, direction in enumerate(found.directions):
+        for i, direction in enumerate(found.branches):
             assert set(part[way == i]) == {2 * i, 2 * i + 1}
             assert set(phase[part == 2 * i]) == {"fall"}
             assert set(phase[part == 2 * i + 1]) == {"static"}
@@ -586,7 +584,7 @@ class TestTwoWays:
         assert data.attrs["signs"] == [1.0, -1.0]
         assert data.attrs["reason"] == ""
         touch, no_touch = data.attrs["touch_x"]
-        assert touch == pytest.approx(unit * found.directions[0].motion.touch_x)
+        assert touch == pytest.approx(unit * found.branches[0].motion.touch_x)
         assert np.isnan(no_touch)
         assert data.attrs["landing_x"] == pytest.approx(unit * plan.landing)
         assert data.attrs["planned_touch_x"] == pytest.approx(unit * plan.first_touch)
@@ -602,7 +600,7 @@ class TestTwoWays:
         assert not data.data_vars
 
     def test_a_state_that_is_not_the_planned_one_is_refused(
-        self, ways: tuple[xr.Dataset, TwoWays, RPath], monkeypatch: pytest.MonkeyPatch
+        self, ways: tuple[xr.Dataset, PostCriticalBranches, RPath], monkeypatch: pytest.MonkeyPatch
     ):
         _, found, plan = ways
         strip = StripModel(WAYS_LENGTH, MATERIAL.relative_thickness)
@@ -616,7 +614,7 @@ class TestTwoWays:
             directions.planned_unstable(found.model, strip, plan, travelled)
         monkeypatch.undo()
         monkeypatch.setattr(directions, "along_x", lambda *_, **__: None)
-        monkeypatch.setattr(directions, "_at", lambda *_: found.directions[1].after.points[0])
+        monkeypatch.setattr(directions, "_at", lambda *_: found.branches[1].after.points[0])
         with pytest.raises(SolveError, match="not an unstable one"):
             directions.planned_unstable(found.model, strip, plan, travelled)
 

@@ -30,8 +30,10 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 @pytest.fixture
 def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
     """Assess on elements of twice the length."""
-    reach = verdict.reach
-    monkeypatch.setattr(verdict, "reach", lambda *given, **asked: reach(*given, **{"refinement": 2.0, **asked}))
+    assess_path = verdict.assess_path
+    monkeypatch.setattr(
+        verdict, "assess_path", lambda *given, **asked: assess_path(*given, **{"refinement": 2.0, **asked})
+    )
 
 
 @pytest.mark.parametrize("kind", cli_paths.KINDS)
@@ -87,7 +89,7 @@ def test_a_lost_strip_is_a_verdict(coarse: None) -> None:
     """Strong friction on a path that would have the strip flung over: it is lost, and where is said."""
     material = Material(3780.0)
     path = paths.triangular(0.45 / UNIT)
-    found = verdict.reach(material, 0.45, path, friction=1e-3 * 9.81 / UNIT, step=0.3 * UNIT, refinement=2.0)
+    found = verdict.assess_path(material, 0.45, path, friction=1e-3 * 9.81 / UNIT, step=0.3 * UNIT, refinement=2.0)
     (event,) = found.critical
     assert not found.stable
     assert not found.completed
@@ -108,7 +110,7 @@ def test_units_of_friction(monkeypatch: pytest.MonkeyPatch) -> None:
     path = paths.triangular(15.0)
     for given in ({"friction": 25.0, "step": 0.003}, {"hysteresis": 1e-5}):
         with pytest.raises(RuntimeError):
-            verdict.reach(material, 15.0 * UNIT, path, **given)
+            verdict.assess_path(material, 15.0 * UNIT, path, **given)
     assert asked[0] == ("pull", pytest.approx(25.0 * UNIT / 9.81), pytest.approx(0.003 / UNIT))
     assert asked[1] == ("hysteresis", pytest.approx(1e-5 / (0.2 * 9.81 * UNIT**2)), 0.1)
 

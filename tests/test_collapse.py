@@ -10,8 +10,7 @@ import pytest
 import xarray as xr
 
 from stripfold import elastica
-from stripfold.analysis import collapse, collapse_data
-from stripfold.analysis import release as falling
+from stripfold.analysis import collapse, collapse_data, release
 from stripfold.analysis.collapse import Collapse
 from stripfold.analysis.release import TIME_OPTIONS, Fall
 from stripfold.analysis.static import StripModel, contact_positions, touches
@@ -36,9 +35,9 @@ def stored() -> tuple[Simulation, xr.Dataset]:
 
 
 def test_it_goes_from_the_critical_point_to_the_end(found: Collapse) -> None:
-    first, last = found.motion.moments[0], found.motion.moments[-1]
+    first, last = found.motion.states[0], found.motion.states[-1]
     assert first.lam == found.run.last.lam
-    assert last.lam == pytest.approx(first.lam + falling.NUDGE)
+    assert last.lam == pytest.approx(first.lam + release.NUDGE)
     assert found.after[0].lam == last.lam
     assert found.end == "the gripper is above the held end"
     assert found.after[-1].lam >= STRIP.length
@@ -47,31 +46,31 @@ def test_it_goes_from_the_critical_point_to_the_end(found: Collapse) -> None:
 
 def test_nothing_penetrates_or_gains_energy(found: Collapse) -> None:
     bounded = found.run.problem.bounded
-    moments = found.motion.moments
-    assert min(m.q[bounded].min() for m in moments) >= 0.0
-    closing = np.array([m.energy.closing for m in moments])
+    states = found.motion.states
+    assert min(m.q[bounded].min() for m in states) >= 0.0
+    closing = np.array([m.energy.closing for m in states])
     assert np.abs(closing).max() < 1e-9
     for name in ("air", "viscous", "contact", "numerical"):
-        lost = np.array([getattr(m.energy, name) for m in moments])
+        lost = np.array([getattr(m.energy, name) for m in states])
         assert np.all(np.diff(lost) >= -1e-15), name
         assert lost[-1] > 0.0, name
 
 
 def test_what_lies_and_what_is_held_has_its_velocity(found: Collapse) -> None:
     """After an impact nothing on the floor goes into it, and the gripper and the pin go as they are driven."""
-    problem, moments = found.run.problem, found.motion.moments
-    _, drive = falling.beginning(collapse.release_of(found.run), FALL)
-    for moment in moments[1:]:
-        assert np.abs(moment.v[moment.active]).max() < 1e-12
-        np.testing.assert_allclose(moment.v[problem.prescribed], [drive.rate(moment.t), 0.0, 0.0, 0.0], atol=1e-12)
+    problem, states = found.run.problem, found.motion.states
+    _, drive = release.initial_state(collapse.release_of(found.run), FALL)
+    for state in states[1:]:
+        assert np.abs(state.v[state.active]).max() < 1e-12
+        np.testing.assert_allclose(state.v[problem.prescribed], [drive.rate(state.t), 0.0, 0.0, 0.0], atol=1e-12)
 
 
 def test_it_ends_when_it_has_been_at_rest_for_a_while(found: Collapse) -> None:
     """A millionth of what was released, for two time units: at the turn of an oscillation nothing moves either."""
-    moments, problem = found.motion.moments, found.run.problem
-    potential = np.array([sum(problem.energies(m.q)) for m in moments])
-    share = np.array([m.energy.kinetic for m in moments]) / np.maximum(potential[0] - potential, 1e-12)
-    t = np.array([m.t for m in moments])
+    states, problem = found.motion.states, found.run.problem
+    potential = np.array([sum(problem.energies(m.q)) for m in states])
+    share = np.array([m.energy.kinetic for m in states]) / np.maximum(potential[0] - potential, 1e-12)
+    t = np.array([m.t for m in states])
     assert share[t > t[-1] - 2.0].max() < 1e-6
     # And no later: before that it moved.
     assert share[t > t[-1] - 2.0 - 2.5 * TIME_OPTIONS.largest].max() > 1e-6
@@ -79,24 +78,24 @@ def test_it_ends_when_it_has_been_at_rest_for_a_while(found: Collapse) -> None:
 
 def test_the_ledger_is_the_energy(found: Collapse) -> None:
     """Independent of the integrator: the energies of the states themselves, and air drag by quadrature."""
-    problem, moments = found.run.problem, found.motion.moments
-    first, last = moments[0], moments[-1]
+    problem, states = found.run.problem, found.motion.states
+    first, last = states[0], states[-1]
     change = sum(problem.energies(last.q)) - sum(problem.energies(first.q)) - first.energy.kinetic
     energy = last.energy
     assert change == pytest.approx(energy.work - energy.lost - energy.kinetic, rel=1e-6)
-    power = np.array([m.mean_v @ (problem.mass @ m.mean_v) for m in moments[1:]])
-    dt = np.array([m.dt for m in moments[1:]])
+    power = np.array([m.mean_v @ (problem.mass @ m.mean_v) for m in states[1:]])
+    dt = np.array([m.dt for m in states[1:]])
     assert energy.air == pytest.approx(FALL.damping.air * float(power @ dt), rel=1e-6)
 
 
 def test_the_touch_is_the_first(found: Collapse) -> None:
     model, motion = found.run.problem.model, found.motion
-    assert not any(touches(model, m) for m in motion.moments[: motion.touch])
-    at = motion.moments[motion.touch]
+    assert not any(touches(model, m) for m in motion.states[: motion.touch])
+    at = motion.states[motion.touch]
     assert touches(model, at)
-    assert at.t - motion.moments[motion.touch - 1].t <= falling.TOUCH_TOLERANCE
+    assert at.t - motion.states[motion.touch - 1].t <= release.TOUCH_TOLERANCE
     # One way leads there: also where the touch was found by halving, each step begins where the last one ended.
-    for before, after in pairwise(motion.moments):
+    for before, after in pairwise(motion.states):
         assert after.t - before.t == pytest.approx(after.dt, rel=1e-6)
     column = int(np.argmin(np.abs(model.s - contact_positions(model, at)[0])))
     assert motion.touch_x == pytest.approx(model.mid_surface(at.q)[column, 0], abs=0.1)
@@ -104,15 +103,15 @@ def test_the_touch_is_the_first(found: Collapse) -> None:
 
 def test_the_touch_is_located_step_by_step(found: Collapse, monkeypatch: pytest.MonkeyPatch) -> None:
     """No instant is stepped to twice, as a second step may fail in a thin strip: what is handed out is a chain."""
-    moments = found.motion.moments
+    states = found.motion.states
     touch = found.motion.touch
-    at = next(i for i in range(touch, 0, -1) if moments[touch].t - moments[i].t > 0.01)
+    at = next(i for i in range(touch, 0, -1) if states[touch].t - states[i].t > 0.01)
     problem = found.run.problem
-    _, drive = falling.beginning(collapse.release_of(found.run), FALL)
-    motion = falling._Marching(problem, drive, FALL.damping, falling.TIME_OPTIONS, EnergyMomentum())
+    _, drive = release.initial_state(collapse.release_of(found.run), FALL)
+    motion = release._Marching(problem, drive, FALL.damping, release.TIME_OPTIONS, EnergyMomentum())
     step, reached = dynamics.step, []
 
-    def once(problem: object, before: dynamics.Moment, dt: float, *rest: object) -> dynamics.Moment:
+    def once(problem: object, before: dynamics.TimeState, dt: float, *rest: object) -> dynamics.TimeState:
         if any(abs(before.t + dt - t) < 1e-12 for t in reached):
             raise NewtonError("a step to where one has led before")
         reached.append(before.t + dt)
@@ -121,28 +120,28 @@ def test_the_touch_is_located_step_by_step(found: Collapse, monkeypatch: pytest.
     monkeypatch.setattr(dynamics, "step", once)
     # Just after the touch and well after it: the last trial touches or does not.
     for beyond in (1e-4, 1e-3, 3e-3, 0.01):
-        after = motion.step(moments[at], moments[touch].t - moments[at].t + beyond)
+        after = motion.step(states[at], states[touch].t - states[at].t + beyond)
         assert touches(problem.model, after)
-        chain = falling._locate_touch(motion, moments[at], after)
-        assert moments[touch].t - falling.TOUCH_TOLERANCE < chain[-1].t <= after.t
-        assert chain[-1].t < moments[touch].t + falling.TOUCH_TOLERANCE
-        assert [touches(problem.model, moment) for moment in chain] == [False] * (len(chain) - 1) + [True]
-        times = [moments[at].t, *(moment.t for moment in chain)]
-        np.testing.assert_allclose(np.diff(times), [moment.dt for moment in chain], rtol=1e-9)
+        chain = release._locate_touch(motion, states[at], after)
+        assert states[touch].t - release.TOUCH_TOLERANCE < chain[-1].t <= after.t
+        assert chain[-1].t < states[touch].t + release.TOUCH_TOLERANCE
+        assert [touches(problem.model, state) for state in chain] == [False] * (len(chain) - 1) + [True]
+        times = [states[at].t, *(state.t for state in chain)]
+        np.testing.assert_allclose(np.diff(times), [state.dt for state in chain], rtol=1e-9)
 
 
 def test_where_it_touches_lies_between_nodes(found: Collapse) -> None:
     """The strip shifted and bent to a known parabola: its lowest point comes out, not the node's."""
     problem = found.run.problem
     model = problem.model
-    moment = found.motion.moments[found.motion.touch]
-    column = int(np.argmin(np.abs(model.s - contact_positions(model, moment)[0])))
+    state = found.motion.states[found.motion.touch]
+    column = int(np.argmin(np.abs(model.s - contact_positions(model, state)[0])))
     lowest = model.s[column] + 0.3 * (model.s[column + 1] - model.s[column])
-    q = moment.q.copy()
+    q = state.q.copy()
     q[model.middle[:, 0]] = 0.25
     q[model.middle[:, 1]] = (model.s - lowest) ** 2
     expected = lowest - model.length / 2.0 + 0.25
-    assert falling.touch_position(problem, replace(moment, q=q)) == pytest.approx(expected, abs=1e-9)
+    assert release.touch_position(problem, replace(state, q=q)) == pytest.approx(expected, abs=1e-9)
 
 
 def test_a_lying_upper_layer_leaves_the_folded_loop(found: Collapse) -> None:
@@ -160,16 +159,16 @@ def test_a_lying_upper_layer_leaves_the_folded_loop(found: Collapse) -> None:
 
 
 def test_both_signs_end_in_the_same_state(found: Collapse) -> None:
-    other = falling.let_fall(collapse.release_of(found.run), replace(FALL, disturbance=-FALL.disturbance))
+    other = release.simulate_fall(collapse.release_of(found.run), replace(FALL, disturbance=-FALL.disturbance))
     middle = found.run.problem.model.mid_surface
-    apart = middle(other.moments[-1].q) - middle(found.motion.moments[-1].q)
+    apart = middle(other.states[-1].q) - middle(found.motion.states[-1].q)
     assert np.abs(apart).max() < 1e-3
     # Against the fall it takes longer: the disturbance has a direction.
-    assert other.moments[other.touch].t > found.motion.moments[found.motion.touch].t
+    assert other.states[other.touch].t > found.motion.states[found.motion.touch].t
 
 
 def test_the_disturbance_has_its_speed_and_direction(found: Collapse) -> None:
-    first, drive = falling.beginning(collapse.release_of(found.run), FALL)
+    first, drive = release.initial_state(collapse.release_of(found.run), FALL)
     problem = found.run.problem
     speed = np.linalg.norm(first.v[problem.model.middle], axis=1).max()
     assert speed == pytest.approx(FALL.disturbance)
@@ -181,34 +180,34 @@ def test_the_disturbance_has_its_speed_and_direction(found: Collapse) -> None:
 
 
 def test_a_moving_gripper(found: Collapse) -> None:
-    motion = falling.let_fall(collapse.release_of(found.run), replace(FALL, speed=0.02, to_rest=False))
-    last = motion.moments[-1]
+    motion = release.simulate_fall(collapse.release_of(found.run), replace(FALL, speed=0.02, to_rest=False))
+    last = motion.states[-1]
     assert last.lam == pytest.approx(found.run.last.lam + 0.02 * last.t)
-    assert motion.touch == len(motion.moments) - 1
+    assert motion.touch == len(motion.states) - 1
     assert abs(last.energy.closing) < 1e-9
 
 
 def test_a_strip_that_stays_is_an_error(found: Collapse, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(falling, "PATIENCE", 10.0)
+    monkeypatch.setattr(release, "PATIENCE", 10.0)
     with pytest.raises(TimeStepError, match="nothing happened") as caught:
-        falling.let_fall(collapse.release_of(found.run), replace(FALL, disturbance=1e-4, speed=-0.02))
+        release.simulate_fall(collapse.release_of(found.run), replace(FALL, disturbance=1e-4, speed=-0.02))
     # Longer by the damping, which slows the start.
     assert 13.0 < caught.value.last.t < 13.0 + TIME_OPTIONS.largest
     assert caught.value.details["mid_surface"].shape == (len(found.run.problem.model.s), 2)
 
 
 def test_a_strip_that_never_rests_is_an_error(found: Collapse, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(falling, "PATIENCE", 20.0)
+    monkeypatch.setattr(release, "PATIENCE", 20.0)
     with pytest.raises(TimeStepError, match="did not come to rest") as caught:
-        falling.let_fall(collapse.release_of(found.run), replace(FALL, disturbance=0.05, damping=Damping()))
+        release.simulate_fall(collapse.release_of(found.run), replace(FALL, disturbance=0.05, damping=Damping()))
     assert caught.value.last.energy.kinetic > 0.0
 
 
 def test_an_unstable_state_is_not_handed_over(found: Collapse, monkeypatch: pytest.MonkeyPatch) -> None:
     start = collapse.continuation.start
-    monkeypatch.setattr(falling.continuation, "start", lambda *given: replace(start(*given), negatives=1))
+    monkeypatch.setattr(release.continuation, "start", lambda *given: replace(start(*given), negatives=1))
     with pytest.raises(SolveError, match="not stable"):
-        falling.settled(found.run.problem, found.motion.moments[-1])
+        release.state_at_rest(found.run.problem, found.motion.states[-1])
 
 
 def test_a_step_that_fails_keeps_the_last_good_state(found: Collapse, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -221,7 +220,7 @@ def test_a_step_that_fails_keeps_the_last_good_state(found: Collapse, monkeypatc
 
     monkeypatch.setattr(dynamics, "step", breaking)
     with pytest.raises(TimeStepError, match="planted") as caught:
-        falling.let_fall(collapse.release_of(found.run), FALL)
+        release.simulate_fall(collapse.release_of(found.run), FALL)
     assert caught.value.last.t == pytest.approx(3.0, abs=1e-3)
     assert np.isfinite(caught.value.details["mid_surface"]).all()
 
@@ -233,13 +232,13 @@ def test_no_snap_no_fall() -> None:
 
 def test_what_is_not_at_rest_is_not_handed_over(found: Collapse) -> None:
     """The state at rest with its loop blown up: the equilibrium found from it is another state."""
-    model, rest = found.run.problem.model, found.motion.moments[-1]
-    falling.settled(found.run.problem, rest)
+    model, rest = found.run.problem.model, found.motion.states[-1]
+    release.state_at_rest(found.run.problem, rest)
     q = rest.q.copy()
     height = model.mid_surface(q)[:, 1]
     q[model.middle[1:-1, 1]] += 0.2 * height[1:-1]
     with pytest.raises(SolveError, match=r"from the equilibrium|did not converge|inside out"):
-        falling.settled(found.run.problem, replace(rest, q=q))
+        release.state_at_rest(found.run.problem, replace(rest, q=q))
 
 
 def test_dataset(stored: tuple[Simulation, xr.Dataset]) -> None:

@@ -14,8 +14,8 @@ from stripfold.analysis.static import StripModel
 from stripfold.errors import NewtonError, TimeStepError
 from stripfold.models.solid import Solid
 from stripfold.solve import dynamics
-from stripfold.solve.dynamics import Drive, Moment, Moving, Nudge, TimeOptions
-from stripfold.solve.schemes import Bathe, Damping, Done, EnergyMomentum, GeneralisedAlpha, Scheme, Stretch
+from stripfold.solve.dynamics import Drive, Moving, Nudge, TimeOptions, TimeState
+from stripfold.solve.schemes import Bathe, Damping, EnergyMomentum, GeneralisedAlpha, Scheme, StepResult, StepStart
 from studies.modes import HeldStrip
 from studies.schemes import Oscillator
 
@@ -25,8 +25,13 @@ Q0, V0 = np.array([0.1, 0.0]), np.array([0.0, 0.7])
 
 
 def fixed(
-    problem: object, first: Moment, dt: float, steps: int, scheme: Scheme = CONSERVING, damping: Damping | None = None
-) -> list[Moment]:
+    problem: object,
+    first: TimeState,
+    dt: float,
+    steps: int,
+    scheme: Scheme = CONSERVING,
+    damping: Damping | None = None,
+) -> list[TimeState]:
     """Steps of one length with a gripper at rest."""
     moments = [first]
     for _ in range(steps):
@@ -34,11 +39,11 @@ def fixed(
     return moments
 
 
-def begin(problem: Pendulum, q: np.ndarray = Q0, v: np.ndarray = V0) -> Moment:
+def begin(problem: Pendulum, q: np.ndarray = Q0, v: np.ndarray = V0) -> TimeState:
     return dynamics.start(problem, q, v, 0.0, NONE)
 
 
-def balance(moments: list[Moment]) -> np.ndarray:
+def balance(moments: list[TimeState]) -> np.ndarray:
     """What the recorded energies lack at each moment, work and losses counted."""
     e = [m.energy for m in moments]
     return np.array([x.total - x.work + x.lost for x in e]) - e[0].total
@@ -257,7 +262,7 @@ def test_what_is_faster_than_the_step_is_left_by_the_named_share(scheme: Scheme,
     scale = np.array([1.0, dt, dt**2])
     columns = []
     for q, v, a in np.eye(3) / scale:
-        one = Stretch(*(np.array([x]) for x in (q, v, a)), mean_v=np.array([v]), active=NONE, dt=dt)
+        one = StepStart(*(np.array([x]) for x in (q, v, a)), mean_v=np.array([v]), active=NONE, dt=dt)
         done = scheme.step(problem, one, 0.0, Damping(), TimeOptions().newton)
         columns.append(scale * [done.q[0], done.v[0], done.a[0]])
     assert np.abs(np.linalg.eigvals(np.array(columns).T)).max() == pytest.approx(radius, abs=0.02)
@@ -328,7 +333,7 @@ def test_error_of_a_step_is_estimated() -> None:
 
 def test_a_motion_that_ends_says_where() -> None:
     problem = Pendulum(breaks_below=-0.5)
-    moments: list[Moment] = []
+    moments: list[TimeState] = []
     with pytest.raises(TimeStepError, match="no time step") as caught:
         moments.extend(dynamics.march(problem, begin(problem), STILL))
     assert caught.value.last is moments[-1]
@@ -342,7 +347,7 @@ class Generous:
 
     factor: float
 
-    def step(self, *arguments: object) -> Done:
+    def step(self, *arguments: object) -> StepResult:
         done = CONSERVING.step(*arguments)
         return replace(done, v=self.factor * done.v)
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stripfold.analysis.static import PATIENT, StripModel, lift
+from stripfold.analysis.static import ROBUST_NEWTON, StripModel, lift
 from stripfold.effects import Hysteresis, Pull
 from stripfold.problem import Lift, StripProblem
 from stripfold.solve import newton
@@ -25,7 +25,7 @@ def onward(lifted, top: float, steps: int, *effects: Hysteresis | Pull) -> tuple
     model, last = lifted
     problem = StripProblem(model, Lift(), effects)
     for height in np.linspace(1.0, top, steps + 1)[1:]:
-        last = newton.solve(problem, last.q, height, last.active, options=PATIENT)
+        last = newton.solve(problem, last.q, height, last.active, options=ROBUST_NEWTON)
         problem = problem.accepted(last.q)
     return problem, last
 
@@ -35,7 +35,7 @@ class TestNewton:
 
     HEIGHT = 1.1
     # Below what rounding leaves: the history goes on as far as it can.
-    OPTIONS = replace(PATIENT, force_tolerance=1e-11, largest_step=np.inf)
+    OPTIONS = replace(ROBUST_NEWTON, force_tolerance=1e-11, largest_step=np.inf)
 
     def solve(self, lifted, *effects):
         model, state = lifted
@@ -95,7 +95,7 @@ class TestBranch:
         last, work, before = state, 0.0, problem.residual(state.q, 1.0)[grasp]
         heights = np.linspace(1.0, 1.5, 41)
         for height in heights[1:]:
-            last = newton.solve(problem, last.q, height, last.active, options=PATIENT)
+            last = newton.solve(problem, last.q, height, last.active, options=ROBUST_NEWTON)
             pull = problem.residual(last.q, height)[grasp]
             work += 0.5 * (before + pull) * (heights[1] - heights[0])
             before, problem = pull, problem.accepted(last.q)

@@ -34,13 +34,13 @@ def test_errors_are_from_the_reference(found: xr.Dataset):
 
 def test_a_way_that_fails_has_no_number(monkeypatch: pytest.MonkeyPatch):
     """A motion that comes to rest without a touch has no first touch."""
-    truth = fall_accuracy.let_fall
+    truth = fall_accuracy.simulate_fall
 
-    def let_fall(release, fall, options, scheme):
+    def simulate_fall(release, fall, options, scheme):
         found = truth(release, fall, options, scheme=scheme)
-        return found if options.tolerance == 1e-4 else type(found)(found.moments, None, np.nan)
+        return found if options.tolerance == 1e-4 else type(found)(found.states, None, np.nan)
 
-    monkeypatch.setattr(fall_accuracy, "let_fall", let_fall)
+    monkeypatch.setattr(fall_accuracy, "simulate_fall", simulate_fall)
     sure = {**ROD, "tolerance": 1e-4}
     data = fall_accuracy.run(12.0, 0.0594, [3.0], 1e-2, [ROD], [sure, sure], 1)
     assert np.isnan(data["error"]).all()

@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 from stripfold.analysis.collapse import release_of, to_critical_point
-from stripfold.analysis.release import TIME_OPTIONS, Fall, let_fall
+from stripfold.analysis.release import TIME_OPTIONS, Fall, simulate_fall
 from stripfold.analysis.static import StripModel
 from stripfold.solve.schemes import Damping
 from studies import falls
@@ -80,8 +80,8 @@ def test_the_numbers_are_those_of_the_motion(found: xr.Dataset) -> None:
     run = to_critical_point(StripModel(BASE["length"], BASE["thickness"]), BASE["height"], BASE["refinement"])
     options = replace(TIME_OPTIONS, tolerance=BASE["tolerance"])
     fall = Fall(BASE["disturbance"], damping=Damping(air=BASE["air"], stiffness=BASE["stiffness"]))
-    motion, other = (let_fall(release_of(run), replace(fall, disturbance=v), options) for v in (1e-2, -1e-2))
-    moments, energy = motion.moments, [m.energy for m in motion.moments]
+    motion, other = (simulate_fall(release_of(run), replace(fall, disturbance=v), options) for v in (1e-2, -1e-2))
+    moments, energy = motion.states, [m.energy for m in motion.states]
     lacking = np.array([e.total - e.work + e.lost for e in energy]) - energy[0].total
     wanted = {
         "touch_time": moments[motion.touch].t,
@@ -96,10 +96,10 @@ def test_the_numbers_are_those_of_the_motion(found: xr.Dataset) -> None:
         assert float(base[name]) == pytest.approx(value, rel=1e-6), name
     assert float(base["closing"]) == pytest.approx(lacking[-1], abs=1e-14)
     assert float(base["largest_gain"]) == pytest.approx(np.diff(lacking).max(), abs=1e-14)
-    shapes = [run.problem.model.mid_surface(one.moments[-1].q) for one in (motion, other)]
+    shapes = [run.problem.model.mid_surface(one.states[-1].q) for one in (motion, other)]
     apart = np.linalg.norm(shapes[0] - shapes[1], axis=1).max()
     assert float(found["distance"].sel(case="other sign")) == pytest.approx(apart, rel=0.05)
-    assert float(found["touch_time"].sel(case="other sign")) == pytest.approx(other.moments[other.touch].t, rel=1e-6)
+    assert float(found["touch_time"].sel(case="other sign")) == pytest.approx(other.states[other.touch].t, rel=1e-6)
 
 
 def test_another_mesh_is_another_computation(found: xr.Dataset) -> None:

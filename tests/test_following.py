@@ -14,10 +14,9 @@ import numpy as np
 import pytest
 
 from stripfold import elastica, paths
-from stripfold.analysis import path_statics as following
-from stripfold.analysis import static
+from stripfold.analysis import path_statics, static
 from stripfold.analysis.assess import grip_and_hold, lying_length, mesh_for
-from stripfold.analysis.path_statics import Stretch
+from stripfold.analysis.path_statics import StaticSegment
 from stripfold.analysis.static import StripModel
 from stripfold.errors import CoarseMeshError, ContinuationError, NewtonError, SolveError
 from stripfold.paths import GripperPath, Piece, RPath
@@ -59,16 +58,16 @@ def along_x_path(begin: float, height: float, length: float) -> GripperPath:
     return GripperPath("along x", (piece,))
 
 
-def distance(stretch: Stretch, a: Point, b: Point) -> float:
+def distance(segment: StaticSegment, a: Point, b: Point) -> float:
     """Largest distance between two mid-surfaces."""
-    middle = stretch.model.mid_surface
+    middle = segment.model.mid_surface
     return float(np.linalg.norm(middle(a.q) - middle(b.q), axis=1).max())
 
 
 @pytest.fixture(scope="module")
-def followed() -> Stretch:
+def followed() -> StaticSegment:
     """A low path on which the strip is laid down without a snap."""
-    return following.follow(mesh_for(STRIP, PATH, 2.0), PATH)
+    return path_statics.follow(mesh_for(STRIP, PATH, 2.0), PATH)
 
 
 @pytest.fixture(scope="module")
@@ -77,9 +76,9 @@ def plan() -> RPath:
 
 
 @pytest.fixture(scope="module")
-def planned(plan: RPath) -> Stretch:
+def planned(plan: RPath) -> StaticSegment:
     """A strip that is nearly the elastica, on the path planned for it."""
-    return following.follow(mesh_for(THIN, plan.path, 2.0), plan.path)
+    return path_statics.follow(mesh_for(THIN, plan.path, 2.0), plan.path)
 
 
 @pytest.fixture(scope="module")
@@ -90,18 +89,18 @@ def x_run() -> static.XRun:
 
 def started(run: static.XRun, path: GripperPath) -> Point:
     """The first state of a run along x as one of a path."""
-    problem = following.problem_on(run.problem.model, path, 0)
+    problem = path_statics.problem_on(run.problem.model, path, 0)
     first = run.points[0]
-    return continuation.start(problem, first.q, 0.0, first.active, 1.0, following.STEPS)
+    return continuation.start(problem, first.q, 0.0, first.active, 1.0, path_statics.STEPS)
 
 
-def assert_points_are_equilibria(stretch: Stretch) -> None:
+def assert_points_are_equilibria(segment: StaticSegment) -> None:
     """Each of its own problem, the gripper where the path says, pushed by the floor only, stable."""
-    half = stretch.model.length / 2.0
-    for i, point in enumerate(stretch.points):
-        problem = stretch.problem(i)
-        grip, held = stretch.model.middle[[0, -1]]
-        np.testing.assert_allclose(point.q[grip] - [half, 0.0], stretch.path.position(point.lam), atol=1e-9)
+    half = segment.model.length / 2.0
+    for i, point in enumerate(segment.points):
+        problem = segment.problem(i)
+        grip, held = segment.model.middle[[0, -1]]
+        np.testing.assert_allclose(point.q[grip] - [half, 0.0], segment.path.position(point.lam), atol=1e-9)
         assert np.all(point.q[held] == 0.0)
         residual = problem.residual(point.q, point.lam)
         assert residual[point.active].min() > -1e-7
@@ -111,11 +110,11 @@ def assert_points_are_equilibria(stretch: Stretch) -> None:
         assert point.negatives == 0
 
 
-def test_it_goes_through_equilibria_to_the_end(followed: Stretch) -> None:
+def test_it_goes_through_equilibria_to_the_end(followed: StaticSegment) -> None:
     assert followed.critical is None
     assert_points_are_equilibria(followed)
     lam = np.array([point.lam for point in followed.points])
-    assert lam[0] == following.FIRST_HEIGHT
+    assert lam[0] == path_statics.FIRST_HEIGHT
     assert lam[-1] == PATH.length
     assert len(followed.points) == len(followed.pieces)
     assert np.all(np.diff(lam) >= 0.0)
@@ -123,7 +122,7 @@ def test_it_goes_through_equilibria_to_the_end(followed: Stretch) -> None:
     np.testing.assert_allclose(followed.points[-1].q[followed.model.middle[0]], [STRIP.length, 0.0], atol=1e-9)
 
 
-def test_a_corner_is_a_state_with_two_directions(followed: Stretch) -> None:
+def test_a_corner_is_a_state_with_two_directions(followed: StaticSegment) -> None:
     grip = followed.model.middle[0]
     for i, corner in enumerate(PATH.corners):
         at = [k for k, point in enumerate(followed.points) if point.lam == corner]
@@ -137,23 +136,23 @@ def test_a_corner_is_a_state_with_two_directions(followed: Stretch) -> None:
             np.testing.assert_allclose(way, side / np.linalg.norm(side), atol=1e-9)
         # The tangent is that of the branch: a short way behind the corner the strip has moved along it.
         ds = 1e-4
-        near = newton.solve(following.problem_on(followed.model, PATH, i + 1), after.q, corner + ds, after.active)
+        near = newton.solve(path_statics.problem_on(followed.model, PATH, i + 1), after.q, corner + ds, after.active)
         moved = (near.q - after.q)[followed.model.middle] / ds
         expected = (after.tangent.q / after.tangent.lam)[followed.model.middle]
         assert np.abs(moved - expected).max() < 0.02 * np.abs(expected).max()
 
 
-def test_corners_that_are_none_change_nothing(followed: Stretch, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_corners_that_are_none_change_nothing(followed: StaticSegment, monkeypatch: pytest.MonkeyPatch) -> None:
     """One just behind the first state, one on either side."""
     path = split(PATH, 0.02, 3.0, 12.5)
-    along_piece = following._along_piece
+    along_piece = path_statics._along_piece
 
     def one_tooth_more(*given: object) -> tuple[object, ...]:
         points, found, folds = along_piece(*given)  # type: ignore[arg-type]
         return points, found, folds + 1
 
-    monkeypatch.setattr(following, "_along_piece", one_tooth_more)
-    other = following.follow(followed.model, path)
+    monkeypatch.setattr(path_statics, "_along_piece", one_tooth_more)
+    other = path_statics.follow(followed.model, path)
     assert other.contact_folds == 6
     assert other.points[0].lam == 0.005
     assert sorted(set(other.pieces)) == [0, 1, 2, 3, 4, 5]
@@ -167,17 +166,17 @@ def test_corners_that_are_none_change_nothing(followed: Stretch, monkeypatch: py
         np.testing.assert_allclose(ends[0].tangent.q, ends[1].tangent.q, atol=1e-6)
         before = max((p for p in followed.points if p.lam < s), key=lambda p: p.lam)
         problem = followed.problem(followed.points.index(before))
-        there = following.step_to(problem, before, s)
+        there = path_statics.step_to(problem, before, s)
         assert distance(followed, there, ends[0]) < 1e-6
 
 
-def test_a_table_of_a_path_is_the_path(followed: Stretch, tmp_path: Path) -> None:
+def test_a_table_of_a_path_is_the_path(followed: StaticSegment, tmp_path: Path) -> None:
     """Written in metres by hand; with another pseudo time."""
     unit = 0.03
     file = tmp_path / "path.csv"
     file.write_text("t,x,z\n" + "".join(f"{t**2},{unit * x},{unit * z}\n" for t, (x, z) in enumerate(CORNERS)))
     path = paths.read(file, STRIP.length, unit)
-    other = following.follow(followed.model, path)
+    other = path_statics.follow(followed.model, path)
     assert other.critical is None
     assert other.points[-1].lam == pytest.approx(PATH.length, abs=1e-9)
     assert distance(followed, other.points[-1], followed.points[-1]) < 1e-6
@@ -185,7 +184,7 @@ def test_a_table_of_a_path_is_the_path(followed: Stretch, tmp_path: Path) -> Non
 
 
 @pytest.mark.slow
-def test_a_thin_strip_follows_its_plan(plan: RPath, planned: Stretch) -> None:
+def test_a_thin_strip_follows_its_plan(plan: RPath, planned: StaticSegment) -> None:
     """Truth: the elastica's states, up to where two states meet: there any thickness opens a gap between them."""
     # All but the teeth of the contact, which are passed.
     stable = [i for i, point in enumerate(planned.points[:-1]) if not point.negatives]
@@ -208,7 +207,7 @@ def test_a_thin_strip_follows_its_plan(plan: RPath, planned: Stretch) -> None:
 
 
 @pytest.mark.slow
-def test_forces_and_lying_length_are_the_plans(plan: RPath, planned: Stretch) -> None:
+def test_forces_and_lying_length_are_the_plans(plan: RPath, planned: StaticSegment) -> None:
     """The held end carries what the elastica's horizontal force is, the gripper its reaction and the rest's weight."""
     checked = 0
     corner = plan.path.corners[0]
@@ -232,28 +231,28 @@ def test_forces_and_lying_length_are_the_plans(plan: RPath, planned: Stretch) ->
 def test_constant_height_is_the_run_along_x(x_run: static.XRun) -> None:
     begin = x_run.lambda_0 - 6.5
     path = along_x_path(begin, 3.0, 10.0)
-    stretch = following.follow(x_run.problem.model, path, started(x_run, path))
+    segment = path_statics.follow(x_run.problem.model, path, started(x_run, path))
     assert x_run.critical is not None
-    assert stretch.critical is not None
-    assert stretch.critical.lam + x_run.lambda_0 == pytest.approx(x_run.critical.lam, abs=2e-6)
-    assert stretch.critical.width <= static.LAMBDA_TOLERANCE
-    assert stretch.points[-1] is stretch.critical.before
-    assert all(p.lam <= stretch.critical.upper for p in stretch.points)
-    assert distance(stretch, stretch.points[-1], x_run.last) < 0.01
-    assert_points_are_equilibria(stretch)
-    assert stretch.contact_folds == x_run.contact_folds
+    assert segment.critical is not None
+    assert segment.critical.lam + x_run.lambda_0 == pytest.approx(x_run.critical.lam, abs=2e-6)
+    assert segment.critical.width <= static.LAMBDA_TOLERANCE
+    assert segment.points[-1] is segment.critical.before
+    assert all(p.lam <= segment.critical.upper for p in segment.points)
+    assert distance(segment, segment.points[-1], x_run.last) < 0.01
+    assert_points_are_equilibria(segment)
+    assert segment.contact_folds == x_run.contact_folds
 
 
 def test_a_touch_right_behind_the_maximum_is_no_tooth(x_run: static.XRun) -> None:
     """At this height the floor stops the sag 0.2 L* of arc behind it, and lambda rises again, higher, in 0.1 more."""
     assert x_run.critical is not None
     problem, before = x_run.problem, x_run.points[x_run.points.index(x_run.last) - 1]
-    ahead = continuation.follow(problem, before, following.STEPS)
+    ahead = continuation.follow(problem, before, path_statics.STEPS)
     branch = list(takewhile(lambda p: p.arc - x_run.last.arc < static.LOOK_AHEAD, ahead))
     risen = [p for p in branch if p.lam > x_run.critical.upper and not p.negatives]
     assert risen
     assert all(static.touches(problem.model, p) for p in risen)
-    points, found, folds = following._along_piece(problem, before, 12.0, following.STEPS)
+    points, found, folds = path_statics._along_piece(problem, before, 12.0, path_statics.STEPS)
     assert found is not None
     assert found.lam == pytest.approx(x_run.critical.lam, abs=2e-6)
     assert folds == 0
@@ -265,16 +264,16 @@ def test_a_path_that_ends_before_the_critical_point(x_run: static.XRun) -> None:
     assert x_run.critical is not None
     way = x_run.critical.lam - x_run.lambda_0
     path = along_x_path(x_run.lambda_0 - 6.5, 3.0, way - 1e-3)
-    stretch = following.follow(x_run.problem.model, path, started(x_run, path))
-    assert stretch.critical is None
-    assert stretch.points[-1].lam == pytest.approx(path.length, abs=1e-12)
+    segment = path_statics.follow(x_run.problem.model, path, started(x_run, path))
+    assert segment.critical is None
+    assert segment.points[-1].lam == pytest.approx(path.length, abs=1e-12)
 
 
 def test_an_unstable_state_is_not_taken_round_a_corner(x_run: static.XRun) -> None:
     unstable = next(p for p in x_run.points if p.negatives)
     path = split(along_x_path(-6.5, 3.0, 15.0), unstable.lam)
     with pytest.raises(SolveError, match="not stable at a corner"):
-        following.follow(x_run.problem.model, path, unstable)
+        path_statics.follow(x_run.problem.model, path, unstable)
 
 
 def test_step_to(x_run: static.XRun) -> None:
@@ -282,8 +281,8 @@ def test_step_to(x_run: static.XRun) -> None:
     problem = x_run.problem
     i = len(x_run.points) // 3
     point = x_run.points[i]
-    for lam in (point.lam + 0.05, point.lam - 0.05, point.lam, point.lam + 0.5 * following.AT_CORNER):
-        there = following.step_to(problem, point, lam)
+    for lam in (point.lam + 0.05, point.lam - 0.05, point.lam, point.lam + 0.5 * path_statics.AT_CORNER):
+        there = path_statics.step_to(problem, point, lam)
         assert there.lam == lam
         assert there.negatives == 0
         assert there.tangent.lam > 0.0
@@ -292,19 +291,19 @@ def test_step_to(x_run: static.XRun) -> None:
     assert x_run.critical is not None
     # Well behind the maximum: on its top the teeth of the contact turn lambda back and forth.
     before = next(p for p in x_run.points if p.negatives and p.tangent.lam < 0.0 and p.lam < x_run.critical.lam - 2e-3)
-    down = following.step_to(problem, before, before.lam - 1e-4)
+    down = path_statics.step_to(problem, before, before.lam - 1e-4)
     assert down.lam == before.lam - 1e-4
     assert down.negatives == 1
     assert down.tangent.lam < 0.0
     assert down.arc > before.arc
     with pytest.raises(SolveError):
-        following.step_to(problem, x_run.critical.before, x_run.critical.upper + 0.05)
+        path_statics.step_to(problem, x_run.critical.before, x_run.critical.upper + 0.05)
 
 
 def test_step_to_goes_round_a_failure(x_run: static.XRun, monkeypatch: pytest.MonkeyPatch) -> None:
     """A step that fails is made as a part of the branch, half as long; backwards there is nothing to be gained."""
     problem, point = x_run.problem, x_run.points[len(x_run.points) // 3]
-    expected = following.step_to(problem, point, point.lam + 0.1)
+    expected = path_statics.step_to(problem, point, point.lam + 0.1)
     step, tried = continuation.step, []
 
     def short(problem: StripProblem, at: Point, ds: float, options: continuation.StepOptions) -> Point:
@@ -314,12 +313,12 @@ def test_step_to_goes_round_a_failure(x_run: static.XRun, monkeypatch: pytest.Mo
         return step(problem, at, ds, options)
 
     monkeypatch.setattr(continuation, "step", short)
-    there = following.step_to(problem, point, point.lam + 0.1)
+    there = path_statics.step_to(problem, point, point.lam + 0.1)
     assert there.lam == expected.lam
     np.testing.assert_allclose(there.q, expected.q, atol=1e-7)
     assert tried[1] == tried[0] / 2.0
     with pytest.raises(NewtonError, match="planted"):
-        following.step_to(problem, point, point.lam - 0.1)
+        path_statics.step_to(problem, point, point.lam - 0.1)
 
 
 @pytest.mark.parametrize(("again", "folds"), [(0.2, 1), (0.45, 1), (0.9, None)])
@@ -338,8 +337,8 @@ def test_a_tooth_is_passed_and_a_maximum_is_not(
         return replace(first, state=state, arc=arc, tangent=replace(first.tangent, lam=slope), negatives=int(unstable))
 
     branch = [at(arc) for arc in np.arange(0.0, 3.0, 0.05)]
-    monkeypatch.setattr(following, "_branch", lambda *_: iter(branch[1:]))
-    monkeypatch.setattr(following, "step_to", lambda problem, point, lam, options: point)
+    monkeypatch.setattr(path_statics, "_branch", lambda *_: iter(branch[1:]))
+    monkeypatch.setattr(path_statics, "step_to", lambda problem, point, lam, options: point)
     located: list[tuple[Point, Point]] = []
 
     def locate(problem: StripProblem, before: Point, after: Point, *_: object) -> critical.CriticalPoint:
@@ -347,7 +346,7 @@ def test_a_tooth_is_passed_and_a_maximum_is_not(
         return critical.CriticalPoint(before.lam, 0.0, 0.0, 0.0, True, before, after, first.mode, 0)
 
     monkeypatch.setattr(critical, "locate", locate)
-    points, found, passed = following._along_piece(problem, branch[0], begin + 2.5, following.STEPS)
+    points, found, passed = path_statics._along_piece(problem, branch[0], begin + 2.5, path_statics.STEPS)
     if folds is None:
         ((before, after),) = located
         assert (before.arc, after.arc) == pytest.approx((0.95, 1.0))
@@ -379,13 +378,13 @@ def test_a_long_pop_is_no_tooth(
         return replace(first, state=state, arc=arc, tangent=tangent, negatives=int(unstable))
 
     branch = [at(arc) for arc in np.arange(0.0, 3.0, 0.05)]
-    monkeypatch.setattr(following, "_branch", lambda *_: iter(branch[1:]))
-    monkeypatch.setattr(following, "step_to", lambda problem, point, lam, options: point)
+    monkeypatch.setattr(path_statics, "_branch", lambda *_: iter(branch[1:]))
+    monkeypatch.setattr(path_statics, "step_to", lambda problem, point, lam, options: point)
     if passed:
-        assert following._along_piece(problem, branch[0], first.lam + 2.5, following.STEPS)[2] == 1
+        assert path_statics._along_piece(problem, branch[0], first.lam + 2.5, path_statics.STEPS)[2] == 1
     else:
         with pytest.raises(CoarseMeshError, match="pops"):
-            following._along_piece(problem, branch[0], first.lam + 2.5, following.STEPS)
+            path_statics._along_piece(problem, branch[0], first.lam + 2.5, path_statics.STEPS)
 
 
 def test_a_fold_is_told_from_a_contact_that_opens_by_where_its_eigenvalue_would_be_zero() -> None:
@@ -397,13 +396,13 @@ def test_a_fold_is_told_from_a_contact_that_opens_by_where_its_eigenvalue_would_
     def near_fold(lam: float) -> Any:
         return at(lam, np.sqrt(3.4e5 * (1.0 - lam)))
 
-    assert following._to_zero(near_fold(1.0 - 4e-7), [near_fold(0.9), near_fold(0.99)]) == pytest.approx(4e-7)
+    assert path_statics._to_zero(near_fold(1.0 - 4e-7), [near_fold(0.9), near_fold(0.99)]) == pytest.approx(4e-7)
     # The point itself may be the last of those walked.
     last = near_fold(0.995)
-    assert following._to_zero(last, [near_fold(0.9), last]) == pytest.approx(0.005)
-    assert following._to_zero(at(1.0, 59.7), [at(0.99, 59.9)]) > 1.0
-    assert following._to_zero(at(1.0, 60.0), [at(0.99, 50.0)]) == np.inf
-    assert following._to_zero(at(1.0, 0.01), []) == np.inf
+    assert path_statics._to_zero(last, [near_fold(0.9), last]) == pytest.approx(0.005)
+    assert path_statics._to_zero(at(1.0, 59.7), [at(0.99, 59.9)]) > 1.0
+    assert path_statics._to_zero(at(1.0, 60.0), [at(0.99, 50.0)]) == np.inf
+    assert path_statics._to_zero(at(1.0, 0.01), []) == np.inf
 
 
 @pytest.mark.parametrize(
@@ -423,8 +422,8 @@ def test_a_strip_all_but_flat_that_is_nearly_let_go(
     """Its least eigenvalue dips towards zero, early on the path."""
     model: Any = SimpleNamespace(mid_surface=lambda q: np.array([[0.0, 0.0], [1.0, q]]))
     points: list[Any] = [SimpleNamespace(q=height, eigenvalues=np.array([value, 99.0])) for value in eigenvalues]
-    assert (following._nearly_let_go(model, points) is points[2]) is nearly
-    assert following._nearly_let_go(model, points[:2]) is None
+    assert (path_statics._near_critical_dip(model, points) is points[2]) is nearly
+    assert path_statics._near_critical_dip(model, points[:2]) is None
 
 
 def test_what_nearly_happens_on_coarse_elements_happens_on_fine_ones() -> None:
@@ -432,7 +431,7 @@ def test_what_nearly_happens_on_coarse_elements_happens_on_fine_ones() -> None:
     case = random_paths.case(16, 20180701)
     path = random_paths.as_table(case)
     with pytest.raises(CoarseMeshError, match="nearly pops"):
-        following.follow(mesh_for(case.strip, path, 2.0), path)
+        path_statics.follow(mesh_for(case.strip, path, 2.0), path)
 
 
 def test_a_branch_that_ends(x_run: static.XRun, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -449,6 +448,6 @@ def test_a_branch_that_ends(x_run: static.XRun, monkeypatch: pytest.MonkeyPatch)
 
     monkeypatch.setattr(continuation, "follow", ending(stable, stable))
     with pytest.raises(ContinuationError, match="planted"):
-        list(following._branch(problem, stable, following.STEPS))
+        list(path_statics._branch(problem, stable, path_statics.STEPS))
     monkeypatch.setattr(continuation, "follow", ending(stable, unstable))
-    assert list(following._branch(problem, stable, following.STEPS)) == [unstable]
+    assert list(path_statics._branch(problem, stable, path_statics.STEPS)) == [unstable]

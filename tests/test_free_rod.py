@@ -9,7 +9,7 @@ import pytest
 
 from stripfold import elastica
 from stripfold.analysis import critical_point as critical
-from stripfold.analysis import locate_rod as quick
+from stripfold.analysis import locate_rod
 from stripfold.analysis.static import End, StripModel
 from stripfold.errors import SolveError
 from stripfold.models.free_rod import FreeRod, FreeState, Guess
@@ -27,8 +27,8 @@ def rod(thickness: float, length: float = LENGTH) -> StripModel:
 
 
 @pytest.fixture(scope="module")
-def foretold() -> quick.Foretold:
-    return quick.Foretold.at(HEIGHT)
+def prediction() -> locate_rod.ElasticaPrediction:
+    return locate_rod.ElasticaPrediction.at(HEIGHT)
 
 
 class TestState:
@@ -75,12 +75,12 @@ class TestState:
         assert errors[1] < 1e-4 * state.advance
         assert np.log2(errors[0] / errors[1]) == pytest.approx(4.0, abs=0.3)
 
-    def test_no_horizontal_force(self, foretold: quick.Foretold):
+    def test_no_horizontal_force(self, prediction: locate_rod.ElasticaPrediction):
         part = free_rod(1e-4, 80)
-        found = part.solve(part.from_elastica(foretold.first), force=0.0)
+        found = part.solve(part.from_elastica(prediction.first), force=0.0)
         assert found.force == 0.0
-        assert part.advance(found) == pytest.approx(foretold.first.advance, abs=1e-5)
-        assert found.length == pytest.approx(foretold.first.length, abs=1e-5)
+        assert part.advance(found) == pytest.approx(prediction.first.advance, abs=1e-5)
+        assert found.length == pytest.approx(prediction.first.length, abs=1e-5)
 
     def test_the_lying_part_is_compressed(self):
         """membrane (e^2 - 1) / 2 e = -H, and the gripper is that much farther."""
@@ -90,11 +90,11 @@ class TestState:
         flat = FreeState(np.zeros(part.unit.size), 0.7, 5.0)
         assert part.advance(flat) == pytest.approx((LENGTH - 5.0) * (1.0 - e))
 
-    def test_slope_and_prediction(self, foretold: quick.Foretold):
+    def test_slope_and_prediction(self, prediction: locate_rod.ElasticaPrediction):
         """d lambda / d l against a difference along the branch; the predicted state is wrong by the step's square."""
         part = free_rod(0.05)
-        length = foretold.last.length - 0.1
-        state = part.solve(part.from_elastica(foretold.last), length=length)
+        length = prediction.last.length - 0.1
+        state = part.solve(part.from_elastica(prediction.last), length=length)
         apart, rates = [], []
         for step in (0.02, 0.01):
             guess = part.moved(state, length + step)
@@ -105,31 +105,34 @@ class TestState:
         assert part.slope(state) == pytest.approx((4.0 * rates[1] - rates[0]) / 3.0, abs=3e-6)
         assert apart[0] / apart[1] == pytest.approx(4.0, rel=0.1)
 
-    def test_a_guess_too_far(self, foretold: quick.Foretold):
+    def test_a_guess_too_far(self, prediction: locate_rod.ElasticaPrediction):
         part = free_rod(0.1)
-        guess = part.from_elastica(foretold.last)
+        guess = part.from_elastica(prediction.last)
         with pytest.raises(SolveError, match="near what was foretold"):
-            part.solve(Guess(guess.state, 0.0 * guess.carried), length=0.3 * foretold.last.length)
+            part.solve(Guess(guess.state, 0.0 * guess.predicted_stress), length=0.3 * prediction.last.length)
 
 
 class TestCriticalPoint:
-    def test_order_four(self, foretold: quick.Foretold):
+    def test_order_four(self, prediction: locate_rod.ElasticaPrediction):
         truth = elastica.critical(HEIGHT).advance
-        errors = np.array([quick.run(rod(1e-4), foretold, r).lam - truth for r in (2.0, 1.0, 0.5)])
+        errors = np.array([locate_rod.run(rod(1e-4), prediction, r).lam - truth for r in (2.0, 1.0, 0.5)])
         print("errors", errors)
         assert np.log2(errors[:-1] / errors[1:]) == pytest.approx(4.0, abs=0.3)
-        assert abs(errors[1]) < quick.MESH_ERROR * truth
+        assert abs(errors[1]) < locate_rod.MESH_ERROR * truth
 
-    def test_thickness(self, foretold: quick.Foretold):
+    def test_thickness(self, prediction: locate_rod.ElasticaPrediction):
         """lambda_c falls with h^2, and thick strips are reached by way of thinner ones."""
         h = np.array([0.2, 0.1, 0.05])
-        distance = np.array([quick.run(rod(t), foretold, 1.0).lam for t in h]) - quick.run(rod(1e-4), foretold, 1.0).lam
+        distance = (
+            np.array([locate_rod.run(rod(t), prediction, 1.0).lam for t in h])
+            - locate_rod.run(rod(1e-4), prediction, 1.0).lam
+        )
         assert distance / h**2 == pytest.approx(-5.9, abs=0.4)
 
     @pytest.mark.parametrize(("height", "end"), [(0.5, End.TOUCH), (1.58, End.TOUCH), (1.592, End.SNAP)])
     def test_touch_or_snap(self, height: float, end: End):
         """On either side of the limit, 1.58617 L*."""
-        found = quick.run(rod(1e-3), quick.Foretold.at(height), 0.5)
+        found = locate_rod.run(rod(1e-3), locate_rod.ElasticaPrediction.at(height), 0.5)
         truth = elastica.critical(height)
         assert found.end is end
         state = truth.state or (truth.touch.state if truth.touch else None)
@@ -137,16 +140,16 @@ class TestCriticalPoint:
         assert found.free_length == pytest.approx(state.length, abs=2e-3)
         assert found.lam == pytest.approx(state.advance, abs=2e-4)
 
-    def test_too_short(self, foretold: quick.Foretold):
+    def test_too_short(self, prediction: locate_rod.ElasticaPrediction):
         """The elastica would just snap, the rod's free length at its maximum is shorter: the strip decides."""
-        free = quick.run(rod(0.05), foretold, 1.0).free_length
-        assert quick.run(rod(0.05, free - 0.02), foretold, 1.0).end is End.LIFTED
-        assert quick.run(rod(0.05, free + 0.02), foretold, 1.0).end is End.SNAP
+        free = locate_rod.run(rod(0.05), prediction, 1.0).free_length
+        assert locate_rod.run(rod(0.05, free - 0.02), prediction, 1.0).end is End.LIFTED
+        assert locate_rod.run(rod(0.05, free + 0.02), prediction, 1.0).end is End.SNAP
 
     def test_too_thick(self):
         """Its strains at the tight fold of a low gripper are beyond what the law is for: an error, not a number."""
         with pytest.raises(SolveError):
-            quick.run(rod(0.3), quick.Foretold.at(0.5), 1.0)
+            locate_rod.run(rod(0.3), locate_rod.ElasticaPrediction.at(0.5), 1.0)
 
     def test_estimates(self):
         """Random strips: the error is within the estimate, which is within the accuracy asked for."""
@@ -155,7 +158,7 @@ class TestCriticalPoint:
             height, thickness = float(rng.uniform(1.7, 9.0)), float(rng.uniform(0.005, 0.15))
             scene = scene_of(height, thickness, accuracy)
             found = critical.find(scene)
-            truth = quick.run(rod(thickness, 30.0), quick.Foretold.at(height), 0.15).lam
+            truth = locate_rod.run(rod(thickness, 30.0), locate_rod.ElasticaPrediction.at(height), 0.15).lam
             error = abs(found.lambda_c / scene.material.gravity_length - truth) / truth
             print(accuracy, error, found.error / found.lambda_c)
             assert error <= found.error / found.lambda_c <= accuracy

@@ -78,10 +78,10 @@ class TestDerivatives:
         q, dq = crooked(model), crooked(model, seed=2)
         e = 1e-6
         difference = model.stiffness * (model.strain(q + e * dq) - model.strain(q - e * dq)) / (2.0 * e)
-        change = model.carry(q, dq) - model.carry(q, 0.0 * dq)
+        change = model.predict_stress(q, dq) - model.predict_stress(q, 0.0 * dq)
         assert np.abs(change - difference).max() < 1e-8 * np.abs(difference).max()
         np.testing.assert_array_equal(
-            model.force_and_tangent(q)[1].ab, model.force_and_tangent(q, model.carry(q, 0.0 * dq))[1].ab
+            model.force_and_tangent(q)[1].ab, model.force_and_tangent(q, model.predict_stress(q, 0.0 * dq))[1].ab
         )
 
     @pytest.mark.parametrize("kappa", [0.0, 0.7])
@@ -229,7 +229,7 @@ class TestBeam:
             model = Rod.of(length, thickness, elements=40)
             flat = np.zeros(model.size)
             problem = clamped(model, flat)
-            q = newton.solve(problem, flat, 0.0, problem.bounded, options=newton.NewtonOptions(most_iterations=60)).q
+            q = newton.solve(problem, flat, 0.0, problem.bounded, options=newton.NewtonOptions(max_iterations=60)).q
             x = model.mid_surface(q)
             truth = elastica.cantilever(length).at(model.s)
             errors.append(np.hypot(x[:, 0] + length / 2.0 - truth.x, x[:, 1] - truth.z).max())

@@ -14,19 +14,13 @@ from stripfold.analysis import (
     critical_point as critical,
 )
 from stripfold.analysis import (
-    locate_rod as quick,
-)
-from stripfold.analysis import (
-    path_friction as stepping,
-)
-from stripfold.analysis import (
+    locate_rod,
+    path_friction,
     planning,
+    release,
     static,
 )
-from stripfold.analysis import (
-    release as falling,
-)
-from stripfold.analysis.release import Fall, Release
+from stripfold.analysis.release import Fall, ReleaseState
 from stripfold.analysis.static import End, StripModel
 from stripfold.cli import main
 from stripfold.effects import Effect, Hysteresis, Pull
@@ -53,11 +47,11 @@ class TestCriticalPoint:
     def test_the_thin_limit_is_the_elastica(self):
         """Truth: the elastica's lambda_c; the distance falls as h^2 (as eta_m), the strip's length plays no part."""
         truth = elastica.critical(HEIGHT).advance
-        foretold = quick.Foretold.at(HEIGHT)
+        prediction = locate_rod.ElasticaPrediction.at(HEIGHT)
         thickness = (0.2, 0.1, 0.05)
         # On one mesh, whose own error is that without thickness.
-        thin = quick.run(rod(1e-3), foretold, 1.0).lam
-        distance = np.array([quick.run(rod(h), foretold, 1.0).lam - thin for h in thickness])
+        thin = locate_rod.run(rod(1e-3), prediction, 1.0).lam
+        distance = np.array([locate_rod.run(rod(h), prediction, 1.0).lam - thin for h in thickness])
         print("distance", distance, "of the mesh", thin - truth)
         assert thin == pytest.approx(truth, rel=2e-4)
         assert np.log2(distance[:-1] / distance[1:]) == pytest.approx(2.0, abs=0.2)
@@ -69,12 +63,12 @@ class TestCriticalPoint:
         assert isinstance(run.problem.model, Rod)
         assert run.end is solid.end is End.SNAP
         assert run.lambda_0 == pytest.approx(solid.lambda_0, abs=2e-3)
-        fine = quick.run(rod(), quick.Foretold.at(HEIGHT), 1.0)
+        fine = locate_rod.run(rod(), locate_rod.ElasticaPrediction.at(HEIGHT), 1.0)
         assert fine.lam == pytest.approx(solid.lam, rel=1e-4)
 
     def test_the_short_way_is_the_long_one(self, run: static.XRun):
         """With the lift-off as an unknown the rod ends where it does with contact node by node, to that mesh."""
-        short = quick.run(rod(), quick.Foretold.at(HEIGHT), 1.0)
+        short = locate_rod.run(rod(), locate_rod.ElasticaPrediction.at(HEIGHT), 1.0)
         assert short.end is run.end
         assert short.lam == pytest.approx(run.lam, rel=5e-4)
         assert short.lambda_0 == pytest.approx(run.lambda_0, abs=2e-3)
@@ -120,14 +114,14 @@ class TestMotion:
         found = static.along_x(strip, HEIGHT, (model, state), mesh, past=0.0)
         assert found.critical is not None
         fall = Fall(disturbance=2e-3, damping=Damping(0.4, 0.05))
-        motion = falling.let_fall(Release.at(found.problem, found.critical), fall)
+        motion = release.simulate_fall(ReleaseState.at(found.problem, found.critical), fall)
         assert motion.touch is not None
-        energy = [moment.energy for moment in motion.moments]
+        energy = [moment.energy for moment in motion.states]
         balance = np.array([e.total - e.work + e.lost - e.closing for e in energy])
         assert np.abs(balance - balance[0]).max() < 1e-9
         assert np.abs([e.closing for e in energy]).max() < 1e-6
-        assert all(m.q[found.problem.bounded].min() >= -1e-12 for m in motion.moments)
-        assert falling.settled(found.problem, motion.moments[-1]).negatives == 0
+        assert all(m.q[found.problem.bounded].min() >= -1e-12 for m in motion.states)
+        assert release.state_at_rest(found.problem, motion.states[-1]).negatives == 0
 
 
 class TestFriction:
@@ -137,9 +131,9 @@ class TestFriction:
         model, start = run.problem.model, run.points[0].state
         with_friction = Pull(model, 1.0, start.q) if law == "pull" else Hysteresis.of(model, 0.02, slack=start.q)
 
-        def walked(*effects: Effect) -> list[stepping.Step]:
+        def walked(*effects: Effect) -> list[path_friction.Step]:
             places = [(0, start.lam + 0.1 * n) for n in range(1, 9)]
-            return list(stepping.walk_from(model, start, effects, [run.problem.motion], places))
+            return list(path_friction.load_incrementally_from(model, start, effects, [run.problem.motion], places))
 
         last, bare = walked(with_friction)[-1], walked()[-1]
         free = np.ones(model.size, dtype=bool)

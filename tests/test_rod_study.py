@@ -9,8 +9,7 @@ import pytest
 import xarray as xr
 
 from stripfold import elastica, store
-from stripfold.analysis import locate_rod as quick
-from stripfold.analysis import static
+from stripfold.analysis import locate_rod, static
 from stripfold.errors import SolveError
 from studies import benchmark, rod
 from studies.plots import rod as figure
@@ -28,7 +27,9 @@ class TestStudy:
         """Of each model at each place, from runs of its own; the differences from what is stored beside them."""
         one = found.sel(height=HEIGHT, thickness=THICKNESS)
         lambda_c = {name: float(one["lambda_c"].sel(model=name)) for name in rod.MODELS}
-        own = quick.run(static.StripModel(LENGTH, THICKNESS, kind="rod"), quick.Foretold.at(HEIGHT), 0.5)
+        own = locate_rod.run(
+            static.StripModel(LENGTH, THICKNESS, kind="rod"), locate_rod.ElasticaPrediction.at(HEIGHT), 0.5
+        )
         assert lambda_c["rod"] == pytest.approx(own.lam, rel=1e-9)
         assert float(one["model_error"]) == pytest.approx(lambda_c["rod"] / lambda_c["solid"] - 1.0, abs=1e-12)
         truth = elastica.critical(HEIGHT).advance

@@ -110,7 +110,7 @@ def folded(thickness: float, element: float) -> dict[str, float]:
         model.unknowns_of(position, np.where(free, -truth.theta, 0.0)),
         landing_place,
         model.middle[~free, 1][:-1],
-        options=newton.NewtonOptions(most_iterations=60),
+        options=newton.NewtonOptions(max_iterations=60),
     ).q
     x = model.mid_surface(q)
     assert x[:, 1].min() >= -1e-12

@@ -269,7 +269,7 @@ class TestDerivatives:
         assert np.abs(dense - dense.T).max() > 1e-3 * np.abs(dense).max()
 
     def test_the_carried_stress(self):
-        """``carry(q, dq)`` is the stress at q + dq up to dq^2, and the own stress for dq = 0."""
+        """``predict_stress(q, dq)`` is the stress at q + dq up to dq^2, and the own stress for dq = 0."""
         model = strip(2, 1)
         rng = np.random.default_rng(4)
         q, dq = arc(model, 2.6), rng.standard_normal(model.size)
@@ -278,11 +278,11 @@ class TestDerivatives:
             f = model.deformation_gradient(q)
             return np.linalg.solve(f, model.law.stress(f, model.lame))
 
-        remainders = [np.abs(model.carry(q, t * dq) - stress(q + t * dq)).max() for t in self.STEPS]
+        remainders = [np.abs(model.predict_stress(q, t * dq) - stress(q + t * dq)).max() for t in self.STEPS]
         slopes = np.log2(np.divide(remainders[:-1], remainders[1:]))
         print("slopes", slopes)
         assert slopes[-1] == pytest.approx(2.0, abs=0.05)
-        own = model.force_and_tangent(q, model.carry(q, np.zeros(model.size)))[1].ab
+        own = model.force_and_tangent(q, model.predict_stress(q, np.zeros(model.size)))[1].ab
         plain = model.force_and_tangent(q)[1].ab
         assert np.abs(own - plain).max() < 1e-14 * np.abs(plain).max()
 

@@ -36,7 +36,7 @@ def walk(problem: Problem, options: StepOptions, until: Callable[[Point], bool],
 
 def test_a_branch_without_an_end_is_given_up() -> None:
     problem = Truss(1.0, 0.3).problem()
-    options = replace(STEPS, most_attempts=5)
+    options = replace(STEPS, max_attempts=5)
     first = continuation.start(problem, np.zeros(problem.size), 0.0, NONE, 1.0, options)
     branch = continuation.follow(problem, first, options)
     assert len(list(islice(branch, 6))) == 6
@@ -156,8 +156,8 @@ class TestGuards:
         return -2.0 * 0.05 * float(np.logaddexp(0.0, (lam - 1.0) / 0.05))
 
     CASES: ClassVar = {
-        "too far from its prediction": ([lambda t: 0.4], {"largest_correction": np.inf}),
-        "turns by a cosine": ([lambda t: 0.05 + 0.8 * (t - 1.9)], {"least_cosine": -1.0}),
+        "too far from its prediction": ([lambda t: 0.4], {"max_correction": np.inf}),
+        "turns by a cosine": ([lambda t: 0.05 + 0.8 * (t - 1.9)], {"min_cosine": -1.0}),
     }
 
     @pytest.mark.parametrize("guard", CASES)
@@ -191,7 +191,7 @@ class TestGuards:
         assert start.negatives == 2
         with pytest.raises(NewtonError, match="several eigenvalues"):
             continuation.step(problem, start, 1.0, options)
-        landed = continuation.step(problem, start, 1.0, replace(options, largest_inertia_change=2))
+        landed = continuation.step(problem, start, 1.0, replace(options, max_inertia_change=2))
         assert landed.negatives == 0
         assert landed.q == pytest.approx([0.05, 0.05], abs=1e-8)
 
@@ -210,7 +210,7 @@ class TestGuards:
         assert caught.value.step < STEPS.smallest
         assert caught.value.advice
         assert {p.negatives for p in points} == {0}
-        more = replace(STEPS, largest_inertia_change=2)
+        more = replace(STEPS, max_inertia_change=2)
         assert walk(problem, more, lambda p: p.lam > 1.5)[-1].negatives == 2
 
 

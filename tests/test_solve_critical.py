@@ -27,7 +27,7 @@ def bracket(problem: Problem, options: StepOptions) -> tuple[Point, Point]:
     """The last accepted point before and the first past the critical point."""
     first = continuation.start(problem, np.zeros(problem.size), 0.0, NONE, 1.0, options)
     for before, after in islice(pairwise(continuation.follow(problem, first, options)), 300):
-        if critical.passed(after, before):
+        if critical.is_past(after, before):
             return before, after
     raise AssertionError("not reached")
 
@@ -128,14 +128,14 @@ class TestOtherCritical:
     def test_a_maximum_and_a_minimum_in_one_step(self):
         """Truth: lambda = x^3 - 0.01 x has both within 0.15; a step across them sees lambda, not its slope, fall."""
         shallow = Toy(1, lambda q, lam: (q**3 - 0.01 * q - lam, np.diag(3.0 * q**2 - 0.01), -np.ones(1)))
-        long = replace(STEPS, least_cosine=-1.0, largest_correction=np.inf)
+        long = replace(STEPS, min_cosine=-1.0, max_correction=np.inf)
         point = continuation.start(shallow, np.array([-0.0667]), -(0.0667**3) + 0.000667, NONE, 1.0, long)
         after = continuation.step(shallow, point, 0.15, long)
         assert after.lam < point.lam
         assert after.tangent.lam > 0.0
         assert after.negatives == 0
-        assert not critical.passed(after)
-        assert critical.passed(after, point)
+        assert not critical.is_past(after)
+        assert critical.is_past(after, point)
         found = critical.locate(shallow, point, after, 1e-10, long)
         top = 0.01 / 3.0
         assert found.lam == pytest.approx(2.0 * top * sqrt(top), abs=1e-9)
@@ -162,7 +162,7 @@ def test_a_maximum_where_a_contact_opens(b):
     problem = opening(b)
     first = continuation.start(problem, np.zeros(2), 0.0, np.array([1]), 1.0, STEPS)
     for before, after in islice(pairwise(continuation.follow(problem, first, STEPS)), 300):
-        if critical.passed(after, before):
+        if critical.is_past(after, before):
             break
     found = critical.locate(problem, before, after, 1e-6, STEPS)
     print(f"error {found.lam - 1.0:.1e}, bracket {found.upper - found.lower:.1e}")
@@ -200,7 +200,7 @@ class TestNewtonIsNoDetector:
         first = continuation.start(problem, q, 0.0, NONE, 1.0, STEPS)
         with pytest.raises(SolveError, match="could not be followed"):
             points.extend(islice(continuation.follow(problem, first, STEPS), 300))
-        assert not any(critical.passed(point) for point in points)
+        assert not any(critical.is_past(point) for point in points)
         assert all(len(point.state.active) == 0 for point in points)
 
     def test_between_the_ends(self):
@@ -224,8 +224,8 @@ def test_passed():
     """Each of three signs is enough, and none is needed."""
     problem = Truss(1.0, 0.3).problem()
     before, after = bracket(problem, STEPS)
-    assert not critical.passed(before)
-    assert critical.passed(after)
-    assert critical.passed(replace(before, negatives=1))
-    assert critical.passed(replace(before, tangent=Tangent(before.tangent.q, 0.0)))
-    assert critical.passed(before, replace(before, state=replace(before.state, lam=before.lam + 1e-9)))
+    assert not critical.is_past(before)
+    assert critical.is_past(after)
+    assert critical.is_past(replace(before, negatives=1))
+    assert critical.is_past(replace(before, tangent=Tangent(before.tangent.q, 0.0)))
+    assert critical.is_past(before, replace(before, state=replace(before.state, lam=before.lam + 1e-9)))

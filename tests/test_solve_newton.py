@@ -38,9 +38,9 @@ class Recorded:
     def __getattr__(self, name: str) -> Any:
         return getattr(self.problem, name)
 
-    def linearise(self, q: Array, lam: float, carried: Any = None) -> tuple[Array, Any, Array]:
+    def linearise(self, q: Array, lam: float, predicted_stress: Any = None) -> tuple[Array, Any, Array]:
         self.visited.append(q.copy())
-        return self.problem.linearise(q, lam, carried)
+        return self.problem.linearise(q, lam, predicted_stress)
 
 
 class TestRate:
@@ -65,7 +65,7 @@ class TestRate:
         for size in sizes:
             spy = Recorded(problem)
             start = exact + size * direction
-            tight = NewtonOptions(largest_step=np.inf, force_tolerance=0.0, most_iterations=3)
+            tight = NewtonOptions(largest_step=np.inf, force_tolerance=0.0, max_iterations=3)
             with pytest.raises(NewtonError):
                 newton.solve(spy, start, lam, NONE, options=tight)
             errors.append([np.linalg.norm(q - exact) for q in spy.visited[1:3]])
@@ -85,7 +85,7 @@ class TestRate:
         assert np.all(errors[-1] < [1e-3, 1e-6])
 
     def test_solid(self):
-        """The strip: with the stress carried from step to step the tangent is exact in the limit, so is the rate."""
+        """The strip: with the stress predicted from step to step the tangent is exact in the limit, so is the rate."""
         model = Solid.of(2.0, 0.2, elements=6)
         problem = clamped(model, np.zeros(model.size), 0)
         exact = problem.solve(np.zeros(model.size), force_tolerance=1e-12).q
@@ -104,7 +104,7 @@ class TestRate:
         with_it = len(problem.solve(np.zeros(model.size)).residuals)
 
         class Forgets(type(problem)):
-            def carry(self, q, dq):
+            def predict_stress(self, q, dq):
                 return None
 
         plain = Forgets(problem.model, problem.prescribed, problem.values, problem.load)
@@ -183,7 +183,7 @@ class TestBounds:
         start = rng.choice(bounded, rng.integers(0, 8), replace=False)
         self.check(
             half @ half.T + 0.1 * np.eye(n), 3.0 * rng.standard_normal(n), bounded, rng.standard_normal(7),
-            rng.standard_normal(n), start, NewtonOptions(largest_step=np.inf, most_iterations=40),
+            rng.standard_normal(n), start, NewtonOptions(largest_step=np.inf, max_iterations=40),
         )  # fmt: skip
 
     @pytest.mark.parametrize("start", range(8))
@@ -282,7 +282,7 @@ class TestFailure:
     def test_beyond_the_limit_load(self):
         """Truth: the shallow truss stands at no load near 1.5 times its limit without having snapped through."""
         truss = Truss(1.0, 0.4)
-        few = NewtonOptions(most_iterations=6, largest_step=0.02)
+        few = NewtonOptions(max_iterations=6, largest_step=0.02)
         with pytest.raises(NewtonError) as caught:
             newton.solve(truss.problem(), np.zeros(2), 1.5 * truss.limit_load, NONE, options=few)
         assert len(caught.value.residuals) == 6

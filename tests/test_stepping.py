@@ -10,12 +10,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from stripfold.analysis import friction, friction_data
-from stripfold.analysis import path_friction as stepping
-from stripfold.analysis import path_statics as following
+from stripfold.analysis import friction, friction_data, path_friction, path_statics
 from stripfold.analysis.assess import mesh_for
 from stripfold.analysis.friction import Run
-from stripfold.analysis.path_friction import Step, steps_on, walk
+from stripfold.analysis.path_friction import Step, load_incrementally, steps_on
 from stripfold.analysis.static import StripModel, touches
 from stripfold.effects import Effect, Hysteresis, Pull
 from stripfold.errors import InvalidInputError, LostStabilityError, NewtonError, SolveError
@@ -60,7 +58,7 @@ def both(model: Solid, q: np.ndarray) -> tuple[Effect, ...]:
 def without_friction(step: Step) -> Point:
     """The equilibrium without friction near a step's, stable or not."""
     bare = StripProblem(step.problem.model, step.problem.motion)
-    return continuation.start(bare, step.point.q, step.point.lam, step.point.active, 1.0, following.PATIENT_STEPS)
+    return continuation.start(bare, step.point.q, step.point.lam, step.point.active, 1.0, path_statics.ROBUST_STEPS)
 
 
 @pytest.fixture(scope="module")
@@ -71,7 +69,7 @@ def low_model() -> Solid:
 @pytest.fixture(scope="module")
 def walked(low_model: Solid) -> list[Step]:
     """The low path with both laws, as far as the second corner."""
-    return list(walk(low_model, replace(LOW, pieces=LOW.pieces[:2]), both, 0.4))
+    return list(load_incrementally(low_model, replace(LOW, pieces=LOW.pieces[:2]), both, 0.4))
 
 
 @pytest.fixture(scope="module")
@@ -104,7 +102,7 @@ class TestSteps:
     @pytest.mark.parametrize("size", [0.0, -0.1, LOW.length * 1.01, float("nan"), inf])
     def test_a_step_that_is_none(self, low_model: Solid, size: float):
         with pytest.raises(InvalidInputError, match="step"):
-            next(walk(low_model, LOW, none, size))
+            next(load_incrementally(low_model, LOW, none, size))
 
 
 class TestWalk:
@@ -112,15 +110,15 @@ class TestWalk:
 
     def test_without_effects_it_is_the_arc_length_result(self, low_model: Solid):
         """Truth: the same states, found by continuation; at every corner, and at the end."""
-        stretch = following.follow(low_model, LOW)
-        steps = list(walk(low_model, LOW, none, 0.7))
+        segment = path_statics.follow(low_model, LOW)
+        steps = list(load_incrementally(low_model, LOW, none, 0.7))
         for s in (*LOW.corners, LOW.length):
-            a = next(p for p in stretch.points if p.lam == s)
+            a = next(p for p in segment.points if p.lam == s)
             b = next(x.point for x in steps if x.point.lam == s)
             assert np.abs((a.q - b.q)[low_model.middle]).max() < 1e-6
         assert [step.piece for step in steps] == [piece for piece, _ in steps_on(LOW, 0.7)]
         assert friction.effects_of("pull", 0.0)(low_model, steps[0].point.q) == ()
-        weak = walk(low_model, LOW, lambda model, q: (Pull(model, 0.0, q),), 0.7)
+        weak = load_incrementally(low_model, LOW, lambda model, q: (Pull(model, 0.0, q),), 0.7)
         for step, other in zip(steps[:6], weak, strict=False):
             np.testing.assert_allclose(step.point.q, other.point.q, atol=1e-9)
 
@@ -135,7 +133,7 @@ class TestWalk:
             assert step.point.negatives == 0
 
     def test_effects_remember_the_step_before(self, walked: list[Step], low_model: Solid):
-        first = following.from_flat(low_model, LOW)
+        first = path_statics.from_flat(low_model, LOW)
         np.testing.assert_array_equal(walked[0].problem.effects[0].q_prev, first.q)
         for before, step in pairwise(walked):
             pull, hysteresis = step.problem.effects
@@ -164,8 +162,8 @@ class TestWalk:
                 raise NewtonError("planted")
             return solve(problem, q, lam, *rest, **more)
 
-        monkeypatch.setattr(stepping.newton, "solve", near)
-        there = stepping._step(step.problem, before.point.state, before.point.q, step.point.lam)
+        monkeypatch.setattr(path_friction.newton, "solve", near)
+        there = path_friction._step(step.problem, before.point.state, before.point.q, step.point.lam)
         assert tried[:3] == pytest.approx([1.0, 0.5, 0.25])
         assert tried[-1] == 1.0
         assert there.lam == step.point.lam
@@ -179,9 +177,9 @@ class TestWalk:
             shortest.append(lam - before.point.lam)
             raise NewtonError("planted")
 
-        monkeypatch.setattr(stepping.newton, "solve", fails)
+        monkeypatch.setattr(path_friction.newton, "solve", fails)
         with pytest.raises(LostStabilityError, match="planted") as caught:
-            stepping._step(step.problem, before.point.state, before.point.q, step.point.lam)
+            path_friction._step(step.problem, before.point.state, before.point.q, step.point.lam)
         assert caught.value.parameter == before.point.lam
         assert min(shortest) == pytest.approx((step.point.lam - before.point.lam) / 64.0)
 
@@ -192,7 +190,7 @@ class TestWalk:
         handed_out: list[Step] = []
 
         def go() -> None:
-            for step in walk(mesh_for(strip, path, 2.0), path, friction.effects_of("pull", 1e-4), 0.1):
+            for step in load_incrementally(mesh_for(strip, path, 2.0), path, friction.effects_of("pull", 1e-4), 0.1):
                 handed_out.append(step)
 
         with pytest.raises(LostStabilityError, match="does not follow") as caught:
@@ -209,7 +207,7 @@ class TestWalk:
         self, low_model: Solid, monkeypatch: pytest.MonkeyPatch, moved: float, negatives: int, lost: bool, found: bool
     ):
         """Not stable; or ten times the step of 0.5 L*, and no states between that show how it went there."""
-        step, closely = stepping._step, stepping._closely
+        step, closely = path_friction._step, path_friction._closely
 
         def planted(problem, before, guess, travelled):  # type: ignore[no-untyped-def]
             point = step(problem, before, guess, travelled)
@@ -219,17 +217,17 @@ class TestWalk:
             q[low_model.middle[5, 1]] += moved
             return replace(point, state=replace(point.state, q=q), negatives=negatives)
 
-        monkeypatch.setattr(stepping, "_step", planted)
+        monkeypatch.setattr(path_friction, "_step", planted)
         looked: list[float] = []
 
         def look(problem, before, travelled):  # type: ignore[no-untyped-def]
             looked.append(travelled)
             return closely(problem, before, travelled) if found else None
 
-        monkeypatch.setattr(stepping, "_closely", look)
+        monkeypatch.setattr(path_friction, "_closely", look)
         path = polygon((-6.0, 0.0), (-5.2, 1.2), (5.0, 1.2))
         size = 10.2 / 20
-        steps = walk(low_model, path, none, size)
+        steps = load_incrementally(low_model, path, none, size)
         while (new := next(steps)).point.lam < 6.0 - size:
             pass
         assert not looked
@@ -240,14 +238,14 @@ class TestWalk:
             # Where states between were found, the last of them counts.
             expected = moved if not looked_at(moved, size) or not found else None
             moved_on = next(steps).moved
-            assert moved_on == pytest.approx(expected) if expected else moved_on < stepping.QUICK * size
+            assert moved_on == pytest.approx(expected) if expected else moved_on < path_friction.QUICK * size
         assert bool(looked) == looked_at(moved, size)
         assert new.moved < 5.0
 
     def test_states_between_tell_haste_from_a_jump(self, low_model: Solid, monkeypatch: pytest.MonkeyPatch):
         """Equal ways to all of them are haste; one far from the last is a jump, wherever in the step it is."""
         path = polygon((-6.0, 0.0), (-5.2, 1.2), (5.0, 1.2))
-        before = next(walk(low_model, path, none, 0.5)).point.state
+        before = next(load_incrementally(low_model, path, none, 0.5)).point.state
         problem = StripProblem(low_model, AlongPiece(path.pieces[0], low_model.length))
         place = low_model.middle[5, 1]
 
@@ -263,24 +261,24 @@ class TestWalk:
 
             return solve
 
-        count, way = stepping.LOOKED_AT, 0.5 / stepping.LOOKED_AT
+        count, way = path_friction.LOOKED_AT, 0.5 / path_friction.LOOKED_AT
         for ways, lost in (
             ([9.0 * way] * count, False),
             ([*[way] * 8, 11.0 * way, *[way] * 7], True),
             ([1.4, *[way] * (count - 1)], False),
             ([1.6, *[way] * (count - 1)], True),
         ):
-            monkeypatch.setattr(stepping.newton, "solve", solving(ways))
+            monkeypatch.setattr(path_friction.newton, "solve", solving(ways))
             if lost:
                 with pytest.raises(LostStabilityError, match="went by itself"):
-                    stepping._closely(problem, before, before.lam + 0.5)
+                    path_friction._closely(problem, before, before.lam + 0.5)
             else:
-                assert stepping._closely(problem, before, before.lam + 0.5).lam == pytest.approx(before.lam + 0.5)
+                assert path_friction._closely(problem, before, before.lam + 0.5).lam == pytest.approx(before.lam + 0.5)
 
 
 def looked_at(moved: float, size: float) -> bool:
     """Whether a step of this way is looked at again."""
-    return moved > stepping.QUICK * size
+    return moved > path_friction.QUICK * size
 
 
 class TestFriction:
@@ -342,7 +340,7 @@ class TestFriction:
             yield runs[0].steps[0]
             raise LostStabilityError("planted")
 
-        monkeypatch.setattr(friction, "walk", stops)
+        monkeypatch.setattr(friction, "load_incrementally", stops)
         model, plan = runs[0].steps[0].problem.model, plan_r_path(LENGTH)
         run = friction.follow(model, plan, "pull", 1.0, STEP)
         assert (run.lost, run.touch, len(run.steps)) == ("planted", None, 1)
@@ -354,7 +352,7 @@ class TestFriction:
             friction_data.run(MATERIAL, LENGTH * MATERIAL.gravity_length, STEP, 3.0)
 
     def test_laws(self, low_model: Solid):
-        q = following.from_flat(low_model, LOW).q
+        q = path_statics.from_flat(low_model, LOW).q
         (pull,) = friction.effects_of("pull", 0.3)(low_model, q)
         assert isinstance(pull, Pull)
         assert pull.k_f == 0.3

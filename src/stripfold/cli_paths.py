@@ -111,7 +111,7 @@ def assess(arguments: argparse.Namespace) -> str:
         raise InvalidInputError("step", asked["step"], "a step together with --friction or --hysteresis")
     own = paths.read(arguments.path, length / unit, unit)
     with progress() as say:
-        found = verdict.reach(material, length, own, model=arguments.model, progress=say, **asked)
+        found = verdict.assess_path(material, length, own, model=arguments.model, progress=say, **asked)
     seconds = perf_counter() - began
     return as_json(_fields(found, seconds)) if arguments.json else _as_text(found, seconds)
 

@@ -114,8 +114,10 @@ class StripProblem:
         touching = self.self_contact.at(q) if self.self_contact else None
         return force if touching is None else force + touching[0]
 
-    def linearise(self, q: Array, lam: float, carried: Array | None = None) -> tuple[Array, Band | Sparse, Array]:
-        force, tangent = self.model.force_and_tangent(q, carried)
+    def linearise(
+        self, q: Array, lam: float, predicted_stress: Array | None = None
+    ) -> tuple[Array, Band | Sparse, Array]:
+        force, tangent = self.model.force_and_tangent(q, predicted_stress)
         force = force + self.model.weight
         for effect in self.effects:
             more, stiffness = effect.force_and_tangent(q)
@@ -129,16 +131,16 @@ class StripProblem:
             return self
         return replace(self, effects=tuple(effect.committed(q) for effect in self.effects))
 
-    def carry(self, q: Array, dq: Array) -> Array:
-        return self.model.carry(q, dq)
+    def predict_stress(self, q: Array, dq: Array) -> Array:
+        return self.model.predict_stress(q, dq)
 
-    def flaw(self, q: Array) -> str:
-        return self.model.flaw(q)
+    def admissibility(self, q: Array) -> str:
+        return self.model.admissibility(q)
 
     def force_over_step(
-        self, q0: Array, q1: Array, kappa: float, carried: Array | None = None
+        self, q0: Array, q1: Array, kappa: float, predicted_stress: Array | None = None
     ) -> tuple[Array, Band | Sparse]:
-        force, tangent = self.model.force_over_step(q0, q1, kappa, carried)
+        force, tangent = self.model.force_over_step(q0, q1, kappa, predicted_stress)
         force = force + self.model.weight
         for effect in self.effects:
             if effect.needs_steps:

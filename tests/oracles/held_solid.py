@@ -60,15 +60,15 @@ class HeldSolid:
     def residual(self, q: Array, lam: float) -> Array:
         return self.model.internal_force(q) - lam * self.load
 
-    def linearise(self, q: Array, lam: float, carried: Array | None = None) -> tuple[Array, Band, Array]:
-        force, tangent = self.model.force_and_tangent(q, carried)
+    def linearise(self, q: Array, lam: float, predicted_stress: Array | None = None) -> tuple[Array, Band, Array]:
+        force, tangent = self.model.force_and_tangent(q, predicted_stress)
         return force - lam * self.load, tangent, -self.load
 
-    def carry(self, q: Array, dq: Array) -> Array:
-        return self.model.carry(q, dq)
+    def predict_stress(self, q: Array, dq: Array) -> Array:
+        return self.model.predict_stress(q, dq)
 
-    def flaw(self, q: Array) -> str:
-        return self.model.flaw(q)
+    def admissibility(self, q: Array) -> str:
+        return self.model.admissibility(q)
 
     def prescribed_values(self, lam: float) -> Array:
         return self.values
@@ -78,7 +78,7 @@ class HeldSolid:
 
     def solve(self, q: Array, **options: float) -> Equilibrium:
         """The equilibrium under the full load near ``q``."""
-        settings = newton.NewtonOptions(**{"most_iterations": 60, **options})
+        settings = newton.NewtonOptions(**{"max_iterations": 60, **options})
         return newton.solve(self, q, 1.0, self.bounded, options=settings)
 
     def stability(self, q: Array) -> tuple[Array, Array, int]:

@@ -68,7 +68,7 @@ class LeeFrame:
     def residual(self, q: Array, lam: float) -> Array:
         return self.linearise(q, lam)[0]
 
-    def linearise(self, q: Array, lam: float, carried: None = None) -> tuple[Array, Dense, Array]:
+    def linearise(self, q: Array, lam: float, predicted_stress: None = None) -> tuple[Array, Dense, Array]:
         r, k, rate = np.zeros(self.size), np.zeros((self.size, self.size)), np.zeros(self.size)
         nodes = self.nodes
         for i in range(len(nodes) - 1):
@@ -84,10 +84,10 @@ class LeeFrame:
         nodes = self.nodes
         return sum(_strains(nodes[i : i + 2], q[3 * i : 3 * i + 6].reshape(2, 3))[0] for i in range(len(nodes) - 1))
 
-    def carry(self, q: Array, dq: Array) -> None:
+    def predict_stress(self, q: Array, dq: Array) -> None:
         return None
 
-    def flaw(self, q: Array) -> str:
+    def admissibility(self, q: Array) -> str:
         return ""
 
     def prescribed_values(self, lam: float) -> Array:

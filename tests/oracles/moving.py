@@ -69,17 +69,17 @@ class Pendulum(WithoutMemory):
     def residual(self, q: Array, lam: float) -> Array:
         return self.stiffness * self.strain(q) * self.place(q) + self.weight
 
-    def linearise(self, q: Array, lam: float, carried: None = None) -> tuple[Array, Small, Array]:
+    def linearise(self, q: Array, lam: float, predicted_stress: None = None) -> tuple[Array, Small, Array]:
         d = self.place(q)
         return self.residual(q, lam), Small(self.stiffness * (np.outer(d, d) + self.strain(q) * np.eye(2))), np.zeros(2)
 
-    def carry(self, q: Array, dq: Array) -> None:
+    def predict_stress(self, q: Array, dq: Array) -> None:
         return None
 
-    def flaw(self, q: Array) -> str:
+    def admissibility(self, q: Array) -> str:
         return ""
 
-    def force_over_step(self, q0: Array, q1: Array, kappa: float, carried: None = None) -> tuple[Array, Small]:
+    def force_over_step(self, q0: Array, q1: Array, kappa: float, predicted_stress: None = None) -> tuple[Array, Small]:
         e0, e1 = self.strain(q0), self.strain(q1)
         middle = 0.5 * (self.place(q0) + self.place(q1))
         share = 0.5 + kappa

@@ -17,7 +17,7 @@ NONE = np.zeros(0, dtype=np.intp)
 
 @dataclass(frozen=True)
 class Toy:
-    """A problem from a function ``(q, lam) -> (r, dr/dq, dr/dlam)``; unit mass, nothing carried.
+    """A problem from a function ``(q, lam) -> (r, dr/dq, dr/dlam)``; unit mass, nothing predicted.
 
     ``moved`` are prescribed unknowns that take the value lambda.
     """
@@ -44,14 +44,14 @@ class Toy:
     def residual(self, q: Array, lam: float) -> Array:
         return self.function(q, lam)[0]
 
-    def linearise(self, q: Array, lam: float, carried: None = None) -> tuple[Array, Dense, Array]:
+    def linearise(self, q: Array, lam: float, predicted_stress: None = None) -> tuple[Array, Dense, Array]:
         r, k, rate = self.function(q, lam)
         return r, Dense(k), rate
 
-    def carry(self, q: Array, dq: Array) -> None:
+    def predict_stress(self, q: Array, dq: Array) -> None:
         return None
 
-    def flaw(self, q: Array) -> str:
+    def admissibility(self, q: Array) -> str:
         return ""
 
     def prescribed_values(self, lam: float) -> Array:

@@ -17,8 +17,7 @@ from scipy.interpolate import CubicSpline
 
 from stripfold import elastica
 from stripfold.analysis import critical_point as critical
-from stripfold.analysis import locate_rod as quick
-from stripfold.analysis import locate_solid as near
+from stripfold.analysis import locate_rod, locate_solid
 from stripfold.analysis.static import LAMBDA_TOLERANCE, X_STEPS, End, StripModel, XRun, along_x, lift
 from stripfold.arrays import Array
 from stripfold.errors import SolveError
@@ -76,15 +75,17 @@ class Strategy(NamedTuple):
 
     def answer(self, length: float, thickness: float, height: float) -> Answer:
         """Go there."""
-        foretold = quick.Foretold.at(height)
+        prediction = locate_rod.ElasticaPrediction.at(height)
         if self.kind == "elastica":
-            return Answer(End.SNAP if foretold.snap else End.TOUCH, foretold.last.advance, _bent(foretold.last, length))
+            return Answer(
+                End.SNAP if prediction.snap else End.TOUCH, prediction.last.advance, _bent(prediction.last, length)
+            )
         strip = StripModel(length, thickness, order=self.order, across=self.across, kind=self.model)
         if self.kind == "rod":
-            found = quick.run(strip, foretold, self.refinement)
+            found = locate_rod.run(strip, prediction, self.refinement)
             return Answer(found.end, found.lam, _of_places(found.free_part[:, 0], found.free_part[:, 1:], length))
         if self.kind == "solid":
-            run = near.run(strip, foretold, self.refinement, self.tolerance)
+            run = locate_solid.run(strip, prediction, self.refinement, self.tolerance)
         else:
             options = replace(
                 X_STEPS, largest=self.step, newton=replace(X_STEPS.newton, force_tolerance=self.force_tolerance)

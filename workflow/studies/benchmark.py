@@ -69,14 +69,14 @@ def run_assess(repeats: int, length: float) -> xr.Dataset:
         _timed(("path", "r-path", *strip, "--csv", path), 0)
         walls, answers, peak = _timed(("assess", path, *strip, "--json"), repeats)
         # Only now: what this process has in memory counts in a child's peak.
-        from stripfold.analysis.verdict import reach
+        from stripfold.analysis.verdict import assess_path
         from stripfold.material import Material
         from stripfold.paths import read
 
         material = Material(ETA_B)
         unit = material.gravity_length
         found = json.loads(answers[0])
-        finer = reach(material, length, read(path, length / unit, unit), refinement=0.5)
+        finer = assess_path(material, length, read(path, length / unit, unit), refinement=0.5)
     first, again = found["critical"][0], finer.critical[0]
     error = max(
         float(np.hypot(first["x"] - again["x"], first["z"] - again["z"])),
@@ -103,7 +103,7 @@ def run_rod(repeats: int, length: float) -> xr.Dataset:
     Errors from finer meshes.  ``length`` in m of the strip whose path is assessed.
     """
     from stripfold.analysis import critical_point as critical
-    from stripfold.analysis.verdict import reach
+    from stripfold.analysis.verdict import assess_path
     from stripfold.material import Material
     from stripfold.paths import path_of
     from stripfold.scene import Scene
@@ -115,8 +115,8 @@ def run_rod(repeats: int, length: float) -> xr.Dataset:
     seconds, found = calls(lambda: critical.find(scene), repeats)
     truth = critical.find(finer).lambda_c
     path = path_of("r-path", length / unit)
-    seconds_assess, verdict = calls(lambda: reach(material, length, path, model="rod"), repeats)
-    solid = reach(material, length, path)
+    seconds_assess, verdict = calls(lambda: assess_path(material, length, path, model="rod"), repeats)
+    solid = assess_path(material, length, path)
     first, again = verdict.critical[0], solid.critical[0]
     apart = max(
         float(np.hypot(first["x"] - again["x"], first["z"] - again["z"])),

@@ -12,8 +12,7 @@ import numpy as np
 import xarray as xr
 
 from stripfold.analysis import critical_point as critical
-from stripfold.analysis import locate_rod as quick
-from stripfold.analysis import locate_solid as near
+from stripfold.analysis import locate_rod, locate_solid
 from stripfold.analysis.static import End, StripModel
 from stripfold.errors import SolveError
 from studies.accuracy import scene_of
@@ -47,15 +46,15 @@ def run(cases: range, seed: int, progress: Callable[[str], None] | None = None) 
             float(np.exp(draw.uniform(*np.log(of)))) for of in (ETA_B, THICKNESS, ACCURACY[asked])
         )
         height, nu = float(draw.uniform(*HEIGHT)), float(draw.uniform(*NU))
-        foretold = quick.Foretold.at(height)
-        length = foretold.last.length + float(draw.uniform(*LONGER))
+        prediction = locate_rod.ElasticaPrediction.at(height)
+        length = prediction.last.length + float(draw.uniform(*LONGER))
         scene = scene_of(length, thickness, height, asked, accuracy, nu, eta_b)
         estimate = error = seconds = np.nan
         used = message = ""
         try:
             found = critical.find(scene)
             used, seconds = found.model, found.seconds
-            truth = _truth("rod" if asked == "rod" else "solid", foretold, length, thickness, nu)
+            truth = _truth("rod" if asked == "rod" else "solid", prediction, length, thickness, nu)
             if found.snap:
                 lam = found.lambda_c / scene.material.gravity_length
                 estimate = (found.error + (found.model_error if asked == "auto" else 0.0)) / found.lambda_c
@@ -93,7 +92,7 @@ def run(cases: range, seed: int, progress: Callable[[str], None] | None = None) 
     return xr.Dataset(data, coords={"case": case}, attrs={"seed": seed})
 
 
-def _truth(model: str, foretold: quick.Foretold, length: float, thickness: float, nu: float) -> float:
+def _truth(model: str, prediction: locate_rod.ElasticaPrediction, length: float, thickness: float, nu: float) -> float:
     """lambda_c / L* on a much finer mesh.
 
     Raises
@@ -102,7 +101,7 @@ def _truth(model: str, foretold: quick.Foretold, length: float, thickness: float
         It fails, or is no snap.
     """
     strip = StripModel(length, thickness, nu if model == "solid" else 0.0, kind=model)
-    found = (quick.run if model == "rod" else near.run)(strip, foretold, TRUTH[model])
+    found = (locate_rod.run if model == "rod" else locate_solid.run)(strip, prediction, TRUTH[model])
     if found.end is not End.SNAP:
         raise SolveError(f"the truth is no snap: {found.end.reason}")
     return found.lam

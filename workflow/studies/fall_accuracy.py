@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 
 from stripfold.analysis.collapse import release_of, to_critical_point
-from stripfold.analysis.release import TIME_OPTIONS, Fall, Motion, Release, let_fall
+from stripfold.analysis.release import TIME_OPTIONS, Fall, Motion, ReleaseState, simulate_fall
 from stripfold.analysis.static import StripModel
 from stripfold.errors import SolveError
 from stripfold.solve.schemes import EnergyMomentum, GeneralisedAlpha, Scheme
@@ -79,22 +79,22 @@ def run(
     message = np.full(shape, "", dtype=object)
     known = {name: np.empty(len(heights)) for name in ("reference", "uncertain", "reference_time")}
     for j, height in enumerate(heights):
-        releases: dict[tuple[str, float], Release] = {}
+        releases: dict[tuple[str, float], ReleaseState] = {}
 
-        def followed(way: Way, height: float = height, releases: dict[Any, Release] = releases) -> Motion:
+        def followed(way: Way, height: float = height, releases: dict[Any, ReleaseState] = releases) -> Motion:
             """The fall, from the model's critical state, which is found once."""
             key = way.model, way.refinement
             if key not in releases:
                 strip = StripModel(length_star, thickness, kind=way.model)
                 releases[key] = release_of(to_critical_point(strip, height, way.refinement))
             options = replace(TIME_OPTIONS, tolerance=way.tolerance)
-            motion = let_fall(releases[key], fall, options, scheme=SCHEMES[way.scheme])
+            motion = simulate_fall(releases[key], fall, options, scheme=SCHEMES[way.scheme])
             if motion.touch is None:
                 raise SolveError("the strip came to rest without touching")
             return motion
 
         finest, checked = followed(truth), followed(check)
-        t, lambda_c = finest.moments[-1].t, releases[truth.model, truth.refinement].point.lam
+        t, lambda_c = finest.states[-1].t, releases[truth.model, truth.refinement].point.lam
         known["reference"][j], known["reference_time"][j] = finest.touch_x, t
         known["uncertain"][j] = abs(checked.touch_x - finest.touch_x)
         say(f"z = {height:g} L*: touch at {finest.touch_x:.5f}, {t:.4f}; uncertain by {known['uncertain'][j]:.1e}")
@@ -106,10 +106,10 @@ def run(
                 say(f"{way}: {error}")
                 continue
             columns["error"][i, j] = motion.touch_x - finest.touch_x
-            columns["time_error"][i, j] = motion.moments[-1].t - t
+            columns["time_error"][i, j] = motion.states[-1].t - t
             columns["lambda_error"][i, j] = releases[way.model, way.refinement].point.lam - lambda_c
             columns["seconds"][i, j] = np.median(seconds)
-            columns["steps"][i, j] = len(motion.moments) - 1
+            columns["steps"][i, j] = len(motion.states) - 1
             say(f"{way}: {columns['error'][i, j]:.1e}, {columns['seconds'][i, j]:.2f} s")
     texts = {
         "error": ("1", "x of the first touch less that of the reference / L*"),

@@ -13,7 +13,7 @@ import numpy as np
 import xarray as xr
 
 from stripfold.analysis.collapse import release_of, to_critical_point
-from stripfold.analysis.release import TIME_OPTIONS, Fall, beginning, let_fall, settled
+from stripfold.analysis.release import TIME_OPTIONS, Fall, initial_state, simulate_fall, state_at_rest
 from stripfold.analysis.static import StripModel, XRun
 from stripfold.arrays import Array
 from stripfold.errors import SolveError
@@ -97,32 +97,32 @@ def _measure(
     damped = damping != Damping()
     fall = Fall(given["disturbance"], 0.0, damping, to_rest=damped)
     options = replace(TIME_OPTIONS, tolerance=given["tolerance"])
-    motion = let_fall(release_of(branch), fall, options)
+    motion = simulate_fall(release_of(branch), fall, options)
     if motion.touch is None:
         raise SolveError("the strip came to rest without touching")
-    moments = list(motion.moments)
+    states = list(motion.states)
     if not damped:
-        _, drive = beginning(release_of(branch), fall)
-        rest = dynamics.march(branch.problem, moments[-1], drive, damping, options=options)
-        moments += [next(rest)]
-        while moments[-1].t < motion.moments[-1].t + FREE_RUN:
-            moments.append(next(rest))
-    model, end = branch.problem.model, moments[-1]
-    closing = np.array([m.energy.closing for m in moments])
-    first = moments[0].energy
+        _, drive = initial_state(release_of(branch), fall)
+        rest = dynamics.march(branch.problem, states[-1], drive, damping, options=options)
+        states += [next(rest)]
+        while states[-1].t < motion.states[-1].t + FREE_RUN:
+            states.append(next(rest))
+    model, end = branch.problem.model, states[-1]
+    closing = np.array([m.energy.closing for m in states])
+    first = states[0].energy
     measured = {
-        "touch_time": motion.moments[motion.touch].t,
+        "touch_time": motion.states[motion.touch].t,
         "touch_x": motion.touch_x,
         "end_time": end.t,
-        "steps": float(len(moments) - 1),
-        "minimal_gap": min(float(np.min(m.q[branch.problem.bounded])) for m in moments),
+        "steps": float(len(states) - 1),
+        "minimal_gap": min(float(np.min(m.q[branch.problem.bounded])) for m in states),
         "largest_gain": float(np.max(np.diff(closing))),
         "closing": end.energy.closing,
         "released": first.elastic + first.gravity - end.energy.elastic - end.energy.gravity,
         "numerical": end.energy.numerical,
     }
     if damped:
-        q = settled(branch.problem, end).q
+        q = state_at_rest(branch.problem, end).q
         measured["handed_over"] = model.largest_move(end.q, q)
     shape = model.mid_surface(end.q)
 

@@ -4,7 +4,7 @@ Near the saddle-node the deflection x along the critical mode obeys ``x'' + a x'
 modal mass).  With the gripper at speed v the strip lags behind by ``C v^(4/5) / (b c)^(1/5)`` where inertia decides and
 by ``C (a^2 / (b c))^(1/3) v^(2/3)`` where air drag does.
 
-The snap event is the moment when the deflection along the critical mode passes that of the static critical state,
+The snap event is the state when the deflection along the critical mode passes that of the static critical state,
 x = 0.  At vanishing speed that happens at lambda_c exactly, and the normal form has no other length to compare with:
 any threshold beyond adds the time of the fall, which is a lag of order v and spoils the exponent (``touch`` shows it).
 """
@@ -23,7 +23,7 @@ from stripfold.analysis.static import StripModel, XRun, solve_height, touches
 from stripfold.arrays import Array
 from stripfold.errors import SolveError
 from stripfold.solve import dynamics
-from stripfold.solve.dynamics import Moment, Moving, TimeOptions
+from stripfold.solve.dynamics import Moving, TimeOptions, TimeState
 from stripfold.solve.schemes import Damping
 
 INERTIAL, OVERDAMPED = 4.0 / 5.0, 2.0 / 3.0
@@ -35,7 +35,7 @@ The second is the first zero of Ai'(-T); the first is from an integration begun 
 """
 AHEAD = 10.0
 """The motion starts this many expected lags before lambda_c, on the branch."""
-NEAR = 0.1
+NEARBY_NEWTON = 0.1
 """Distance from lambda_c, L*, within which the branch is taken for a parabola."""
 STEPS = TimeOptions(largest=200.0)
 MOST_STEPS = 20000
@@ -73,7 +73,7 @@ class Fold:
         rate = np.zeros(problem.size)
         rate[problem.prescribed] = problem.prescribed_rates(at.lam)
         push = -float(mode @ (tangent @ rate))
-        near = [p for p in run.points if found.lam - p.lam < NEAR]
+        near = [p for p in run.points if found.lam - p.lam < NEARBY_NEWTON]
         x = np.array([row @ (p.q - at.q) for p in near])
         # A parabola whose summit is where it fits best: a tooth of the contact holds the located one a little aside.
         fall = -float(np.polyfit(x, [p.lam for p in near], 2)[0])
@@ -97,25 +97,25 @@ def passage(fold: Fold, speed: float, air: float) -> tuple[float, float, int]:
     first = dynamics.start(
         run.problem, point.q, speed * point.tangent.q / point.tangent.lam, point.lam, point.state.active
     )
-    moments = dynamics.march(run.problem, first, Moving(point.lam, speed), Damping(air=air), options=STEPS)
+    states = dynamics.march(run.problem, first, Moving(point.lam, speed), Damping(air=air), options=STEPS)
     snap, last, x_last, steps = np.nan, first, -np.inf, -1
-    for moment in _until_touch(run, moments):
-        x = float(fold.row @ (moment.q - run.last.q))
+    for state in _until_touch(run, states):
+        x = float(fold.row @ (state.q - run.last.q))
         if np.isnan(snap) and x > 0.0:
-            rates = [fold.row @ m.v / speed for m in (last, moment)]
-            snap = float(CubicHermiteSpline([last.lam, moment.lam], [x_last, x], rates).roots(extrapolate=False)[0])
-        last, x_last, steps = moment, x, steps + 1
+            rates = [fold.row @ m.v / speed for m in (last, state)]
+            snap = float(CubicHermiteSpline([last.lam, state.lam], [x_last, x], rates).roots(extrapolate=False)[0])
+        last, x_last, steps = state, x, steps + 1
     return snap, last.lam, steps
 
 
-def _until_touch(run: XRun, moments: Iterator[Moment]) -> Iterator[Moment]:
-    """The moments up to and with that at which the sag is on the floor."""
-    for n, moment in enumerate(moments):
-        yield moment
-        if touches(run.problem.model, moment):
+def _until_touch(run: XRun, states: Iterator[TimeState]) -> Iterator[TimeState]:
+    """The states up to and with that at which the sag is on the floor."""
+    for n, state in enumerate(states):
+        yield state
+        if touches(run.problem.model, state):
             return
         if n == MOST_STEPS:
-            raise SolveError("the strip does not come down", parameter=moment.lam)
+            raise SolveError("the strip does not come down", parameter=state.lam)
 
 
 def exponent(speed: Array, lag: Array) -> tuple[float, float]:

@@ -73,18 +73,20 @@ class HeldStrip(WithoutMemory):
     def residual(self, q: Array, lam: float) -> Array:
         return self.model.internal_force(q) + self.gravity * self.model.weight
 
-    def linearise(self, q: Array, lam: float, carried: Array | None = None) -> tuple[Array, Band, Array]:
-        force, tangent = self.model.force_and_tangent(q, carried)
+    def linearise(self, q: Array, lam: float, predicted_stress: Array | None = None) -> tuple[Array, Band, Array]:
+        force, tangent = self.model.force_and_tangent(q, predicted_stress)
         return force + self.gravity * self.model.weight, tangent, np.zeros(self.size)
 
-    def carry(self, q: Array, dq: Array) -> Array:
-        return self.model.carry(q, dq)
+    def predict_stress(self, q: Array, dq: Array) -> Array:
+        return self.model.predict_stress(q, dq)
 
-    def flaw(self, q: Array) -> str:
-        return self.model.flaw(q)
+    def admissibility(self, q: Array) -> str:
+        return self.model.admissibility(q)
 
-    def force_over_step(self, q0: Array, q1: Array, kappa: float, carried: Array | None = None) -> tuple[Array, Band]:
-        force, tangent = self.model.force_over_step(q0, q1, kappa, carried)
+    def force_over_step(
+        self, q0: Array, q1: Array, kappa: float, predicted_stress: Array | None = None
+    ) -> tuple[Array, Band]:
+        force, tangent = self.model.force_over_step(q0, q1, kappa, predicted_stress)
         return force + self.gravity * self.model.weight, tangent
 
     def strain_distance(self, q0: Array, q1: Array) -> float:

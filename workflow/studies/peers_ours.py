@@ -6,8 +6,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from stripfold import elastica
-from stripfold.analysis import locate_rod as quick
-from stripfold.analysis import planning
+from stripfold.analysis import locate_rod, planning
 from stripfold.analysis.static import X_STEPS, StripModel, begin, lift, solve_height
 from stripfold.arrays import Array
 from stripfold.errors import SolveError
@@ -71,5 +70,5 @@ def critical(strip: StripModel, height: float, refinement: float) -> float:
         It could not be computed, or there is none.
     """
     if strip.kind == "rod":
-        return quick.run(strip, quick.Foretold.at(height), refinement).lam
+        return locate_rod.run(strip, locate_rod.ElasticaPrediction.at(height), refinement).lam
     return solve_height(strip, height, refinement, past=0.0).lam

@@ -17,23 +17,9 @@ import numpy as np
 import xarray as xr
 
 from stripfold import elastica
-from stripfold.analysis import (
-    critical_point as critical,
-)
-from stripfold.analysis import (
-    locate_solid as near,
-)
-from stripfold.analysis import (
-    path_statics as following,
-)
-from stripfold.analysis import (
-    planning,
-    static,
-)
-from stripfold.analysis import (
-    release as falling,
-)
-from stripfold.analysis.verdict import reach
+from stripfold.analysis import critical_point as critical
+from stripfold.analysis import locate_solid, path_statics, planning, release, static
+from stripfold.analysis.verdict import assess_path
 from stripfold.elastica import _continuation as branch
 from stripfold.elastica import _system as system
 from stripfold.elastica import critical_point
@@ -61,8 +47,8 @@ PARTS = (
     Part(Band, "factor", "factorisation"),
     Part(Rod, "force_and_tangent", "assembly"),
     Part(Rod, "force_over_step", "assembly over a time step"),
-    Part(Solid, "carry", "stress of the next tangent"),
-    Part(Rod, "carry", "stress of the next tangent"),
+    Part(Solid, "predict_stress", "stress of the next tangent"),
+    Part(Rod, "predict_stress", "stress of the next tangent"),
     Part(Band, "with_fixed", "boundary conditions and contact"),
     Part(Band, "negatives", "count of negative eigenvalues"),
     Part(continuation, "nearest_eigenvalues", "eigenvalues"),
@@ -79,10 +65,10 @@ PARTS = (
     Part(Rod, "of", "mesh and model"),
     Part(elastica, "critical", "elastica's critical point"),
     Part(elastica, "state_at", "elastica's state near it"),
-    Part(near, "lambda_0", "state without horizontal force"),
+    Part(locate_solid, "lambda_0", "state without horizontal force"),
     Part(static, "touches", "touch of the sag"),
-    Part(following, "touches", "touch of the sag"),
-    Part(falling, "touches", "touch of the sag"),
+    Part(path_statics, "touches", "touch of the sag"),
+    Part(release, "touches", "touch of the sag"),
     Part(dynamics, "step", "time step"),
     Part(dynamics, "error_of", "error of a time step"),
 )
@@ -183,7 +169,7 @@ def run(length: float, height: float, eta_b: float, accuracy: float, path_length
     profiles = [
         profile(lambda: critical.find(scene), repeats),
         profile(lambda: critical_point.critical(scene.height_star), repeats, OF_ELASTICA),
-        profile(lambda: reach(material, path_length, path, model="rod"), repeats),
+        profile(lambda: assess_path(material, path_length, path, model="rod"), repeats),
     ]
     names = ("subject", list(SUBJECTS), {"units": "1", "long_name": "what is computed"})
     data = xr.concat(profiles, dim="subject", join="outer").assign_coords(subject=names)

@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 from stripfold import elastica
-from stripfold.analysis import locate_rod as quick
+from stripfold.analysis import locate_rod
 from stripfold.analysis.static import End, StripModel, solve_height
 from stripfold.errors import SolveError
 
@@ -96,7 +96,7 @@ def _critical(model: str, length: float, thickness: float, height: float, refine
     """lambda_c and the length of the shortest element."""
     strip = StripModel(length, thickness, kind=model)
     if model == "rod":
-        found = quick.run(strip, quick.Foretold.at(height), refinement)
+        found = locate_rod.run(strip, locate_rod.ElasticaPrediction.at(height), refinement)
         end, lam, size = found.end, found.lam, found.size
     else:
         run = solve_height(strip, height, refinement, past=0.0)

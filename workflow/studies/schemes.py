@@ -18,7 +18,7 @@ from stripfold.analysis.static import StripModel, XRun, solve_height, touches
 from stripfold.arrays import Array, Index
 from stripfold.errors import SolveError
 from stripfold.solve import dynamics
-from stripfold.solve.dynamics import Moment, Moving, TimeOptions
+from stripfold.solve.dynamics import Moving, TimeOptions, TimeState
 from stripfold.solve.linear import Band, BandPattern
 from stripfold.solve.schemes import (
     Bathe,
@@ -98,16 +98,16 @@ class Oscillator(WithoutMemory):
     def residual(self, q: Array, lam: float) -> Array:
         return q
 
-    def linearise(self, q: Array, lam: float, carried: None = None) -> tuple[Array, Band, Array]:
+    def linearise(self, q: Array, lam: float, predicted_stress: None = None) -> tuple[Array, Band, Array]:
         return q, self.mass, np.zeros(1)
 
-    def carry(self, q: Array, dq: Array) -> None:
+    def predict_stress(self, q: Array, dq: Array) -> None:
         return None
 
-    def flaw(self, q: Array) -> str:
+    def admissibility(self, q: Array) -> str:
         return ""
 
-    def force_over_step(self, q0: Array, q1: Array, kappa: float, carried: None = None) -> tuple[Array, Band]:
+    def force_over_step(self, q0: Array, q1: Array, kappa: float, predicted_stress: None = None) -> tuple[Array, Band]:
         return 0.5 * (q0 + q1) + kappa * (q1 - q0), self.mass.scaled(0.5 + kappa)
 
     def strain_distance(self, q0: Array, q1: Array) -> float:
@@ -125,12 +125,12 @@ class Oscillator(WithoutMemory):
 def oscillator_error(scheme: Scheme, dt: float, until: float) -> float:
     """Distance from ``q = cos t, v = -sin t`` at the end."""
     problem = Oscillator()
-    moment = dynamics.start(problem, np.ones(1), np.zeros(1), 0.0, problem.bounded)
-    end = _steps(problem, moment, dt, until, scheme)[-1]
+    state = dynamics.start(problem, np.ones(1), np.zeros(1), 0.0, problem.bounded)
+    end = _steps(problem, state, dt, until, scheme)[-1]
     return float(np.hypot(end.q[0] - np.cos(end.t), end.v[0] + np.sin(end.t)))
 
 
-def swing_start(run: XRun) -> tuple[HeldStrip, Moment]:
+def swing_start(run: XRun) -> tuple[HeldStrip, TimeState]:
     """A swing of the strip that is smooth in time: no contact changes, nothing starts with a jerk.
 
     It begins at the last, unstable equilibrium past the critical point, with a velocity along the mode that is
@@ -147,29 +147,29 @@ def _falling(run: XRun, mode: Array) -> Array:
     return mode * np.sign(mode @ (run.problem.mass @ run.last.tangent.q))
 
 
-def _steps(problem: DynamicProblem, first: Moment, dt: float, until: float, scheme: Scheme) -> list[Moment]:
+def _steps(problem: DynamicProblem, first: TimeState, dt: float, until: float, scheme: Scheme) -> list[TimeState]:
     """The motion with fixed steps and a gripper at rest."""
-    moments = [first]
+    states = [first]
     for _ in range(round(until / dt)):
-        moments.append(dynamics.step(problem, moments[-1], dt, Moving(first.lam, 0.0), Damping(), scheme, LOOSE))
-    return moments
+        states.append(dynamics.step(problem, states[-1], dt, Moving(first.lam, 0.0), Damping(), scheme, LOOSE))
+    return states
 
 
-def fall_to_touch(run: XRun, scheme: Scheme) -> list[Moment]:
+def fall_to_touch(run: XRun, scheme: Scheme) -> list[TimeState]:
     """The fall from the critical state to the first touch: with the floor, adaptive steps and a gripper at rest."""
     problem, last = run.problem, run.last
     if run.critical is None:
         raise SolveError(f"no critical state to fall from: {run.end.reason}")
     v = PUSH * _falling(run, run.critical.mode)
     first = dynamics.start(problem, last.q, v, last.lam, last.state.active)
-    moments: list[Moment] = []
-    for moment in dynamics.march(problem, first, Moving(last.lam, 0.0), scheme=scheme, options=LOOSE):
-        moments.append(moment)
-        if touches(problem.model, moment):
+    states: list[TimeState] = []
+    for state in dynamics.march(problem, first, Moving(last.lam, 0.0), scheme=scheme, options=LOOSE):
+        states.append(state)
+        if touches(problem.model, state):
             break
-        if moment.t > LATEST:
+        if state.t > LATEST:
             raise SolveError(f"no touch by t = {LATEST:g}")
-    return moments
+    return states
 
 
 def observed_order(steps: Sequence[float], error: Array) -> float:
@@ -214,29 +214,29 @@ def run(
         for j, dt in enumerate(swing_steps):
             try:
                 begin = perf_counter()
-                moments = _steps(strip, first, dt, swing_until, scheme)
+                states = _steps(strip, first, dt, swing_until, scheme)
             except SolveError as error:
                 failures[i] += f"swing, step {dt:g}: {error}; "
                 continue
-            seconds[i, j], iterations[i, j] = perf_counter() - begin, sum(m.iterations for m in moments)
-            swing[i, j] = np.sqrt(strip.metric @ (moments[-1].q - truth) ** 2)
-            most = max(m.energy.kinetic for m in moments)
-            change[i, j] = (moments[-1].energy.total - first.energy.total) / most
+            seconds[i, j], iterations[i, j] = perf_counter() - begin, sum(m.iterations for m in states)
+            swing[i, j] = np.sqrt(strip.metric @ (states[-1].q - truth) ** 2)
+            most = max(m.energy.kinetic for m in states)
+            change[i, j] = (states[-1].energy.total - first.energy.total) / most
         try:
             begin = perf_counter()
-            moments = fall_to_touch(static, scheme)
+            states = fall_to_touch(static, scheme)
         except SolveError as error:
             failures[i] += f"fall: {error}; "
             continue
-        start, end = moments[0].energy, moments[-1].energy
+        start, end = states[0].energy, states[-1].energy
         released = start.elastic + start.gravity - end.elastic - end.gravity
         made = end.total - start.total
         if not released > 0.0 or made > released:
-            failures[i] += f"fall: made an energy of {made:.2g} by t = {moments[-1].t:.1f}; "
+            failures[i] += f"fall: made an energy of {made:.2g} by t = {states[-1].t:.1f}; "
             continue
         table["touch_seconds"][i] = perf_counter() - begin
-        table["touch_time"][i], table["touch_steps"][i] = moments[-1].t, len(moments) - 1
-        table["touch_iterations"][i] = sum(m.iterations for m in moments)
+        table["touch_time"][i], table["touch_steps"][i] = states[-1].t, len(states) - 1
+        table["touch_iterations"][i] = sum(m.iterations for m in states)
         table["released"][i], table["lost_share"][i] = released, -made / released
         if isinstance(scheme, EnergyMomentum):  # only this one knows what it does to the energy in a contact
             table["drift"][i], table["numerical_share"][i] = end.closing / released, end.numerical / released

@@ -13,8 +13,16 @@ from math import degrees
 import numpy as np
 
 from stripfold.analysis import planning
-from stripfold.analysis.path_statics import SIZES, STEPS, Stretch, follow
-from stripfold.analysis.release import Fall, Motion, Progress, Release, let_fall, settled, touch_position
+from stripfold.analysis.path_statics import SIZES, STEPS, StaticSegment, follow
+from stripfold.analysis.release import (
+    Fall,
+    Motion,
+    Progress,
+    ReleaseState,
+    simulate_fall,
+    state_at_rest,
+    touch_position,
+)
 from stripfold.analysis.static import StripModel, lift_off, locate_touch, solve_height, touches
 from stripfold.arrays import Array
 from stripfold.errors import CoarseMeshError
@@ -77,7 +85,7 @@ class Assessment:
 
     Attributes
     ----------
-    stretches
+    segments
         The static parts; every one but the last ends in a critical point.
     motions
         The falls between them (none where only statics were asked for).
@@ -89,7 +97,7 @@ class Assessment:
 
     model: Model
     path: GripperPath
-    stretches: tuple[Stretch, ...]
+    segments: tuple[StaticSegment, ...]
     motions: tuple[Motion, ...]
     events: tuple[CriticalEvent, ...]
     touch: Touchdown | None
@@ -97,7 +105,7 @@ class Assessment:
     @property
     def states(self) -> list[tuple[StripProblem, Point]]:
         """All static states, each with what it solves."""
-        return [(stretch.problem(i), point) for stretch in self.stretches for i, point in enumerate(stretch.points)]
+        return [(segment.problem(i), point) for segment in self.segments for i, point in enumerate(segment.points)]
 
     @property
     def stable(self) -> bool:
@@ -107,7 +115,7 @@ class Assessment:
     @property
     def last(self) -> Point:
         """The last static state."""
-        return self.stretches[-1].points[-1]
+        return self.segments[-1].points[-1]
 
     @property
     def at_end(self) -> bool:
@@ -165,24 +173,24 @@ def assess(
     """
     say = progress or (lambda _: None)
     say("following the path")
-    stretches, motions, events = [follow(model, path, options=options)], [], []
-    touch = _static_touch(stretches[0])
-    while (found := stretches[-1].critical) is not None:
-        stretch = stretches[-1]
-        problem, piece = stretch.problem(-1), stretch.pieces[-1]
+    segments, motions, events = [follow(model, path, options=options)], [], []
+    touch = _static_touch(segments[0])
+    while (found := segments[-1].critical) is not None:
+        segment = segments[-1]
+        problem, piece = segment.problem(-1), segment.pieces[-1]
         events.append(_event(problem, path, found))
         if fall is None or len(events) > MOST_FALLS:
             break
         say(f"falling at {found.lam / path.length:.0%} of the path")
-        motion = let_fall(Release.at(problem, found), fall)
+        motion = simulate_fall(ReleaseState.at(problem, found), fall)
         motions.append(motion)
         if touch is None and motion.touch is not None:
             touch = Touchdown(found.lam, motion.touch_x, True)
-        point = settled(problem, motion.moments[-1])
+        point = state_at_rest(problem, motion.states[-1])
         say("following the path from the state at rest")
-        stretches.append(follow(model, path, point, piece, options))
-        touch = touch or _static_touch(stretches[-1])
-    return Assessment(model, path, tuple(stretches), tuple(motions), tuple(events), touch)
+        segments.append(follow(model, path, point, piece, options))
+        touch = touch or _static_touch(segments[-1])
+    return Assessment(model, path, tuple(segments), tuple(motions), tuple(events), touch)
 
 
 def _event(problem: StripProblem, path: GripperPath, found: CriticalPoint) -> CriticalEvent:
@@ -218,14 +226,14 @@ def off_the_boundary(strip: StripModel, event: CriticalEvent, refinement: float 
     return float(x + strip.length / 2.0 - run.critical.lam)
 
 
-def _static_touch(stretch: Stretch) -> Touchdown | None:
+def _static_touch(segment: StaticSegment) -> Touchdown | None:
     """The first touch on a static part."""
-    for i, point in enumerate(stretch.points):
-        if touches(stretch.model, point):
+    for i, point in enumerate(segment.points):
+        if touches(segment.model, point):
             if i == 0:
                 return None
-            problem = stretch.problem(i)
-            before = stretch.points[i - 1]
+            problem = segment.problem(i)
+            before = segment.points[i - 1]
             _, at = locate_touch(problem, before, point, STEPS) if before.lam < point.lam else (before, point)
             return Touchdown(at.lam, touch_position(problem, at), False)
     return None

@@ -16,7 +16,7 @@ from stripfold.analysis.assess import (
     shape_error,
 )
 from stripfold.analysis.release import Fall, Progress
-from stripfold.analysis.states import dataset, rows_of_motion, rows_of_stretch
+from stripfold.analysis.states import dataset, rows_of_motion, rows_of_segment
 from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
 from stripfold.material import Material
@@ -72,10 +72,10 @@ def run(
     path = path_of(name, strip.length)
     found = assess_strip(strip, path, fall, refinement, progress)
     rows = []
-    for i, stretch in enumerate(found.stretches):
-        rows += rows_of_stretch(stretch, 2 * i)
+    for i, segment in enumerate(found.segments):
+        rows += rows_of_segment(segment, 2 * i)
         if i < len(found.motions):
-            rows += rows_of_motion(found.motions[i], stretch.problem(-1), 2 * i + 1)
+            rows += rows_of_motion(found.motions[i], segment.problem(-1), 2 * i + 1)
     data = dataset(rows, found.model, path, material)
     return data.assign_attrs(path=name, length=length, **in_si(numbers(found, strip, name, refinement), material))
 

@@ -8,13 +8,13 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from stripfold.analysis import planning
-from stripfold.analysis.release import Fall, Motion, Progress, Release, let_fall, settled
+from stripfold.analysis.release import Fall, Motion, Progress, ReleaseState, simulate_fall, state_at_rest
 from stripfold.analysis.static import X_STEPS, End, StripModel, XRun, along_x, lift, lift_off
 from stripfold.effects.self_contact import SelfContact
 from stripfold.errors import SolveError
 from stripfold.problem import StripProblem
 from stripfold.solve import continuation
-from stripfold.solve.dynamics import Moment
+from stripfold.solve.dynamics import TimeState
 from stripfold.solve.problem import Point
 
 SIZES = planning.Sizes(free=0.15, lying=0.15)
@@ -64,13 +64,13 @@ def simulate(
     if self_contact is not None:
         problem = replace(run.problem, self_contact=SelfContact.of(run.problem.model, self_contact))
         run = replace(run, problem=problem)
-    motion = let_fall(release_of(run), fall, progress=say)
+    motion = simulate_fall(release_of(run), fall, progress=say)
     if motion.touch is None:
-        raise SolveError("the strip came to rest without touching", parameter=motion.moments[-1].lam)
+        raise SolveError("the strip came to rest without touching", parameter=motion.states[-1].lam)
     if not fall.to_rest:
         return Collapse(height, run, motion, (), "first touch")
     say("going on from the state at rest")
-    after, end = go_on(run.problem, motion.moments[-1])
+    after, end = go_on(run.problem, motion.states[-1])
     return Collapse(height, run, motion, after, end)
 
 
@@ -91,16 +91,16 @@ def to_critical_point(strip: StripModel, height: float, refinement: float = 1.0)
     return run
 
 
-def release_of(run: XRun) -> Release:
+def release_of(run: XRun) -> ReleaseState:
     """The critical state of a run that ended in a snap."""
     assert run.critical is not None
-    return Release.at(run.problem, run.critical)
+    return ReleaseState.at(run.problem, run.critical)
 
 
-def go_on(problem: StripProblem, rest: Moment) -> tuple[tuple[Point, ...], str]:
+def go_on(problem: StripProblem, rest: TimeState) -> tuple[tuple[Point, ...], str]:
     """Follow the settled strip until its gripper is above the held end; the points, and what ended the motion."""
     model = problem.model
-    first = settled(problem, rest)
+    first = state_at_rest(problem, rest)
     points = [first]
     highest = first.lam
     branch = continuation.follow(problem, first, X_STEPS)

@@ -19,7 +19,7 @@ from stripfold.errors import TimeStepError
 from stripfold.material import Material
 from stripfold.models.model import Model
 from stripfold.simulation import AFTER, BEFORE, FALL, LettingGo, Simulation
-from stripfold.solve.dynamics import Energy, Moment
+from stripfold.solve.dynamics import Energy, TimeState
 from stripfold.solve.problem import Point
 from stripfold.solve.schemes import Damping
 
@@ -81,16 +81,16 @@ def dataset(simulation: Simulation, found: Collapse) -> xr.Dataset:
     unit, time, force = material.gravity_length, simulation.time_unit, material.force_scale
     run = found.run
     stable = run.points[: run.points.index(run.last) + 1]
-    states: list[tuple[str, Point | Moment]] = [(BEFORE, p) for p in stable]
+    states: list[tuple[str, Point | TimeState]] = [(BEFORE, p) for p in stable]
     motion = found.motion
-    states += [(FALL, m) for m in motion.moments] if motion else []
+    states += [(FALL, m) for m in motion.states] if motion else []
     states += [(AFTER, p) for p in found.after]
 
-    def each(get: Callable[[str, Point | Moment], float]) -> Array:
+    def each(get: Callable[[str, Point | TimeState], float]) -> Array:
         return np.array([get(phase, state) for phase, state in states], dtype=float)
 
-    def energy_of(state: Point | Moment) -> Energy:
-        return state.energy if isinstance(state, Moment) else Energy(0.0, *problem.energies(state.q))
+    def energy_of(state: Point | TimeState) -> Energy:
+        return state.energy if isinstance(state, TimeState) else Energy(0.0, *problem.energies(state.q))
 
     middle = np.stack([model.mid_surface(state.q) for _, state in states])
     moved = np.sqrt(_mean(model, np.sum((middle - middle[0]) ** 2, axis=2)))
@@ -98,7 +98,7 @@ def dataset(simulation: Simulation, found: Collapse) -> xr.Dataset:
     columns: dict[str, tuple[tuple[str, ...], Array, str, str]] = {
         "time": (
             where,
-            time * each(lambda _, s: s.t if isinstance(s, Moment) else np.nan),
+            time * each(lambda _, s: s.t if isinstance(s, TimeState) else np.nan),
             "s",
             "time since the fall began",
         ),
@@ -146,9 +146,9 @@ def dataset(simulation: Simulation, found: Collapse) -> xr.Dataset:
     }
     if motion:
         assert motion.touch is not None  # else there is no collapse
-        attrs |= {"touch_time": time * motion.moments[motion.touch].t, "touch_x": unit * motion.touch_x}
+        attrs |= {"touch_time": time * motion.states[motion.touch].t, "touch_x": unit * motion.touch_x}
         if simulation.letting_go.until == "rest":
-            attrs["settle_time"] = time * motion.moments[-1].t
+            attrs["settle_time"] = time * motion.states[-1].t
     coords = {"phase": ("state", phase, {"units": "1", "long_name": "before lambda_c, fall, or after it"})}
     return xr.Dataset(data, coords=coords, attrs=attrs)
 
@@ -161,7 +161,7 @@ def _mean(model: Model, values: Array) -> Array:
 def last_good(simulation: Simulation, error: TimeStepError) -> xr.Dataset:
     """The last good moment of a motion that could not be followed, for a look at what went wrong; SI."""
     unit, time = simulation.scene.material.gravity_length, simulation.time_unit
-    last: Moment = error.last
+    last: TimeState = error.last
     x, z = error.details["mid_surface"].T
     node = {"units": "m"}
     return xr.Dataset(

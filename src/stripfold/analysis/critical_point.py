@@ -8,9 +8,7 @@ from math import nan
 from time import perf_counter
 from typing import NamedTuple, TypeVar
 
-from stripfold.analysis import locate_rod as quick
-from stripfold.analysis import locate_solid as near
-from stripfold.analysis import select_model as choice
+from stripfold.analysis import locate_rod, locate_solid, select_model
 from stripfold.analysis.model_error import model_error as of_model
 from stripfold.analysis.static import LAMBDA_TOLERANCE, End, StripModel, XRun
 from stripfold.errors import SolveError
@@ -20,7 +18,7 @@ Progress = Callable[[str], None]
 
 ELASTICA_ERROR = 1e-9
 """Error of the elastica's lambda_c, L*: its own tests hold it to that."""
-TOOTH = 1e-5
+CONTACT_NOISE = 1e-5
 """What the contact's teeth leave open in the solid's lambda_c, relative, times the refinement: two meshes may agree by
 chance (study `rod`)."""
 BRACKET = 0.01
@@ -79,11 +77,11 @@ def find(scene: Scene, progress: Progress | None = None) -> CriticalResult:
         When it cannot be computed, or not to the accuracy asked for.
     """
     began, say = perf_counter(), progress or (lambda _: None)
-    foretold = quick.Foretold.at(scene.height_star)
+    prediction = locate_rod.ElasticaPrediction.at(scene.height_star)
     if scene.model == "auto":
-        found, used = _auto(scene, foretold, say)
+        found, used = _auto(scene, prediction, say)
     else:
-        found, used = _find(scene, foretold, say), scene
+        found, used = _find(scene, prediction, say), scene
     unit = scene.material.gravity_length
     return CriticalResult(
         lambda_0=unit * found.lambda_0,
@@ -101,7 +99,7 @@ def find(scene: Scene, progress: Progress | None = None) -> CriticalResult:
     )
 
 
-Run = TypeVar("Run", XRun, quick.Found)
+Run = TypeVar("Run", XRun, locate_rod.Found)
 
 
 class _Found(NamedTuple):
@@ -116,15 +114,15 @@ class _Found(NamedTuple):
     error: float = nan
 
 
-def _auto(scene: Scene, foretold: quick.Foretold, progress: Progress) -> tuple[_Found, Scene]:
+def _auto(scene: Scene, prediction: locate_rod.ElasticaPrediction, progress: Progress) -> tuple[_Found, Scene]:
     """By the cheapest model that does it: what was found, and the scene with that model."""
     thickness, nu = scene.material.relative_thickness, scene.material.nu
-    models = choice.candidates(foretold, scene.length_star, thickness, nu, scene.accuracy)
+    models = select_model.candidates(prediction, scene.length_star, thickness, nu, scene.accuracy)
     for model in models:
         left = replace(scene, model=model)
         left = replace(left, accuracy=scene.accuracy - _model_error(left))
         try:
-            return _find(left, foretold, progress), left
+            return _find(left, prediction, progress), left
         except SolveError as error:
             # Such as a rod that is too thick for its low gripper.
             if model == models[-1]:
@@ -137,40 +135,42 @@ def _model_error(scene: Scene) -> float:
     return of_model(scene.model, scene.material.relative_thickness, scene.material.nu)
 
 
-def _find(scene: Scene, foretold: quick.Foretold, progress: Progress) -> _Found:
+def _find(scene: Scene, prediction: locate_rod.ElasticaPrediction, progress: Progress) -> _Found:
     """By the scene's model."""
-    first, last = foretold.first, foretold.last
+    first, last = prediction.first, prediction.last
     if last.length >= scene.length_star:
         return _Found(End.LIFTED, first.advance, last.length)
     if scene.model == "elastica":
-        if not foretold.snap:
+        if not prediction.snap:
             return _Found(End.TOUCH, first.advance, last.length)
         bracket = last.advance - ELASTICA_ERROR, last.advance + ELASTICA_ERROR
         return _Found(End.SNAP, first.advance, last.length, last.advance, *bracket, ELASTICA_ERROR)
-    return _rod(scene, foretold, progress) if scene.model == "rod" else _solid(scene, foretold, progress)
+    return _rod(scene, prediction, progress) if scene.model == "rod" else _solid(scene, prediction, progress)
 
 
-def _solid(scene: Scene, foretold: quick.Foretold, progress: Progress) -> _Found:
+def _solid(scene: Scene, prediction: locate_rod.ElasticaPrediction, progress: Progress) -> _Found:
     material = scene.material
     strip = StripModel(scene.length_star, material.relative_thickness, material.nu, law=scene.law)
-    tolerance = max(LAMBDA_TOLERANCE, BRACKET * scene.accuracy * foretold.last.advance)
+    tolerance = max(LAMBDA_TOLERANCE, BRACKET * scene.accuracy * prediction.last.advance)
 
     def follow(refinement: float) -> XRun:
-        return near.run(strip, foretold, refinement, tolerance)
+        return locate_solid.run(strip, prediction, refinement, tolerance)
 
-    begin = choice.solid_refinement(scene.accuracy)
-    fine, error = _fine_enough(scene, follow, begin, progress, tooth=TOOTH)
-    lambda_0 = near.lambda_0(fine, foretold)
+    begin = select_model.solid_refinement(scene.accuracy)
+    fine, error = _fine_enough(scene, follow, begin, progress, contact_noise=CONTACT_NOISE)
+    lambda_0 = locate_solid.lambda_0(fine, prediction)
     if fine.critical is None:
         return _Found(fine.end, lambda_0, fine.free_length)
     bracket = fine.critical.lower, fine.critical.upper
     return _Found(fine.end, lambda_0, fine.free_length, fine.critical.lam, *bracket, error)
 
 
-def _rod(scene: Scene, foretold: quick.Foretold, progress: Progress) -> _Found:
+def _rod(scene: Scene, prediction: locate_rod.ElasticaPrediction, progress: Progress) -> _Found:
     strip = StripModel(scene.length_star, scene.material.relative_thickness, kind="rod")
-    refinement = choice.rod_refinement(scene.accuracy, quick.MESH_ERROR)
-    fine, error = _fine_enough(scene, lambda r: quick.run(strip, foretold, r), refinement, progress, quick.LEFT)
+    refinement = select_model.rod_refinement(scene.accuracy, locate_rod.MESH_ERROR)
+    fine, error = _fine_enough(
+        scene, lambda r: locate_rod.run(strip, prediction, r), refinement, progress, locate_rod.LEFT
+    )
     if fine.end is not End.SNAP:
         return _Found(fine.end, fine.lambda_0, fine.free_length)
     return _Found(fine.end, fine.lambda_0, fine.free_length, fine.lam, fine.lam, fine.upper, error)
@@ -182,7 +182,7 @@ def _fine_enough(
     refinement: float,
     progress: Progress,
     share: float = 1.0,
-    tooth: float = 0.0,
+    contact_noise: float = 0.0,
 ) -> tuple[Run, float]:
     """The run on the first mesh that is known to the scene's accuracy, and its error, L*.
 
@@ -196,10 +196,10 @@ def _fine_enough(
 
     coarse, fine = followed(2.0 * refinement), followed(refinement)
     while True:
-        error = share * abs(fine.lam - coarse.lam) + fine.slack + tooth * refinement * fine.lam
+        error = share * abs(fine.lam - coarse.lam) + fine.slack + contact_noise * refinement * fine.lam
         if fine.end is coarse.end and error <= scene.accuracy * fine.lam:
             return fine, error
-        if refinement / 2.0 < choice.FINEST:
+        if refinement / 2.0 < select_model.FINEST:
             raise SolveError(
                 f"lambda_c is known to {error / fine.lam:.1e} only, asked for was {scene.accuracy:.1e}",
                 advice="ask for less accuracy",

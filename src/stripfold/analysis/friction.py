@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from math import inf, sqrt
 
 from stripfold.analysis import planning
-from stripfold.analysis.path_friction import Step, walk
+from stripfold.analysis.path_friction import Step, load_incrementally
 from stripfold.analysis.path_statics import SIZES
 from stripfold.analysis.release import touch_position
 from stripfold.analysis.static import StripModel, touches
@@ -82,7 +82,7 @@ def follow(model: Model, plan: RPath, law: str, strength: float, step: float, to
     steps: list[Step] = []
     touch, touch_x, lost = None, float("nan"), ""
     try:
-        for new in walk(model, plan.path, effects_of(law, strength), step):
+        for new in load_incrementally(model, plan.path, effects_of(law, strength), step):
             steps.append(new)
             if touch is None and touches(model, new.point):
                 touch, touch_x = len(steps) - 1, touch_position(new.problem, new.point)

@@ -10,9 +10,9 @@ import xarray as xr
 
 from stripfold.analysis.friction import LAWS, Run, follow, model_for, smallest
 from stripfold.analysis.path_friction import Step
-from stripfold.analysis.post_critical import leave
+from stripfold.analysis.post_critical import follow_both_branches
 from stripfold.analysis.release import Fall, Progress
-from stripfold.analysis.states import dataset, of_material, rows_of_motion, rows_of_stretch
+from stripfold.analysis.states import dataset, of_material, rows_of_motion, rows_of_segment
 from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
 from stripfold.effects import Pull
@@ -145,13 +145,13 @@ def two_ways(
     plan = plan_r_path(strip.length)
     model = model_for(strip, plan, refinement)
     try:
-        ways = leave(model, strip, plan, fall, progress)
+        ways = follow_both_branches(model, strip, plan, fall, progress)
     except SolveError as error:
         return xr.Dataset(attrs={**of_material(material), "length": length, "reason": str(error)})
     rows, way, touches = [], [], []
-    for i, direction in enumerate(ways.directions):
+    for i, direction in enumerate(ways.branches):
         new = rows_of_motion(direction.motion, direction.after.problem(0), 2 * i)
-        new += rows_of_stretch(direction.after, 2 * i + 1)
+        new += rows_of_segment(direction.after, 2 * i + 1)
         rows += new
         way += [float(i)] * len(new)
         touches.append(direction.motion.touch_x)
@@ -160,9 +160,9 @@ def two_ways(
     return data.assign_attrs(
         length=length,
         reason="",
-        signs=[direction.sign for direction in ways.directions],
+        signs=[direction.sign for direction in ways.branches],
         touch_x=[unit * x for x in touches],
-        ends=[unit * direction.after.points[-1].lam for direction in ways.directions],
+        ends=[unit * direction.after.points[-1].lam for direction in ways.branches],
         landing_x=unit * plan.landing,
         planned_touch_x=unit * plan.first_touch,
     )

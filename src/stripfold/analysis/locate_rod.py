@@ -40,7 +40,7 @@ SHORTER = (8.0, 0.05)
 """The rod's free length at the end is less than the elastica's by up to (a + b z^2) h^2, L*."""
 
 
-class Foretold(NamedTuple):
+class ElasticaPrediction(NamedTuple):
     """What the elastica says: its state without horizontal force, that at the end of its advance, whether it snaps."""
 
     height: float
@@ -49,7 +49,7 @@ class Foretold(NamedTuple):
     snap: bool
 
     @classmethod
-    def at(cls, height: float) -> Foretold:
+    def at(cls, height: float) -> ElasticaPrediction:
         """Ask it."""
         end = elastica.critical(height)
         last = end.state or (end.touch.state if end.touch else None)
@@ -93,7 +93,7 @@ class Found:
         return self.upper - self.lam
 
 
-def run(strip: StripModel, foretold: Foretold, refinement: float) -> Found:
+def run(strip: StripModel, prediction: ElasticaPrediction, refinement: float) -> Found:
     """Find where the advance ends, on elements of ``refinement`` times :data:`SIZE`.
 
     Raises
@@ -102,18 +102,18 @@ def run(strip: StripModel, foretold: Foretold, refinement: float) -> Found:
         When a state cannot be computed, as of rods thicker than about a quarter of L*, or no end is near the one that
         the elastica foretells.
     """
-    count = max(round(foretold.last.length / (SIZE * refinement)), LEAST)
+    count = max(round(prediction.last.length / (SIZE * refinement)), LEAST)
     ends = np.linspace(0.0, 1.0, count + 1)
 
     def rod_of(thickness: float) -> FreeRod:
-        return FreeRod.of(strip.length, thickness, foretold.height, ends)
+        return FreeRod.of(strip.length, thickness, prediction.height, ends)
 
     rod = rod_of(strip.thickness)
-    shorter = SHORTER[0] + SHORTER[1] * foretold.height**2
+    shorter = SHORTER[0] + SHORTER[1] * prediction.height**2
     start = _thickened(
-        rod_of, foretold.last, strip.thickness, lambda h: {"length": foretold.last.length - shorter * h**2}
+        rod_of, prediction.last, strip.thickness, lambda h: {"length": prediction.last.length - shorter * h**2}
     )
-    first = _thickened(rod_of, foretold.first, strip.thickness, lambda _: {"force": 0.0})
+    first = _thickened(rod_of, prediction.first, strip.thickness, lambda _: {"force": 0.0})
     branch = _Branch(rod, start)
     at = branch.zero(branch.slope, start.length)
     if branch.clearance(at) <= 0.0:
@@ -129,7 +129,7 @@ def run(strip: StripModel, foretold: Foretold, refinement: float) -> Found:
 
 def _thickened(
     rod_of: Callable[[float], FreeRod],
-    foretold: elastica.State,
+    prediction: elastica.State,
     thickness: float,
     given: Callable[[float], dict[str, float]],
 ) -> FreeState:
@@ -137,7 +137,7 @@ def _thickened(
     guess: Guess | None = None
     for h in (*np.arange(THICKER, thickness, THICKER), thickness):
         rod = rod_of(h)
-        state = rod.solve(guess or rod.from_elastica(foretold), **given(h))
+        state = rod.solve(guess or rod.from_elastica(prediction), **given(h))
         guess = rod.guess(state)
     return state
 

@@ -9,10 +9,10 @@ import numpy as np
 
 from stripfold import elastica
 from stripfold.analysis import planning
-from stripfold.analysis.locate_rod import Foretold
+from stripfold.analysis.locate_rod import ElasticaPrediction
 from stripfold.analysis.static import (
     LAMBDA_TOLERANCE,
-    PATIENT,
+    ROBUST_NEWTON,
     X_STEPS,
     StripModel,
     XRun,
@@ -35,7 +35,9 @@ LOWER = 0.65
 """A thick strip's lambda is lower, by about this times h^2 of itself (docs/numerics.md)."""
 
 
-def run(strip: StripModel, foretold: Foretold, refinement: float, tolerance: float = LAMBDA_TOLERANCE) -> XRun:
+def run(
+    strip: StripModel, prediction: ElasticaPrediction, refinement: float, tolerance: float = LAMBDA_TOLERANCE
+) -> XRun:
     """Follow the branch from shortly before its end; lambda_c to a bracket of ``tolerance``.
 
     ``points`` begin there: the state without horizontal force is :func:`lambda_0`.  On one mesh: a close call
@@ -46,28 +48,28 @@ def run(strip: StripModel, foretold: Foretold, refinement: float, tolerance: flo
     SolveError
         When a state or the branch cannot be computed.
     """
-    sweep = planning.Sweep(foretold.first.length, foretold.last.length)
+    sweep = planning.Sweep(prediction.first.length, prediction.last.length)
     model = strip.model(planning.boundaries(strip.length, sweep, refinement, strip.sizes))
-    problem = StripProblem(model, AlongX(foretold.height))
+    problem = StripProblem(model, AlongX(prediction.height))
     before = BEFORE + SHORTER * strip.thickness**2
     try:
-        near = elastica.state_at(foretold.height, foretold.last.length - before, foretold.last)
+        near = elastica.state_at(prediction.height, prediction.last.length - before, prediction.last)
         lying = model.middle[model.s >= near.length, 1]
         lam = near.advance * (1.0 - LOWER * strip.thickness**2)
         active = np.intersect1d(lying, problem.bounded)
-        state = newton.solve(problem, bent(model, near), lam, active, options=PATIENT)
+        state = newton.solve(problem, bent(model, near), lam, active, options=ROBUST_NEWTON)
         first = continuation.start(problem, state.q, lam, state.active, 1.0, X_STEPS)
         return to_the_end(problem, first, 0.0, X_STEPS, tolerance)
     except SolveError:
         # A mesh so coarse, or a strip so thick or so short, that the elastica is no guide: all the way from lambda_0.
-        (_, lifted, state) = next(lift(strip, [foretold.height]))
-        return along_x(strip, foretold.height, (lifted, state), model.ends, past=0.0)
+        (_, lifted, state) = next(lift(strip, [prediction.height]))
+        return along_x(strip, prediction.height, (lifted, state), model.ends, past=0.0)
 
 
-def lambda_0(run: XRun, foretold: Foretold) -> float:
+def lambda_0(run: XRun, prediction: ElasticaPrediction) -> float:
     """Advance without horizontal force, on the mesh of a run."""
     model = run.problem.model
-    state = no_horizontal_force(run.problem, bent(model, foretold.first), foretold.height)
+    state = no_horizontal_force(run.problem, bent(model, prediction.first), prediction.height)
     return float(state.q[model.middle[0, 0]])
 
 

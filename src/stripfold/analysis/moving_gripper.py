@@ -12,16 +12,16 @@ import numpy as np
 
 from stripfold.analysis import planning
 from stripfold.analysis.collapse import SIZES
-from stripfold.analysis.path_friction import Step, walk_from
+from stripfold.analysis.path_friction import Step, load_incrementally_from
 from stripfold.analysis.path_statics import BEYOND
-from stripfold.analysis.static import PATIENT, StripModel, lift, lift_off, no_horizontal_force, touches, transfer
+from stripfold.analysis.static import ROBUST_NEWTON, StripModel, lift, lift_off, no_horizontal_force, touches, transfer
 from stripfold.arrays import Array
 from stripfold.effects import Effect, Hysteresis
 from stripfold.errors import LostStabilityError, NewtonError, SolveError
 from stripfold.models.model import Model
 from stripfold.problem import AlongX, StripProblem
 from stripfold.solve import continuation, dynamics, newton
-from stripfold.solve.dynamics import Moment, Moving, TimeOptions
+from stripfold.solve.dynamics import Moving, TimeOptions, TimeState
 from stripfold.solve.problem import Equilibrium
 from stripfold.solve.schemes import Damping
 
@@ -53,7 +53,7 @@ class Passage:
 
     model: Model
     static: float
-    moments: tuple[Moment, ...]
+    moments: tuple[TimeState, ...]
     touch: int
 
 
@@ -97,7 +97,7 @@ def run(
     point = steps[at].point
     problem = steps[at].problem.accepted(point.q)
     first = dynamics.start(problem, point.q, speed * rate, point.lam, point.state.active)
-    moments: list[Moment] = []
+    moments: list[TimeState] = []
     touch: int | None = None
     for moment_ in dynamics.march(problem, first, Moving(point.lam, speed), damping, options=TIME_OPTIONS):
         moments.append(moment_)
@@ -126,7 +126,7 @@ def to_loss(strip: StripModel, height: float, moment: float, refinement: float) 
         begin = state.lam
         places = ((0, begin + STEP * n) for n in range(1, MOST_STEPS))
         try:
-            for step in walk_from(model, state, problem.effects, [problem.motion], places):
+            for step in load_incrementally_from(model, state, problem.effects, [problem.motion], places):
                 if touches(model, step.point):
                     if step.moved > POPPED and steps:
                         break  # it fell there
@@ -183,7 +183,7 @@ def _ahead(last: Step, size: float) -> Step | None:
     """The stable state that is ``size`` ahead and near; None where there is none."""
     problem, state = last.problem.accepted(last.point.q), last.point.state
     try:
-        new = newton.solve(problem, state.q, state.lam + size, state.active, options=PATIENT)
+        new = newton.solve(problem, state.q, state.lam + size, state.active, options=ROBUST_NEWTON)
         point = continuation.evaluate(problem, new, last.point.tangent)
     except NewtonError:
         return None

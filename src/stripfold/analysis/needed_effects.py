@@ -81,7 +81,7 @@ def record(simulation: Simulation, found: Collapse, seconds: float) -> xr.Datase
 def kinetic_share(found: Collapse) -> float:
     """The largest kinetic energy of the fall, as a share of what it began with and what was released in all of it."""
     assert found.motion is not None
-    energies = [m.energy for m in found.motion.moments]
+    energies = [m.energy for m in found.motion.states]
     potential = np.array([e.elastic + e.gravity for e in energies])
     released = float(potential[0] - potential.min())
     there = energies[0].kinetic + released
@@ -94,7 +94,7 @@ def _layers(found: Collapse, thickness: float) -> tuple[float, float, float]:
     monitor = SelfContact.of(found.run.problem.model, thickness)
     smallest, met = np.inf, np.nan
     states: list[tuple[float, Any]] = [(np.nan, p) for p in _stable(found)]
-    states += [(m.t, m) for m in found.motion.moments] if found.motion else []
+    states += [(m.t, m) for m in found.motion.states] if found.motion else []
     states += [(np.nan, p) for p in found.after]
     for t, state in states:
         gap = monitor.gap(state.q)

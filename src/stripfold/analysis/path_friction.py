@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stripfold.analysis.path_statics import from_flat
-from stripfold.analysis.static import PATIENT
+from stripfold.analysis.static import ROBUST_NEWTON
 from stripfold.arrays import Array
 from stripfold.effects import Effect
 from stripfold.errors import InvalidInputError, LostStabilityError, NewtonError
@@ -69,7 +69,7 @@ def steps_on(path: GripperPath, size: float) -> Iterator[tuple[int, float]]:
             yield i, float(travelled)
 
 
-def walk(model: Model, path: GripperPath, effects: Effects, size: float) -> Iterator[Step]:
+def load_incrementally(model: Model, path: GripperPath, effects: Effects, size: float) -> Iterator[Step]:
     """Follow a path from the flat strip in steps of ``size``, L*, to its end.
 
     Raises
@@ -84,10 +84,10 @@ def walk(model: Model, path: GripperPath, effects: Effects, size: float) -> Iter
     first = from_flat(model, path)
     places = [(piece, travelled) for piece, travelled in steps_on(path, size) if travelled > first.lam]
     motions = [AlongPiece(piece, model.length) for piece in path.pieces]
-    return walk_from(model, first.state, effects(model, first.q), motions, places)
+    return load_incrementally_from(model, first.state, effects(model, first.q), motions, places)
 
 
-def walk_from(
+def load_incrementally_from(
     model: Model,
     state: Equilibrium,
     acting: tuple[Effect, ...],
@@ -141,7 +141,7 @@ def _closely(problem: StripProblem, before: Equilibrium, travelled: float) -> Eq
     state, change = before, np.zeros(problem.size)
     for to in np.linspace(before.lam, travelled, LOOKED_AT + 1)[1:]:
         try:
-            new = newton.solve(problem, state.q + change, float(to), state.active, options=PATIENT)
+            new = newton.solve(problem, state.q + change, float(to), state.active, options=ROBUST_NEWTON)
         except NewtonError:
             return None
         # The first state is that of the memory before: it may settle, by as much as a whole step moves it.
@@ -160,7 +160,7 @@ def _on_a_way(problem: StripProblem, before: Equilibrium, travelled: float) -> E
     while at < travelled:
         to = min(at + share * whole, travelled)
         try:
-            state = newton.solve(problem, q, to, active, options=PATIENT)
+            state = newton.solve(problem, q, to, active, options=ROBUST_NEWTON)
         except NewtonError as error:
             share /= 2.0
             if share < SMALLEST_SHARE:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stripfold.analysis import planning
-from stripfold.analysis.static import LAMBDA_TOLERANCE, LOOK_AHEAD, PATIENT, touches
+from stripfold.analysis.static import LAMBDA_TOLERANCE, LOOK_AHEAD, ROBUST_NEWTON, touches
 from stripfold.errors import CoarseMeshError, ContinuationError, NewtonError, SolveError
 from stripfold.models.model import Model
 from stripfold.paths.curve import GripperPath
@@ -24,8 +24,8 @@ from stripfold.solve.problem import Point
 
 SIZES = planning.Sizes(free=0.15, lying=0.15, grasp=0.05)
 """The lift-off sweeps the whole strip, and what is laid down rolls over it: no part may be coarse."""
-STEPS = StepOptions(first=0.05, largest=0.5, slow_below=0.4, wanted_iterations=10, most_attempts=600)
-PATIENT_STEPS = replace(STEPS, newton=PATIENT)
+STEPS = StepOptions(first=0.05, largest=0.5, slow_below=0.4, target_iterations=10, max_attempts=600)
+ROBUST_STEPS = replace(STEPS, newton=ROBUST_NEWTON)
 FIRST_HEIGHT = 0.01
 """Length travelled at the first state, L*: nearer to the flat strip every contact would be about to change."""
 NEAR_ZERO = 0.2
@@ -35,9 +35,9 @@ NEXT = 1e-4
 
 Before a fold the square of that eigenvalue falls linearly to zero. Where it would do so farther away, or does not fall
 at all, a single contact of the mesh has opened (docs/numerics.md)."""
-POP = 0.3
+LARGEST_LOCAL_SNAP = 0.3
 """Largest way by which the strip may pop when that happens, L*, and go on from there."""
-TOOTH = 0.05
+LARGEST_SPURIOUS_MOVE = 0.05
 """Largest way by which a place of the strip goes through a tooth of the contact, L*: one that is longer may be the
 strip's own small snap, and whether it is passed hangs on the mesh."""
 NEARLY = 10.0
@@ -54,7 +54,7 @@ AT_CORNER = 1e-7
 
 
 @dataclass(frozen=True)
-class Stretch:
+class StaticSegment:
     """Statics along a part of a path.
 
     Attributes
@@ -90,7 +90,7 @@ def from_flat(model: Model, path: GripperPath) -> Point:
     """The first state of a path, its gripper just lifted."""
     problem = problem_on(model, path, 0)
     travelled = min(FIRST_HEIGHT, path.pieces[0].end / 4.0)
-    return continuation.start(problem, np.zeros(model.size), travelled, problem.bounded, 1.0, PATIENT_STEPS)
+    return continuation.start(problem, np.zeros(model.size), travelled, problem.bounded, 1.0, ROBUST_STEPS)
 
 
 def follow(
@@ -99,9 +99,9 @@ def follow(
     first: Point | None = None,
     piece: int = 0,
     options: StepOptions = STEPS,
-    tooth: float = TOOTH,
-) -> Stretch:
-    """Follow a path from the flat strip, or from a state on one of its pieces; ``tooth`` as :data:`TOOTH`.
+    max_spurious_move: float = LARGEST_SPURIOUS_MOVE,
+) -> StaticSegment:
+    """Follow a path from the flat strip, or from a state on one of its pieces.
 
     Raises
     ------
@@ -113,14 +113,16 @@ def follow(
     for i in range(piece, len(path.pieces)):
         problem = problem_on(model, path, i)
         while points[-1].lam < path.pieces[i].end:
-            walked, found, contact_folds = _along_piece(problem, points[-1], path.pieces[i].end, options, tooth)
-            popped = _popped(problem, found, walked) if found is not None else None
-            walked += [popped] if popped is not None else []
-            points += walked[1:]
-            pieces += [i] * (len(walked) - 1)
-            folds += contact_folds + (popped is not None)
-            if found is not None and popped is None:
-                return Stretch(model, path, tuple(points), tuple(pieces), found, folds)
+            points_on_piece, found, contact_folds = _along_piece(
+                problem, points[-1], path.pieces[i].end, options, max_spurious_move
+            )
+            snapped = _local_snap(problem, found, points_on_piece) if found is not None else None
+            points_on_piece += [snapped] if snapped is not None else []
+            points += points_on_piece[1:]
+            pieces += [i] * (len(points_on_piece) - 1)
+            folds += contact_folds + (snapped is not None)
+            if found is not None and snapped is None:
+                return StaticSegment(model, path, tuple(points), tuple(pieces), found, folds)
         if i + 1 < len(path.pieces):
             onward = problem_on(model, path, i + 1)
             corner = points[-1].state
@@ -129,26 +131,26 @@ def follow(
             pieces.append(i + 1)
             if point.negatives:
                 raise SolveError("the strip is not stable at a corner of the path", parameter=point.lam)
-    return Stretch(model, path, tuple(points), tuple(pieces), None, folds)
+    return StaticSegment(model, path, tuple(points), tuple(pieces), None, folds)
 
 
-def _popped(problem: StripProblem, found: CriticalPoint, walked: list[Point]) -> Point | None:
-    """The state just behind a place where one contact opened and the strip popped; None at other critical points.
+def _local_snap(problem: StripProblem, found: CriticalPoint, points_on_piece: list[Point]) -> Point | None:
+    """The state just behind a place where one contact opened and the strip snapped; None at other critical points.
 
     Raises
     ------
     CoarseMeshError
-        It popped far: that is not the strip's doing.
+        It snapped far: that is not the strip's doing.
     """
     before = found.before
-    if before.eigenvalues[0] < NEAR_ZERO or _to_zero(before, walked) < NEXT:
+    if before.eigenvalues[0] < NEAR_ZERO or _to_zero(before, points_on_piece) < NEXT:
         return None
     for beyond in BEYOND:
         try:
-            point = continuation.start(problem, before.q, before.lam + beyond, before.active, 1.0, PATIENT_STEPS)
+            point = continuation.start(problem, before.q, before.lam + beyond, before.active, 1.0, ROBUST_STEPS)
         except NewtonError:
             continue
-        if problem.model.largest_move(before.q, point.q) < POP and not critical.passed(point):
+        if problem.model.largest_move(before.q, point.q) < LARGEST_LOCAL_SNAP and not critical.is_past(point):
             return point
     if touches(problem.model, before):
         # The part that touched comes off: what it held is let go at once, on any mesh.
@@ -160,42 +162,46 @@ def _popped(problem: StripProblem, found: CriticalPoint, walked: list[Point]) ->
     )
 
 
-def _to_zero(point: Point, walked: list[Point]) -> float:
+def _to_zero(point: Point, points_on_piece: list[Point]) -> float:
     """How much farther on the least eigenvalue of a state near a fold is zero, by the points before it; in lambda."""
-    earlier = [p for p in walked if p.lam < point.lam - LAMBDA_TOLERANCE]
+    earlier = [p for p in points_on_piece if p.lam < point.lam - LAMBDA_TOLERANCE]
     now = float(point.eigenvalues[0]) ** 2
     fallen = float(earlier[-1].eigenvalues[0]) ** 2 - now if earlier else 0.0
     return now / fallen * (point.lam - earlier[-1].lam) if fallen > 0.0 else np.inf
 
 
 def _along_piece(
-    problem: StripProblem, first: Point, end: float, options: StepOptions, tooth: float = TOOTH
+    problem: StripProblem,
+    first: Point,
+    end: float,
+    options: StepOptions,
+    max_spurious_move: float = LARGEST_SPURIOUS_MOVE,
 ) -> tuple[list[Point], CriticalPoint | None, int]:
     """Points up to ``end`` or up to a critical point, which is returned too, and the contact's folds passed."""
     points = [first]
     fold: int | None = None
     folds = 0
     for point in _branch(problem, first, options):
-        if fold is None and point.lam >= end and not critical.passed(point, points[-1]):
+        if fold is None and point.lam >= end and not critical.is_past(point, points[-1]):
             points.append(step_to(problem, points[-1], end, options))
             return points, None, folds
         if fold is not None and point.arc - points[fold].arc > LOOK_AHEAD:
             break
         if fold is not None and touches(problem.model, point) and not touches(problem.model, points[fold - 1]):
-            # It is the floor under the sag that stops the fall: no tooth, however soon lambda rises again.
+            # The floor under the sag stops the fall: no spurious limit point, however soon lambda rises again.
             break
         points.append(point)
         if fold is None:
-            if critical.passed(point, points[-2]):
+            if critical.is_past(point, points[-2]):
                 fold = len(points) - 1
-            elif (least := _nearly_let_go(problem.model, points)) is not None:
+            elif (least := _near_critical_dip(problem.model, points)) is not None:
                 raise CoarseMeshError(
                     f"the strip nearly pops at lambda = {least.lam:.6g}: the mesh decides whether it does",
                     parameter=least.lam,
                     advice="refine the mesh",
                 )
-        elif not critical.passed(point) and point.lam > max(p.lam for p in points[:-1]):
-            if problem.model.largest_move(points[fold - 1].q, point.q) > tooth:
+        elif not critical.is_past(point) and point.lam > max(p.lam for p in points[:-1]):
+            if problem.model.largest_move(points[fold - 1].q, point.q) > max_spurious_move:
                 raise CoarseMeshError(
                     f"the strip pops at lambda = {points[fold - 1].lam:.6g}: the mesh decides whether it goes",
                     parameter=points[fold - 1].lam,
@@ -212,7 +218,7 @@ def _along_piece(
     return [*points[:fold], found.before], found, folds
 
 
-def _nearly_let_go(model: Model, points: list[Point]) -> Point | None:
+def _near_critical_dip(model: Model, points: list[Point]) -> Point | None:
     """Where a strip, all but flat, was nearest to losing its hold, if it came near that and recovered."""
     least = min(points, key=lambda point: float(point.eigenvalues[0]))
     value, now = float(least.eigenvalues[0]), points[-1]
@@ -228,7 +234,7 @@ def _branch(problem: StripProblem, first: Point, options: StepOptions) -> Iterat
         try:
             point = next(branch)
         except ContinuationError:
-            if not critical.passed(point):
+            if not critical.is_past(point):
                 raise
             return
         yield point

@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import inf
 
-from stripfold.analysis.path_statics import STEPS, Stretch, follow, problem_on, step_to
-from stripfold.analysis.release import Fall, Motion, Progress, Release, let_fall, settled
+from stripfold.analysis.path_statics import STEPS, StaticSegment, follow, problem_on, step_to
+from stripfold.analysis.release import Fall, Motion, Progress, ReleaseState, simulate_fall, state_at_rest
 from stripfold.analysis.static import StripModel, XRun, along_x, lift, touches
 from stripfold.errors import SolveError
 from stripfold.models.model import Model
@@ -29,24 +29,26 @@ CARRY = 1
 
 
 @dataclass(frozen=True, eq=False)
-class Direction:
+class PostCriticalBranch:
     """One way out: the fall, and what follows along the path from where it rests."""
 
     sign: float
     motion: Motion
-    after: Stretch
+    after: StaticSegment
 
 
 @dataclass(frozen=True, eq=False)
-class TwoWays:
+class PostCriticalBranches:
     """The unstable planned state, and the two ways it can go."""
 
     model: Model
     start: Point
-    directions: tuple[Direction, ...]
+    branches: tuple[PostCriticalBranch, ...]
 
 
-def leave(model: Model, strip: StripModel, plan: RPath, fall: Fall, progress: Progress | None = None) -> TwoWays:
+def follow_both_branches(
+    model: Model, strip: StripModel, plan: RPath, fall: Fall, progress: Progress | None = None
+) -> PostCriticalBranches:
     """Let the planned state go in both directions, with the gripper held, and follow the path from where it rests.
 
     Raises
@@ -61,12 +63,12 @@ def leave(model: Model, strip: StripModel, plan: RPath, fall: Fall, progress: Pr
     problem = problem_on(model, plan.path, CARRY)
     ways = []
     for sign in (1.0, -1.0):
-        release = Release(problem, start, start.mode, 0.0)
-        motion = let_fall(release, replace(fall, disturbance=sign * abs(fall.disturbance)), progress=say)
+        release = ReleaseState(problem, start, start.mode, 0.0)
+        motion = simulate_fall(release, replace(fall, disturbance=sign * abs(fall.disturbance)), progress=say)
         # It has left the plan: how it pops on the way to the end decides nothing.
-        rest = settled(problem, motion.moments[-1])
-        ways.append(Direction(sign, motion, follow(model, plan.path, rest, CARRY, tooth=inf)))
-    return TwoWays(model, start, tuple(ways))
+        rest = state_at_rest(problem, motion.states[-1])
+        ways.append(PostCriticalBranch(sign, motion, follow(model, plan.path, rest, CARRY, max_spurious_move=inf)))
+    return PostCriticalBranches(model, start, tuple(ways))
 
 
 def planned_unstable(model: Model, strip: StripModel, plan: RPath, travelled: float) -> Point:

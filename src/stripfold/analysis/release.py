@@ -11,13 +11,13 @@ from math import inf
 
 import numpy as np
 
-from stripfold.analysis.static import PATIENT, X_STEPS, contact_positions, touches
+from stripfold.analysis.static import ROBUST_NEWTON, X_STEPS, contact_positions, touches
 from stripfold.arrays import Array
 from stripfold.errors import NewtonError, SolveError, TimeStepError
 from stripfold.problem import StripProblem
 from stripfold.solve import continuation, dynamics
 from stripfold.solve.critical import CriticalPoint
-from stripfold.solve.dynamics import Drive, Moment, Moving, Nudge, TimeOptions
+from stripfold.solve.dynamics import Drive, Moving, Nudge, TimeOptions, TimeState
 from stripfold.solve.problem import Point
 from stripfold.solve.schemes import Damping, EnergyMomentum, Scheme
 
@@ -71,21 +71,21 @@ class Motion:
 
     Attributes
     ----------
-    moments
-        All accepted moments, from lambda_c on.
+    states
+        All accepted states, from lambda_c on.
     touch
-        Index of the first moment at which the falling part touches; None where it came to rest without.
+        Index of the first state at which the falling part touches; None where it came to rest without.
     touch_x
         Where it touches, x in the frame of the model (origin mid-strip); nan without a touch.
     """
 
-    moments: tuple[Moment, ...]
+    states: tuple[TimeState, ...]
     touch: int | None
     touch_x: float
 
 
 @dataclass(frozen=True, eq=False)
-class Release:
+class ReleaseState:
     """The state from which a strip is let go.
 
     Attributes
@@ -102,13 +102,13 @@ class Release:
     nudge: float = NUDGE
 
     @classmethod
-    def at(cls, problem: StripProblem, found: CriticalPoint) -> Release:
+    def at(cls, problem: StripProblem, found: CriticalPoint) -> ReleaseState:
         """Let go at a critical point."""
         return cls(problem, found.before, found.mode)
 
 
-def beginning(release: Release, fall: Fall) -> tuple[Moment, Drive]:
-    """The first moment of a fall, and how the gripper moves in it."""
+def initial_state(release: ReleaseState, fall: Fall) -> tuple[TimeState, Drive]:
+    """The first state of a fall, and how the gripper moves in it."""
     problem, point = release.problem, release.point
     middle = problem.model.middle
     mode = release.mode / np.linalg.norm(release.mode[middle], axis=1).max()
@@ -120,8 +120,8 @@ def beginning(release: Release, fall: Fall) -> tuple[Moment, Drive]:
     return first, drive
 
 
-def let_fall(
-    release: Release,
+def simulate_fall(
+    release: ReleaseState,
     fall: Fall,
     options: TimeOptions = TIME_OPTIONS,
     progress: Progress | None = None,
@@ -143,17 +143,17 @@ def let_fall(
     if problem.effects:
         # The search for the touch goes back in time; what an effect remembers does not.
         raise ValueError("a fall is for problems without effects")
-    first, drive = beginning(release, fall)
+    first, drive = initial_state(release, fall)
     motion = _Marching(problem, drive, fall.damping, options, scheme or EnergyMomentum())
-    moments, touched = _to_touch(motion, first)
+    states, touched = _to_touch(motion, first)
     if not touched:
-        say(f"at rest without a touch after {moments[-1].t:.1f} sqrt(L*/g)")
-        return Motion(tuple(moments), None, float("nan"))
-    touch = len(moments) - 1
-    say(f"touch after {moments[-1].t:.1f} sqrt(L*/g)")
+        say(f"at rest without a touch after {states[-1].t:.1f} sqrt(L*/g)")
+        return Motion(tuple(states), None, float("nan"))
+    touch = len(states) - 1
+    say(f"touch after {states[-1].t:.1f} sqrt(L*/g)")
     if fall.to_rest:
-        moments += _to_rest(motion, moments[0], moments[-1])
-    return Motion(tuple(moments), touch, touch_position(problem, moments[touch]))
+        states += _to_rest(motion, states[0], states[-1])
+    return Motion(tuple(states), touch, touch_position(problem, states[touch]))
 
 
 @dataclass(frozen=True)
@@ -166,81 +166,79 @@ class _Marching:
     options: TimeOptions
     scheme: Scheme
 
-    def march(self, first: Moment) -> Iterator[Moment]:
-        """Moments from ``first`` on; an error gets the shape of the strip at the last good one."""
+    def march(self, first: TimeState) -> Iterator[TimeState]:
+        """States from ``first`` on; an error gets the shape of the strip at the last good one."""
         try:
             yield from dynamics.march(self.problem, first, self.drive, self.damping, self.scheme, self.options)
         except TimeStepError as error:
             error.details["mid_surface"] = self.problem.model.mid_surface(error.last.q)
             raise
 
-    def step(self, before: Moment, dt: float) -> Moment:
+    def step(self, before: TimeState, dt: float) -> TimeState:
         """One step."""
         return dynamics.step(self.problem, before, dt, self.drive, self.damping, self.scheme, self.options)
 
-    def out_of_patience(self, moment: Moment, since: float, what: str, advice: str) -> None:
+    def out_of_patience(self, state: TimeState, since: float, what: str, advice: str) -> None:
         """Raise when the motion goes on for too long."""
-        if moment.t - since > PATIENCE * (1.0 + self.damping.air + self.damping.stiffness):
+        if state.t - since > PATIENCE * (1.0 + self.damping.air + self.damping.stiffness):
             raise TimeStepError(
-                f"{what} within {moment.t - since:.0f} sqrt(L*/g)",
-                parameter=moment.lam,
+                f"{what} within {state.t - since:.0f} sqrt(L*/g)",
+                parameter=state.lam,
                 advice=advice,
-                last=moment,
-                details={"mid_surface": self.problem.model.mid_surface(moment.q)},
+                last=state,
+                details={"mid_surface": self.problem.model.mid_surface(state.q)},
             )
 
 
-def _to_touch(motion: _Marching, first: Moment) -> tuple[list[Moment], bool]:
-    """All moments up to the first at which the falling part touches, or at which it rests elsewhere; which it is."""
+def _to_touch(motion: _Marching, first: TimeState) -> tuple[list[TimeState], bool]:
+    """All states up to the first at which the falling part touches, or at which it rests elsewhere; which it is."""
     model = motion.problem.model
-    moments: list[Moment] = []
+    states: list[TimeState] = []
     at_rest = _Rest(first)
-    for moment in motion.march(first):
-        if touches(model, moment):
-            return (moments + _locate_touch(motion, moments[-1], moment) if moments else [moment]), True
-        moments.append(moment)
-        if at_rest(moment) and model.largest_move(first.q, moment.q) > AWAY:
-            return moments, False
-        motion.out_of_patience(
-            moment, first.t, "nothing happened: the strip did not touch", "give a larger disturbance"
-        )
+    for state in motion.march(first):
+        if touches(model, state):
+            return (states + _locate_touch(motion, states[-1], state) if states else [state]), True
+        states.append(state)
+        if at_rest(state) and model.largest_move(first.q, state.q) > AWAY:
+            return states, False
+        motion.out_of_patience(state, first.t, "nothing happened: the strip did not touch", "give a larger disturbance")
     raise AssertionError("a motion does not end by itself")
 
 
-def _to_rest(motion: _Marching, first: Moment, touch: Moment) -> list[Moment]:
-    """The moments after the touch until the strip rests; for a moving gripper there is no rest."""
-    moments: list[Moment] = []
+def _to_rest(motion: _Marching, first: TimeState, touch: TimeState) -> list[TimeState]:
+    """The states after the touch until the strip rests; for a moving gripper there is no rest."""
+    states: list[TimeState] = []
     at_rest = _Rest(first)
-    for moment in motion.march(touch):
-        if moment is touch:
+    for state in motion.march(touch):
+        if state is touch:
             continue
-        moments.append(moment)
+        states.append(state)
         advice = "add damping, hold the gripper, or ask for the touch only"
-        motion.out_of_patience(moment, touch.t, "the strip did not come to rest", advice)
-        if at_rest(moment):
-            return moments
+        motion.out_of_patience(state, touch.t, "the strip did not come to rest", advice)
+        if at_rest(state):
+            return states
     raise AssertionError("a motion does not end by itself")
 
 
 class _Rest:
     """Whether a motion has ended: its kinetic energy has stayed small, for a while."""
 
-    def __init__(self, first: Moment) -> None:
+    def __init__(self, first: TimeState) -> None:
         self.potential = first.energy.elastic + first.energy.gravity
         self.quiet_since = inf
 
-    def __call__(self, moment: Moment) -> bool:
-        released = self.potential - moment.energy.elastic - moment.energy.gravity
-        if moment.energy.kinetic > REST * released:
+    def __call__(self, state: TimeState) -> bool:
+        released = self.potential - state.energy.elastic - state.energy.gravity
+        if state.energy.kinetic > REST * released:
             self.quiet_since = inf
             return False
-        self.quiet_since = min(self.quiet_since, moment.t)
-        return moment.t - self.quiet_since > QUIET
+        self.quiet_since = min(self.quiet_since, state.t)
+        return state.t - self.quiet_since > QUIET
 
 
-def _locate_touch(motion: _Marching, before: Moment, after: Moment) -> list[Moment]:
-    """Bisect for the first touch: the moments found before it, and the first one with it."""
-    nearer: list[Moment] = []
+def _locate_touch(motion: _Marching, before: TimeState, after: TimeState) -> list[TimeState]:
+    """Bisect for the first touch: the states found before it, and the first one with it."""
+    nearer: list[TimeState] = []
     at = before
     leading = 0  # how many of them lead up to ``after``; each was stepped to from the one before
     length = after.t - before.t
@@ -258,21 +256,21 @@ def _locate_touch(motion: _Marching, before: Moment, after: Moment) -> list[Mome
     return [*nearer[:leading], after]
 
 
-def touch_position(problem: StripProblem, moment: Moment | Point) -> float:
+def touch_position(problem: StripProblem, state: TimeState | Point) -> float:
     """Where the falling part touches: x of the lowest point of a parabola through three nodes, origin mid-strip."""
     model = problem.model
-    s = contact_positions(model, moment)
+    s = contact_positions(model, state)
     gap = int(np.flatnonzero(np.diff(s) > 1.0)[0])
     column = int(np.argmin(np.abs(model.s - s[gap])))
     near = slice(max(column - 1, 0), column + 2)
-    position = model.mid_surface(moment.q)[near]
+    position = model.mid_surface(state.q)[near]
     local = model.s[near] - model.s[column]
     curve, slope, _ = np.polyfit(local, position[:, 1], 2)
     lowest = float(np.clip(-slope / (2.0 * curve), local[0], local[-1])) if curve > 0.0 else 0.0
     return float(np.polyval(np.polyfit(local, position[:, 0], 2), lowest))
 
 
-def settled(problem: StripProblem, moment: Moment) -> Point:
+def state_at_rest(problem: StripProblem, state: TimeState) -> Point:
     """The equilibrium that a strip at rest is handed over to.
 
     Raises
@@ -280,9 +278,9 @@ def settled(problem: StripProblem, moment: Moment) -> Point:
     SolveError
         It does not converge, is another state, or is not stable.
     """
-    options = replace(X_STEPS, newton=PATIENT)
-    point = continuation.start(problem, moment.q, moment.lam, moment.active, 1.0, options)
-    distance = problem.model.largest_move(moment.q, point.q)
+    options = replace(X_STEPS, newton=ROBUST_NEWTON)
+    point = continuation.start(problem, state.q, state.lam, state.active, 1.0, options)
+    distance = problem.model.largest_move(state.q, point.q)
     if distance > SAME_STATE:
         raise SolveError(f"the strip at rest is {distance:.2g} L* from the equilibrium found from it")
     if point.negatives:

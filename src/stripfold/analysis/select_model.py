@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from stripfold import elastica
-from stripfold.analysis.locate_rod import Foretold
+from stripfold.analysis.locate_rod import ElasticaPrediction
 from stripfold.analysis.model_error import model_error
 from stripfold.scene import Model
 
@@ -17,13 +17,15 @@ SPARE = 0.5
 """Share of the accuracy that a model may use up; the mesh has the rest."""
 
 
-def candidates(foretold: Foretold, length: float, thickness: float, nu: float, accuracy: float) -> tuple[Model, ...]:
+def candidates(
+    prediction: ElasticaPrediction, length: float, thickness: float, nu: float, accuracy: float
+) -> tuple[Model, ...]:
     """The models that may meet an accuracy, cheapest first; the last is the solid, which always may.
 
     Near the touch limit, and where little of the strip lies at the end, the solid alone says what ends the advance.
     """
     room = MARGIN + 10.0 * thickness**2
-    if abs(foretold.height - elastica.touch_limit()) < room or length - foretold.last.length < room:
+    if abs(prediction.height - elastica.touch_limit()) < room or length - prediction.last.length < room:
         return ("solid",)
     cheap: tuple[Model, ...] = ("elastica", "rod")
     return (*(m for m in cheap if model_error(m, thickness, nu) <= SPARE * accuracy), "solid")

@@ -9,45 +9,45 @@ from itertools import pairwise
 import numpy as np
 import xarray as xr
 
-from stripfold.analysis.path_statics import Stretch
+from stripfold.analysis.path_statics import StaticSegment
 from stripfold.analysis.release import Motion
 from stripfold.arrays import Array
 from stripfold.material import Material
 from stripfold.models.model import Model
 from stripfold.paths import GripperPath
 from stripfold.problem import StripProblem
-from stripfold.solve.dynamics import Moment
+from stripfold.solve.dynamics import TimeState
 from stripfold.solve.problem import Point
 
 STATIC, FALL = PHASES = "static", "fall"
 """Values of ``phase``."""
-MOST_MOMENTS = 60
-"""Moments kept of one fall; the strip's way between two neighbours is about the same."""
+MAX_STATES = 60
+"""States kept of one fall; the strip's way between two neighbours is about the same."""
 
 
 @dataclass(frozen=True, eq=False)
 class Row:
-    """One state: the point or moment, its problem, and in which part of the motion (0, 1, ...) it is."""
+    """One state: the point or state, its problem, and in which part of the motion (0, 1, ...) it is."""
 
-    state: Point | Moment
+    state: Point | TimeState
     problem: StripProblem
     part: int
 
 
-def rows_of_stretch(stretch: Stretch, part: int) -> list[Row]:
-    """The static states of a stretch."""
-    return [Row(point, stretch.problem(i), part) for i, point in enumerate(stretch.points)]
+def rows_of_segment(segment: StaticSegment, part: int) -> list[Row]:
+    """The static states of a segment."""
+    return [Row(point, segment.problem(i), part) for i, point in enumerate(segment.points)]
 
 
 def rows_of_motion(motion: Motion, problem: StripProblem, part: int) -> list[Row]:
-    """Moments of a fall, the first, the touch and the last among them."""
-    moments = motion.moments
-    moved = [problem.model.largest_move(a.q, b.q) for a, b in pairwise(moments)]
+    """States of a fall, the first, the touch and the last among them."""
+    states = motion.states
+    moved = [problem.model.largest_move(a.q, b.q) for a, b in pairwise(states)]
     way = np.concatenate([[0.0], np.cumsum(moved)])
-    kept = set(np.searchsorted(way, np.linspace(0.0, way[-1], MOST_MOMENTS)).tolist()) | {0, len(moments) - 1}
+    kept = set(np.searchsorted(way, np.linspace(0.0, way[-1], MAX_STATES)).tolist()) | {0, len(states) - 1}
     if motion.touch is not None:
         kept.add(motion.touch)
-    return [Row(moments[i], problem, part) for i in sorted(kept)]
+    return [Row(states[i], problem, part) for i in sorted(kept)]
 
 
 def dataset(rows: Sequence[Row], model: Model, path: GripperPath, material: Material) -> xr.Dataset:
@@ -72,7 +72,7 @@ def dataset(rows: Sequence[Row], model: Model, path: GripperPath, material: Mate
         "part": (s, np.array([row.part for row in rows]), "1", "part of the motion: statics and falls in turn"),
         "time": (
             s,
-            seconds * np.array([row.state.t if isinstance(row.state, Moment) else np.nan for row in rows]),
+            seconds * np.array([row.state.t if isinstance(row.state, TimeState) else np.nan for row in rows]),
             "s",
             "time since the fall began",
         ),

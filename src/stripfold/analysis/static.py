@@ -23,14 +23,14 @@ from stripfold.problem import AlongX, Lift, StripProblem
 from stripfold.solve import continuation, critical, newton
 from stripfold.solve.continuation import StepOptions
 from stripfold.solve.critical import CriticalPoint
-from stripfold.solve.dynamics import Moment
+from stripfold.solve.dynamics import TimeState
 from stripfold.solve.problem import Equilibrium, Point
 
-LIFT_STEPS = StepOptions(first=0.05, largest=1.0, wanted_iterations=12)
-X_STEPS = StepOptions(first=0.1, largest=0.5, slow_below=0.4, wanted_iterations=10)
-PATIENT = replace(LIFT_STEPS.newton, most_iterations=100)
+LIFT_STEPS = StepOptions(first=0.05, largest=1.0, target_iterations=12)
+X_STEPS = StepOptions(first=0.1, largest=0.5, slow_below=0.4, target_iterations=10)
+ROBUST_NEWTON = replace(LIFT_STEPS.newton, max_iterations=100)
 """For states whose guess has a wrong contact set: it settles node by node."""
-NEAR = replace(PATIENT, farthest=0.3)
+NEARBY_NEWTON = replace(ROBUST_NEWTON, max_distance=0.3)
 """For states that are known but for the mesh: what lies farther is another state (L*)."""
 LAMBDA_TOLERANCE = 1e-6
 """Width of the bracket of lambda_c, L*."""
@@ -170,7 +170,7 @@ def lift(strip: StripModel, heights: Sequence[float]) -> Iterator[tuple[float, M
         min(0.01, heights[0] / 4),
         problem.bounded,
         1.0,
-        replace(LIFT_STEPS, newton=PATIENT),
+        replace(LIFT_STEPS, newton=ROBUST_NEWTON),
     )
     branch = continuation.follow(problem, flat, LIFT_STEPS)
     point = next(branch)
@@ -207,7 +207,7 @@ def no_horizontal_force(problem: StripProblem, q: Array, height: float) -> Equil
     """The state at ``height`` with the gripper free along x, near ``q``."""
     free = StripProblem(problem.model, Lift())
     touching = free.bounded[q[free.bounded] - free.lower <= 1e-12]
-    return newton.solve(free, q, height, touching, options=NEAR)
+    return newton.solve(free, q, height, touching, options=NEARBY_NEWTON)
 
 
 def along_x(
@@ -308,7 +308,7 @@ def to_the_end(
 ) -> XRun:
     """Follow a branch along x from a state on it, lambda_c to a bracket of ``tolerance``; see :func:`along_x`."""
     model = problem.model
-    if critical.passed(first) or touches(model, first):
+    if critical.is_past(first) or touches(model, first):
         raise SolveError("the branch does not start stable: no state with no horizontal force to start from")
     points: list[Point] = [first]
     fold: int | None = None  # index of the first point past the maximum
@@ -329,7 +329,7 @@ def to_the_end(
                 near, last = locate_touch(problem, points[-1], point, options)
                 if near is not points[-1]:
                     points.append(near)
-                if len(points) == 1 or not critical.passed(near, points[-2]):
+                if len(points) == 1 or not critical.is_past(near, points[-2]):
                     close = near.tangent.lam < CLOSE
                     return XRun(problem, (*points, last), End.TOUCH, None, last, contact_folds, close)
                 fold, touched = len(points) - 1, True
@@ -337,14 +337,14 @@ def to_the_end(
             if lift_off(model, point) > model.length - 0.5:
                 return XRun(problem, (*points, point), End.LIFTED, None, point, contact_folds)
             points.append(point)
-            if critical.passed(point, points[-2]):
+            if critical.is_past(point, points[-2]):
                 fold = len(points) - 1
             continue
         touched = touches(model, point)
         if touched or point.arc - points[fold].arc > max(past, LOOK_AHEAD):
             break
         points.append(point)
-        if not critical.passed(point) and point.lam > max(p.lam for p in points[:-1]):
+        if not critical.is_past(point) and point.lam > max(p.lam for p in points[:-1]):
             # The strip was held back for a moment by a single node of the floor: a maximum of the mesh's, not of the
             # strip's (docs/numerics.md).  Counted, and passed.
             contact_folds += 1
@@ -376,19 +376,19 @@ def locate_touch(problem: StripProblem, before: Point, after: Point, options: St
     return before, after
 
 
-def contact_positions(model: Model, point: Point | Moment) -> Array:
+def contact_positions(model: Model, point: Point | TimeState) -> Array:
     """Distances from the grasped end of the nodes on the floor, ascending; the held end counts as one."""
     on_floor = np.isin(model.middle[:, 1], point.active)
     on_floor[-1] = True
     return np.asarray(model.s[on_floor])
 
 
-def touches(model: Model, point: Point | Moment) -> bool:
+def touches(model: Model, point: Point | TimeState) -> bool:
     """Whether something beside the lying part is on the floor: a contact more than L* apart from the rest."""
     return bool(np.any(np.diff(contact_positions(model, point)) > 1.0))
 
 
-def lift_off(model: Model, point: Point | Moment) -> float:
+def lift_off(model: Model, point: Point | TimeState) -> float:
     """Distance along the strip from the grasped end to where the lying part begins, L*."""
     s = contact_positions(model, point)
     gaps = np.flatnonzero(np.diff(s) > 1.0)

@@ -11,7 +11,7 @@ import numpy as np
 from stripfold.analysis.assess import SNAP, assess_strip, lying_length, mesh_for, peak_forces, shape_error
 from stripfold.analysis.collapse_data import in_solver_units
 from stripfold.analysis.friction import effects_of
-from stripfold.analysis.path_friction import Step, walk
+from stripfold.analysis.path_friction import Step, load_incrementally
 from stripfold.analysis.release import touch_position
 from stripfold.analysis.static import StripModel, touches
 from stripfold.arrays import Array
@@ -63,7 +63,7 @@ class Verdict:
     completed: bool
 
 
-def reach(
+def assess_path(
     material: Material,
     length: float,
     path: GripperPath,
@@ -125,7 +125,7 @@ def _walked(
     """The steps with friction, and the length travelled at which the strip was lost, if it was."""
     steps: list[Step] = []
     try:
-        for new in walk(mesh_for(strip, path, refinement), path, effects_of(law, strength), size):
+        for new in load_incrementally(mesh_for(strip, path, refinement), path, effects_of(law, strength), size):
             steps.append(new)
     except LostStabilityError as error:
         if not steps:

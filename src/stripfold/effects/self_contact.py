@@ -22,7 +22,7 @@ from stripfold.arrays import Array, Index
 from stripfold.effects.proximity import Found, Pairs, rim, rim_slope
 from stripfold.errors import NewtonError
 from stripfold.models.model import Model
-from stripfold.models.recent import Recent
+from stripfold.models.state_cache import StateCache
 
 Values = NDArray[Any]
 """Real, or complex with a derivative as its imaginary part."""
@@ -75,8 +75,8 @@ class SelfContact:
         return found
 
     @cached_property
-    def _looked(self) -> Recent[Found | None]:
-        return Recent(self._look)
+    def _looked(self) -> StateCache[Found | None]:
+        return StateCache(self._look)
 
     def _look(self, q: Array) -> Found | None:
         if self._clear:

@@ -38,10 +38,10 @@ class FreeState(NamedTuple):
 
 
 class Guess(NamedTuple):
-    """A state and its stress as :meth:`.Rod.carry` gives it, shape (n_elements, 9)."""
+    """A state and its stress as :meth:`.Rod.predict_stress` gives it, shape (n_elements, 9)."""
 
     state: FreeState
-    carried: Array
+    predicted_stress: Array
 
 
 POWER = np.repeat([1.0, -1.0], [3, 6])
@@ -133,17 +133,17 @@ class FreeRod:
         """The free part at a length."""
         return replace(self.unit, stiffness=self.unit.stiffness * length**POWER)
 
-    def linearised(self, state: FreeState, carried: Array) -> Linearised:
-        """Forces and derivatives at the gripper's height, these with the stress ``carried`` (:meth:`.Rod.carry`)."""
+    def linearised(self, state: FreeState, predicted_stress: Array) -> Linearised:
+        """Forces, and their derivatives with ``predicted_stress`` (:meth:`.Rod.predict_stress`)."""
         q, horizontal, length = state
         rod, weight = self._rod(length), self.unit.weight
-        inner, tangent = rod.force_and_tangent(q, carried)
+        inner, tangent = rod.force_and_tangent(q, predicted_stress)
         force = inner + length**2 * weight
         force[0] -= length * horizontal
         # In units of the free length the gripper's height falls.
         falls = np.zeros(self.unit.size)
         falls[1] = -self.height / length**2
-        by_length = rod.force_of(q, carried * POWER) / length + 2.0 * length * weight + tangent @ falls
+        by_length = rod.force_of(q, predicted_stress * POWER) / length + 2.0 * length * weight + tangent @ falls
         by_length[0] -= horizontal
         by_force = np.zeros(self.unit.size)
         by_force[0] = -length
@@ -158,12 +158,12 @@ class FreeRod:
         slope = np.stack([np.cos(at.theta) - 1.0, -np.sin(at.theta)], axis=1)
         q = np.concatenate([place, slope], axis=1).ravel()
         # What its strains on this mesh would be as stress is the mesh's: its tension is known.
-        carried = self._rod(length).carry(q, np.zeros_like(q))
+        predicted_stress = self._rod(length).predict_stress(q, np.zeros_like(q))
         share = sigma[:-1, None] + np.diff(sigma)[:, None] * AT_STRETCH
         at = state.at(length * (1.0 - share))
         tension = state.force_x * np.cos(at.theta) + (state.force_0 + at.s) * np.sin(at.theta)
-        carried[:, :3] = length * np.diff(sigma)[:, None] * W_STRETCH * tension
-        return Guess(FreeState(q, -state.force_x, length), carried)
+        predicted_stress[:, :3] = length * np.diff(sigma)[:, None] * W_STRETCH * tension
+        return Guess(FreeState(q, -state.force_x, length), predicted_stress)
 
     def slope(self, state: FreeState) -> float:
         """d lambda / d l along the branch."""
@@ -175,7 +175,7 @@ class FreeRod:
 
     def guess(self, state: FreeState) -> Guess:
         """A state as a guess for a rod of other thickness, with its stress."""
-        return Guess(state, self._rod(state.length).carry(state.q, np.zeros_like(state.q)))
+        return Guess(state, self._rod(state.length).predict_stress(state.q, np.zeros_like(state.q)))
 
     def moved(self, state: FreeState, length: float) -> Guess:
         """A guess for the state at another free length, along the branch's tangent."""
@@ -183,8 +183,8 @@ class FreeRod:
         ahead = length - state.length
         q = state.q + ahead * rate
         q[1] = self.height / length
-        carried = self._rod(length).carry(state.q, q - state.q)
-        return Guess(FreeState(q, state.force + ahead * by_force, length), carried)
+        predicted_stress = self._rod(length).predict_stress(state.q, q - state.q)
+        return Guess(FreeState(q, state.force + ahead * by_force, length), predicted_stress)
 
     def _rates(self, state: FreeState) -> tuple[Array, float]:
         """Of nodes and of H along the branch, per free length."""
@@ -200,7 +200,7 @@ class FreeRod:
         SolveError
             Newton does not converge, or the state is farther from the guess than the same branch can be.
         """
-        state, carried = guess
+        state, predicted_stress = guess
         for _ in range(MOST_ITERATIONS):
             q = state.q.copy()
             q[1] = self.height / state.length
@@ -208,7 +208,7 @@ class FreeRod:
             # What is given of each is the way to it.
             to_length = None if length is None else length - state.length
             to_force = None if force is None else force - state.force
-            step, dl, dh = self._step(self.linearised(state, carried), length=to_length, force=to_force)
+            step, dl, dh = self._step(self.linearised(state, predicted_stress), length=to_length, force=to_force)
             new = FreeState(q + step, state.force + dh, state.length + dl)
             moved = float(np.abs(step).max())
             if not 0.0 < new.length < np.inf or not moved < FARTHEST:
@@ -216,7 +216,7 @@ class FreeRod:
             new.q[1] = self.height / new.length
             if max(moved, abs(dl), abs(dh)) < CONVERGED:
                 return new
-            carried = self._rod(new.length).carry(q, new.q - q)
+            predicted_stress = self._rod(new.length).predict_stress(q, new.q - q)
             state = new
         raise SolveError("no equilibrium of the free rod is near what was foretold", parameter=state.length)
 

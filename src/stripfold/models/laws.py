@@ -84,7 +84,7 @@ def svk_stress(f: Array, lame: Lame) -> Array:
 def svk_tangent(f: Array, lame: Lame, stress: Array | None = None) -> Array:
     """``dP_iJ / dF_kL`` of St Venant-Kirchhoff, shape (..., 2, 2, 2, 2).
 
-    ``stress``, shape (..., 2, 2), replaces ``S = C : E`` in the geometric part; see :meth:`.Solid.carry`.
+    ``stress``, shape (..., 2, 2), replaces ``S = C : E`` in the geometric part; see :meth:`.Solid.predict_stress`.
     """
     s = stress_of_strain(green_lagrange(f), lame) if stress is None else stress
     return _rate(f, f, lame.lam, lame.mu, s)
@@ -128,7 +128,7 @@ def svk_interval(
     kappa
         Viscosity over time step, plus what dissipation the scheme adds.
     end_stress
-        Replaces ``C : E_1`` in the geometric part of the derivative; see :meth:`.Solid.carry`.
+        Replaces ``C : E_1`` in the geometric part of the derivative; see :meth:`.Solid.predict_stress`.
 
     Returns
     -------

@@ -78,11 +78,13 @@ class Model(Protocol):
         """Internal force, shape (size,)."""
         ...
 
-    def force_and_tangent(self, q: Array, carried: Array | None = None) -> tuple[Array, Band]:
-        """Internal force and its derivative; the latter with the stress ``carried`` (see :meth:`carry`)."""
+    def force_and_tangent(self, q: Array, predicted_stress: Array | None = None) -> tuple[Array, Band]:
+        """Internal force and its derivative; the latter with ``predicted_stress``: :meth:`predict_stress`."""
         ...
 
-    def force_over_step(self, q0: Array, q1: Array, kappa: float, carried: Array | None = None) -> tuple[Array, Band]:
+    def force_over_step(
+        self, q0: Array, q1: Array, kappa: float, predicted_stress: Array | None = None
+    ) -> tuple[Array, Band]:
         """Internal force over a time step and its derivative by ``q1``: the energy-momentum method.
 
         Its work is the gain of elastic energy plus ``kappa`` times :meth:`strain_distance`, exactly.
@@ -93,11 +95,11 @@ class Model(Protocol):
         """Squared distance of two states in strain, weighted with the stiffness."""
         ...
 
-    def carry(self, q: Array, dq: Array) -> Array:
-        """Stress at ``q + dq`` by the strain linearised at ``q``, for the next tangent; why: :meth:`.Solid.carry`."""
+    def predict_stress(self, q: Array, dq: Array) -> Array:
+        """Stress at ``q + dq`` from the strain linearised at ``q``; see :meth:`.Solid.predict_stress`."""
         ...
 
-    def flaw(self, q: Array) -> str:
+    def admissibility(self, q: Array) -> str:
         """What makes ``q`` no state of a strip, whatever its forces; empty where nothing does."""
         ...
 

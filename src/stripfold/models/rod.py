@@ -1,7 +1,7 @@
 """The strip as a planar rod that bends and stretches: the fast model beside the solid.
 
 A cubic (Hermite) mid-line with a continuous slope, so there are no sections to carry along, and no shear.  Its strains
-are quadratic in the unknowns at most, which is what the energy-momentum step and :meth:`Rod.carry` live on::
+are quadratic in the unknowns at most, which is what the energy-momentum step and :meth:`Rod.predict_stress` live on::
 
     eps = (r'.r' - 1) / 2,    kappa = r' x r'',    energy = integral of (12 eps^2 / h^2 + B) / 2 ds,
     B = 3/4 kappa^2 + 1/4 r''.r''
@@ -23,7 +23,7 @@ from stripfold.arrays import Array, Index
 from stripfold.errors import InvalidInputError
 from stripfold.models.directors import Directors
 from stripfold.models.model import OnNodes
-from stripfold.models.recent import Recent
+from stripfold.models.state_cache import StateCache
 from stripfold.solve.linear import Band, BandPattern
 
 AT_STRETCH, W_STRETCH = np.array([0.0, 0.5, 1.0]), np.array([1.0, 4.0, 1.0]) / 6.0
@@ -176,8 +176,8 @@ class Rod(OnNodes):
         return Directors(unknowns, local, 8, factor, np.array([1.0, 0.0]), np.diff(self.s), 1)
 
     @cached_property
-    def _at(self) -> Recent[tuple[Array, Array]]:
-        return Recent(self._strains_and_rates)
+    def _at(self) -> StateCache[tuple[Array, Array]]:
+        return StateCache(self._strains_and_rates)
 
     def _strains_and_rates(self, q: Array) -> tuple[Array, Array]:
         """The strains, shape (n_elements, 9), and their derivatives by the scaled unknowns, (n_elements, 9, 8)."""
@@ -195,7 +195,7 @@ class Rod(OnNodes):
         """
         return self._at(q)[0]
 
-    def flaw(self, q: Array) -> str:
+    def admissibility(self, q: Array) -> str:
         """Whether it is pressed so short somewhere that its law gives way."""
         least = float(self.strain(q)[:, :3].min())
         return "" if least > CRUSHED else f"the rod is crushed: its strain is {least:.2g}, least allowed is -1/3"
@@ -213,27 +213,31 @@ class Rod(OnNodes):
         """Force of a stress times its weight, shape (n_elements, 9), in a state, shape (size,)."""
         return self._scatter(stress, self._at(q)[1])
 
-    def force_and_tangent(self, q: Array, carried: Array | None = None) -> tuple[Array, Band]:
-        """Internal force and its derivative; the latter with the stress ``carried`` (see :meth:`carry`)."""
+    def force_and_tangent(self, q: Array, predicted_stress: Array | None = None) -> tuple[Array, Band]:
+        """Internal force and its derivative; the latter with ``predicted_stress``: :meth:`predict_stress`."""
         strain, rate = self._at(q)
         stress = self.stiffness * strain
         force = self._scatter(stress, rate)
-        return force, self._assemble(rate, self.stiffness, rate, stress if carried is None else carried)
+        return force, self._assemble(
+            rate, self.stiffness, rate, stress if predicted_stress is None else predicted_stress
+        )
 
-    def force_over_step(self, q0: Array, q1: Array, kappa: float, carried: Array | None = None) -> tuple[Array, Band]:
+    def force_over_step(
+        self, q0: Array, q1: Array, kappa: float, predicted_stress: Array | None = None
+    ) -> tuple[Array, Band]:
         """Internal force over a time step and its derivative by ``q1``; as :func:`.laws.svk_interval`."""
         (strain_0, rate_0), (strain_1, rate_1) = self._at(q0), self._at(q1)
         middle, share = 0.5 * (rate_0 + rate_1), 0.5 + kappa * VISCOUS
         begin, end = self.stiffness * strain_0, self.stiffness * strain_1
         force = self._scatter((1.0 - share) * begin + share * end, middle)
-        geometric = 0.5 * ((1.0 - share) * begin + share * (end if carried is None else carried))
+        geometric = 0.5 * ((1.0 - share) * begin + share * (end if predicted_stress is None else predicted_stress))
         return force, self._assemble(middle, share * self.stiffness, rate_1, geometric)
 
     def strain_distance(self, q0: Array, q1: Array) -> float:
         """Squared distance of two states in strain, weighted with the stiffness: of two that differ by a turn, none."""
         return float(np.sum(VISCOUS * self.stiffness * (self.strain(q1) - self.strain(q0)) ** 2))
 
-    def carry(self, q: Array, dq: Array) -> Array:
+    def predict_stress(self, q: Array, dq: Array) -> Array:
         """Stress at ``q + dq`` by the strain linearised at ``q``, times its weight, shape (n_elements, 9)."""
         strain, rate = self._at(q)
         change = np.matmul(rate, (dq[self.element_unknowns] * self.scale)[:, :, None])[:, :, 0]

@@ -16,7 +16,7 @@ from stripfold.arrays import Array, Index
 from stripfold.models import laws
 from stripfold.models.directors import Directors
 from stripfold.models.model import OnNodes
-from stripfold.models.recent import Recent
+from stripfold.models.state_cache import StateCache
 from stripfold.models.strip_mesh import StripMesh, build
 from stripfold.solve.linear import Band, BandPattern
 
@@ -108,8 +108,8 @@ class Solid(OnNodes):
         return self._gradients(q)
 
     @cached_property
-    def _gradients(self) -> Recent[Array]:
-        return Recent(self._gradient_of)
+    def _gradients(self) -> StateCache[Array]:
+        return StateCache(self._gradient_of)
 
     def _gradient_of(self, q: Array) -> Array:
         local = q[self.mesh.element_unknowns]
@@ -120,7 +120,7 @@ class Solid(OnNodes):
         f.flags.writeable = False
         return f
 
-    def flaw(self, q: Array) -> str:
+    def admissibility(self, q: Array) -> str:
         """Whether it is turned inside out somewhere: the law has equilibria there, a strip has none."""
         f = self.deformation_gradient(q)
         least = float((f[..., 0, 0] * f[..., 1, 1] - f[..., 0, 1] * f[..., 1, 0]).min())
@@ -136,15 +136,17 @@ class Solid(OnNodes):
         """Internal force, shape (size,): the energy's derivative where there is an energy."""
         return self._scatter(self.law.stress(self.deformation_gradient(q), self.lame))
 
-    def force_and_tangent(self, q: Array, carried: Array | None = None) -> tuple[Array, Band]:
-        """Internal force and its derivative; the latter with the stress ``carried`` (see :meth:`carry`)."""
+    def force_and_tangent(self, q: Array, predicted_stress: Array | None = None) -> tuple[Array, Band]:
+        """Internal force and its derivative; the latter with ``predicted_stress``: :meth:`predict_stress`."""
         f = self.deformation_gradient(q)
         return (
             self._scatter(self.law.stress(f, self.lame)),
-            self._assemble(self.law.tangent(f, self.lame, carried)),
+            self._assemble(self.law.tangent(f, self.lame, predicted_stress)),
         )
 
-    def force_over_step(self, q0: Array, q1: Array, kappa: float, carried: Array | None = None) -> tuple[Array, Band]:
+    def force_over_step(
+        self, q0: Array, q1: Array, kappa: float, predicted_stress: Array | None = None
+    ) -> tuple[Array, Band]:
         """Internal force over a time step and its derivative by ``q1``; see :func:`.laws.svk_interval`.
 
         Raises
@@ -155,7 +157,7 @@ class Solid(OnNodes):
         if self.law.interval is None:
             raise ValueError(f"the law {self.law.name!r} has no energy that a time step could conserve")
         f0, f1 = self.deformation_gradient(q0), self.deformation_gradient(q1)
-        stress, tangent = self.law.interval(f0, f1, self.lame, kappa, carried)
+        stress, tangent = self.law.interval(f0, f1, self.lame, kappa, predicted_stress)
         return self._scatter(stress), self._assemble(tangent)
 
     def strain_distance(self, q0: Array, q1: Array) -> float:
@@ -164,7 +166,7 @@ class Solid(OnNodes):
         stress = laws.stress_of_strain(change, self.lame)
         return float(np.sum(self.mesh.weights * np.sum(stress * change, axis=(-1, -2))))
 
-    def carry(self, q: Array, dq: Array) -> Array:
+    def predict_stress(self, q: Array, dq: Array) -> Array:
         """Stress at ``q + dq`` by the strain linearised at ``q``, shape (n_elements, n_quadrature, 2, 2).
 
         In a thin strip a step of Newton that bends it right stretches it wrong, by the square of the step times a huge

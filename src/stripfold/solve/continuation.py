@@ -20,7 +20,7 @@ from stripfold.solve.linear import solve_bordered
 from stripfold.solve.problem import Equilibrium, Point, Problem, Tangent, inner
 from stripfold.solve.stability import nearest_eigenvalues
 
-CONTACT_REACH = 1e-4
+CONTACT_CHANGE_RANGE = 1e-4
 """Arc length within which a contact has to change for a branch to be turned there; many times the smallest step."""
 
 
@@ -34,18 +34,18 @@ class StepOptions:
     slow_below: float = 0.0
     """Share of lambda in the tangent below which steps are shortened in proportion, down to a tenth of the largest:
     near a fold, so that no step passes over it and what lies behind it."""
-    wanted_iterations: int = 6
+    target_iterations: int = 6
     """Newton iterations of a step that is neither lengthened nor shortened."""
-    least_cosine: float = 0.9
+    min_cosine: float = 0.9
     """Guard: smallest cosine between the tangents at both ends of a step."""
-    largest_correction: float = 0.3
+    max_correction: float = 0.3
     """Guard: largest distance between prediction and point, as a share of the step."""
     kink: float = 0.01
     """Distance below which the two guards above rest: where a contact opens the tangent jumps, however short the
     step, but no other branch is so near."""
-    largest_inertia_change: int = 1
+    max_inertia_change: int = 1
     """Guard: largest change of the number of negative eigenvalues in one step."""
-    most_attempts: int = 100_000
+    max_attempts: int = 100_000
     """Steps that may be tried along one branch, failed ones included: where each is tiny there is no end to it."""
     newton: newton.NewtonOptions = field(default_factory=newton.NewtonOptions)
 
@@ -106,11 +106,11 @@ def step(problem: Problem, point: Point, ds: float, options: StepOptions) -> Poi
     q0, lam0 = point.q + ds * t.q, point.lam + ds * t.lam
     constraint = newton.Constraint(problem.metric * t.q, t.lam, q0, lam0)
     state = newton.solve(
-        problem, q0, lam0, point.state.active, constraint, options.newton, problem.carry(point.q, ds * t.q)
+        problem, q0, lam0, point.state.active, constraint, options.newton, problem.predict_stress(point.q, ds * t.q)
     )
     moved = Tangent(state.q - q0, state.lam - lam0)
     correction = sqrt(inner(problem.metric, moved, moved))
-    if correction > max(options.largest_correction * abs(ds), options.kink):
+    if correction > max(options.max_correction * abs(ds), options.kink):
         raise NewtonError("guard: the point lies too far from its prediction", parameter=state.lam, step=ds)
     try:
         new = evaluate(problem, state, t, point.arc + ds, point.mode)
@@ -118,9 +118,9 @@ def step(problem: Problem, point: Point, ds: float, options: StepOptions) -> Poi
         # A step that hits a singular tangent to the last figure: a little shorter it does not.
         raise NewtonError(str(error), parameter=state.lam, step=ds) from error
     cosine = inner(problem.metric, t, new.tangent)
-    if cosine < options.least_cosine and ds > options.kink:
+    if cosine < options.min_cosine and ds > options.kink:
         raise NewtonError(f"guard: the branch turns by a cosine of {cosine:.2f}", parameter=state.lam, step=ds)
-    if abs(new.negatives - point.negatives) > options.largest_inertia_change:
+    if abs(new.negatives - point.negatives) > options.max_inertia_change:
         raise NewtonError("guard: several eigenvalues changed sign at once", parameter=state.lam, step=ds)
     return new
 
@@ -136,14 +136,14 @@ def follow(problem: Problem, first: Point, options: StepOptions) -> Iterator[Poi
     point, ds = first, options.first
     turned = False
     yield point
-    for _ in range(options.most_attempts):
+    for _ in range(options.max_attempts):
         try:
             new = step(problem, point, ds, options)
         except NewtonError as error:
             ds /= 2.0
             if ds >= options.smallest:
                 continue
-            beyond = None if turned else turn(problem, point, CONTACT_REACH)
+            beyond = None if turned else turn(problem, point, CONTACT_CHANGE_RANGE)
             if beyond is None:
                 raise ContinuationError(
                     f"the branch could not be followed past lambda = {point.lam:.9g}: {error}",
@@ -156,11 +156,11 @@ def follow(problem: Problem, first: Point, options: StepOptions) -> Iterator[Poi
             yield point
             continue
         iterations = len(new.state.residuals) - 1
-        ds = min(ds * min(2.0, max(0.5, options.wanted_iterations / max(iterations, 1))), _longest(new, options))
+        ds = min(ds * min(2.0, max(0.5, options.target_iterations / max(iterations, 1))), _longest(new, options))
         point, turned = new, False
         yield point
     raise ContinuationError(
-        f"the branch was not followed to its end in {options.most_attempts} steps; it is at lambda = {point.lam:.9g}",
+        f"the branch was not followed to its end in {options.max_attempts} steps; it is at lambda = {point.lam:.9g}",
         parameter=point.lam,
         step=ds,
         advice="refine the mesh or allow longer steps",

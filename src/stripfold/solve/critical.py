@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from stripfold.arrays import Array
 from stripfold.errors import CoarseMeshError, NewtonError, SolveError
-from stripfold.solve.continuation import CONTACT_REACH, StepOptions, step, turn
+from stripfold.solve.continuation import CONTACT_CHANGE_RANGE, StepOptions, step, turn
 from stripfold.solve.problem import Point, Problem
 
 
@@ -54,7 +54,7 @@ class CriticalPoint:
         return self.upper - self.lower
 
 
-def passed(point: Point, before: Point | None = None) -> bool:
+def is_past(point: Point, before: Point | None = None) -> bool:
     """Whether a point lies past the critical point: by tangent, by inertia, or as lambda has fallen since ``before``.
 
     The last sees what the others miss: a maximum and a minimum in one step.
@@ -65,14 +65,14 @@ def passed(point: Point, before: Point | None = None) -> bool:
 def locate(
     problem: Problem, before: Point, after: Point, tolerance: float, options: StepOptions, most: int = 60
 ) -> CriticalPoint:
-    """Shrink the bracket between a stable and a :func:`passed` point until it is narrower than ``tolerance``.
+    """Shrink the bracket between a stable and a :func:`is_past` point until it is narrower than ``tolerance``.
 
     Raises
     ------
     SolveError
         When the bracket cannot be made that narrow.
     """
-    if passed(before) or not passed(after, before):
+    if is_past(before) or not is_past(after, before):
         raise SolveError("the critical point is not between the two points given")
     evaluations = 0
     while True:
@@ -88,7 +88,7 @@ def locate(
         evaluations += 1
         ds = _next_share(before, after, evaluations) * (after.arc - before.arc)
         middle = _between(problem, before, ds, options)
-        if passed(middle, before):
+        if is_past(middle, before):
             after = middle
         else:
             before = middle
@@ -118,8 +118,8 @@ def _between(problem: Problem, before: Point, ds: float, options: StepOptions) -
             if ds >= options.smallest:
                 continue
             # Nothing lies ahead: a contact opens here and the branch turns back.
-            turned = turn(problem, before, CONTACT_REACH)
-            if turned is not None and passed(turned):
+            turned = turn(problem, before, CONTACT_CHANGE_RANGE)
+            if turned is not None and is_past(turned):
                 return turned
             raise SolveError(
                 f"a point between the bracket's ends was not found: {error}", parameter=before.lam

@@ -17,7 +17,7 @@ import numpy as np
 from stripfold.arrays import Array, Index
 from stripfold.errors import NewtonError, SolveError, TimeStepError
 from stripfold.solve.newton import NewtonOptions, rounding
-from stripfold.solve.schemes import Damping, DynamicProblem, EnergyMomentum, Scheme, Stretch
+from stripfold.solve.schemes import Damping, DynamicProblem, EnergyMomentum, Scheme, StepStart
 
 SAME_VELOCITY = 1e-12
 """Velocities that differ by less are not made equal by an impact."""
@@ -75,7 +75,7 @@ class Energy:
     kinetic, elastic, gravity
         What is there.
     work
-        Done by the gripper since the start.
+        StepResult by the gripper since the start.
     air, viscous, friction, contact, numerical
         Lost since the start: to mass-proportional and to stiffness-proportional damping, to effects that remember
         (their springs may give a little back), in impacts, by the scheme.
@@ -106,7 +106,7 @@ class Energy:
 
 
 @dataclass(frozen=True, eq=False)
-class Moment:
+class TimeState:
     """A state of the motion.
 
     Attributes
@@ -155,10 +155,10 @@ class TimeOptions:
     """Largest estimated error of one step, root mean square over the metric."""
     largest_gain: float = 1e-7
     """Guard: largest energy that one step may create."""
-    newton: NewtonOptions = field(default_factory=lambda: NewtonOptions(most_iterations=15))
+    newton: NewtonOptions = field(default_factory=lambda: NewtonOptions(max_iterations=15))
 
 
-def start(problem: DynamicProblem, q: Array, v: Array, lam: float, active: Index) -> Moment:
+def start(problem: DynamicProblem, q: Array, v: Array, lam: float, active: Index) -> TimeState:
     """The first moment of a motion, at time zero.
 
     The acceleration is what the unbalanced forces give to what is neither held nor on its bound.
@@ -170,18 +170,18 @@ def start(problem: DynamicProblem, q: Array, v: Array, lam: float, active: Index
     force[held] = 0.0
     a = problem.mass.with_fixed(held).factor()(force)
     elastic, gravity = problem.energies(q)
-    return Moment(0.0, lam, q, v, a, v, a, active, Energy(_kinetic(problem, v), elastic, gravity))
+    return TimeState(0.0, lam, q, v, a, v, a, active, Energy(_kinetic(problem, v), elastic, gravity))
 
 
 def step(
     problem: DynamicProblem,
-    before: Moment,
+    before: TimeState,
     dt: float,
     drive: Drive,
     damping: Damping,
     scheme: Scheme,
     options: TimeOptions,
-) -> Moment:
+) -> TimeState:
     """The moment ``dt`` after ``before``.
 
     Raises
@@ -191,7 +191,7 @@ def step(
     """
     t = before.t + dt
     lam = drive.lam(t)
-    begin = Stretch(before.q, before.v, before.a, before.mean_v, before.active, dt)
+    begin = StepStart(before.q, before.v, before.a, before.mean_v, before.active, dt)
     done = scheme.step(problem, begin, lam, damping, options.newton)
     old, kinetic = before.energy, _kinetic(problem, done.v)
     v = _with_velocities(problem, done.v, done.active, np.zeros(len(done.active)), problem.prescribed)
@@ -218,17 +218,17 @@ def step(
     energy = replace(energy, closing=old.closing + gain)
     mean_v = (done.q - before.q) / dt
     mean_a = (mean_v - before.mean_v) / (0.5 * (dt + before.dt))
-    return Moment(t, lam, done.q, v, done.a, mean_v, mean_a, done.active, energy, dt, done.iterations)
+    return TimeState(t, lam, done.q, v, done.a, mean_v, mean_a, done.active, energy, dt, done.iterations)
 
 
 def march(
     problem: DynamicProblem,
-    first: Moment,
+    first: TimeState,
     drive: Drive,
     damping: Damping | None = None,
     scheme: Scheme | None = None,
     options: TimeOptions | None = None,
-) -> Iterator[Moment]:
+) -> Iterator[TimeState]:
     """Yield ``first`` and then moment after moment; the caller decides when to stop.
 
     Raises
@@ -263,7 +263,7 @@ def march(
         yield moment
 
 
-def error_of(problem: DynamicProblem, before: Moment, after: Moment) -> float:
+def error_of(problem: DynamicProblem, before: TimeState, after: TimeState) -> float:
     """Estimated error of a step: ``dt^3/12`` of the rate of the acceleration, root mean square over the metric.
 
     That of the trapezoidal rule.  From displacements, not from velocities: what is faster than the step lets these

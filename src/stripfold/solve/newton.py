@@ -2,7 +2,7 @@
 
 Each iteration solves the linearised problem with the active unknowns held on their bounds, then drops from the active
 set what would be pulled and adds what would penetrate.  At the end the bounds hold exactly, no bound pulls, and every
-force not carried by a bound is below the tolerance: a small update alone never counts as convergence.
+force not predicted_stress by a bound is below the tolerance: a small update alone never counts as convergence.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ class NewtonOptions:
     """Largest violation of a bound while iterating that is put right without a further iteration."""
     largest_step: float = 0.3
     """Largest move of one unknown of positive metric per iteration: full steps from far away leave the basin."""
-    most_iterations: int = 25
-    farthest: float = np.inf
+    max_iterations: int = 25
+    max_distance: float = np.inf
     """Largest distance of the state from the guess, in any unknown of positive metric: farther away lies another."""
 
 
@@ -58,7 +58,7 @@ def solve(
     active: Index,
     constraint: Constraint | None = None,
     options: NewtonOptions | None = None,
-    carried: Any = None,
+    predicted_stress: Any = None,
 ) -> Equilibrium:
     """Find the equilibrium near ``q`` on the plane of ``constraint`` (by default at this ``lam``).
 
@@ -87,8 +87,8 @@ def solve(
     movable = problem.metric > 0.0
     history: list[float] = []
     sets: list[NDArray[np.bool_]] = []
-    for iteration in range(options.most_iterations):
-        r, k, load_rate = problem.linearise(q, lam, carried)
+    for iteration in range(options.max_iterations):
+        r, k, load_rate = problem.linearise(q, lam, predicted_stress)
         held = np.concatenate([prescribed, bounded[is_active]])
         fix = np.zeros(problem.size)
         fix[prescribed] = problem.prescribed_values(lam) - q[prescribed]
@@ -113,10 +113,10 @@ def solve(
                 and not np.any(is_active & (r[bounded] < -options.force_tolerance))
             )
             if settled:
-                _refuse_what_is_no_answer(problem, guess, q, lam, options, history)
+                _check_solution(problem, guess, q, lam, options, history)
                 return Equilibrium(q, lam, bounded[is_active], tuple(history), r)
         sets.append(is_active)
-        if _goes_in_circles(sets, history):
+        if _is_cycling(sets, history):
             raise NewtonError(
                 f"Newton's method goes in circles: a contact opens and closes, largest unbalanced force {worst:.1e}",
                 parameter=lam,
@@ -148,12 +148,12 @@ def solve(
         reach = float(np.abs(dq[movable]).max(initial=0.0))
         damping = min(1.0, options.largest_step / reach) if reach > 0.0 else 1.0
         predicted_force = (r + k @ dq + load_rate * dlam)[bounded]
-        carried = problem.carry(q, damping * dq)
+        predicted_stress = problem.predict_stress(q, damping * dq)
         q = q + damping * dq
         lam = lam + damping * dlam
         is_active = _next_active(is_active, predicted_force, q[bounded] - lower, iteration)
     raise NewtonError(
-        f"Newton's method did not converge in {options.most_iterations} iterations: largest unbalanced force "
+        f"Newton's method did not converge in {options.max_iterations} iterations: largest unbalanced force "
         f"{history[-1]:.1e}, allowed {options.force_tolerance:.1e}",
         parameter=lam,
         residuals=history,
@@ -161,7 +161,7 @@ def solve(
     )
 
 
-def _goes_in_circles(sets: list[NDArray[np.bool_]], history: list[float]) -> bool:
+def _is_cycling(sets: list[NDArray[np.bool_]], history: list[float]) -> bool:
     """Whether a contact or two have been opened and closed in turn, four times, each time with the same forces.
 
     A step past which no state lies ends so; more of the same would not help.  Larger circles are broken by
@@ -174,17 +174,17 @@ def _goes_in_circles(sets: list[NDArray[np.bool_]], history: list[float]) -> boo
     return bool(turns) and all(abs(history[-i] - history[-i - 2]) <= REPEATED * history[-i] for i in (1, 2))
 
 
-def _refuse_what_is_no_answer(
+def _check_solution(
     problem: Problem, guess: Array, q: Array, lam: float, options: NewtonOptions, history: list[float]
 ) -> None:
     """Raise where ``q`` is in equilibrium, but not what was asked for."""
-    flaw = problem.flaw(q)
+    flaw = problem.admissibility(q)
     if flaw:
         raise CrushedError(flaw, parameter=lam, residuals=history, advice="take a smaller step or a thinner strip")
     moved = float(np.abs(q - guess)[problem.metric > 0.0].max(initial=0.0))
-    if moved > options.farthest:
+    if moved > options.max_distance:
         raise NewtonError(
-            f"the state found is {moved:.2g} away from its guess, allowed {options.farthest:.2g}: another branch",
+            f"the state found is {moved:.2g} away from its guess, allowed {options.max_distance:.2g}: another branch",
             parameter=lam,
             residuals=history,
             advice="start nearer",

@@ -56,15 +56,15 @@ class Problem(Protocol):
         """``r``, shape (n,)."""
         ...
 
-    def linearise(self, q: Array, lam: float, carried: Any = None) -> tuple[Array, Matrix, Array]:
-        """``r``, ``dr/dq`` and ``dr/dlambda`` at fixed q; with ``carried`` the tangent may be an approximation."""
+    def linearise(self, q: Array, lam: float, predicted_stress: Any = None) -> tuple[Array, Matrix, Array]:
+        """``r``, ``dr/dq`` and ``dr/dlambda`` at fixed q; ``predicted_stress`` may change the tangent only."""
         ...
 
-    def carry(self, q: Array, dq: Array) -> Any:
+    def predict_stress(self, q: Array, dq: Array) -> Any:
         """What the next tangent should know of the step from ``q`` by ``dq``; None where that is nothing."""
         ...
 
-    def flaw(self, q: Array) -> str:
+    def admissibility(self, q: Array) -> str:
         """What makes ``q`` no state at all, whatever its forces, in words; empty where nothing does."""
         ...
 

@@ -28,9 +28,11 @@ class DynamicProblem(Problem, Protocol):
     @property
     def mass(self) -> Band: ...
 
-    def linearise(self, q: Array, lam: float, carried: Any = None) -> tuple[Array, Band | Sparse, Array]: ...
+    def linearise(self, q: Array, lam: float, predicted_stress: Any = None) -> tuple[Array, Band | Sparse, Array]: ...
 
-    def force_over_step(self, q0: Array, q1: Array, kappa: float, carried: Any = None) -> tuple[Array, Band | Sparse]:
+    def force_over_step(
+        self, q0: Array, q1: Array, kappa: float, predicted_stress: Any = None
+    ) -> tuple[Array, Band | Sparse]:
         """Force over a time step and its derivative by ``q1``.
 
         Its work over the step is the gain of elastic and gravity energy plus ``kappa`` :meth:`strain_distance` plus
@@ -84,7 +86,7 @@ class Damping:
 
 
 @dataclass(frozen=True, eq=False)
-class Stretch:
+class StepStart:
     """Where a step begins: unknowns, rates, accelerations, shape (n,); active unknowns; its length in time.
 
     ``mean_v``, shape (n,), is that of the step before: Newton starts where it leads.  Unlike ``v`` and ``a`` it is free
@@ -100,7 +102,7 @@ class Stretch:
 
 
 @dataclass(frozen=True, eq=False)
-class Done:
+class StepResult:
     """Where a step ends, the gripper's work in it, and what was lost to what; ``a`` is for the scheme's next step."""
 
     q: Array
@@ -120,8 +122,8 @@ class Scheme(Protocol):
     """A way to get from one moment to the next."""
 
     def step(
-        self, problem: DynamicProblem, begin: Stretch, lam: float, damping: Damping, options: NewtonOptions
-    ) -> Done:
+        self, problem: DynamicProblem, begin: StepStart, lam: float, damping: Damping, options: NewtonOptions
+    ) -> StepResult:
         """The end of the step; raises :class:`.NewtonError` when it is too long."""
         ...
 
@@ -139,8 +141,8 @@ class _Implicit:
     def __getattr__(self, name: str) -> Any:
         return getattr(self.problem, name)
 
-    def linearise(self, q: Array, lam: float, carried: Any = None) -> tuple[Array, Band | Sparse, Array]:
-        force, tangent = self.evaluate(q, carried)
+    def linearise(self, q: Array, lam: float, predicted_stress: Any = None) -> tuple[Array, Band | Sparse, Array]:
+        force, tangent = self.evaluate(q, predicted_stress)
         return force, tangent, np.zeros(len(q))
 
 
@@ -150,7 +152,7 @@ def _solve(
     """Newton from a guess that respects the bounds."""
     guess[problem.bounded] = np.maximum(guess[problem.bounded], problem.lower)
     implicit: Any = _Implicit(problem, evaluate)
-    return newton.solve(implicit, guess, lam, active, options=o, carried=problem.carry(q, guess - q))
+    return newton.solve(implicit, guess, lam, active, options=o, predicted_stress=problem.predict_stress(q, guess - q))
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,16 +174,16 @@ class EnergyMomentum:
     dissipation: float = 1.0
 
     def step(
-        self, problem: DynamicProblem, begin: Stretch, lam: float, damping: Damping, options: NewtonOptions
-    ) -> Done:
+        self, problem: DynamicProblem, begin: StepStart, lam: float, damping: Damping, options: NewtonOptions
+    ) -> StepResult:
         """See :class:`Scheme`."""
         dt, mass = begin.dt, problem.mass
         chi = min(self.dissipation * dt, 1.0)
         kappa = damping.stiffness / dt
         inertia, drag = 2.0 / (dt**2 * (1.0 + chi)), damping.air / dt
 
-        def evaluate(q: Array, carried: Any) -> tuple[Array, Band | Sparse]:
-            force, tangent = problem.force_over_step(begin.q, q, kappa, carried)
+        def evaluate(q: Array, predicted_stress: Any) -> tuple[Array, Band | Sparse]:
+            force, tangent = problem.force_over_step(begin.q, q, kappa, predicted_stress)
             moved = q - begin.q
             force = force + mass @ (inertia * (moved - dt * begin.v) + drag * moved)
             return force, tangent + mass.scaled(inertia + drag)
@@ -192,7 +194,7 @@ class EnergyMomentum:
         v = (2.0 * moved / dt - (1.0 - chi) * begin.v) / (1.0 + chi)
         force = state.force
         strain, jump = problem.strain_distance(begin.q, state.q), v - begin.v
-        return Done(
+        return StepResult(
             state.q,
             v,
             (v - begin.v) / dt,
@@ -217,8 +219,8 @@ class GeneralisedAlpha:
     radius: float = 0.8
 
     def step(
-        self, problem: DynamicProblem, begin: Stretch, lam: float, damping: Damping, options: NewtonOptions
-    ) -> Done:
+        self, problem: DynamicProblem, begin: StepStart, lam: float, damping: Damping, options: NewtonOptions
+    ) -> StepResult:
         """See :class:`Scheme`."""
         _refuse(damping)
         dt, mass, r = begin.dt, problem.mass, self.radius
@@ -230,8 +232,8 @@ class GeneralisedAlpha:
         def acceleration(q: Array) -> Array:
             return (q - begin.q - dt * begin.v) / (beta * dt**2) - (0.5 / beta - 1.0) * begin.a
 
-        def evaluate(q: Array, carried: Any) -> tuple[Array, Band | Sparse]:
-            force, tangent, _ = problem.linearise(q, lam, carried)
+        def evaluate(q: Array, predicted_stress: Any) -> tuple[Array, Band | Sparse]:
+            force, tangent, _ = problem.linearise(q, lam, predicted_stress)
             mean = (1.0 - alpha_m) * acceleration(q) + alpha_m * begin.a
             both = (1.0 - alpha_f) * force + alpha_f * force_0
             return mass @ mean + both, tangent.scaled(1.0 - alpha_f) + mass.scaled(inertia)
@@ -240,7 +242,7 @@ class GeneralisedAlpha:
         state = _solve(problem, evaluate, begin.q, guess, lam, begin.active, options)
         a = acceleration(state.q)
         v = begin.v + dt * ((1.0 - gamma) * begin.a + gamma * a)
-        return _done(problem, begin, state, (v, a), state.force, len(state.residuals) - 1)
+        return _result(problem, begin, state, (v, a), state.force, len(state.residuals) - 1)
 
 
 @dataclass(frozen=True, slots=True)
@@ -251,8 +253,8 @@ class Bathe:
     """
 
     def step(
-        self, problem: DynamicProblem, begin: Stretch, lam: float, damping: Damping, options: NewtonOptions
-    ) -> Done:
+        self, problem: DynamicProblem, begin: StepStart, lam: float, damping: Damping, options: NewtonOptions
+    ) -> StepResult:
         """See :class:`Scheme`."""
         _refuse(damping)
         if np.any(np.abs(problem.prescribed_values(lam) - begin.q[problem.prescribed]) > AT_REST):
@@ -260,8 +262,8 @@ class Bathe:
             raise ValueError("this scheme is kept for comparison, with the gripper at rest")
         dt, mass, half = begin.dt, problem.mass, 0.5 * begin.dt
 
-        def first(q: Array, carried: Any) -> tuple[Array, Band | Sparse]:
-            force, tangent, _ = problem.linearise(q, lam, carried)
+        def first(q: Array, predicted_stress: Any) -> tuple[Array, Band | Sparse]:
+            force, tangent, _ = problem.linearise(q, lam, predicted_stress)
             acceleration = 4.0 / half**2 * (q - begin.q - half * begin.v) - begin.a
             return mass @ acceleration + force, tangent + mass.scaled(4.0 / half**2)
 
@@ -272,8 +274,8 @@ class Bathe:
         def velocity(q: Array) -> Array:
             return (begin.q - 4.0 * middle.q + 3.0 * q) / dt
 
-        def second(q: Array, carried: Any) -> tuple[Array, Band | Sparse]:
-            force, tangent, _ = problem.linearise(q, lam, carried)
+        def second(q: Array, predicted_stress: Any) -> tuple[Array, Band | Sparse]:
+            force, tangent, _ = problem.linearise(q, lam, predicted_stress)
             acceleration = (begin.v - 4.0 * v_middle + 3.0 * velocity(q)) / dt
             return mass @ acceleration + force, tangent + mass.scaled(9.0 / dt**2)
 
@@ -281,7 +283,7 @@ class Bathe:
         iterations = len(middle.residuals) + len(state.residuals) - 2
         v = velocity(state.q)
         a = (begin.v - 4.0 * v_middle + 3.0 * v) / dt
-        return _done(problem, begin, state, (v, a), state.force, iterations)
+        return _result(problem, begin, state, (v, a), state.force, iterations)
 
 
 def _refuse(damping: Damping) -> None:
@@ -289,16 +291,16 @@ def _refuse(damping: Damping) -> None:
         raise ValueError("this scheme is kept for comparison, without damping")
 
 
-def _done(
+def _result(
     problem: DynamicProblem,
-    begin: Stretch,
+    begin: StepStart,
     state: Equilibrium,
     rates: tuple[Array, Array],
     force: Array,
     iterations: int,
-) -> Done:
+) -> StepResult:
     """The end of a step of a scheme that does not account for its energy: work and losses to its own order only."""
     moved = state.q - begin.q
     work = float(force[problem.prescribed] @ moved[problem.prescribed])
     contact = -float(force[state.active] @ moved[state.active])
-    return Done(state.q, *rates, state.active, iterations, work, contact)
+    return StepResult(state.q, *rates, state.active, iterations, work, contact)

@@ -49,8 +49,8 @@ class Pushed(HeldStrip):
     def residual(self, q: Array, lam: float) -> Array:
         return super().residual(q, lam) - lam * self.load
 
-    def linearise(self, q: Array, lam: float, carried: Array | None = None) -> tuple[Array, Band, Array]:
-        force, tangent, _ = super().linearise(q, lam, carried)
+    def linearise(self, q: Array, lam: float, predicted_stress: Array | None = None) -> tuple[Array, Band, Array]:
+        force, tangent, _ = super().linearise(q, lam, predicted_stress)
         return force - lam * self.load, tangent, -self.load
 
 
@@ -76,7 +76,7 @@ class Arch:
         q = np.sqrt(max(r - 1.0, 0.0) / 3.0) * THICKNESS * sine
         q[model.middle[:, 0]] -= shorter * model.s
         q[2::4] -= shorter
-        return cls(problem, newton.solve(problem, q, 0.0, NONE, options=replace(NEWTON, most_iterations=100)).q)
+        return cls(problem, newton.solve(problem, q, 0.0, NONE, options=replace(NEWTON, max_iterations=100)).q)
 
     def height(self, q: Array) -> float:
         """Of its middle."""
@@ -84,12 +84,12 @@ class Arch:
 
     def points(self, start: float = 0.0, to: float = np.inf) -> list[Point]:
         """Its branch from one load to the first critical point passed, or to another load."""
-        patient = replace(STEPS, newton=replace(NEWTON, most_iterations=100))
+        patient = replace(STEPS, newton=replace(NEWTON, max_iterations=100))
         first = continuation.start(self.problem, self.q, start, NONE, 1.0, patient)
         out: list[Point] = []
         for point in continuation.follow(self.problem, first, STEPS):
             out.append(point)
-            if len(out) > 1 and critical.passed(point, out[-2]):
+            if len(out) > 1 and critical.is_past(point, out[-2]):
                 return out
             if point.arc > FARTHEST or point.lam > to:
                 break

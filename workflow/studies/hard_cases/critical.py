@@ -19,7 +19,7 @@ from studies.hard_cases.arch import LENGTH, NEWTON, NONE, STEPS, THICKNESS, Arch
 from studies.hard_cases.case import Case, Finding
 from studies.modes import HeldStrip
 
-CUSP, NEAR, EXACT = "cusp", "neighbourhood of a critical point", "exact symmetry"
+CUSP, NEARBY_NEWTON, EXACT = "cusp", "neighbourhood of a critical point", "exact symmetry"
 SINGULAR, REPEATED = "nearly singular K", "repeated eigenvalues"
 
 
@@ -77,7 +77,7 @@ def _column(_: float) -> Finding:
     count, before = 0, first
     for point in continuation.follow(problem, first, steps):
         count += len(point.state.residuals) - 1
-        if critical.passed(point) or point.lam > 20.0:
+        if critical.is_past(point) or point.lam > 20.0:
             break
         before = point
     found = critical.locate(problem, before, point, 1e-6, steps)
@@ -102,7 +102,7 @@ def _beyond_the_fold(_: float) -> None:
     """The load a little larger than the arch can bear: no state is near."""
     arch = Arch.of(2.0)
     found, _count = arch.critical()
-    patient = replace(NEWTON, most_iterations=200, farthest=0.5 * THICKNESS)
+    patient = replace(NEWTON, max_iterations=200, max_distance=0.5 * THICKNESS)
     newton.solve(arch.problem, found.before.q, found.lam * (1.0 + 1e-4), NONE, options=patient)
 
 
@@ -171,8 +171,8 @@ CASES = (
     Case("arch from both sides", EXACT, "ratio of both folds", _both_sides),
     Case("sway of a symmetric arch", EXACT, "lambda_c / h, closed form: a bifurcation before the fold", _sway),
     Case("column under its weight", EXACT, "buckling length of the elastica, L*", _column),
-    Case("just before a fold", NEAR, "ratio of eigenvalues, from the root law", _root_law),
-    Case("just beyond a fold", NEAR, "no state is near: an error", _beyond_the_fold, (NewtonError,)),
+    Case("just before a fold", NEARBY_NEWTON, "ratio of eigenvalues, from the root law", _root_law),
+    Case("just beyond a fold", NEARBY_NEWTON, "no state is near: an error", _beyond_the_fold, (NewtonError,)),
     Case("bordered, K singular to rounding", SINGULAR, "error of the solution, which is given", _bordered),
     Case("strip held nowhere", SINGULAR, "no equilibrium: an error", _held_nowhere, (NewtonError,)),
     Case("K that needs a pivot", SINGULAR, "its eigenvalues cannot be counted: an error", _exactly_singular, SOLVE),

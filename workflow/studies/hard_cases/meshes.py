@@ -40,7 +40,7 @@ def _droop(amount: float, allowed: float) -> Finding:
     model = Solid.of(LENGTH, THICKNESS, elements=ELEMENTS, distort=sheared(amount))
     clamp = model.mesh.unknowns[0].ravel()
     problem = HeldStrip(model, clamp, np.zeros(len(clamp)), np.zeros(len(clamp)))
-    options = newton.NewtonOptions(most_iterations=100)
+    options = newton.NewtonOptions(max_iterations=100)
     state = newton.solve(problem, np.zeros(model.size), 0.0, problem.bounded, options=options)
     place = model.mid_surface(state.q)
     chord = place[-1] - place[0]

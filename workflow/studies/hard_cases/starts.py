@@ -9,7 +9,7 @@ from math import nan
 import numpy as np
 
 from stripfold import elastica
-from stripfold.analysis.static import NEAR, X_STEPS, End, StripModel, XRun, along_x, lift, solve_height
+from stripfold.analysis.static import NEARBY_NEWTON, X_STEPS, End, StripModel, XRun, along_x, lift, solve_height
 from stripfold.errors import NewtonError, SolveError
 from stripfold.models.model import Model
 from stripfold.solve import newton
@@ -69,7 +69,9 @@ def _mirrored() -> Start:
 def _past(refinement: float) -> None:
     """The gripper past lambda_c in one step: no state is near."""
     run = solve_height(STRIP, HEIGHT, 2.0 * refinement, past=0.0)
-    newton.solve(run.problem, run.last.q, run.last.lam + 0.1, run.last.active, options=replace(NEAR, farthest=0.2))
+    newton.solve(
+        run.problem, run.last.q, run.last.lam + 0.1, run.last.active, options=replace(NEARBY_NEWTON, max_distance=0.2)
+    )
 
 
 CASES = (

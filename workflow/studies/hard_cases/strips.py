@@ -8,7 +8,7 @@ from math import nan
 import numpy as np
 
 from stripfold import elastica
-from stripfold.analysis import locate_rod as quick
+from stripfold.analysis import locate_rod
 from stripfold.analysis.critical_point import find
 from stripfold.analysis.static import (
     X_STEPS,
@@ -49,7 +49,7 @@ def end_against_elastica(strip: StripModel, height: float, refinement: float) ->
 
 def rod_lambda_c(strip: StripModel, height: float, refinement: float) -> float:
     """Of the fast rod; nan where it does not snap."""
-    found = quick.run(strip, quick.Foretold.at(height), min(refinement, 1.0))
+    found = locate_rod.run(strip, locate_rod.ElasticaPrediction.at(height), min(refinement, 1.0))
     return found.lam if found.end is End.SNAP else nan
 
 
@@ -133,7 +133,7 @@ def _taut(refinement: float) -> Finding:
         count += len(point.state.residuals) - 1
     near = min(before, point, key=lambda p: abs(p.lam - target))
     guess = near.q + (target - near.lam) / near.tangent.lam * near.tangent.q
-    found = newton.solve(problem, guess, target, near.active, options=newton.NewtonOptions(farthest=0.3))
+    found = newton.solve(problem, guess, target, near.active, options=newton.NewtonOptions(max_distance=0.3))
     pull = -float(problem.residual(found.q, target)[other.middle[0, 0]])
     return Finding(pull, truth.force_x, 0.03 * truth.force_x, count)
 

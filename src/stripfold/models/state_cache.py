@@ -12,16 +12,16 @@ from stripfold.arrays import Array
 
 T = TypeVar("T")
 
-KEPT = 2
+CACHE_SIZE = 2
 """Newton's method asks for the same state several times, a time step for its two ends."""
 
 
-class Recent(Generic[T]):
-    """A function of a state that remembers its last :data:`KEPT` results, which nobody may change in place."""
+class StateCache(Generic[T]):
+    """A function of a state that remembers its last :data:`CACHE_SIZE` results, which nobody may change in place."""
 
     def __init__(self, compute: Callable[[Array], T]) -> None:
         self._compute = compute
-        self._known: deque[tuple[Array, T]] = deque(maxlen=KEPT)
+        self._known: deque[tuple[Array, T]] = deque(maxlen=CACHE_SIZE)
 
     def __call__(self, q: Array) -> T:
         """The result for ``q``, which is compared by value: an array changed in place is another state."""
