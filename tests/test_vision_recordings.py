@@ -40,7 +40,7 @@ def test_all_that_is_measured_is_in_the_picture(eta_b: float, height: float):
     top = height * unit - offset + 0.8 * scene.gripper.marker_size
     # The loop reaches as far back as the free part is long, less than four L* behind the gripper's way.
     corners = np.array([[x - 0.3 * unit, top], [x + 0.5 * unit, top], [x - 3.5 * unit, 0.0], [x + 0.5 * unit, 0.0]])
-    pixels = View.of(scene.filming).pixels(np.insert(corners, 1, 0.0, axis=1))
+    pixels = View.of(scene.filming).in_plane(corners)
     width, tall = scene.filming.size
     assert np.all((pixels > 2.0) & (pixels < np.array([width, tall]) - 2.0))
     assert np.ptp(pixels[:, 1]) > 0.6 * tall

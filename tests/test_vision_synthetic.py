@@ -18,14 +18,14 @@ from stripfold import cli, store
 from stripfold.arrays import Array
 from stripfold.errors import InvalidInputError
 from stripfold.synthetic import render, shapes
-from stripfold.synthetic.boards import Calibration
-from stripfold.synthetic.encode import encode, tick
+from stripfold.synthetic.calibration import COLUMNS, ROWS, Calibration
 from stripfold.synthetic.history import STATIONS, History
-from stripfold.synthetic.laws import LAWS, Law, passage
+from stripfold.synthetic.laws import LAWS, solve
 from stripfold.synthetic.recording import history_of, write_recording
 from stripfold.synthetic.render import Renderer
 from stripfold.synthetic.scene import Filming, Scene, read
-from stripfold.synthetic.sensor import Sensor, timeline
+from stripfold.synthetic.sensor import Sensor
+from stripfold.synthetic.video import encode, tick, timeline
 from stripfold.synthetic.view import Rays, View
 from studies import recordings_design as design
 
@@ -161,9 +161,10 @@ def test_boards_are_found_where_they_are(kind: str) -> None:
     poses = [*calibration.poses(), calibration.plane_pose()]
     assert len(poses) == 6
     seen, errors = [], []
+    inner = board.square * np.array([[column, row, 0.0] for row in range(1, ROWS) for column in range(1, COLUMNS)])
     for rotation, translation in poses:
-        picture = calibration.picture(rotation, translation)
-        truth = camera.project(board.corners, cv2.Rodrigues(rotation)[0].ravel(), translation)
+        picture = calibration.picture((rotation, translation))
+        truth = camera.project(inner, cv2.Rodrigues(rotation)[0].ravel(), translation)
         said = board.as_config()
         if kind == "chessboard":
             found, corners = cv2.findChessboardCorners(picture, (said["columns"], said["rows"]))
@@ -194,11 +195,12 @@ def test_the_plane_board_and_the_stops_are_in_the_folding_plane() -> None:
     calibration = Calibration(Renderer(scene, np.eye(2)), np.random.default_rng(1))
     view = calibration.renderer.view
     rotation, translation = calibration.plane_pose()
-    places = (calibration.board.corners @ rotation.T + translation - view.translation) @ view.matrix
+    places = (calibration.board.outline @ rotation.T + translation - view.translation) @ view.matrix
     np.testing.assert_allclose(places[:, 1], 0.0, atol=1e-12)
-    step = np.linalg.norm(places[1] - places[0])
-    assert step == pytest.approx(calibration.board.square)
-    detector = cv2.aruco.ArucoDetector(render.marker_dictionary())
+    # A margin of 0.6 squares around 9 by 6 of them.
+    sides = np.linalg.norm(np.diff(places, axis=0), axis=1)
+    np.testing.assert_allclose(sides, calibration.board.square * np.array([10.2, 7.2, 10.2]))
+    detector = cv2.aruco.ArucoDetector(render.DICTIONARY)
     stops = calibration.stops()
     assert len(stops) == 9
     for place in stops:
@@ -291,14 +293,14 @@ def test_flicker_is_seen_in_the_rows_of_a_rolling_shutter() -> None:
 
 def test_frames_that_are_dropped_doubled_and_late() -> None:
     filming = Filming(frame_rate=50.0, dropped=0.1, doubled=0.1, dropped_at_event=3)
-    times = timeline(filming, 20.0, 10.0, 1e-3, np.random.default_rng(0))
+    times = timeline(filming, 20.0, 10.0, np.random.default_rng(0))
     together = np.sort(np.concatenate([times.t, times.dropped]))
     np.testing.assert_allclose(together, np.arange(1001) * 0.02, atol=1e-9)
     assert len(times.dropped) == pytest.approx(100, abs=30)
     assert {500, 501, 502} <= set(np.rint(times.dropped / 0.02).astype(int).tolist())
     doubled = times.shown < times.t
     assert doubled.sum() == pytest.approx(90, abs=30)
-    late = timeline(Filming(frame_rate=50.0, jitter=0.1), 20.0, None, 1e-3, np.random.default_rng(0))
+    late = timeline(Filming(frame_rate=50.0, jitter=0.1), 20.0, None, np.random.default_rng(0))
     assert np.std(late.t - np.arange(1001) * 0.02) == pytest.approx(0.002, rel=0.1)
     assert np.all(np.diff(late.t) > 0.0)
 
@@ -352,7 +354,7 @@ def test_the_family_keeps_the_length_and_ends_at_the_gripper(law: str) -> None:
 
 def test_length_is_kept_at_a_finer_look() -> None:
     """Richardson: the part of the chords' error that falls with the square of their length is all there is."""
-    family = shapes.Family(0.45, 0.1, 1e-3, -0.225, 0.058, 0.087, 1.5)
+    family = shapes.Family(0.45, 0.1, -0.225, 0.058, 0.087, 1.5)
     one = np.ones(1)
     curve = family.curves(0.32 * one, 0.008 * one, 0.0 * one, 0.0 * one)[0]
     chords = [np.linalg.norm(np.diff(curve[::step], axis=0), axis=1).sum() for step in (1, 3)]
@@ -363,8 +365,8 @@ def test_length_is_kept_at_a_finer_look() -> None:
     ("law", "inertia"), [("parabolic", 0.07), ("parabolic", 0.0), ("cubic", 0.05), ("power", 0.05)]
 )
 def test_motion_laws_against_another_integrator(law: str, inertia: float) -> None:
-    made = Law(law, 0.3, 0.03, 0.6, inertia, 0.1, cubic=0.4, exponent=0.42)
-    found = passage(made, 0.01, 0.0, 0.01, 0.6, 500.0)
+    motion = shapes.Motion(law, before=0.01, after=0.6, inertia=inertia, drag=0.1, cubic=0.4, exponent=0.42)
+    found = solve(motion, 0.3, 0.03, 0.01)
     assert found.onset is not None
     assert found.touch is not None
     # lambda by hand: at rest for 0.3 s, a cosine ramp of 0.2 s, then the speed.
@@ -507,7 +509,7 @@ def test_a_failure_leaves_nothing_behind(tmp_path: Path, monkeypatch: pytest.Mon
         raise RuntimeError("no room on the disc")
 
     scene = Scene.create(**SMALL)
-    monkeypatch.setattr("stripfold.synthetic.recording._write_truth", fails)
+    monkeypatch.setattr("stripfold.synthetic.recording._truth", fails)
     monkeypatch.setattr("stripfold.synthetic.recording.write_calibration", lambda *_: None)
     with pytest.raises(RuntimeError):
         write_recording(moving(0.02, 0.3), scene, tmp_path / "new")

@@ -25,7 +25,7 @@ from stripfold.errors import StripfoldError
 from stripfold.synthetic.recording import history_of
 from stripfold.synthetic.render import Renderer
 from stripfold.synthetic.scene import Scene
-from stripfold.synthetic.sensor import Sensor, Timeline
+from stripfold.synthetic.sensor import Sensor
 from stripfold.synthetic.view import View
 from stripfold.vision.decoder import Image
 from stripfold.vision.gripper import Grip, GripperTracker
@@ -180,7 +180,7 @@ def _pictures() -> list[Image]:
     history = history_of(asked)
     times = BEGINS + np.arange(DRAWN) / RATE
     sensor = Sensor(Renderer(asked, history.curve[0]), float(times[-1]), np.random.default_rng(1))
-    return list(sensor.film(history, Timeline(times, times, np.empty(0))))
+    return list(sensor.film(history, times))
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""A strip's motion as the renderer takes it, wherever it comes from."""
+"""The motion of a strip as the renderer takes it, from any generator."""
 
 from __future__ import annotations
 
@@ -11,25 +11,24 @@ import numpy as np
 from stripfold.arrays import Array
 
 STATIONS = 100
-"""Material points of a motion, at equal lengths: what is true of the median of them is true of the strip's."""
+"""Material points of a motion, equally spaced, so that their median is that of the strip."""
 
 
 @dataclass(frozen=True, eq=False)
 class History:
-    """A motion, dense in time: at least 500 moments per second where the strip snaps.
+    """The states of a strip over time: at least 500 per second where it snaps.
 
     Attributes
     ----------
     t
         Shape (m,): s, ascending from 0.
     gripper
-        Shape (m, 2): the gripped end, x and z of the robot, m.
+        Shape (m, 2): x and z of the gripped end in the robot frame, m.
     curve
-        Shape (m, :data:`STATIONS`, 2): the mid-surface from the gripped end to the held end, m; the same material
-        points throughout, at equal lengths.
+        Shape (m, :data:`STATIONS`, 2): material points of the mid-surface from the gripped end to the held end, m.
     truth
-        What is known of it: ``lambda_c`` (static, m, None where there is no snap), ``onset`` (s, when the gripper
-        passes lambda_c), ``touch`` (s, when the raised part meets the lying one), both None where there is none.
+        ``lambda_c`` (static, m), ``onset`` (when the gripper passes lambda_c, s), ``touch`` (when the raised part meets
+        the lying one, s), each None where there is no snap; and how the motion was made.
     """
 
     t: Array
@@ -38,7 +37,7 @@ class History:
     truth: Mapping[str, Any]
 
     def at(self, t: Array) -> tuple[Array, Array]:
-        """Curve, shape (k, n, 2), and gripper, shape (k, 2), at times of shape (k,); the first and last state go on."""
+        """Curves, shape (k, n, 2), and grippers, shape (k, 2), at times of shape (k,), limited to those stored."""
         clamped = np.clip(t, self.t[0], self.t[-1])
         after = np.clip(np.searchsorted(self.t, clamped, side="right"), 1, len(self.t) - 1)
         before = after - 1
@@ -48,22 +47,22 @@ class History:
         return curve, gripper
 
     def displacement(self, start: float, end: float) -> float:
-        """Largest way of a material point between two moments, m."""
+        """Largest displacement of a material point between two times, m."""
         curve, _ = self.at(np.array([start, end]))
         return float(np.linalg.norm(curve[1] - curve[0], axis=1).max())
 
     def events(self) -> dict[str, float | None]:
-        """Moments of the snap, s: the truth's; ``fastest``, and ``fall``, from where on it has a quarter of that speed.
+        """Times of the snap, s: ``onset``, ``touch``, ``fastest``, and ``fall``, the start of its fast part.
 
-        Speeds are those of the fastest material point, relative to the gripper's.
+        The speed is that of the fastest material point less the gripper's, up to the touch; the fall begins at a
+        quarter of its maximum.
         """
         onset, touch = self.truth["onset"], self.truth["touch"]
         if touch is None:
             return {"onset": onset, "fall": None, "fastest": None, "touch": None}
-        rates = np.gradient(self.curve, self.t, axis=0)
-        speed = np.linalg.norm(rates, axis=2).max(axis=1) - np.linalg.norm(rates[:, 0], axis=1)
-        within = np.flatnonzero(self.t <= touch)
-        top = int(within[np.argmax(speed[within])])
+        speeds = np.linalg.norm(np.gradient(self.curve, self.t, axis=0), axis=2)
+        speed = (speeds.max(axis=1) - speeds[:, 0])[self.t <= touch]
+        top = int(np.argmax(speed))
         slow = np.flatnonzero(speed[:top] < 0.25 * speed[top])
-        start = int(slow[-1]) if len(slow) else 0
-        return {"onset": onset, "fall": float(self.t[start]), "fastest": float(self.t[top]), "touch": touch}
+        fall = self.t[slow[-1] if len(slow) else 0]
+        return {"onset": onset, "fall": float(fall), "fastest": float(self.t[top]), "touch": touch}

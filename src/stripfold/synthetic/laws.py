@@ -1,90 +1,63 @@
-"""Made-up laws by which a strip's shape leaves a static state that ends at lambda_c.
+"""One-degree-of-freedom laws by which a strip leaves a static branch that ends at lambda_c.
 
-None of them is mechanics of a strip: a measurement that holds on all of them does not live on the law of one.
+None of them is the mechanics of a strip: a measurement that is right for all of them does not rely on any of them.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from stripfold.arrays import Array
 from stripfold.errors import InvalidInputError
 
+if TYPE_CHECKING:
+    from stripfold.synthetic.shapes import Motion
+
+
 LAWS = ("parabolic", "cubic", "power", "two_modes")
-_ACCURACY = {"rtol": 1e-9, "atol": 1e-11}
-_LONGEST = 20.0
-"""How long after lambda_c a strip may take to touch, s."""
+RATE = 500.0
+"""Stored states per second."""
+WAIT, RAMP = 0.3, 0.2
+"""Times for which the gripper rests at first, and over which it speeds up or slows down, s."""
+LONGEST_FALL = 20.0
+"""Longest time from lambda_c to the touch, s."""
+_MODE_TIME = 0.25
+"""Relaxation time of the second mode, s."""
 
 
-@dataclass(frozen=True, slots=True)
-class Law:
-    """T_i^2 q'' + T_d q' = F(q, mu) with mu = (lambda_c - lambda) / reach; q = 0 is critical, q = 1 lies.
+def force(motion: Motion, q: float, mu: float) -> float:
+    """F of T_i^2 q'' + T_d q' = F(q, mu), mu = (lambda_c - lambda) / scale; q = 0 is critical, q = 1 is the touch.
 
-    Statically, F = 0, the shape is q = -amplitude mu^(1/2) ("power": mu^exponent), for "cubic" only close to lambda_c.
-
-    Parameters
-    ----------
-    kind
-        One of :data:`LAWS`; "two_modes" is parabolic with a second, slow mode that follows.
-    lambda_c
-        Static critical advance, m.
-    reach
-        m.
-    amplitude
-        How far from critical the shape is one reach before it.
-    inertia, drag
-        T_i and T_d, s.  Without inertia the motion is overdamped.
-    cubic
-        Of q^2 (1 + cubic q), for "cubic".
-    exponent
-        For "power".
+    The static shape, F = 0, is q = -amplitude mu^(1/2); mu^exponent for "power"; for "cubic" only close to lambda_c.
     """
-
-    kind: str
-    lambda_c: float
-    reach: float
-    amplitude: float
-    inertia: float
-    drag: float
-    cubic: float = 0.3
-    exponent: float = 0.5
-
-    def force(self, q: float, mu: float) -> float:
-        """F."""
-        if self.kind == "power":
-            return float(abs(q) ** (1.0 / self.exponent) - self.amplitude ** (1.0 / self.exponent) * mu)
-        bend = 1.0 + self.cubic * q if self.kind == "cubic" else 1.0
-        return q * q * bend - self.amplitude**2 * mu
-
-    def static(self, mu: float) -> float:
-        """The static q before lambda_c; ``mu`` is not negative."""
-        lowest = -2.0 / (3.0 * self.cubic) if self.kind == "cubic" else -self.amplitude * (1.0 + mu)
-        if self.force(lowest, mu) <= 0.0:
-            far = self.reach * mu
-            raise InvalidInputError("motion.before", far, "a start closer to lambda_c", "this law has no state there")
-        return float(brentq(lambda q: self.force(q, mu), lowest, 0.0, xtol=1e-14))
+    if motion.law == "power":
+        return float(abs(q) ** (1.0 / motion.exponent) - motion.amplitude ** (1.0 / motion.exponent) * mu)
+    factor = 1.0 + motion.cubic * q if motion.law == "cubic" else 1.0
+    return q * q * factor - motion.amplitude**2 * mu
 
 
-@dataclass(frozen=True, eq=False)
-class Passage:
-    """What the law says.
+def _static(motion: Motion, mu: float) -> float:
+    """The stable static q at ``mu`` >= 0."""
+    lowest = -2.0 / (3.0 * motion.cubic) if motion.law == "cubic" else -motion.amplitude * (1.0 + mu)
+    if force(motion, lowest, mu) <= 0.0:
+        raise InvalidInputError("motion.before", motion.before, "a start closer to lambda_c", "no static state there")
+    return float(brentq(lambda q: force(motion, q, mu), lowest, 0.0, xtol=1e-14))
+
+
+class Trajectory(NamedTuple):
+    """A solution of a law.
 
     Attributes
     ----------
-    t
-        Shape (m,), s.
-    advance
-        Shape (m,): lambda, m.
-    q
-        Shape (m,): 1 from the touch on.
-    second
-        Shape (m,): the second mode, 0 for all laws but one.
+    t, advance, q, second
+        Shape (m,): time, s; lambda, m; q, which is 1 from the touch on; the second mode, 0 for laws with one.
     onset, touch
-        When the gripper passes lambda_c, and when q = 1, s; None where that does not happen.
+        When lambda = lambda_c and when q = 1, s; None where that does not happen.
     """
 
     t: Array
@@ -95,114 +68,67 @@ class Passage:
     touch: float | None
 
 
-@dataclass(frozen=True, slots=True)
-class Drive:
-    """The gripper's advance: at rest, then at ``speed``, then at rest again; it speeds up and slows down for ``ramp``.
-
-    Attributes
-    ----------
-    start
-        First advance, m.
-    speed
-        m/s.
-    stop
-        When it begins to slow down, s.
-    wait, ramp
-        s.
-    """
-
-    start: float
-    speed: float
-    stop: float = np.inf
-    wait: float = 0.3
-    ramp: float = 0.2
-
-    def advance(self, t: Array) -> Array:
-        """Lambda at times of any shape, m."""
-        moved = self._ramped(t - self.wait)
-        if np.isfinite(self.stop):
-            moved = moved - self._ramped(t - self.stop)
-        return np.asarray(self.start + self.speed * moved)
-
-    def _ramped(self, t: Array) -> Array:
-        """Integral of a cosine ramp from 0 to 1."""
-        share = np.clip(t, 0.0, self.ramp)
-        smooth = 0.5 * (share - self.ramp / np.pi * np.sin(np.pi * share / self.ramp))
-        return np.asarray(smooth + np.clip(t - self.ramp, 0.0, None))
-
-    def time_of(self, advance: float) -> float:
-        """When the gripper, that does not stop, has this advance, s."""
-        longest = self.wait + self.ramp + (advance - self.start) / self.speed
-        return float(brentq(lambda t: float(self.advance(np.array(t))) - advance, 0.0, longest + 1.0, xtol=1e-14))
+def travelled(t: ArrayLike, stop: float = np.inf) -> Array:
+    """Integral of the gripper's speed over its nominal speed, s; from ``stop`` on the gripper slows down."""
+    return _ramp(np.asarray(t) - WAIT) - _ramp(np.asarray(t) - stop)
 
 
-def passage(law: Law, before: float, short: float, speed: float, after: float, rate: float) -> Passage:
-    """Drive a law through its critical point.
+def _ramp(t: Array) -> Array:
+    """Integral of a cosine ramp from 0 to 1 that starts at t = 0."""
+    part = np.clip(t, 0.0, RAMP)
+    return np.asarray(0.5 * (part - RAMP / np.pi * np.sin(np.pi * part / RAMP)) + np.clip(t - RAMP, 0.0, None))
 
-    Parameters
-    ----------
-    law
-        The law.
-    before
-        From where on, m before lambda_c.
-    short
-        How far before lambda_c the gripper stops, m; 0 to go on past it.
-    speed
-        Speed of the gripper, m/s.
-    after
-        How long to go on after the touch, or after the stop, s.
-    rate
-        Moments per second.
+
+def solve(motion: Motion, lambda_c: float, scale: float, speed: float) -> Trajectory:
+    """Drive the gripper at ``speed``, m/s, through the critical point of a law; ``lambda_c`` and ``scale`` in m.
 
     Raises
     ------
     InvalidInputError
-        The law has no static state at the start, or its strip does not come to lie.
+        The law has no static state at the start, or its strip does not touch.
     """
-    drive = Drive(law.lambda_c - before, speed)
+    start = lambda_c - motion.before
 
-    def rates(t: float, y: Array, drive: Drive) -> Array:
-        mu = (law.lambda_c - float(drive.advance(np.array(t)))) / law.reach
-        force = law.force(float(y[0]), mu)
-        fall = float(y[1]) if law.inertia else force / law.drag
-        gain = (force - law.drag * fall) / law.inertia**2 if law.inertia else 0.0
-        return np.array([fall, gain, (mu - y[2] + 0.7 * fall) / 0.25])
+    def time_of(advance: float) -> float:
+        distance = (advance - start) / speed
+        return float(brentq(lambda t: float(travelled(t)) - distance, 0.0, WAIT + RAMP + distance + 1.0, xtol=1e-14))
 
-    def lies(t: float, y: Array, drive: Drive) -> float:
+    onset, stop = (None, time_of(lambda_c - motion.short)) if motion.short else (time_of(lambda_c), np.inf)
+    end = onset + LONGEST_FALL if onset is not None else stop + RAMP + motion.after
+
+    def rates(t: float, y: Array) -> list[float]:
+        mu = (lambda_c - start - speed * float(travelled(t, stop))) / scale
+        pull = force(motion, float(y[0]), mu)
+        rate = float(y[1]) if motion.inertia else pull / motion.drag
+        acceleration = (pull - motion.drag * rate) / motion.inertia**2 if motion.inertia else 0.0
+        return [rate, acceleration, (mu - y[2] + 0.7 * rate) / _MODE_TIME]
+
+    def touches(t: float, y: Array) -> float:
         return float(y[0]) - 1.0
 
-    lies.terminal = True  # type: ignore[attr-defined]
-    mu = before / law.reach
-    first = np.array([law.static(mu), 0.0, mu])
-    onset: float | None = None
-    if short:
-        drive = Drive(drive.start, speed, drive.time_of(law.lambda_c - short))
-        end = drive.stop + drive.ramp + after
-    else:
-        onset = drive.time_of(law.lambda_c)
-        end = onset + _LONGEST
+    touches.terminal = True  # type: ignore[attr-defined]
+    mu = motion.before / scale
     found = solve_ivp(
         rates,
         (0.0, end),
-        first,
-        args=(drive,),
-        events=lies,
+        [_static(motion, mu), 0.0, mu],
+        events=touches,
         dense_output=True,
         method="DOP853",
         max_step=0.02,
-        **_ACCURACY,
+        rtol=1e-9,
+        atol=1e-11,
     )
     touch = float(found.t_events[0][0]) if len(found.t_events[0]) else None
-    if (touch is None) != bool(short):
-        raise InvalidInputError("motion.short", short, "0, or a stop that the strip survives", "change inertia or drag")
+    if (touch is None) != bool(motion.short):
+        allowed = "0, or a distance at which the strip does not snap"
+        raise InvalidInputError("motion.short", motion.short, allowed, "change inertia or drag")
     if touch is not None:
-        end = touch + after
-        drive = Drive(drive.start, speed, end - 0.5 * after)
-    t = np.arange(int(end * rate) + 1) / rate
-    states = found.sol(np.minimum(t, found.t[-1]))
-    lying = t >= (np.inf if touch is None else touch)
-    q = np.where(lying, 1.0, states[0])
-    second = states[2] if law.kind == "two_modes" else np.zeros_like(t)
+        end, stop = touch + motion.after, touch + 0.5 * motion.after
+    t = np.arange(int(end * RATE) + 1) / RATE
+    q, _, second = found.sol(np.minimum(t, found.t[-1]))
     if touch is not None:
-        second = np.where(lying, second * np.exp(-np.clip(t - touch, 0.0, None) / 0.25), second)
-    return Passage(t, drive.advance(t), q, second, onset, touch)
+        q = np.where(t >= touch, 1.0, q)
+        second = second * np.exp(-np.clip(t - touch, 0.0, None) / _MODE_TIME)
+    second = second if motion.law == "two_modes" else np.zeros_like(t)
+    return Trajectory(t, start + speed * travelled(t, stop), q, second, onset, touch)

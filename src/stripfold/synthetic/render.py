@@ -1,4 +1,4 @@
-"""A picture of the strip, the gripper and the table at one moment: what reaches the sensor, before exposure."""
+"""The picture of the strip, the gripper and the table at one time, before exposure, light and noise."""
 
 from __future__ import annotations
 
@@ -7,26 +7,22 @@ from itertools import pairwise
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from stripfold.arrays import Array
-from stripfold.synthetic.canvas import Canvas, Grey
+from stripfold.arrays import Array, Picture
+from stripfold.synthetic.canvas import Canvas
 from stripfold.synthetic.scene import Scene
-from stripfold.synthetic.view import Rays, View, plane_homography
+from stripfold.synthetic.view import Light, Rays, View
 
 FRONT, BACK = -0.05, 0.4
-"""Front edge of the table and the wall behind it, from the folding plane into the depth, m."""
-CLAMP, FINGER, ARM = 0.12, 0.45, 0.2
-"""Greys, as shares of white."""
+"""Front edge of the table and the wall behind it: distances from the folding plane, m."""
+CLAMP, FINGER, ARM, PAPER, INK = 0.12, 0.45, 0.2, 0.95, 0.05
+"""Greys, relative to white."""
+DICTIONARY = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50)
+"""Of the gripper's marker and of the ChArUco board."""
 _LIGHT = np.array([-0.35, 0.94])
 _SHADOW = (0.25, 0.35)
-"""How far a shadow falls along x and into the depth per height."""
-
-
-def marker_dictionary() -> cv2.aruco.Dictionary:
-    """The dictionary of the gripper's marker."""
-    return cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50)
+"""Offset of a shadow along x and in depth, per height."""
 
 
 class Renderer:
@@ -37,22 +33,22 @@ class Renderer:
     scene
         The scene.
     first
-        Shape (n, 2): the strip's curve at some moment; tells where along the strip the points of a curve are.
+        Shape (n, 2): the strip's curve at some time, from which the arc lengths of its points are taken.
     """
 
     def __init__(self, scene: Scene, first: Array) -> None:
         self.scene = scene
         self.view = View.of(scene.filming)
         self.depth = -1.0 if scene.filming.behind else 1.0
+        """Sign of robot y behind the folding plane, seen from the camera."""
         self._canvas = Canvas(scene.filming.size)
         arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(first, axis=0), axis=1))])
         pixel = scene.filming.field / scene.filming.size[0]
         self._stations = np.linspace(0.0, 1.0, int(np.clip(scene.strip.length / (1.4 * pixel), 80, 600)) + 1)
-        # A spline is linear in its points: one matrix serves all moments.
+        # A spline is linear in its points: one matrix serves all curves.
         self._refine = CubicSpline(arc / arc[-1], np.eye(len(arc)))(self._stations)
         rng = np.random.default_rng([scene.seed, 1])
-        shape = (len(self._stations) - 1,)
-        weave = 1.0 + scene.strip.texture * rng.standard_normal((2, *shape))
+        weave = 1.0 + scene.strip.texture * rng.standard_normal((2, len(self._stations) - 1))
         self._surface_grey, self._edge_grey = scene.strip.grey * weave[0], scene.strip.edge * weave[1]
         hairs = rng.poisson(scene.strip.hairs * scene.strip.length)
         self._hairs = (
@@ -62,37 +58,31 @@ class Renderer:
         )
 
     @cached_property
-    def background(self) -> Grey:
-        """Shape (height, width): the table and what is behind it, without anything on it."""
-        filming, rays = self.scene.filming, Rays(self.view.camera, 2)
-        rng = np.random.default_rng([self.scene.seed, 2])
-        rough = rng.standard_normal((256, 256)).astype(np.float32)
-        along = self.view.matrix
-        x, y, z = (np.eye(3)[i] for i in range(3))
+    def background(self) -> Picture:
+        """Shape (height, width): the empty table and what is behind it."""
+        filming, rays, turn = self.scene.filming, Rays(self.view.camera, 2), self.view.matrix
+        x, y, z = np.eye(3) * [[1.0], [self.depth], [1.0]]
 
-        def seen(first: Array, second: Array, origin: Array) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-            axes = along @ np.column_stack([first, second, np.cross(first, second)])
-            return rays.on_plane(plane_homography(axes, along @ origin + self.view.translation))
+        def seen(first: Array, second: Array, origin: Array) -> tuple[Light, Light]:
+            return rays.on_plane(turn @ np.column_stack([first, second]), turn @ origin + self.view.translation)
 
         top = -0.5 * self.scene.strip.thickness
-        table, into = seen(x, y * self.depth, top * z)
-        face, up = seen(x, z, y * self.depth * FRONT)
-        wall, height = seen(x, z, y * self.depth * BACK)
-        grain = _textured(rough, 12.0, 2.5, table, into, 400.0)
+        table, into = seen(x, y, top * z)
+        front, height = seen(x, z, FRONT * y)
+        grain = _grain(np.random.default_rng([self.scene.seed, 2]), table, into)
         with np.errstate(invalid="ignore"):
             on_table = (into >= FRONT) & (into <= BACK)
-            below = ~on_table & (up < top)
-        grey = np.where(
-            on_table, filming.table * (1.0 + 0.05 * grain), filming.background * (1.0 + 0.02 * _blotches(wall, height))
-        )
-        grey = np.where(below, 0.5 * filming.table * (1.0 + 0.02 * _blotches(face, up)), grey)
+            below = ~on_table & (height < top)
+        wall = filming.background * (1.0 + 0.02 * _blotches(*seen(x, z, BACK * y)))
+        grey = np.where(on_table, filming.table * (1.0 + 0.05 * grain), wall)
+        grey = np.where(below, 0.5 * filming.table * (1.0 + 0.02 * _blotches(front, height)), grey)
         picture = rays.averaged(np.asarray(grey, dtype=np.float32))
         return np.asarray(np.clip(np.rint(255.0 * picture), 0, 255), dtype=np.uint8)
 
     def picture(
-        self, curve: Array | None, gripper: Array, passing: float | None = None, rows: tuple[int, int] | None = None
-    ) -> Grey:
-        """What is seen at one moment.
+        self, curve: Array | None, gripper: Array, occluder: float | None = None, rows: tuple[int, int] | None = None
+    ) -> Picture:
+        """The picture at one time.
 
         Parameters
         ----------
@@ -100,10 +90,10 @@ class Renderer:
             Shape (n, 2): the mid-surface from the gripped end to the held end, m; None for no strip.
         gripper
             Shape (2,): the gripped end, or where it would be, m.
-        passing
-            x of the thing that passes in front, m; None for none.
+        occluder
+            x of the object in front of the strip, m; None for none.
         rows
-            First and end of the rows that are wanted; None for all.
+            First and end of the rows to be drawn; None for all.
 
         Returns
         -------
@@ -114,13 +104,13 @@ class Renderer:
             fine = self._refine @ curve
             self._shadow(fine[::2])
             self._strip(fine)
-            self._hairy(fine)
-            end = curve[-1]
-            self._block(np.array([end[0] - 0.004, end[0] + 0.03]), np.array([-0.002, 0.012]), CLAMP)
+            self._hair(fine)
+            x, _ = curve[-1]
+            self._block((x - 0.004, x + 0.03), (-0.002, 0.012), CLAMP)
         self._gripper(gripper)
-        if passing is not None:
+        if occluder is not None:
             half = 0.5 * self.scene.filming.passing
-            self._block(np.array([passing - half, passing + half]), np.array([-1.0, 1.0]), 0.08, y=-0.08)
+            self._block((occluder - half, occluder + half), (-1.0, 1.0), 0.08, y=-0.08)
         return self._canvas.picture
 
     def _strip(self, fine: Array) -> None:
@@ -128,21 +118,18 @@ class Renderer:
         tangent = np.gradient(fine, axis=0)
         normal = np.stack([-tangent[:, 1], tangent[:, 0]], axis=1)
         normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-        # Both sides of the strip, at its edge in the folding plane and at its other edge.
-        sides = fine + 0.5 * strip.thickness * np.array([[[-1.0]], [[1.0]]]) * normal
-        into = np.array([0.0, self.depth * strip.width])[:, None, None] * np.ones(sides.shape[:2])
-        points = np.stack([np.broadcast_to(sides[None, ..., i], into.shape) for i in range(2)], axis=-1)
-        near, far = self.view.pixels(np.stack([points[..., 0], into, points[..., 1]], axis=-1))
-        eye = self.view.place[[0, 2]]
+        # Lower and upper surface, at the edge in the folding plane and at the other edge.
+        surfaces = fine + 0.5 * strip.thickness * np.array([[[-1.0]], [[1.0]]]) * normal
+        near, far = self.view.in_plane(surfaces[None], self.depth * strip.width * np.array([0.0, 1.0])[:, None, None])
         shade = 0.7 + 0.3 * np.abs(normal[:-1] @ _LIGHT)
-        for part, facing in visible_runs(fine, eye):
+        for part, facing in visible_runs(fine, self.view.place[[0, 2]]):
             ends = slice(part.start + 1, part.stop + 1)
             pieces = [near[facing, part], near[facing, ends], far[facing, ends], far[facing, part]]
             self._canvas.ribbon(np.stack(pieces, axis=1), (self._surface_grey * shade)[part])
-        rim = np.stack([near[0, :-1], near[0, 1:], near[1, 1:], near[1, :-1]], axis=1)
-        self._canvas.ribbon(rim, self._edge_grey)
+        self._canvas.ribbon(_quads(near[0], near[1]), self._edge_grey)
 
-    def _hairy(self, fine: Array) -> None:
+    def _hair(self, fine: Array) -> None:
+        """Loose fibres at the edge."""
         where, angle, length = self._hairs
         if not len(where):
             return
@@ -156,57 +143,47 @@ class Renderer:
     def _shadow(self, fine: Array) -> None:
         """The strip's shadow on the table."""
         lifted = np.clip(fine[:, 1], 0.0, None)
-        x, y = fine[:, 0] + _SHADOW[0] * lifted, _SHADOW[1] * lifted
-        top = np.full_like(x, -0.5 * self.scene.strip.thickness)
-        rows = [
-            self.view.pixels(np.stack([x, self.depth * (y + add), top], axis=1))
-            for add in (0.0, self.scene.strip.width)
-        ]
-        quads = np.stack([rows[0][:-1], rows[0][1:], rows[1][1:], rows[1][:-1]], axis=1)
-        self._canvas.shape(quads, 0.0, 0.3)
+        line = np.column_stack(
+            [fine[:, 0] + _SHADOW[0] * lifted, np.full(len(fine), -0.5 * self.scene.strip.thickness)]
+        )
+        y = self.depth * (_SHADOW[1] * lifted + np.array([[0.0], [self.scene.strip.width]]))
+        self._canvas.shape(_quads(*self.view.in_plane(line[None], y)), 0.0, 0.3)
 
-    def _block(self, x: Array, z: Array, grey: float, y: float = 0.0) -> None:
-        """An upright rectangle parallel to the folding plane."""
-        self._canvas.shape(self.view.in_plane(_rectangle(x, z), self.depth * y)[None], grey)
+    def _block(self, x: tuple[float, float], z: tuple[float, float], grey: float, y: float = 0.0) -> None:
+        """An upright rectangle parallel to the folding plane; its sides are divided, since the lens bends them."""
+        corners = np.array([[x[0], z[0]], [x[1], z[0]], [x[1], z[1]], [x[0], z[1]]])
+        share = np.linspace(0.0, 1.0, 8, endpoint=False)[:, None]
+        sides = [(1.0 - share) * corners[i] + share * corners[(i + 1) % 4] for i in range(4)]
+        self._canvas.shape(self.view.in_plane(np.concatenate(sides), self.depth * y)[None], grey)
 
     def _gripper(self, end: Array) -> None:
         gripper = self.scene.gripper
-        centre = end - gripper.offset
+        x, z = end - gripper.offset
         half = 0.5 * gripper.marker_size
         plate = 1.4 * half
-        self._block(centre[0] + 0.007 * np.array([-1, 1]), centre[1] + np.array([0.0, 1.0]), ARM, y=0.004)
-        finger = np.array(
-            [
-                [centre[0] - 0.008, centre[1]],
-                [end[0] - 0.0035, end[1] - gripper.finger],
-                [end[0] + 0.0035, end[1] - gripper.finger],
-                [centre[0] + 0.008, centre[1]],
-            ]
-        )
+        self._block((x - 0.007, x + 0.007), (z, z + 1.0), ARM, y=0.004)
+        tip = end[1] - gripper.finger
+        finger = np.array([[x - 0.008, z], [end[0] - 0.0035, tip], [end[0] + 0.0035, tip], [x + 0.008, z]])
         self._canvas.shape(self.view.in_plane(finger)[None], FINGER)
-        self._block(centre[0] + plate * np.array([-1, 1]), centre[1] + plate * np.array([-1, 1]), 0.95)
-        self._block(centre[0] + half * np.array([-1, 1]), centre[1] + half * np.array([-1, 1]), 0.05)
-        self._canvas.shape(self.view.in_plane(centre + self._cells), 0.95)
+        self._block((x - plate, x + plate), (z - plate, z + plate), PAPER)
+        self._block((x - half, x + half), (z - half, z + half), INK)
+        self._canvas.shape(self.view.in_plane(np.array([x, z]) + self._cells), PAPER)
 
     @cached_property
     def _cells(self) -> Array:
         """Shape (n, 4, 2): the white cells of the marker, from its centre, m."""
-        dictionary = marker_dictionary()
-        count = dictionary.markerSize + 2
-        bits = cv2.aruco.generateImageMarker(dictionary, self.scene.gripper.marker, count, borderBits=1)
+        count = DICTIONARY.markerSize + 2
+        bits = cv2.aruco.generateImageMarker(DICTIONARY, self.scene.gripper.marker, count, borderBits=1)
         side = self.scene.gripper.marker_size / count
         row, column = np.nonzero(bits)
-        # The camera behind the plane would see a mirrored marker: it is put on the side that faces the camera.
-        x = self.depth * (column - 0.5 * count) * side
-        z = (0.5 * count - row) * side
-        step = self.depth * side
-        return np.stack(
-            [np.stack([x + a * step, z - b * side], axis=1) for a, b in ((0, 0), (1, 0), (1, 1), (0, 1))], axis=1
-        )
+        # A camera behind the plane would see the marker mirrored: it is on the side that faces the camera.
+        x, z = self.depth * (column - 0.5 * count) * side, (0.5 * count - row) * side
+        corners = ((0, 0), (1, 0), (1, 1), (0, 1))
+        return np.stack([np.column_stack([x + a * self.depth * side, z - b * side]) for a, b in corners], axis=1)
 
 
 def visible_runs(curve: Array, eye: Array) -> list[tuple[slice, int]]:
-    """Parts of a cross-section of which the eye sees one side, in the order in which to draw them.
+    """The parts of a cross-section of which the eye sees one side, in the order in which to draw them.
 
     Seen from the eye, a part never overlaps itself, and of two that do not cross one is behind wherever both are.
 
@@ -219,16 +196,16 @@ def visible_runs(curve: Array, eye: Array) -> list[tuple[slice, int]]:
 
     Returns
     -------
-    Segments of each part, and 1 where the eye is on the left of the way along the curve, else 0; what is behind first.
+    Segments of each part, and 1 where the eye is on its left, else 0; the farthest first.
     """
     ray = curve - eye
     angle, distance = np.arctan2(ray[:, 0], -ray[:, 1]), np.hypot(*ray.T)
     turn = np.diff(angle)
     # Straight above the eye the angle jumps.
-    left = np.where(np.abs(turn) > np.pi, -turn, turn) > 0.0
-    cuts = np.flatnonzero((left[1:] != left[:-1]) | (np.abs(turn[1:]) > np.pi) | (np.abs(turn[:-1]) > np.pi)) + 1
-    limits = [0, *cuts.tolist(), len(left)]
-    parts = [slice(*pair) for pair in pairwise(limits)]
+    jump = np.abs(turn) > np.pi
+    left = (turn > 0.0) ^ jump
+    cuts = np.flatnonzero((left[1:] != left[:-1]) | jump[1:] | jump[:-1]) + 1
+    parts = [slice(*pair) for pair in pairwise([0, *cuts.tolist(), len(left)])]
     profiles = []
     for part in parts:
         nodes = slice(part.start, part.stop + 1)
@@ -246,7 +223,7 @@ def visible_runs(curve: Array, eye: Array) -> list[tuple[slice, int]]:
     found: list[tuple[slice, int]] = []
     waiting = list(range(len(parts)))
     while waiting:
-        # One that no other is behind of; were there a circle, which curves that do not cross cannot make, any.
+        # A cycle, which curves that do not cross cannot form, would be broken at any part.
         free = (i for i in waiting if not any(behind(j, i) for j in waiting if j != i))
         first = next(free, waiting[0])
         waiting.remove(first)
@@ -254,23 +231,20 @@ def visible_runs(curve: Array, eye: Array) -> list[tuple[slice, int]]:
     return found
 
 
-def _rectangle(x: Array, z: Array) -> Array:
-    """Shape (4 * 8, 2): the outline, its sides divided, since the lens bends them."""
-    corners = np.array([[x[0], z[0]], [x[1], z[0]], [x[1], z[1]], [x[0], z[1]]])
-    share = np.linspace(0.0, 1.0, 8, endpoint=False)[:, None]
-    return np.concatenate([(1.0 - share) * corners[i] + share * corners[(i + 1) % 4] for i in range(4)])
+def _quads(one: Array, other: Array) -> Array:
+    """Shape (n - 1, 4, 2): quadrilaterals between two lines of n points."""
+    return np.stack([one[:-1], one[1:], other[1:], other[:-1]], axis=1)
 
 
-def _textured(
-    rough: NDArray[np.float32], long: float, broad: float, u: NDArray[np.float32], v: NDArray[np.float32], scale: float
-) -> NDArray[np.float32]:
-    """A grain with unit standard deviation at places u and v, m."""
-    smooth = cv2.GaussianBlur(np.tile(rough, (2, 2)), (0, 0), sigmaX=long, sigmaY=broad)[128:384, 128:384]
+def _grain(rng: np.random.Generator, u: Light, v: Light) -> Light:
+    """A grain with unit standard deviation, longer along u, at places u and v, m."""
+    rough = rng.standard_normal((256, 256)).astype(np.float32)
+    smooth = cv2.GaussianBlur(np.tile(rough, (2, 2)), (0, 0), sigmaX=12.0, sigmaY=2.5)[128:384, 128:384]
     grain = np.asarray(smooth / smooth.std(), dtype=np.float32)
-    places = [np.nan_to_num(np.mod(value * scale, 256.0)).astype(np.float32) for value in (u, v)]
+    places = [np.nan_to_num(np.mod(value * 400.0, 256.0)).astype(np.float32) for value in (u, v)]
     return np.asarray(cv2.remap(grain, places[0], places[1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP))
 
 
-def _blotches(u: NDArray[np.float32], v: NDArray[np.float32]) -> NDArray[np.float32]:
-    """A soft pattern about 1 at most."""
+def _blotches(u: Light, v: Light) -> Light:
+    """A smooth pattern between -1 and 1."""
     return np.nan_to_num(np.sin(23.0 * u + 3.0 * np.sin(17.0 * v)) * np.cos(31.0 * v + 1.0))

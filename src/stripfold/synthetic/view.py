@@ -1,4 +1,4 @@
-"""Where the camera stands, and what its pixels see: the same model for the strip, the table and the boards."""
+"""The camera's pose, and the rays of its pixels: one camera model for the strip, the table and the boards."""
 
 from __future__ import annotations
 
@@ -13,22 +13,18 @@ from stripfold.arrays import Array
 from stripfold.synthetic.scene import Filming
 from stripfold.vision.camera import Camera
 
-# OpenCV's own default stops after five rounds, 0.01 px short at the corners of a picture with distortion.
-_EXACT = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 20, 1e-10)
+Light = NDArray[np.float32]
+
+# OpenCV's default of five iterations is 0.01 px off at the corners of a picture with distortion.
+_CONVERGED = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 20, 1e-10)
 
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """A camera and its pose in the robot's frame: x along the table, z up; the folding plane is y = 0.
+    """A camera and its pose in the robot frame: x along the table, z up, y = 0 in the folding plane.
 
-    Robot y points away from a camera that is not ``behind``.
-
-    Attributes
-    ----------
-    camera
-        Intrinsics.
-    rotation, translation
-        Shapes (3,): from the robot's frame to the camera's, as OpenCV takes them; m.
+    Robot y points away from a camera that is not ``behind``.  ``rotation`` and ``translation`` (m), shapes (3,), take
+    the robot frame to the camera's, in OpenCV's convention.
     """
 
     camera: Camera
@@ -52,12 +48,11 @@ class View:
         down = np.cross(forward, right)
         right, down = np.cos(roll) * right + np.sin(roll) * down, np.cos(roll) * down - np.sin(roll) * right
         rotation = np.stack([right, down, forward])
-        # The picture's middle, not the principal point, looks at the target.
+        # The middle of the picture, not the principal point, looks at the target.
         middle = np.array([[0.5 * (width - 1), 0.5 * (height - 1)]])
         ray = np.append(_rays(camera, middle)[0], 1.0) @ rotation
-        target = np.array([filming.target[0], 0.0, filming.target[1]])
-        place = target - ray * filming.distance
-        return cls(camera, as_vector(rotation), -rotation @ place)
+        place = np.array([filming.target[0], 0.0, filming.target[1]]) - ray * filming.distance
+        return cls(camera, rotation_vector(rotation), -rotation @ place)
 
     @cached_property
     def matrix(self) -> Array:
@@ -66,87 +61,63 @@ class View:
 
     @cached_property
     def place(self) -> Array:
-        """Shape (3,): where the camera is, m."""
+        """Shape (3,): position of the camera, m."""
         return np.asarray(-self.matrix.T @ self.translation)
 
-    def pixels(self, points: Array) -> Array:
-        """Pixels, shape (..., 2), of points of the robot's frame, shape (..., 3), m."""
-        flat = self.camera.project(points.reshape(-1, 3), self.rotation, self.translation)
-        return flat.reshape(*points.shape[:-1], 2)
-
-    def in_plane(self, points: Array, y: float = 0.0) -> Array:
-        """Pixels of points x, z, shape (..., 2), in a plane parallel to the folding plane."""
-        return self.pixels(np.stack([points[..., 0], np.full(points.shape[:-1], y), points[..., 1]], axis=-1))
+    def in_plane(self, points: Array, y: Array | float = 0.0) -> Array:
+        """Pixels of points x, z, shape (..., 2), m, in the folding plane, or in parallel planes at ``y``."""
+        places = np.stack(np.broadcast_arrays(points[..., 0], y, points[..., 1]), axis=-1)
+        flat = self.camera.project(places.reshape(-1, 3), self.rotation, self.translation)
+        return flat.reshape(*places.shape[:-1], 2)
 
 
-def as_vector(rotation: Array) -> Array:
-    """A rotation, shape (3, 3), as OpenCV takes it, shape (3,)."""
+def rotation_vector(rotation: Array) -> Array:
+    """A rotation matrix as OpenCV's rotation vector, shape (3,)."""
     return np.asarray(cv2.Rodrigues(rotation)[0], dtype=np.float64).ravel()
 
 
 def _rays(camera: Camera, pixels: Array) -> Array:
-    """Shape (n, 2): the direction in which each pixel looks, at depth 1, without the lens's distortion."""
+    """Shape (n, 2): x and y at depth 1 of the ray of each pixel, the distortion removed."""
     flat = np.ascontiguousarray(pixels, dtype=np.float64).reshape(-1, 1, 2)
-    seen = cv2.undistortPoints(flat, camera.matrix, camera.distortion, R=None, P=None, criteria=_EXACT)
+    seen = cv2.undistortPoints(flat, camera.matrix, camera.distortion, R=None, P=None, criteria=_CONVERGED)
     return np.asarray(seen, dtype=np.float64).reshape(-1, 2)
 
 
 @dataclass(frozen=True, eq=False)
 class Rays:
-    """Where the pixels of a camera look, each divided into ``fine`` x ``fine``.
-
-    Attributes
-    ----------
-    camera
-        The camera.
-    fine
-        Samples per pixel and direction.
-    """
+    """The rays of a camera's pixels, each pixel divided into ``fine`` x ``fine`` samples."""
 
     camera: Camera
     fine: int = 4
 
     @cached_property
-    def directions(self) -> NDArray[np.float32]:
+    def directions(self) -> Light:
         """Shape (fine * height, fine * width, 2): x and y at depth 1."""
-        width, height = self.camera.size
-        columns = (np.arange(width * self.fine) + 0.5) / self.fine - 0.5
-        rows = (np.arange(height * self.fine) + 0.5) / self.fine - 0.5
+        columns, rows = ((np.arange(n * self.fine) + 0.5) / self.fine - 0.5 for n in self.camera.size)
         found = np.empty((len(rows), len(columns), 2), dtype=np.float32)
-        # Row by row: what OpenCV needs for a whole large picture at once would be gigabytes.
+        # In bands: OpenCV would need gigabytes for a large picture.
         for start in range(0, len(rows), 64):
-            some = rows[start : start + 64]
-            grid = np.stack(np.meshgrid(columns, some), axis=-1)
+            grid = np.stack(np.meshgrid(columns, rows[start : start + 64]), axis=-1)
             found[start : start + 64] = _rays(self.camera, grid).reshape(*grid.shape)
         return found
 
-    def on_plane(self, to_plane: Array) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-        """Coordinates of a plane at each sample, by a homography from (x, y, 1) at depth 1; nan behind the camera."""
+    def on_plane(self, axes: Array, origin: Array) -> tuple[Light, Light]:
+        """Coordinates on a plane at each sample, m; nan behind the camera.
+
+        Parameters
+        ----------
+        axes
+            Shape (3, 2 or 3): the first two columns are the plane's axes in the camera frame.
+        origin
+            Shape (3,): the plane's origin in the camera frame, m.
+        """
+        # The point (u, v) is seen at depth * (x, y, 1): the last coordinate of the inverse is 1 / depth.
+        h = np.linalg.inv(np.column_stack([axes[:, 0], axes[:, 1], origin])).astype(np.float32)
         x, y = self.directions[..., 0], self.directions[..., 1]
-        h = to_plane.astype(np.float32)
         depth = h[2, 0] * x + h[2, 1] * y + h[2, 2]
         depth = np.where(depth > 0.0, depth, np.float32(np.nan))
         return (h[0, 0] * x + h[0, 1] * y + h[0, 2]) / depth, (h[1, 0] * x + h[1, 1] * y + h[1, 2]) / depth
 
-    def averaged(self, samples: NDArray[np.float32]) -> NDArray[np.float32]:
+    def averaged(self, samples: Light) -> Light:
         """Shape (height, width): the mean over the samples of each pixel."""
         return np.asarray(cv2.resize(samples, self.camera.size, interpolation=cv2.INTER_AREA), dtype=np.float32)
-
-
-def plane_homography(rotation: Array, translation: Array) -> Array:
-    """From (x, y, 1) at depth 1 to the plane's own two coordinates.
-
-    Parameters
-    ----------
-    rotation
-        Shape (3, 3): its columns are the plane's first axis, its second and its normal, in the camera's frame.
-    translation
-        Shape (3,): the plane's origin in the camera's frame, m.
-
-    Returns
-    -------
-    Shape (3, 3), with the sign that makes the last coordinate positive in front of the camera.
-    """
-    inverse = np.linalg.inv(np.column_stack([rotation[:, 0], rotation[:, 1], translation]))
-    # The plane's point (u, v) is seen at depth * (x, y, 1): the last coordinate of the inverse is 1 / depth.
-    return np.asarray(inverse)
