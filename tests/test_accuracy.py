@@ -164,8 +164,7 @@ def test_shapes_of_the_models_agree():
 def test_a_finer_grid_is_finer_and_agrees():
     for z in (1.2, HEIGHT):
         found = elastica.critical(z)
-        lam = found.advance if found.snap else found.touch.advance  # type: ignore[union-attr]
-        assert elastica.resolved_again(found) == pytest.approx(lam, abs=1e-9)
+        assert elastica.advance_on_finer_grid(found) == pytest.approx(found.state.advance, abs=1e-9)
 
 
 class TestEstimates:

@@ -17,6 +17,7 @@ from stripfold.analysis import critical_point as critical
 from stripfold.analysis.critical_point import CriticalResult
 from stripfold.cli import main
 from stripfold.errors import SolveError
+from stripfold.material import Material
 from stripfold.scene import Scene
 
 STRIP = ["critical", "--length", "0.6", "--eta-b", "3780", "--height", "0.09"]
@@ -195,7 +196,7 @@ def test_help_imports_nothing_heavy():
 
 @pytest.mark.parametrize("height_star", [1.2, 3.0, 8.0])
 def test_the_elastica_for_real(capsys, height_star):
-    star = elastica.gravity_length(3780.0)
+    star = Material(3780.0).gravity_length
     arguments = [*STRIP[:-1], repr(height_star * star), "--model", "elastica", "--json"]
     code, out, err = run(capsys, *arguments)
     values, point = json.loads(out), elastica.critical(height_star)

@@ -114,11 +114,11 @@ def _resolve_secant(material: Config, gravity: float, root: Path, at: str) -> No
 
     given = material["secant"]
     with _named({"z": f"{at}.secant.height"}, f"{at}.secant"):
-        state = elastica.critical(given["height"]).state
-        if state is None:
+        point = elastica.critical(given["height"])
+        if not point.snap:
             raise InvalidInputError("z", given["height"], "a height at which the strip snaps, in L*")
         table = textile.read_table(root / given["table"])
-        found = textile.secant(table, given["areal_load"], state.max_curvature, gravity)
+        found = textile.secant(table, given["areal_load"], point.state.max_curvature, gravity)
     filled = (
         (material, at, "eta_b", found.eta_b),
         (material, at, "rho_a", given["areal_load"] / gravity),

@@ -156,6 +156,7 @@ def _as_text(scene: Scene, result: CriticalResult) -> str:
 
 def _eta(arguments: argparse.Namespace) -> str:
     from stripfold import elastica
+    from stripfold.material import Material
     from stripfold.scene import ETA_B
 
     if arguments.image is not None:
@@ -163,11 +164,11 @@ def _eta(arguments: argparse.Namespace) -> str:
     cli_vision.refuse_without_image(arguments)
     height, unit_height = arguments.fold_height, elastica.folded_loop().height
     # From the limits of eta_b: they also catch a height in millimetres.
-    highest, lowest = (unit_height * elastica.gravity_length(eta_b) for eta_b in ETA_B)
+    highest, lowest = (unit_height * Material(eta_b).gravity_length for eta_b in ETA_B)
     if not lowest <= height <= highest:
         raise InvalidInputError("fold_height", height, f"from {lowest:.3g} to {highest:.3g} m", "the unit is m")
     eta_b = elastica.eta_b_from_fold_height(height)
-    values = {"eta_b": eta_b, "gravity_length": elastica.gravity_length(eta_b)}
+    values = {"eta_b": eta_b, "gravity_length": Material(eta_b).gravity_length}
     if arguments.json:
         return as_json(values)
     return f"eta_b        {eta_b:.6g} m^-4 s^2\nL*           {values['gravity_length']:.6g} m"

@@ -150,9 +150,7 @@ def require_long_enough(scene: Scene) -> None:
     """
     from stripfold import elastica
 
-    point = elastica.critical(scene.height_star)
-    free_length = point.touch.state.length if point.touch is not None else point.length
-    shortest = free_length * scene.material.gravity_length
+    shortest = elastica.critical(scene.height_star).state.length * scene.material.gravity_length
     if not scene.length > shortest:
         raise InvalidInputError(
             "length",

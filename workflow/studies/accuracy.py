@@ -21,6 +21,7 @@ from stripfold.analysis import locate_rod, locate_solid
 from stripfold.analysis.static import LAMBDA_TOLERANCE, X_STEPS, End, StripModel, XRun, along_x, lift
 from stripfold.arrays import Array
 from stripfold.errors import SolveError
+from stripfold.material import Material
 from stripfold.scene import Scene
 from studies.benchmark import calls, peak_memory, peak_of
 
@@ -227,8 +228,7 @@ def _of_elastica(heights: Sequence[float], repeats: int) -> dict[str, Column]:
     for j, height in enumerate(heights):
         taken, found = calls(partial(elastica.critical, height), OF_ELASTICA * repeats)
         seconds[j] = np.median(taken)
-        lam = found.advance if found.snap else found.touch.advance if found.touch else np.nan
-        error[j] = lam / elastica.resolved_again(found) - 1.0
+        error[j] = found.state.advance / elastica.advance_on_finer_grid(found) - 1.0
     return {
         "elastica_seconds": (("height",), seconds, "s", "time of the elastica's critical point, median"),
         "elastica_error": (("height",), error, "1", "its lambda over that on a grid of twice the nodes, minus one"),
@@ -260,7 +260,7 @@ def scene_of(
     length: float, thickness: float, height: float, model: str, accuracy: float, nu: float = 0.0, eta_b: float = ETA_B
 ) -> Scene:
     """A scene from lengths in L*."""
-    unit = elastica.gravity_length(eta_b)
+    unit = Material(eta_b).gravity_length
     eta_m = max((thickness * unit) ** 2 * eta_b / 12.0, 1e-9)
     given = {"eta_b": eta_b, "eta_m": eta_m, "nu": nu, "model": model, "accuracy": accuracy}
     return Scene.create(length=length * unit, height=height * unit, **given)  # type: ignore[arg-type]

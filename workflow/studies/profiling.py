@@ -22,6 +22,7 @@ from stripfold.analysis import locate_solid, path_statics, planning, release, st
 from stripfold.analysis.verdict import assess_path
 from stripfold.elastica import _continuation as branch
 from stripfold.elastica import _system as system
+from stripfold.elastica import branch as elastica_branch
 from stripfold.elastica import critical_point
 from stripfold.errors import StripfoldError
 from stripfold.material import Material
@@ -79,9 +80,9 @@ OF_ELASTICA = (
     *(Part(module, "evaluate", "angles of a state") for module in (system, branch)),
     *(Part(module, "newton", "Newton") for module in (system, branch)),
     Part(branch, "point_at", "tangent and orientation of a point"),
-    Part(branch, "corrected", "step"),
-    Part(branch, "regridded", "more nodes"),
-    Part(critical_point, "first_point", "state without horizontal force"),
+    Part(branch, "correct", "step"),
+    Part(branch, "regrid", "more nodes"),
+    Part(elastica_branch, "first_point", "state without horizontal force"),
     Part(critical_point, "locate", "place of the event, roughly"),
     Part(critical_point, "polish", "place of the event"),
 )

@@ -17,7 +17,7 @@ from stripfold import elastica
 from stripfold.analysis.assess import BIFURCATION, assess_strip, off_the_boundary
 from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
-from stripfold.elastica.carrying import critical_on_the_way
+from stripfold.elastica.half_fold import critical_state_fixed_lift_off
 from stripfold.paths import plan_r_path
 
 
@@ -40,7 +40,7 @@ def run(
     plans: dict[str, list[float]] = {"planned_x": [], "planned_z": [], "elastica_error": [], "plan_error": []}
     for i, length in enumerate(lengths):
         plan = plan_r_path(length)
-        state = critical_on_the_way(length - plan.lying_length)
+        state = critical_state_fixed_lift_off(length - plan.lying_length)
         x, z = state.gripper
         plans["planned_x"].append(length / 2.0 - plan.lying_length - x)
         plans["planned_z"].append(z)

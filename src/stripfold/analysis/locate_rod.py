@@ -52,9 +52,7 @@ class ElasticaPrediction(NamedTuple):
     def at(cls, height: float) -> ElasticaPrediction:
         """Ask it."""
         end = elastica.critical(height)
-        last = end.state or (end.touch.state if end.touch else None)
-        assert last is not None
-        return cls(height, elastica.state_no_horizontal_force(height), last, end.snap)
+        return cls(height, elastica.state_no_horizontal_force(height), end.state, end.snap)
 
 
 @dataclass(frozen=True)

@@ -61,9 +61,7 @@ def lift_off_sweep(height: float) -> Sweep:
 
     The free length first falls, turns, and then grows to the critical point (or to where the sag lands).
     """
-    end = elastica.critical(height)
-    last = end.state or (end.touch.state if end.touch else None)
-    assert last is not None
+    last = elastica.critical(height).state
     return Sweep(min(state.length for state in elastica.x_axis_branch(height)), last.length)
 
 

@@ -1,4 +1,4 @@
-"""Checks of what a user hands in; every message names the key, the value and what is allowed."""
+"""Checks of user input; every message names the key, the value and the allowed range."""
 
 from __future__ import annotations
 
@@ -9,18 +9,32 @@ import numpy as np
 from stripfold.errors import InvalidInputError
 
 MIN_HEIGHT, MAX_HEIGHT = 0.1, 100.0
-"""Gripper heights, in L*, for which a branch is followed (and tested)."""
+"""Tested range of gripper heights of a branch, in L*."""
 
 
 def number(key: str, value: Any, low: float, high: float, unit: str) -> float:
-    """``value`` as a float.
+    """``value`` as a float in [low, high].
 
     Raises
     ------
     InvalidInputError
-        Not a number, or not in [low, high].
+        Not a number, or out of range.
     """
-    allowed = f"a finite number from {low:g} to {high:g}{unit}"
+    return _checked(key, value, low, high, f"a finite number from {low:g} to {high:g}{unit}")
+
+
+def positive(key: str, value: Any, unit: str) -> float:
+    """``value`` as a positive finite float; the same errors."""
+    smallest, largest = np.nextafter([0.0, np.inf], 1.0)
+    return _checked(key, value, smallest, largest, f"a finite number greater than 0{unit}")
+
+
+def height(z: Any, low: float = MIN_HEIGHT) -> float:
+    """Gripper height as a float; the same errors."""
+    return number("z", z, low, MAX_HEIGHT, ", in units of L*")
+
+
+def _checked(key: str, value: Any, low: float, high: float, allowed: str) -> float:
     try:
         out = float(value)
     except (TypeError, ValueError):
@@ -28,26 +42,3 @@ def number(key: str, value: Any, low: float, high: float, unit: str) -> float:
     if not low <= out <= high:
         raise InvalidInputError(key, value, allowed)
     return out
-
-
-def positive(key: str, value: Any, unit: str) -> float:
-    """``value`` as a float.
-
-    Raises
-    ------
-    InvalidInputError
-        Not a number, not finite, or not greater than zero.
-    """
-    allowed = f"a finite number greater than 0{unit}"
-    try:
-        out = float(value)
-    except (TypeError, ValueError):
-        raise InvalidInputError(key, value, allowed) from None
-    if not 0.0 < out < np.inf:
-        raise InvalidInputError(key, value, allowed)
-    return out
-
-
-def height(z: Any, low: float = MIN_HEIGHT) -> float:
-    """Gripper height as a float; the same errors."""
-    return number("z", z, low, MAX_HEIGHT, ", in units of L*")

@@ -1,18 +1,17 @@
-"""Pseudo-arclength continuation of a one-parameter family of states.
+"""Pseudo-arclength continuation of a one-parameter family of states, and location of points on it.
 
-At a fixed gripper height neither l nor the advance will do as the parameter: from the state without
-horizontal force the length l first *decreases* (the gripper pushes the strip down to the floor),
-turns, and grows up to the critical point, where the advance turns.  The arc length of the branch
-never turns.
+Separate from :mod:`stripfold.solve.continuation` on purpose: the elastica is the reference for the discretised
+strips, so the two share no code.
 
-Guards against landing on another branch: the corrector may move theta only a little, the tangent
-may turn only a little, and the orientation (the sign of the bordered determinant), which is constant
-along a regular branch, must be kept.  A step that breaks one of them is repeated with half the length.
+At fixed gripper height the length l has a minimum along the branch and the advance a maximum, the critical point;
+the arc length is monotonic. Guards against landing on another branch: a step is halved when the corrector changes
+theta by too much, when the tangent turns by too much, or when the sign of the bordered determinant (constant along a
+regular branch) changes.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from math import prod, sqrt
 
@@ -25,16 +24,14 @@ from stripfold.elastica._system import (
     FORCE_X,
     LENGTH,
     ROUNDING,
-    SCALARS,
     TOLERANCE,
     Condition,
     Evaluation,
-    Factors,
     angle_change,
     evaluate,
     factor,
+    gripper_at,
     jacobian,
-    lifted,
     newton,
     next_count,
     on_plane,
@@ -42,32 +39,33 @@ from stripfold.elastica._system import (
 )
 from stripfold.errors import ContinuationError, NewtonError
 
-TARGET = 0.02
-"""Wanted correction of theta, rad, by the corrector; the step length follows it."""
-MIN_COSINE = 0.8
-"""Smallest cosine of the angle between the tangents of two accepted points."""
+WANTED_CORRECTION = 0.02
+"""Change of theta, rad, by the corrector at which the step length is kept."""
+MAX_CORRECTION = 4 * WANTED_CORRECTION
 MAX_STEP_ROTATION = 0.5
 """Largest change of theta, rad, within one step."""
+MIN_COSINE = 0.8
+"""Smallest cosine of the angle between the tangents of successive points."""
 MIN_STEP = 1e-7
-PROBE, REACH = 1e-3, 0.05
-"""First and largest distance, in arc length, that a located point may move when it is resolved."""
 MAX_POINTS = 5000
-MOST_CORRECTIONS = 7
-UNSEEN = 0.1
-"""Residual of a point, as a share of the tail it is resolved to: where that is coarse, Newton may stop early."""
+MAX_CORRECTOR_ITERATIONS = 7
+RESIDUAL_SHARE = 0.1
+"""Tolerance of Newton's method as a share of the truncation error allowed."""
+FIRST_SECANT, MAX_SECANT, SECANT_TOLERANCE = 1e-3, 0.05, 1e-10
+"""First, largest and final distance, in arc length, of the secant method in :func:`polish`."""
 
 
 @dataclass(frozen=True, slots=True)
 class Family:
-    """A one-parameter family of states: two closing conditions, and what to call it in an error."""
+    """A one-parameter family of states: two side conditions, and its name for error messages."""
 
-    conditions: tuple[Condition, ...]
+    conditions: tuple[Condition, Condition]
     name: str
 
 
 def at_height(z: float) -> Family:
     """States with the gripper at height ``z``."""
-    return Family(lifted(z), f"z = {z:g}")
+    return Family(gripper_at(z), f"z = {z:g}")
 
 
 @dataclass(frozen=True)
@@ -79,9 +77,9 @@ class Point:
     e
         The evaluated state.
     tangent
-        Unit tangent in the local metric, pointing towards growing arc length.
+        Unit tangent in the local metric, towards growing arc length.
     normal
-        The tangent times the metric: the row that fixes a step.
+        Metric times tangent: the row that defines the plane of a step.
     orientation
         Sign of the bordered determinant.
     rate
@@ -103,80 +101,71 @@ class Point:
         return float(self.tangent[LENGTH])
 
 
-def weigh(e: Evaluation, v: Array) -> Array:
+def metric_times(e: Evaluation, v: Array) -> Array:
     """The metric at ``e`` times a direction: mean square of theta plus relative changes of the scalars."""
     g, y = e.grid, e.y
     out = np.zeros(y.size)
     out[: g.n] = (g.integral[-1] * angle_change(v)) @ g.angle
-    out[FORCE_X] = v[FORCE_X] / (1.0 + abs(y[FORCE_X])) ** 2
-    out[FORCE_0] = v[FORCE_0] / (1.0 + abs(y[FORCE_0])) ** 2
+    for force in (FORCE_X, FORCE_0):
+        out[force] = v[force] / (1.0 + abs(y[force])) ** 2
     out[LENGTH] = v[LENGTH] / e.length**2
     return out
 
 
 def advance_rate(e: Evaluation, v: Array) -> float:
-    """Change of lambda = l - X(l) in the direction ``v``."""
+    """Derivative of lambda = l - X(l) in the direction ``v``."""
     quadrature = e.grid.integral[-1]
-    stretch = v[LENGTH] * (1.0 - quadrature @ e.cos)
-    return float(stretch + e.length * (quadrature @ (e.sin * angle_change(v))))
+    by_length = v[LENGTH] * (1.0 - quadrature @ e.cos)
+    return float(by_length + e.length * (quadrature @ (e.sin * angle_change(v))))
 
 
-def tangent_at(e: Evaluation, family: Family, forward: Array) -> tuple[Array, Array, Factors]:
-    """Unit tangent with a positive part along the row ``forward``, its row, and the bordered factors.
+def point_at(e: Evaluation, family: Family, forward: Array, arc: float = 0.0) -> Point:
+    """The point with the state ``e``; its tangent has a positive product with the row ``forward``.
 
-    The sign of the bordered determinant is the orientation; ``forward`` must not be
-    perpendicular to the branch.
+    The bordered determinant is taken with ``forward``: its sign is the one with the tangent's own row, because both
+    rows have a positive product with the tangent.
     """
     factors = factor(jacobian(e, [*(condition(e)[1] for condition in family.conditions), forward]))
     right = np.zeros(e.y.size)
     right[-1] = 1.0
     v = factors.solve(right)
-    row = weigh(e, v)
+    row = metric_times(e, v)
     size = sqrt(float(row @ v))
-    return v / size, row / size, factors
+    tangent = v / size
+    return Point(e, tangent, row / size, factors.sign, advance_rate(e, tangent), arc)
 
 
-def point_at(e: Evaluation, family: Family, forward: Array, arc: float = 0.0) -> Point:
-    """The point of the branch with the state ``e``.
-
-    The bordered determinant is taken with ``forward``; its sign is the one with the tangent
-    itself, because both rows have a positive product with the tangent.
-    """
-    v, row, factors = tangent_at(e, family, forward)
-    return Point(e, v, row, factors.sign, advance_rate(e, v), arc)
-
-
-def corrected(guess: Array, base: Point, family: Family, step: float, tolerance: float = ROUNDING) -> Point:
-    """The point at distance ``step`` from ``base`` along its tangent, from the given guess."""
+def correct(guess: Array, base: Point, family: Family, step: float, tolerance: float = ROUNDING) -> Point:
+    """The point at distance ``step`` from ``base`` along its tangent, from a guess."""
     plane = on_plane(base.normal, base.e.y + step * base.tangent)
-    e, _ = newton(guess, (*family.conditions, plane), limit=MOST_CORRECTIONS, tolerance=tolerance)
+    e = newton(guess, (*family.conditions, plane), limit=MAX_CORRECTOR_ITERATIONS, tolerance=tolerance)
     return point_at(e, family, base.normal, base.arc + step)
 
 
-def regridded(point: Point, family: Family, n: int, tolerance: float = ROUNDING) -> Point:
+def regrid(point: Point, family: Family, n: int, tolerance: float = ROUNDING) -> Point:
     """The same point with ``n`` nodes."""
     guess, tangent = refine(point.e.y, n), refine(point.tangent, n)
-    normal = weigh(evaluate(guess), tangent)
-    e, _ = newton(guess, (*family.conditions, on_plane(normal, guess)), tolerance=tolerance)
+    normal = metric_times(evaluate(guess), tangent)
+    e = newton(guess, (*family.conditions, on_plane(normal, guess)), tolerance=tolerance)
     return point_at(e, family, normal, point.arc)
 
 
-def finer(point: Point, family: Family, tolerance: float) -> Point:
-    """The same point with enough nodes: the tail of ``u`` is below ``tolerance``."""
-    while point.e.grid.tail(point.e.y[:-SCALARS]) > tolerance:
-        point = regridded(point, family, next_count(point.e.grid.n), max(UNSEEN * tolerance, ROUNDING))
+def resolve(point: Point, family: Family, tolerance: float) -> Point:
+    """The same point with enough nodes for a tail of ``u`` below ``tolerance``."""
+    while point.e.tail > tolerance:
+        point = regrid(point, family, next_count(point.e.grid.n), _newton_tolerance(tolerance))
     return point
 
 
 def march(point: Point, family: Family, *, step: float, max_step: float, tolerance: float) -> Iterator[Point]:
-    """Accepted points after ``point``, without end; the caller stops.
+    """Accepted points after ``point``, without end: the caller stops.
 
     Raises
     ------
     ContinuationError
-        The step became smaller than ``MIN_STEP``, or ``MAX_POINTS`` were used.
+        The step fell below ``MIN_STEP``, or ``MAX_POINTS`` were used.
     """
-    bend: Array | None = None
+    curvature: Array | float = 0.0
     for _ in range(MAX_POINTS):
         while True:
             if step < MIN_STEP:
@@ -187,29 +176,28 @@ def march(point: Point, family: Family, *, step: float, max_step: float, toleran
                     advice="the state there may not be resolved; look at the last accepted state",
                     details={"family": family.name, "length": point.e.length, "nodes": point.e.grid.n},
                 )
-            guess = point.e.y + step * point.tangent
-            if bend is not None:
-                guess = guess + 0.5 * step**2 * bend
+            guess = point.e.y + step * point.tangent + 0.5 * step**2 * curvature
             try:
-                new = corrected(guess, point, family, step, max(UNSEEN * tolerance, ROUNDING))
+                new = correct(guess, point, family, step, _newton_tolerance(tolerance))
                 correction = float(np.abs(angle_change(new.e.y - guess)).max())
-                new = finer(new, family, tolerance)
+                new = resolve(new, family, tolerance)
             except NewtonError:
                 step /= 2
                 continue
-            before = refine(point.tangent, new.e.grid.n)
-            cosine = float(new.normal @ before) / sqrt(float(weigh(new.e, before) @ before))
-            rotation = float(np.abs(angle_change(new.e.y - refine(point.e.y, new.e.grid.n))).max())
-            same_side = new.orientation == point.orientation
-            if correction < 4 * TARGET and cosine > MIN_COSINE and rotation < MAX_STEP_ROTATION and same_side:
+            n = new.e.grid.n
+            before = refine(point.tangent, n)
+            cosine = float(new.normal @ before) / sqrt(float(metric_times(new.e, before) @ before))
+            rotation = float(np.abs(angle_change(new.e.y - refine(point.e.y, n))).max())
+            small = correction < MAX_CORRECTION and cosine > MIN_COSINE and rotation < MAX_STEP_ROTATION
+            if small and new.orientation == point.orientation:
                 break
             step /= 2
-        bend = (new.tangent - before) / step
-        growth = np.sqrt(TARGET / max(correction, 1e-6))
-        growth = min(growth, 0.9 * MAX_STEP_ROTATION / max(rotation, 1e-6))
+        curvature = (new.tangent - before) / step
         point = new
         yield point
-        step = float(min(max_step, step * min(2.0, max(0.5, growth))))
+        growth = sqrt(WANTED_CORRECTION / max(correction, 1e-6))
+        growth = min(growth, 0.9 * MAX_STEP_ROTATION / max(rotation, 1e-6))
+        step = min(max_step, step * min(2.0, max(0.5, growth)))
     raise ContinuationError(
         f"the branch {family.name} did not meet its end within {MAX_POINTS} points",
         parameter=point.arc,
@@ -220,42 +208,27 @@ def march(point: Point, family: Family, *, step: float, max_step: float, toleran
 
 
 def locate(
-    before: Point, after: Point, family: Family, function: Callable[[Point], float], near: float = 1e-7
+    before: Point, after: Point, family: Family, function: Callable[[Point], float], tolerance: float = 1e-7
 ) -> Point:
-    """The point between two accepted neighbours where ``function`` changes sign.
+    """The point between two successive points where ``function`` changes sign.
 
-    Bracketed (Brent's method) to ``near`` in arc length; every trial is a corrected point of the
-    branch, predicted by interpolation of the trials so far.
+    Brent's method, to ``tolerance`` in arc length, on corrected points of the branch.
     """
-    base = before if before.e.grid.n == after.e.grid.n else regridded(before, family, after.e.grid.n)
+    base = before if before.e.grid.n == after.e.grid.n else regrid(before, family, after.e.grid.n)
     span = after.arc - before.arc
-    known = [(0.0, base), (span, after)]
+    known = {0.0: base, span: after}
 
-    def at(a: float) -> float:
-        for place, point in known:
-            if a == place:
-                return function(point)
-        known.sort(key=lambda pair: abs(pair[0] - a))
-        point = corrected(_interpolate(known[:4], a), base, family, a)
-        known.append((a, point))
-        return function(point)
+    def value(arc: float) -> float:
+        if arc not in known:
+            known[arc] = correct(_interpolate(known, arc), base, family, arc)
+        return function(known[arc])
 
-    ends = at(0.0), at(span)
+    ends = value(0.0), value(span)
     if ends[0] * ends[1] >= 0.0:
-        # The zero is at an end, moved out of the bracket by the change of grid: `polish` finds it.
+        # The change of grid moved the zero out of the bracket: it is at an end, and `polish` finds it.
         return base if abs(ends[0]) < abs(ends[1]) else after
-    root = brentq(at, 0.0, span, xtol=near, rtol=1e-10)
-    return min(known, key=lambda pair: abs(pair[0] - root))[1]
-
-
-def _interpolate(known: list[tuple[float, Point]], a: float) -> Array:
-    """Lagrange interpolation of the unknowns in the arc length."""
-    n = known[0][1].e.grid.n
-    total = np.zeros_like(known[0][1].e.y)
-    for i, (place, point) in enumerate(known):
-        weight = prod((a - k) / (place - k) for j, (k, _) in enumerate(known) if j != i)
-        total += weight * refine(point.e.y, n)
-    return total
+    root = brentq(value, 0.0, span, xtol=tolerance, rtol=1e-10)
+    return known[min(known, key=lambda arc: abs(arc - root))]
 
 
 def polish(point: Point, family: Family, function: Callable[[Point], float]) -> Point:
@@ -264,28 +237,42 @@ def polish(point: Point, family: Family, function: Callable[[Point], float]) -> 
     Raises
     ------
     ContinuationError
-        The zero of the resolved branch is not where the coarse search put it.
+        The zero of the resolved branch is not near the one found on the coarse grid.
     """
-    base = finer(point, family, TOLERANCE)
-    points = [(0.0, function(base), base)]
-    a = PROBE
+    base = resolve(point, family, TOLERANCE)
+    known, values = {0.0: base}, [function(base)]
+    previous, arc = 0.0, FIRST_SECANT
     for _ in range(12):
-        known = [(place, p) for place, _, p in points[-3:]]
-        guess = _interpolate(known, a) if len(known) > 1 else base.e.y + a * base.tangent
-        new = corrected(guess, base, family, a)
-        points.append((a, function(new), new))
-        (a0, f0, _), (a1, f1, _) = points[-2:]
-        step = 0.0 if f1 == f0 else -f1 * (a1 - a0) / (f1 - f0)
-        if abs(step) < 1e-10:
-            return finer(new, family, TOLERANCE)
-        a = a1 + step
-        if not abs(a) < REACH:
+        known[arc] = correct(_interpolate(known, arc), base, family, arc)
+        values.append(function(known[arc]))
+        change = values[-1] - values[-2]
+        step = 0.0 if change == 0.0 else -values[-1] * (arc - previous) / change
+        if abs(step) < SECANT_TOLERANCE:
+            return resolve(known[arc], family, TOLERANCE)
+        previous, arc = arc, arc + step
+        if not abs(arc) < MAX_SECANT:
             break
     raise ContinuationError(
         f"an event near arc length {point.arc:.6g} {family.name} could not be located",
         parameter=point.arc,
-        step=a,
-        residuals=[f for _, f, _ in points],
+        step=arc,
+        residuals=values,
         advice="the coarse search and the resolved branch disagree; report the height",
         details={"family": family.name},
     )
+
+
+def _newton_tolerance(truncation: float) -> float:
+    return max(RESIDUAL_SHARE * truncation, ROUNDING)
+
+
+def _interpolate(known: Mapping[float, Point], arc: float) -> Array:
+    """Lagrange interpolation of the unknowns in the arc length from the nearest four points; from one, its tangent."""
+    nearest = sorted(known, key=lambda a: abs(a - arc))[:4]
+    if len(nearest) == 1:
+        (a,) = nearest
+        return known[a].e.y + (arc - a) * known[a].tangent
+    total = np.zeros_like(known[nearest[0]].e.y)
+    for a in nearest:
+        total += prod((arc - b) / (a - b) for b in nearest if b != a) * known[a].e.y
+    return total

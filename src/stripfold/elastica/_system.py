@@ -1,14 +1,12 @@
 """The collocated boundary-value problem of the heavy elastica and its Newton solver.
 
-Arc length is scaled, s = l sigma with sigma in [0, 1].  The unknown is ``u = d^2 theta / d sigma^2``
-at the nodes; the tangent angle follows by integration with theta(0) = 0 and k(l) = 0, which all
-problems here share (docs/physics.md, section 4)::
+With s = l sigma, sigma in [0, 1], the unknown is ``u = d^2 theta / d sigma^2`` at the nodes; theta follows by
+integration with theta(0) = 0 and k(l) = 0, which all problems here share (docs/physics.md, section 4)::
 
     theta = G u,      u = l^2 (F_x sin(theta) - (F_0 + l sigma) cos(theta))
 
-Three scalars follow the nodal values in the vector of unknowns: F_x, F_0, l.  Three closing
-conditions fix them; which ones is what tells one problem from another.  Nothing is shot from one
-end to the other, so nothing grows exponentially.
+The scalars F_x, F_0, l follow the nodal values in the vector of unknowns. Three side conditions determine them and
+distinguish one problem from another.
 """
 
 from __future__ import annotations
@@ -26,22 +24,22 @@ from stripfold.errors import NewtonError
 
 SCALARS = 3
 FORCE_X, FORCE_0, LENGTH = -3, -2, -1
-"""Places of the scalars, counted from the end of the vector of unknowns."""
+"""Indices of the scalars in the vector of unknowns."""
 
 NODE_COUNTS = (24, 32, 48, 64, 96, 128, 192, 256, 384)
 TOLERANCE = 1e-11
-"""Largest tail of the coefficients of u, relative, of a state that is handed out."""
-
+"""Largest tail of the coefficients of u, relative, of a returned state."""
 ROUNDING = 1e-12
-"""Largest residual of such a state, relative."""
-
+"""Largest residual of a returned state, relative."""
 MAX_ROTATION = 0.6
 """Largest change of theta, rad, in one Newton update: the trust region."""
+MAX_LENGTH_CHANGE = 0.3
+"""Largest relative change of l in one Newton update."""
 
 
 @dataclass(frozen=True, slots=True)
 class Evaluation:
-    """Everything that residual, Jacobian and closing conditions share at one vector ``y``."""
+    """Quantities at one vector of unknowns ``y`` that residual, Jacobian and side conditions share."""
 
     y: Array
     grid: Grid
@@ -51,13 +49,18 @@ class Evaluation:
 
     @property
     def length(self) -> float:
-        """Length of the free part."""
+        """Length l of the free part."""
         return float(self.y[LENGTH])
 
+    @property
+    def tail(self) -> float:
+        """Estimated truncation error of u, relative."""
+        return self.grid.tail(self.y[:-SCALARS])
 
-Closing = tuple[float, Array]
-"""Value that must vanish, and its derivative with respect to all unknowns."""
-Condition = Callable[[Evaluation], Closing]
+
+ValueAndGradient = tuple[float, Array]
+"""A number that must vanish, and its gradient with respect to all unknowns, shape (n + 3,)."""
+Condition = Callable[[Evaluation], ValueAndGradient]
 
 
 def evaluate(y: Array) -> Evaluation:
@@ -68,31 +71,25 @@ def evaluate(y: Array) -> Evaluation:
 
 
 def angle_change(change: Array) -> Array:
-    """Nodal change of theta that belongs to a change of the unknowns."""
+    """Nodal change of theta for a change of the unknowns."""
     g = grid(change.size - SCALARS)
     return g.angle @ change[: g.n]
 
 
-def no_lift_off_moment(e: Evaluation) -> tuple[float, Array]:
-    """No moment at s = 0: the strip leaves the floor without a kink in curvature."""
+def no_lift_off_moment(e: Evaluation) -> ValueAndGradient:
+    """k(0) = 0: no moment at lift-off."""
     row = np.zeros(e.y.size)
     row[: e.grid.n] = e.grid.slope[0]
     return float(row @ e.y), row
 
 
-def _angle_row(e: Evaluation, weights: Array) -> Array:
-    """Derivative of ``weights . theta`` with respect to the unknowns."""
-    row = np.zeros(e.y.size)
-    row[: e.grid.n] = weights @ e.grid.angle
-    return row
-
-
 def end_height(z: float) -> Condition:
     """Condition Z(l) = z."""
 
-    def condition(e: Evaluation) -> tuple[float, Array]:
+    def condition(e: Evaluation) -> ValueAndGradient:
         rise = e.grid.integral[-1] @ e.sin
-        row = _angle_row(e, e.length * e.grid.integral[-1] * e.cos)
+        row = np.zeros(e.y.size)
+        row[: e.grid.n] = (e.length * e.grid.integral[-1] * e.cos) @ e.grid.angle
         row[LENGTH] = rise
         return float(e.length * rise - z), row
 
@@ -102,50 +99,46 @@ def end_height(z: float) -> Condition:
 def end_angle(angle: float) -> Condition:
     """Condition theta(l) = angle."""
 
-    def condition(e: Evaluation) -> tuple[float, Array]:
-        weights = np.zeros(e.grid.n)
-        weights[-1] = 1.0
-        return float(e.theta[-1] - angle), _angle_row(e, weights)
+    def condition(e: Evaluation) -> ValueAndGradient:
+        row = np.zeros(e.y.size)
+        row[: e.grid.n] = e.grid.angle[-1]
+        return float(e.theta[-1] - angle), row
 
     return condition
 
 
-def fixed(place: int, value: float) -> Condition:
-    """Condition that the scalar at ``place`` has this value."""
+def fixed(index: int, value: float) -> Condition:
+    """Condition that the scalar at ``index`` has this value."""
 
-    def condition(e: Evaluation) -> tuple[float, Array]:
+    def condition(e: Evaluation) -> ValueAndGradient:
         row = np.zeros(e.y.size)
-        row[place] = 1.0
-        return float(e.y[place] - value), row
+        row[index] = 1.0
+        return float(e.y[index] - value), row
 
     return condition
 
 
 def on_plane(normal: Array, point: Array) -> Condition:
-    """Condition that ``y`` lies on the plane through ``point`` (the step of a continuation)."""
-
-    def condition(e: Evaluation) -> tuple[float, Array]:
-        return float(normal @ (e.y - point)), normal
-
-    return condition
+    """Condition that ``y`` lies in the plane through ``point``: the corrector of a continuation step."""
+    return lambda e: (float(normal @ (e.y - point)), normal)
 
 
-def lifted(z: float) -> tuple[Condition, ...]:
-    """Conditions of every state between a lift-off point and a hinged gripper at height ``z``."""
-    return (no_lift_off_moment, end_height(z))
+def gripper_at(z: float) -> tuple[Condition, Condition]:
+    """Side conditions of all states between a lift-off point and a hinged gripper at height ``z``."""
+    return no_lift_off_moment, end_height(z)
 
 
-def residual(e: Evaluation, closing: Sequence[Closing]) -> Array:
-    """Residual, shape (n + 3,), given what the three conditions say."""
+def residual(e: Evaluation, side_values: Sequence[float]) -> Array:
+    """Residual, shape (n + 3,), given the values of the side conditions."""
     y, n, l2 = e.y, e.grid.n, e.length**2
     out = np.empty(y.size)
     out[:n] = y[:n] - l2 * (y[FORCE_X] * e.sin - (y[FORCE_0] + y[LENGTH] * e.grid.nodes) * e.cos)
-    out[n:] = [value for value, _ in closing]
+    out[n:] = side_values
     return out
 
 
-def jacobian(e: Evaluation, rows: Sequence[Array]) -> Array:
-    """Derivative of :func:`residual`, shape (n + 3, n + 3), given that of the three conditions."""
+def jacobian(e: Evaluation, side_rows: Sequence[Array]) -> Array:
+    """Derivative of :func:`residual`, shape (n + 3, n + 3), given the gradients of the side conditions."""
     y, g, l2 = e.y, e.grid, e.length**2
     n, nodes = g.n, g.nodes
     vertical = y[FORCE_0] + e.length * nodes
@@ -156,13 +149,13 @@ def jacobian(e: Evaluation, rows: Sequence[Array]) -> Array:
     out[:n, FORCE_X] = -l2 * e.sin
     out[:n, FORCE_0] = l2 * e.cos
     out[:n, LENGTH] = -2.0 * e.length * (y[FORCE_X] * e.sin - vertical * e.cos) + l2 * nodes * e.cos
-    out[n:] = rows
+    out[n:] = side_rows
     return out
 
 
 @dataclass(frozen=True, slots=True)
 class Factors:
-    """LU factors of a square matrix, kept for several right-hand sides."""
+    """LU factors of a square matrix, by LAPACK directly: the matrices are small and the overhead of scipy counts."""
 
     lu: Array
     pivots: Array
@@ -178,63 +171,53 @@ class Factors:
 
     def solve(self, right: Array) -> Array:
         """Solution for one right-hand side."""
-        return np.asarray(dgetrs(self.lu, self.pivots, right)[0], dtype=np.float64)
+        return np.asarray(dgetrs(self.lu, self.pivots, right)[0])
 
 
 def factor(matrix: Array) -> Factors:
-    """LU factors with partial pivoting; LAPACK directly, as the matrices are small."""
-    lu, pivots, _ = dgetrf(matrix)
-    return Factors(lu, pivots)
+    """LU factors with partial pivoting."""
+    return Factors(*dgetrf(matrix)[:2])
 
 
-def newton(
-    y: Array, conditions: tuple[Condition, ...], *, limit: int = 25, tolerance: float = ROUNDING
-) -> tuple[Evaluation, int]:
-    """Solve from the guess ``y``; the node count stays.
+def newton(y: Array, conditions: tuple[Condition, ...], *, limit: int = 25, tolerance: float = ROUNDING) -> Evaluation:
+    """Solve from the guess ``y``, shape (n + 3,), on its own grid.
 
     Parameters
     ----------
-    y
-        Guess, shape (n + 3,); not changed.
     conditions
-        Three closing conditions.
+        Three side conditions.
     limit
         Largest number of iterations.
     tolerance
-        Largest residual, relative; the last update has to be small to the root of it.
-
-    Returns
-    -------
-    tuple
-        The evaluated solution and the number of iterations.
+        Largest relative residual. The last update must be below a tenth of its square root: a small update alone
+        also occurs where the iteration stalls.
 
     Raises
     ------
     NewtonError
-        No convergence; carries the residual history.  Both the residual and the last update
-        must be small: a small update alone is what a stalled iteration shows too.
+        No convergence; carries the residual history.
     """
     history: list[float] = []
     update = np.inf
     e = evaluate(y)
     for iteration in range(limit + 1):
-        closing = [condition(e) for condition in conditions]
-        right = residual(e, closing)
+        values, rows = zip(*[condition(e) for condition in conditions], strict=True)
+        right = residual(e, values)
         history.append(float(np.abs(right).max()))
         if not np.isfinite(history[-1]) or not e.length > 0.0:
             break
         # Rounding in u is relative to its largest value.
         if update < 0.1 * sqrt(tolerance) and history[-1] < tolerance * max(10.0, float(np.abs(e.y).max())):
-            return e, iteration
+            return e
         if iteration == limit:
             break
-        change = factor(jacobian(e, [row for _, row in closing])).solve(-right)
+        change = factor(jacobian(e, rows)).solve(-right)
         if not np.isfinite(change).all():
             break  # a singular matrix
         rotation = float(np.abs(angle_change(change)).max())
-        stretch = abs(float(change[LENGTH])) / e.length
-        scale = min(1.0, MAX_ROTATION / max(rotation, 1e-300), 0.3 / max(stretch, 1e-300))
-        update = max(rotation, stretch) if scale == 1.0 else np.inf
+        lengthening = abs(float(change[LENGTH])) / e.length
+        scale = min(1.0, MAX_ROTATION / max(rotation, 1e-300), MAX_LENGTH_CHANGE / max(lengthening, 1e-300))
+        update = max(rotation, lengthening) if scale == 1.0 else np.inf
         e = evaluate(e.y + scale * change)
     raise NewtonError(
         f"Newton's method on the elastica did not converge in {len(history) - 1} iterations",
@@ -245,7 +228,7 @@ def newton(
 
 
 def refine(y: Array, n: int) -> Array:
-    """The unknowns ``y`` on a grid of ``n`` nodes."""
+    """The unknowns ``y`` interpolated on a grid of ``n`` nodes."""
     return np.concatenate([resample(y[:-SCALARS], n), y[-SCALARS:]])
 
 
@@ -255,7 +238,7 @@ def next_count(n: int) -> int:
     Raises
     ------
     NewtonError
-        The largest is in use already: the state has details that are not resolved.
+        ``n`` is the largest: the state cannot be resolved.
     """
     for larger in NODE_COUNTS:
         if larger > n:
@@ -267,17 +250,15 @@ def next_count(n: int) -> int:
     )
 
 
-def solve(y: Array, conditions: tuple[Condition, ...], *, tolerance: float = TOLERANCE, limit: int = 25) -> Evaluation:
-    """Solve and add nodes until the coefficients of ``u`` fall below ``tolerance``.
+def solve(y: Array, conditions: tuple[Condition, ...], tolerance: float = TOLERANCE) -> Evaluation:
+    """Solve from the guess ``y`` and add nodes until the tail of ``u`` is below ``tolerance``.
 
     Raises
     ------
     NewtonError
         No convergence, or not resolved with the largest node count.
     """
-    while True:
-        e, _ = newton(y, conditions, limit=limit)
-        n = e.grid.n
-        if e.grid.tail(e.y[:n]) < tolerance:
-            return e
-        y = refine(e.y, next_count(n))
+    e = newton(y, conditions)
+    while e.tail >= tolerance:
+        e = newton(refine(e.y, next_count(e.grid.n)), conditions)
+    return e

@@ -1,14 +1,13 @@
-"""Two classical problems of the same equation: the drooping cantilever and the column under its weight."""
+"""Two classical problems of the same equation: the drooping cantilever and the column under its own weight."""
 
 from __future__ import annotations
 
 import numpy as np
 from scipy.optimize import brentq
 
-from stripfold.arrays import Array
 from stripfold.elastica._chebyshev import grid
 from stripfold.elastica._checks import number
-from stripfold.elastica._system import FORCE_0, FORCE_X, LENGTH, Evaluation, fixed, solve
+from stripfold.elastica._system import FORCE_0, FORCE_X, LENGTH, Evaluation, ValueAndGradient, fixed, solve
 from stripfold.elastica.state import State
 
 MAX_LENGTH = 60.0
@@ -16,8 +15,8 @@ PEIRCE_ANGLE = float(np.radians(41.5))
 """Angle of the chord in the cantilever test of fabrics, rad."""
 
 
-def _no_end_force(e: Evaluation) -> tuple[float, Array]:
-    """No vertical force at s = l."""
+def _no_end_force(e: Evaluation) -> ValueAndGradient:
+    """F_0 + l = 0: no vertical force at s = l."""
     row = np.zeros(e.y.size)
     row[[FORCE_0, LENGTH]] = 1.0
     return float(e.y[FORCE_0] + e.y[LENGTH]), row
@@ -48,15 +47,15 @@ def cantilever(length: float) -> State:
     >>> round(float(np.degrees(cantilever(2.000350).droop_angle)), 4)
     41.5
     """
-    target = number("length", length, 1e-3, MAX_LENGTH, ", in units of L*")
-    l = min(target, 1.0)  # noqa: E741 - the letter of the page
+    length = number("length", length, 1e-3, MAX_LENGTH, ", in units of L*")
+    l = min(length, 1.0)  # noqa: E741
     y = np.concatenate([np.zeros(24), [0.0, -l, l]])
     while True:
         e = solve(y, (fixed(FORCE_X, 0.0), _no_end_force, fixed(LENGTH, l)))
-        if l == target:
+        if l == length:
             return State._from(e)
-        # A long strip from a shorter one: Newton's method from a straight one would wander.
-        l, y = min(target, 1.5 * l), e.y  # noqa: E741
+        # Continuation in the length: from a straight strip Newton's method converges for short ones only.
+        l, y = min(length, 1.5 * l), e.y  # noqa: E741
 
 
 def cantilever_length(angle: float = PEIRCE_ANGLE) -> float:

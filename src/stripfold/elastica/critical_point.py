@@ -1,132 +1,81 @@
-"""The critical point of the x-axis continuation: where the gripper's advance has its first maximum.
+"""The critical point of the x-axis continuation: the first maximum of the gripper's advance, a limit point.
 
-What was found over the heights 0.1 to 100 L* (docs/physics.md, section 4):
+Results for heights of 0.1 to 100 L* (docs/physics.md, section 4):
 
-* From the state without horizontal force the advance grows steadily up to one event.  Below
-  ``touch_limit()`` = 1.58617085 L* that is the touch of the sag, at every height down to 0.1; the
-  maximum of the advance still exists on the branch of the free strip, but only behind the touch.
+* From the state without horizontal force the advance grows monotonically up to one event. Below ``touch_limit()`` =
+  1.58617085 L* that is contact of the sag with the lower layer; the free strip's branch has its maximum behind it.
   For z -> 0 the touching state tends to the folded one (advance 7.168090).
-* Above it, it is the maximum, with the sag hanging clear; from z = 60.57 on nothing sags any more.
-* On the way the strip is pushed, hardest at low heights: F_x falls to about -2.75 / z^2 and the
-  curvature reaches about 2.5 / z, the elastica without weight.  Whether the lying part can carry that
-  push without a ruck is not asked here.
+* Above it, it is the maximum, with the sag clear of the lower layer; from z = 60.57 on nothing sags.
+* The strip is compressed before, most at low heights: F_x falls to about -2.75 / z^2 and the curvature reaches about
+  2.5 / z, as in an elastica without weight. Buckling of the lying part is not considered.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq
 
-from stripfold.arrays import Array
+from stripfold.arrays import Array, Mask
 from stripfold.elastica._checks import height
-from stripfold.elastica._continuation import Point, at_height, locate, march, polish, regridded
+from stripfold.elastica._continuation import Point, at_height, locate, polish, regrid
 from stripfold.elastica._system import next_count
-from stripfold.elastica.branch import COARSE, FIRST_STEP, MAX_STEP, first_point
+from stripfold.elastica.branch import coarse_branch
 from stripfold.elastica.state import State
-from stripfold.errors import InvalidInputError
 
 Event = Callable[[Point], float]
-"""Positive on the branch up to where it happens."""
+"""A test function: positive on the branch up to the event."""
 
-ROUGHLY = 1e-3
-"""How near an event is located before the branch is resolved there, in arc length."""
-
-
-@dataclass(frozen=True, eq=False)
-class Touch:
-    """First touch of the sag and the layer below, before the advance has had a maximum.
-
-    Parameters
-    ----------
-    advance
-        lambda at the touch, in L*.
-    state
-        The state; its ``clearance`` is 0.
-    s, x
-        Arc length and X of the touching point, in L*.
-    """
-
-    advance: float
-    state: State
-    s: float
-    x: float
+COARSE_LOCATION = 1e-3
+"""Accuracy, in arc length, to which an event is bracketed on the coarse grid."""
 
 
 @dataclass(frozen=True, eq=False)
-class Critical:
-    """What ends the smooth advance at one gripper height; lengths in L*.
+class CriticalPoint:
+    """The end of the monotonic advance at one gripper height; lengths in L*.
 
     Parameters
     ----------
     z
         Gripper height.
     snap
-        True: the advance has a maximum, the free strip snaps through there.
-        False: the sag touches first; ``touch`` says where, and the numbers below are nan.
-    reason
-        The same in words.
-    advance, length, x
-        lambda_c, length l of the free part and X of the gripper at the critical point.
-    clearance
-        Height of the sag over the lower layer there; ``inf`` where nothing sags.
+        True: the advance has its maximum, a limit point, where the strip snaps through.
+        False: the sag touches the lower layer first, and there is no such snap.
     state
-        The critical state, or None.
-    touch
-        The first touch, or None.
+        The critical state, or the one at first contact (its ``clearance`` is 0).
     """
 
     z: float
     snap: bool
-    reason: str
-    advance: float
-    length: float
-    x: float
-    clearance: float
-    state: State | None
-    touch: Touch | None
+    state: State
+
+    @property
+    def advance(self) -> float:
+        """lambda_c; nan without a snap."""
+        return self.state.advance if self.snap else np.nan
+
+    @property
+    def length(self) -> float:
+        """Length l of the free part at the critical point; nan without a snap."""
+        return self.state.length if self.snap else np.nan
+
+    @property
+    def x(self) -> float:
+        """X of the gripper at the critical point; nan without a snap."""
+        return self.state.gripper[0] if self.snap else np.nan
+
+    @property
+    def clearance(self) -> float:
+        """Height of the sag at the critical point, ``inf`` where nothing sags; nan without a snap."""
+        return self.state.clearance if self.snap else np.nan
 
 
-def _clearance(point: Point, z: float) -> float:
-    """Clearance that is continuous: a sag appears at the gripper, at its height."""
-    return min(z, State._from(point.e).clearance)
-
-
-def _down(point: Point, z: float) -> bool:
-    """Whether the sag has come down to the lower layer."""
-    e = point.e
-    at = np.flatnonzero((e.sin[:-1] < 0.0) & (e.sin[1:] >= 0.0))
-    # The sag is not lower than twice the slope at the node before it can take it there: mostly that settles the matter.
-    fall = 2.0 * np.diff(e.grid.nodes)[at] * e.sin[at]
-    lowest = e.length * (e.grid.integral[at] @ e.sin + fall)
-    return bool(np.any(lowest <= 0.0)) and _clearance(point, z) <= 0.0
-
-
-def _rate(point: Point) -> float:
-    return point.rate
-
-
-def _bracket(z: float, passed: Callable[[Point], bool]) -> tuple[Point, Point]:
-    """The first neighbours on the branch of which the second one has passed the event."""
-    before = first_point(z, COARSE)
-    for point in march(before, at_height(z), step=FIRST_STEP, max_step=MAX_STEP, tolerance=COARSE):
-        if passed(point):
-            return before, point
-        before = point
-    raise AssertionError("march does not end without raising")
-
-
-def _resolved(before: Point, after: Point, z: float, event: Event) -> Point:
-    """The point between two neighbours where ``event`` vanishes."""
-    return polish(locate(before, after, at_height(z), event, ROUGHLY), at_height(z), event)
-
-
-def critical(z: float) -> Critical:
-    """First maximum of the advance along the x-axis branch, or the touch that comes before it.
+def critical(z: float) -> CriticalPoint:
+    """First maximum of the advance along the x-axis branch, or the contact of the sag that precedes it.
 
     Parameters
     ----------
@@ -135,7 +84,7 @@ def critical(z: float) -> Critical:
 
     Returns
     -------
-    Critical
+    CriticalPoint
         Located to 1e-10 in arc length of the branch.
 
     Raises
@@ -154,47 +103,21 @@ def critical(z: float) -> Critical:
     False
     """
     z = height(z)
-    event, end = _first_event(z)
-    state = State._from(end.e)
-    if event is _rate:
-        reason = "the advance has a maximum: the strip snaps through"
-        x = state.gripper[0]
-        return Critical(z, True, reason, state.advance, state.length, x, state.clearance, state, None)
-    s = state.length if state.sag is None else state.sag.s
-    touch = Touch(state.advance, state, s, float(state.at(s).x))
-    reason = "the sag touches the lower layer before the advance has a maximum: no snap of this kind"
-    nan = float("nan")
-    return Critical(z, False, reason, nan, nan, nan, nan, None, touch)
+    event, point = _first_event(z)
+    return CriticalPoint(z, event is _rate, State._from(point.e))
 
 
-def _first_event(z: float) -> tuple[Event, Point]:
-    """What ends the advance, its rate or the clearance becoming zero, and where."""
-
-    def clearance(point: Point) -> float:
-        return _clearance(point, z)
-
-    before, after = _bracket(z, lambda p: p.rate < 0.0 or _down(p, z))
-    passed = [event for event in (_rate, clearance) if event(after) <= 0.0]
-    # Where one step has passed both, that which a straight line meets first is tried first.
-    passed.sort(key=lambda event: event(before) / (event(before) - event(after)))
-    for event in passed:
-        end = _resolved(before, after, z, event)
-        if all(other(end) > 0.0 for other in passed if other is not event):
-            break
-    return event, end
-
-
-def resolved_again(found: Critical) -> float:
-    """The advance at the end that was found, solved once more on a grid of about twice the nodes: what it is off by.
+def advance_on_finer_grid(point: CriticalPoint) -> float:
+    """The advance at the same event, solved with about twice the nodes: an estimate of the discretisation error.
 
     Raises
     ------
     SolveError
-        The finer grid has no such state near.
+        The event is not found on the finer grid.
     """
-    event, near = _first_event(found.z)
-    family = at_height(found.z)
-    finer = regridded(near, family, next_count(next_count(near.e.grid.n)))
+    event, located = _first_event(point.z)
+    family = at_height(point.z)
+    finer = regrid(located, family, next_count(next_count(located.e.grid.n)))
     return State._from(polish(finer, family, event).e).advance
 
 
@@ -211,28 +134,25 @@ def touch_limit() -> float:
     """
 
     def gap(z: float) -> float:
-        return State._from(_resolved(*_bracket(z, lambda p: p.rate < 0.0), z, _rate).e).clearance
+        before, after = _bracket(z, lambda point: point.rate < 0.0)
+        return State._from(_locate(before, after, z, _rate).e).clearance
 
     return float(brentq(gap, 1.5, 1.7, xtol=1e-11, rtol=1e-12))
 
 
 @dataclass(frozen=True, eq=False)
 class MasterCurve:
-    """Critical points over the gripper height, shape (m,) each, in L*.
-
-    ``advance``, ``length``, ``x`` and ``clearance`` are nan where the sag touches first
-    (``snap`` False); see :class:`Critical`.
-    """
+    """Critical points over the gripper height, shape (m,) each, in L*: the fields of :class:`CriticalPoint`."""
 
     z: Array
-    snap: NDArray[np.bool_]
+    snap: Mask
     advance: Array
     length: Array
     x: Array
     clearance: Array
 
 
-def master_curve(z: ArrayLike) -> MasterCurve:
+def master_curve(z: Iterable[float]) -> MasterCurve:
     """The critical advance over the gripper height: one curve for all materials.
 
     Parameters
@@ -242,25 +162,61 @@ def master_curve(z: ArrayLike) -> MasterCurve:
 
     Raises
     ------
-    InvalidInputError
-        Not a list of numbers, or a height outside the range.
-    SolveError
-        A point could not be computed; nothing is filled in for it.
+    InvalidInputError, SolveError
+        As :func:`critical`.
 
     Examples
     --------
     >>> master_curve([2.0, 3.0]).advance.round(6).tolist()
     [8.97838, 9.856908]
     """
-    try:
-        heights = np.array(z, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise InvalidInputError("z", z, "a list of numbers, in units of L*") from None
-    if heights.ndim != 1:
-        raise InvalidInputError("z", z, "a list of numbers, in units of L*")
-    points = [critical(float(value)) for value in heights]
-    columns = {
-        name: np.array([getattr(point, name) for point in points], dtype=np.float64)
-        for name in ("advance", "length", "x", "clearance")
-    }
-    return MasterCurve(heights, np.array([point.snap for point in points], dtype=np.bool_), **columns)
+    points = [critical(value) for value in z]
+    names = ("z", "snap", "advance", "length", "x", "clearance")
+    return MasterCurve(*(np.array([getattr(point, name) for point in points]) for name in names))
+
+
+def continuous_clearance(state: State) -> float:
+    """Clearance without a jump where a sag appears, which is at the gripper."""
+    return min(state.gripper[1], state.clearance)
+
+
+def _clearance(point: Point) -> float:
+    return continuous_clearance(State._from(point.e))
+
+
+def _rate(point: Point) -> float:
+    return point.rate
+
+
+def _touches(point: Point) -> bool:
+    """Whether the sag has reached the lower layer."""
+    e = point.e
+    minima = np.flatnonzero((e.sin[:-1] < 0.0) & (e.sin[1:] >= 0.0))
+    # A lower bound of Z at each minimum, from the slope at the node before it: cheap, and mostly positive.
+    fall = 2.0 * np.diff(e.grid.nodes)[minima] * e.sin[minima]
+    lower_bound = e.length * (e.grid.integral[minima] @ e.sin + fall)
+    return bool(np.any(lower_bound <= 0.0)) and _clearance(point) <= 0.0
+
+
+def _bracket(z: float, passed: Callable[[Point], bool]) -> tuple[Point, Point]:
+    """The first two successive points of the branch between which the event occurs."""
+    return next(pair for pair in pairwise(coarse_branch(z)) if passed(pair[1]))
+
+
+def _locate(before: Point, after: Point, z: float, event: Event) -> Point:
+    """The resolved point between two successive points where ``event`` vanishes."""
+    return polish(locate(before, after, at_height(z), event, COARSE_LOCATION), at_height(z), event)
+
+
+def _first_event(z: float) -> tuple[Event, Point]:
+    """The event that ends the advance, zero rate or zero clearance, and its point."""
+    before, after = _bracket(z, lambda point: point.rate < 0.0 or _touches(point))
+    ends = {event: (event(before), event(after)) for event in (_rate, _clearance)}
+    passed = [event for event in ends if ends[event][1] <= 0.0]
+    # If both occur within the step, begin with the one that is first by linear interpolation.
+    passed.sort(key=lambda event: ends[event][0] / (ends[event][0] - ends[event][1]))
+    for event in passed:
+        point = _locate(before, after, z, event)
+        if all(other(point) > 0.0 for other in passed if other is not event):
+            break
+    return event, point

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.optimize import brentq
 
 from stripfold.arrays import Array
 from stripfold.elastica._chebyshev import grid
@@ -36,18 +37,18 @@ class Sag(NamedTuple):
 class State:
     """An equilibrium of the heavy elastica (docs/physics.md, section 4).
 
-    Lengths in units of L*, forces per width in units of the weight of a piece of length L*.
-    The axis X points from the lying part to the free part; arc length starts at the lift-off point.
+    Lengths in L*, forces per width in the weight of a length L*. The X axis points from the lying part to the free
+    part; arc length starts at the lift-off point.
 
     Parameters
     ----------
     s, x, z, theta, curvature
-        Shape (n,), at Chebyshev nodes, from s = 0 to s = length: arc length, position,
-        tangent angle in rad, its derivative.  Read-only; other nodes will not do.
+        Shape (n,), at the Chebyshev nodes of [0, length]: arc length, position, tangent angle in rad, its derivative.
+        Read-only.
     force_x
-        Horizontal force F_x in the strip, positive for tension at lift-off.
+        Horizontal force F_x, positive for tension at lift-off.
     force_0
-        Vertical force at s = 0; at s it is ``force_0 + s``.
+        Vertical force F_0 at s = 0; at s it is ``force_0 + s``.
     length
         Length l of the free part.
 
@@ -69,19 +70,28 @@ class State:
     length: float
 
     @classmethod
-    def _from(cls, e: Evaluation) -> State:
-        g, y, length = e.grid, e.y, e.length
-        curvature = (g.slope @ y[: g.n]) / length
-        arrays = (
-            length * g.nodes,
-            length * (g.integral @ e.cos),
-            length * (g.integral @ e.sin),
-            e.theta.copy(),
-            curvature,
-        )
+    def of(
+        cls,
+        theta: Array,
+        curvature: Array,
+        force_x: float,
+        force_0: float,
+        length: float,
+        start: tuple[float, float] = (0.0, 0.0),
+    ) -> State:
+        """From nodal angles and curvatures, each of shape (n,); the position by quadrature from ``start``."""
+        g = grid(theta.size)
+        x = start[0] + length * (g.integral @ np.cos(theta))
+        z = start[1] + length * (g.integral @ np.sin(theta))
+        arrays = (length * g.nodes, x, z, theta.copy(), curvature)
         for array in arrays:
             array.flags.writeable = False
-        return cls(*arrays, force_x=float(y[FORCE_X]), force_0=float(y[FORCE_0]), length=length)
+        return cls(*arrays, force_x=force_x, force_0=force_0, length=length)
+
+    @classmethod
+    def _from(cls, e: Evaluation) -> State:
+        curvature = (e.grid.slope @ e.y[: e.grid.n]) / e.length
+        return cls.of(e.theta, curvature, float(e.y[FORCE_X]), float(e.y[FORCE_0]), e.length)
 
     def _unknowns(self) -> Array:
         """The vector of unknowns of this state, from the equilibrium equation at the nodes."""
@@ -91,7 +101,7 @@ class State:
 
     @property
     def advance(self) -> float:
-        """lambda = l - X(l): how far the gripper is past the place of the free end when flat."""
+        """lambda = l - X(l): the gripper's distance past the place of the free end when flat."""
         return self.length - float(self.x[-1])
 
     @property
@@ -106,13 +116,13 @@ class State:
 
     @property
     def max_curvature(self) -> float:
-        """Largest absolute curvature in the free part, 1/L*: a parabola through the largest of 1001 samples."""
+        """Largest absolute curvature, 1/L*: a parabola through the largest of 1001 samples and its neighbours."""
         size = np.abs(self.at(np.linspace(0.0, self.length, 1001)).curvature)
         top = min(max(int(np.argmax(size)), 1), size.size - 2)
         before, at, after = size[top - 1 : top + 2]
-        bend = before - 2.0 * at + after
-        # Largest at an end (a clamp) or constant: there is no parabola with a top.
-        return float(size.max() if at < size.max() or bend >= 0.0 else at - (before - after) ** 2 / (8.0 * bend))
+        second = before - 2.0 * at + after
+        # At an end (a clamp), or where the curvature is constant, there is no maximum of a parabola.
+        return float(size.max() if at < size.max() or second >= 0.0 else at - (before - after) ** 2 / (8.0 * second))
 
     @property
     def droop_angle(self) -> float:
@@ -121,10 +131,9 @@ class State:
 
     @property
     def first_integral_error(self) -> float:
-        """Largest deviation over the nodes of k^2/2 + F_x cos + (F_0 + s) sin - Z from its value at s = 0.
+        """Largest deviation of k^2/2 + F_x cos(theta) + (F_0 + s) sin(theta) - Z from its value at s = 0.
 
-        X, Z and k come from quadratures that the solver does not use for the equation itself,
-        so this is a check of the whole state.
+        An independent check: the solver does not use the quadratures that X, Z and k come from.
         """
         cos, sin = np.cos(self.theta), np.sin(self.theta)
         value = self.curvature**2 / 2 + self.force_x * cos + (self.force_0 + self.s) * sin - self.z
@@ -132,50 +141,32 @@ class State:
 
     @cached_property
     def sag(self) -> Sag | None:
-        """Lowest interior point behind the first highest one, or None where nothing sags."""
+        """Lowest of the interior minima of Z, or None where nothing sags."""
         rise = np.sin(self.theta)
-        # Z has a minimum where sin(theta) turns from negative to positive; at lift-off it starts positive.
-        places = np.flatnonzero((rise[:-1] < 0.0) & (rise[1:] >= 0.0))
-        if places.size == 0:
+        places = self.zeros(rise, upwards=True)
+        if not places:
             return None
-        return min((self._minimum(int(i)) for i in places), key=lambda sag: sag.z)
-
-    def _minimum(self, i: int) -> Sag:
-        """Minimum of Z between the nodes i and i + 1: Newton on sin(theta) = 0, kept in the bracket."""
-        g = grid(self.s.size)
-        low, high = float(g.nodes[i]), float(g.nodes[i + 1])
-        values = np.stack([self.theta, self.length * self.curvature, self.z], axis=1)
-        a, b = np.sin(self.theta[i]), np.sin(self.theta[i + 1])
-        sigma = low + (high - low) * float(a / (a - b))
-        for _ in range(20):
-            theta, slope, _ = g.value(values, sigma)
-            value, gradient = np.sin(theta), np.cos(theta) * slope
-            low, high = (sigma, high) if value < 0.0 else (low, sigma)
-            step = -value / gradient if gradient > 0.0 else np.inf
-            new = sigma + step if low <= sigma + step <= high else (low + high) / 2
-            converged = abs(new - sigma) < 1e-13
-            sigma = float(new)
-            if converged:
-                break
-        return Sag(self.length * sigma, float(g.value(values, sigma)[2]))
+        z = self.at(places).z
+        lowest = int(np.argmin(z))
+        return Sag(places[lowest], float(z[lowest]))
 
     @property
     def clearance(self) -> float:
         """Height of the sag over the lower layer; ``inf`` where nothing sags, negative below the floor."""
         return np.inf if self.sag is None else self.sag.z
 
+    def zeros(self, values: Array, upwards: bool = False) -> list[float]:
+        """Arc lengths where nodal values change sign, or only where they become positive."""
+        g, negative = grid(self.s.size), values < 0.0
+        crossed = negative[:-1] & ~negative[1:] if upwards else negative[:-1] != negative[1:]
+        return [
+            self.length
+            * float(brentq(lambda at: float(g.interpolate(values, at)), g.nodes[i], g.nodes[i + 1], xtol=1e-14))
+            for i in np.flatnonzero(crossed)
+        ]
+
     def at(self, s: ArrayLike) -> Profile:
-        """Spectral interpolation.
-
-        Parameters
-        ----------
-        s
-            Arc lengths in [0, length], any shape.
-
-        Returns
-        -------
-        Profile
-            Arrays of the shape of ``s``.
+        """The profile at the arc lengths ``s`` in [0, length], any shape, by spectral interpolation.
 
         Raises
         ------
@@ -191,5 +182,4 @@ class State:
         if not bool(np.all((points >= -slack) & (points <= self.length + slack))):
             raise InvalidInputError("s", s, allowed)
         values = np.stack([self.x, self.z, self.theta, self.curvature], axis=1)
-        x, z, theta, curvature = grid(self.s.size).interpolate(values, points / self.length)
-        return Profile(points, x, z, theta, curvature)
+        return Profile(points, *np.moveaxis(grid(self.s.size).interpolate(values, points / self.length), -1, 0))

@@ -14,7 +14,8 @@ import numpy as np
 
 from stripfold import elastica
 from stripfold.arrays import Array
-from stripfold.elastica.carrying import Touching, carrying, lifting, rolling
+from stripfold.elastica.half_fold import states_fixed_lift_off, states_no_horizontal_force
+from stripfold.elastica.point_contact import PointContact, states_point_contact
 from stripfold.elastica.state import State
 from stripfold.errors import InvalidInputError
 from stripfold.paths.curve import GripperPath, Piece, polygon_length
@@ -43,7 +44,7 @@ class PlannedState:
     """
 
     phase: str
-    parts: tuple[tuple[State | Touching, float, float], ...]
+    parts: tuple[tuple[State | PointContact, float, float], ...]
     gripper: tuple[float, float]
     length: float
 
@@ -58,13 +59,13 @@ class PlannedState:
         if not self.parts:
             return 0.0
         part = self.parts[0][0]
-        return part.loop.force_x if isinstance(part, Touching) else part.force_x
+        return part.loop.force_x if isinstance(part, PointContact) else part.force_x
 
     @property
     def first_integral_error(self) -> float:
         """Largest error of the first integral in its parts (:attr:`.State.first_integral_error`)."""
         parts = [part for part, _, _ in self.parts]
-        states = [s for part in parts for s in ((part.loop, part.upper) if isinstance(part, Touching) else (part,))]
+        states = [s for part in parts for s in ((part.loop, part.upper) if isinstance(part, PointContact) else (part,))]
         return max((state.first_integral_error for state in states), default=0.0)
 
     def at(self, s: Array) -> Array:
@@ -77,7 +78,7 @@ class PlannedState:
         half = self.length / 2.0
         from_held, places = [np.zeros(1)], [np.array([[half, 0.0]])]
         for part, place, way in self.parts:
-            states = (part.loop, part.upper) if isinstance(part, Touching) else (part,)
+            states = (part.loop, part.upper) if isinstance(part, PointContact) else (part,)
             for state in states:
                 # What lies between two parts is straight.
                 begin = from_held[-1][-1] + abs(place + way * state.x[0] - places[-1][-1, 0])
@@ -158,18 +159,21 @@ def plan_r_path(length: float) -> RPath:
     half, free = length / 2.0, length - elastica.half_fold_lying_length(length)
     place = free - half
 
-    def planned(phase: str, *parts: tuple[State | Touching, float, float]) -> PlannedState:
+    def planned(phase: str, *parts: tuple[State | PointContact, float, float]) -> PlannedState:
         part, begin, way = parts[-1]
         x, z = part.gripper
         return PlannedState(phase, parts, (begin + way * x, z), length)
 
     lift = [PlannedState("lift", (), (-half, 0.0), length)]
-    lift += [planned("lift", (state, state.length - half, -1.0)) for state in lifting(free)]
-    free_states = list(carrying(free))
+    lift += [planned("lift", (state, state.length - half, -1.0)) for state in states_no_horizontal_force(free)]
+    free_states = list(states_fixed_lift_off(free))
     carry = [planned("carry", (state, place, -1.0)) for state in free_states]
-    roll = [planned("roll", (state, place, -1.0)) for state in rolling(free_states[-1])]
+    roll = [planned("roll", (state, place, -1.0)) for state in states_point_contact(free_states[-1])]
     folded = (loop.state, place, -1.0)
-    lay = [planned("lay", folded, (state, half - state.length, 1.0)) for state in lifting(free - loop.arc)][::-1]
+    lay = [
+        planned("lay", folded, (state, half - state.length, 1.0))
+        for state in states_no_horizontal_force(free - loop.arc)
+    ][::-1]
     # The first state of a phase is the last of the one before; the shortest free parts are left out.
     lay = [replace(roll[-1], phase="lay"), *lay[1:], PlannedState("lay", (folded,), (half, 0.0), length)]
     pieces: list[Piece] = []

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from stripfold import elastica
 from stripfold.errors import InvalidInputError, TrackingError
+from stripfold.material import GRAVITY, Material
 from stripfold.scene import ETA_B
 from stripfold.vision import cantilever, folded
 from stripfold.vision.centreline import Centreline, find
@@ -65,7 +66,7 @@ class EtaB:
     @property
     def gravity_length(self) -> float:
         """L*, m."""
-        return elastica.gravity_length(self.eta_b)
+        return Material(self.eta_b).gravity_length
 
     @property
     def exponent(self) -> tuple[float, float, float] | None:
@@ -133,7 +134,7 @@ def from_image(image: NDArray[np.uint8], scale: float, method: str, source: str 
 
 def _eta(ratio: float, length: float) -> float:
     """From ``(length / L*)^3``; length in m."""
-    return ratio / (elastica.fold.STANDARD_GRAVITY * length**3)
+    return ratio / (GRAVITY * length**3)
 
 
 def _from_fold(image: NDArray[np.uint8], scale: float, source: str) -> EtaB:

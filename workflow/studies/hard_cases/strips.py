@@ -21,6 +21,7 @@ from stripfold.analysis.static import (
     transfer,
 )
 from stripfold.errors import ContinuationError, InvalidInputError
+from stripfold.material import Material
 from stripfold.problem import AlongX, StripProblem
 from stripfold.scene import Scene
 from stripfold.solve import continuation, newton
@@ -41,10 +42,8 @@ def mesh_error(refinement: float) -> float:
 def end_against_elastica(strip: StripModel, height: float, refinement: float) -> Finding:
     """Where the advance ends, and that it ends for the elastica's reason."""
     run, truth = solve_height(strip, height, refinement, past=0.0), elastica.critical(height)
-    end = truth.state or (truth.touch.state if truth.touch else None)
-    assert end is not None
     value = run.last.lam if (run.end is End.SNAP) == truth.snap else nan
-    return Finding(value, end.advance, mesh_error(refinement) + SHIFT * strip.thickness**2, iterations(run))
+    return Finding(value, truth.state.advance, mesh_error(refinement) + SHIFT * strip.thickness**2, iterations(run))
 
 
 def rod_lambda_c(strip: StripModel, height: float, refinement: float) -> float:
@@ -86,7 +85,7 @@ def _too_thick(_: float) -> None:
 
 def _scene(eta_b: float, model: str, accuracy: float, thickness: float = 0.03) -> Scene:
     """A strip that is the same in L*, whatever its eta_b."""
-    star = elastica.gravity_length(eta_b)
+    star = Material(eta_b).gravity_length
     eta_m = (thickness * star) ** 2 * eta_b / 12.0
     return Scene.create(length=9.0 * star, height=3.0 * star, eta_b=eta_b, eta_m=eta_m, model=model, accuracy=accuracy)
 
@@ -108,7 +107,7 @@ def _one_decade(eta_b: float, refinement: float) -> Finding:
 
 def _stiffest_refused(_: float) -> None:
     """With the paper's eta_m this one would be a third of L* thick."""
-    star = elastica.gravity_length(0.1)
+    star = Material(0.1).gravity_length
     Scene.create(length=16.0 * star, height=3.0 * star, eta_b=0.1)
 
 

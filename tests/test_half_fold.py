@@ -1,4 +1,4 @@
-"""The planned states of a half fold against the elastica's equations, integrated anew from one end."""
+"""States of a half fold against the elastica's equations as an initial-value problem."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from stripfold import elastica
-from stripfold.elastica import carrying
+from stripfold.elastica import half_fold, point_contact
 from stripfold.elastica.state import State
 from stripfold.errors import InvalidInputError, SolveError
 
@@ -33,13 +33,13 @@ def assert_equilibrium(state: State, curvature: float = 0.0, angle: float = 0.0)
     np.testing.assert_allclose(found, end, atol=1e-8)
 
 
-def test_lifting_has_no_horizontal_force() -> None:
-    states = list(carrying.lifting(6.0))
+def test_lift_without_horizontal_force() -> None:
+    states = list(half_fold.states_no_horizontal_force(6.0))
     assert states[-1].length == pytest.approx(6.0, abs=1e-12)
-    assert states[0].length == carrying.SHORTEST
+    assert states[0].length == half_fold.SHORTEST
     assert all(state.force_x == pytest.approx(0.0, abs=1e-12) for state in states)
     assert np.all(np.diff([state.gripper[1] for state in states]) > 0.0)
-    assert max(np.diff([state.length for state in states])) <= carrying.SPACING + 1e-12
+    assert max(np.diff([state.length for state in states])) <= half_fold.SPACING + 1e-12
     for state in states[::7]:
         assert_equilibrium(state)
         assert state.curvature[-1] == pytest.approx(0.0, abs=1e-9)
@@ -48,24 +48,24 @@ def test_lifting_has_no_horizontal_force() -> None:
 
 
 @pytest.mark.parametrize("length", [7.3, 12.0])
-def test_carrying_keeps_the_lying_length_up_to_the_touch(length: float) -> None:
+def test_fixed_lift_off_ends_at_first_contact(length: float) -> None:
     free = length / 2.0 + OFFSET
-    states = list(carrying.carrying(free))
+    states = list(half_fold.states_fixed_lift_off(free))
     assert states[0].force_x == pytest.approx(0.0, abs=1e-10)
     assert all(state.length == pytest.approx(free, abs=1e-12) for state in states)
     assert all(state.clearance > 0.0 for state in states[:-1])
     assert states[-1].clearance == pytest.approx(0.0, abs=1e-9)
-    # It pushes on its way over.
+    # The strip is compressed on the way.
     assert min(state.force_x for state in states) < -0.9
     for state in states[::5]:
         assert_equilibrium(state)
 
 
 @pytest.mark.parametrize("length", [7.3, 12.0, 60.0])
-def test_rolling_ends_in_the_folded_loop(length: float) -> None:
+def test_point_contact_ends_in_the_folded_loop(length: float) -> None:
     free = length / 2.0 + OFFSET
-    *_, touch = carrying.carrying(free)
-    states = list(carrying.rolling(touch))
+    *_, touch = half_fold.states_fixed_lift_off(free)
+    states = list(point_contact.states_point_contact(touch))
     first, last = states[0], states[-1]
     assert first.reaction == pytest.approx(0.0, abs=1e-8)
     np.testing.assert_allclose(first.gripper, touch.gripper, atol=1e-8)
@@ -89,9 +89,9 @@ def test_rolling_ends_in_the_folded_loop(length: float) -> None:
             assert state.upper.force_0 == pytest.approx(force, abs=1e-10)
 
 
-def test_the_touching_strips_jacobian() -> None:
+def test_jacobian_with_point_contact() -> None:
     rng = np.random.default_rng(1)
-    problem = carrying._TwoParts(9.0, 24)
+    problem = point_contact._TwoParts(9.0, 24)
     y = np.concatenate([rng.normal(size=48), [0.3, -3.5, 0.7, 3.9]])
     step = 1e-6
     columns = [
@@ -101,10 +101,10 @@ def test_the_touching_strips_jacobian() -> None:
 
 
 @pytest.mark.parametrize("length", [10.0, 15.0, 20.0, 30.0, 40.0])
-def test_it_becomes_unstable_on_the_stability_boundary(length: float) -> None:
-    """Found on the way of constant lying length, and found on the way of constant height: the same state."""
+def test_instability_on_the_stability_boundary(length: float) -> None:
+    """The critical state of the family of constant lying length is that of the family of constant height."""
     free = length / 2.0 + OFFSET
-    state = carrying.critical_on_the_way(free)
+    state = half_fold.critical_state_fixed_lift_off(free)
     known = elastica.critical(state.gripper[1])
     assert known.snap
     assert state.advance == pytest.approx(known.advance, abs=1e-9)
@@ -113,18 +113,18 @@ def test_it_becomes_unstable_on_the_stability_boundary(length: float) -> None:
 
 def test_a_short_strip_touches_before_it_becomes_unstable() -> None:
     with pytest.raises(SolveError, match="touches before"):
-        carrying.critical_on_the_way(9.0 / 2.0 + OFFSET)
+        half_fold.critical_state_fixed_lift_off(9.0 / 2.0 + OFFSET)
 
 
 @pytest.mark.parametrize("length", [-1.0, float("nan"), 1e3, "long"])
 def test_bad_lengths(length: object) -> None:
     with pytest.raises(InvalidInputError, match="length"):
-        list(carrying.lifting(length))  # type: ignore[arg-type]
+        list(half_fold.states_no_horizontal_force(length))  # type: ignore[arg-type]
     with pytest.raises(InvalidInputError, match="length"):
-        list(carrying.carrying(length))  # type: ignore[arg-type]
+        list(half_fold.states_fixed_lift_off(length))  # type: ignore[arg-type]
 
 
-def test_what_does_not_sag_does_not_touch() -> None:
-    *_, lifted = carrying.lifting(6.0)
+def test_without_sag_there_is_no_contact() -> None:
+    *_, lifted = half_fold.states_no_horizontal_force(6.0)
     with pytest.raises(SolveError, match="sag"):
-        list(carrying.rolling(lifted))
+        list(point_contact.states_point_contact(lifted))

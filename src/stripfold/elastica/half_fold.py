@@ -1,0 +1,119 @@
+"""Families of states of a half fold, from which the R-path is planned (docs/physics.md, section 9).
+
+The free part is lifted without horizontal force to the free length of the folded state, then the gripper moves over
+with the lift-off point fixed until the sag touches the lower layer. The contact that follows is in
+:mod:`.point_contact`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import chain, pairwise
+
+import numpy as np
+
+from stripfold.elastica._checks import number
+from stripfold.elastica._continuation import Family, Point, at_height, locate, march, point_at, polish, resolve
+from stripfold.elastica._system import FORCE_X, LENGTH, TOLERANCE, fixed, no_lift_off_moment, solve
+from stripfold.elastica.branch import no_force_guess
+from stripfold.elastica.critical_point import Event, continuous_clearance
+from stripfold.elastica.state import State
+from stripfold.errors import SolveError
+
+SHORTEST = 0.2
+"""Free length, L*, below which a lifted strip counts as flat: its gripper is 7e-5 L* high."""
+SPACING = 0.1
+"""Largest distance of successive states, in free length or in the branch's arc length."""
+LONGEST = 80.0
+"""Longest free part tested, L*."""
+
+
+def states_no_horizontal_force(length: float) -> Iterator[State]:
+    """States without horizontal force, the free length growing from :data:`SHORTEST` to ``length``, L*.
+
+    Raises
+    ------
+    InvalidInputError
+        A length out of range.
+    SolveError
+        No convergence.
+    """
+    length = number("length", length, 0.0, LONGEST, ", in units of L*")
+    if length <= SHORTEST:
+        return
+    y = no_force_guess(SHORTEST**4 / 24.0, 24)
+    for free in np.linspace(SHORTEST, length, int(np.ceil((length - SHORTEST) / SPACING)) + 1):
+        y = y.copy()
+        y[LENGTH] = free
+        e = solve(y, (no_lift_off_moment, fixed(FORCE_X, 0.0), fixed(LENGTH, free)))
+        y = e.y
+        yield State._from(e)
+
+
+def states_fixed_lift_off(length: float) -> Iterator[State]:
+    """States with a free part of ``length``, L*, from the one without horizontal force to first contact of the sag.
+
+    By continuation in arc length: gripper position and force have turning points on the way.
+
+    Raises
+    ------
+    InvalidInputError, SolveError
+        As in :func:`states_no_horizontal_force`.
+    """
+    family, points = _fixed_length_branch(length)
+    for before, after in pairwise(points):
+        yield State._from(before.e)
+        if _clearance(after) <= 0.0:
+            yield State._from(_locate(before, after, family, _clearance).e)
+            return
+
+
+def critical_state_fixed_lift_off(length: float) -> State:
+    """The state of :func:`states_fixed_lift_off` that becomes unstable: the gripper is at lambda_c of its height.
+
+    An independent way to lambda_c(z), and the point where the R-path meets the stability boundary.
+
+    Raises
+    ------
+    InvalidInputError, SolveError
+        As in :func:`states_no_horizontal_force`, or the state is stable up to contact.
+    """
+    family, points = _fixed_length_branch(length)
+    for before, after in pairwise(points):
+        if _rate_at_height(before) * _rate_at_height(after) <= 0.0:
+            return State._from(_locate(before, after, family, _rate_at_height).e)
+        if _clearance(after) <= 0.0:
+            break
+    raise SolveError(f"with a free length of {length:g} L* the strip touches before it becomes unstable")
+
+
+def _fixed_length_branch(length: float) -> tuple[Family, Iterator[Point]]:
+    """The family of states with this free length, and its points from the one without horizontal force on."""
+    length = number("length", length, SHORTEST, LONGEST, ", in units of L*")
+    family = Family((no_lift_off_moment, fixed(LENGTH, length)), f"a free length of {length:g}")
+    *_, state = states_no_horizontal_force(length)
+    y = state._unknowns()
+    forward = np.zeros(y.size)
+    forward[FORCE_X] = -1.0  # as the gripper moves over, it compresses the strip
+    e = solve(y, (*family.conditions, fixed(FORCE_X, 0.0)))
+    first = resolve(point_at(e, family, forward), family, TOLERANCE)
+    return family, chain([first], march(first, family, step=SPACING, max_step=SPACING, tolerance=TOLERANCE))
+
+
+def _locate(before: Point, after: Point, family: Family, event: Event) -> Point:
+    return polish(locate(before, after, family, event), family, event)
+
+
+def _rate_at_height(point: Point) -> float:
+    """Rate of lambda along the branch of constant height through a point, up to a sign common to all points.
+
+    The sign of the bordered determinant gives the branches at neighbouring points the same direction.
+    """
+    forward = np.zeros(point.e.y.size)
+    forward[LENGTH] = 1.0
+    along = point_at(point.e, at_height(State._from(point.e).gripper[1]), forward)
+    return along.rate * along.orientation
+
+
+def _clearance(point: Point) -> float:
+    return continuous_clearance(State._from(point.e))
