@@ -9,7 +9,7 @@ from math import sqrt
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline, CubicSpline
 
-from stripfold.analysis import moving_gripper as passing
+from stripfold.analysis import moving_gripper
 from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
 from stripfold.material import Material
@@ -81,7 +81,7 @@ def from_dynamics(scene: Scene) -> History:
     material, length = checked_strip(Material(scene.strip.eta_b, asked.eta_m), scene.strip.length)
     unit = material.gravity_length
     clock = sqrt(unit / material.gravity)
-    found = passing.run(
+    found = moving_gripper.run(
         StripModel(length / unit, material.relative_thickness, kind=asked.model),
         scene.gripper.height / unit,
         asked.friction,
@@ -91,23 +91,23 @@ def from_dynamics(scene: Scene) -> History:
         Damping(asked.air * clock, asked.stiffness / clock),
         asked.refinement,
     )
-    times = np.array([moment.t for moment in found.moments]) * clock
+    times = np.array([state.t for state in found.states]) * clock
     t = np.arange(0.0, times[-1], 1.0 / RATE)
     model = found.model
-    places = np.array([model.mid_surface(moment.q) for moment in found.moments]) * unit
-    rates = np.array([moment.v[model.middle] for moment in found.moments]) * unit / clock
+    places = np.array([model.mid_surface(state.q) for state in found.states]) * unit
+    rates = np.array([state.v[model.middle] for state in found.states]) * unit / clock
     # The mesh is much finer where the strip lifts off.
     even = np.linspace(0.0, float(model.s[-1]), STATIONS)
     places, rates = (CubicSpline(model.s, values, axis=1)(even) for values in (places, rates))
     curve: Array = CubicHermiteSpline(times, places, rates)(t)
-    first = found.moments[0].lam * unit
+    first = found.states[0].lam * unit
     return History(
         t,
         curve[:, 0],
         curve,
         {
-            "lambda_c": found.static * unit,
-            "onset": float((found.static * unit - first) / scene.gripper.speed),
+            "lambda_c": found.static_limit * unit,
+            "onset": float((found.static_limit * unit - first) / scene.gripper.speed),
             "touch": float(times[found.touch]),
             "generator": "dynamics",
             "motion": asdict(asked),
