@@ -20,20 +20,20 @@ unexport PYTHONPATH PYTHONHOME VIRTUAL_ENV
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: all studies peers cold readme test lint quick env lock clean help
+.PHONY: all studies peers cold time-ci readme test lint quick env lock clean help
 
 all: $(STAMP) ## Redo every run, figure and number of the paper (set CORES=n to use fewer cores)
 	$(SNAKEMAKE) all --cores $(CORES)
 
-studies: $(STAMP) ## Redo the long studies of the solver, whose results the repository holds (about half an hour)
-	find results/studies -name '*.nc' ! -name peers.nc ! -name cold_run.nc -delete
-	$(SNAKEMAKE) studies summary --cores $(CORES)
+studies: $(STAMP) ## Redo the studies that are stale, and the numbers and tables made from them
+	@stale=$$($(IN_VENV) PYTHONPATH=workflow python workflow/evidence.py) || exit 1; \
+	set -- $$(printf '%s\n' $$stale | grep -v -e peers -e cold_run -e ci_run); \
+	$(SNAKEMAKE) studies summary readme --cores $(CORES) $${1:+--forcerun "$$@"}
 
 # Other programs, in an environment of their own beside ours. AUTO-07p is Debian's: apt-get install auto-07p gfortran.
 PEERS := workflow/peers
 peers: $(STAMP) $(PEERS)/.venv/.complete ## Redo the comparison with other programs (a quarter of an hour, idle machine)
-	rm -f results/studies/peers.nc
-	$(SNAKEMAKE) results/studies/peers.nc figures/peers.png --cores $(CORES)
+	$(SNAKEMAKE) results/studies/peers.nc figures/peers.png --forcerun peers --cores $(CORES)
 
 $(PEERS)/.venv/.complete: $(PEERS)/requirements.lock
 	rm -rf $(PEERS)/.venv
@@ -42,7 +42,10 @@ $(PEERS)/.venv/.complete: $(PEERS)/requirements.lock
 	@touch $@
 
 cold: $(STAMP) ## Time `make all` from cold, in a fresh clone of what is committed (half an hour, idle machine)
-	$(IN_VENV) python workflow/cold_run.py results/studies/cold_run.nc $(CORES:all=$(shell nproc))
+	$(IN_VENV) PYTHONPATH=workflow python workflow/fresh_clone.py cold_run $(CORES:all=$(shell nproc))
+
+time-ci: $(STAMP) ## Time the checks of .ci/run in a fresh clone of what is committed (idle machine)
+	$(IN_VENV) PYTHONPATH=workflow python workflow/fresh_clone.py ci_run $(CORES:all=$(shell nproc))
 
 readme: $(STAMP) ## Bring the tables of the README and of docs in line with what is stored
 	$(SNAKEMAKE) readme --cores 1
@@ -124,4 +127,4 @@ clean: ## Remove the environments and the tools' caches (results and figures are
 	find src tests workflow -type d -name __pycache__ -prune -exec rm -rf {} + 2>/dev/null || true
 
 help: ## Show this list
-	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-6s %s\n", $$1, $$2 }' $(firstword $(MAKEFILE_LIST))
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-7s %s\n", $$1, $$2 }' $(firstword $(MAKEFILE_LIST))

@@ -9,14 +9,19 @@ configfile: "workflow/config/paper.yaml"
 
 include: "workflow/rules/common.smk"
 include: "workflow/rules/continuation.smk"
-include: "workflow/rules/collapse.smk"
-include: "workflow/rules/dynamics.smk"
 include: "workflow/rules/assessment.smk"
 include: "workflow/rules/studies.smk"
 include: "workflow/rules/recordings.smk"
-include: "workflow/rules/peers.smk"
 include: "workflow/rules/figures.smk"
 include: "workflow/rules/summary.smk"
+
+
+onstart:
+    stale = stale_studies(config)
+    if stale:
+        logger.warning("Stale studies (`make studies` redoes them):")
+    for study_name, reason in stale.items():
+        logger.warning(f"  {study_name}: {reason}")
 
 
 rule all:

@@ -3,6 +3,19 @@
 PATHS = ["r-path", "triangular", "circular"]
 
 
+rule plans:
+    output:
+        f"{RESULTS}/plans.nc",
+    log:
+        f"{LOGS}/plans.log",
+    benchmark:
+        f"{BENCHMARKS}/plans/all.tsv"
+    params:
+        **calls("tasks.folding:plans", material=MATERIALS[SHOWN], gravity=config["gravity"]),
+    script:
+        "../script.py"
+
+
 rule assess:
     output:
         expand(f"{RESULTS}/assess/{{{{material}}}}_{{path}}.nc", path=PATHS),
@@ -14,17 +27,20 @@ rule assess:
         mem_mb=1000,
         runtime=20,
     params:
-        material=lambda wildcards: MATERIALS[wildcards.material],
-        gravity=CONFIG["gravity"],
-        refinement=CONFIG["assessment"]["refinement"],
-        paths=PATHS,
+        **calls(
+            "tasks.folding:assess",
+            material=of_material,
+            gravity=config["gravity"],
+            refinement=config["assessment"]["refinement"],
+            paths=PATHS,
+        ),
     script:
-        "../scripts/assess.py"
+        "../script.py"
 
 
 rule assessment:
     input:
-        expand(f"{RESULTS}/assess/{{material}}_{{path}}.nc", material=MATERIALS, path=PATHS),
+        runs=expand(f"{RESULTS}/assess/{{material}}_{{path}}.nc", material=MATERIALS, path=PATHS),
     output:
         f"{RESULTS}/assessment.nc",
     log:
@@ -32,10 +48,9 @@ rule assessment:
     benchmark:
         f"{BENCHMARKS}/assessment/all.tsv"
     params:
-        labels={name: material["label"] for name, material in MATERIALS.items()},
-        paths=PATHS,
+        **calls("tasks.folding:assessment", title="folding paths assessed", labels=LABELS, paths=PATHS),
     script:
-        "../scripts/assessment.py"
+        "../script.py"
 
 
 rule friction:
@@ -49,28 +64,15 @@ rule friction:
         mem_mb=1000,
         runtime=20,
     params:
-        material=lambda wildcards: MATERIALS[wildcards.material],
-        gravity=CONFIG["gravity"],
-        refinement=CONFIG["assessment"]["friction_refinement"],
-        step=CONFIG["assessment"]["step"],
+        **calls(
+            "tasks.folding:friction",
+            material=of_material,
+            gravity=config["gravity"],
+            refinement=config["assessment"]["friction_refinement"],
+            step=config["assessment"]["step"],
+        ),
     script:
-        "../scripts/friction.py"
-
-
-rule friction_table:
-    input:
-        runs=expand(f"{RESULTS}/friction/{{material}}.nc", material=MATERIALS),
-        ways=expand(f"{RESULTS}/two_ways/{{material}}.nc", material=MATERIALS),
-    output:
-        f"{RESULTS}/friction.nc",
-    log:
-        f"{LOGS}/friction_table.log",
-    benchmark:
-        f"{BENCHMARKS}/friction_table/all.tsv"
-    params:
-        labels={name: material["label"] for name, material in MATERIALS.items()},
-    script:
-        "../scripts/friction_table.py"
+        "../script.py"
 
 
 rule two_ways:
@@ -84,81 +86,27 @@ rule two_ways:
         mem_mb=1000,
         runtime=20,
     params:
-        material=lambda wildcards: MATERIALS[wildcards.material],
-        gravity=CONFIG["gravity"],
-        refinement=CONFIG["assessment"]["refinement"],
+        **calls(
+            "tasks.folding:two_ways",
+            material=of_material,
+            gravity=config["gravity"],
+            refinement=config["assessment"]["refinement"],
+        ),
     script:
-        "../scripts/two_ways.py"
+        "../script.py"
 
 
-# The material whose single runs are drawn: the second, or the only one.
-SHOWN = list(MATERIALS)[min(1, len(MATERIALS) - 1)]
-
-
-rule plans:
+rule friction_table:
+    input:
+        runs=expand(f"{RESULTS}/friction/{{material}}.nc", material=MATERIALS),
+        ways=expand(f"{RESULTS}/two_ways/{{material}}.nc", material=MATERIALS),
     output:
-        f"{RESULTS}/plans.nc",
+        f"{RESULTS}/friction.nc",
     log:
-        f"{LOGS}/plans.log",
+        f"{LOGS}/friction_table.log",
     benchmark:
-        f"{BENCHMARKS}/plans/all.tsv"
+        f"{BENCHMARKS}/friction_table/all.tsv"
     params:
-        material=MATERIALS[SHOWN],
-        gravity=CONFIG["gravity"],
+        **calls("tasks.folding:friction_table", title="friction that an R-path needs", labels=LABELS),
     script:
-        "../scripts/plans.py"
-
-
-rule tangency:
-    output:
-        f"{RESULTS}/studies/tangency.nc",
-    log:
-        f"{LOGS}/tangency.log",
-    resources:
-        mem_mb=1000,
-        runtime=30,
-    params:
-        **CONFIG["studies"]["tangency"],
-    script:
-        "../scripts/tangency.py"
-
-
-rule friction_steps:
-    output:
-        f"{RESULTS}/studies/friction_steps.nc",
-    log:
-        f"{LOGS}/friction_steps.log",
-    resources:
-        mem_mb=1000,
-        runtime=30,
-    params:
-        **CONFIG["studies"]["friction_steps"],
-    script:
-        "../scripts/friction_steps.py"
-
-
-rule random_paths:
-    output:
-        f"{RESULTS}/studies/random_paths.nc",
-    log:
-        f"{LOGS}/random_paths.log",
-    threads: workflow.cores
-    resources:
-        mem_mb=2000,
-        runtime=120,
-    params:
-        **CONFIG["studies"]["random_paths"],
-    script:
-        "../scripts/random_paths.py"
-
-
-rule assess_benchmark:
-    output:
-        f"{RESULTS}/studies/assess_benchmark.nc",
-    log:
-        f"{LOGS}/assess_benchmark.log",
-    threads: ALONE
-    params:
-        **CONFIG["studies"]["assess_benchmark"],
-    script:
-        "../scripts/assess_benchmark.py"
+        "../script.py"

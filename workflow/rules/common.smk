@@ -2,59 +2,49 @@ import sys
 from itertools import product
 from pathlib import Path
 
-sys.path.insert(0, str(Path(workflow.basedir) / "workflow"))
+sys.path.insert(0, str(Path(workflow.basedir, "workflow")))
 
 from configuration import load
+from evidence import code_digest, stale_studies
+from snakemake.logging import logger
+from studies import FRESH_CLONE, STUDIES, parameters
 
-# Checked and completed first: an unknown key or a value that cannot be used ends here.
-CONFIG = load({key: value for key, value in config.items()})
-RESULTS = CONFIG["results"]
-FIGURES = CONFIG["figures"]
-MATERIALS = {material["name"]: material for material in CONFIG["materials"]}
+# Checked and completed first: an unknown key or a value that cannot be used ends here. Stored with every result.
+config.update(load(dict(config)))
+RESULTS = config["results"]
+FIGURES = config["figures"]
 LOGS = f"{RESULTS}/logs"
 BENCHMARKS = f"{RESULTS}/benchmarks"
-# What is timed runs alone on the machine, so that nothing else is in the times; a single run is no measurement anyway.
-ALONE = workflow.cores if CONFIG["studies"]["benchmark"]["repeats"] > 1 else 1
+MATERIALS = {material["name"]: material for material in config["materials"]}
+LABELS = {name: material["label"] for name, material in MATERIALS.items()}
+# The material whose single runs are drawn: the second, or the only one.
+SHOWN = list(MATERIALS)[min(1, len(MATERIALS) - 1)]
+# A timed study runs alone on the machine, so that nothing else is in the times; a single run is no measurement anyway.
+ALONE = workflow.cores if config["studies"]["benchmark"]["repeats"] > 1 else 1
 
 
 wildcard_constraints:
     material="|".join(MATERIALS),
 
 
-FILMED = CONFIG["recordings"]
-# Name of a synthetic recording, and what it shows.
-SYNTHETIC = {
-    f"{material}_z{height:g}_v{speed * 1e3:g}": {
-        "material": material,
-        "height": height,
-        "speed": speed,
-        "number": number,
+def calls(call, **params):
+    """The ``params`` of a rule that calls a function, "module:name".
+
+    The digest of its code is among them: Snakemake redoes a result whose ``params`` have changed.
+    """
+    return {"call": call, "evidence": code_digest(call), **params}
+
+
+def of_material(wildcards):
+    return MATERIALS[wildcards.material]
+
+
+def kept(study):
+    """The file of a study; that of the repository where what the study needs is not there."""
+    needs = {
+        "calibration": config["images"],
+        "centrelines": config["images"],
+        "peers": "workflow/peers/.venv",
     }
-    for number, (material, height, speed) in enumerate(
-        product(FILMED["materials"], FILMED["heights"], FILMED["speeds"])
-    )
-}
-REAL = sorted(path.parent.name for path in Path("data/recordings").glob("*/recording.yaml"))
-
-
-def folder_of(wildcards):
-    """Where a recording is: a synthetic one is made."""
-    made = wildcards.recording in SYNTHETIC
-    return (f"{RESULTS}/recordings/" if made else "data/recordings/") + wildcards.recording
-
-
-def of_images(study):
-    """A study of real pictures; the kept one where these are not at hand: the repository does not carry them."""
-    there = Path(CONFIG["images"]).is_dir()
+    there = study not in FRESH_CLONE and Path(needs.get(study, ".")).is_dir()
     return f"{RESULTS if there else 'results'}/studies/{study}.nc"
-
-
-PEERS = "workflow/peers"
-
-
-def of_peers():
-    """The comparison with other programs, if there is to be one; the kept one where they are not installed."""
-    if "peers" not in CONFIG["studies"]:
-        return None
-    there = Path(PEERS, ".venv").is_dir()
-    return f"{RESULTS if there else 'results'}/studies/peers.nc"

@@ -1,27 +1,30 @@
-# Section IV of the paper: the gripper moves along x. One job per material, since a process start costs seconds.
+# Section IV of the paper: the gripper moves along x, and one strip through its collapse.
 
 
-rule xaxis:
+rule x_axis:
     output:
         f"{RESULTS}/xaxis/{{material}}.nc",
     log:
-        f"{LOGS}/xaxis_{{material}}.log",
+        f"{LOGS}/x_axis_{{material}}.log",
     benchmark:
-        f"{BENCHMARKS}/xaxis/{{material}}.tsv"
+        f"{BENCHMARKS}/x_axis/{{material}}.tsv"
     resources:
         mem_mb=1000,
         runtime=20,
     params:
-        material=lambda wildcards: MATERIALS[wildcards.material],
-        solid=CONFIG["solid"],
-        gravity=CONFIG["gravity"],
+        **calls(
+            "tasks.continuation:run_x_axis",
+            material=of_material,
+            solid=config["solid"],
+            gravity=config["gravity"],
+        ),
     script:
-        "../scripts/xaxis.py"
+        "../script.py"
 
 
 rule critical_points:
     input:
-        expand(f"{RESULTS}/xaxis/{{material}}.nc", material=MATERIALS),
+        runs=expand(f"{RESULTS}/xaxis/{{material}}.nc", material=MATERIALS),
     output:
         f"{RESULTS}/critical_points.nc",
     log:
@@ -29,9 +32,9 @@ rule critical_points:
     benchmark:
         f"{BENCHMARKS}/critical_points/all.tsv"
     params:
-        labels={name: material["label"] for name, material in MATERIALS.items()},
+        **calls("tasks.continuation:critical_points", title="critical points of all materials", labels=LABELS),
     script:
-        "../scripts/critical_points.py"
+        "../script.py"
 
 
 rule master_curve:
@@ -42,9 +45,13 @@ rule master_curve:
     benchmark:
         f"{BENCHMARKS}/master_curve/all.tsv"
     params:
-        top=max(max(material["heights"]) for material in MATERIALS.values()),
+        **calls(
+            "tasks.continuation:master_curve",
+            title="the elastica's master curve",
+            top=max(max(material["heights"]) for material in MATERIALS.values()),
+        ),
     script:
-        "../scripts/master_curve.py"
+        "../script.py"
 
 
 rule printed_law:
@@ -54,5 +61,43 @@ rule printed_law:
         f"{LOGS}/printed_law.log",
     benchmark:
         f"{BENCHMARKS}/printed_law/all.tsv"
+    params:
+        **calls("studies.printed_law:run", title="the paper's printed law beside St Venant-Kirchhoff"),
     script:
-        "../scripts/printed_law.py"
+        "../script.py"
+
+
+rule collapse:
+    input:
+        scene=config["collapse"],
+    output:
+        f"{RESULTS}/collapse.nc",
+    log:
+        f"{LOGS}/collapse.log",
+    benchmark:
+        f"{BENCHMARKS}/collapse/all.tsv"
+    resources:
+        mem_mb=1000,
+        runtime=10,
+    params:
+        **calls("tasks.collapse:collapse", title="a strip through its collapse"),
+    script:
+        "../script.py"
+
+
+rule film:
+    input:
+        data=rules.collapse.output[0],
+    output:
+        f"{FIGURES}/collapse.mp4",
+    log:
+        f"{LOGS}/film.log",
+    benchmark:
+        f"{BENCHMARKS}/film/all.tsv"
+    resources:
+        mem_mb=1000,
+        runtime=10,
+    params:
+        **calls("tasks.collapse:film"),
+    script:
+        "../script.py"

@@ -3,8 +3,8 @@
 RUN = f"{RESULTS}/xaxis/{SHOWN}.nc"
 ASSESSED = {path: f"{RESULTS}/assess/{SHOWN}_{path}.nc" for path in PATHS}
 WAYS, HELD = f"{RESULTS}/two_ways/{SHOWN}.nc", f"{RESULTS}/friction/{SHOWN}.nc"
-PLANS = f"{RESULTS}/plans.nc"
-POINTS, MASTER = f"{RESULTS}/critical_points.nc", f"{RESULTS}/master_curve.nc"
+PLANS, COLLAPSE = rules.plans.output[0], rules.collapse.output[0]
+POINTS, MASTER = rules.critical_points.output[0], rules.master_curve.output[0]
 # What each figure is drawn from, in the order its function takes it.
 SOURCES = {
     "geometry": [RUN],
@@ -21,24 +21,36 @@ SOURCES = {
     "evolutions": [*(ASSESSED[path] for path in ("r-path", "triangular", "circular")), PLANS],
     "rpath_friction": [ASSESSED["r-path"], WAYS, HELD],
     "rpath_curve": [ASSESSED["r-path"], WAYS, HELD, PLANS],
-    "touch_error": [f"{RESULTS}/assessment.nc"],
-    "friction_needed": [f"{RESULTS}/friction.nc"],
-    "measured": [f"{RESULTS}/recordings.nc"],
-    "real_paths": [f"{RESULTS}/recordings.nc"],
-    "recordings_accuracy": [f"{RESULTS}/studies/recordings_accuracy.nc"],
-    "calibration": [of_images("calibration")],
-    "rod": [f"{RESULTS}/studies/rod.nc"],
-    "work_precision": [f"{RESULTS}/studies/accuracy.nc"],
-    "fall_precision": [f"{RESULTS}/studies/fall_accuracy.nc"],
-    "printed_law": [f"{RESULTS}/printed_law.nc"],
-    **({"peers": [of_peers()]} if of_peers() else {}),
+    "touch_error": rules.assessment.output,
+    "friction_needed": rules.friction_table.output,
+    "measured": rules.recordings.output,
+    "real_paths": rules.recordings.output,
+    "printed_law": rules.printed_law.output,
+    **{
+        figure: [STUDY_FILES[study]]
+        for figure, study in {
+            "recordings_accuracy": "recordings_accuracy",
+            "calibration": "calibration",
+            "rod": "rod",
+            "work_precision": "accuracy",
+            "fall_precision": "fall_accuracy",
+            "peers": "peers",
+        }.items()
+        if study in STUDY_FILES
+    },
 }
 FIGURE_FILES = expand(f"{FIGURES}/{{name}}.{{suffix}}", name=SOURCES, suffix=["png", "svg"])
 
 
+def drawing(wildcards):
+    """The function that draws a figure."""
+    studied = Path(workflow.basedir, f"workflow/studies/plots/{wildcards.name}.py").exists()
+    return f"{'studies' if studied else 'stripfold'}.plots.{wildcards.name}:draw"
+
+
 rule figure:
     input:
-        lambda wildcards: SOURCES[wildcards.name],
+        data=lambda wildcards: SOURCES[wildcards.name],
     output:
         png=f"{FIGURES}/{{name}}.png",
         svg=f"{FIGURES}/{{name}}.svg",
@@ -49,6 +61,9 @@ rule figure:
     wildcard_constraints:
         name="|".join(SOURCES),
     params:
+        call="tasks.figures:figure",
+        drawing=drawing,
+        evidence=lambda wildcards: code_digest(drawing(wildcards)),
         options=lambda wildcards: {"material": SHOWN} if wildcards.name == "paths" else {},
     script:
-        "../scripts/figure.py"
+        "../script.py"

@@ -1,5 +1,26 @@
 # lambda measured in recordings: in those of data/recordings, one folder each, and in synthetic ones made here.
 
+FILMED = config["recordings"]
+# Name of a synthetic recording, and what it shows.
+SYNTHETIC = {
+    f"{material}_z{height:g}_v{speed * 1e3:g}": {
+        "material": material,
+        "height": height,
+        "speed": speed,
+        "number": number,
+    }
+    for number, (material, height, speed) in enumerate(
+        product(FILMED["materials"], FILMED["heights"], FILMED["speeds"])
+    )
+}
+REAL = sorted(path.parent.name for path in Path("data/recordings").glob("*/recording.yaml"))
+
+
+def folder_of(wildcards):
+    """The folder of a recording; a synthetic one is made."""
+    made = wildcards.recording in SYNTHETIC
+    return (f"{RESULTS}/recordings/" if made else "data/recordings/") + wildcards.recording
+
 
 rule record:
     output:
@@ -14,17 +35,20 @@ rule record:
         mem_mb=1000,
         runtime=20,
     params:
-        of=lambda wildcards: SYNTHETIC[wildcards.synthetic],
-        material=lambda wildcards: MATERIALS[SYNTHETIC[wildcards.synthetic]["material"]],
-        friction=FILMED["friction"],
-        length=FILMED["length_star"],
+        **calls(
+            "tasks.recordings:record",
+            of=lambda wildcards: SYNTHETIC[wildcards.synthetic],
+            material=lambda wildcards: MATERIALS[SYNTHETIC[wildcards.synthetic]["material"]],
+            friction=FILMED["friction"],
+            length=FILMED["length_star"],
+        ),
     script:
-        "../scripts/record.py"
+        "../script.py"
 
 
 rule measure:
     input:
-        folder_of,
+        folder=folder_of,
     output:
         data=f"{RESULTS}/measured/{{recording}}.nc",
         report=f"{RESULTS}/measured/{{recording}}.html",
@@ -37,13 +61,15 @@ rule measure:
     resources:
         mem_mb=2000,
         runtime=20,
+    params:
+        **calls("tasks.recordings:measure"),
     script:
-        "../scripts/measure.py"
+        "../script.py"
 
 
 rule recordings:
     input:
-        expand(f"{RESULTS}/measured/{{recording}}.nc", recording=[*SYNTHETIC, *REAL]),
+        measured=expand(f"{RESULTS}/measured/{{recording}}.nc", recording=[*SYNTHETIC, *REAL]),
     output:
         f"{RESULTS}/recordings.nc",
     log:
@@ -51,59 +77,11 @@ rule recordings:
     benchmark:
         f"{BENCHMARKS}/recordings/all.tsv"
     params:
-        names=[*SYNTHETIC, *REAL],
-        materials=MATERIALS,
+        **calls(
+            "studies.recordings:table",
+            title="lambda measured in recordings",
+            names=[*SYNTHETIC, *REAL],
+            materials=MATERIALS,
+        ),
     script:
-        "../scripts/recordings.py"
-
-
-# Long studies, kept in the repository.
-
-
-rule recordings_accuracy:
-    output:
-        f"{RESULTS}/studies/recordings_accuracy.nc",
-    log:
-        f"{LOGS}/recordings_accuracy.log",
-    threads: workflow.cores
-    resources:
-        mem_mb=4000,
-        runtime=120,
-    params:
-        **CONFIG["studies"]["recordings_accuracy"],
-    script:
-        "../scripts/recordings_accuracy.py"
-
-
-rule video_benchmark:
-    output:
-        f"{RESULTS}/studies/video_benchmark.nc",
-    log:
-        f"{LOGS}/video_benchmark.log",
-    threads: ALONE
-    params:
-        **CONFIG["studies"]["video_benchmark"],
-    script:
-        "../scripts/video_benchmark.py"
-
-
-rule calibration:
-    output:
-        f"{RESULTS}/studies/calibration.nc",
-    log:
-        f"{LOGS}/calibration.log",
-    params:
-        images=CONFIG["images"],
-    script:
-        "../scripts/calibration.py"
-
-
-rule centrelines:
-    output:
-        f"{RESULTS}/studies/centrelines.nc",
-    log:
-        f"{LOGS}/centrelines.log",
-    params:
-        images=CONFIG["images"],
-    script:
-        "../scripts/centrelines.py"
+        "../script.py"

@@ -1,1 +1,99 @@
-"""Benchmarks, verification studies and comparisons: they read the package; nothing in the package reads them."""
+"""Benchmarks, verification studies and comparisons: they read the package; nothing in the package reads them.
+
+:data:`STUDIES` lists those whose results the repository keeps, in ``results/studies``.
+"""
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+
+class Study(NamedTuple):
+    """A study and how the workflow runs it.
+
+    ``call`` is the function, as "module:name".  Its parameters are the section ``config`` of the configuration's
+    studies, by default that of the study's name.  ``alone`` is for what is timed, ``pooled`` for what takes all cores.
+    ``files`` are patterns of source files that it depends on without importing them.
+    """
+
+    call: str
+    title: str
+    config: str = ""
+    alone: bool = False
+    pooled: bool = False
+    memory: int = 1000
+    files: tuple[str, ...] = ()
+
+
+COMMAND = ("src/stripfold/**/*.py",)
+"""What a study depends on that runs the command line in a process of its own."""
+
+EVERYTHING = ("src/stripfold/**/*.py", "workflow/*.py", "workflow/[st]*/**/*.py")
+FRESH_CLONE = ("cold_run", "ci_run")
+"""Studies of a whole run in a fresh clone, which no rule can make: ``workflow/fresh_clone.py`` does."""
+
+STUDIES = {
+    "limit": Study("studies.limit:run", "the solid against the elastica as eta_m goes to zero"),
+    "order": Study("studies.order:run", "observed order of lambda_c in the element size"),
+    "rod": Study("studies.rod:run", "the rod against the solid and the elastica"),
+    "branches": Study("studies.pool:branches", "random strips on the solid against the elastica", pooled=True),
+    "estimates": Study("studies.pool:estimates", "true errors of lambda_c against their estimates", pooled=True),
+    "hard_cases": Study("studies.hard_cases.run:run", "hard cases, each against its own judge"),
+    "schemes": Study("studies.schemes:run", "time integration schemes: order, energy drift, cost"),
+    "modes": Study("studies.modes:run", "frequencies of a clamped strip against the beam's"),
+    "lag": Study("studies.lag:run", "lag of the snap behind a moving gripper"),
+    "falls": Study("studies.falls:run", "hard and easy falls of a strip"),
+    "tangency": Study("studies.tangency:run", "where R-paths meet the stability boundary"),
+    "friction_steps": Study("studies.friction_steps:run", "smallest friction against the step size"),
+    "random_paths": Study("studies.pool:random_paths", "random gripper paths, each assessed twice", pooled=True),
+    "recordings_accuracy": Study(
+        "studies.pool:recordings_accuracy",
+        "synthetic recordings measured, each with its truth",
+        pooled=True,
+        memory=4000,
+    ),
+    "benchmark": Study(
+        "studies.benchmark:run", "time and memory of one lambda_c of the solid", alone=True, files=COMMAND
+    ),
+    "rod_benchmark": Study(
+        "studies.benchmark:run_rod",
+        "time of one lambda_c and one assessment of the rod",
+        "assess_benchmark",
+        alone=True,
+    ),
+    "assess_benchmark": Study(
+        "studies.benchmark:run_assess", "time and memory of one assessment", alone=True, files=COMMAND
+    ),
+    "fall_benchmark": Study(
+        "studies.benchmark:run_fall", "time and memory of one collapse", "benchmark", alone=True, files=COMMAND
+    ),
+    "accuracy": Study("studies.accuracy:run", "error of the end of the advance against run time", alone=True),
+    "fall_accuracy": Study(
+        "studies.fall_accuracy:run", "error of the first touch of a fall against run time", alone=True
+    ),
+    "profiling": Study(
+        "studies.profiling:run", "run time of one solid lambda_c and one rod R-path by part", alone=True
+    ),
+    "effects": Study("studies.effects:run", "scenes with each effect on and off", alone=True),
+    "video_benchmark": Study("studies.video_benchmark:run", "frames per second and memory of tracking", alone=True),
+    "calibration": Study("studies.calibration:run", "calibration on public pictures of boards"),
+    "centrelines": Study("studies.centrelines:run", "centrelines in photographs"),
+    "peers": Study(
+        "studies.peers:run",
+        "other programs on the same strip",
+        alone=True,
+        memory=2000,
+        files=("workflow/peers/*.py", "workflow/peers/*.f90", "workflow/peers/requirements.lock"),
+    ),
+    "cold_run": Study("studies.cold_run:of_benchmarks", "a whole run from cold", files=EVERYTHING),
+    "ci_run": Study("studies.cold_run:of_sections", "a run of all checks", files=EVERYTHING),
+}
+
+
+def parameters(name: str, config: Mapping[str, Any]) -> dict[str, Any]:
+    """The arguments of a study's function under a configuration."""
+    if name in ("calibration", "centrelines"):
+        return {"images": config["images"]}
+    if name in FRESH_CLONE:
+        return {}
+    found = dict(config["studies"].get(STUDIES[name].config or name, {}))
+    return found | ({"scene": config["collapse"]} if name == "fall_benchmark" else {})

@@ -52,7 +52,7 @@ def run(images: Path, progress: Callable[[str], None] | None = None) -> xr.Datas
     CalibrationError
         Our own way does not pass the checks, or another does not find every board.
     """
-    folder = images / CHESSBOARD_FOLDER
+    folder = Path(images) / CHESSBOARD_FOLDER
     views, size = calibration.views_in(folder, CHESSBOARD)
     ours = calibration.calibrate(views, size)
     names = [view.name for view in views]

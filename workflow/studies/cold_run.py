@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import re
 from pathlib import Path
 
 import numpy as np
@@ -41,6 +42,18 @@ def of_benchmarks(folder: Path, wall: float, cores: int) -> xr.Dataset:
         for name, (units, text) in COLUMNS.items()
     }
     coords = {"rule": ("rule", np.array(names, dtype=object), {"units": "1", "long_name": "rule of the workflow"})}
+    return xr.Dataset(data, coords, {"wall": wall, "cores": cores})
+
+
+def of_sections(printed: str, wall: float, cores: int) -> xr.Dataset:
+    """A run of the checks, over ``section``, from the headings ``==== name (seconds so far s) ====`` that it prints."""
+    headings = re.findall(r"^==== (.+) \((\d+) s\) ====$", printed, re.M)
+    names, begins = zip(*headings, strict=True)
+    seconds = np.diff([*map(float, begins), wall])[:-1]
+    data = {"seconds": ("section", seconds, {"units": "s", "long_name": "time of the section"})}
+    coords = {
+        "section": ("section", np.array(names[:-1], dtype=object), {"units": "1", "long_name": "section of the checks"})
+    }
     return xr.Dataset(data, coords, {"wall": wall, "cores": cores})
 
 

@@ -69,15 +69,18 @@ def _evaluate(number: Number, facts: Facts) -> Entry:
     }
 
 
+def verdict(item: Entry) -> str:
+    """Whether a number meets its criterion; a stale one does not count."""
+    return "stale" if not item["fresh"] else "yes" if item["holds"] else "no"
+
+
 def markdown(summary: Mapping[str, Entry]) -> str:
     """The summary as a table in Markdown."""
     rows = ["| key | value | what | criterion | holds |", "|---|---|---|---|---|"]
     for key, item in summary.items():
         unit = "" if item["unit"] in ("1", "count") else f" {item['unit']}"
         statement, criterion = (item[part].replace("|", "\\|") for part in ("statement", "criterion"))
-        rows.append(
-            f"| `{key}` | {item['value']:g}{unit} | {statement} | {criterion} | {'yes' if item['holds'] else 'no'} |"
-        )
+        rows.append(f"| `{key}` | {item['value']:g}{unit} | {statement} | {criterion} | {verdict(item)} |")
     return "\n".join(rows) + "\n"
 
 

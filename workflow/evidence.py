@@ -1,0 +1,224 @@
+"""Digests of what a stored result depends on, so that a result made by other code is known to be stale.
+
+A result depends on the project's source files that its function imports, directly or not, on its parameters, on the
+pinned versions of the numerical libraries, and on its input files.  Comments, docstrings and layout do not count.
+
+``python workflow/evidence.py [CONFIG.yaml]`` prints the names of the stale studies, and the reasons on standard error.
+"""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import json
+import re
+import sys
+from collections.abc import Iterable, Mapping
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import xarray as xr
+
+from studies import STUDIES, parameters
+
+ROOT = Path(__file__).parents[1]
+PACKAGES = ("stripfold", "studies", "tasks")
+"""First parts of the names of the project's modules."""
+LIBRARIES = (
+    "av",
+    "matplotlib",
+    "netcdf4",
+    "numba",
+    "numpy",
+    "opencv-python-headless",
+    "scikit-fem",
+    "scikit-image",
+    "scipy",
+)
+"""Libraries whose version can change a number; those of them that the lock names."""
+ATTRIBUTE = "evidence"
+"""Global attribute of a stored dataset that holds its evidence, as JSON."""
+
+
+def evidence(
+    call: str, params: Mapping[str, Any], inputs: Iterable[str | Path], files: Iterable[str] = ()
+) -> dict[str, Any]:
+    """Digests of everything that the result of a call depends on.
+
+    Parameters
+    ----------
+    call
+        The function, as "module:name".
+    params
+        Its parameters.
+    inputs
+        Its input files.  A dataset with evidence of its own counts by its digest.
+    files
+        Patterns, relative to the repository, of further source files.
+    """
+    return {
+        "call": call,
+        "files": sorted(files),
+        "code": code_digest(call, tuple(files)),
+        "params": _hash(json.dumps(params, sort_keys=True, default=str)),
+        "libraries": libraries(),
+        "inputs": {str(path): input_digest(path) for path in inputs},
+    }
+
+
+def digest(found: Mapping[str, Any]) -> str:
+    """One digest of a result's evidence."""
+    return _hash(json.dumps(found, sort_keys=True))
+
+
+def why_stale(dataset: xr.Dataset, params: Mapping[str, Any] | None = None) -> str:
+    """The reason why a stored dataset is not what today's code would store; empty where it is fresh.
+
+    Parameters
+    ----------
+    dataset
+        As stored.
+    params
+        Today's parameters of its function; not compared where they are unknown.
+    """
+    stored = json.loads(dataset.attrs.get(ATTRIBUTE, "{}"))
+    if not stored:
+        return "it does not say which code made it"
+    try:
+        code = code_digest(stored["call"], tuple(stored["files"]))
+    except FileNotFoundError:
+        return "the code that made it is gone"
+    if stored["code"] != code:
+        return "the code has changed"
+    if stored["libraries"] != libraries():
+        return "a library has changed"
+    if params is not None and stored["params"] != _hash(json.dumps(params, sort_keys=True, default=str)):
+        return "the configuration has changed"
+    for path, found in stored["inputs"].items():
+        if not Path(path).exists() or input_digest(path) != found:
+            return f"its input {Path(path).name} has changed"
+    return ""
+
+
+def stale_studies(config: Mapping[str, Any]) -> dict[str, str]:
+    """The studies of the repository that are missing or stale, by name, with the reason."""
+    found = {}
+    for name in STUDIES:
+        path = ROOT / "results" / "studies" / f"{name}.nc"
+        if not path.is_file():
+            found[name] = "it is missing"
+            continue
+        with xr.open_dataset(path) as dataset:
+            if reason := why_stale(dataset, parameters(name, config)):
+                found[name] = reason
+    return found
+
+
+def code_digest(call: str, files: tuple[str, ...] = ()) -> str:
+    """Digest of the source files that a function's module imports, directly or not, and of further ``files``."""
+    modules = closure(call.partition(":")[0])
+    sources = {name: source_digest(_file(name)) for name in modules}
+    sources |= {
+        str(p.relative_to(ROOT)): source_digest(p) for f in files for p in ROOT.glob(f) if ".venv" not in p.parts
+    }
+    return _hash(json.dumps(sources, sort_keys=True))
+
+
+@cache
+def libraries() -> dict[str, list[str]]:
+    """Versions of the numerical libraries that ``environment.lock`` pins: one, or one for each version of Python."""
+    pinned = re.findall(r"^([a-z0-9_.-]+)==(\S+)", (ROOT / "environment.lock").read_text(encoding="utf-8"), re.M)
+    return {name: sorted(version for pin, version in pinned if pin == name) for name in LIBRARIES}
+
+
+@cache
+def closure(module: str) -> frozenset[str]:
+    """Names of the project's modules that a module needs, itself among them."""
+    found: set[str] = set()
+    waiting = [module]
+    while waiting:
+        name = waiting.pop()
+        if name not in found:
+            found.add(name)
+            waiting += _imported(name)
+    return frozenset(found)
+
+
+@cache
+def source_digest(path: Path) -> str:
+    """Digest of a source file; the docstrings, comments and layout of Python code do not count."""
+    if path.suffix != ".py":
+        return _hash(path.read_bytes())
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
+            node.body = [statement for statement in node.body if not _is_text(statement)]
+    return _hash(ast.dump(tree))
+
+
+@cache
+def input_digest(path: str | Path) -> str:
+    """Digest of an input file; of a folder, that of all its files."""
+    path = Path(path)
+    if path.suffix == ".nc":
+        with xr.open_dataset(path) as dataset:
+            found = dataset.attrs.get(ATTRIBUTE)
+        if found:
+            return digest(json.loads(found))
+    if path.is_dir():
+        return _hash(
+            "".join(f"{p.relative_to(path)} {_hash(p.read_bytes())}" for p in sorted(path.rglob("*")) if p.is_file())
+        )
+    return _hash(path.read_bytes())
+
+
+def _file(name: str) -> Path | None:
+    """The source file of a module, None if it is not the project's."""
+    if name.partition(".")[0] not in PACKAGES:
+        return None
+    folder = ROOT / ("src" if name.startswith("stripfold") else "workflow")
+    path = folder.joinpath(*name.split("."))
+    return next((p for p in (path.with_suffix(".py"), path / "__init__.py") if p.is_file()), None)
+
+
+def _imported(name: str) -> set[str]:
+    """The project's modules that a module imports, and the packages around them; not those for types only."""
+    path = _file(name)
+    if path is None:
+        raise FileNotFoundError(f"no module {name}")
+    found: set[str] = set()
+    waiting: list[ast.AST] = [ast.parse(path.read_text(encoding="utf-8"))]
+    while waiting:
+        node = waiting.pop()
+        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
+            waiting += node.orelse
+            continue
+        waiting += ast.iter_child_nodes(node)
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            found |= {node.module} | {f"{node.module}.{alias.name}" for alias in node.names}
+    found |= {name.rpartition(".")[0] for name in [*found, name]}
+    return {name for name in found if _file(name)}
+
+
+def _is_text(statement: ast.stmt) -> bool:
+    return (
+        isinstance(statement, ast.Expr)
+        and isinstance(statement.value, ast.Constant)
+        and isinstance(statement.value.value, str)
+    )
+
+
+def _hash(content: str | bytes) -> str:
+    return hashlib.sha256(content.encode() if isinstance(content, str) else content).hexdigest()[:16]
+
+
+if __name__ == "__main__":
+    from configuration import load
+
+    stale = stale_studies(load(sys.argv[1] if len(sys.argv) > 1 else ROOT / "workflow" / "config" / "paper.yaml"))
+    for study, reason in stale.items():
+        print(f"{study}: {reason}", file=sys.stderr)
+    print(*stale)

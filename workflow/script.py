@@ -1,0 +1,73 @@
+"""The workflow's only script: call one function and store what it returns.
+
+A rule's ``params`` name the function, ``call="module:function"``, the ``title`` of its dataset, and its arguments; the
+digests in ``evidence`` are for Snakemake's eyes.  Inputs with a name are arguments too: a netCDF file as the dataset in
+it, a list of them as a list, everything else as a path.  A function may also take ``progress``, called with a line for
+the rule's log, ``threads``, and ``output``, the rule's outputs, which it then writes itself.
+"""
+
+import os
+import sys
+
+# One core per process: Snakemake tells the numerical libraries to use all of the rule's threads, which on systems as
+# small as these wait for each other, and count double in the processor time. Before anything imports them.
+os.environ |= dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+# The studies are beside this file; processes that they start find them too.
+WORKFLOW = os.path.dirname(os.path.abspath(__file__))
+sys.path.insert(0, WORKFLOW)
+os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, (WORKFLOW, os.environ.get("PYTHONPATH"))))
+
+
+def main(snakemake):
+    import json
+    from importlib import import_module
+    from inspect import signature
+
+    from evidence import ATTRIBUTE, evidence
+    from stripfold import store
+    from stripfold.errors import StripfoldError
+
+    # The commit of the code that runs: on a long job the checkout may have moved on before its result is stored.
+    store.running_commit()
+    given = dict(snakemake.params.items())
+    call, title, files = given.pop("call"), given.pop("title", ""), given.pop("files", ())
+    given.pop("evidence", None)
+    found = evidence(call, given, [str(path) for path in snakemake.input], files)
+    with open(snakemake.log[0], "w", encoding="utf-8") as log:
+
+        def progress(line):
+            print(line, file=log, flush=True)
+
+        try:
+            module, _, name = call.partition(":")
+            function = getattr(import_module(module), name)
+            extra = {"progress": progress, "threads": snakemake.threads, "output": snakemake.output}
+            given |= {key: _content(value) for key, value in snakemake.input.items()}
+            given |= {key: value for key, value in extra.items() if key in signature(function).parameters}
+            result = function(**given)
+            if result is not None:
+                pairs = (
+                    zip(result, snakemake.output, strict=True)
+                    if isinstance(result, list)
+                    else [(result, snakemake.output[0])]
+                )
+                for data, path in pairs:
+                    stamped = data.assign_attrs({ATTRIBUTE: json.dumps(found, sort_keys=True)})
+                    store.write(stamped, path, title=data.attrs.get("title") or title, config=snakemake.config)
+        except StripfoldError as error:
+            progress(f"error: {error}")
+            print(f"{snakemake.rule}: {error}", file=sys.stderr)
+            sys.exit(error.exit_code)
+
+
+def _content(value):
+    from pathlib import Path
+
+    from stripfold import store
+
+    if not isinstance(value, str):
+        return [_content(item) for item in value]
+    return store.read(value) if value.endswith(".nc") else Path(value)
+
+
+main(snakemake)

@@ -1,9 +1,0 @@
-from _run import config_of, logged
-
-from stripfold import store
-from studies import benchmark
-
-with logged(snakemake):
-    data = benchmark.run(**dict(snakemake.params.items()))
-    config = config_of(snakemake)
-    store.write(data, snakemake.output[0], title="time and memory of one lambda_c of the solid", config=config)

@@ -1,0 +1,56 @@
+"""Studies of many independent cases, on all cores of a rule."""
+
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import xarray as xr
+
+Progress = Callable[[str], None]
+
+
+def in_parts(
+    part: Callable[..., xr.Dataset], count: int, size: int, *arguments: object, threads: int, progress: Progress
+) -> xr.Dataset:
+    """``part(range, *arguments)`` for all of ``count`` cases, ``size`` at a time, joined along ``case``."""
+    parts: list[xr.Dataset] = []
+    with ProcessPoolExecutor(threads) as pool:
+        ranges = [range(first, min(first + size, count)) for first in range(0, count, size)]
+        for job in [pool.submit(part, cases, *arguments) for cases in ranges]:
+            try:
+                parts.append(job.result())
+            except BaseException:
+                # Else all that is left would be run before the error is seen.
+                pool.shutdown(wait=False, cancel_futures=True)
+                raise
+            progress(f"{sum(part.sizes['case'] for part in parts)} of {count} cases")
+    return xr.concat(parts, dim="case", combine_attrs="override")
+
+
+def branches(cases: int, seed: int, refinement: float, eta_m: float, threads: int, progress: Progress) -> xr.Dataset:
+    from studies.branches import run
+
+    return in_parts(run, cases, 50, seed, refinement, eta_m, threads=threads, progress=progress)
+
+
+def estimates(cases: int, seed: int, threads: int, progress: Progress) -> xr.Dataset:
+    from studies.estimates import run
+
+    return in_parts(run, cases, 5, seed, threads=threads, progress=progress)
+
+
+def random_paths(cases: int, seed: int, refinement: float, threads: int, progress: Progress) -> xr.Dataset:
+    from studies.random_paths import run
+
+    return in_parts(run, cases, 5, seed, refinement, threads=threads, progress=progress)
+
+
+def recordings_accuracy(cases: int, seed: int, dynamics: float, threads: int, progress: Progress) -> xr.Dataset:
+    from studies import recordings_accuracy as study
+    from studies import recordings_design as design
+
+    with TemporaryDirectory() as folder:
+        # Before the processes start: two of them would render the same calibration.
+        design.write_calibrations((study.case(number, seed, dynamics) for number in range(cases)), Path(folder))
+        return in_parts(study.run, cases, 5, seed, dynamics, Path(folder), threads=threads, progress=progress)

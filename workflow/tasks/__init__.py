@@ -1,0 +1,1 @@
+"""The paper's runs as the workflow calls them: configuration in, datasets out."""

@@ -1,0 +1,23 @@
+"""One strip through its collapse."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import xarray as xr
+
+from stripfold.analysis import collapse_data
+from stripfold.plots import film as films
+from stripfold.simulation import read
+
+
+def collapse(scene: Path, progress: Callable[[str], None]) -> xr.Dataset:
+    """One strip through its collapse."""
+    return collapse_data.run(read(scene), progress)
+
+
+def film(data: xr.Dataset, output: Sequence[str]) -> None:
+    """The collapse as a film."""
+
+    films.film(data, output[0])

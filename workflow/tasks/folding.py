@@ -1,0 +1,64 @@
+"""Folding paths, and the internal friction that the R-path needs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from itertools import product
+from typing import Any
+
+import xarray as xr
+
+from stripfold.analysis import assess_data, collapse_data, friction_data
+from stripfold.analysis import plans as planned
+from stripfold.simulation import LettingGo
+from tasks.materials import material_of
+
+
+def plans(material: Mapping[str, Any], gravity: float) -> xr.Dataset:
+    """The folding paths of a material as planned."""
+    data = planned.dataset(material_of(material, gravity), material["length"])
+    return data.assign_attrs(title=f"folding paths as planned, {material['label']}")
+
+
+def assess(
+    material: Mapping[str, Any],
+    gravity: float,
+    refinement: float,
+    paths: Sequence[str],
+    progress: Callable[[str], None],
+) -> list[xr.Dataset]:
+    """A material along each of the paper's folding paths."""
+    strip = material_of(material, gravity)
+    fall = collapse_data.in_solver_units(LettingGo(), strip)
+    found = [assess_data.run(strip, material["length"], path, fall, refinement, progress) for path in paths]
+    return [
+        data.assign_attrs(title=f"{path} path, {material['label']}") for path, data in zip(paths, found, strict=True)
+    ]
+
+
+def assessment(runs: Sequence[xr.Dataset], labels: Mapping[str, str], paths: Sequence[str]) -> xr.Dataset:
+    """The table of all assessments."""
+    return assess_data.table(dict(zip(product(labels, paths), runs, strict=True)), labels)
+
+
+def friction(
+    material: Mapping[str, Any], gravity: float, refinement: float, step: float, progress: Callable[[str], None]
+) -> xr.Dataset:
+    """The smallest internal friction with which a material follows its R-path."""
+    data = friction_data.run(material_of(material, gravity), material["length"], step, refinement, progress)
+    return data.assign_attrs(title=f"R-path with friction, {material['label']}")
+
+
+def two_ways(
+    material: Mapping[str, Any], gravity: float, refinement: float, progress: Callable[[str], None]
+) -> xr.Dataset:
+    """The two post-critical branches of a material's R-path without friction."""
+    strip = material_of(material, gravity)
+    fall = collapse_data.in_solver_units(LettingGo(), strip)
+    data = friction_data.two_ways(strip, material["length"], fall, refinement, progress)
+    return data.assign_attrs(title=f"two ways out of an R-path, {material['label']}")
+
+
+def friction_table(runs: Sequence[xr.Dataset], ways: Sequence[xr.Dataset], labels: Mapping[str, str]) -> xr.Dataset:
+    """The table of the friction that R-paths need."""
+    return friction_data.table(dict(zip(labels, runs, strict=True)), dict(zip(labels, ways, strict=True)), labels)
