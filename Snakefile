@@ -8,6 +8,12 @@ configfile: "workflow/config/paper.yaml"
 
 
 include: "workflow/rules/common.smk"
+
+
+wildcard_constraints:
+    material="|".join(MATERIALS),
+
+
 include: "workflow/rules/continuation.smk"
 include: "workflow/rules/assessment.smk"
 include: "workflow/rules/studies.smk"

@@ -18,6 +18,7 @@ from studies.hard_cases import run as hard_cases
 from studies.random_paths import CONTRADICTED
 from studies.schemes import CONSERVING, DEFAULT
 from studies.summary.run import fill_table, markdown, markers, summarise
+from tasks import numbers
 
 ROOT = Path(__file__).parents[1]
 
@@ -546,12 +547,36 @@ def test_a_whole_run_that_takes_longer() -> None:
 
 
 def test_table_is_replaced_and_nothing_else() -> None:
-    summary = entries(datasets())
+    summary = {key: item | {"fresh": True} for key, item in entries(datasets()).items()}
     begin, end = markers("numbers")
     text = "before\n" + begin + "old\n" + end + "after\n"
     filled = fill_table(text, "numbers", markdown(summary))
     assert filled == "before\n" + begin + markdown(summary) + end + "after\n"
     assert fill_table(filled, "numbers", markdown(summary)) == filled
+
+
+def test_a_stale_number_is_printed_as_stale_and_holds_nothing(tmp_path, monkeypatch) -> None:
+    monkeypatch.setattr(numbers, "why_stale", lambda data, parameters: data.attrs.get("changed", ""))
+    data = {name: found.assign_attrs(git_commit="abc") for name, found in datasets().items() if name != "project"}
+    data["branches"].attrs["changed"] = "the code has changed"
+    sources = {name: f"{name}.nc" for name in data}
+    path = tmp_path / "summary.json"
+    numbers.summary(sources, {"branches": {}, "limit": {}}, [path], lambda line: None, **data)
+    summary = json.loads(path.read_text(encoding="utf-8"))
+    assert {key for key, item in summary.items() if not item["fresh"]} == {
+        "branch_cases",
+        "branch_jumps",
+        "branch_failures",
+    }
+    assert not summary["branch_cases"]["holds"]
+    assert summary["order_lambda_c"]["holds"]
+    assert summary["order_lambda_c"]["commit"] == "abc"
+    assert summary["stale_studies"]["value"] == 1
+    assert "branches" in summary["stale_studies"]["statement"]
+    assert not summary["stale_studies"]["holds"]
+    rows = {row.split("`")[1]: row for row in markdown(summary).splitlines()[2:]}
+    assert rows["branch_cases"].endswith("| stale |")
+    assert rows["order_lambda_c"].endswith("| yes |")
 
 
 def test_presets_one_row_each() -> None:

@@ -22,13 +22,24 @@ SHOWN = list(MATERIALS)[min(1, len(MATERIALS) - 1)]
 # A timed study runs alone on the machine, so that nothing else is in the times; a single run is no measurement anyway.
 ALONE = workflow.cores if config["studies"]["benchmark"]["repeats"] > 1 else 1
 
-
-wildcard_constraints:
-    material="|".join(MATERIALS),
+FILMED = config["recordings"]
+# Name of a synthetic recording, and what it shows.
+SYNTHETIC = {
+    f"{material}_z{height:g}_v{speed * 1e3:g}": {
+        "material": material,
+        "height": height,
+        "speed": speed,
+        "number": number,
+    }
+    for number, (material, height, speed) in enumerate(
+        product(FILMED["materials"], FILMED["heights"], FILMED["speeds"])
+    )
+}
+REAL = sorted(path.parent.name for path in Path("data/recordings").glob("*/recording.yaml"))
 
 
 def calls(call, **params):
-    """The ``params`` of a rule that calls a function, "module:name".
+    """``params`` that call a function, "module:name".
 
     The digest of its code is among them: Snakemake redoes a result whose ``params`` have changed.
     """
@@ -48,3 +59,15 @@ def kept(study):
     }
     there = study not in FRESH_CLONE and Path(needs.get(study, ".")).is_dir()
     return f"{RESULTS if there else 'results'}/studies/{study}.nc"
+
+
+def folder_of(wildcards):
+    """The folder of a recording; a synthetic one is made."""
+    made = wildcards.recording in SYNTHETIC
+    return (f"{RESULTS}/recordings/" if made else "data/recordings/") + wildcards.recording
+
+
+def drawing(wildcards):
+    """The function that draws a figure."""
+    studied = Path(workflow.basedir, f"workflow/studies/plots/{wildcards.name}.py").exists()
+    return f"{'studies' if studied else 'stripfold'}.plots.{wildcards.name}:draw"

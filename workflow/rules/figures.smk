@@ -42,12 +42,6 @@ SOURCES = {
 FIGURE_FILES = expand(f"{FIGURES}/{{name}}.{{suffix}}", name=SOURCES, suffix=["png", "svg"])
 
 
-def drawing(wildcards):
-    """The function that draws a figure."""
-    studied = Path(workflow.basedir, f"workflow/studies/plots/{wildcards.name}.py").exists()
-    return f"{'studies' if studied else 'stripfold'}.plots.{wildcards.name}:draw"
-
-
 rule figure:
     input:
         data=lambda wildcards: SOURCES[wildcards.name],

@@ -1,26 +1,5 @@
 # lambda measured in recordings: in those of data/recordings, one folder each, and in synthetic ones made here.
 
-FILMED = config["recordings"]
-# Name of a synthetic recording, and what it shows.
-SYNTHETIC = {
-    f"{material}_z{height:g}_v{speed * 1e3:g}": {
-        "material": material,
-        "height": height,
-        "speed": speed,
-        "number": number,
-    }
-    for number, (material, height, speed) in enumerate(
-        product(FILMED["materials"], FILMED["heights"], FILMED["speeds"])
-    )
-}
-REAL = sorted(path.parent.name for path in Path("data/recordings").glob("*/recording.yaml"))
-
-
-def folder_of(wildcards):
-    """The folder of a recording; a synthetic one is made."""
-    made = wildcards.recording in SYNTHETIC
-    return (f"{RESULTS}/recordings/" if made else "data/recordings/") + wildcards.recording
-
 
 rule record:
     output:

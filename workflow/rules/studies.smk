@@ -28,6 +28,10 @@ for study_name, study in STUDIES.items():
 
 
 STUDY_FILES = {name: kept(name) for name in STUDIES if name != "peers" or "peers" in config["studies"]}
+# A run in a fresh clone may not have been timed yet.
+STUDY_FILES = {
+    name: file for name, file in STUDY_FILES.items() if name not in FRESH_CLONE or Path(file).is_file()
+}
 
 
 rule studies:

@@ -37,7 +37,7 @@ DISTANCE = 1.5
 """Of a folding plane from its camera, m, for which a disagreement is told in m."""
 
 
-def run(images: Path, progress: Callable[[str], None] | None = None) -> xr.Dataset:
+def run(images: str | Path, progress: Callable[[str], None] | None = None) -> xr.Dataset:
     """Calibrations over ``way`` and ``view``.
 
     Parameters
@@ -52,7 +52,8 @@ def run(images: Path, progress: Callable[[str], None] | None = None) -> xr.Datas
     CalibrationError
         Our own way does not pass the checks, or another does not find every board.
     """
-    folder = Path(images) / CHESSBOARD_FOLDER
+    images = Path(images)
+    folder = images / CHESSBOARD_FOLDER
     views, size = calibration.views_in(folder, CHESSBOARD)
     ours = calibration.calibrate(views, size)
     names = [view.name for view in views]

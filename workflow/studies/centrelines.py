@@ -42,7 +42,7 @@ SHARES = np.linspace(0.1, 1.0, 10)
 """Curvatures at which the fitted law's secant is given, in its largest."""
 
 
-def run(images: Path, progress: Callable[[str], None] | None = None) -> xr.Dataset:
+def run(images: str | Path, progress: Callable[[str], None] | None = None) -> xr.Dataset:
     """Measure all pictures in ``images``.
 
     Raises
@@ -53,7 +53,7 @@ def run(images: Path, progress: Callable[[str], None] | None = None) -> xr.Datas
         A strip was not found.
     """
     say = progress or (lambda line: None)
-    data = _textile(images) | _yarn(images)
+    data = _textile(Path(images)) | _yarn(Path(images))
     say(f"textile: {1e3 * data['centreline_rms'][1]:.3f} mm off the authors' midline")
     variables = {
         name: (dims, values, {"units": TEXTS[name][0], "long_name": TEXTS[name][1]})

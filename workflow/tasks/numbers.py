@@ -41,14 +41,17 @@ def summary(
         "stale": ", ".join(name for name in studies if stale[name]),
         "studies": len(studies),
         "package_lines": lines,
-        "ci_seconds": data["ci_run"].attrs["wall"],
+        "ci_seconds": data["ci_run"].attrs["wall"] if "ci_run" in data else float("nan"),
         "git_commit": store.running_commit(),
     }
     data, sources = data | {"project": xr.Dataset(attrs=project)}, sources | {"project": "src"}
     stale |= {"project": ""}
     found = run.summarise(data, sources)
     # The one of its numbers that is not counted here.
-    found["ci_seconds"] |= {"source": sources["ci_run"], "datasets": ["ci_run"]}
+    if "ci_run" in data:
+        found["ci_seconds"] |= {"source": sources["ci_run"], "datasets": ["ci_run"]}
+    else:
+        del found["ci_seconds"]
     for key, item in found.items():
         used = item.pop("datasets")
         item["fresh"] = not any(stale[name] for name in used)
