@@ -1,7 +1,6 @@
-"""A made-up camera and what it sees: boards and markers, as corners with known noise or as rendered pictures.
+"""A known camera and its pictures of boards and markers, as corners with known noise or rendered.
 
-The lens is OpenCV's model, but applied to every pixel of a picture here by searching for the ray, not by the project's
-own ways back and forth.
+Pictures are rendered by an independent inversion of OpenCV's lens model, pixel by pixel.
 """
 
 from __future__ import annotations
@@ -14,9 +13,9 @@ import numpy as np
 
 from stripfold.arrays import Array
 from stripfold.vision.boards import Board, Corners, dictionary
-from stripfold.vision.calibration import View
 from stripfold.vision.camera import Camera
-from stripfold.vision.robot_grid import Stop
+from stripfold.vision.intrinsics import View
+from stripfold.vision.robot_grid import Stops
 
 SIZE = (640, 480)
 LENS = Camera(
@@ -35,7 +34,7 @@ INK, PAPER = 25, 225
 
 
 def robot_of(points: Array) -> Array:
-    """Robot's x and z of points of the folding plane, which has its second axis downwards."""
+    """The robot's x and z of points of the folding plane, whose second axis points down."""
     return np.asarray(points * [1.0, -1.0] + ROBOT_ORIGIN)
 
 
@@ -46,7 +45,7 @@ def pixels_of(places: Array, camera: Camera = LENS) -> Array:
 
 
 def poses(n: int, random: np.random.Generator, middle: Array) -> list[tuple[Array, Array]]:
-    """Ways to hold a board before the camera, its middle in every part of the picture."""
+    """Poses of a board, its middle in every part of the picture."""
     found = []
     for i in range(n):
         turn = random.uniform(-0.5, 0.5, 3)
@@ -86,18 +85,17 @@ def square(place: Array) -> Array:
     return np.asarray(place + SIDE / 2.0 * np.array([[-1, 1], [1, 1], [1, -1], [-1, -1]]))
 
 
-def stops(noise: float, slack: float, random: np.random.Generator) -> list[Stop]:
+def stops(noise: float, slack: float, random: np.random.Generator) -> Stops:
     """The robot's stops: corners off by ``noise``, pixels, reported places by ``slack``, m."""
-    found = []
-    for i, place in enumerate(grid()):
-        corners = pixels_of(square(place)) + random.normal(0, noise, (4, 2))
-        found.append(Stop(f"{i}.png", corners, place + random.normal(0, slack, 2)))
-    return found
+    corners = np.array([pixels_of(square(place)) for place in grid()])
+    corners += random.normal(0, noise, corners.shape)
+    places = grid() + random.normal(0, slack, grid().shape)
+    return Stops([f"{i}.png" for i in range(len(places))], corners, places)
 
 
 @cache
 def _rays(fine: int) -> Array:
-    """Rays, shape (rows, columns, 2), of the pixels of a picture that is ``fine`` times as fine as the camera's."""
+    """Rays, shape (rows, columns, 2), of the pixels of a picture with ``fine`` times the camera's resolution."""
     x, y = ((np.arange(n * fine) + 0.5) / fine - 0.5 for n in SIZE)
     seen = np.stack(np.meshgrid(x, y), axis=-1)
     fx, fy, cx, cy = LENS.matrix[0, 0], LENS.matrix[1, 1], LENS.matrix[0, 2], LENS.matrix[1, 2]
@@ -114,7 +112,7 @@ def _rays(fine: int) -> Array:
 
 
 def render(paper: Array, per_metre: float, turn: Array, shift: Array, random: np.random.Generator, blur: float = 0.7):
-    """A picture of a flat drawing, whose first pixel's corner is the origin of the posed frame, on a light ground."""
+    """A picture of a flat drawing on a light ground; the corner of its first pixel is the origin of the posed frame."""
     fine = 2
     rays = _rays(fine)
     rotation = cv2.Rodrigues(turn)[0]
@@ -130,11 +128,8 @@ def render(paper: Array, per_metre: float, turn: Array, shift: Array, random: np
 def drawing(board: Board, per_metre: float) -> tuple[Array, Array]:
     """A board's drawing and where its first corner is on it, shape (2,), m."""
     n = round(board.square * per_metre)
-    if board.kind == "charuco":
-        drawn = cv2.aruco.CharucoBoard(
-            (board.columns, board.rows), board.square, board.marker, dictionary(board.dictionary)
-        )
-        paper = drawn.generateImage((board.columns * n, board.rows * n), marginSize=0)
+    if board.type == "charuco":
+        paper = board.charuco.generateImage((board.columns * n, board.rows * n), marginSize=0)
         return np.where(paper > 127, PAPER, INK).astype(np.uint8), np.full(2, board.square)
     y, x = np.mgrid[0 : (board.rows + 3) * n, 0 : (board.columns + 3) * n]
     paper = np.where((x // n + y // n) % 2 == 0, INK, PAPER)
@@ -161,7 +156,7 @@ def marker_picture(name: str, identity: int, place: Array, random: np.random.Gen
 
 
 def write_intrinsics(path: Path, **changes: object) -> Path:
-    """The camera in a file that OpenCV writes, with other entries, or without those that are None."""
+    """The camera in a file written by OpenCV, with other entries, or without those that are None."""
     entries: dict[str, object] = {"image_width": SIZE[0], "image_height": SIZE[1]}
     entries |= {"camera_matrix": LENS.matrix, "distortion_coefficients": LENS.distortion}
     storage = cv2.FileStorage(str(path), cv2.FILE_STORAGE_WRITE)
@@ -173,7 +168,7 @@ def write_intrinsics(path: Path, **changes: object) -> Path:
 
 
 def write_folder(folder: Path, random: np.random.Generator) -> dict:
-    """A recording's calibration, rendered; returns what its recording.yaml says of it."""
+    """Render the calibration of a recording; returns the matching entries of its recording.yaml."""
     for part in ("camera", "grid"):
         (folder / part).mkdir()
     for i, pose in enumerate(poses(9, random, CHESS.points.mean(axis=0))):

@@ -12,7 +12,7 @@ from PIL import Image
 import drawn_strips as drawn
 from stripfold import elastica
 from stripfold.errors import InvalidInputError, TrackingError
-from stripfold.vision import mask, picture, sections, smooth
+from stripfold.vision import mask, pictures, sections, smooth
 from stripfold.vision.centreline import Centreline, find
 
 SIZE = (640, 400)
@@ -237,15 +237,13 @@ def saved(tmp_path: Path, array: np.ndarray, name: str = "strip.png", **options:
 
 def test_pictures(tmp_path: Path) -> None:
     grey = drawn.picture(SHARES["arc", 6.0])
-    np.testing.assert_array_equal(picture.read_grey(saved(tmp_path, grey)), grey)
-    colour = np.stack([grey, grey // 2, grey // 3], axis=2)
-    np.testing.assert_array_equal(picture.read_colour(saved(tmp_path, colour)), colour)
+    np.testing.assert_array_equal(pictures.read_grey(saved(tmp_path, grey)), grey)
     deep = saved(tmp_path, (grey.astype(np.uint16) * 257), "deep.png")
-    np.testing.assert_array_equal(picture.read_grey(deep), grey)
+    np.testing.assert_array_equal(pictures.read_grey(deep), grey)
     exif = Image.Exif()
     exif[0x0112] = 6  # the camera was held upright
     turned = saved(tmp_path, grey, "turned.png", exif=exif)
-    assert picture.read_grey(turned).shape == grey.shape[::-1]
+    assert pictures.read_grey(turned).shape == grey.shape[::-1]
 
 
 def claiming(png: bytes, side: int) -> bytes:
@@ -261,17 +259,17 @@ def test_unusable_pictures(tmp_path: Path) -> None:
     for name, content in contents.items():
         (tmp_path / name).write_bytes(content)
         with pytest.raises(InvalidInputError, match=f"image = .*{name}.*at most 50 million pixels") as caught:
-            picture.read_grey(tmp_path / name)
+            pictures.read_grey(tmp_path / name)
         assert "9000 x 9000" in str(caught.value) or name != "wide.png"
     with pytest.raises(InvalidInputError, match="an existing file"):
-        picture.read_grey(tmp_path / "none.png")
+        pictures.read_grey(tmp_path / "none.png")
     with pytest.raises(InvalidInputError, match="each side 32"):
-        picture.read_grey(saved(tmp_path, np.zeros((8, 100), np.uint8), "tiny.png"))
+        pictures.read_grey(saved(tmp_path, np.zeros((8, 100), np.uint8), "tiny.png"))
 
 
 def test_the_textile_in_its_authors_photograph(images: Path) -> None:
     scale = 0.1101
-    line = find(picture.read_grey(images / "bendstiff" / "test_image.jpg"))
+    line = find(pictures.read_grey(images / "bendstiff" / "test_image.jpg"))
     theirs = 1e3 * np.loadtxt(images / "bendstiff" / "test_reference_midline.csv", delimiter=",") * [1.0, -1.0]
     mine = line.points * scale
     assert np.ptp(mine[:, 0]) == pytest.approx(222.3, abs=1.0)
@@ -284,7 +282,7 @@ def test_the_textile_in_its_authors_photograph(images: Path) -> None:
 @pytest.mark.parametrize(("free", "end"), [(10, (406, 2592)), (15, (327, 2496)), (20, (137, 2129)), (25, (20, 2398))])
 def test_hairy_yarn_from_border_to_end(images: Path, free: int, end: tuple[int, int]) -> None:
     """``end``: where the yarn ends, read off the pictures by eye."""
-    line = find(picture.read_grey(images / "yarn_bending" / f"acrylic_{free}_1.jpg"))
+    line = find(pictures.read_grey(images / "yarn_bending" / f"acrylic_{free}_1.jpg"))
     assert line.open_ends == (True, False)
     assert line.points[0, 0] < 3.0
     assert np.hypot(*(line.points[-1] - end)) < 0.5 * np.median(line.width)

@@ -17,7 +17,7 @@ from stripfold import elastica, store
 from stripfold.cli import main
 from stripfold.errors import InvalidInputError, TrackingError
 from stripfold.plots import eta_fit
-from stripfold.vision import cantilever, eta, picture
+from stripfold.vision import cantilever, eta, pictures
 from studies import centrelines
 from studies.plots import centrelines as centrelines_plot
 
@@ -319,7 +319,7 @@ def test_photographs(images: Path, tmp_path: Path) -> None:
     # The yarn: whole, by another way of measuring; as thick in all pictures as its exposure allows.
     np.testing.assert_allclose(data["yarn_pixels"], data["yarn_rows_pixels"], rtol=0.01)
     assert np.ptp(data["yarn_thickness"].values) < 0.35 * float(data["yarn_thickness"].mean())
-    image = picture.read_grey(images / centrelines.TEXTILE)
+    image = pictures.read_grey(images / centrelines.TEXTILE)
     fig = centrelines_plot.draw(data, image, centrelines.SCALE)
     np.testing.assert_allclose(lines(fig, 0)["centreline"][:, 0], 1e3 * data["x"].values)
     assert any("MIT" in text.get_text() for text in fig.axes[0].texts)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import cv2
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
-from filmed import Image, exposed, marker_picture
+from filmed import exposed, marker_picture
+from stripfold.arrays import Array, Picture
 from stripfold.errors import TrackingError
 from stripfold.vision import gripper
 from stripfold.vision.boards import DICTIONARIES
@@ -74,9 +74,9 @@ def test_nothing_where_there_is_no_marker() -> None:
     assert Marker("4x4_50", 8).find(image) is None
     for other in (PLAIN, rng.integers(0, 255, PLAIN.shape, dtype=np.uint8)):
         fit = marker.fit(other, found)
-        assert fit is None or fit.score < gripper.LEAST_SCORE
+        assert fit is None or fit.score < gripper.MIN_SCORE
     fit = marker.fit(image, found.moved(np.array([500.0, 0.0])))
-    assert fit is None or fit.score < gripper.LEAST_SCORE
+    assert fit is None or fit.score < gripper.MIN_SCORE
 
 
 def test_a_score_tells_the_marker_from_other_things() -> None:
@@ -93,10 +93,10 @@ def test_a_score_tells_the_marker_from_other_things() -> None:
     for turn in np.linspace(0.0, 2.0 * np.pi, 24):
         for distance in (20.0, 30.0, 45.0):
             other = marker.fit(image, found.moved(distance * np.array([np.cos(turn), np.sin(turn)])))
-            assert other is None or other.score < gripper.LEAST_SCORE
+            assert other is None or other.score < gripper.MIN_SCORE
 
 
-def way(t: NDArray[np.float64]) -> NDArray[np.float64]:
+def way(t: Array) -> Array:
     """A gripper that starts at 0.3 s, advances at 90 px/s, stops at 1.0 s, and shakes a little up and down."""
     return np.column_stack([70.0 + 90.0 * np.clip(t - 0.3, 0.0, 0.7), 100.0 + 2.0 * np.sin(3.0 * t)])
 
@@ -105,7 +105,7 @@ TIMES = np.arange(40) / 30.0
 
 
 @pytest.fixture(scope="module")
-def film() -> list[Image]:
+def film() -> list[Picture]:
     rng = np.random.default_rng(5)
     return [
         exposed(marker_picture(A4, 7, tuple(place), 42.0, 0.05, motion=1.5 if 0.3 < t < 1.0 else 0.0), 2.0, rng)
@@ -113,12 +113,12 @@ def film() -> list[Image]:
     ]
 
 
-def follow(images: list[Image]) -> gripper.Track:
+def follow(images: list[Picture]) -> gripper.Track:
     tracker = gripper.GripperTracker("4x4_50", 7, "film.mp4")
-    return gripper.joined([tracker(Frame(k, TIMES[k], image)) for k, image in enumerate(images)], "film.mp4")
+    return gripper.interpolate_gaps([tracker(Frame(k, TIMES[k], image)) for k, image in enumerate(images)], "film.mp4")
 
 
-def test_a_moving_gripper(film: list[Image]) -> None:
+def test_a_moving_gripper(film: list[Picture]) -> None:
     track = follow(film)
     assert np.all(track.tracked)
     errors = track.centre - way(TIMES)
@@ -128,7 +128,7 @@ def test_a_moving_gripper(film: list[Image]) -> None:
     assert track.corners.shape == (40, 4, 2)
 
 
-def test_a_shadow_over_half_of_it(film: list[Image]) -> None:
+def test_a_shadow_over_half_of_it(film: list[Picture]) -> None:
     columns = np.arange(240)
     shaded = [(image * (0.6 + 0.4 / (1.0 + np.exp((columns - 100.0) / 2.0)))).astype(np.uint8) for image in film]
     track = follow(shaded)
@@ -136,7 +136,7 @@ def test_a_shadow_over_half_of_it(film: list[Image]) -> None:
     assert np.abs(track.centre - way(TIMES)).max() < 0.1
 
 
-def test_a_finger_over_a_corner(film: list[Image]) -> None:
+def test_a_finger_over_a_corner(film: list[Picture]) -> None:
     covered = [image.copy() for image in film]
     for image, place in zip(covered[1:], way(TIMES)[1:], strict=True):
         cv2.circle(image, tuple(np.rint(place + np.array([20.0, -20.0])).astype(int).tolist()), 11, 200, -1)
@@ -145,7 +145,7 @@ def test_a_finger_over_a_corner(film: list[Image]) -> None:
     assert np.abs(track.centre - way(TIMES)).max() < 0.04
 
 
-def test_out_of_sight_for_a_while(film: list[Image]) -> None:
+def test_out_of_sight_for_a_while(film: list[Picture]) -> None:
     hidden = [PLAIN if 16 <= k < 22 else image for k, image in enumerate(film)]
     track = follow(hidden)
     assert np.flatnonzero(~track.tracked).tolist() == [16, 17, 18, 19, 20, 21]
@@ -157,7 +157,7 @@ def test_out_of_sight_for_a_while(film: list[Image]) -> None:
     assert np.all(track.sd[16:22] > track.sd[15])
 
 
-def test_a_jump(film: list[Image]) -> None:
+def test_a_jump(film: list[Picture]) -> None:
     """Six frames missing, in a large picture: the marker is farther on than the fit alone would find it."""
     tracker = gripper.GripperTracker("4x4_50", 7)
     border = np.array([400, 500])
@@ -168,7 +168,7 @@ def test_a_jump(film: list[Image]) -> None:
         np.testing.assert_allclose(grip.centre, way(TIMES)[k] + border, atol=0.03)
 
 
-def test_lost(film: list[Image]) -> None:
+def test_lost(film: list[Picture]) -> None:
     with pytest.raises(TrackingError, match="first frame") as caught:
         follow([PLAIN, *film[1:]])
     assert "film.mp4" in str(caught.value)
@@ -178,7 +178,7 @@ def test_lost(film: list[Image]) -> None:
         follow([PLAIN if k % 4 == 3 else image for k, image in enumerate(film)])
 
 
-def test_a_marker_that_leaves_the_picture(film: list[Image]) -> None:
+def test_a_marker_that_leaves_the_picture(film: list[Picture]) -> None:
     cut = [image[:, :120] for image in film]
     with pytest.raises(TrackingError, match="lost"):
         follow(cut)

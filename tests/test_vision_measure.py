@@ -17,7 +17,7 @@ from stripfold.errors import InvalidInputError, MeasurementError
 from stripfold.synthetic.recording import history_of, write_recording
 from stripfold.synthetic.scene import Scene
 from stripfold.vision import measure, recording, report, results, snap
-from stripfold.vision.calibrated import Calibration, calibrate_folder
+from stripfold.vision.calibration import Calibration, calibrate_folder
 from stripfold.vision.measure import Measurement
 from stripfold.vision.override import Override
 from stripfold.vision.recording import Recording

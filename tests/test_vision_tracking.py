@@ -21,7 +21,7 @@ from stripfold.synthetic.view import View
 from stripfold.vision import following, strip_tracker, tracking
 from stripfold.vision.centreline import Centreline
 from stripfold.vision.layers import Layers
-from stripfold.vision.mapping import Mapping, Similarity
+from stripfold.vision.mapping import Mapping
 from stripfold.vision.marker import Marker
 from stripfold.vision.video import Frame
 
@@ -60,7 +60,7 @@ def film() -> Film:
     to_plane = np.linalg.inv(
         view.camera.matrix @ np.column_stack([view.matrix[:, 0], view.matrix[:, 2], view.translation])
     )
-    mapping = Mapping(view.camera, to_plane / to_plane[2, 2], Similarity(1.0, 0.0, np.zeros(2), False))
+    mapping = Mapping(view.camera, to_plane / to_plane[2, 2])
     frames, corners = [], []
     for i, t in enumerate(times):
         image = sensor.delivered(sensor.exposed(history, float(t)), float(t))

@@ -1,4 +1,4 @@
-"""Reading videos: the container's own times, greys, limits, and files made to do harm."""
+"""Reading videos: frame times, grey values, limits, damaged and malicious files."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ import pytest
 
 from filmed import CONTAINERS, landscape, write_video
 from stripfold.errors import InvalidInputError
-from stripfold.vision import decoder, decoding, timing, video
+from stripfold.vision import decoding, timing, video
 
 BASE = Fraction(1, 600)
 STAMPS = [0, 20, 41, 60, 80, 140, 160, 181, 200, 220]
-"""In units of BASE: a jitter, and two frames dropped."""
+"""In units of BASE, with jitter and two dropped frames."""
 IMAGES = [landscape(seed) for seed in range(len(STAMPS))]
 
 
@@ -40,11 +40,9 @@ def test_times_and_greys(films: dict[str, Path], codec: str) -> None:
     with video.read(films[codec]) as reader:
         frames = list(reader)
     stamps = [k * Fraction(1, 30) for k in range(10)] if codec == "mjpeg" else [k * BASE for k in STAMPS]
-    # Matroska counts whole milliseconds; the other containers keep these times as they are.
-    unit = Fraction(1, 1000) if codec == "ffv1" else None
-    if unit:
-        assert reader.info.time_base == unit
-        stamps = [round(stamp / unit) * unit for stamp in stamps]
+    # Matroska stores whole milliseconds; the other containers keep these times.
+    if codec == "ffv1":
+        stamps = [Fraction(round(1000 * stamp), 1000) for stamp in stamps]
     assert [frame.time for frame in frames] == [float(stamp) for stamp in stamps]
     assert [frame.index for frame in frames] == list(range(10))
     for frame, image in zip(frames, IMAGES, strict=True):
@@ -72,25 +70,15 @@ def test_greys_of_other_formats(tmp_path: Path, fmt: str, codec: str, most: int)
     assert np.abs(frame.image.astype(int) - ramp).max() <= most
 
 
-def test_probe(films: dict[str, Path]) -> None:
-    info = video.probe(films["mpeg4"])
-    assert info.codec == "mpeg4"
-    assert info.size == (160, 96)
-    assert info.declared == 10
-    assert info.duration == pytest.approx(240 / 600, abs=0.05)
-
-
-def test_a_header_that_lies(images: Path) -> None:
+def test_wrong_number_of_frames_in_a_header(images: Path) -> None:
     with video.read(images / "opencv_video" / "tree.avi") as reader:
         times = [frame.time for frame in reader]
-    assert reader.info.declared == 444
     assert reader.report.decoded == len(times) == 68
-    assert reader.report.header_lied
-    assert reader.report.problems == ("the header declares 444 frames, 68 decode",)
+    assert reader.report.problems == ("the header declares 444 frames, 68 were decoded",)
     assert times[-1] == pytest.approx(443 * 0.066667, abs=1e-9)
 
 
-def test_a_header_made_to_lie(films: dict[str, Path], tmp_path: Path) -> None:
+def test_a_falsified_header(films: dict[str, Path], tmp_path: Path) -> None:
     data = bytearray(films["mjpeg"].read_bytes())
     place = data.index(b"strh") + 8 + 32  # the length of the stream
     assert struct.unpack_from("<I", data, place) == (10,)
@@ -98,8 +86,7 @@ def test_a_header_made_to_lie(films: dict[str, Path], tmp_path: Path) -> None:
     (tmp_path / "lie.avi").write_bytes(data)
     with video.read(tmp_path / "lie.avi") as reader:
         assert len(list(reader)) == 10
-    assert reader.info.declared == 100_000
-    assert reader.report.header_lied
+    assert reader.report.problems == ("the header declares 100000 frames, 10 were decoded",)
 
 
 def table(path: Path, rows: list[str], header: str = "frame,t") -> Path:
@@ -161,9 +148,9 @@ def test_a_folder_of_frames(tmp_path: Path, suffix: str) -> None:
         frames = list(reader)
     assert [frame.time for frame in frames] == [k / 7 for k in range(10)]
     assert np.abs(frames[3].image.astype(int) - IMAGES[3]).max() <= (0 if suffix == "png" else 16)
-    assert reader.info.declared == 10
+    assert reader.report.declared == 10
     (folder / "9.png").write_bytes(b"")
-    with pytest.raises(InvalidInputError, match="fill up with zeros"):
+    with pytest.raises(InvalidInputError, match="pad the numbers with zeros"):
         video.read(folder, stamps)
 
 
@@ -176,7 +163,7 @@ def test_frames_of_two_sizes(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("turn", [90, 180, 270])
-def test_turned_as_the_file_asks(films: dict[str, Path], tmp_path: Path, turn: int) -> None:
+def test_rotated_as_the_file_asks(films: dict[str, Path], tmp_path: Path, turn: int) -> None:
     data = bytearray(films["libx264"].read_bytes())
     one, angle = 65536, np.deg2rad(turn)
     c, s = round(np.cos(angle)) * one, round(np.sin(angle)) * one
@@ -188,7 +175,7 @@ def test_turned_as_the_file_asks(films: dict[str, Path], tmp_path: Path, turn: i
     assert np.abs(frame.image.astype(int) - cv2.cvtColor(shown, cv2.COLOR_BGR2GRAY)).max() <= 2
 
 
-# Files that cannot be used, and files made to do harm
+# Unusable and malicious files
 
 
 def refused(path: Path, match: str) -> None:
@@ -199,22 +186,21 @@ def refused(path: Path, match: str) -> None:
 def test_no_videos(tmp_path: Path) -> None:
     refused(tmp_path / "none.mp4", "No such file")
     refused(tmp_path / "nul\0.mp4", "null")
-    with pytest.raises(InvalidInputError, match="no frame"):
-        video.probe(tmp_path)
+    refused(tmp_path, "no frame")
     (tmp_path / "empty.mp4").touch()
     refused(tmp_path / "empty.mp4", "empty")
     os.mkfifo(tmp_path / "pipe.mp4")
     refused(tmp_path / "pipe.mp4", "neither")
     refused(Path("/dev/zero"), "neither")
     (tmp_path / "text.mp4").write_text("frame,t\n" * 1000, encoding="utf-8")
-    refused(tmp_path / "text.mp4", "does not open")
-    # A play list would open other files.
+    refused(tmp_path / "text.mp4", "cannot be opened")
+    # A playlist would open other files.
     write_video(tmp_path / "film.mkv", "ffv1", IMAGES[:2], [0, 1], Fraction(1, 30))
     (tmp_path / "list.avi").write_text("ffconcat version 1.0\nfile film.mkv\n", encoding="utf-8")
-    refused(tmp_path / "list.avi", "does not open")
+    refused(tmp_path / "list.avi", "cannot be opened")
     (tmp_path / "zeros.avi").write_bytes(b"")
     os.truncate(tmp_path / "zeros.avi", 20 << 30)  # takes no room on the disk
-    refused(tmp_path / "zeros.avi", "does not open")
+    refused(tmp_path / "zeros.avi", "cannot be opened")
 
 
 def test_truncated(films: dict[str, Path], tmp_path: Path) -> None:
@@ -223,7 +209,7 @@ def test_truncated(films: dict[str, Path], tmp_path: Path) -> None:
         cut = tmp_path / path.name
         cut.write_bytes(data[: len(data) * 6 // 10])
         if path.suffix == ".mp4":  # its index is at its end
-            refused(cut, "does not open")
+            refused(cut, "cannot be opened")
             continue
         with video.read(cut) as reader:
             frames = list(reader)
@@ -231,7 +217,7 @@ def test_truncated(films: dict[str, Path], tmp_path: Path) -> None:
         for frame, image in zip(frames, IMAGES, strict=False):
             assert frame.damaged or np.abs(frame.image.astype(float) - image).mean() < 2.0, codec
         if codec == "mjpeg":
-            assert reader.report.header_lied
+            assert "declares 10 frames" in reader.report.problems[0]
 
 
 def test_a_huge_picture(films: dict[str, Path], tmp_path: Path) -> None:
@@ -245,19 +231,19 @@ def test_a_huge_picture(films: dict[str, Path], tmp_path: Path) -> None:
 
 
 def test_a_picture_larger_than_the_limit(films: dict[str, Path], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(decoding, "MOST_PIXELS", 160 * 96 - 1)
-    with pytest.raises(decoding.Refusal, match=r"160 x 96|no size"):
-        list(decoding.messages("read", films["ffv1"]))
+    monkeypatch.setattr(decoding, "MAX_PIXELS", 160 * 96 - 1)
+    with pytest.raises(decoding.Refusal, match=r"160 x 96|no picture size"):
+        list(decoding.messages(films["ffv1"]))
 
 
 def test_more_frames_than_the_limit(films: dict[str, Path], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(decoding, "MOST_FRAMES", 9)
+    monkeypatch.setattr(decoding, "MAX_FRAMES", 9)
     with pytest.raises(decoding.Refusal, match="more than 9 frames"):
-        list(decoding.messages("read", films["ffv1"]))
+        list(decoding.messages(films["ffv1"]))
 
 
-def test_a_picture_that_keeps_the_decoder_busy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A progressive JPEG of 4000 x 4000 whose last scan comes ten thousand times: 10 s for one call."""
+def test_a_picture_that_occupies_the_decoder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A progressive JPEG of 4000 x 4000 whose last scan is repeated ten thousand times: 10 s in one call."""
     blank = np.zeros((4000, 4000), np.uint8)
     data = cv2.imencode(".jpg", blank, [cv2.IMWRITE_JPEG_PROGRESSIVE, 1])[1].tobytes()
     last = data.rindex(b"\xff\xda")
@@ -269,11 +255,11 @@ def test_a_picture_that_keeps_the_decoder_busy(tmp_path: Path, monkeypatch: pyte
             packet = av.Packet(bomb)
             packet.stream, packet.pts, packet.dts, packet.is_keyframe = stream, k, k, True
             container.mux(packet)
-    monkeypatch.setattr(decoder, "PATIENCE", 1.0)
+    monkeypatch.setattr(video, "TIMEOUT", 1.0)
     refused(tmp_path / "bomb.avi", "silent for 1 s")
 
 
-def test_a_decoder_that_breaks(films: dict[str, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_decoder_that_crashes(films: dict[str, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     crash = tmp_path / "python"
     crash.write_text("#!/bin/sh\nkill -SEGV $$\n", encoding="utf-8")
     crash.chmod(0o755)
@@ -282,7 +268,7 @@ def test_a_decoder_that_breaks(films: dict[str, Path], tmp_path: Path, monkeypat
 
 
 def test_altered_files(films: dict[str, Path], tmp_path: Path) -> None:
-    """Bytes changed at random: frames or one error, whatever comes."""
+    """Random changes of bytes give frames or one typed error."""
     outcomes = []
     for k in range(16):
         chance = random.Random(k)
@@ -304,7 +290,7 @@ def test_altered_files(films: dict[str, Path], tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("codec", ["ffv1", "mpeg4", "libx264"])
 def test_damage_is_flagged(tmp_path: Path, codec: str) -> None:
-    """Whole blocks of a file overwritten: what follows differs, and says so."""
+    """Frames after an overwritten block differ, and are flagged."""
     shown = [np.roll(IMAGES[0], 2 * k, axis=1) for k in range(10)]
     path = write_video(tmp_path / f"film.{CONTAINERS[codec]}", codec, shown, range(10), Fraction(1, 30))
     clean = {frame.time: frame.image for frame in video.read(path)}
@@ -323,7 +309,7 @@ def test_damage_is_flagged(tmp_path: Path, codec: str) -> None:
 
 
 def test_one_altered_byte_is_flagged(tmp_path: Path) -> None:
-    """The decoder patches it up and raises nothing; only the check sum tells."""
+    """The decoder conceals it and raises nothing; only the check sum reveals it."""
     path = write_video(tmp_path / "film.mkv", "ffv1", IMAGES, range(10), Fraction(1, 30))
     with av.open(path) as container:
         packet = [packet for packet in container.demux(video=0) if packet.size][4]
@@ -350,7 +336,7 @@ def test_times_that_go_back(films: dict[str, Path], tmp_path: Path) -> None:
 def test_stopping_early_ends_the_decoder(films: dict[str, Path]) -> None:
     reader = video.read(films["ffv1"])
     next(reader)
-    process = reader._decoder._process
+    process = reader._process
     reader.close()
     assert process.returncode is not None
     with pytest.raises(StopIteration):
@@ -376,7 +362,6 @@ def test_memory_does_not_grow(tmp_path: Path) -> None:
 def test_regular_frames() -> None:
     found = timing.timing(np.arange(100) / 30.0, np.zeros(100, dtype=bool))
     assert found.period == pytest.approx(1 / 30)
-    assert found.jitter < 1e-12
     assert found.problems == ()
     assert found.spacing(0.51) == pytest.approx(1 / 30)
     assert found.spacing(99 / 30) == pytest.approx(1 / 30)
@@ -400,9 +385,7 @@ def test_a_rate_that_varies() -> None:
     time = np.cumsum(rng.uniform(0.02, 0.05, 200))
     assert timing.timing(time, np.zeros(200, dtype=bool)).variable
     jitter = np.arange(200) / 30 + rng.normal(0.0, 1e-3, 200)
-    found = timing.timing(jitter, np.zeros(200, dtype=bool))
-    assert not found.variable
-    assert found.jitter == pytest.approx(np.sqrt(2.0) * 1e-3, rel=0.15)
+    assert not timing.timing(jitter, np.zeros(200, dtype=bool)).variable
     with pytest.raises(InvalidInputError, match="2 frames"):
         timing.timing(np.array([0.0, 1.0]), np.zeros(2, dtype=bool))
 

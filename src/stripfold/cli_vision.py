@@ -73,10 +73,10 @@ def eta(arguments: argparse.Namespace) -> str:
             raise InvalidInputError(name, None, f"a value for --{name} with --image")
     # Where to write is checked before anything is measured.
     target = None if arguments.picture is None else output_path(arguments.picture, arguments.picture, ".png")
-    from stripfold.vision import picture
     from stripfold.vision.eta import from_image
+    from stripfold.vision.pictures import read_grey
 
-    image = picture.read_grey(arguments.image)
+    image = read_grey(arguments.image)
     found = from_image(image, arguments.scale, arguments.method, Path(arguments.image).name)
     if target is not None:
         from stripfold.plots import eta_fit

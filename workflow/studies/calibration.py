@@ -17,9 +17,11 @@ import xarray as xr
 
 from stripfold.arrays import Array
 from stripfold.errors import CalibrationError
-from stripfold.vision import calibration, intrinsics_file, pictures
+from stripfold.vision import intrinsics
 from stripfold.vision.boards import Board, Corners, Refinement, detect, spacing
-from stripfold.vision.calibration import PARAMETERS, View
+from stripfold.vision.camera import read_camera, read_opencv_yaml
+from stripfold.vision.intrinsics import PARAMETERS, View
+from stripfold.vision.pictures import read_calibration_picture
 
 CHESSBOARD = Board("chessboard", 9, 6, 0.025)
 CHARUCO = Board("charuco", 5, 7, 0.04, 0.02, "6x6_250")
@@ -54,36 +56,34 @@ def run(images: str | Path, progress: Callable[[str], None] | None = None) -> xr
     """
     images = Path(images)
     folder = images / CHESSBOARD_FOLDER
-    views, size = calibration.views_in(folder, CHESSBOARD)
-    ours = calibration.calibrate(views, size)
+    views, size = intrinsics.find_views(folder, CHESSBOARD)
+    ours = intrinsics.calibrate(views, size)
     names = [view.name for view in views]
     found: dict[str, list[Any]] = {
         key: [] for key in ("view_rms", "rms", "value", "sd", "left_out_focal", "left_out_rms", "split_half")
     }
     ways = [*WAYS, SECTORS]
     for way in ways:
-        own = by_sectors(folder, names) if way == SECTORS else calibration.views_in(folder, CHESSBOARD, WAYS[way])[0]
+        own = by_sectors(folder, names) if way == SECTORS else intrinsics.find_views(folder, CHESSBOARD, WAYS[way])[0]
         if [view.name for view in own] != names:
             raise CalibrationError(str(folder), f"{len(own)} boards ({way})", f"{len(names)} boards")
-        fitted = calibration.fit(own, size)
-        without = [calibration.fit([*own[:i], *own[i + 1 :]], size, fitted.camera) for i in range(len(own))]
-        halves = [calibration.fit(own[k::2], size, fitted.camera).camera for k in (0, 1)]
-        everywhere = np.concatenate([view.corners.pixels for view in own])
+        fitted = intrinsics.fit(own, size)
+        without = intrinsics.fit_without_each(own, fitted)
         found["view_rms"].append(fitted.view_rms)
         found["rms"].append(fitted.rms)
-        found["value"].append(calibration.parameters(fitted.camera))
-        found["sd"].append(np.sqrt(np.diag(calibration.covariance(own, fitted))))
-        focal = np.array([calibration.parameters(other.camera)[0] for other in without])
+        found["value"].append(intrinsics.parameters(fitted.camera))
+        found["sd"].append(np.sqrt(np.diag(intrinsics.covariance(own, fitted))))
+        focal = np.array([intrinsics.parameters(other.camera)[0] for other in without])
         found["left_out_focal"].append(focal - fitted.camera.matrix[0, 0])
         found["left_out_rms"].append([other.rms for other in without])
-        found["split_half"].append(calibration.disagreement(halves[0], halves[1], everywhere))
+        found["split_half"].append(intrinsics.split_half(own, fitted))
         if progress:
             progress(f"{way}: {fitted.rms:.4f} px, focal length {fitted.camera.matrix[0, 0]:.2f} px")
-    published = intrinsics_file.table_of(folder / PUBLISHED)
-    charuco = detect(pictures.read(images / CHARUCO_FOLDER / CHARUCO_PICTURE), CHARUCO)
+    published = read_opencv_yaml(folder / PUBLISHED)
+    charuco = detect(read_calibration_picture(images / CHARUCO_FOLDER / CHARUCO_PICTURE), CHARUCO)
     if charuco is None:
         raise CalibrationError(CHARUCO_PICTURE, "no board", "the ChArUco board")
-    camera = intrinsics_file.read(images / CHARUCO_FOLDER / PUBLISHED_CHARUCO)
+    camera = read_camera(images / CHARUCO_FOLDER / PUBLISHED_CHARUCO)
     table = {
         "view_rms": (("way", "view"), found["view_rms"], "pixel", "reprojection error of a view, RMS"),
         "rms": (("way",), found["rms"], "pixel", "reprojection error, RMS"),
@@ -98,7 +98,7 @@ def run(images: str | Path, progress: Callable[[str], None] | None = None) -> xr
             "m",
             f"the same, in a plane {DISTANCE:g} m away",
         ),
-        "jackknife_sd": (("parameter",), calibration.jackknife_sd(ours.left_out), "1", "sd by leaving views out"),
+        "jackknife_sd": (("parameter",), intrinsics.jackknife_sd(ours.left_out), "1", "sd by leaving views out"),
         "inflation": ((), ours.inflation, "1", "jackknife's sd over sd, root mean square over the parameters"),
         "coverage": ((), ours.coverage, "1", "share of the picture's area that boards were in"),
         "spacing": (("view",), [spacing(view.corners.pixels) for view in views], "pixel", "smallest corner distance"),
@@ -124,11 +124,11 @@ def run(images: str | Path, progress: Callable[[str], None] | None = None) -> xr
         ),
         "published_value": (
             ("parameter",),
-            calibration.parameters(intrinsics_file.read(folder / PUBLISHED)),
+            intrinsics.parameters(read_camera(folder / PUBLISHED)),
             "1",
             "published intrinsics; the first four in pixels",
         ),
-        "charuco_rms": ((), calibration.reprojection(camera, charuco), "pixel", "ChArUco, published camera: RMS"),
+        "charuco_rms": ((), intrinsics.reprojection_error(camera, charuco), "pixel", "ChArUco, published camera: RMS"),
         "charuco_corners": ((), float(len(charuco.ids)), "1", "corners found on the ChArUco board"),
     }
     coords = {
@@ -149,7 +149,7 @@ def by_sectors(folder: Path, names: list[str]) -> list[View]:
     points = CHESSBOARD.points
     views = []
     for name in names:
-        image = pictures.read(folder / name)
+        image = read_calibration_picture(folder / name)
         found, corners = cv2.findChessboardCornersSB(
             image, (CHESSBOARD.columns, CHESSBOARD.rows), flags=cv2.CALIB_CB_ACCURACY
         )

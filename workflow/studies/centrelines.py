@@ -24,7 +24,7 @@ from stripfold.arrays import Array
 from stripfold.errors import InvalidInputError, TrackingError
 from stripfold.vision import eta
 from stripfold.vision.centreline import Centreline, find
-from stripfold.vision.picture import read_grey
+from stripfold.vision.pictures import read_grey
 
 TEXTILE = "bendstiff/test_image.jpg"
 SCALE = 1.101e-4

@@ -21,15 +21,15 @@ import numpy as np
 import xarray as xr
 from av.video.stream import VideoStream
 
+from stripfold.arrays import Picture
 from stripfold.errors import StripfoldError
 from stripfold.synthetic.recording import history_of
 from stripfold.synthetic.render import Renderer
 from stripfold.synthetic.scene import Scene
 from stripfold.synthetic.sensor import Sensor
 from stripfold.synthetic.view import View
-from stripfold.vision.decoder import Image
 from stripfold.vision.gripper import Grip, GripperTracker
-from stripfold.vision.mapping import Mapping, Similarity, homography
+from stripfold.vision.mapping import Mapping, fit_homography
 from stripfold.vision.strip_tracker import StripTracker
 from stripfold.vision.video import Frame, read
 
@@ -55,8 +55,8 @@ def stages() -> list[Stage]:
     asked = scene()
     view, gripper = View.of(asked.filming), asked.gripper
     corners = np.array([[0.0, 0.0], [0.2, 0.0], [0.2, 0.15], [0.0, 0.15]])
-    plane = homography(view.camera.undistort(view.in_plane(corners)), corners)
-    mapping = Mapping(view.camera, plane, Similarity(1.0, 0.0, np.zeros(2), False))
+    plane = fit_homography(view.camera.undistort(view.in_plane(corners)), corners)
+    mapping = Mapping(view.camera, plane)
     follow_gripper = GripperTracker(_DICTIONARY, gripper.marker)
     follow_strip = StripTracker(mapping, asked.strip.length, "benchmark")
     last: list[Grip] = []
@@ -175,7 +175,7 @@ def _make(path: Path, codec: str, frames: int) -> None:
 
 
 @cache
-def _pictures() -> list[Image]:
+def _pictures() -> list[Picture]:
     asked = scene()
     history = history_of(asked)
     times = BEGINS + np.arange(DRAWN) / RATE

@@ -3,11 +3,25 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import prod
+from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
+import yaml
 
 from stripfold.arrays import Array
+from stripfold.errors import InvalidInputError
+
+LARGEST_FILE = 200_000
+"""Bytes: a file with the corners of a hundred views is smaller."""
+MAX_SIDE = 100_000
+"""Largest width or height of a picture, pixels."""
+ALLOWED = (
+    "an OpenCV YAML file with image_width, image_height, camera_matrix (3 x 3, without skew) and "
+    "distortion_coefficients (k1, k2, p1, p2 and optionally k3)"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,20 +42,107 @@ class Camera:
     distortion: Array
     size: tuple[int, int]
 
-    def undistort(self, points: Array) -> Array:
-        """Where a camera without distortion and with the same matrix sees ``points``; shape (n, 2), pixels."""
-        flat = np.ascontiguousarray(points, dtype=np.float64).reshape(-1, 1, 2)
-        ideal = cv2.undistortPoints(flat, self.matrix, self.distortion, P=self.matrix)
+    def undistort(self, pixels: Array) -> Array:
+        """Where the camera without its distortion would see ``pixels``; shapes (n, 2)."""
+        points = np.ascontiguousarray(pixels, dtype=np.float64).reshape(-1, 1, 2)
+        ideal = cv2.undistortPoints(points, self.matrix, self.distortion, P=self.matrix)
         return np.asarray(ideal, dtype=np.float64).reshape(-1, 2)
 
-    def distort(self, points: Array) -> Array:
-        """The inverse of :meth:`undistort`; shape (n, 2), pixels."""
-        flat = np.asarray(points, dtype=np.float64).reshape(-1, 2)
-        rays = np.column_stack([flat, np.ones(len(flat))]) @ np.linalg.inv(self.matrix).T
+    def distort(self, pixels: Array) -> Array:
+        """The inverse of :meth:`undistort`."""
+        pixels = np.asarray(pixels, dtype=np.float64).reshape(-1, 2)
+        rays = np.column_stack([pixels, np.ones(len(pixels))]) @ np.linalg.inv(self.matrix).T
         return self.project(rays, np.zeros(3), np.zeros(3))
 
     def project(self, points: Array, rotation: Array, translation: Array) -> Array:
-        """Pixels, shape (n, 2), of ``points``, shape (n, 3), m, with the pose of their frame as vectors, shape (3,)."""
-        flat = np.ascontiguousarray(points, dtype=np.float64).reshape(-1, 1, 3)
-        seen, _ = cv2.projectPoints(flat, rotation, translation, self.matrix, self.distortion)
-        return np.asarray(seen, dtype=np.float64).reshape(-1, 2)
+        """Pixels, shape (n, 2), of ``points``, shape (n, 3), m, given the pose of their frame (Rodrigues vector, m)."""
+        points = np.ascontiguousarray(points, dtype=np.float64).reshape(-1, 1, 3)
+        pixels, _ = cv2.projectPoints(points, rotation, translation, self.matrix, self.distortion)
+        return np.asarray(pixels, dtype=np.float64).reshape(-1, 2)
+
+
+def read_camera(path: Path) -> Camera:
+    """The camera in a file as OpenCV's calibration programs write it.
+
+    Raises
+    ------
+    InvalidInputError
+        No such file, too large, not in OpenCV's format, or not the intrinsics of a camera.
+    """
+    table = read_opencv_yaml(path)
+    try:
+        width, height = (_side(table[key]) for key in ("image_width", "image_height"))
+        matrix = _matrix(table["camera_matrix"])
+        if matrix.shape != (3, 3) or np.any(matrix[[0, 1, 2, 2, 2], [1, 0, 0, 1, 2]] != [0.0, 0.0, 0.0, 0.0, 1.0]):
+            raise ValueError("camera_matrix is not that of a camera without skew")
+        if not (matrix[0, 0] > 0.0 and matrix[1, 1] > 0.0):
+            raise ValueError("a focal length is not positive")
+        if not (0.0 <= matrix[0, 2] <= width and 0.0 <= matrix[1, 2] <= height):
+            raise ValueError("the principal point is outside the picture")
+        distortion = _matrix(table["distortion_coefficients"]).ravel()
+        if len(distortion) < 4 or np.any(distortion[5:] != 0.0):
+            raise ValueError(f"distortion_coefficients has {len(distortion)} numbers, and only 4 or 5 are supported")
+    except (KeyError, TypeError, ValueError) as error:
+        reason = f"{error.args[0]} is missing" if isinstance(error, KeyError) else str(error)
+        raise InvalidInputError("intrinsics", str(path), ALLOWED, reason) from error
+    return Camera(matrix, np.append(distortion, 0.0)[:5], (width, height))
+
+
+def _side(value: Any) -> int:
+    if not isinstance(value, int) or isinstance(value, bool) or not 1 <= value <= MAX_SIDE:
+        raise ValueError(f"a side of the picture is {str(value)[:40]} pixels long")
+    return value
+
+
+def _matrix(entry: Any) -> Array:
+    if not isinstance(entry, dict):
+        raise ValueError("a matrix needs rows, cols and data")
+    # OpenCV 5 writes arrays of one dimension with their sizes.
+    shape = [int(size) for size in (entry["sizes"] if "sizes" in entry else [entry["rows"], entry["cols"]])]
+    data = entry["data"]
+    if not isinstance(data, list) or min(shape) < 1 or prod(shape) != len(data):
+        raise ValueError("the data of a matrix do not match its rows and cols")
+    values = np.array([float(value) for value in data]).reshape(shape)
+    if not np.all(np.isfinite(values)):
+        raise ValueError("a number is not finite")
+    return values
+
+
+def read_opencv_yaml(path: Path) -> dict[str, Any]:
+    """The content of an OpenCV YAML file; matrices are mappings with rows, cols and data.
+
+    OpenCV's own reader is not used: deeply nested files crash the process.
+
+    Raises
+    ------
+    InvalidInputError
+        No such file, too large, or not YAML.
+    """
+    if not path.is_file():
+        raise InvalidInputError("intrinsics", str(path), "an existing file")
+    try:
+        with path.open("rb") as file:
+            content = file.read(LARGEST_FILE + 1)
+        if len(content) > LARGEST_FILE:
+            raise ValueError(f"it has more than {LARGEST_FILE:,} bytes")
+        # The first line that OpenCV writes is not valid YAML.
+        text = content.decode("utf-8")
+        found = yaml.load(text.partition("\n")[2] if text.startswith("%YAML:") else text, _Loader)
+        if not isinstance(found, dict):
+            raise ValueError("it is not a mapping")
+    except (OSError, ValueError, yaml.YAMLError, RecursionError, OverflowError, TypeError) as error:
+        reason = " ".join(str(error).split())[:200]
+        raise InvalidInputError("intrinsics", str(path), ALLOWED, f"reading it failed: {reason}") from error
+    return found
+
+
+class _Loader(yaml.SafeLoader):
+    """Reads OpenCV's matrices as mappings."""
+
+
+def _mapping(loader: _Loader, node: yaml.MappingNode) -> dict[Any, Any]:
+    return loader.construct_mapping(node, deep=True)
+
+
+for _tag in ("opencv-matrix", "opencv-nd-matrix"):
+    _Loader.add_constructor(f"tag:yaml.org,2002:{_tag}", _mapping)

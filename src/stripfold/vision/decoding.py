@@ -1,20 +1,20 @@
-"""The process that decodes: it reads what others made, so it has limits of its own and may be ended at any time.
+"""The decoder process: it reads untrusted files, so it has limits of its own and can be ended at any time.
 
-A picture of a few megabytes can keep a decoder busy for minutes inside one call (a progressive JPEG with many scans
-takes 1 ms per 31 bytes), and nothing in the same process could interrupt that.  So :mod:`stripfold.vision.video`
-starts this module, ``python -m stripfold.vision.decoding probe|read PATH``, and reads messages from its output: the
-length of a JSON text as four bytes, the text, and after a ``frame`` the picture, one byte per pixel.
+A picture of a few megabytes can occupy a decoder for minutes inside one call (a progressive JPEG with many scans takes
+1 ms per 31 bytes), which nothing in the same process could interrupt.  :mod:`stripfold.vision.video` therefore starts
+``python -m stripfold.vision.decoding FD PATH`` and receives messages through the pipe with the file descriptor ``FD``:
+JSON, and after each ``frame`` the grey picture, one byte per pixel.
 """
 
 from __future__ import annotations
 
 import json
-import os
 import resource
 import sys
 from collections.abc import Iterator
+from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 import av
 import numpy as np
@@ -22,170 +22,139 @@ from av.stream import Disposition
 from av.video.frame import VideoFrame
 from av.video.stream import VideoStream
 
-MOST_PIXELS = 36_000_000
+MAX_PIXELS = 36_000_000
 """Pixels of a frame: 8K fits."""
-MOST_FRAMES = 200_000
+MAX_FRAMES = 200_000
 """Frames of a recording: nearly an hour at 60 per second."""
-MOST_ERRORS = 100
-"""Packets that do not decode."""
-MOST_MEMORY = 4 << 30
+MAX_ERRORS = 100
+"""Packets that cannot be decoded."""
+MAX_MEMORY = 4 << 30
 """Address space of this process, bytes."""
-MOST_SECONDS = 3600
-"""Processor time of this process, s."""
+MAX_SECONDS = 3600
+"""CPU time of this process, s."""
 
-_KINDS = {".png": "png_pipe", ".jpg": "jpeg_pipe", ".jpeg": "jpeg_pipe"}
-PICTURES = tuple(_KINDS)
-"""How the names of frames in a folder end."""
-# What cameras and common programs write.  Play lists, which would open other files, are not among them.
+_DEMUXERS = {".png": "png_pipe", ".jpg": "jpeg_pipe", ".jpeg": "jpeg_pipe"}
+SUFFIXES = tuple(_DEMUXERS)
+"""File names of frames in a folder end in one of these."""
+# What cameras and common programs write.  Playlists, which would open other files, are excluded.
 _FORMATS = "avi,matroska,webm,mov,mp4,m4a,3gp,3g2,mj2,mpegts,mpeg,asf,flv,ogg,nut,mxf,y4m,png_pipe,jpeg_pipe,mjpeg"
-_LUMINANCE = {f"yuv{j}{kind}p" for j in ("", "j") for kind in (410, 411, 420, 422, 440, 444)} | {"nv12", "nv21", "gray"}
-"""Formats whose first plane is the luminance, one byte per pixel."""
+_LUMA = {f"yuv{j}{kind}p" for j in ("", "j") for kind in (410, 411, 420, 422, 440, 444)} | {"nv12", "nv21", "gray"}
+"""Pixel formats whose first plane is the luma, one byte per pixel."""
+
+Message = dict[str, Any]
 
 
 class Refusal(Exception):
-    """What was found, and what to do about it."""
-
-    def __init__(self, found: str, advice: str = "") -> None:
-        super().__init__(found, advice)
-        self.found, self.advice = found, advice
+    """A video that cannot be used; the message says why."""
 
 
 def frame_files(folder: Path) -> list[Path]:
     """The frames in a folder, sorted by name."""
-    return sorted(path for path in folder.iterdir() if path.suffix.lower() in PICTURES and path.is_file())
+    return sorted(path for path in folder.iterdir() if path.suffix.lower() in SUFFIXES and path.is_file())
 
 
-def messages(mode: str, path: Path) -> Iterator[tuple[dict[str, Any], bytes]]:
-    """What to tell about a video or a folder of frames: ``info``, every ``frame`` when reading, ``end``."""
+def messages(path: Path) -> Iterator[tuple[Message, bytes]]:
+    """The content of a video or a folder of frames: one ``start``, each ``frame`` with its picture, one ``end``."""
     files = frame_files(path) if path.is_dir() else [path]
     errors = count = 0
-    for number, file in enumerate(files):
-        with _opened(file) as container:
+    for file in files:
+        with _open(file) as container:
             stream = _stream(container)
-            if number == 0:
-                yield _info(container, stream, len(files) if path.is_dir() else stream.frames), b""
-            if mode == "probe":
-                return
-            torn = False
+            if file == files[0]:
+                yield {"kind": "start", "declared": len(files) if path.is_dir() else max(stream.frames, 0)}, b""
+            damaged = False
             for packet in container.demux(stream):
                 fault, frames = packet.is_corrupt, []
                 try:
                     with av.logging.Capture() as complaints:
                         frames = packet.decode()
-                    # Some decoders patch up what they cannot read, and only say so.
+                    # Some decoders conceal errors and only log them.
                     fault = fault or bool(complaints)
                 except (av.error.InvalidDataError, av.error.PatchWelcomeError, av.error.ArgumentError) as error:
                     errors, fault = errors + 1, True
-                    if errors > MOST_ERRORS:
-                        raise Refusal(f"more than {MOST_ERRORS} packets do not decode: {error}") from error
-                # What follows a fault is built on what was there before it, up to the next whole picture.
-                torn = torn or fault
+                    if errors > MAX_ERRORS:
+                        raise Refusal(f"more than {MAX_ERRORS} packets cannot be decoded: {error}") from error
+                # A fault persists in all frames predicted from the damaged one, up to the next key frame.
+                damaged = damaged or fault
                 for frame in frames:
                     count += 1
-                    if count > MOST_FRAMES:
-                        raise Refusal(f"more than {MOST_FRAMES} frames", "cut it into shorter recordings")
-                    torn = frame.is_corrupt or fault or (torn and not frame.key_frame)
-                    yield _frame(frame, torn)
+                    if count > MAX_FRAMES:
+                        raise Refusal(f"more than {MAX_FRAMES} frames: cut it into shorter recordings")
+                    damaged = frame.is_corrupt or fault or (damaged and not frame.key_frame)
+                    yield _frame(frame, damaged)
     yield {"kind": "end", "errors": errors}, b""
 
 
-def _opened(file: Path) -> av.container.InputContainer:
-    options = {"protocol_whitelist": "file", "format_whitelist": _FORMATS, "max_pixels": str(MOST_PIXELS)}
+def _open(file: Path) -> av.container.InputContainer:
+    options = {"protocol_whitelist": "file", "format_whitelist": _FORMATS, "max_pixels": str(MAX_PIXELS)}
+    demuxer = _DEMUXERS.get(file.suffix.lower())
     try:
-        return av.open(f"file:{file}", "r", _KINDS.get(file.suffix.lower()), options=options, metadata_errors="replace")
+        return av.open(f"file:{file}", "r", demuxer, options=options, metadata_errors="replace")
     except av.FFmpegError as error:
-        advice = "save it again as mp4, avi or mkv" if file.suffix.lower() not in PICTURES else ""
-        raise Refusal(f"{file.name} does not open as one ({error.strerror})", advice) from error
+        advice = "" if demuxer else ": save it again as mp4, avi or mkv"
+        raise Refusal(f"{file.name} cannot be opened ({error.strerror}){advice}") from error
 
 
 def _stream(container: av.container.InputContainer) -> VideoStream:
-    """The moving pictures: not the picture of a cover."""
+    """The first video stream that is not a cover picture, with limits set before its decoder opens."""
     found = [stream for stream in container.streams.video if not stream.disposition & Disposition.attached_pic]
     if not found:
-        raise Refusal("no moving pictures in it")
-    stream = found[0]
-    context = stream.codec_context
+        raise Refusal("it contains no video stream")
+    context = found[0].codec_context
     if context is None:
-        raise Refusal("no decoder for its pictures")
-    if not 0 < context.width * context.height <= MOST_PIXELS:
-        size = f"{context.width} x {context.height} pixels" if context.width else "no size of its pictures"
-        raise Refusal(f"its header declares {size}", f"at most {MOST_PIXELS} pixels can be read")
-    # Before the decoder opens: no larger picture gets memory, whatever later frames declare.
-    # Faults are looked for: where there is a check sum, by it.
-    context.options = {"max_pixels": str(MOST_PIXELS), "err_detect": "crccheck+bitstream+buffer"}
+        raise Refusal("there is no decoder for its codec")
+    if not 0 < context.width * context.height <= MAX_PIXELS:
+        size = f"{context.width} x {context.height} pixels" if context.width else "no picture size"
+        raise Refusal(f"its header declares {size}: at most {MAX_PIXELS} pixels can be read")
+    # No memory is allocated for a larger picture, whatever later frames declare; check sums are verified.
+    context.options = {"max_pixels": str(MAX_PIXELS), "err_detect": "crccheck+bitstream+buffer"}
     context.thread_count = 1
-    return stream
+    return found[0]
 
 
-def _info(container: av.container.InputContainer, stream: VideoStream, declared: int) -> dict[str, Any]:
-    rate, base, context = stream.average_rate, stream.time_base, stream.codec_context
-    return {
-        "kind": "info",
-        "container": container.format.name,
-        "codec": context.name,
-        "size": [context.width, context.height],
-        "declared": max(declared, 0),
-        "rate": float(rate) if rate else None,
-        "time_base": [base.numerator, base.denominator] if base else None,
-        "duration": container.duration / av.time_base if container.duration else None,
-    }
-
-
-def _frame(frame: VideoFrame, damaged: bool) -> tuple[dict[str, Any], bytes]:
-    full = frame.color_range == 2 or frame.format.name.startswith("yuvj")
-    limited = not full and frame.format.name in _LUMINANCE and (frame.format.name != "gray" or frame.color_range == 1)
-    if frame.format.name not in _LUMINANCE:
-        frame_grey = frame.reformat(format="gray", threads=1)
-    else:
-        frame_grey = frame
-    plane = frame_grey.planes[0]
-    rows = np.frombuffer(memoryview(plane), np.uint8, count=plane.line_size * frame.height).reshape(
-        frame.height, plane.line_size
-    )
-    told = {
+def _frame(frame: VideoFrame, damaged: bool) -> tuple[Message, bytes]:
+    name = frame.format.name
+    full_range = frame.color_range == 2 or name.startswith("yuvj") or (name == "gray" and frame.color_range != 1)
+    grey = frame if name in _LUMA else frame.reformat(format="gray", threads=1)
+    plane = grey.planes[0]
+    size = plane.line_size * frame.height
+    rows = np.frombuffer(memoryview(plane), np.uint8, count=size).reshape(frame.height, plane.line_size)
+    message = {
         "kind": "frame",
         "time": float(frame.pts * frame.time_base) if frame.pts is not None and frame.time_base else None,
         "size": [frame.width, frame.height],
-        "limited": limited,
+        "limited_range": name in _LUMA and not full_range,
         "damaged": damaged,
         "interlaced": bool(frame.interlaced_frame),
-        "turn": int(frame.rotation),
+        "rotation": int(frame.rotation),
     }
-    return told, rows[:, : frame.width].tobytes()
+    return message, rows[:, : frame.width].tobytes()
 
 
-def main(mode: str, path: str) -> None:
-    """Tell everything about ``path`` on the standard output; what goes wrong is told too."""
+def main(descriptor: int, path: Path) -> None:
+    """Send the content of ``path``; errors are sent as the message ``refused``."""
     av.logging.set_level(av.logging.ERROR)
-    resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY, MOST_MEMORY))
-    resource.setrlimit(resource.RLIMIT_CPU, (MOST_SECONDS, MOST_SECONDS + 5))
+    resource.setrlimit(resource.RLIMIT_AS, (MAX_MEMORY, MAX_MEMORY))
+    resource.setrlimit(resource.RLIMIT_CPU, (MAX_SECONDS, MAX_SECONDS + 5))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    # Nothing that a library prints may come between the messages.
-    with os.fdopen(os.dup(1), "wb", buffering=0) as out:
-        os.dup2(2, 1)
+    with Connection(descriptor, readable=False) as connection:
         try:
-            for told, picture in messages(mode, Path(path)):
-                _send(out, told, picture)
+            for message, picture in messages(path):
+                connection.send_bytes(json.dumps(message).encode())
+                if picture:
+                    connection.send_bytes(picture)
+            return
         except BrokenPipeError:
-            return  # whoever asked has seen enough
+            return  # the reader has stopped
         except Refusal as refusal:
-            _send(out, {"kind": "refused", "found": refusal.found, "advice": refusal.advice})
+            reason = str(refusal)
         except MemoryError:
-            _send(
-                out, {"kind": "refused", "found": f"decoding it takes more than {MOST_MEMORY >> 30} GB", "advice": ""}
-            )
+            reason = f"decoding needs more than {MAX_MEMORY >> 30} GB"
         except Exception as error:
-            # Libraries fail in ways of their own on files made to make them fail.
-            _send(out, {"kind": "refused", "found": f"decoding it fails ({error!r:.200})", "advice": ""})
-
-
-def _send(out: BinaryIO, told: dict[str, Any], picture: bytes = b"") -> None:
-    text = json.dumps(told).encode()
-    for part in (len(text).to_bytes(4, "little") + text, picture):
-        view = memoryview(part)
-        while view:
-            view = view[out.write(view) :]
+            # Malformed files raise errors of many types in the libraries.
+            reason = f"decoding failed ({error!r:.200})"
+        connection.send_bytes(json.dumps({"kind": "refused", "reason": reason}).encode())
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], sys.argv[2])
+    main(int(sys.argv[1]), Path(sys.argv[2]))

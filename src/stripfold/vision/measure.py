@@ -15,7 +15,7 @@ import numpy as np
 from stripfold.arrays import Array
 from stripfold.errors import MeasurementError
 from stripfold.vision import clock, snap
-from stripfold.vision.calibrated import Calibration, calibrate_folder
+from stripfold.vision.calibration import Calibration, calibrate_folder
 from stripfold.vision.clock import Clock, RobotLog
 from stripfold.vision.override import Override
 from stripfold.vision.recording import Recording

@@ -1,49 +1,97 @@
-"""Pictures of a calibration: as the film's camera saw them, all of its size."""
+"""Reading picture files.  The size that a file declares is checked before anything is decoded."""
 
 from __future__ import annotations
 
+import os
+import warnings
 from pathlib import Path
+
+import numpy as np
+from PIL import Image, ImageOps
 
 from stripfold.arrays import Picture
 from stripfold.errors import CalibrationError, InvalidInputError
-from stripfold.vision.picture import read_grey
 
+MAX_PIXELS = 50_000_000
+SIDES = (32, 32_000)
+"""Shortest and longest side, pixels; OpenCV cannot remap larger ones."""
+FORMATS = ("PNG", "JPEG", "TIFF", "BMP", "WEBP")
 SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".webp")
+ALLOWED = (
+    f"a complete picture ({', '.join(FORMATS)}) of at most {MAX_PIXELS // 1_000_000} million pixels,"
+    f" each side {SIDES[0]} to {SIDES[1]} long"
+)
 
 
-def read(path: Path) -> Picture:
-    """The picture in a file, grey, as its sensor saw it; raises as :func:`.picture.read_grey` does."""
-    return read_grey(path, upright=False)
+def read_grey(path: str | os.PathLike[str], upright: bool = True) -> Picture:
+    """The grey values of a picture, shape (height, width).
 
-
-def of_size(path: Path, size: tuple[int, int]) -> Picture:
-    """The picture in a file, of the camera's width and height.
+    The rotation in its EXIF data is applied if ``upright``.  Otherwise the picture is as the sensor recorded it, like
+    the frames of a video.
 
     Raises
     ------
     InvalidInputError
-        As :func:`read`.
+        No such file, not a picture, a damaged one, or one that is too large.
+    """
+    if not Path(path).is_file():
+        raise InvalidInputError("image", str(path), "an existing file")
+    try:
+        # Pillow has a warning of its own for large pictures; the limit here is stricter.
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", Image.DecompressionBombWarning)
+            opened = Image.open(path, formats=FORMATS)
+        with opened as picture:
+            width, height = picture.size
+            if width * height > MAX_PIXELS or min(width, height) < SIDES[0] or max(width, height) > SIDES[1]:
+                raise InvalidInputError("image", str(path), ALLOWED, f"it has {width} x {height}")
+            picture.load()
+            upright_picture = ImageOps.exif_transpose(picture) if upright else picture
+            return np.ascontiguousarray(_eight_bit(upright_picture).convert("L"))
+    except InvalidInputError:
+        raise
+    except (Image.DecompressionBombError, OSError, SyntaxError, ValueError) as error:
+        raise InvalidInputError("image", str(path), ALLOWED, f"reading it failed: {error}") from error
+
+
+def _eight_bit(picture: Image.Image) -> Image.Image:
+    """Scale 16 bits to 8: Pillow would clip them."""
+    if not picture.mode.startswith(("I", "F")):
+        return picture
+    values = np.asarray(picture, dtype=np.float64)
+    if picture.mode == "F" or values.min() < 0 or values.max() > 65535:
+        raise ValueError(f"grey values from {values.min():g} to {values.max():g}")
+    return Image.fromarray((values / 257.0).round().astype(np.uint8))
+
+
+def read_calibration_picture(path: Path, size: tuple[int, int] | None = None) -> Picture:
+    """A picture as the sensor recorded it, which must have the width and height ``size`` if given.
+
+    Raises
+    ------
+    InvalidInputError
+        As :func:`read_grey`.
     CalibrationError
         A picture of another size.
     """
-    image = read(path)
-    if image.shape != (size[1], size[0]):
+    picture = read_grey(path, upright=False)
+    if size is not None and picture.shape != (size[1], size[0]):
         raise CalibrationError(
             path.name,
-            f"{image.shape[1]} x {image.shape[0]} pixels",
+            f"{picture.shape[1]} x {picture.shape[0]} pixels",
             f"{size[0]} x {size[1]} pixels, as the camera was calibrated with",
-            "take all pictures with the camera and the settings of the film",
+            "take all pictures with the camera and the settings of the video",
         )
-    return image
+    return picture
 
 
-def listed(folder: Path, most: int) -> list[Path]:
-    """The pictures of a folder, in the order of their names; other files are left out.
+def picture_files(folder: Path, most: int) -> list[Path]:
+    """The pictures in a folder, sorted by name; other files are ignored.
 
     Raises
     ------
     InvalidInputError
-        No such folder, no pictures in it, or more than ``most``.
+        No such folder, no picture in it, or more than ``most``.
     """
     if not folder.is_dir():
         raise InvalidInputError("folder", str(folder), "an existing folder of pictures")

@@ -1,8 +1,8 @@
-"""Stops of the robot with the gripper's marker in sight: which place each picture was taken at, and what it shows."""
+"""The robot grid: pictures of the gripper's marker at known places, and the fit of the folding plane to the robot."""
 
 from __future__ import annotations
 
-import csv
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -10,73 +10,52 @@ import numpy as np
 
 from stripfold.arrays import Array
 from stripfold.errors import CalibrationError, InvalidInputError
-from stripfold.vision import markers, pictures
+from stripfold.vision.camera import Camera
+from stripfold.vision.intrinsics import OUTLIER, require
+from stripfold.vision.mapping import fit_similarity, rms, scale, transform
+from stripfold.vision.marker import Marker
+from stripfold.vision.pictures import read_calibration_picture
+from stripfold.vision.tables import read_rows, to_numbers
 
-HEADER = ("image", "x", "z")
-FEWEST, MOST = 6, 100
-"""Stops: a similarity has four unknowns, and its residuals must tell a mistake."""
-LARGEST = 100_000
-"""Bytes of the table."""
+MIN_STOPS, MAX_STOPS = 6, 100
+"""Stops of the robot: a similarity has four unknowns, and its residuals must reveal a mistake."""
+MAX_STOP_ERROR = 0.002
+"""Distance, m, of a stop from where the other stops predict it."""
+MIN_SPREAD = 0.1
+"""Extent of the stops across their principal direction over that along it."""
 
 
-class Stop(NamedTuple):
-    """One stop of the robot.
+class Stops(NamedTuple):
+    """The robot's stops.
 
     Attributes
     ----------
-    name
-        The picture's name in the table.
+    names
+        File names of the pictures.
     corners
-        Shape (4, 2): the marker's corners, pixels.
-    place
-        Shape (2,): x and z of the marker's centre, as the robot reports it, m.
+        Shape (n, 4, 2): the marker's corners, pixels.
+    places
+        Shape (n, 2): x and z of the marker's centre as the robot reports it, m.
     """
 
-    name: str
+    names: Sequence[str]
     corners: Array
-    place: Array
+    places: Array
+
+    def centres(self, camera: Camera, plane: Array) -> Array:
+        """Shape (n, 2): the marker's centres in the folding plane, m, by the homography ``plane``."""
+        corners = camera.undistort(self.corners.reshape(-1, 2))
+        return np.asarray(transform(plane, corners).reshape(-1, 4, 2).mean(axis=1))
 
 
-def read(path: Path) -> list[tuple[str, Array]]:
-    """The pictures' names in a table ``image,x,z`` and the places, shape (2,), m, that the robot reports.
-
-    Raises
-    ------
-    InvalidInputError
-        No such table, another header, not numbers, a picture twice, or too many rows.
-    """
-    allowed = (
-        f"a CSV file with the header {','.join(HEADER)} and {FEWEST} to {MOST} rows: a picture, and two numbers in m"
-    )
-    try:
-        with path.open(encoding="utf-8", newline="") as file:
-            text = file.read(LARGEST + 1)
-        rows = [row for row in csv.reader(text.splitlines()) if row]
-        found = tuple(name.strip() for name in rows[0]) if rows else ()
-        if len(text) > LARGEST or found != HEADER:
-            raise ValueError(f"its first row is {','.join(found)[:80]!r}")
-        stops = [(name.strip(), np.array([float(x), float(z)])) for name, x, z in rows[1:]]
-    except (OSError, ValueError, csv.Error) as error:
-        raise InvalidInputError("robot grid", str(path), allowed, " ".join(str(error).split())) from error
-    for name, place in stops:
-        if not np.all(np.isfinite(place)):
-            raise InvalidInputError("robot grid", str(path), allowed, f"a number of {name} is not finite")
-    names = [name for name, _ in stops]
-    if len(set(names)) < len(names):
-        raise InvalidInputError("robot grid", str(path), allowed, "a picture is there twice")
-    if len(stops) > MOST:
-        raise InvalidInputError("robot grid", str(path), allowed, f"it has {len(stops)} rows")
-    return stops
-
-
-def stops_in(path: Path, dictionary: str, identity: int, size: tuple[int, int]) -> list[Stop]:
-    """The stops of a table and the markers in their pictures, whose names are relative to the table's folder.
+def find_stops(path: Path, dictionary: str, number: int, size: tuple[int, int]) -> Stops:
+    """The stops in a table ``image,x,z`` and the markers in their pictures, whose paths are relative to the table.
 
     Parameters
     ----------
     path
         The table.
-    dictionary, identity
+    dictionary, number
         The marker.
     size
         Width and height that the pictures must have.
@@ -84,20 +63,59 @@ def stops_in(path: Path, dictionary: str, identity: int, size: tuple[int, int]) 
     Raises
     ------
     InvalidInputError
-        The table or a picture cannot be read.
+        The table or a picture cannot be read, or a picture is listed twice.
     CalibrationError
         A picture of another size, or without the marker.
     """
-    stops: list[Stop] = []
-    for name, place in read(path):
-        image = pictures.of_size(path.parent / name, size)
-        marker = markers.find(image, dictionary, identity)
-        if marker is None:
+    rows = read_rows("robot grid", path, "image,x,z", (0, MAX_STOPS))
+    places = to_numbers("robot grid", path, [row[1:] for row in rows], 2)
+    names = [row[0].strip() for row in rows]
+    if len(set(names)) < len(names):
+        raise InvalidInputError("robot grid", str(path), "a table in which each picture has one row")
+    marker, found = Marker(dictionary, number), []
+    for name in names:
+        corners = marker.corners(read_calibration_picture(path.parent / name, size))
+        if corners is None:
             raise CalibrationError(
                 name,
-                f"no marker {identity} of {dictionary}",
+                f"marker {number} of {dictionary} was not found",
                 "the gripper's marker in every picture of the robot grid",
-                "take the picture anew, sharp and without glare, or take its row out of the table",
+                "take the picture again, in focus and without glare, or remove its row from the table",
             )
-        stops.append(Stop(name, marker.corners, place))
-    return stops
+        found.append(corners)
+    return Stops(names, np.array(found).reshape(-1, 4, 2), places)
+
+
+def fit_robot(centres: Array, stops: Stops) -> tuple[Array, float]:
+    """The similarity, shape (3, 3), from the markers' centres in the folding plane, shape (n, 2), m, to the robot.
+
+    Returns
+    -------
+    The similarity, and the RMS distance, m, of each stop from where the others predict it.
+
+    Raises
+    ------
+    CalibrationError
+        Stops on a line, an outlier, or stops that no similarity fits.
+    """
+    places, n = stops.places, len(stops.places)
+    for points in (places, centres):
+        along, across = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+        require(across > MIN_SPREAD * along, "robot grid", "stops on a line", "stops spread over x and z")
+    whole = fit_similarity(centres, places)
+    left_out = np.empty_like(places)
+    for i in range(n):
+        others = np.arange(n) != i
+        left_out[i] = transform(fit_similarity(centres[others], places[others]), centres[[i]])[0] - places[i]
+    # In the plane's metres: a table in millimetres is recognised by its scale, not by its residuals.
+    left_out /= scale(whole)
+    errors = np.linalg.norm(left_out, axis=1)
+    worst = int(np.argmax(errors))
+    require(
+        errors[worst] <= MAX_STOP_ERROR,
+        stops.names[worst] if errors[worst] > OUTLIER * np.median(errors) else "robot grid",
+        f"a stop {errors[worst] * 1e3:.1f} mm from where the others predict it",
+        f"{MAX_STOP_ERROR * 1e3:g} mm or less",
+        "is each picture in its row, does the marker move in the folding plane, did the camera stay in place?",
+    )
+    return whole, rms(left_out)

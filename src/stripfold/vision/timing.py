@@ -1,54 +1,49 @@
-"""Whether the frames of a recording came regularly, and how well a moment between them is known."""
+"""Times of a video's frames: dropped frames, a variable rate, and the exposure of a row."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from stripfold.arrays import Array
+from stripfold.arrays import Array, Index, Mask
 from stripfold.errors import InvalidInputError
 
-_DROP = 1.5
-"""Interval from which on a frame is missing, in usual intervals."""
-_UNEVEN = 0.25
-"""Departure from the usual interval that is no jitter any more, as a share of it."""
-_MOST_UNEVEN = 0.05
-"""Share of such intervals up to which a recording is of constant rate, but for dropped frames."""
+_DROPPED = 1.5
+"""Interval over the usual one from which frames are missing."""
+_UNEVEN, _MAX_UNEVEN = 0.25, 0.05
+"""Deviation of an interval from a multiple of the usual one that is not jitter, and the share of such intervals from
+which the rate is variable."""
 
 
 @dataclass(frozen=True, eq=False)
 class Timing:
-    """The times of the frames of a recording.
+    """The times of a video's frames.
 
     Attributes
     ----------
     time
         Shape (n,), s, ascending.
     doubled
-        Shape (n,): frames that only repeat the one before.
+        Shape (n,): frames that repeat the one before.
     period
-        The usual interval from frame to frame, s.
-    jitter
-        Standard deviation of the intervals around it, without those where frames are missing, s.
+        The usual interval between frames, s.
     dropped
-        Numbers of the frames before which one or more are missing.
+        Indices of the frames before which one or more are missing.
     variable
-        Whether the rate varies: then gaps are no sign of missing frames.
+        Whether the rate varies, so that a gap does not imply missing frames.
     """
 
     time: Array
-    doubled: NDArray[np.bool_]
+    doubled: Mask
     period: float
-    jitter: float
-    dropped: NDArray[np.intp]
+    dropped: Index
     variable: bool
 
     def spacing(self, moment: float) -> float:
-        """Time from the last picture before ``moment``, s, to the next after it, s: what happened between is not seen.
+        """Time, s, between the last picture before ``moment`` and the first after it; infinite outside the video.
 
-        A doubled frame is no picture of its own time.  Before the first and after the last it is infinite.
+        A doubled frame is not a picture of its own time.
         """
         seen = self.time[~self.doubled]
         after = int(np.searchsorted(seen, moment, side="right"))
@@ -61,47 +56,38 @@ class Timing:
         """Each in words."""
         found = {
             f"frames are missing in {len(self.dropped)} places": len(self.dropped) > 0,
-            "the rate of the frames varies": self.variable,
+            "the frame rate varies": self.variable,
         }
         return tuple(text for text, holds in found.items() if holds)
 
 
-def timing(time: Array, doubled: NDArray[np.bool_]) -> Timing:
-    """What the times of the frames tell.
-
-    Parameters
-    ----------
-    time
-        Shape (n,), s, ascending.
-    doubled
-        Shape (n,).
+def timing(time: Array, doubled: Mask) -> Timing:
+    """Period, dropped frames and regularity from the times of the frames; see :class:`Timing`.
 
     Raises
     ------
     InvalidInputError
-        There are fewer than three frames.
+        Fewer than three frames.
     """
     if len(time) < 3:
-        raise InvalidInputError("video", f"{len(time)} frames", "at least 3", "record the whole way of the gripper")
-    steps = np.diff(time)
-    period = float(np.median(steps))
-    regular = steps[steps <= _DROP * period]
-    # A whole number of missing frames is no sign of a rate that varies.
-    uneven = np.abs(steps / period - np.maximum(np.rint(steps / period), 1.0)) > _UNEVEN
-    variable = float(uneven.mean()) > _MOST_UNEVEN
-    dropped = np.flatnonzero(steps > _DROP * period) + 1
-    return Timing(time, doubled, period, float(np.std(regular)), dropped, variable)
+        raise InvalidInputError("video", f"{len(time)} frames", "at least 3", "record the whole motion of the gripper")
+    intervals = np.diff(time)
+    period = float(np.median(intervals))
+    ratio = intervals / period
+    uneven = np.abs(ratio - np.maximum(np.rint(ratio), 1.0)) > _UNEVEN
+    dropped = np.flatnonzero(intervals > _DROPPED * period) + 1
+    return Timing(time, doubled, period, dropped, float(uneven.mean()) > _MAX_UNEVEN)
 
 
 def row_time(time: float | Array, row: float | Array, height: int, rolling_shutter: float) -> Array:
-    """When a row of a frame was exposed, s.
+    """Time, s, at which a row of a frame was exposed.
 
     Parameters
     ----------
     time
         Of the frame, which is that of its first row, s.
     row
-        From 0 to ``height - 1``; parts of a row are allowed.
+        From 0 to ``height - 1``, may be fractional.
     height
         Number of rows.
     rolling_shutter

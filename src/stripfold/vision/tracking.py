@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from stripfold.arrays import Array
 from stripfold.errors import MeasurementError, TrackingError
 from stripfold.vision import video
-from stripfold.vision.calibrated import Calibration
+from stripfold.vision.calibration import Calibration
 from stripfold.vision.centreline import Centreline
-from stripfold.vision.gripper import Grip, GripperTracker, Track, joined
+from stripfold.vision.gripper import Grip, GripperTracker, Track, interpolate_gaps
 from stripfold.vision.recording import Recording
 from stripfold.vision.strip_tracker import StripTracker
 from stripfold.vision.timing import Timing, row_time, timing
@@ -110,7 +110,7 @@ def track(recording: Recording, calibration: Calibration, progress: Callable[[st
             if frame.index % 30 == 0:
                 say(f"frame {frame.index}, {frame.time:.2f} s")
         report = frames.report
-    track_ = joined(grips, path.name)
+    track_ = interpolate_gaps(grips, path.name)
     times = timing(track_.time, np.array(doubled))
     shutter = recording.entries["camera"]["rolling_shutter"]
     strip_time = np.array(

@@ -1,55 +1,35 @@
-"""Frames of a recording with their true times: decoded one after the other, in a process with limits."""
+"""Frames of a recording with their true times, decoded one by one in a process with limits."""
 
 from __future__ import annotations
 
+import json
+import multiprocessing
 import os
+import signal
+import subprocess
+import sys
+import weakref
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
-from fractions import Fraction
+from contextlib import suppress
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Self
 
 import cv2
 import numpy as np
 
-from stripfold.arrays import Array
+from stripfold.arrays import Array, Picture
 from stripfold.errors import InvalidInputError
-from stripfold.vision.decoder import Decoder, Image
-from stripfold.vision.decoding import MOST_FRAMES
-from stripfold.vision.tables import ascending, table
+from stripfold.vision.decoding import MAX_FRAMES, MAX_PIXELS, MAX_SECONDS, SUFFIXES, Message, frame_files
+from stripfold.vision.tables import check_increasing, read_table
 
-_BLACK: Any = 16
-"""Black where the range of greys is limited: it goes to 235 then."""
-
-
-@dataclass(frozen=True)
-class VideoInfo:
-    """What a header says, which need not be true.
-
-    Attributes
-    ----------
-    container, codec
-        As FFmpeg names them.
-    size
-        Width and height, pixels, before a turn that the file asks for.
-    declared
-        Number of frames; 0 where the header does not say.
-    rate
-        Frames per second, or None.
-    time_base
-        Unit of the time stamps, s, or None.
-    duration
-        Length, s, or None.
-    """
-
-    container: str
-    codec: str
-    size: tuple[int, int]
-    declared: int
-    rate: float | None
-    time_base: Fraction | None
-    duration: float | None
+TIMEOUT = 30.0
+"""Longest time without a message after which the decoder is ended, s."""
+_ALLOWED = f"a video (mp4, avi, mkv, mov) or a folder of frames ({', '.join(SUFFIXES)})"
+_FULL_RANGE = np.clip(np.rint((np.arange(256) - 16.0) * 255.0 / 219.0), 0, 255).astype(np.uint8)
+"""From video levels, black at 16 and white at 235, to 0 and 255."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,39 +39,32 @@ class Frame:
     Attributes
     ----------
     index
-        Its number, from 0, in the order in which the frames are shown.
+        From 0, in the order of presentation.
     time
-        When it was taken, s, by the clock of the camera.
+        When it was taken, s, by the camera's clock.
     image
-        Shape (h, w): grey from 0, black, to 255, white; not to be written to.
+        Shape (h, w): grey from 0, black, to 255, white; read-only.
     doubled
-        Whether it is the frame before once more, pixel by pixel, with another time.
+        Whether it repeats the frame before, pixel by pixel, with another time.
     damaged
-        Whether a part of its data is missing, of its own or of a frame on which it builds.
+        Whether a part of its data, or of a frame that it is predicted from, is missing.
     """
 
     index: int
     time: float
-    image: Image
+    image: Picture
     doubled: bool = False
     damaged: bool = False
 
 
-@dataclass(frozen=True)
+@dataclass
 class VideoReport:
-    """What was met while reading, up to now.
+    """What was found while reading: numbers of frames, and packets that could not be decoded.
 
-    Attributes
-    ----------
-    declared, decoded
-        Number of frames by the header (0: not said) and in truth.
-    doubled, damaged, interlaced
-        How many frames were.
-    errors
-        Packets that did not decode.
+    ``declared`` is the number of frames by the header, 0 if it does not say.
     """
 
-    declared: int
+    declared: int = 0
     decoded: int = 0
     doubled: int = 0
     damaged: int = 0
@@ -99,84 +72,66 @@ class VideoReport:
     errors: int = 0
 
     @property
-    def header_lied(self) -> bool:
-        """Whether another number of frames was found than the header declares; of a video that was read to its end."""
-        return self.declared not in (0, self.decoded)
-
-    @property
     def problems(self) -> tuple[str, ...]:
         """Each in words, for a video that was read to its end."""
         found = {
-            f"the header declares {self.declared} frames, {self.decoded} decode": self.header_lied,
-            f"{self.errors} packets do not decode": self.errors > 0,
+            f"the header declares {self.declared} frames, {self.decoded} were decoded": (
+                self.declared not in (0, self.decoded)
+            ),
+            f"{self.errors} packets could not be decoded": self.errors > 0,
             f"{self.damaged} frames are damaged": self.damaged > 0,
             f"{self.doubled} frames repeat the one before": self.doubled > 0,
-            f"{self.interlaced} frames are interlaced: their odd rows are of another time": self.interlaced > 0,
+            f"{self.interlaced} frames are interlaced: their odd rows were taken at another time": self.interlaced > 0,
         }
         return tuple(text for text, holds in found.items() if holds)
 
 
-def probe(path: str | os.PathLike[str]) -> VideoInfo:
-    """What the header of a video, or the first frame in a folder, says.
-
-    Raises
-    ------
-    InvalidInputError
-        It cannot be read.
-    """
-    decoder = Decoder("probe", Path(path))
-    try:
-        return _info(decoder.told())
-    finally:
-        decoder.close()
-
-
 def read(path: str | os.PathLike[str], timestamps: str | os.PathLike[str] | None = None) -> Reader:
-    """The frames of a video, or of a folder, in the order of time; one at a time is in memory.
+    """The frames of a video, or of a folder, in temporal order; one at a time is in memory.
 
     Parameters
     ----------
     path
-        The video, or the folder: there the names of the frames sort in time.
+        The video, or a folder of frames whose names sort in time.
     timestamps
-        CSV ``frame,t`` with a row for each frame: when it was taken, s.  It takes the place of the times in the
-        video; with a folder it is needed.
+        CSV ``frame,t`` with one row per frame: when it was taken, s.  Replaces the times in the video; required for a
+        folder.
 
     Raises
     ------
     InvalidInputError
-        Here or while reading: it is no video, it has no times or they do not increase, the table does not have as many
-        rows as there are frames, or it exceeds a limit of size, time or memory.
+        Here or while reading: not a video, no times or times that do not increase, a table without one row per frame,
+        or a limit of size, time or memory exceeded.
     """
     return Reader(Path(path), None if timestamps is None else Path(timestamps))
 
 
 class Reader(Iterator[Frame]):
-    """An iterator over frames; leaving its ``with`` block ends the decoder.
-
-    Attributes
-    ----------
-    info
-        What the header says.
-    report
-        What was met up to now.
-    """
+    """An iterator over frames; leaving its ``with`` block ends the decoder.  ``report`` is updated with each frame."""
 
     def __init__(self, path: Path, timestamps: Path | None) -> None:
         self._path = path
         self._times = None if timestamps is None else read_timestamps(timestamps)
         self._last: Frame | None = None
-        if path.is_dir() and timestamps is None:
-            raise InvalidInputError(
-                "timestamps", None, "a CSV file frame,t", f"{path.name} is a folder: its frames have no times"
-            )
-        self._decoder = Decoder("read", path)
+        self._check_source()
+        # -P: a module in the user's working folder must not shadow a library.
+        receiver, sender = multiprocessing.Pipe(duplex=False)
+        descriptor = sender.fileno()
+        self._process = subprocess.Popen(
+            [sys.executable, "-P", "-m", "stripfold.vision.decoding", str(descriptor), str(path.absolute())],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            pass_fds=[descriptor],
+        )
+        sender.close()
+        self._connection = receiver
+        self._finalizer = weakref.finalize(self, _end, self._process, receiver)
         try:
-            self.info = _info(self._decoder.told())
+            self.report = VideoReport(declared=self._receive()["declared"])
         except BaseException:
             self.close()
             raise
-        self.report = VideoReport(self.info.declared)
 
     def __enter__(self) -> Self:
         return self
@@ -185,34 +140,84 @@ class Reader(Iterator[Frame]):
         self.close()
 
     def close(self) -> None:
-        """End the decoder."""
-        self._decoder.close()
+        """End the decoder; it may be called again."""
+        self._finalizer()
 
     def __next__(self) -> Frame:
-        if self._decoder.closed:
+        if not self._finalizer.alive:
             raise StopIteration
         try:
-            told = self._decoder.told()
-            if told["kind"] == "frame":
-                self._last = self._frame(told)
+            message = self._receive()
+            if message["kind"] == "frame":
+                self._last = self._frame(message)
                 return self._last
-            self._ended(told)
+            self._finish(message)
         except BaseException:
             self.close()
             raise
         self.close()
         raise StopIteration
 
-    def _frame(self, told: dict[str, Any]) -> Frame:
-        index, last = self.report.decoded, self._last
-        image = _upright(self._decoder.picture(told), told, self._path)
+    def _check_source(self) -> None:
+        try:
+            self._path.stat()
+            names = [path.name for path in frame_files(self._path)] if self._path.is_dir() else []
+        except (OSError, ValueError) as error:
+            raise self._refused(" ".join(str(error).split())) from error
+        if not self._path.is_dir():
+            if not self._path.is_file():
+                raise self._refused("it is neither a file nor a folder")
+            if self._path.stat().st_size == 0:
+                raise self._refused("the file is empty")
+            return
+        if not names:
+            raise self._refused("there is no frame in the folder")
+        if len(names) > MAX_FRAMES:
+            raise self._unusable(f"at most {MAX_FRAMES} frames", "cut it into shorter recordings")
+        # frame2 sorts after frame10.
+        other = next((name for name in names if len(Path(name).stem) != len(Path(names[0]).stem)), None)
+        if other is not None:
+            raise self._unusable(
+                "frames with names of the same length, so that they sort in time",
+                f"{names[0]} and {other} differ: pad the numbers with zeros",
+            )
+        if self._times is None:
+            raise InvalidInputError("timestamps", None, "a CSV file frame,t", "frames in a folder have no times")
+
+    def _receive(self) -> Message:
+        """The next message, with its picture if it is a frame."""
+        message: Message = json.loads(self._receive_bytes(10_000))
+        if message["kind"] == "refused":
+            raise self._refused(message["reason"])
+        if message["kind"] == "frame":
+            width, height = message["size"]
+            picture = np.frombuffer(self._receive_bytes(MAX_PIXELS), np.uint8)
+            message["picture"] = picture.reshape(height, width)
+        return message
+
+    def _receive_bytes(self, most: int) -> bytes:
+        if not self._connection.poll(TIMEOUT):
+            raise self._refused(f"the decoder was silent for {TIMEOUT:g} s")
+        try:
+            return self._connection.recv_bytes(most)
+        except (EOFError, OSError) as error:
+            with suppress(subprocess.TimeoutExpired):
+                self._process.wait(1.0)
+            code = self._process.returncode or 0
+            if code == -signal.SIGXCPU:
+                raise self._refused(f"decoding needs more than {MAX_SECONDS} s of CPU time") from error
+            reason = signal.Signals(-code).name if code < 0 else code
+            raise self._refused(f"the decoder crashed ({reason})") from error
+
+    def _frame(self, message: Message) -> Frame:
+        report, index, last = self.report, self.report.decoded, self._last
+        image = self._upright(message)
         if last is not None and image.shape != last.image.shape:
-            raise self._unusable(f"frames of one size, frame {index} has another than those before it", "")
-        image.setflags(write=False)
-        time = told["time"]
+            raise self._unusable(f"frames of one size, frame {index} has another than those before it")
+        time = message["time"]
         if self._times is not None:
             if index >= len(self._times):
-                raise self._rows(f"more than {index}")
+                raise self._wrong_table(f"more than {index}")
             time = float(self._times[index])
         if time is None:
             raise self._unusable(f"a time for each frame, frame {index} has none", "give timestamps.csv")
@@ -221,71 +226,63 @@ class Reader(Iterator[Frame]):
                 f"times that increase, frame {index} is at {time:.6f} s after {last.time:.6f} s", "give timestamps.csv"
             )
         doubled = last is not None and np.array_equal(image, last.image)
-        self.report = replace(
-            self.report,
-            decoded=index + 1,
-            doubled=self.report.doubled + doubled,
-            damaged=self.report.damaged + told["damaged"],
-            interlaced=self.report.interlaced + told["interlaced"],
-        )
-        return Frame(index, time, image, doubled, told["damaged"])
+        report.decoded += 1
+        report.doubled += doubled
+        report.damaged += message["damaged"]
+        report.interlaced += message["interlaced"]
+        return Frame(index, time, image, doubled, message["damaged"])
 
-    def _ended(self, told: dict[str, Any]) -> None:
-        self.report = replace(self.report, errors=int(told["errors"]))
+    def _upright(self, message: Message) -> Picture:
+        """The picture with full range, rotated as the file asks for; read-only."""
+        image = message["picture"]
+        if message["limited_range"]:
+            image = cv2.LUT(image, _FULL_RANGE)
+        rotation = message["rotation"] % 360
+        if rotation % 90:
+            raise self._unusable("pictures rotated by a multiple of 90 degrees", f"it asks for {rotation}")
+        image = np.ascontiguousarray(np.rot90(image, rotation // 90))
+        image.setflags(write=False)
+        return image
+
+    def _finish(self, message: Message) -> None:
+        self.report.errors = int(message["errors"])
         decoded = self.report.decoded
         if not decoded:
-            raise self._unusable("a video with pictures, none in it decodes", "save it again from its source")
+            raise self._unusable("a video with frames, none in it could be decoded", "export it again from its source")
         if self._times is not None and decoded < len(self._times):
-            raise self._rows(str(decoded))
+            raise self._wrong_table(str(decoded))
 
-    def _unusable(self, allowed: str, advice: str) -> InvalidInputError:
+    def _refused(self, reason: str) -> InvalidInputError:
+        return self._unusable(_ALLOWED, reason)
+
+    def _unusable(self, allowed: str, advice: str = "") -> InvalidInputError:
         return InvalidInputError("video", str(self._path), allowed, advice)
 
-    def _rows(self, frames: str) -> InvalidInputError:
+    def _wrong_table(self, frames: str) -> InvalidInputError:
         rows = 0 if self._times is None else len(self._times)
-        return InvalidInputError(
-            "timestamps", f"{rows} rows", f"one row per frame: {self._path.name} has {frames} frames"
-        )
+        allowed = f"one row per frame: {self._path.name} has {frames} frames"
+        return InvalidInputError("timestamps", f"{rows} rows", allowed)
+
+
+def _end(process: subprocess.Popen[bytes], connection: Connection) -> None:
+    process.kill()
+    process.wait()
+    connection.close()
 
 
 def read_timestamps(path: Path) -> Array:
-    """Times of the frames, shape (n,), s, from a CSV ``frame,t`` whose frames count from 0.
+    """Times of the frames, shape (n,), s, from a CSV file ``frame,t`` whose frames count from 0.
 
     Raises
     ------
     InvalidInputError
-        No such table, or frames or times out of order.
+        Not such a table, or frames or times out of order.
     """
-    values = table("timestamps", path, "frame,t", (1, MOST_FRAMES))
-    wrong = np.flatnonzero(values[:, 0] != np.arange(len(values)))
+    frames, times = read_table("timestamps", path, "frame,t", (1, MAX_FRAMES)).T
+    wrong = np.flatnonzero(frames != np.arange(len(frames)))
     if len(wrong):
         row = int(wrong[0])
-        raise InvalidInputError(
-            "frame", float(values[row, 0]), f"{row}: frames count from 0", f"row {row + 1} of {path.name}"
-        )
-    return ascending("t", values[:, 1], path)
-
-
-def _info(told: dict[str, Any]) -> VideoInfo:
-    base = told["time_base"]
-    return VideoInfo(
-        told["container"],
-        told["codec"],
-        (told["size"][0], told["size"][1]),
-        told["declared"],
-        told["rate"],
-        Fraction(*base) if base else None,
-        told["duration"],
-    )
-
-
-def _upright(image: Image, told: dict[str, Any], path: Path) -> Image:
-    """The picture as it is shown: the range of its greys stretched to all, and turned as the file asks for."""
-    if told["limited"]:
-        image = np.asarray(cv2.convertScaleAbs(cv2.subtract(image, _BLACK), alpha=255.0 / 219.0), dtype=np.uint8)
-    turn = told["turn"] % 360
-    if turn % 90:
-        raise InvalidInputError(
-            "video", str(path), "pictures turned by a multiple of 90 degrees", f"it asks for {turn}"
-        )
-    return np.ascontiguousarray(np.rot90(image, turn // 90)) if turn else image
+        allowed = f"{row}: frames count from 0"
+        raise InvalidInputError("frame", float(frames[row]), allowed, f"row {row + 1} of {path.name}")
+    check_increasing("t", times, path)
+    return times
