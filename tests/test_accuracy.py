@@ -16,9 +16,9 @@ from stripfold.analysis import (
     select_model,
     static,
 )
-from stripfold.analysis.model_error import model_error
 from stripfold.analysis.static import End, StripModel
-from stripfold.scene import Scene
+from stripfold.inputs import Scene
+from stripfold.models.model_error import model_error
 from stripfold.solve.linear import Band
 from studies import accuracy, estimates, profiling
 from studies.accuracy import Strategy, scene_of
@@ -200,7 +200,7 @@ class TestProfile:
 
     def test_a_profile(self):
         before = Band.factor
-        scene = Scene.create(length=0.4, height=0.09, eta_b=3780.0, accuracy=1e-2)
+        scene = Scene(length=0.4, height=0.09, eta_b=3780.0, accuracy=1e-2)
         found = profiling.profile(lambda: critical.find(scene), 1)
         assert Band.factor is before
         assert float(found["share"].sum()) == pytest.approx(1.0)

@@ -17,8 +17,8 @@ from stripfold.analysis import critical_point as critical
 from stripfold.analysis.critical_point import CriticalResult
 from stripfold.cli import main
 from stripfold.errors import SolveError
+from stripfold.inputs import Scene
 from stripfold.material import Material
-from stripfold.scene import Scene
 
 STRIP = ["critical", "--length", "0.6", "--eta-b", "3780", "--height", "0.09"]
 KEYS = [
@@ -67,8 +67,8 @@ def test_options_reach_the_scene(capsys, fake):
     assert run(capsys, *STRIP)[0] == run(capsys, *STRIP, *more)[0] == 0
     plain = {"length": 0.6, "height": 0.09, "eta_b": 3780.0}
     assert fake == [
-        Scene.create(**plain),
-        Scene.create(**plain, eta_m=1e-4, nu=0.3, model="elastica", accuracy=1e-2),
+        Scene(**plain),
+        Scene(**plain, eta_m=1e-4, nu=0.3, model="elastica", accuracy=1e-2),
     ]
 
 

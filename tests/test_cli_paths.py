@@ -128,7 +128,7 @@ def test_units_of_friction(monkeypatch: pytest.MonkeyPatch) -> None:
         (["assess", "good.csv", *STRIP, "--eta-m", "1"], "eta_m"),
         (["assess", "good.csv", *STRIP, "--friction", "-1"], "friction = -1.0"),
         (["assess", "good.csv", *STRIP, "--friction", "nan"], "friction = nan"),
-        (["assess", "good.csv", *STRIP, "--step", "0.01"], "together with --friction"),
+        (["assess", "good.csv", *STRIP, "--step", "0.01"], "together with friction"),
         (["assess", "good.csv", *STRIP, "--friction", "1", "--step", "9"], "step"),
         (["assess", "good.csv", "--length", "0.6", "--eta-b", "3780"], "start at (-0.3, 0) m"),
     ],

@@ -15,7 +15,7 @@ from stripfold.analysis.collapse import Collapse
 from stripfold.analysis.release import TIME_OPTIONS, Fall
 from stripfold.analysis.static import StripModel, contact_positions, touches
 from stripfold.errors import NewtonError, SolveError, TimeStepError
-from stripfold.simulation import Simulation
+from stripfold.inputs import Simulation
 from stripfold.solve import dynamics
 from stripfold.solve.schemes import Damping, EnergyMomentum
 
@@ -30,7 +30,7 @@ def found() -> Collapse:
 
 @pytest.fixture(scope="module")
 def stored() -> tuple[Simulation, xr.Dataset]:
-    asked = Simulation.create(length=0.3, height=0.054, eta_b=3780.0, disturbance=0.01, air=5.0)
+    asked = Simulation(length=0.3, height=0.054, eta_b=3780.0, disturbance=0.01, air=5.0)
     return asked, collapse_data.run(asked)
 
 
@@ -305,7 +305,7 @@ def test_the_parts_join(stored: tuple[Simulation, xr.Dataset]) -> None:
 @pytest.mark.parametrize("model", ["solid", "rod"])
 def test_the_strip_that_is_simulated_is_the_one_asked_for(monkeypatch: pytest.MonkeyPatch, model: str) -> None:
     given = {"length": 0.3, "height": 0.054, "eta_b": 3780.0, "eta_m": 2e-3, "nu": 0.3, "until": "touch"}
-    asked = Simulation.create(**given, model=model)
+    asked = Simulation(**given, model=model)
     seen: list[tuple[object, ...]] = []
 
     def simulate(*given: object, **_: object) -> None:
@@ -317,6 +317,6 @@ def test_the_strip_that_is_simulated_is_the_one_asked_for(monkeypatch: pytest.Mo
         collapse_data.run(asked)
     star = (3780.0 * 9.81) ** (-1.0 / 3.0)
     ((strip, height, fall),) = seen
-    assert strip == StripModel(pytest.approx(0.3 / star), asked.scene.material.relative_thickness, 0.3, kind=model)
+    assert strip == StripModel(pytest.approx(0.3 / star), asked.material.relative_thickness, 0.3, kind=model)
     assert height == pytest.approx(0.054 / star)
     assert fall == collapse_data.fall_of(asked)

@@ -14,9 +14,9 @@ import yaml
 from jsonschema import Draft202012Validator
 
 import configuration as config
-from stripfold import elastica, scene
+from stripfold import elastica, inputs
 from stripfold.errors import InvalidInputError
-from stripfold.scene import Scene
+from stripfold.inputs import Scene
 from studies import (
     accuracy,
     benchmark,
@@ -226,11 +226,10 @@ def test_the_schema_is_one_and_refuses_unknown_keys_everywhere():
 def test_the_schema_agrees_with_the_scene():
     properties = config.schema()["properties"]
     solid, material = properties["solid"]["properties"], properties["materials"]["items"]["properties"]
-    assert solid["law"]["enum"] == list(get_args(scene.Law))
-    parameters = inspect.signature(Scene.create).parameters
+    assert solid["law"]["enum"] == list(get_args(inputs.Law))
     for name, rules in {**solid, **material, "gravity": properties["gravity"]}.items():
-        if name in parameters and "default" in rules:
-            assert rules["default"] == parameters[name].default, name
+        if name in Scene.model_fields and "default" in rules:
+            assert rules["default"] == Scene.model_fields[name].default, name
 
 
 @pytest.mark.parametrize(
@@ -423,7 +422,7 @@ def test_every_shipped_height_does_what_it_is_there_for(name):
         assert min(material["heights"]) > elastica.touch_limit()
         assert max(material["touching_heights"]) < elastica.touch_limit()
         assert sorted(material["heights"]) == material["heights"]
-        unit = 1.0 / Scene.create(length=1.0, height=0.5, eta_b=material["eta_b"]).length_star
+        unit = 1.0 / Scene(length=1.0, height=0.5, eta_b=material["eta_b"]).length_star
         # At least L* is left on the floor.
         assert elastica.critical(max(material["heights"])).length < material["length"] / unit - 1.0
 

@@ -297,7 +297,7 @@ class TestErrors:
     @pytest.mark.parametrize("z", [0.0, -1.0, np.nan, np.inf, 0.05, 101.0, "three", None])
     def test_heights(self, z):
         for function in (elastica.critical, elastica.x_axis_branch, lambda v: elastica.state_at(v, 5.0)):
-            with pytest.raises(InvalidInputError, match=r"^z = .* allowed is .* from 0.1 to 100"):
+            with pytest.raises(InvalidInputError, match=r"^z = .* allowed: .* from 0.1 to 100"):
                 function(z)
 
     @pytest.mark.parametrize(
@@ -323,7 +323,7 @@ class TestErrors:
         ],
     )
     def test_other_input(self, function, key):
-        with pytest.raises(InvalidInputError, match=rf"^{key} = .* allowed is ") as caught:
+        with pytest.raises(InvalidInputError, match=rf"^{key} = .* allowed: ") as caught:
             function()
         assert caught.value.key == key
 

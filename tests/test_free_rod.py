@@ -12,8 +12,8 @@ from stripfold.analysis import critical_point as critical
 from stripfold.analysis import locate_rod
 from stripfold.analysis.static import End, StripModel
 from stripfold.errors import SolveError
+from stripfold.inputs import Scene
 from stripfold.models.free_rod import FreeRod, FreeState, Guess
-from stripfold.scene import Scene
 
 LENGTH, HEIGHT = 20.0, 3.0
 
@@ -166,6 +166,4 @@ def scene_of(height: float, thickness: float, accuracy: float) -> Scene:
     """A strip 30 L* long in metres."""
     unit = (3780.0 * 9.81) ** (-1.0 / 3.0)
     eta_m = thickness**2 / 12.0 * unit**2 * 3780.0
-    return Scene.create(
-        length=30.0 * unit, height=height * unit, eta_b=3780.0, eta_m=eta_m, model="rod", accuracy=accuracy
-    )
+    return Scene(length=30.0 * unit, height=height * unit, eta_b=3780.0, eta_m=eta_m, model="rod", accuracy=accuracy)

@@ -25,9 +25,8 @@ from stripfold.analysis.static import End, StripModel
 from stripfold.cli import main
 from stripfold.effects import Effect, Hysteresis, Pull
 from stripfold.errors import InvalidInputError
+from stripfold.inputs import Scene, Simulation
 from stripfold.models.rod import Rod
-from stripfold.scene import Scene
-from stripfold.simulation import Simulation
 from stripfold.solve.schemes import Damping
 
 LENGTH, THICKNESS, HEIGHT = 16.0, 0.0594, 3.0
@@ -77,7 +76,7 @@ class TestCriticalPoint:
     @pytest.mark.parametrize(("height", "end"), [(1.3, End.TOUCH), (1.75, End.SNAP), (5.0, End.SNAP)])
     def test_found(self, height: float, end: End):
         """``find`` on the rod: the elastica's verdict, and its value within the estimate and the thickness's share."""
-        scene = Scene.create(length=0.6, height=height * 0.029988, eta_b=3780.0, eta_m=1e-4, model="rod")
+        scene = Scene(length=0.6, height=height * 0.029988, eta_b=3780.0, eta_m=1e-4, model="rod")
         found, truth = critical.find(scene), elastica.critical(scene.height_star)
         unit = scene.material.gravity_length
         assert found.model == "rod"
@@ -94,7 +93,7 @@ class TestCriticalPoint:
 
     def test_a_strip_that_is_lifted(self):
         """Too short for the height: no snap, and the reason; nothing is solved for."""
-        found = critical.find(Scene.create(length=0.15, height=0.09, eta_b=3780.0, model="rod"))
+        found = critical.find(Scene(length=0.15, height=0.09, eta_b=3780.0, model="rod"))
         assert (found.snap, found.reason) == (False, End.LIFTED.reason)
 
 
@@ -172,7 +171,7 @@ class TestAsked:
         """The printed law on the rod, and a motion in time of the elastica."""
         strip = {"length": 0.6, "height": 0.09, "eta_b": 3780.0}
         with pytest.raises(InvalidInputError, match="only the solid has another law"):
-            Scene.create(**strip, model="rod", law="printed")
+            Scene(**strip, model="rod", law="printed")
         with pytest.raises(InvalidInputError, match="no motion in time"):
-            Simulation.create(**strip, model="elastica")
-        assert Simulation.create(**strip, model="rod").as_config()["model"] == "rod"
+            Simulation(**strip, model="elastica")
+        assert Simulation(**strip, model="rod").as_config()["model"] == "rod"

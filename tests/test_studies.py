@@ -16,9 +16,9 @@ from stripfold.analysis.diagnostics import node_weights, record
 from stripfold.analysis.planning import Sweep, boundaries, lift_off_sweep
 from stripfold.analysis.static import End, StripModel
 from stripfold.errors import InvalidInputError, NewtonError, SolveError, StripfoldError
+from stripfold.inputs import Scene
 from stripfold.material import Material
 from stripfold.problem import AlongX, StripProblem
-from stripfold.scene import Scene
 from stripfold.solve import newton
 from studies import branches, order
 
@@ -228,7 +228,7 @@ def test_broken_branches_are_refused(stored: xr.Dataset, name: str, index: tuple
 
 @pytest.mark.parametrize("model", ["solid", "elastica"])
 def test_find(model: str) -> None:
-    found = find(Scene.create(length=0.6, height=0.09, eta_b=3780.0, model=model, accuracy=5e-3))
+    found = find(Scene(length=0.6, height=0.09, eta_b=3780.0, model=model, accuracy=5e-3))
     truth = {"solid": 0.2950006, "elastica": 0.29562219}[model]  # the solid's on a mesh six times finer
     assert found.snap
     assert abs(found.lambda_c - truth) <= found.error + 1e-8
@@ -239,11 +239,11 @@ def test_find(model: str) -> None:
 
 @pytest.mark.parametrize("model", ["solid", "elastica"])
 def test_find_says_why_there_is_no_snap(model: str) -> None:
-    low = find(Scene.create(length=0.6, height=0.036, eta_b=3780.0, model=model, accuracy=5e-3))
+    low = find(Scene(length=0.6, height=0.036, eta_b=3780.0, model=model, accuracy=5e-3))
     assert not low.snap
     assert np.isnan(low.lambda_c)
     assert "touches" in low.reason
-    short = find(Scene.create(length=0.2, height=0.09, eta_b=3780.0, model=model, accuracy=5e-3))
+    short = find(Scene(length=0.2, height=0.09, eta_b=3780.0, model=model, accuracy=5e-3))
     assert not short.snap
     assert np.isnan(short.lambda_c)
     assert "too short" in short.reason

@@ -28,7 +28,7 @@ Made = tuple[Recording, Calibration, Tracks]
 
 
 def made(folder: Path, **motion: Any) -> Made:
-    scene = Scene.create(
+    scene = Scene(
         strip={"length": 0.45, "eta_b": 3780.0},
         gripper={"height": 0.1, "speed": 0.005},
         filming={"size": [320, 240], "frame_rate": 25.0, "codec": "mjpeg", "log_offset": 0.3},
@@ -106,22 +106,24 @@ def test_the_clock_of_rows_counts(snapping: Made, found: Measurement):
 
 
 def test_an_override_is_taken_and_recorded(snapping: Made, found: Measurement, tmp_path: Path):
-    by_hand = evaluated(snapping, override=Override(found.event_time - 0.2, 0.05, "the loop is hidden"))
+    by_hand = evaluated(
+        snapping, override=Override(event_time=found.event_time - 0.2, sd=0.05, reason="the loop is hidden")
+    )
     assert by_hand.event == pytest.approx(found.event - 0.2 * found.speed, abs=1e-4)
     assert by_hand.parts["shape"] == pytest.approx(0.05 * found.speed, rel=0.05)
     assert results.as_dataset(by_hand).attrs["override"] == "the loop is hidden"
     with pytest.raises(MeasurementError, match="a time within the film"):
-        evaluated(snapping, override=Override(99.0, 0.05, "typing error"))
+        evaluated(snapping, override=Override(event_time=99.0, sd=0.05, reason="typing error"))
     folder = tmp_path / "override"
     folder.mkdir()
     asked = Recording(folder, snapping[0].entries)
-    assert Override.of(asked) is None
+    assert Override.read(asked) is None
     (folder / "override.yaml").write_text("event_time: 2\nsd: 0.1\nreason: hidden\n", encoding="utf-8")
-    assert Override.of(asked) == Override(2.0, 0.1, "hidden")
+    assert Override.read(asked) == Override(event_time=2.0, sd=0.1, reason="hidden")
     for text in ("event_time: 2\nsd: 0.1\n", "event_time: soon\nsd: 0.1\nreason: x\n", "[1]", "a: ["):
         (folder / "override.yaml").write_text(text, encoding="utf-8")
         with pytest.raises(InvalidInputError):
-            Override.of(asked)
+            Override.read(asked)
 
 
 @pytest.mark.parametrize(

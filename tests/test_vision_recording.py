@@ -10,6 +10,7 @@ import pytest
 import yaml
 
 from stripfold.errors import InvalidInputError
+from stripfold.validation import MOST_BYTES
 from stripfold.vision import recording
 
 ENTRIES: dict[str, Any] = {
@@ -75,18 +76,18 @@ def test_a_whole_folder_is_read_and_completed(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("path", "value", "key", "words"),
     [
-        ("gripper.hight", 0.1, "gripper.hight", "did you mean 'height'"),
-        ("gripper.height", -0.1, "gripper.height", "greater than 0"),
-        ("gripper.height", 90.0, "gripper.height", "at most 10"),
-        ("gripper.height", float("nan"), "gripper.height", "a finite number"),
+        ("gripper.hight", 0.1, "gripper.hight", "did you mean height"),
+        ("gripper.height", -0.1, "gripper.height", "greater than 0 and of at most 10 m"),
+        ("gripper.height", 90.0, "gripper.height", "at most 10 m"),
+        ("gripper.height", float("nan"), "gripper.height", "a number"),
         ("gripper.height", "9e-2", "gripper.height", "unless it has a point"),
         ("gripper.direction", 0, "gripper.direction", "one of 1, -1"),
-        ("gripper.marker.offset", [0.0], "gripper.marker.offset", "at least 2"),
+        ("gripper.marker.offset", [0.0], "gripper.marker.offset", "2 entries"),
         ("gripper.marker.dictionary", "7x7", "gripper.marker.dictionary", "apriltag_36h11"),
-        ("strip.eta_b", None, "strip.eta_b", "(missing)"),
-        ("camera.images", None, "camera.images", "give intrinsics in its place"),
-        ("camera.intrinsics", "plane.png", "camera", "only one of: images and board or intrinsics"),
-        ("plane.board.marker", None, "plane.board.marker", "(missing)"),
+        ("strip.eta_b", None, "strip.eta_b", "is missing"),
+        ("camera.images", None, "camera.images", "give intrinsics instead"),
+        ("camera.intrinsics", "plane.png", "camera.intrinsics", "nothing together with images"),
+        ("plane.board.marker", None, "plane.board.marker", "is missing"),
         ("plane.board.type", "circles", "plane.board.type", "chessboard, charuco"),
         ("video", "film.mp4", "video", "an existing file"),
         ("video", "../film.mp4", "video", "inside the recording"),
@@ -104,12 +105,12 @@ def test_what_is_wrong_is_named(tmp_path: Path, path: str, value: Any, key: str,
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        (b"", "a mapping"),
-        (b"[1, 2]", "a mapping"),
+        (b"", "keys and values"),
+        (b"[1, 2]", "keys and values"),
         (b"title: [", "readable YAML"),
         (b"\xff\xfe\x00\x80", "readable YAML"),
         (b"a: " + b"[" * 50_000, "levels deep"),
-        (b"#" * (recording.MOST_BYTES + 1), "at most"),
+        (b"#" * (MOST_BYTES + 1), "at most"),
     ],
 )
 def test_a_file_that_is_no_recording(tmp_path: Path, content: bytes, words: str) -> None:

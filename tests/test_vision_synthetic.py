@@ -8,7 +8,6 @@ from pathlib import Path
 
 import av
 import cv2
-import jsonschema
 import numpy as np
 import pytest
 import yaml
@@ -23,10 +22,11 @@ from stripfold.synthetic.history import STATIONS, History
 from stripfold.synthetic.laws import LAWS, solve
 from stripfold.synthetic.recording import history_of, write_recording
 from stripfold.synthetic.render import Renderer
-from stripfold.synthetic.scene import Filming, Scene, read
+from stripfold.synthetic.scene import DynamicsMotion, Filming, Scene, ShapesMotion, read
 from stripfold.synthetic.sensor import Sensor
 from stripfold.synthetic.video import encode, tick, timeline
 from stripfold.synthetic.view import Rays, View
+from stripfold.vision.recording import checked
 from studies import recordings_design as design
 
 ROOT = Path(__file__).parents[1]
@@ -67,7 +67,7 @@ def centroids(picture: Array, axis: int) -> Array:
 @pytest.mark.parametrize("behind", [False, True])
 def test_the_edge_is_drawn_where_the_camera_sees_it(behind: bool) -> None:
     filming = {**STILL, "distortion": [-0.25, 0.1, 2e-3, -2e-3], "tilt": 6.0, "yaw": 5.0, "roll": 3.0, "behind": behind}
-    scene = Scene.create(filming=filming, strip=EDGE)
+    scene = Scene(filming=filming, strip=EDGE)
     x = np.linspace(-0.03, 0.19, 100)
     curve = np.column_stack([x, 0.09 + 0.03 * np.sin(40.0 * x)])
     renderer = Renderer(scene, curve)
@@ -83,7 +83,7 @@ def test_the_edge_is_drawn_where_the_camera_sees_it(behind: bool) -> None:
 
 
 def test_the_target_is_in_the_middle_and_the_field_as_wide_as_said() -> None:
-    scene = Scene.create(filming={**STILL, "distortion": [0, 0, 0, 0], "tilt": 5.0, "yaw": 0.0, "field": 0.4})
+    scene = Scene(filming={**STILL, "distortion": [0, 0, 0, 0], "tilt": 5.0, "yaw": 0.0, "field": 0.4})
     view = View.of(scene.filming)
     target = np.array(scene.filming.target)
     np.testing.assert_allclose(by_hand(view, target[None])[0], [159.5, 119.5], atol=1e-6)
@@ -91,13 +91,13 @@ def test_the_target_is_in_the_middle_and_the_field_as_wide_as_said() -> None:
     assert np.linalg.norm(ends[1] - ends[0]) == pytest.approx(32.0, rel=2e-3)
     assert by_hand(view, target[None] + [0.0, 0.01])[0, 1] < 119.0
     assert view.place[1] < 0.0
-    behind = View.of(Scene.create(filming={**STILL, "behind": True}).filming)
+    behind = View.of(Scene(filming={**STILL, "behind": True}).filming)
     assert behind.place[1] > 0.0
 
 
 def test_rays_and_pixels_are_each_other_s_inverse() -> None:
     wide = {**STILL, "distortion": [-0.3, 0.08, 2e-3, -2e-3], "distance": 0.25}
-    view = View.of(Scene.create(filming=wide).filming)
+    view = View.of(Scene(filming=wide).filming)
     directions = Rays(view.camera, 2).directions.astype(float)
     assert directions.shape == (480, 640, 2)
     some = directions[::53, ::53].reshape(-1, 2)
@@ -111,7 +111,7 @@ def test_what_is_nearer_hides_what_is_behind(behind: bool, monkeypatch: pytest.M
     """Against rays through the strip's cross-section."""
     monkeypatch.setattr(render, "_LIGHT", np.zeros(2))
     filming = {**STILL, "tilt": 12.0, "behind": behind, "size": [640, 480]}
-    scene = Scene.create(filming=filming, strip={"texture": 0.0, "width": 0.2, "thickness": 1e-4})
+    scene = Scene(filming=filming, strip={"texture": 0.0, "width": 0.2, "thickness": 1e-4})
     turns = np.linspace(0.0, 2.5 * np.pi, 400)
     radius = 0.03 + 0.0015 * turns
     curve = np.column_stack([0.08 + radius * np.cos(turns), 0.085 + radius * np.sin(turns)])
@@ -156,7 +156,7 @@ def test_what_is_nearer_hides_what_is_behind(behind: bool, monkeypatch: pytest.M
 @pytest.mark.parametrize("kind", ["chessboard", "charuco"])
 def test_boards_are_found_where_they_are(kind: str) -> None:
     filming = {"size": [480, 360], "board": kind, "distortion": [-0.2, 0.05, 1e-3, -1e-3], "defocus": 0.8, "views": 5}
-    calibration = Calibration(Renderer(Scene.create(filming=filming), np.eye(2)), np.random.default_rng(0))
+    calibration = Calibration(Renderer(Scene(filming=filming), np.eye(2)), np.random.default_rng(0))
     board, camera = calibration.board, calibration.renderer.view.camera
     poses = [*calibration.poses(), calibration.plane_pose()]
     assert len(poses) == 6
@@ -191,7 +191,7 @@ def test_boards_are_found_where_they_are(kind: str) -> None:
 
 
 def test_the_plane_board_and_the_stops_are_in_the_folding_plane() -> None:
-    scene = Scene.create(filming={"size": [480, 360], "behind": True, "tilt": 6.0, "roll": 2.0, "stop_noise": 0.0})
+    scene = Scene(filming={"size": [480, 360], "behind": True, "tilt": 6.0, "roll": 2.0, "stop_noise": 0.0})
     calibration = Calibration(Renderer(scene, np.eye(2)), np.random.default_rng(1))
     view = calibration.renderer.view
     rotation, translation = calibration.plane_pose()
@@ -229,7 +229,7 @@ def moving(speed: float, seconds: float = 1.0) -> History:
 
 def seen_moving(speed: float, **filming: float) -> tuple[Array, Scene]:
     given = {**STILL, "exposure": 0.0, "tilt": 0.0, "distortion": [0, 0, 0, 0], **filming}
-    scene = Scene.create(filming=given, strip={**EDGE, "width": 1e-3})
+    scene = Scene(filming=given, strip={**EDGE, "width": 1e-3})
     history = moving(speed)
     sensor = Sensor(Renderer(scene, history.curve[0]), 1.0, np.random.default_rng(0))
     return sensor.exposed(history, 0.2).astype(float), scene
@@ -270,7 +270,7 @@ def test_motion_blur_is_as_long_as_the_way() -> None:
 
 
 def test_noise_and_light() -> None:
-    scene = Scene.create(filming={**BARE, "shot_noise": 4.0, "read_noise": 2.0, "light": 0.8, "gradient": 0.2})
+    scene = Scene(filming={**BARE, "shot_noise": 4.0, "read_noise": 2.0, "light": 0.8, "gradient": 0.2})
     sensor = Sensor(Renderer(scene, np.eye(2)), 1.0, np.random.default_rng(0))
     for seen in (50.0, 200.0):
         picture = sensor.delivered(np.full((240, 320), seen, dtype=np.float32), None).astype(float)[:200]
@@ -283,7 +283,7 @@ def test_noise_and_light() -> None:
 
 
 def test_flicker_is_seen_in_the_rows_of_a_rolling_shutter() -> None:
-    scene = Scene.create(filming={**STILL, "flicker": 0.2, "rolling_shutter": 0.02})
+    scene = Scene(filming={**STILL, "flicker": 0.2, "rolling_shutter": 0.02})
     sensor = Sensor(Renderer(scene, np.eye(2)), 1.0, np.random.default_rng(0))
     picture = sensor.delivered(np.full((240, 320), 150.0, dtype=np.float32), 0.003).astype(float)
     rows = picture[:, :200].mean(axis=1) / 150.0
@@ -333,7 +333,7 @@ def test_time_stamps_are_kept_exactly(
 @pytest.mark.parametrize("law", LAWS)
 def test_the_family_keeps_the_length_and_ends_at_the_gripper(law: str) -> None:
     for seed in range(2):
-        scene = Scene.create(seed=seed, motion={"law": law}, gripper={"height": 0.09 + 0.025 * seed})
+        scene = Scene(seed=seed, motion={"law": law}, gripper={"height": 0.09 + 0.025 * seed})
         history = shapes.history(scene)
         np.testing.assert_allclose(history.curve[:, 0], history.gripper, atol=1e-9)
         np.testing.assert_allclose(
@@ -365,7 +365,7 @@ def test_length_is_kept_at_a_finer_look() -> None:
     ("law", "inertia"), [("parabolic", 0.07), ("parabolic", 0.0), ("cubic", 0.05), ("power", 0.05)]
 )
 def test_motion_laws_against_another_integrator(law: str, inertia: float) -> None:
-    motion = shapes.Motion(law, before=0.01, after=0.6, inertia=inertia, drag=0.1, cubic=0.4, exponent=0.42)
+    motion = ShapesMotion(law=law, before=0.01, after=0.6, inertia=inertia, drag=0.1, cubic=0.4, exponent=0.42)
     found = solve(motion, 0.3, 0.03, 0.01)
     assert found.onset is not None
     assert found.touch is not None
@@ -403,13 +403,13 @@ def test_motion_laws_against_another_integrator(law: str, inertia: float) -> Non
 
 
 def test_a_gripper_that_stops_short_of_the_snap() -> None:
-    scene = Scene.create(motion={"short": 0.004, "before": 0.012, "after": 1.0})
+    scene = Scene(motion={"short": 0.004, "before": 0.012, "after": 1.0})
     history = shapes.history(scene)
     assert history.truth["lambda_c"] is None
     assert history.events() == {"onset": None, "fall": None, "fastest": None, "touch": None}
     assert np.ptp(history.gripper[:, 0]) == pytest.approx(0.008 + 0.001, abs=1e-4)  # and half a ramp
     with pytest.raises(InvalidInputError, match="short"):
-        shapes.history(Scene.create(motion={"short": 1e-4, "before": 0.012}, gripper={"speed": 0.02}))
+        shapes.history(Scene(motion={"short": 1e-4, "before": 0.012}, gripper={"speed": 0.02}))
 
 
 SMALL = {
@@ -422,16 +422,15 @@ SMALL = {
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    scene = Scene.create(**SMALL)
+    scene = Scene(**SMALL)
     path = tmp_path_factory.mktemp("synthetic") / "small"
     write_recording(history_of(scene), scene, path)
     return path
 
 
-def test_a_folder_fits_the_schema_and_says_that_it_is_synthetic(folder: Path) -> None:
-    schema = json.loads((ROOT / "src/stripfold/vision/recording.schema.json").read_text(encoding="utf-8"))
+def test_a_folder_can_be_read_and_says_that_it_is_synthetic(folder: Path) -> None:
     config = yaml.safe_load((folder / "recording.yaml").read_text(encoding="utf-8"))
-    jsonschema.validate(config, schema)
+    checked(config)
     assert config["synthetic"] is True
     assert "synthetic" in config["title"]
     named = [config["video"], config["robot_log"], config["plane"]["image"], config["robot"]["grid"]]
@@ -486,20 +485,20 @@ def test_truth_of_a_folder(folder: Path) -> None:
 
 
 def test_the_same_seed_gives_the_same_recording(folder: Path, tmp_path: Path) -> None:
-    scene = Scene.create(**SMALL)
+    scene = Scene(**SMALL)
     history = history_of(scene)
     write_recording(history, scene, tmp_path / "again", folder / "calibration")
     for name in ("video.mkv", "robot.csv", "truth.json", "recording.yaml"):
         assert (tmp_path / "again" / name).read_bytes() == (folder / name).read_bytes(), name
     first = Sensor(Renderer(scene, history.curve[0]), 1.0, np.random.default_rng(1)).exposed(history, 0.5)
-    other = Scene.create(**{**SMALL, "seed": 4})
+    other = Scene(**{**SMALL, "seed": 4})
     assert not np.array_equal(
         first, Sensor(Renderer(other, history.curve[0]), 1.0, np.random.default_rng(1)).exposed(history, 0.5)
     )
 
 
 def test_an_existing_folder_is_left_alone(folder: Path) -> None:
-    scene = Scene.create(**SMALL)
+    scene = Scene(**SMALL)
     with pytest.raises(InvalidInputError, match="not there yet"):
         write_recording(moving(0.1), scene, folder)
 
@@ -508,7 +507,7 @@ def test_a_failure_leaves_nothing_behind(tmp_path: Path, monkeypatch: pytest.Mon
     def fails(*_: object) -> None:
         raise RuntimeError("no room on the disc")
 
-    scene = Scene.create(**SMALL)
+    scene = Scene(**SMALL)
     monkeypatch.setattr("stripfold.synthetic.recording._truth", fails)
     monkeypatch.setattr("stripfold.synthetic.recording.write_calibration", lambda *_: None)
     with pytest.raises(RuntimeError):
@@ -523,24 +522,24 @@ def test_a_failure_leaves_nothing_behind(tmp_path: Path, monkeypatch: pytest.Mon
         ({"filming": {"frame_rte": 30}}, "filming.frame_rte", "did you mean frame_rate"),
         ({"filming": {"frame_rate": "fast"}}, "filming.frame_rate", "a number"),
         ({"filming": {"frame_rate": float("nan")}}, "filming.frame_rate", "a number"),
-        ({"filming": {"size": [320]}}, "filming.size", "2 numbers"),
+        ({"filming": {"size": [320]}}, "filming.size", "a list of 2"),
         ({"filming": {"size": [321, 240]}}, "filming.size", "even"),
-        ({"filming": {"size": [1e9, 240]}}, "filming.size", "whole"),
-        ({"filming": {"codec": "h264"}}, "filming.codec", "ffv1 or mjpeg or mpeg4"),
+        ({"filming": {"size": [1e9, 240]}}, "filming.size[0]", "whole"),
+        ({"filming": {"codec": "h264"}}, "filming.codec", "ffv1, mjpeg, mpeg4"),
         ({"filming": {"codec": "mpeg4", "container": "mkv"}}, "filming.container", "mp4"),
         ({"filming": {"codec": "mjpeg", "container": "avi", "jitter": 0.1}}, "filming.container", "timestamps"),
         ({"filming": [1]}, "filming", "keys and values"),
         ({"strip": {"length": -1}}, "strip.length", "from 0.05"),
         ({"gripper": {"height": 0.5}}, "gripper.height", "L"),
         ({"gripper": {"marker": 3.5}}, "gripper.marker", "whole"),
-        ({"generator": "magic"}, "generator", "shapes or dynamics"),
+        ({"generator": "magic"}, "generator", "shapes, dynamics"),
         ({"motion": 3}, "motion", "keys and values"),
         ({"seed": -1}, "seed", "from 0"),
     ],
 )
 def test_bad_scenes(given: dict[str, object], key: str, says: str) -> None:
     with pytest.raises(InvalidInputError, match=says) as caught:
-        Scene.create(**given)
+        Scene(**given)
     assert caught.value.key == key
 
 
@@ -549,15 +548,15 @@ def test_bad_scenes(given: dict[str, object], key: str, says: str) -> None:
 )
 def test_bad_motions(motion: dict[str, object]) -> None:
     with pytest.raises(InvalidInputError, match="motion"):
-        shapes.history(Scene.create(motion=motion))
+        shapes.history(Scene(motion=motion))
 
 
 def test_scene_files(tmp_path: Path) -> None:
     path = tmp_path / "scene.yaml"
-    scene = Scene.create(**SMALL)
+    scene = Scene(**SMALL)
     path.write_text(yaml.safe_dump(scene.as_config()), encoding="utf-8")
     assert read(path) == scene
-    assert Scene.create(title="a test").title == "a test (synthetic)"
+    assert Scene(title="a test").title == "a test (synthetic)"
     for text in ("- 1", "strip: [", ""):
         path.write_text(text, encoding="utf-8")
         with pytest.raises(InvalidInputError, match="scene"):
@@ -586,7 +585,7 @@ def test_design() -> None:
         counts = Counter(case.factors[name] for case in cases)
         for value, count in Counter(values).items():
             assert abs(counts[value] - 2 * design.BLOCK * count / len(values)) <= 2 * len(values), name
-    other = design.case(3, generator="dynamics", motion={"friction": 1.0}).scene
+    other = design.case(3, generator="dynamics", motion={"friction": 0.1}).scene
     assert other.generator == "dynamics"
-    assert other.motion == {"friction": 1.0}
+    assert other.motion == DynamicsMotion(friction=0.1)
     assert other.filming == cases[3].scene.filming

@@ -44,7 +44,7 @@ class Film:
 
 @pytest.fixture(scope="module")
 def film() -> Film:
-    scene = Scene.create(
+    scene = Scene(
         filming={"size": [480, 360], "frame_rate": 20.0, "tilt": 4.0},
         gripper={"speed": 0.02},
         motion={"before": 0.02, "after": 0.3},

@@ -19,8 +19,8 @@ import yaml
 
 from stripfold import schemas
 from stripfold.errors import InvalidInputError
+from stripfold.inputs import Model, Scene
 from stripfold.material import Material
-from stripfold.scene import Scene, require_long_enough
 
 Config = dict[str, Any]
 
@@ -63,7 +63,7 @@ def load(source: str | os.PathLike[str] | Mapping[str, Any], root: str | os.Path
     return config
 
 
-def scene(config: Config, material: Mapping[str, Any], height: float, model: str = "solid") -> Scene:
+def scene(config: Config, material: Mapping[str, Any], height: float, model: Model = "solid") -> Scene:
     """The scene of one of the configuration's materials at a gripper height in L*.
 
     Raises
@@ -71,7 +71,7 @@ def scene(config: Config, material: Mapping[str, Any], height: float, model: str
     InvalidInputError
         A number that cannot be used.
     """
-    return Scene.create(
+    return Scene(
         length=material["length"],
         height=height * Material(material["eta_b"], gravity=config["gravity"]).gravity_length,
         **{key: material[key] for key in ("eta_b", "eta_m", "nu", "rho_a")},
@@ -150,7 +150,7 @@ def _check_heights(config: Config, material: Config, at: str) -> None:
         )
     # The free length grows with the height.
     with _named({}, at):
-        require_long_enough(max(scenes, key=lambda scene: scene.height))
+        max(scenes, key=lambda scene: scene.height).require_long_enough()
 
 
 def _check_recordings(config: Config) -> None:
@@ -165,7 +165,7 @@ def _check_recordings(config: Config) -> None:
         for j, height in enumerate(asked["heights"]):
             asked_scene = _scene_at(config, strip, height, at, f"recordings.heights[{j}]")
             with _named({"length": "recordings.length_star"}, at):
-                require_long_enough(asked_scene)
+                asked_scene.require_long_enough()
 
 
 def _check_studies(config: Config) -> None:
@@ -176,7 +176,7 @@ def _check_studies(config: Config) -> None:
         at = "studies.limit"
         asked = _scene_at(config, {**strip, "eta_m": eta_m}, limit["height"], at, f"{at}.height")
         with _named({"length": f"{at}.length_star"}, at):
-            require_long_enough(asked)
+            asked.require_long_enough()
 
 
 def _scene_at(config: Config, material: Config, height: float, at: str, height_key: str) -> Scene:

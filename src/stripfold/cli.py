@@ -15,7 +15,7 @@ from stripfold.errors import InvalidInputError, SolveError, StripfoldError, Time
 
 if TYPE_CHECKING:
     from stripfold.analysis.critical_point import CriticalResult
-    from stripfold.scene import Scene
+    from stripfold.inputs import Scene
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -118,11 +118,11 @@ def _parser() -> argparse.ArgumentParser:
 
 def _critical(arguments: argparse.Namespace) -> str:
     from stripfold.analysis.critical_point import find
-    from stripfold.scene import Scene, require_long_enough
+    from stripfold.inputs import Scene
 
     keys = ("length", "height", "eta_b", "eta_m", "nu", "model", "accuracy")
-    scene = Scene.create(**{key: getattr(arguments, key) for key in keys})
-    require_long_enough(scene)
+    scene = Scene(**{key: getattr(arguments, key) for key in keys})
+    scene.require_long_enough()
     with progress() as say:
         result = find(scene, say)
     return as_json(_fields(result)) if arguments.json else _as_text(scene, result)
@@ -156,8 +156,8 @@ def _as_text(scene: Scene, result: CriticalResult) -> str:
 
 def _eta(arguments: argparse.Namespace) -> str:
     from stripfold import elastica
+    from stripfold.inputs import ETA_B
     from stripfold.material import Material
-    from stripfold.scene import ETA_B
 
     if arguments.image is not None:
         return cli_vision.eta(arguments)
@@ -175,10 +175,11 @@ def _eta(arguments: argparse.Namespace) -> str:
 
 
 def _simulate(arguments: argparse.Namespace) -> str:
-    from stripfold import simulation, store
+    from stripfold import store
     from stripfold.analysis import collapse_data
+    from stripfold.inputs import Simulation
 
-    asked = simulation.read(arguments.scene)
+    asked = Simulation.read(arguments.scene)
     path = output_path(arguments.output, arguments.scene, ".nc")
     try:
         with progress() as say:

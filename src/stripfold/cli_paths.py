@@ -11,11 +11,9 @@ from stripfold.errors import InvalidInputError
 
 if TYPE_CHECKING:
     from stripfold.analysis.verdict import Verdict
-    from stripfold.material import Material
+    from stripfold.inputs import Strip
     from stripfold.paths import GripperPath
 
-UNSTRETCHED = 1e-6
-"""eta_m, m^-2 s^2, that leaves any strip thin."""
 KINDS = ("r-path", "triangular", "circular")
 
 
@@ -58,23 +56,21 @@ def _strip_arguments(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def _strip(arguments: argparse.Namespace) -> tuple[Material, float]:
-    from stripfold.material import Material
-    from stripfold.scene import checked_strip
+def _strip(arguments: argparse.Namespace) -> Strip:
+    from stripfold.inputs import UNSTRETCHED, Strip
 
-    # A path is planned for a strip that does not stretch: that command has no eta_m to give.
-    given = {key: getattr(arguments, key) for key in ("eta_m", "nu", "rho_a") if hasattr(arguments, key)}
-    return checked_strip(Material(arguments.eta_b, **{"eta_m": UNSTRETCHED, **given}), arguments.length)
+    # A path is planned for a strip that hardly stretches: that command has no eta_m.
+    return Strip(length=arguments.length, eta_b=arguments.eta_b, eta_m=UNSTRETCHED)
 
 
 def path(arguments: argparse.Namespace) -> str:
     """``stripfold path``."""
     from stripfold import paths
 
-    material, length = _strip(arguments)
-    unit = material.gravity_length
-    planned = _planned(arguments.kind, length / unit, unit)
-    comments = (f"{arguments.kind}, length {length:g} m, eta_b {arguments.eta_b:g} m^-4 s^2, L* {unit:.6g} m",)
+    strip = _strip(arguments)
+    unit = strip.gravity_length
+    planned = _planned(arguments.kind, strip.length_star, unit)
+    comments = (f"{arguments.kind}, length {strip.length:g} m, eta_b {arguments.eta_b:g} m^-4 s^2, L* {unit:.6g} m",)
     if arguments.csv is None:
         return paths.as_text(planned, unit, comments).rstrip()
     target = output_path(arguments.csv, arguments.csv, ".csv")
@@ -97,21 +93,15 @@ def assess(arguments: argparse.Namespace) -> str:
     """``stripfold assess``."""
     from stripfold import paths
     from stripfold.analysis import verdict
-    from stripfold.scene import checked_number
+    from stripfold.inputs import PathAssessment
 
     began = perf_counter()
-    material, length = _strip(arguments)
-    unit = material.gravity_length
-    asked = {
-        key: checked_number(key, value)
-        for key in ("friction", "hysteresis", "step")
-        if (value := getattr(arguments, key)) is not None
-    }
-    if "step" in asked and len(asked) == 1:
-        raise InvalidInputError("step", asked["step"], "a step together with --friction or --hysteresis")
-    own = paths.read(arguments.path, length / unit, unit)
+    keys = ("length", "eta_b", "eta_m", "nu", "rho_a", "model", "friction", "hysteresis", "step")
+    asked = PathAssessment(**{key: getattr(arguments, key) for key in keys})
+    own = paths.read(arguments.path, asked.length_star, asked.gravity_length)
+    friction = {key: getattr(asked, key) for key in ("friction", "hysteresis", "step")}
     with progress() as say:
-        found = verdict.assess_path(material, length, own, model=arguments.model, progress=say, **asked)
+        found = verdict.assess_path(asked.material, asked.length, own, model=asked.model, progress=say, **friction)
     seconds = perf_counter() - began
     return as_json(_fields(found, seconds)) if arguments.json else _as_text(found, seconds)
 

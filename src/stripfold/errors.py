@@ -9,6 +9,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+MISSING = "(missing)"
+"""Stands for the value of an entry that was not given."""
+
 
 class StripfoldError(Exception):
     """Base of every error this package raises on purpose."""
@@ -24,7 +27,7 @@ class InvalidInputError(StripfoldError, ValueError):
     key
         Name of the offending entry, as the user wrote it.
     value
-        What was given.
+        What was given, or :data:`MISSING`.
     allowed
         What would have been accepted, in words.
     advice
@@ -36,7 +39,8 @@ class InvalidInputError(StripfoldError, ValueError):
     def __init__(self, key: str, value: Any, allowed: str, advice: str = "") -> None:
         self.key, self.value, self.allowed, self.advice = key, value, allowed, advice
         tail = f"; {advice}" if advice else ""
-        super().__init__(f"{key} = {value!r} cannot be used: allowed is {allowed}{tail}")
+        found = f"{key} is missing" if value is MISSING else f"{key} = {value!r} cannot be used"
+        super().__init__(f"{found}; allowed: {allowed}{tail}")
 
 
 class SolveError(StripfoldError):

@@ -21,8 +21,8 @@ from stripfold.analysis import locate_rod, locate_solid
 from stripfold.analysis.static import LAMBDA_TOLERANCE, X_STEPS, End, StripModel, XRun, along_x, lift
 from stripfold.arrays import Array
 from stripfold.errors import SolveError
+from stripfold.inputs import Scene
 from stripfold.material import Material
-from stripfold.scene import Scene
 from studies.benchmark import calls, peak_memory, peak_of
 
 Shape = Callable[[Array], Array]
@@ -263,7 +263,7 @@ def scene_of(
     unit = Material(eta_b).gravity_length
     eta_m = max((thickness * unit) ** 2 * eta_b / 12.0, 1e-9)
     given = {"eta_b": eta_b, "eta_m": eta_m, "nu": nu, "model": model, "accuracy": accuracy}
-    return Scene.create(length=length * unit, height=height * unit, **given)  # type: ignore[arg-type]
+    return Scene(length=length * unit, height=height * unit, **given)  # type: ignore[arg-type]
 
 
 def _apart(one: Array, other: Array) -> float:

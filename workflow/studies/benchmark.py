@@ -104,14 +104,14 @@ def run_rod(repeats: int, length: float) -> xr.Dataset:
     """
     from stripfold.analysis import critical_point as critical
     from stripfold.analysis.verdict import assess_path
+    from stripfold.inputs import Scene
     from stripfold.material import Material
     from stripfold.paths import path_of
-    from stripfold.scene import Scene
 
     material = Material(ETA_B)
     unit = material.gravity_length
-    scene = Scene.create(length=0.6, height=0.09, eta_b=material.eta_b, model="rod")
-    finer = Scene.create(length=0.6, height=0.09, eta_b=material.eta_b, model="rod", accuracy=1e-4)
+    scene = Scene(length=0.6, height=0.09, eta_b=material.eta_b, model="rod")
+    finer = Scene(length=0.6, height=0.09, eta_b=material.eta_b, model="rod", accuracy=1e-4)
     seconds, found = calls(lambda: critical.find(scene), repeats)
     truth = critical.find(finer).lambda_c
     path = path_of("r-path", length / unit)

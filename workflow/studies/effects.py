@@ -1,4 +1,4 @@
-"""What each effect does to a scene and what it costs: every scene with an effect on and off, the rest on demand."""
+"""What each effect does to a scene and what it costs: every scene with an effect on and off, the rest on"""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ import numpy as np
 import xarray as xr
 
 from stripfold.analysis import collapse_data
-from stripfold.effects import demand
+from stripfold.analysis.needed_effects import INERTIA, MEMBRANE, SELF_CONTACT, SOLID
 from stripfold.errors import SolveError
-from stripfold.simulation import Simulation
+from stripfold.inputs import Simulation
 
-SWITCHED = (demand.SELF_CONTACT, demand.INERTIA, demand.SOLID, demand.MEMBRANE)
+SWITCHED = (SELF_CONTACT, INERTIA, SOLID, MEMBRANE)
 """What can be on and off in a simulation: the floor is what the strip begins on, and internal friction it has none."""
 TEXTS = {
     "needed": ("1", "whether the scene says that it needs the effect, 1 or 0"),
@@ -74,7 +74,7 @@ def run(scenes: Sequence[Mapping[str, Any]], repeats: int, progress: Callable[[s
 
 def compare(given: Mapping[str, Any], effect: str, repeats: int) -> dict[str, float]:
     """One scene with an effect on and off: the names of :data:`TEXTS`."""
-    asked = {s: Simulation.create(**given, effects={effect: s}) for s in (demand.ON, demand.OFF)}
+    asked = {s: Simulation.of({**given, "effects": {effect: s}}) for s in ("on", "off")}
     seconds: dict[str, list[float]] = {s: [] for s in asked}
     found: dict[str, xr.Dataset] = {}
     for repeat in range(repeats):
@@ -83,24 +83,24 @@ def compare(given: Mapping[str, Any], effect: str, repeats: int) -> dict[str, fl
             began = process_time()
             found[setting] = collapse_data.run(asked[setting])
             seconds[setting].append(process_time() - began)
-    on, off = found[demand.ON], found[demand.OFF]
+    on, off = found["on"], found["off"]
     unit = on.attrs["gravity_length"]
     change = abs(on.attrs["lambda_c"] / off.attrs["lambda_c"] - 1.0)
     touch = abs(on.attrs["touch_x"] - off.attrs["touch_x"]) / unit
     # What else the machine does makes a run longer, never shorter.
     least = {setting: min(taken) for setting, taken in seconds.items()}
-    accuracy = asked[demand.ON].scene.accuracy
+    accuracy = asked["on"].accuracy
     return {
         "needed": float(on["needed"].sel(effect=effect)),
         "reported": float(effect in off.attrs["missing"].split(", ")),
         # What a model leaves out shows in lambda_c; what happens in the fall, in where it ends.
-        "matters": float(change > accuracy if effect in (demand.SOLID, demand.MEMBRANE) else not touch <= accuracy),
+        "matters": float(change > accuracy if effect in (SOLID, MEMBRANE) else not touch <= accuracy),
         "change": change,
         "touch_change": touch,
-        "cost": least[demand.ON] / least[demand.OFF] - 1.0,
+        "cost": least["on"] / least["off"] - 1.0,
         "clocked": _clocked(on, off, effect),
-        "seconds_on": least[demand.ON],
-        "seconds_off": least[demand.OFF],
+        "seconds_on": least["on"],
+        "seconds_off": least["off"],
     }
 
 

@@ -25,11 +25,11 @@ from stripfold.elastica import _system as system
 from stripfold.elastica import branch as elastica_branch
 from stripfold.elastica import critical_point
 from stripfold.errors import StripfoldError
+from stripfold.inputs import Scene
 from stripfold.material import Material
 from stripfold.models.rod import Rod
 from stripfold.models.solid import Solid
 from stripfold.paths import path_of
-from stripfold.scene import Scene
 from stripfold.solve import continuation, dynamics, newton
 from stripfold.solve import critical as fold
 from stripfold.solve.linear import Band
@@ -158,13 +158,13 @@ def run(length: float, height: float, eta_b: float, accuracy: float, path_length
     Parameters
     ----------
     length, height, eta_b, accuracy
-        The scene of the lambda_c, SI; see :meth:`.Scene.create`.
+        The scene of the lambda_c, SI; see :class:`.Scene`.
     path_length
         Of the strip on the R-path, of the same eta_b, m.
     repeats
         See :func:`profile`.
     """
-    scene = Scene.create(length=length, height=height, eta_b=eta_b, accuracy=accuracy)
+    scene = Scene(length=length, height=height, eta_b=eta_b, accuracy=accuracy)
     material = Material(eta_b)
     path = path_of("r-path", path_length / material.gravity_length)
     profiles = [

@@ -14,8 +14,8 @@ import xarray as xr
 
 from stripfold import elastica
 from stripfold.analysis import critical_point as critical
+from stripfold.inputs import Scene as Asked
 from stripfold.material import Material
-from stripfold.scene import Scene as Asked
 from stripfold.synthetic.scene import Scene
 
 SIZE = (480, 360)
@@ -56,41 +56,43 @@ def scene_of(
     # The loop is behind the gripper and as wide as two L*: between both is the middle.
     x = (-0.5 * length + lambda_c - 1.0) * unit
     share = field / 0.32
-    return Scene.create(
-        strip={
-            "length": length * unit,
-            "eta_b": material["eta_b"],
-            "material": material["name"],
-            "width": 0.02 * share,
-        },
-        gripper={
-            "height": height * unit,
-            "speed": speed,
-            "marker_size": 0.024 * share,
-            "offset": [0.0, -0.032 * share],
-            "finger": 0.003 * share,
-        },
-        filming={
-            "size": list(SIZE),
-            "target": [x, 0.5 * OVER * height * unit - 0.5 * unit],
-            "field": field,
-            "distance": 3.0 * field,
-            "log_offset": 0.2,
-            "codec": "mjpeg",
-            "frame_rate": RATE,
-        },
-        generator="dynamics",
-        motion={
-            "friction": friction,
-            "before": BEFORE * unit,
-            "after": AFTER,
-            "eta_m": material["eta_m"],
-            # Nearer to the solid than anything that is measured (docs/numerics.md), and faster.
-            "model": "rod",
-            "refinement": 1.0,
-        },
-        seed=number,
-        title=f"{material['name']} at z = {height:g} L*, {speed * 1e3:g} mm/s (synthetic)",
+    return Scene.of(
+        {
+            "strip": {
+                "length": length * unit,
+                "eta_b": material["eta_b"],
+                "material": material["name"],
+                "width": 0.02 * share,
+            },
+            "gripper": {
+                "height": height * unit,
+                "speed": speed,
+                "marker_size": 0.024 * share,
+                "offset": [0.0, -0.032 * share],
+                "finger": 0.003 * share,
+            },
+            "filming": {
+                "size": list(SIZE),
+                "target": [x, 0.5 * OVER * height * unit - 0.5 * unit],
+                "field": field,
+                "distance": 3.0 * field,
+                "log_offset": 0.2,
+                "codec": "mjpeg",
+                "frame_rate": RATE,
+            },
+            "generator": "dynamics",
+            "motion": {
+                "friction": friction,
+                "before": BEFORE * unit,
+                "after": AFTER,
+                "eta_m": material["eta_m"],
+                # Nearer to the solid than anything that is measured (docs/numerics.md), and faster.
+                "model": "rod",
+                "refinement": 1.0,
+            },
+            "seed": number,
+            "title": f"{material['name']} at z = {height:g} L*, {speed * 1e3:g} mm/s (synthetic)",
+        }
     )
 
 
@@ -155,7 +157,7 @@ def _row(data: xr.Dataset, materials: Mapping[str, Mapping[str, Any]]) -> dict[s
     eta_b, height, length = (float(data[name]) for name in ("eta_b", "height", "length"))
     near = [m for m in materials.values() if np.isclose(m["eta_b"], eta_b, rtol=1e-6)]
     eta_m = near[0]["eta_m"] if near else 1e-3
-    model = critical.find(Asked.create(length=length, height=height, eta_b=eta_b, eta_m=eta_m, model="rod"))
+    model = critical.find(Asked(length=length, height=height, eta_b=eta_b, eta_m=eta_m, model="rod"))
     return {
         **{
             name: float(data[name])

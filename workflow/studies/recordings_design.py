@@ -122,7 +122,7 @@ def _kept(calibrations: Path, camera: int) -> Path:
 
 def camera_scene(index: int) -> Scene:
     """The scene in which a camera of the design is calibrated."""
-    return Scene.create(filming=_CAMERAS[index], seed=index)
+    return Scene.of({"filming": _CAMERAS[index], "seed": index})
 
 
 def case(number: int, seed: int = 0, generator: str = "shapes", motion: Mapping[str, Any] | None = None) -> Case:
@@ -165,13 +165,15 @@ def case(number: int, seed: int = 0, generator: str = "shapes", motion: Mapping[
         "log_offset": float(rng.uniform(-0.5, 0.5)),
         "log_rate": float(rng.choice([50.0, 100.0, 125.0])),
     }
-    scene = Scene.create(
-        strip=strip,
-        gripper={"height": round(factors["height"] * unit, 4), "speed": speed, "finger": factors["finger"]},
-        filming=filming,
-        generator=generator,
-        motion=asked,
-        seed=int(rng.integers(2**31)),
-        title=f"synthetic recording {number} of design {seed}",
+    scene = Scene.of(
+        {
+            "strip": strip,
+            "gripper": {"height": round(factors["height"] * unit, 4), "speed": speed, "finger": factors["finger"]},
+            "filming": filming,
+            "generator": generator,
+            "motion": asked,
+            "seed": int(rng.integers(2**31)),
+            "title": f"synthetic recording {number} of design {seed}",
+        }
     )
     return Case(scene, factors)

@@ -47,7 +47,7 @@ _OPTIONS = {"libx264": {"crf": "20", "threads": "1"}, "ffv1": {"level": "3", "sl
 
 def scene() -> Scene:
     """What is filmed: a strip before its snap, and the marker on its gripper."""
-    return Scene.create(filming={"size": list(SIZE), "frame_rate": RATE}, title="benchmark")
+    return Scene.of({"filming": {"size": list(SIZE), "frame_rate": RATE}, "title": "benchmark"})
 
 
 def stages() -> list[Stage]:

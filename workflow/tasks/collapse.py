@@ -8,13 +8,13 @@ from pathlib import Path
 import xarray as xr
 
 from stripfold.analysis import collapse_data
+from stripfold.inputs import Simulation
 from stripfold.plots import film as films
-from stripfold.simulation import read
 
 
 def collapse(scene: Path, progress: Callable[[str], None]) -> xr.Dataset:
     """One strip through its collapse."""
-    return collapse_data.run(read(scene), progress)
+    return collapse_data.run(Simulation.read(scene), progress)
 
 
 def film(data: xr.Dataset, output: Sequence[str]) -> None:

@@ -10,7 +10,7 @@ import xarray as xr
 
 from stripfold.analysis import assess_data, collapse_data, friction_data
 from stripfold.analysis import plans as planned
-from stripfold.simulation import LettingGo
+from stripfold.inputs import Release
 from tasks.materials import material_of
 
 
@@ -29,7 +29,7 @@ def assess(
 ) -> list[xr.Dataset]:
     """A material along each of the paper's folding paths."""
     strip = material_of(material, gravity)
-    fall = collapse_data.in_solver_units(LettingGo(), strip)
+    fall = collapse_data.in_solver_units(Release(), strip)
     found = [assess_data.run(strip, material["length"], path, fall, refinement, progress) for path in paths]
     return [
         data.assign_attrs(title=f"{path} path, {material['label']}") for path, data in zip(paths, found, strict=True)
@@ -54,7 +54,7 @@ def two_ways(
 ) -> xr.Dataset:
     """The two post-critical branches of a material's R-path without friction."""
     strip = material_of(material, gravity)
-    fall = collapse_data.in_solver_units(LettingGo(), strip)
+    fall = collapse_data.in_solver_units(Release(), strip)
     data = friction_data.two_ways(strip, material["length"], fall, refinement, progress)
     return data.assign_attrs(title=f"two ways out of an R-path, {material['label']}")
 

@@ -8,17 +8,17 @@ from time import perf_counter
 import numpy as np
 import xarray as xr
 
-from stripfold.analysis import needed_effects as on_demand
+from stripfold.analysis import needed_effects
 from stripfold.analysis.collapse import Collapse, simulate
 from stripfold.analysis.diagnostics import node_weights
+from stripfold.analysis.phases import AFTER, BEFORE, FALL
 from stripfold.analysis.release import Fall, Progress
 from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
-from stripfold.effects import demand
 from stripfold.errors import TimeStepError
+from stripfold.inputs import Release, Simulation
 from stripfold.material import Material
 from stripfold.models.model import Model
-from stripfold.simulation import AFTER, BEFORE, FALL, LettingGo, Simulation
 from stripfold.solve.dynamics import Energy, TimeState
 from stripfold.solve.problem import Point
 from stripfold.solve.schemes import Damping
@@ -38,33 +38,32 @@ IN_STATICS = ("kinetic", "elastic", "gravity")
 
 
 def fall_of(simulation: Simulation) -> Fall:
-    """How the strip is let go, in solver units."""
-    return in_solver_units(simulation.letting_go, simulation.scene.material)
+    """How the strip is released, in solver units."""
+    return in_solver_units(simulation, simulation.material)
 
 
-def in_solver_units(go: LettingGo, material: Material) -> Fall:
-    """How a strip of a material is let go, in units of L* and sqrt(L*/g)."""
+def in_solver_units(release: Release, material: Material) -> Fall:
+    """How a strip of a material is released, in units of L* and sqrt(L*/g)."""
     time = float(np.sqrt(material.gravity_length / material.gravity))
     speed = material.gravity_length / time
     return Fall(
-        disturbance=go.disturbance / speed,
-        speed=go.speed / speed,
-        damping=Damping(go.air * time, go.stiffness / time),
-        to_rest=go.until == "rest",
+        disturbance=release.disturbance / speed,
+        speed=release.speed / speed,
+        damping=Damping(release.air * time, release.stiffness / time),
+        to_rest=release.until == "rest",
     )
 
 
 def run(simulation: Simulation, progress: Progress | None = None) -> xr.Dataset:
     """Simulate and collect; see :func:`.collapse.simulate` for the errors raised."""
-    scene = simulation.scene
-    asked, thickness = simulation.effects, scene.material.relative_thickness
-    stretched = thickness if asked.membrane != demand.OFF else min(thickness, demand.UNSTRETCHED)
-    strip = StripModel(scene.length_star, stretched, scene.material.nu, law=scene.law, kind=scene.model)
-    fall = fall_of(simulation) if asked.inertia != demand.OFF else None
-    layers = thickness if asked.self_contact != demand.OFF else None
+    asked, thickness = simulation.effects, simulation.material.relative_thickness
+    stretched = thickness if asked.membrane != "off" else min(thickness, needed_effects.UNSTRETCHED)
+    strip = StripModel(simulation.length_star, stretched, simulation.nu, kind=simulation.model)
+    fall = fall_of(simulation) if asked.inertia != "off" else None
+    layers = thickness if asked.self_contact != "off" else None
     began = perf_counter()
-    found = simulate(strip, scene.height_star, fall, progress=progress, self_contact=layers)
-    record = on_demand.record(simulation, found, perf_counter() - began)
+    found = simulate(strip, simulation.height_star, fall, progress=progress, self_contact=layers)
+    record = needed_effects.record(simulation, found, perf_counter() - began)
     return dataset(simulation, found).merge(record).assign_attrs(record.attrs)
 
 
@@ -76,7 +75,7 @@ def dataset(simulation: Simulation, found: Collapse) -> xr.Dataset:
     Dataset over ``state`` and ``node``; ``phase`` says of each state whether it is static before lambda_c, in the fall,
     or static after it.
     """
-    material, problem = simulation.scene.material, found.run.problem
+    material, problem = simulation.material, found.run.problem
     model = problem.model
     unit, time, force = material.gravity_length, simulation.time_unit, material.force_scale
     run = found.run
@@ -135,8 +134,8 @@ def dataset(simulation: Simulation, found: Collapse) -> xr.Dataset:
         "rho_a": material.rho_a,
         "gravity_length": unit,
         "thickness": material.thickness,
-        "length": simulation.scene.length,
-        "height": simulation.scene.height,
+        "length": simulation.length,
+        "height": simulation.height,
         "lambda_0": unit * run.lambda_0,
         "lambda_c": unit * run.last.lam,
         "touch_time": float("nan"),
@@ -147,7 +146,7 @@ def dataset(simulation: Simulation, found: Collapse) -> xr.Dataset:
     if motion:
         assert motion.touch is not None  # else there is no collapse
         attrs |= {"touch_time": time * motion.states[motion.touch].t, "touch_x": unit * motion.touch_x}
-        if simulation.letting_go.until == "rest":
+        if simulation.until == "rest":
             attrs["settle_time"] = time * motion.states[-1].t
     coords = {"phase": ("state", phase, {"units": "1", "long_name": "before lambda_c, fall, or after it"})}
     return xr.Dataset(data, coords=coords, attrs=attrs)
@@ -160,7 +159,7 @@ def _mean(model: Model, values: Array) -> Array:
 
 def last_good(simulation: Simulation, error: TimeStepError) -> xr.Dataset:
     """The last good moment of a motion that could not be followed, for a look at what went wrong; SI."""
-    unit, time = simulation.scene.material.gravity_length, simulation.time_unit
+    unit, time = simulation.material.gravity_length, simulation.time_unit
     last: TimeState = error.last
     x, z = error.details["mid_surface"].T
     node = {"units": "m"}

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import nan
 from time import perf_counter
 from typing import NamedTuple, TypeVar
 
 from stripfold.analysis import locate_rod, locate_solid, select_model
-from stripfold.analysis.model_error import model_error as of_model
 from stripfold.analysis.static import LAMBDA_TOLERANCE, End, StripModel, XRun
 from stripfold.errors import SolveError
-from stripfold.scene import Scene
+from stripfold.inputs import Scene
+from stripfold.models.model_error import model_error as of_model
 
 Progress = Callable[[str], None]
 
@@ -119,8 +119,8 @@ def _auto(scene: Scene, prediction: locate_rod.ElasticaPrediction, progress: Pro
     thickness, nu = scene.material.relative_thickness, scene.material.nu
     models = select_model.candidates(prediction, scene.length_star, thickness, nu, scene.accuracy)
     for model in models:
-        left = replace(scene, model=model)
-        left = replace(left, accuracy=scene.accuracy - _model_error(left))
+        left = scene.model_copy(update={"model": model})
+        left = left.model_copy(update={"accuracy": scene.accuracy - _model_error(left)})
         try:
             return _find(left, prediction, progress), left
         except SolveError as error:

@@ -1,7 +1,12 @@
-"""Which effects a simulated collapse had, which it needed, and what they cost: the record that its dataset carries."""
+"""Which effects a simulated collapse had, which it needed, and their cost: the record in its dataset.
+
+Each test of a need is a pure function of numbers that the simulation has anyway, and says what it compared with what.
+Source: ``docs/effects.md``.
+"""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from time import perf_counter
 from typing import Any
 
@@ -9,11 +14,20 @@ import numpy as np
 import xarray as xr
 
 from stripfold.analysis.collapse import Collapse
-from stripfold.effects import demand
-from stripfold.effects.demand import Need
 from stripfold.effects.self_contact import SelfContact
-from stripfold.simulation import Simulation
+from stripfold.inputs import Simulation
+from stripfold.models.model_error import model_error
 from stripfold.solve.problem import Point
+
+CONTACT, SELF_CONTACT, INERTIA = "contact", "self_contact", "inertia"
+FRICTION, SOLID, MEMBRANE = "friction", "solid", "membrane"
+EFFECTS = (CONTACT, SELF_CONTACT, INERTIA, FRICTION, SOLID, MEMBRANE)
+"""As in :class:`.inputs.Effects`."""
+STRETCH_EFFECT = 0.72
+"""Largest distance of the solid's lambda_c from that of a strip that does not stretch, over (h/L*)^2 of itself, in
+the study ``rod``: h/L* squared is 12 times the membrane strain under the weight of L*, eta_m g L*."""
+UNSTRETCHED = 1e-3
+"""h of a strip that is to have no membrane stretch, L*: a millionth of it is left in lambda_c."""
 
 COLUMNS = {
     "needed": ("1", "whether the scene needs the effect, 1 or 0"),
@@ -26,6 +40,59 @@ COLUMNS = {
 TEXTS = {"asked": "what the scene asks: auto, on or off", "reason": "why it is needed or not"}
 
 
+@dataclass(frozen=True, slots=True)
+class Need:
+    """Whether a scene needs an effect: what was compared with what, in units of L*, and why, in words."""
+
+    needed: bool
+    value: float
+    threshold: float
+    reason: str
+
+
+def need_of_contact(lowest: float) -> Need:
+    """From the lowest height over the floor, L*."""
+    return Need(lowest <= 0.0, lowest, 0.0, f"the lowest point is {lowest:.2g} L* over the floor")
+
+
+def need_of_self_contact(gap: float) -> Need:
+    """From the smallest distance of layers above the floor less the thickness, L*."""
+    if gap == float("inf"):
+        return Need(False, gap, 0.0, "no two layers come near each other above the floor")
+    words = f"{gap:.2g} L* more than the thickness is the smallest distance of layers above the floor"
+    return Need(gap < 0.0, gap, 0.0, words)
+
+
+def need_of_inertia(slope: float, kinetic_share: float | None) -> Need:
+    """From the slope of lambda where the smooth advance ends, and the largest share of what is released that moves."""
+    words = "lambda has a maximum: no equilibrium is near behind it"
+    if kinetic_share is not None:
+        words += f"; up to {kinetic_share:.0%} of what it had and released is in motion"
+    return Need(slope <= 0.0, slope, 0.0, words if slope <= 0.0 else "lambda has no maximum: statics go on")
+
+
+def need_of_friction() -> Need:
+    """Nothing in a scene tells that a fabric has internal friction: it has to be named."""
+    return Need(False, 0.0, 0.0, "the scene names no internal friction")
+
+
+def need_of_solid(thickness: float, nu: float, accuracy: float) -> Need:
+    """From the thickness, L*, Poisson's ratio, and the wanted relative accuracy of lambda_c."""
+    error = model_error("rod", thickness, nu)
+    return Need(
+        error > accuracy, error, accuracy, f"a rod's lambda_c is up to {error:.1e} of itself away from the solid's"
+    )
+
+
+def need_of_membrane(thickness: float, accuracy: float) -> Need:
+    """From the thickness, L*, and the wanted relative accuracy of lambda_c."""
+    error = STRETCH_EFFECT * thickness**2
+    words = (
+        f"membrane stretch moves lambda_c by {error:.1e} of itself; every model has it, leaving it out saves nothing"
+    )
+    return Need(error > accuracy, error, accuracy, words)
+
+
 def record(simulation: Simulation, found: Collapse, seconds: float) -> xr.Dataset:
     """The record, over ``effect``; its attribute ``missing`` names what is needed and was switched off.
 
@@ -34,8 +101,7 @@ def record(simulation: Simulation, found: Collapse, seconds: float) -> xr.Datase
     simulation, found, seconds
         What was asked for, what came of it, and how long that took, s.
     """
-    scene, asked = simulation.scene, simulation.effects
-    thickness, nu = scene.material.relative_thickness, scene.material.nu
+    asked, thickness, nu = simulation.effects, simulation.material.relative_thickness, simulation.nu
     gap, met, looked = _layers(found, thickness)
     motion = found.motion
     share = None if motion is None else kinetic_share(found)
@@ -43,37 +109,37 @@ def record(simulation: Simulation, found: Collapse, seconds: float) -> xr.Datase
     lowest = float(found.run.points[0].q[found.run.problem.bounded].min())
     contact = found.run.problem.self_contact
     needs: dict[str, Need] = {
-        demand.CONTACT: demand.need_of_contact(lowest),
-        demand.SELF_CONTACT: demand.need_of_self_contact(gap),
-        demand.INERTIA: demand.need_of_inertia(slope, share),
-        demand.FRICTION: demand.need_of_friction(),
-        demand.SOLID: demand.need_of_solid(thickness, nu, scene.accuracy),
-        demand.MEMBRANE: demand.need_of_membrane(thickness, scene.accuracy),
+        CONTACT: need_of_contact(lowest),
+        SELF_CONTACT: need_of_self_contact(gap),
+        INERTIA: need_of_inertia(slope, share),
+        FRICTION: need_of_friction(),
+        SOLID: need_of_solid(thickness, nu, simulation.accuracy),
+        MEMBRANE: need_of_membrane(thickness, simulation.accuracy),
     }
     rows: dict[str, dict[str, float]] = {
-        demand.CONTACT: {"active": 1.0},
-        demand.SELF_CONTACT: {
+        CONTACT: {"active": 1.0},
+        SELF_CONTACT: {
             # Ready from the beginning of the fall; it acts from where layers first meet.
-            "active": float(contact is not None and (gap < 0.0 or asked.self_contact == demand.ON)),
+            "active": float(contact is not None and (gap < 0.0 or asked.self_contact == "on")),
             "since": simulation.time_unit * met if contact is not None else np.nan,
             "seconds": looked if contact is None else looked + sum(contact.spent),
         },
-        demand.INERTIA: {"active": float(motion is not None), "since": 0.0 if motion else np.nan},
-        demand.FRICTION: {"active": 0.0, "seconds": 0.0},
-        demand.SOLID: {"active": float(scene.model == "solid")},
-        demand.MEMBRANE: {"active": float(asked.membrane != demand.OFF)},
+        INERTIA: {"active": float(motion is not None), "since": 0.0 if motion else np.nan},
+        FRICTION: {"active": 0.0, "seconds": 0.0},
+        SOLID: {"active": float(simulation.model == "solid")},
+        MEMBRANE: {"active": float(asked.membrane != "off")},
     }
     for name, need in needs.items():
         rows[name] |= {"needed": float(need.needed), "value": need.value, "threshold": need.threshold}
     data: dict[str, Any] = {
-        name: ("effect", np.array([rows[e].get(name, np.nan) for e in demand.EFFECTS]), {"units": u, "long_name": text})
+        name: ("effect", np.array([rows[e].get(name, np.nan) for e in EFFECTS]), {"units": u, "long_name": text})
         for name, (u, text) in COLUMNS.items()
     }
-    texts = {"asked": list(asked.as_config().values()), "reason": [needs[e].reason for e in demand.EFFECTS]}
+    texts = {"asked": list(asked.model_dump().values()), "reason": [needs[e].reason for e in EFFECTS]}
     for name, column in texts.items():
         data[name] = ("effect", np.array(column, dtype=object), {"units": "1", "long_name": TEXTS[name]})
-    missing = [e for e in demand.EFFECTS if rows[e]["needed"] and not rows[e]["active"]]
-    coords = {"effect": ("effect", np.array(demand.EFFECTS, dtype=object), {"units": "1", "long_name": "effect"})}
+    missing = [e for e in EFFECTS if rows[e]["needed"] and not rows[e]["active"]]
+    coords = {"effect": ("effect", np.array(EFFECTS, dtype=object), {"units": "1", "long_name": "effect"})}
     data["computing"] = ((), seconds, {"units": "s", "long_name": "computing time of all of it"})
     return xr.Dataset(data, coords=coords, attrs={"missing": ", ".join(missing)})
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from stripfold import elastica
 from stripfold.analysis.locate_rod import ElasticaPrediction
-from stripfold.analysis.model_error import model_error
-from stripfold.scene import Model
+from stripfold.inputs import Model
+from stripfold.models.model_error import model_error
 
 FINEST = 0.1
 """Smallest factor on the element lengths that is tried."""

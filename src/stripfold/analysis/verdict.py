@@ -16,10 +16,10 @@ from stripfold.analysis.release import touch_position
 from stripfold.analysis.static import StripModel, touches
 from stripfold.arrays import Array
 from stripfold.errors import InvalidInputError, LostStabilityError
+from stripfold.inputs import Release
 from stripfold.material import Material
 from stripfold.paths import GripperPath, plan_r_path
 from stripfold.problem import StripProblem
-from stripfold.simulation import LettingGo
 from stripfold.solve.problem import Point
 
 STEP = 0.1
@@ -102,7 +102,7 @@ def assess_path(
     unit = material.gravity_length
     strip = StripModel(length / unit, material.relative_thickness, material.nu, kind=model)
     if friction is None and hysteresis is None:
-        fall = in_solver_units(LettingGo(), material)
+        fall = in_solver_units(Release(), material)
         found = assess_strip(strip, path, fall, refinement, progress)
         events = [{"travelled": e.travelled, "kind": e.kind, "angle": e.angle} for e in found.events]
         touch = found.touch.x if found.touch else float("nan")

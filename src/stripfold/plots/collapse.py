@@ -8,10 +8,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from stripfold.analysis.phases import AFTER, FALL
 from stripfold.plots.motion import above, gripper
 from stripfold.plots.phases import Collapse, collapse
 from stripfold.plots.style import BLACK, CM, FALLING, SETTLED, STATES_GREY, Limits, equal_panels, floor, note, styled
-from stripfold.simulation import AFTER, FALL
 
 STATIC, TO_TOUCH, TO_REST = 12, 5, 3
 """Largest numbers of states drawn in each static part, in the fall up to the touch, and from there to rest."""

@@ -7,10 +7,10 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from stripfold.analysis.phases import AFTER, BEFORE, FALL
 from stripfold.plots.deflection import enlarged, level, name_axes
 from stripfold.plots.phases import Collapse, collapse
 from stripfold.plots.style import BLACK, CM, FALLING, GREY, SETTLED, figure, styled
-from stripfold.simulation import AFTER, BEFORE, FALL
 
 LABELS = {BEFORE: "static, before", FALL: "fall", AFTER: "static, after"}
 COLOURS = {BEFORE: BLACK, FALL: FALLING, AFTER: SETTLED}

@@ -7,10 +7,10 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from stripfold.analysis.phases import FALL
 from stripfold.errors import InvalidInputError
 from stripfold.plots.phases import Collapse, collapse
 from stripfold.plots.style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION, figure, styled
-from stripfold.simulation import FALL
 
 MILLI = 1000.0
 """Millijoules in a joule."""

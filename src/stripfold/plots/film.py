@@ -18,12 +18,12 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from stripfold.analysis.phases import AFTER, BEFORE, FALL
 from stripfold.arrays import Array
 from stripfold.errors import InvalidInputError
 from stripfold.plots.collapse import limits
 from stripfold.plots.phases import Collapse, collapse
 from stripfold.plots.style import BLACK, BLUE, CM, FALLING, GREY, SETTLED, floor, styled
-from stripfold.simulation import AFTER, BEFORE, FALL
 from stripfold.store import atomic
 
 DPI = 256

@@ -9,9 +9,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from stripfold.analysis.phases import BEFORE, FALL, PHASES
 from stripfold.arrays import Array, Index
 from stripfold.errors import InvalidInputError
-from stripfold.simulation import BEFORE, FALL, PHASES
 
 REQUIRED = ("phase", "time", "lambda", "deflection", "x", "z", "arc")
 REQUIRED_ATTRS = ("height", "lambda_0", "lambda_c", "touch_time", "touch_x", "settle_time")

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass
 from math import sqrt
 
 import numpy as np
@@ -12,59 +10,13 @@ from scipy.interpolate import CubicHermiteSpline, CubicSpline
 from stripfold.analysis import moving_gripper
 from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
-from stripfold.material import Material
-from stripfold.scene import checked_strip
-from stripfold.simulation import MODELS
+from stripfold.inputs import Strip
 from stripfold.solve.schemes import Damping
-from stripfold.synthetic.checking import checked
 from stripfold.synthetic.history import STATIONS, History
-from stripfold.synthetic.scene import Scene
+from stripfold.synthetic.scene import DynamicsMotion, Scene
 
 RATE = 500.0
 """Stored moments per second."""
-
-
-@dataclass(frozen=True, slots=True)
-class Motion:
-    """What the generator ``dynamics`` may be asked for.
-
-    Parameters
-    ----------
-    friction
-        M_0 of the bending hysteresis, rho_a g L*^2 per width (half of Kawabata's 2HB).
-    air, stiffness
-        Damping proportional to mass, 1/s, and to stiffness, s: those of ``stripfold simulate``.
-    before
-        How far before the loss of stability the motion begins, m.
-    after
-        How long it goes on after the first touch, s.
-    eta_m
-        Weight-to-membrane-stiffness ratio, m^-2 s^2.
-    model
-        Model of the strip, "solid" or "rod".
-    refinement
-        Factor on the lengths of the elements; a rod's have half the nodes, so that for one its factor is half as large.
-    """
-
-    friction: float = 0.01
-    air: float = 2.0
-    stiffness: float = 3e-3
-    before: float = 0.01
-    after: float = 0.4
-    eta_m: float = 1e-3
-    model: str = "solid"
-    refinement: float = 2.0
-
-
-_RANGES: Mapping[str, tuple[float, float]] = {
-    "friction": (0.0, 0.1),
-    "air": (0.0, 1e2),
-    "stiffness": (0.0, 1.0),
-    "before": (1e-3, 0.1),
-    "after": (0.0, 5.0),
-    "eta_m": (1e-8, 1.0),
-    "refinement": (0.25, 4.0),
-}
 
 
 def from_dynamics(scene: Scene) -> History:
@@ -73,16 +25,17 @@ def from_dynamics(scene: Scene) -> History:
     Raises
     ------
     InvalidInputError
-        ``scene.motion`` has an unknown key, or a strip or motion that cannot be.
+        A strip that cannot be.
     SolveError
         There is no snap at this height, or a part could not be computed.
     """
-    asked = checked(Motion, scene.motion, "motion", _RANGES, {"model": MODELS})
-    material, length = checked_strip(Material(scene.strip.eta_b, asked.eta_m), scene.strip.length)
-    unit = material.gravity_length
+    asked = scene.motion
+    assert isinstance(asked, DynamicsMotion)  # the scene has checked it
+    strip = Strip(length=scene.strip.length, eta_b=scene.strip.eta_b, eta_m=asked.eta_m)
+    material, unit = strip.material, strip.gravity_length
     clock = sqrt(unit / material.gravity)
     found = moving_gripper.run(
-        StripModel(length / unit, material.relative_thickness, kind=asked.model),
+        StripModel(strip.length_star, material.relative_thickness, kind=asked.model),
         scene.gripper.height / unit,
         asked.friction,
         scene.gripper.speed * clock / unit,
@@ -110,6 +63,6 @@ def from_dynamics(scene: Scene) -> History:
             "onset": float((found.static_limit * unit - first) / scene.gripper.speed),
             "touch": float(times[found.touch]),
             "generator": "dynamics",
-            "motion": asdict(asked),
+            "motion": asked.model_dump(),
         },
     )

@@ -16,7 +16,7 @@ from stripfold.arrays import Array
 from stripfold.errors import InvalidInputError
 
 if TYPE_CHECKING:
-    from stripfold.synthetic.shapes import Motion
+    from stripfold.synthetic.scene import ShapesMotion
 
 
 LAWS = ("parabolic", "cubic", "power", "two_modes")
@@ -30,7 +30,7 @@ _MODE_TIME = 0.25
 """Relaxation time of the second mode, s."""
 
 
-def force(motion: Motion, q: float, mu: float) -> float:
+def force(motion: ShapesMotion, q: float, mu: float) -> float:
     """F of T_i^2 q'' + T_d q' = F(q, mu), mu = (lambda_c - lambda) / scale; q = 0 is critical, q = 1 is the touch.
 
     The static shape, F = 0, is q = -amplitude mu^(1/2); mu^exponent for "power"; for "cubic" only close to lambda_c.
@@ -41,7 +41,7 @@ def force(motion: Motion, q: float, mu: float) -> float:
     return q * q * factor - motion.amplitude**2 * mu
 
 
-def _static(motion: Motion, mu: float) -> float:
+def _static(motion: ShapesMotion, mu: float) -> float:
     """The stable static q at ``mu`` >= 0."""
     lowest = -2.0 / (3.0 * motion.cubic) if motion.law == "cubic" else -motion.amplitude * (1.0 + mu)
     if force(motion, lowest, mu) <= 0.0:
@@ -79,7 +79,7 @@ def _ramp(t: Array) -> Array:
     return np.asarray(0.5 * (part - RAMP / np.pi * np.sin(np.pi * part / RAMP)) + np.clip(t - RAMP, 0.0, None))
 
 
-def solve(motion: Motion, lambda_c: float, scale: float, speed: float) -> Trajectory:
+def solve(motion: ShapesMotion, lambda_c: float, scale: float, speed: float) -> Trajectory:
     """Drive the gripper at ``speed``, m/s, through the critical point of a law; ``lambda_c`` and ``scale`` in m.
 
     Raises

@@ -1,57 +1,45 @@
-"""What a synthetic recording is made of: the strip, the gripper, how it is filmed; in SI units."""
+"""What a synthetic recording is made of: the strip, the gripper, how it is filmed, and its motion; in SI units."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, fields
-from typing import Any
+from typing import Annotated, Any, Literal, Self
 
-from stripfold import schemas
+from pydantic import model_validator
+
 from stripfold.errors import InvalidInputError
+from stripfold.inputs import Air, MovingModel, Stiffness
 from stripfold.material import GRAVITY
-from stripfold.synthetic.checking import checked, known_keys
+from stripfold.validation import Flag, Input, Number, Text, Whole, quantity, read_yaml, within
 
-GENERATORS = ("shapes", "dynamics")
-CODECS = ("ffv1", "mjpeg", "mpeg4")
 CONTAINERS = {"ffv1": ("mkv",), "mjpeg": ("mkv", "avi"), "mpeg4": ("mp4",)}
-BOARDS = ("chessboard", "charuco")
 MOST_PIXELS = 4096 * 2160
 
-# Lowest and highest value, both allowed.
-_RANGES: dict[str, tuple[float, float]] = {
-    **{"length": (0.05, 10.0), "eta_b": (0.1, 1e8), "width": (1e-3, 2.0), "thickness": (1e-5, 0.02)},
-    **{"grey": (0.0, 1.0), "edge": (0.0, 1.0), "texture": (0.0, 0.3), "hairs": (0.0, 1e4)},
-    **{"height": (1e-3, 10.0), "speed": (1e-4, 1.0), "finger": (0.0, 0.1), "marker": (0, 49)},
-    **{"marker_size": (1e-3, 1.0), "offset": (-1.0, 1.0), "size": (64, 4096), "frame_rate": (1.0, 1000.0)},
-    **{"target": (-10.0, 10.0), "distance": (0.05, 20.0), "field": (0.01, 20.0), "tilt": (0.0, 30.0)},
-    **{"yaw": (-30.0, 30.0), "roll": (-30.0, 30.0), "distortion": (-0.5, 0.5), "exposure": (0.0, 0.1)},
-    **{"rolling_shutter": (0.0, 0.1), "defocus": (0.0, 10.0), "shot_noise": (0.0, 50.0), "read_noise": (0.0, 50.0)},
-    **{"light": (0.02, 1.0), "gradient": (0.0, 0.8), "flicker": (0.0, 0.5), "shadow": (0.0, 0.9)},
-    **{"passing": (0.0, 0.2), "background": (0.0, 1.0), "table": (0.0, 1.0), "quality": (2, 31), "jitter": (0.0, 0.3)},
-    **{"dropped": (0.0, 0.5), "dropped_at_event": (0, 100), "doubled": (0.0, 0.5), "log_rate": (5.0, 1000.0)},
-    **{"log_offset": (-1e4, 1e4), "log_noise": (0.0, 1e-2), "stop_noise": (0.0, 1e-2), "views": (4, 40)},
-    **{"seed": (0, 2**32 - 1)},
-}
-_CHOICES = {"codec": CODECS, "board": BOARDS, "container": ("mkv", "avi", "mp4")}
+Grey = Annotated[Number, quantity("grey, as a share of white", ge=0.0, le=1.0)]
+Share = Annotated[Number, quantity("share", ge=0.0, le=0.5)]
+Place = Annotated[Number, quantity("coordinate", "m", ge=-10.0, le=10.0)]
+Offset = Annotated[Number, quantity("coordinate", "m", ge=-1.0, le=1.0)]
+Pixels = Annotated[Whole, quantity("pixels", ge=64, le=4096)]
+Angle = Annotated[Number, quantity("angle", "degrees", ge=-30.0, le=30.0)]
+Lens = Annotated[Number, quantity("coefficient of the lens", ge=-0.5, le=0.5)]
+Noise = Annotated[Number, quantity("standard deviation", "grey values", ge=0.0, le=50.0)]
+PlaceNoise = Annotated[Number, quantity("standard deviation of a place", "m", ge=0.0, le=1e-2)]
+Duration = Annotated[Number, quantity("duration", "s", ge=0.0, le=0.1)]
 
 
-@dataclass(frozen=True, slots=True)
-class Strip:
-    """The strip; lengths in m, greys as shares of white."""
+class Strip(Input):
+    """The strip."""
 
-    length: float = 0.45
-    eta_b: float = 3780.0
-    width: float = 0.03
-    thickness: float = 1e-3
-    grey: float = 0.85
-    edge: float = 0.95
+    length: Annotated[Number, quantity("length", "m", ge=0.05, le=10.0)] = 0.45
+    eta_b: Annotated[Number, quantity("weight-to-bending-stiffness ratio", "m^-4 s^2", ge=0.1, le=1e8)] = 3780.0
+    width: Annotated[Number, quantity("width", "m", ge=1e-3, le=2.0)] = 0.03
+    thickness: Annotated[Number, quantity("thickness", "m", ge=1e-5, le=0.02)] = 1e-3
+    grey: Grey = 0.85
+    edge: Grey = 0.95
     """Grey of the cut edge, which faces the camera."""
-    texture: float = 0.03
-    """Standard deviation of the weave's grey along the strip."""
-    hairs: float = 0.0
-    """Loose fibres at the edge per metre."""
-    material: str = "synthetic fabric"
+    texture: Annotated[Number, quantity("standard deviation of the weave's grey", ge=0.0, le=0.3)] = 0.03
+    hairs: Annotated[Number, quantity("loose fibres at the edge", "m^-1", ge=0.0, le=1e4)] = 0.0
+    material: Text = "synthetic fabric"
 
     @property
     def gravity_length(self) -> float:
@@ -64,23 +52,19 @@ class Strip:
         return -self.length / 2.0
 
 
-@dataclass(frozen=True, slots=True)
-class Gripper:
-    """The gripper and its marker; m and m/s."""
+class Gripper(Input):
+    """The gripper and its marker."""
 
-    height: float = 0.1
-    speed: float = 0.01
-    finger: float = 3e-3
-    """How much of the strip's end the gripper's finger hides."""
-    marker: int = 7
-    """Which marker of 4x4_50."""
-    marker_size: float = 0.024
-    offset: tuple[float, float] = (0.0, -0.032)
+    height: Annotated[Number, quantity("height of the gripped end", "m", ge=1e-3, le=10.0)] = 0.1
+    speed: Annotated[Number, quantity("speed", "m s^-1", ge=1e-4, le=1.0)] = 0.01
+    finger: Annotated[Number, quantity("length of the strip's end hidden by the finger", "m", ge=0.0, le=0.1)] = 3e-3
+    marker: Annotated[Whole, quantity("which marker of 4x4_50", ge=0, le=49)] = 7
+    marker_size: Annotated[Number, quantity("side of the marker", "m", ge=1e-3, le=1.0)] = 0.024
+    offset: tuple[Offset, Offset] = (0.0, -0.032)
     """From the marker's centre to the strip's end, x and z."""
 
 
-@dataclass(frozen=True, slots=True)
-class Filming:
+class Filming(Input):
     """How a motion is filmed.
 
     The picture's centre looks at ``target``, x and z in the folding plane, from ``distance``.  ``field`` is the width
@@ -88,140 +72,130 @@ class Filming:
     its first row.
     """
 
-    size: tuple[int, int] = (480, 360)
-    frame_rate: float = 30.0
-    target: tuple[float, float] = (0.08, 0.085)
-    distance: float = 0.9
-    field: float = 0.32
-    tilt: float = 4.0
-    """How far the camera looks down, degrees."""
-    yaw: float = 0.0
-    roll: float = 0.0
-    behind: bool = False
+    size: tuple[Pixels, Pixels] = (480, 360)
+    frame_rate: Annotated[Number, quantity("frames per second", "s^-1", ge=1.0, le=1000.0)] = 30.0
+    target: tuple[Place, Place] = (0.08, 0.085)
+    distance: Annotated[Number, quantity("distance of the camera", "m", ge=0.05, le=20.0)] = 0.9
+    field: Annotated[Number, quantity("width that is seen", "m", ge=0.01, le=20.0)] = 0.32
+    tilt: Annotated[Number, quantity("how far the camera looks down", "degrees", ge=0.0, le=30.0)] = 4.0
+    yaw: Angle = 0.0
+    roll: Angle = 0.0
+    behind: Flag = False
     """Whether the camera looks from the other side: robot x grows to the left."""
-    distortion: tuple[float, float, float, float] = (-0.1, 0.03, 0.0, 0.0)
+    distortion: tuple[Lens, Lens, Lens, Lens] = (-0.1, 0.03, 0.0, 0.0)
     """k1, k2, p1, p2."""
-    exposure: float = 0.004
-    rolling_shutter: float = 0.0
-    """From the exposure of the first row to that of the last, s."""
-    defocus: float = 0.5
-    """Standard deviation of the blur, pixels."""
-    shot_noise: float = 0.5
-    """Standard deviation at white of what grows with the square root of the light, grey values."""
-    read_noise: float = 1.0
-    """Standard deviation that is everywhere, grey values."""
-    light: float = 0.8
-    """Grey value of white paper in the middle, as a share of 255."""
-    gradient: float = 0.1
-    """Share by which light falls from the left of the picture to its right."""
-    flicker: float = 0.0
-    """Amplitude of a flicker at 100 Hz, as a share."""
-    shadow: float = 0.0
-    """Share of the light that a shadow takes which moves through the picture."""
-    passing: float = 0.0
-    """Width of a thing that passes in front of the strip, m; 0 for none."""
-    background: float = 0.25
-    """Grey of what is behind, as a share of white."""
-    table: float = 0.35
-    """Grey of the table."""
-    codec: str = "ffv1"
-    container: str = "mkv"
-    quality: int = 3
-    """Quantiser of mjpeg and mpeg4: 2 is the best, 31 the worst."""
-    jitter: float = 0.0
-    """Standard deviation of the time between frames, as a share of it."""
-    dropped: float = 0.0
-    """Share of frames that are missing."""
-    dropped_at_event: int = 0
-    """Frames missing from where the snap begins."""
-    doubled: float = 0.0
-    """Share of frames that show the one before again."""
-    timestamps: bool = False
-    """Whether the times stand in timestamps.csv; the container's are then those of a constant rate."""
-    log_rate: float = 100.0
-    log_offset: float = 0.0
-    """What the robot's clock shows where the video's shows 0, s."""
-    log_noise: float = 2e-5
-    """Standard deviation of a logged place, m."""
-    stop_noise: float = 5e-5
-    """Standard deviation of a place in the calibration of the robot, m."""
-    board: str = "chessboard"
-    views: int = 10
-    """Pictures of the board for the intrinsics."""
+    exposure: Duration = 0.004
+    rolling_shutter: Duration = 0.0
+    """From the exposure of the first row to that of the last."""
+    defocus: Annotated[Number, quantity("standard deviation of the blur", "pixels", ge=0.0, le=10.0)] = 0.5
+    shot_noise: Noise = 0.5
+    """At white, of the part that grows with the square root of the light."""
+    read_noise: Noise = 1.0
+    """Of the part that is everywhere."""
+    light: Annotated[Number, quantity("grey of white paper in the middle, share of 255", ge=0.02, le=1.0)] = 0.8
+    gradient: Annotated[Number, quantity("share by which light falls from left to right", ge=0.0, le=0.8)] = 0.1
+    flicker: Annotated[Number, quantity("amplitude of a flicker at 100 Hz, share", ge=0.0, le=0.5)] = 0.0
+    shadow: Annotated[Number, quantity("share of light that a moving shadow takes", ge=0.0, le=0.9)] = 0.0
+    passing: Annotated[Number, quantity("width of an object passing in front; 0: none", "m", ge=0.0, le=0.2)] = 0.0
+    background: Grey = 0.25
+    table: Grey = 0.35
+    codec: Literal["ffv1", "mjpeg", "mpeg4"] = "ffv1"
+    container: Literal["mkv", "avi", "mp4"] = "mkv"
+    quality: Annotated[Whole, quantity("quantiser of mjpeg and mpeg4: 2 is the best", ge=2, le=31)] = 3
+    jitter: Annotated[Number, quantity("standard deviation of the frame interval, share", ge=0.0, le=0.3)] = 0.0
+    dropped: Share = 0.0
+    """Of frames that are missing."""
+    dropped_at_event: Annotated[Whole, quantity("frames missing from where the snap begins", ge=0, le=100)] = 0
+    doubled: Share = 0.0
+    """Of frames that show the one before again."""
+    timestamps: Flag = False
+    """Whether the times are in timestamps.csv; the container's are then those of a constant rate."""
+    log_rate: Annotated[Number, quantity("rows of the robot's log per second", "s^-1", ge=5.0, le=1000.0)] = 100.0
+    log_offset: Annotated[Number, quantity("robot's clock where the video's shows 0", "s", ge=-1e4, le=1e4)] = 0.0
+    log_noise: PlaceNoise = 2e-5
+    stop_noise: PlaceNoise = 5e-5
+    """Of the calibration of the robot."""
+    board: Literal["chessboard", "charuco"] = "chessboard"
+    views: Annotated[Whole, quantity("pictures of the board for the intrinsics", ge=4, le=40)] = 10
+
+    @model_validator(mode="after")
+    def _check_film(self) -> Self:
+        if self.container not in CONTAINERS[self.codec]:
+            words = " or ".join(CONTAINERS[self.codec])
+            raise InvalidInputError("container", self.container, f"{words} with codec {self.codec}")
+        width, height = self.size
+        if width * height > MOST_PIXELS or width % 2 or height % 2:
+            raise InvalidInputError("size", [width, height], f"two even numbers, together {MOST_PIXELS} pixels")
+        uneven = self.jitter or self.dropped or self.dropped_at_event
+        if self.container == "avi" and uneven and not self.timestamps:
+            raise InvalidInputError("container", "avi", "mkv or mp4", "avi keeps no time stamps: set timestamps, too")
+        return self
 
 
-@dataclass(frozen=True, slots=True)
-class Scene:
-    """A whole synthetic recording; make it with :meth:`create` or :func:`read`."""
+class ShapesMotion(Input):
+    """A motion that knows no mechanics: shapes drawn with bends, moved by a made-up law (the generator "shapes")."""
+
+    law: Literal["parabolic", "cubic", "power", "two_modes"] = "parabolic"
+    before: Annotated[Number, quantity("start of the film before lambda_c", "m", ge=1e-3, le=1.0)] = 0.02
+    short: Annotated[Number, quantity("stop before lambda_c; 0 to go on past it", "m", ge=0.0, le=1.0)] = 0.0
+    after: Annotated[Number, quantity("length of the film after the touch or the stop", "s", ge=0.2, le=20.0)] = 1.0
+    inertia: Annotated[Number, quantity("T_i of the law", "s", ge=0.0, le=1.0)] = 0.07
+    drag: Annotated[Number, quantity("T_d of the law", "s", ge=1e-3, le=5.0)] = 0.05
+    amplitude: Annotated[Number, quantity("distance from critical one L* before it", ge=0.1, le=3.0)] = 0.6
+    cubic: Annotated[Number, quantity("factor of the cubic law", ge=0.01, le=1.0)] = 0.3
+    exponent: Annotated[Number, quantity("exponent of the power law", ge=0.3, le=0.8)] = 0.5
+    drift: Annotated[Number, quantity("rise of the sag before lambda_c beside the law's", ge=0.0, le=2.0)] = 0.15
+
+
+class DynamicsMotion(Input):
+    """A motion from the project's own dynamics, with friction in bending (the generator "dynamics")."""
+
+    friction: Annotated[Number, quantity("M_0 of the bending hysteresis", "rho_a g L*^2", ge=0.0, le=0.1)] = 0.01
+    air: Air = 2.0
+    stiffness: Stiffness = 3e-3
+    before: Annotated[Number, quantity("start before the loss of stability", "m", ge=1e-3, le=0.1)] = 0.01
+    after: Annotated[Number, quantity("duration after the first touch", "s", ge=0.0, le=5.0)] = 0.4
+    eta_m: Annotated[Number, quantity("weight-to-membrane-stiffness ratio", "m^-2 s^2", ge=1e-8, le=1.0)] = 1e-3
+    model: MovingModel = "solid"
+    refinement: Annotated[Number, quantity("factor on the element lengths", ge=0.25, le=4.0)] = 2.0
+    """A rod's elements have half the nodes: for a rod the factor is half as large."""
+
+
+MOTIONS: dict[str, type[ShapesMotion] | type[DynamicsMotion]] = {"shapes": ShapesMotion, "dynamics": DynamicsMotion}
+
+
+class Scene(Input):
+    """A whole synthetic recording; its title always says that it is synthetic."""
 
     strip: Strip = Strip()
     gripper: Gripper = Gripper()
     filming: Filming = Filming()
-    generator: str = "shapes"
-    motion: Mapping[str, Any] = field(default_factory=dict)
-    """What the generator is asked for; it checks its own keys."""
-    seed: int = 0
-    title: str = "synthetic recording"
+    generator: Literal["shapes", "dynamics"] = "shapes"
+    motion: ShapesMotion | DynamicsMotion = ShapesMotion()
+    seed: Annotated[Whole, quantity("seed of the random numbers", ge=0, le=2**32 - 1)] = 0
+    title: Text = "synthetic recording"
 
+    @model_validator(mode="before")
     @classmethod
-    def create(cls, **given: Any) -> Scene:
-        """From plain mappings, as they stand in a file.
+    def _motion_of_generator(cls, given: Any) -> Any:
+        kind = MOTIONS.get(str(given.get("generator", "shapes")))
+        if kind is None or isinstance(motion := given.get("motion", {}), kind):
+            return given
+        with within("motion"):
+            return {**given, "motion": kind.of(motion)}
 
-        Raises
-        ------
-        InvalidInputError
-            An unknown key, or a value that cannot be used.
-        """
-        known_keys(given, tuple(item.name for item in fields(cls)), "")
-        parts: dict[str, Any] = {"strip": Strip, "gripper": Gripper, "filming": Filming}
-        values = {key: checked(parts[key], given[key], key, _RANGES, _CHOICES) for key in parts if key in given}
-        if "motion" in given:
-            if not isinstance(given["motion"], Mapping):
-                raise InvalidInputError("motion", given["motion"], "keys and values")
-            values["motion"] = {str(key): value for key, value in given["motion"].items()}
-        if given.get("generator", "shapes") not in GENERATORS:
-            raise InvalidInputError("generator", given["generator"], " or ".join(GENERATORS))
-        plain = checked(_Plain, {key: given[key] for key in ("seed", "title") if key in given}, "", _RANGES, _CHOICES)
-        title = plain.title if "synthetic" in plain.title.lower() else f"{plain.title} (synthetic)"
-        scene = cls(**values, generator=given.get("generator", "shapes"), seed=plain.seed, title=title)
-        _check_together(scene)
-        return scene
+    @model_validator(mode="after")
+    def _check_gripper(self) -> Self:
+        low, high = self.strip.gravity_length * 2.0, 0.8 * self.strip.length
+        if not low <= self.gripper.height <= high:
+            raise InvalidInputError("gripper.height", self.gripper.height, f"from 2 L* = {low:.3g} m to {high:.3g} m")
+        if "synthetic" not in self.title.lower():
+            object.__setattr__(self, "title", f"{self.title} (synthetic)")
+        return self
 
     def as_config(self) -> dict[str, Any]:
         """The resolved keys and values, as they could be given."""
-        parts = {key: _plain(asdict(getattr(self, key))) for key in ("strip", "gripper", "filming")}
-        rest = {"generator": self.generator, "motion": dict(self.motion), "seed": self.seed, "title": self.title}
-        return {**parts, **rest}
-
-
-@dataclass(frozen=True, slots=True)
-class _Plain:
-    seed: int = 0
-    title: str = "synthetic recording"
-
-
-def _check_together(scene: Scene) -> None:
-    filming = scene.filming
-    if filming.container not in CONTAINERS[filming.codec]:
-        allowed = " or ".join(CONTAINERS[filming.codec])
-        raise InvalidInputError("filming.container", filming.container, f"{allowed} with codec {filming.codec}")
-    width, height = filming.size
-    if width * height > MOST_PIXELS or width % 2 or height % 2:
-        raise InvalidInputError("filming.size", [width, height], f"two even numbers, together {MOST_PIXELS} pixels")
-    if not scene.strip.gravity_length * 2.0 <= scene.gripper.height <= 0.8 * scene.strip.length:
-        low, high = scene.strip.gravity_length * 2.0, 0.8 * scene.strip.length
-        raise InvalidInputError("gripper.height", scene.gripper.height, f"from 2 L* = {low:.3g} m to {high:.3g} m")
-    uneven = filming.jitter or filming.dropped or filming.dropped_at_event
-    if filming.container == "avi" and uneven and not filming.timestamps:
-        raise InvalidInputError(
-            "filming.container", "avi", "mkv or mp4", "avi keeps no time stamps: ask for timestamps, too"
-        )
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _plain(item) for key, item in value.items()}
-    return list(value) if isinstance(value, tuple) else value
+        return self.model_dump(mode="json")
 
 
 def read(path: str | os.PathLike[str]) -> Scene:
@@ -230,6 +204,6 @@ def read(path: str | os.PathLike[str]) -> Scene:
     Raises
     ------
     InvalidInputError
-        Not readable, not a mapping, or a key or value that cannot be used.
+        Not readable, or a key or value that cannot be used.
     """
-    return Scene.create(**schemas.read_scene(path, "strip: {length: 0.45}"))
+    return Scene(**read_yaml(path, "scene", "strip: {length: 0.45}"))

@@ -7,7 +7,7 @@ so its length is exact.  The height of the sag follows a law of :mod:`.laws`.
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -16,42 +16,14 @@ from scipy.interpolate import CubicSpline
 from stripfold.arrays import Array
 from stripfold.errors import InvalidInputError
 from stripfold.synthetic import laws
-from stripfold.synthetic.checking import checked
 from stripfold.synthetic.history import STATIONS, History
-from stripfold.synthetic.scene import Scene
+from stripfold.synthetic.scene import Scene, ShapesMotion
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
 _SLOPES = (0.02, 1.3)
 """Least and greatest slope of the descent, rad."""
 _GAP = 0.25
 """Height of the sag over the lying part in the critical shape, L*."""
-
-
-@dataclass(frozen=True, slots=True)
-class Motion:
-    """What the generator ``shapes`` is asked for, in m and s."""
-
-    law: str = "parabolic"
-    before: float = 0.02
-    """How far before lambda_c the film begins."""
-    short: float = 0.0
-    """How far before lambda_c the gripper stops; 0 to go on past it."""
-    after: float = 1.0
-    """How long the film goes on after the touch, or after the stop."""
-    inertia: float = 0.07
-    drag: float = 0.05
-    amplitude: float = 0.6
-    cubic: float = 0.3
-    exponent: float = 0.5
-    drift: float = 0.15
-    """How much higher the sag is per way before lambda_c, beside what the law says."""
-
-
-_RANGES = {
-    **{"before": (1e-3, 1.0), "short": (0.0, 1.0), "after": (0.2, 20.0)},
-    **{"inertia": (0.0, 1.0), "drag": (1e-3, 5.0), "amplitude": (0.1, 3.0), "cubic": (0.01, 1.0)},
-    **{"exponent": (0.3, 0.8), "drift": (0.0, 2.0)},
-}
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,9 +161,10 @@ def history(scene: Scene) -> History:
     Raises
     ------
     InvalidInputError
-        ``scene.motion`` has an unknown key, or values for which there is no such motion.
+        There is no such motion.
     """
-    motion = checked(Motion, scene.motion, "motion", _RANGES, {"law": laws.LAWS})
+    motion = scene.motion
+    assert isinstance(motion, ShapesMotion)  # the scene has checked it
     unit, strip, gripper = scene.strip.gravity_length, scene.strip, scene.gripper
     rng = np.random.default_rng([scene.seed, 3])
     bend, sag, rise, slope = np.array([1.95 * unit, 2.9 * unit, 1.5, 0.3]) * (1.0 + 0.04 * rng.uniform(-1.0, 1.0, 4))
@@ -211,7 +184,7 @@ def history(scene: Scene) -> History:
         "onset": found.onset,
         "touch": found.touch,
         "generator": "shapes",
-        "motion": asdict(motion),
+        "motion": motion.model_dump(),
     }
     end = np.column_stack([strip.flat_end + found.advance, np.full_like(found.t, gripper.height)])
     return History(found.t, end, curve, truth)

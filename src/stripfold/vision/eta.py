@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from stripfold import elastica
 from stripfold.errors import InvalidInputError, TrackingError
+from stripfold.inputs import ETA_B
 from stripfold.material import GRAVITY, Material
-from stripfold.scene import ETA_B
 from stripfold.vision import cantilever, folded
 from stripfold.vision.centreline import Centreline, find
 

@@ -119,7 +119,7 @@ def measure(recording: Recording, progress: Callable[[str], None] | None = None)
     calibration = calibrate_folder(recording.folder, recording.entries)
     tracks = track(recording, calibration, say)
     say("measuring")
-    return evaluate(recording, calibration, tracks, Override.of(recording))
+    return evaluate(recording, calibration, tracks, Override.read(recording))
 
 
 def evaluate(recording: Recording, calibration: Calibration, tracks: Tracks, override: Override | None) -> Measurement:

@@ -2,38 +2,25 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import Annotated
 
-import yaml
+from pydantic import Field
 
-from stripfold import schemas
-from stripfold.errors import InvalidInputError
+from stripfold.validation import Input, Number, Text, quantity, read_yaml
 from stripfold.vision.recording import Recording
 
 NAME = "override.yaml"
-SCHEMA = {
-    "type": "object",
-    "additionalProperties": False,
-    "required": ["event_time", "sd", "reason"],
-    "properties": {
-        "event_time": {"type": "number", "description": "When the snap sets in, s by the video's clock."},
-        "sd": {"type": "number", "exclusiveMinimum": 0, "description": "Its standard deviation, s."},
-        "reason": {"type": "string", "minLength": 1, "description": "Why it was set by hand."},
-    },
-}
-MOST_BYTES = 10_000
 
 
-@dataclass(frozen=True, slots=True)
-class Override:
-    """Time of the event, s, its standard deviation, s, and why it was set by hand."""
+class Override(Input):
+    """An event set by hand."""
 
-    event_time: float
-    sd: float
-    reason: str
+    event_time: Annotated[Number, quantity("when the snap sets in, by the video's clock", "s")]
+    sd: Annotated[Number, quantity("its standard deviation", "s", gt=0.0)]
+    reason: Annotated[Text, Field(description="why it was set by hand")]
 
     @classmethod
-    def of(cls, recording: Recording) -> Override | None:
+    def read(cls, recording: Recording) -> Override | None:
         """The override of a recording; None where it has none.
 
         Raises
@@ -44,11 +31,4 @@ class Override:
         path = recording.folder / NAME
         if not path.exists():
             return None
-        if path.stat().st_size > MOST_BYTES:
-            raise InvalidInputError(NAME, str(path), f"at most {MOST_BYTES} bytes")
-        try:
-            given = yaml.safe_load(path.read_text(encoding="utf-8"))
-        except (OSError, ValueError, RecursionError, yaml.YAMLError) as error:
-            raise InvalidInputError(NAME, str(path), "a readable YAML file", " ".join(str(error).split())) from error
-        schemas.check(SCHEMA, given, "the override")
-        return cls(float(given["event_time"]), float(given["sd"]), str(given["reason"]))
+        return cls(**read_yaml(path, NAME, "event_time: 3.5"))

@@ -1,26 +1,138 @@
-"""The folder of a recording: ``recording.yaml`` read, checked against the schema beside this file, its files found."""
+"""The folder of a recording: ``recording.yaml`` read and validated, its files found."""
 
 from __future__ import annotations
 
-import json
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import lru_cache
-from importlib.resources import files
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal, Self
 
-import yaml
+from pydantic import Field, model_validator
 
-from stripfold import schemas
-from stripfold.errors import InvalidInputError
+from stripfold.errors import MISSING, InvalidInputError
+from stripfold.validation import Flag, Input, Number, Text, Whole, quantity, read_yaml
 
 NAME = "recording.yaml"
-MOST_BYTES = 100_000
-"""Largest recording.yaml that is read: one is a few kilobytes."""
-DEEPEST = 10
-"""Most levels of its entries: there are four."""
+
+FilePath = Text
+Dictionary = Literal["4x4_50", "5x5_100", "6x6_250", "apriltag_36h11"]
+Count = Annotated[Whole, quantity("inner corners of a chessboard, squares of a ChArUco board", ge=3, le=100)]
+Side = Annotated[Number, quantity("side of a square", "m", gt=0.0, le=1.0)]
+Metres = Annotated[Number, quantity("coordinate or length", "m")]
+
+
+class Board(Input):
+    """A printed board."""
+
+    type: Literal["chessboard", "charuco"]
+    columns: Count
+    rows: Count
+    square: Side
+    marker: Annotated[Side | None, Field(description="side of a marker of a ChArUco board")] = None
+    dictionary: Dictionary | None = None
+
+    @model_validator(mode="after")
+    def _check_charuco(self) -> Self:
+        for key in ("marker", "dictionary"):
+            if self.type == "charuco" and getattr(self, key) is None:
+                raise InvalidInputError(key, MISSING, f"the {key} of a ChArUco board")
+        return self
+
+
+class StripEntry(Input):
+    """The strip, as described."""
+
+    length: Annotated[Number, quantity("length", "m", gt=0.0, le=10.0)]
+    eta_b: Annotated[Number, quantity("weight-to-bending-stiffness ratio", "m^-4 s^2", gt=0.0)]
+    width: Annotated[Number | None, quantity("width", "m", gt=0.0, le=2.0)] = None
+    material: Text | None = None
+
+
+class Marker(Input):
+    """The gripper's marker."""
+
+    dictionary: Dictionary
+    id: Annotated[Whole, quantity("which marker of the dictionary", ge=0)]
+    size: Annotated[Number, quantity("side of its black square", "m", gt=0.0, le=1.0)]
+    offset: Annotated[
+        tuple[Metres, Metres], Field(description="from its centre to the strip's end, x and z of the robot, m")
+    ]
+
+
+class GripperEntry(Input):
+    """The gripper; x and z are the robot's."""
+
+    height: Annotated[Number, quantity("z of the gripped end", "m", gt=0.0, le=10.0)]
+    speed: Annotated[Number, quantity("speed along x", "m s^-1", gt=0.0, le=1.0)]
+    flat_end: Annotated[Number, quantity("x of the gripped end while the strip lay flat: lambda = 0", "m")]
+    direction: Annotated[Literal[1, -1], Field(description="1 where x grows as the gripper advances")] = 1
+    marker: Marker
+
+
+class Camera(Input):
+    """The camera: pictures of a board, or its intrinsics."""
+
+    images: Annotated[FilePath | None, Field(description="folder of pictures of a board")] = None
+    board: Board | None = None
+    intrinsics: Annotated[
+        FilePath | None,
+        Field(
+            description="a file as OpenCV writes it: camera_matrix, distortion_coefficients, image_width, image_height"
+        ),
+    ] = None
+    rolling_shutter: Annotated[
+        Number, quantity("from the exposure of the first row to that of the last", "s", ge=0.0, le=0.1)
+    ] = 0.0
+
+    @model_validator(mode="after")
+    def _check_one_source(self) -> Self:
+        if (self.images or self.board) and self.intrinsics:
+            raise InvalidInputError(
+                "intrinsics", self.intrinsics, "nothing together with images and board", "give only one"
+            )
+        for key in ("images", "board"):
+            if not self.intrinsics and getattr(self, key) is None:
+                raise InvalidInputError(
+                    key, MISSING, "the images and the board of a calibration", "or give intrinsics instead"
+                )
+        return self
+
+
+class Plane(Input):
+    """The folding plane."""
+
+    image: Annotated[FilePath, Field(description="picture of a board held in the folding plane")]
+    board: Board
+
+
+class Robot(Input):
+    """The robot."""
+
+    grid: Annotated[
+        FilePath,
+        Field(description="CSV image,x,z: where the marker's centre was, m, in each picture of 8 to 12 stops"),
+    ]
+
+
+class Entries(Input):
+    """A recording of a strip whose gripper advances at constant height.
+
+    Lengths are in m, times in s; x and z are those of the robot.
+    """
+
+    title: Annotated[Text, Field(description="what was filmed, in one line")]
+    synthetic: Annotated[Flag, Field(description="whether the recording was computed, not filmed")] = False
+    strip: StripEntry
+    gripper: GripperEntry
+    video: Annotated[FilePath, Field(description="the film, or a folder of frames whose names sort in time")]
+    timestamps: Annotated[FilePath | None, Field(description="CSV frame,t: needed with a folder of frames")] = None
+    robot_log: Annotated[
+        FilePath | None, Field(description="CSV t,x,z: the gripped end by the robot, by its own clock")
+    ] = None
+    camera: Camera
+    plane: Plane
+    robot: Robot
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,23 +182,13 @@ def read(folder: str | os.PathLike[str]) -> Recording:
     path = folder / NAME
     if not path.is_file():
         raise InvalidInputError("recording", str(folder), f"a folder with a {NAME}", "docs/measuring.md shows one")
-    if path.stat().st_size > MOST_BYTES:
-        raise InvalidInputError(NAME, str(path), f"at most {MOST_BYTES} bytes")
-    try:
-        text = path.read_text(encoding="utf-8")
-        _check_plain(text, path)
-        given = yaml.safe_load(text)
-    except InvalidInputError:
-        raise
-    except (OSError, ValueError, RecursionError, yaml.YAMLError) as error:
-        raise InvalidInputError(NAME, str(path), "a readable YAML file", " ".join(str(error).split())) from error
-    recording = Recording(folder, checked(given))
+    recording = Recording(folder, checked(read_yaml(path, NAME, "title: a strip")))
     for keys in FILES:
         _require(recording, keys)
-    for key in _missing(recording):
-        raise InvalidInputError(
-            key, None, "a file beside a folder of frames", "frames have no time stamps of their own"
-        )
+    video = recording.file("video")
+    if video is not None and video.is_dir() and recording.file("timestamps") is None:
+        allowed = "a file beside a folder of frames"
+        raise InvalidInputError("timestamps", MISSING, allowed, "frames have no time stamps of their own")
     return recording
 
 
@@ -98,27 +200,7 @@ def checked(given: Any) -> dict[str, Any]:
     InvalidInputError
         An unknown or missing key, or a value that cannot be used.
     """
-    entries = schemas.complete(schema(), given)
-    schemas.check(schema(), entries, "the recording")
-    return dict(entries)
-
-
-@lru_cache(maxsize=1)
-def schema() -> dict[str, Any]:
-    """The JSON schema of recording.yaml; not to be changed."""
-    text = files("stripfold.vision").joinpath("recording.schema.json").read_text(encoding="utf-8")
-    return dict(json.loads(text))
-
-
-def _check_plain(text: str, path: Path) -> None:
-    """Refuse what takes long to load: a few lines of aliases of aliases unfold to billions of entries."""
-    depth = 0
-    for event in yaml.parse(text, yaml.SafeLoader):
-        if isinstance(event, yaml.AliasEvent):
-            raise InvalidInputError(NAME, str(path), "a file without aliases (*name)", "write the entries out")
-        depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
-        if depth > DEEPEST:
-            raise InvalidInputError(NAME, str(path), f"entries at most {DEEPEST} levels deep")
+    return Entries.of(given).model_dump(mode="json", exclude_none=True)
 
 
 def _require(recording: Recording, keys: tuple[str, ...]) -> None:
@@ -132,9 +214,3 @@ def _require(recording: Recording, keys: tuple[str, ...]) -> None:
         raise InvalidInputError(
             key, name, "an existing file or folder of the recording", f"looked in {recording.folder}"
         )
-
-
-def _missing(recording: Recording) -> Iterator[str]:
-    video = recording.file("video")
-    if video is not None and video.is_dir() and recording.file("timestamps") is None:
-        yield "timestamps"

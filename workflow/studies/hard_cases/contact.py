@@ -7,7 +7,7 @@ from math import nan
 from stripfold import elastica
 from stripfold.analysis.static import End, StripModel, lift_off, solve_height
 from stripfold.errors import CoarseMeshError, InvalidInputError, SolveError
-from stripfold.scene import Scene, require_long_enough
+from stripfold.inputs import Scene
 from studies.hard_cases.case import Case, Finding, iterations
 from studies.hard_cases.strips import PAPERS, end_against_elastica
 
@@ -30,11 +30,11 @@ def _lifted(length: float, refinement: float) -> Finding:
 
 
 def _too_short(_: float) -> None:
-    require_long_enough(Scene.create(length=0.18, height=0.09, eta_b=3780.0))
+    Scene(length=0.18, height=0.09, eta_b=3780.0).require_long_enough()
 
 
 def _on_the_floor(_: float) -> None:
-    Scene.create(length=0.6, height=0.0, eta_b=3780.0)
+    Scene(length=0.6, height=0.0, eta_b=3780.0)
 
 
 def _low(height: float, thickness: float, refinement: float) -> Finding:

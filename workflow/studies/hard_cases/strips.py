@@ -21,9 +21,9 @@ from stripfold.analysis.static import (
     transfer,
 )
 from stripfold.errors import ContinuationError, InvalidInputError
+from stripfold.inputs import Model, Scene
 from stripfold.material import Material
 from stripfold.problem import AlongX, StripProblem
-from stripfold.scene import Scene
 from stripfold.solve import continuation, newton
 from studies.hard_cases.case import Case, Finding, iterations
 
@@ -83,11 +83,11 @@ def _too_thick(_: float) -> None:
     _scene(3780.0, "solid", 1e-3, 0.21)
 
 
-def _scene(eta_b: float, model: str, accuracy: float, thickness: float = 0.03) -> Scene:
+def _scene(eta_b: float, model: Model, accuracy: float, thickness: float = 0.03) -> Scene:
     """A strip that is the same in L*, whatever its eta_b."""
     star = Material(eta_b).gravity_length
     eta_m = (thickness * star) ** 2 * eta_b / 12.0
-    return Scene.create(length=9.0 * star, height=3.0 * star, eta_b=eta_b, eta_m=eta_m, model=model, accuracy=accuracy)
+    return Scene(length=9.0 * star, height=3.0 * star, eta_b=eta_b, eta_m=eta_m, model=model, accuracy=accuracy)
 
 
 def _decades(_: float) -> Finding:
@@ -108,7 +108,7 @@ def _one_decade(eta_b: float, refinement: float) -> Finding:
 def _stiffest_refused(_: float) -> None:
     """With the paper's eta_m this one would be a third of L* thick."""
     star = Material(0.1).gravity_length
-    Scene.create(length=16.0 * star, height=3.0 * star, eta_b=0.1)
+    Scene(length=16.0 * star, height=3.0 * star, eta_b=0.1)
 
 
 def _taut(refinement: float) -> Finding:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from stripfold.effects import demand
+from stripfold.analysis import needed_effects
 from stripfold.errors import CoarseMeshError
 from stripfold.vision.measure import COVERED
 from studies import branches as of_branches
@@ -138,7 +138,7 @@ def effects(d: xr.Dataset) -> Facts:
     return {
         "cost": cost.max(),
         "by_effect": ", ".join(f"{name} {value:+.1%}" for name, value in largest if np.isfinite(value)),
-        "solid": demand.SOLID,
+        "solid": needed_effects.SOLID,
         "idle": idle.sum(),
         "changed": (idle & (d.matters != 0.0)).sum(),
         "lacking": lacking.sum(),

@@ -9,10 +9,9 @@ import pytest
 import xarray as xr
 
 from stripfold import store
-from stripfold.effects import demand
-from stripfold.effects.demand import Choices
+from stripfold.analysis import needed_effects
 from stripfold.errors import InvalidInputError
-from stripfold.simulation import Simulation
+from stripfold.inputs import Effects, Simulation
 from studies import effects
 
 STRIP = {"length": 0.6, "height": 0.15, "eta_b": 3780.0}
@@ -25,54 +24,53 @@ STRIP = {"length": 0.6, "height": 0.15, "eta_b": 3780.0}
         ({"self_contcat": "off"}, "effects.self_contcat", "did you mean self_contact"),
         ({"inertia": "perhaps"}, "effects.inertia", "auto, on, off"),
         ({"inertia": ["on"]}, "effects.inertia", "auto, on, off"),
-        ({"contact": "off"}, "effects.contact", "begins lying on the floor"),
+        ({"contact": "off"}, "effects.contact", "starts lying on the floor"),
         ({"friction": "on"}, "effects.friction", "stripfold assess"),
     ],
 )
 def test_bad_input_names_the_key(given: object, key: str, says: str) -> None:
     with pytest.raises(InvalidInputError, match=says) as caught:
-        Simulation.create(**STRIP, effects=given)
+        Simulation(**STRIP, effects=given)
     assert caught.value.key == key
 
 
 def test_yamls_on_and_off() -> None:
-    assert Choices.of({"inertia": False, "solid": True}) == Choices(inertia="off", solid="on")
+    assert Effects(**{"inertia": False, "solid": True}) == Effects(inertia="off", solid="on")
 
 
 def test_the_model_is_as_asked_or_on_demand() -> None:
-    assert Simulation.create(**STRIP).scene.model == "solid"
-    assert Simulation.create(**STRIP, effects="auto").scene.model == "rod"
-    assert Simulation.create(**STRIP, effects="auto", accuracy=1e-5).scene.model == "solid"
-    assert Simulation.create(**STRIP, effects="auto", model="solid").scene.model == "solid"
-    assert Simulation.create(**STRIP, effects={"solid": "on"}).scene.model == "solid"
-    assert Simulation.create(**STRIP, effects={"solid": "off"}, accuracy=1e-6).scene.model == "rod"
-    with pytest.raises(InvalidInputError, match="give one of both"):
-        Simulation.create(**STRIP, effects={"solid": "off"}, model="solid")
+    assert Simulation(**STRIP).model == "solid"
+    assert Simulation(**STRIP, effects="auto").model == "rod"
+    assert Simulation(**STRIP, effects="auto", accuracy=1e-5).model == "solid"
+    assert Simulation(**STRIP, effects="auto", model="solid").model == "solid"
+    assert Simulation(**STRIP, effects={"solid": "on"}).model == "solid"
+    assert Simulation(**STRIP, effects={"solid": "off"}, accuracy=1e-6).model == "rod"
+    with pytest.raises(InvalidInputError, match="give only one"):
+        Simulation(**STRIP, effects={"solid": "off"}, model="solid")
 
 
 @pytest.mark.parametrize("given", ["auto", {"self_contact": "off", "inertia": "on"}, {"solid": "off"}])
 def test_resolved_keys_run_the_same(given: object) -> None:
-    asked = Simulation.create(**STRIP, effects=given)
-    again = Simulation.create(**asked.as_config())
-    assert (again.scene, again.letting_go) == (asked.scene, asked.letting_go)
+    asked = Simulation(**STRIP, effects=given)
+    again = Simulation(**asked.as_config())
     assert again.as_config() == asked.as_config()
 
 
 def test_needs_are_comparisons() -> None:
-    assert demand.need_of_contact(0.0).needed
-    assert not demand.need_of_contact(0.1).needed
-    assert demand.need_of_self_contact(-1e-6).needed
-    assert not demand.need_of_self_contact(1e-6).needed
-    assert not demand.need_of_self_contact(np.inf).needed
-    assert demand.need_of_inertia(0.0, 0.1).needed
-    assert not demand.need_of_inertia(0.5, None).needed
-    assert not demand.need_of_friction().needed
+    assert needed_effects.need_of_contact(0.0).needed
+    assert not needed_effects.need_of_contact(0.1).needed
+    assert needed_effects.need_of_self_contact(-1e-6).needed
+    assert not needed_effects.need_of_self_contact(1e-6).needed
+    assert not needed_effects.need_of_self_contact(np.inf).needed
+    assert needed_effects.need_of_inertia(0.0, 0.1).needed
+    assert not needed_effects.need_of_inertia(0.5, None).needed
+    assert not needed_effects.need_of_friction().needed
     # A Poisson's ratio is what a rod has not.
-    assert not demand.need_of_solid(0.2, 0.0, 1e-3).needed
-    assert demand.need_of_solid(0.2, 0.45, 1e-3).needed
-    assert not demand.need_of_membrane(0.03, 1e-3).needed
-    assert demand.need_of_membrane(0.0594, 1e-3).needed
-    for need in (demand.need_of_solid(0.2, 0.45, 1e-3), demand.need_of_membrane(0.0594, 1e-3)):
+    assert not needed_effects.need_of_solid(0.2, 0.0, 1e-3).needed
+    assert needed_effects.need_of_solid(0.2, 0.45, 1e-3).needed
+    assert not needed_effects.need_of_membrane(0.03, 1e-3).needed
+    assert needed_effects.need_of_membrane(0.0594, 1e-3).needed
+    for need in (needed_effects.need_of_solid(0.2, 0.45, 1e-3), needed_effects.need_of_membrane(0.0594, 1e-3)):
         assert need.needed == (need.value > need.threshold == 1e-3)
 
 
@@ -81,7 +79,9 @@ def test_the_factor_is_that_measured() -> None:
     data = store.read(Path(__file__).parents[1] / "results/studies/rod.nc")
     data = data.sel(thickness=data["thickness"] >= 0.03)
     square = data["thickness"] ** 2
-    assert float((np.abs(data["thickness_effect"]) / square).max()) == pytest.approx(demand.STRETCH_EFFECT, rel=0.05)
+    assert float((np.abs(data["thickness_effect"]) / square).max()) == pytest.approx(
+        needed_effects.STRETCH_EFFECT, rel=0.05
+    )
 
 
 def made_up() -> xr.Dataset:

@@ -1,0 +1,313 @@
+"""Everything a user asks for of a strip, validated once; names, units, limits and help texts have their source here.
+
+All numbers in SI; what goes together is checked in L*, where the limits are much sharper.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from functools import cached_property
+from math import sqrt
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import BeforeValidator, Field, model_validator
+
+from stripfold.errors import InvalidInputError
+from stripfold.material import GRAVITY, Material
+from stripfold.models.model_error import model_error
+from stripfold.validation import Input, Number, quantity, read_yaml
+
+ETA_B = (1e-1, 1e8)
+"""Allowed weight-to-bending-stiffness ratios, m^-4 s^2: from a metal sheet to a gauze."""
+LENGTH_STAR = (3.0, 150.0)
+"""Allowed strip lengths, L*.  The shortest strip that can snap is twice as long; the longest is a matter of cost."""
+HEIGHT_STAR = (0.1, 60.0)
+"""Allowed gripper heights, L*; below the lowest the planning model has not been tested."""
+MAX_THICKNESS_STAR = 0.2
+"""Largest thickness of the model, L*: at 0.3 the solid's lambda_c depends on the mesh (docs/hard-cases.md)."""
+UNSTRETCHED = 1e-6
+"""eta_m, m^-2 s^2, of a strip that hardly stretches: any strip with it is thin."""
+
+Model = Literal["solid", "rod", "elastica", "auto"]
+MovingModel = Literal["solid", "rod"]
+Law = Literal["svk", "printed"]
+Setting = Literal["auto", "on", "off"]
+
+Length = Annotated[Number, quantity("length of the strip", "m", ge=1e-6, le=1e6)]
+Height = Annotated[Number, quantity("height of the gripper", "m", ge=1e-6, le=1e6)]
+EtaB = Annotated[Number, quantity("weight-to-bending-stiffness ratio", "m^-4 s^2", ge=ETA_B[0], le=ETA_B[1])]
+EtaM = Annotated[Number, quantity("weight-to-membrane-stiffness ratio", "m^-2 s^2", ge=1e-9, le=0.1)]
+Nu = Annotated[Number, quantity("Poisson's ratio", ge=0.0, le=0.49)]
+RhoA = Annotated[Number, quantity("areal density; scales forces only", "kg m^-2", ge=1e-4, le=1e3)]
+Gravity = Annotated[Number, quantity("gravitational acceleration", "m s^-2", ge=0.1, le=100.0)]
+Accuracy = Annotated[Number, quantity("requested relative accuracy of lambda_c", ge=1e-6, le=0.1)]
+Air = Annotated[Number, quantity("mass-proportional damping", "s^-1", ge=0.0, le=100.0)]
+Stiffness = Annotated[Number, quantity("stiffness-proportional damping", "s", ge=0.0, le=1.0)]
+
+
+class Strip(Input):
+    """A strip of fabric.
+
+    Raises
+    ------
+    InvalidInputError
+        A number outside its limits, or a combination that is no strip, as with a wrong unit.
+    """
+
+    length: Length
+    eta_b: EtaB
+    eta_m: EtaM = 1e-3
+    nu: Nu = 0.0
+    rho_a: RhoA = 1.0
+    gravity: Gravity = GRAVITY
+
+    @cached_property
+    def material(self) -> Material:
+        """The strip's material."""
+        return Material(self.eta_b, self.eta_m, self.nu, self.rho_a, self.gravity)
+
+    @property
+    def gravity_length(self) -> float:
+        """L*, m."""
+        return self.material.gravity_length
+
+    @property
+    def length_star(self) -> float:
+        """Length of the strip, L*."""
+        return self.length / self.gravity_length
+
+    @model_validator(mode="after")
+    def _check_strip(self) -> Self:
+        star = self.gravity_length
+        low, high = LENGTH_STAR
+        if not low <= self.length_star <= high:
+            # eta_b = 1 / (g L*^3), for the L* that would make this length allowed.
+            stiffest, softest = (1.0 / (self.gravity * (self.length / n) ** 3) for n in (low, high))
+            lowest, highest = max(stiffest, ETA_B[0]), min(softest, ETA_B[1])
+            fitting = f"; eta_b from {lowest:.3g} to {highest:.3g} fits this length" if lowest < highest else ""
+            raise InvalidInputError("length", self.length, self._range(low, high), _CHECK_UNITS + fitting)
+        if not self.material.relative_thickness <= MAX_THICKNESS_STAR:
+            # h / L* = sqrt(12 eta_m / eta_b) / L*
+            largest = (MAX_THICKNESS_STAR * star) ** 2 * self.eta_b / 12.0
+            raise InvalidInputError(
+                "eta_m",
+                self.eta_m,
+                f"at most {largest:.3g} m^-2 s^2 with eta_b = {self.eta_b:g} m^-4 s^2",
+                f"the model would be {self.material.thickness:.3g} m thick, more than {MAX_THICKNESS_STAR} L*",
+            )
+        return self
+
+    def _range(self, low: float, high: float) -> str:
+        star = self.gravity_length
+        return (
+            f"from {low * star:.3g} to {high * star:.3g} m with eta_b = {self.eta_b:g} m^-4 s^2 "
+            f"({low:g} to {high:g} times L* = {star:.3g} m)"
+        )
+
+
+_CHECK_UNITS = "check the units, m and m^-4 s^2"
+
+
+class AtHeight(Strip):
+    """A strip and the height of its gripper."""
+
+    height: Height
+    accuracy: Accuracy = 1e-3
+
+    @property
+    def height_star(self) -> float:
+        """Height of the gripper, L*."""
+        return self.height / self.gravity_length
+
+    @model_validator(mode="after")
+    def _check_height(self) -> Self:
+        if not self.height < self.length:
+            raise InvalidInputError(
+                "height", self.height, f"less than the length, {self.length:g} m", "height above the length"
+            )
+        if not HEIGHT_STAR[0] <= self.height_star <= HEIGHT_STAR[1]:
+            raise InvalidInputError("height", self.height, self._range(*HEIGHT_STAR), _CHECK_UNITS)
+        return self
+
+    def require_long_enough(self) -> None:
+        """Refuse a strip of which nothing would lie on the floor any more where the advance of the gripper ends.
+
+        The advance ends at the critical point, or where the sag touches the lower layer first.  The free length there
+        is the elastica's, which differs little from the solid's.
+
+        Raises
+        ------
+        InvalidInputError
+            The strip is too short for this height; the message says how long it must be.
+        SolveError
+            The elastica could not be solved.
+        """
+        from stripfold import elastica
+
+        shortest = elastica.critical(self.height_star).state.length * self.gravity_length
+        if not self.length > shortest:
+            raise InvalidInputError(
+                "length",
+                self.length,
+                f"more than {shortest:.4g} m with height = {self.height:g} m",
+                "the strip is too short: all of it would leave the floor before it snaps; lengthen it or go lower",
+            )
+
+
+class Scene(AtHeight):
+    """A strip and a gripper height, for a critical point.
+
+    Examples
+    --------
+    >>> scene = Scene(length=0.6, height=0.09, eta_b=3780.0)
+    >>> round(scene.length_star, 3), round(scene.height_star, 3)
+    (20.008, 3.001)
+    """
+
+    model: Annotated[
+        Model,
+        Field(
+            description="the paper's finite elements, a rod (several times as fast), the thin limit, or the cheapest "
+            "of them within the requested accuracy of the first"
+        ),
+    ] = "solid"
+    law: Annotated[Law, Field(description="constitutive law of the solid (docs/physics.md, section 2)")] = "svk"
+
+    @model_validator(mode="after")
+    def _check_law(self) -> Self:
+        if self.model != "solid" and self.law != "svk":
+            raise InvalidInputError("law", self.law, "svk", "only the solid has another law")
+        return self
+
+
+class Release(Input):
+    """How the strip is released at its critical point, and what damps its fall.
+
+    The default of ``air`` is the drag of air, about 0.3 kg m^-2 s^-1 at the 0.3 m/s of a falling layer, on a light
+    fabric of 0.15 kg m^-2; that of ``stiffness`` a loss tangent of 0.1, usual for fabrics in bending, at the 5 Hz of a
+    swinging layer.
+    """
+
+    disturbance: Annotated[
+        Number,
+        quantity(
+            "largest initial speed of the mid-surface, along the critical eigenvector; positive: the way the branch "
+            "continues",
+            "m s^-1",
+            ge=-1.0,
+            le=1.0,
+        ),
+    ] = 1e-3
+    speed: Annotated[Number, quantity("speed of the gripper; 0: held just past lambda_c", "m s^-1", ge=0.0, le=1.0)] = (
+        0.0
+    )
+    air: Air = 2.0
+    stiffness: Stiffness = 3e-3
+    until: Annotated[Literal["rest", "touch"], Field(description="what ends the fall")] = "rest"
+
+
+def _on_or_off(value: Any) -> Any:
+    # YAML takes on and off for true and false.
+    return ("on" if value else "off") if isinstance(value, bool) else value
+
+
+EffectSetting = Annotated[Setting, BeforeValidator(_on_or_off)]
+
+
+class Effects(Input):
+    """Which effects a simulation has: "on", "off", or "auto" for on where the scene needs it (docs/effects.md)."""
+
+    contact: EffectSetting = "auto"
+    self_contact: EffectSetting = "auto"
+    inertia: EffectSetting = "auto"
+    friction: EffectSetting = "auto"
+    solid: EffectSetting = "auto"
+    membrane: EffectSetting = "auto"
+
+    @model_validator(mode="after")
+    def _check_possible(self) -> Self:
+        if self.contact == "off":
+            advice = "the strip starts lying on the floor: without contact there is no state to start from"
+            raise InvalidInputError("contact", "off", "auto or on", advice)
+        if self.friction == "on":
+            advice = "a fall has no internal friction; `stripfold assess` has, with --friction or --hysteresis"
+            raise InvalidInputError("friction", "on", "auto or off", advice)
+        return self
+
+
+def _all_auto(value: Any) -> Any:
+    if value == "auto":
+        return Effects()
+    if not isinstance(value, Mapping | Effects):
+        raise InvalidInputError("", value, "auto, or keys and values as self_contact: off")
+    return value
+
+
+class Simulation(AtHeight, Release):
+    """A strip through its collapse: a scene, how the strip is released, and with which effects.
+
+    The model is the solid, or what ``model`` says; with ``effects`` and without ``model``, what those say or need.
+    """
+
+    model: Annotated[
+        MovingModel, Field(description="the paper's finite elements, or a rod; the elastica has no motion in time")
+    ] = "solid"
+    effects: Annotated[Effects, BeforeValidator(_all_auto)] = Effects()
+
+    @model_validator(mode="after")
+    def _resolve_model(self) -> Self:
+        given = self.model_fields_set
+        solid = self.effects.solid
+        if "model" in given or "effects" not in given:
+            wanted = "on" if self.model == "solid" else "off"
+            if solid not in ("auto", wanted):
+                raise InvalidInputError("effects.solid", solid, f"{wanted} with model = {self.model}", "give only one")
+            object.__setattr__(self, "effects", self.effects.model_copy(update={"solid": wanted}))
+        elif solid == "off" or (solid == "auto" and self._is_rod_accurate()):
+            object.__setattr__(self, "model", "rod")
+        self.require_long_enough()
+        return self
+
+    def _is_rod_accurate(self) -> bool:
+        return model_error("rod", self.material.relative_thickness, self.nu) <= self.accuracy
+
+    @property
+    def time_unit(self) -> float:
+        """sqrt(L*/g), s."""
+        return sqrt(self.gravity_length / self.gravity)
+
+    def as_config(self) -> dict[str, Any]:
+        """The resolved keys and values, as they could be given."""
+        solid = "on" if self.model == "solid" else "off"
+        return {**self.model_dump(), "effects": {**self.effects.model_dump(), "solid": solid}}
+
+    @classmethod
+    def read(cls, path: str | os.PathLike[str]) -> Self:
+        """A simulation from a YAML file.
+
+        Raises
+        ------
+        InvalidInputError
+            Not readable, or a key or value that cannot be used.
+        """
+        return cls(**read_yaml(path, "scene", "length: 0.6"))
+
+
+class PathAssessment(Strip):
+    """A strip to be moved along a path, its model and its internal friction."""
+
+    model: Annotated[MovingModel, Field(description="the paper's finite elements, or a rod")] = "solid"
+    friction: Annotated[Number | None, quantity("the paper's internal friction k_f", "s^-2", ge=0.0, le=1e9)] = None
+    hysteresis: Annotated[
+        Number | None, quantity("largest moment M_0 of a bending hysteresis, per width", "N", ge=0.0, le=1e3)
+    ] = None
+    step: Annotated[Number | None, quantity("size of the steps with friction [0.1 L*]", "m", ge=1e-9, le=1e6)] = None
+
+    @model_validator(mode="after")
+    def _check_friction(self) -> Self:
+        if self.friction is not None and self.hysteresis is not None:
+            raise InvalidInputError("hysteresis", self.hysteresis, "nothing together with friction", "give only one")
+        if self.step is not None and self.friction is None and self.hysteresis is None:
+            raise InvalidInputError("step", self.step, "a step together with friction or hysteresis")
+        return self

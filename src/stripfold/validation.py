@@ -1,0 +1,237 @@
+"""Input models: pydantic checks what a user gives, and what it finds becomes one error that names the key."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from difflib import get_close_matches
+from numbers import Real
+from pathlib import Path
+from typing import Annotated, Any, Self
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+from pydantic_core import ErrorDetails, PydanticCustomError
+
+from stripfold.errors import MISSING, InvalidInputError
+
+MOST_BYTES = 100_000
+"""Largest YAML file that is read: a whole configuration has a tenth of it."""
+DEEPEST = 10
+"""Most levels of nested entries in a YAML file."""
+YAML_NUMBERS = "YAML reads a number with an exponent as a text unless it has a point: write 1.0e-3"
+
+
+class Input(BaseModel):
+    """Base of the input models: frozen, unknown keys refused, every error an :class:`.InvalidInputError`.
+
+    A validator of a model raises :class:`.InvalidInputError` with a key relative to the model.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    def __init__(self, /, **given: Any) -> None:
+        try:
+            super().__init__(**given)
+        except ValidationError as error:
+            raise _explained(error, type(self)) from None
+
+    @classmethod
+    def of(cls, given: Any) -> Self:
+        """The model from keys and values of any mapping.
+
+        Raises
+        ------
+        InvalidInputError
+            No mapping, or what the model refuses.
+        """
+        if not isinstance(given, Mapping):
+            raise InvalidInputError("", given, "keys and values")
+        return cls(**with_text_keys(given))
+
+    # Without this mark pydantic would make nested models one by one, and an error would lose the way to its key.
+    __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]
+
+
+@contextmanager
+def within(*path: str | int) -> Iterator[None]:
+    """Errors get the path to the entry that they are about put before their key."""
+    try:
+        yield
+    except InvalidInputError as error:
+        raise _placed(path, error) from None
+
+
+def _placed(path: Iterable[str | int], error: InvalidInputError) -> InvalidInputError:
+    key = dotted((*path, error.key) if error.key else path)
+    return InvalidInputError(key, error.value, error.allowed, error.advice)
+
+
+def _real(value: Any) -> float:
+    # A bool is a number to Python, and a mistake to everybody else.
+    if isinstance(value, bool) or not isinstance(value, Real):
+        raise PydanticCustomError("number", "not a number")
+    try:
+        return float(value)
+    except OverflowError:
+        raise PydanticCustomError("number", "too large") from None
+
+
+Number = Annotated[float, BeforeValidator(_real)]
+"""A finite real number; numpy's too, no bool and no text."""
+Whole = Annotated[int, Field(strict=True)]
+Flag = Annotated[bool, Field(strict=True)]
+Text = Annotated[str, Field(pattern=r"\S")]
+
+
+def quantity(what: str, unit: str = "", **limits: float) -> Any:
+    """Description, unit and limits (``ge``, ``gt``, ``le``, ``lt``) for ``Annotated[Number, quantity(...)]``."""
+    names = {"ge": "minimum", "gt": "exclusiveMinimum", "le": "maximum", "lt": "exclusiveMaximum"}
+    # Beside a validator of its own pydantic leaves the limits out of the JSON schema.
+    extra = {names[key]: limit for key, limit in limits.items()} | ({"unit": unit} if unit else {})
+    return Field(description=what, json_schema_extra=extra, **limits)  # type: ignore[call-overload, no-any-return]
+
+
+def read_yaml(path: str | os.PathLike[str], key: str, example: str) -> dict[str, Any]:
+    """The keys and values in a YAML file.
+
+    Parameters
+    ----------
+    path
+        The file.
+    key
+        What the file is called in an error.
+    example
+        Keys and values as they could stand in it, for the error.
+
+    Raises
+    ------
+    InvalidInputError
+        Not readable, too large, with aliases, too deeply nested, or not a mapping.
+    """
+    import yaml
+
+    path = Path(path)
+    try:
+        if path.stat().st_size > MOST_BYTES:
+            raise InvalidInputError(key, str(path), f"a file of at most {MOST_BYTES} bytes")
+        text = path.read_text(encoding="utf-8")
+        _check_plain(text, key, path)
+        given = yaml.safe_load(text)
+    except InvalidInputError:
+        raise
+    except (OSError, ValueError, RecursionError, yaml.YAMLError) as error:
+        said = " ".join(str(error).split())
+        raise InvalidInputError(key, str(path), "a readable YAML file", said) from error
+    if not isinstance(given, Mapping):
+        raise InvalidInputError(key, str(path), f"a file of keys and values, as {example}")
+    return with_text_keys(given)
+
+
+def with_text_keys(value: Any) -> Any:
+    """A deep copy in plain dicts with texts as keys, and lists."""
+    if isinstance(value, Mapping):
+        return {str(key): with_text_keys(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [with_text_keys(item) for item in value]
+    return value
+
+
+def _check_plain(text: str, key: str, path: Path) -> None:
+    """Refuse what takes long to load: a few lines of aliases of aliases unfold to billions of entries."""
+    import yaml
+
+    depth = 0
+    for event in yaml.parse(text, yaml.SafeLoader):
+        if isinstance(event, yaml.AliasEvent):
+            raise InvalidInputError(key, str(path), "a file without aliases (*name)", "write the entries out")
+        depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
+        if depth > DEEPEST:
+            raise InvalidInputError(key, str(path), f"entries at most {DEEPEST} levels deep")
+
+
+def dotted(path: Iterable[str | int]) -> str:
+    """A path of keys as people write it: materials[0].heights[1]."""
+    return "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in path).removeprefix(".")
+
+
+def did_you_mean(key: str, known: Iterable[str]) -> str:
+    """Advice on an unknown name."""
+    near = get_close_matches(key, list(known), 1)
+    return f"did you mean {near[0]}?" if near else "remove it"
+
+
+def _explained(error: ValidationError, model: type[BaseModel]) -> InvalidInputError:
+    """The first of pydantic's findings: unknown keys before all others, since a misspelt key is missing, too."""
+    findings = error.errors(include_url=False)
+    first = min(findings, key=lambda found: found["type"] != "extra_forbidden")
+    return _in_words(first, model.model_json_schema())
+
+
+def _in_words(found: ErrorDetails, schema: dict[str, Any]) -> InvalidInputError:
+    path, kind = found["loc"], found["type"]
+    cause = found.get("ctx", {}).get("error")
+    if isinstance(cause, InvalidInputError):
+        return _placed(path, cause)
+    if kind == "extra_forbidden":
+        known = list(_at(schema, path[:-1]).get("properties", {}))
+        advice = did_you_mean(str(path[-1]), known)
+        return InvalidInputError(dotted(path), found["input"], f"only the keys {', '.join(known)}", advice)
+    if kind == "missing" and isinstance(path[-1], int):
+        path = path[:-1]  # one of a fixed number of entries: it is the list that is wrong
+    rules = _at(schema, path)
+    if kind == "missing" and not isinstance(found["input"], list | tuple):
+        return InvalidInputError(dotted(path), MISSING, allowed(rules))
+    is_text_for_number = isinstance(found["input"], str) and rules.get("type") in ("number", "integer")
+    advice = YAML_NUMBERS if is_text_for_number else ""
+    return InvalidInputError(dotted(path) or "input", found["input"], allowed(rules), advice)
+
+
+def _at(schema: Mapping[str, Any], path: Iterable[str | int]) -> dict[str, Any]:
+    """The part of a JSON schema that describes the entry at a path, what ``$ref`` refers to filled in."""
+
+    def resolved(rules: Mapping[str, Any]) -> dict[str, Any]:
+        # An optional entry: what it is when it is given.
+        given = [way for way in rules.get("anyOf", []) if way.get("type") != "null"]
+        rules = {**rules, **given[0]} if given else dict(rules)
+        while "$ref" in rules:
+            rules = dict(rules)
+            target = schema["$defs"][rules.pop("$ref").removeprefix("#/$defs/")]
+            rules = {**target, **rules}
+        return dict(rules)
+
+    rules = resolved(schema)
+    for key in path:
+        if isinstance(key, int):
+            items = rules.get("prefixItems", [])
+            rules = resolved(items[key] if key < len(items) else rules.get("items", {}))
+        elif key in rules.get("properties", {}):
+            rules = resolved(rules["properties"][key])
+    return rules
+
+
+def allowed(rules: Mapping[str, Any]) -> str:
+    """A part of a JSON schema in words."""
+    if "enum" in rules or "const" in rules:
+        words = "one of " + ", ".join(map(str, rules.get("enum", [rules.get("const")])))
+    else:
+        kinds = {"array": "a list", "object": "keys and values", "string": "a text", "integer": "a whole number"}
+        words = {**kinds, "boolean": "true or false"}.get(rules.get("type", ""), "a number")
+    low, high = rules.get("minimum"), rules.get("maximum")
+    if low is not None and high is not None:
+        words += f" from {low:g} to {high:g}"
+    fixed = "minItems" in rules and rules["minItems"] == rules.get("maxItems")
+    limits = {
+        "minimum": "of at least {:g}" if high is None else "",
+        "exclusiveMinimum": "greater than {:g}",
+        "maximum": "of at most {:g}" if low is None else "",
+        "exclusiveMaximum": "less than {:g}",
+        "minItems": "of {:g} entries" if fixed else "of at least {:g} entries",
+        "maxItems": "" if fixed else "of at most {:g} entries",
+    }
+    parts = [text.format(rules[key]) for key, text in limits.items() if text and key in rules]
+    words = " ".join([words, " and ".join(parts)]) if parts else words
+    words += f" {rules['unit']}" if "unit" in rules else ""
+    if rules.get("uniqueItems"):
+        words += ", no two alike"
+    return words + (f" ({rules['description']})" if "description" in rules else "")
