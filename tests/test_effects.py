@@ -1,4 +1,4 @@
-"""Internal friction: derivatives, objectivity, the loop of moment and curvature, memory."""
+"""Internal friction: derivatives, objectivity, the moment-curvature loop, history."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def bent(model: Solid, curvature: float) -> np.ndarray:
 
 
 def rate(model: Solid, curvature: float) -> np.ndarray:
-    """``d bent / d curvature``: what a force does on it is the end moment times the strip's length."""
+    """``d bent / d curvature``: the power of a force on it is the end moment times the strip's length."""
     e = 1e-5
     return (bent(model, curvature + e) - bent(model, curvature - e)) / (2.0 * e)
 
@@ -54,12 +54,12 @@ def crooked(model: Solid) -> np.ndarray:
 
 
 def partly_slid(model: Solid) -> tuple[Hysteresis, np.ndarray]:
-    """A friction with a past, and a state in which some elements stick and some slide, none near the edge."""
+    """A friction with a history, and a state in which some elements stick and some slide, none near the limit."""
     q = crooked(model)
     effect = friction(model)
-    n = len(effect.slid)
+    n = len(effect.slip)
     beyond = np.array([-3.0, -0.4, 0.3, 2.0])[np.arange(n) % 4] * YIELD
-    return replace(effect, slid=effect.curvature(q) - beyond), q
+    return replace(effect, slip=effect.curvature(q) - beyond), q
 
 
 class TestDerivatives:
@@ -105,7 +105,7 @@ class TestDerivatives:
         assert np.abs(dense - dense.T).max() < 1e-14 * size
 
     def test_pull(self):
-        """Zero where it pulls to; its tangent is ``k_f M`` and it is linear."""
+        """Zero at the previous state, linear, with the tangent ``k_f M``."""
         model = strip()
         here, there = crooked(model), bent(model, 0.3)
         pull = Pull(model, 0.7, here)
@@ -118,7 +118,7 @@ class TestDerivatives:
 
 class TestPull:
     def test_of_a_shift(self):
-        """Truth: every point has gone by (0.3, -0.4), so the force is k_f times 0.5 times the length (mass one)."""
+        """All points displaced by (0.3, -0.4): the force is k_f times 0.5 times the length (mass one)."""
         model = strip()
         pull = Pull(model, 2.0, np.zeros(model.size))
         q = np.zeros(model.size)
@@ -134,7 +134,7 @@ class TestPull:
         q[model.middle] = np.random.default_rng(0).standard_normal(model.middle.shape)
         resultant = np.linalg.norm(pull.force(q)[model.middle].sum(axis=0))
         assert 0.0 < resultant < pull.pulling_force(q)
-        # Half of it one way and half the other: no resultant, and the same bound as all one way.
+        # One half displaced forwards, the other backwards: no resultant, the bound of a uniform displacement.
         q[model.middle[:, 0]], q[model.middle[:, 1]] = np.sign(model.s - model.s.mean()), 0.0
         assert pull.pulling_force(q) == pytest.approx(2.0 * LENGTH, rel=0.1)
 
@@ -142,8 +142,8 @@ class TestPull:
 class TestObjectivity:
     @on_all
     @pytest.mark.parametrize("degrees", [37.0, 90.0, 180.0, -135.0])
-    def test_a_rigid_motion_needs_no_force(self, order, across, degrees):
-        """Truth: nothing is bent, so nothing resists; nor does it dissipate."""
+    def test_rigid_motion_causes_no_force(self, order, across, degrees):
+        """No bending, so no force and no dissipation."""
         model = strip(order, across)
         angle = np.radians(degrees)
         along = np.outer(model.s, [np.cos(angle), np.sin(angle)])
@@ -154,8 +154,8 @@ class TestObjectivity:
         assert effect.committed(q).dissipated == 0.0
 
     @on_all
-    def test_turning_a_bent_strip_turns_its_forces(self, order, across):
-        """Truth: f(R q) = R f(q), and the moments are the same; stick and slide, sections of any shape."""
+    def test_rotating_a_bent_strip_rotates_its_forces(self, order, across):
+        """f(R q) = R f(q), with equal moments; sticking and sliding, sections of any shape."""
         model = strip(order, across)
         effect, q = partly_slid(model)
         a = np.radians(200.0)
@@ -164,7 +164,7 @@ class TestObjectivity:
         section = np.stack([0.0 * offset, offset], axis=1)
         section[len(offset) // 2] = 0.0
         turned = q.copy()
-        # Of the positions themselves: a section's node relative to the middle, which counts from its own place.
+        # The unknowns of a section are relative to its middle node: rotate positions.
         turned[model.mesh.unknowns] = (q[model.mesh.unknowns] + section) @ turn.T - section
         np.testing.assert_allclose(effect.moments(turned), effect.moments(q), atol=1e-13)
         wanted = np.zeros(model.size)
@@ -172,7 +172,7 @@ class TestObjectivity:
         np.testing.assert_allclose(effect.force(turned), wanted, atol=1e-12)
 
     def test_turns_beyond_half_a_circle(self):
-        """Truth: an arc has its curvature in each element, also wound up two and a half times."""
+        """An arc has its curvature in each element, also over two and a half turns."""
         model = Solid.of(LENGTH, THICKNESS, elements=40)
         for curvature in (0.4, -0.9, 5.0 * np.pi / LENGTH):
             found = friction(model).curvature(bent(model, curvature))
@@ -185,7 +185,7 @@ class TestBending:
     @on_all
     @pytest.mark.parametrize("curvature", [0.1, 0.2, 0.7, -0.15, -0.9])
     def test_end_moment(self, order, across, curvature):
-        """Truth: stiffness times curvature up to M_0."""
+        """Stiffness times curvature up to M_0."""
         effect = friction(strip(order, across))
         wanted = np.clip(MOMENT / YIELD * curvature, -MOMENT, MOMENT)
         assert effect.stiffness == pytest.approx(1.5)
@@ -194,9 +194,9 @@ class TestBending:
 
     @on_all
     def test_loop(self, order, across):
-        """Truth: a loop between -K and K has the area 4 M_0 (K - kappa_y) per length: the work in, and dissipated.
+        """A loop between -K and K dissipates 4 M_0 (K - kappa_y) per length, and takes the same work.
 
-        Each step's work is by the trapezoidal rule, exact as the steps meet the corners of the loop.
+        The work of a step is by the trapezoidal rule, exact because the steps meet the corners of the loop.
         """
         largest, step = 0.8, 0.1
         quarter = np.arange(step, largest + step / 2.0, step)
@@ -215,7 +215,7 @@ class TestBending:
 
         loaded, first_work = through(effect, quarter, 0.0)
         top = bent(model, largest)
-        # Energy in the springs M_0 kappa_y / 2, the rest is gone: the first bending's share of the balance.
+        # First bending: M_0 kappa_y / 2 is stored in the springs, the rest of the work is dissipated.
         assert loaded.dissipated == pytest.approx(MOMENT * (largest - YIELD) * LENGTH, rel=1e-10)
         assert loaded.stored(top) == pytest.approx(0.5 * MOMENT * YIELD * LENGTH, rel=1e-10)
         assert first_work == pytest.approx(loaded.stored(top) + loaded.dissipated, rel=1e-7)
@@ -225,7 +225,7 @@ class TestBending:
         assert work == pytest.approx(area, rel=1e-7)
 
     def test_turning_back(self):
-        """Truth: from the limit M_0 the moment falls with the spring's stiffness, to -M_0 after 2 kappa_y."""
+        """From M_0 the moment falls with the stiffness of the spring to -M_0 after 2 kappa_y."""
         model = strip()
         effect = friction(model).committed(bent(model, 0.8))
         for back, wanted in ((0.0, 1.0), (0.5, 0.5), (1.0, 0.0), (1.5, -0.5), (2.0, -1.0), (3.0, -1.0)):
@@ -233,19 +233,19 @@ class TestBending:
 
     @pytest.mark.parametrize("curvature", [0.15, 0.9])
     def test_one_step_or_ten(self, curvature):
-        """Steps of a monotone bending leave no trace: force, energies and memory to rounding."""
+        """Monotonic bending does not depend on the steps: force, energies and history to rounding."""
         model = strip()
         one = friction(model).committed(bent(model, curvature))
         ten = friction(model)
         for part in curvature * np.arange(1, 11) / 10.0:
             ten = ten.committed(bent(model, part))
         q = bent(model, curvature - 0.1)
-        np.testing.assert_allclose(ten.slid, one.slid, atol=1e-13)
+        np.testing.assert_allclose(ten.slip, one.slip, atol=1e-13)
         np.testing.assert_allclose(ten.force(q), one.force(q), atol=1e-13)
         assert ten.dissipated == pytest.approx(one.dissipated, abs=1e-13)
 
     def test_slack_when_bent(self):
-        """A friction that starts in a bent state has no moment there; the moment counts from that state."""
+        """Friction that starts in a bent state has no moment there."""
         model = strip()
         q = bent(model, 0.6)
         effect = Hysteresis.of(model, MOMENT, yield_curvature=YIELD, slack=q)
@@ -253,9 +253,9 @@ class TestBending:
         assert end_moment(effect, 0.6 + 0.5 * YIELD) == pytest.approx(0.5 * MOMENT, rel=1e-8)
 
 
-class TestMemory:
-    def test_trials_leave_no_trace(self):
-        """Only ``committed`` changes what is remembered, and it changes a new effect, not the old one."""
+class TestHistory:
+    def test_trial_states_do_not_change_it(self):
+        """Only ``committed`` changes the history, and returns a new effect."""
         model = strip()
         q, trial = bent(model, 0.1), bent(model, 2.0)
         held = q.copy()
@@ -266,26 +266,26 @@ class TestMemory:
             after = effect.committed(trial)
             np.testing.assert_array_equal(effect.force(q), before)
             assert np.abs(after.force(q) - before).max() > 1e-3
-        # Nor may a caller that goes on with its array.
+        # The effect keeps a copy of the state.
         pull = Pull(model, 0.5, np.zeros(model.size)).committed(held)
         held += 1.0
         assert not pull.force(q).any()
 
     def test_tangent_just_after_sliding(self):
-        """A state that slid is committed as one that sticks, in all elements alike: rounding does not decide."""
+        """A state that slid is committed as sticking in all elements: rounding does not decide."""
         model = strip()
         q = bent(model, np.pi / 4.0)
         effect = friction(model).committed(q)
         direction = rate(model, np.pi / 4.0)
         stiffness = direction @ (effect.force_and_tangent(q)[1] @ direction)
-        # The arcs are no straight line: the curve's own second derivative has its part.
+        # The second derivative along the arcs includes that of the curve itself.
         e = 1e-3
         second = (bent(model, np.pi / 4.0 + e) - 2.0 * q + bent(model, np.pi / 4.0 - e)) / e**2
         along_arcs = stiffness + effect.force(q) @ second
         assert along_arcs == pytest.approx(MOMENT / YIELD * LENGTH, rel=1e-5)
 
     def test_problem_accepts(self):
-        """The problem with all its effects committed; without effects itself."""
+        """All effects are committed; a problem without effects is returned unchanged."""
         model = strip()
         q = crooked(model)
         plain = StripProblem(model, AlongX(1.0))
@@ -302,7 +302,7 @@ class TestMemory:
 
 class TestProblem:
     def test_adds_the_effects(self):
-        """Residual and tangent are those without effects plus each effect's."""
+        """Residual and tangent are sums over the model and the effects."""
         model = strip()
         q = crooked(model)
         effects = (friction(model), Pull(model, 0.5, np.zeros(model.size)))
@@ -316,8 +316,8 @@ class TestProblem:
         np.testing.assert_allclose(k.ab, wanted, atol=1e-14 * np.abs(wanted).max())
         assert not load.any()
 
-    def test_without_effects_it_is_the_models(self):
-        """Bit for bit."""
+    def test_without_effects_residual_and_tangent_are_those_of_the_model(self):
+        """Identical, not only to rounding."""
         model = strip()
         q = crooked(model)
         problem = StripProblem(model, AlongX(1.0))
@@ -327,7 +327,7 @@ class TestProblem:
         np.testing.assert_array_equal(k.ab, tangent.ab)
         np.testing.assert_array_equal(problem.residual(q, 0.0), model.internal_force(q) + model.weight)
 
-    def test_motion_in_time_is_refused_where_steps_matter(self):
+    def test_motion_in_time_refuses_step_dependent_effects(self):
         model = strip()
         q = np.zeros(model.size)
         problem = StripProblem(model, Lift(), (Pull(model, 0.0, q),))

@@ -1,4 +1,4 @@
-"""Equilibria of a strip with internal friction: Newton's method, the balance of work, and what depends on the steps."""
+"""Equilibria of a strip with internal friction: Newton's method, energy balance, dependence on the steps."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def lifted():
 
 
 def onward(lifted, top: float, steps: int, *effects: Hysteresis | Pull) -> tuple[StripProblem, Equilibrium]:
-    """The lifted strip lifted on in equal steps, each accepted: the problem and the state at the end."""
+    """Lift further in equal accepted steps: the problem and the state at the end."""
     model, last = lifted
     problem = StripProblem(model, Lift(), effects)
     for height in np.linspace(1.0, top, steps + 1)[1:]:
@@ -34,7 +34,7 @@ class TestNewton:
     """One step of 0.1 L*."""
 
     HEIGHT = 1.1
-    # Below what rounding leaves: the history goes on as far as it can.
+    # Below rounding: the residual history is as long as possible.
     OPTIONS = replace(ROBUST_NEWTON, force_tolerance=1e-11, largest_step=np.inf)
 
     def solve(self, lifted, *effects):
@@ -44,14 +44,14 @@ class TestNewton:
 
     @staticmethod
     def assert_quadratic(residuals: tuple[float, ...]) -> None:
-        """The last step that rounding does not hide: from below 1e-4 to below 100 times the square."""
+        """The last iteration above rounding: from below 1e-4 to below 100 times the square."""
         print(residuals)
         last = np.flatnonzero(np.array(residuals) > 1e-7)[-1]
         assert residuals[last] < 1e-4
         assert residuals[last + 1] < 100.0 * residuals[last] ** 2
 
     def test_pull(self, lifted):
-        """Quadratic; nothing at k_f = 0; held back in proportion to k_f."""
+        """Quadratic; no effect at k_f = 0; a displacement in proportion to k_f."""
         model, state = lifted
         without = self.solve(lifted)
         np.testing.assert_array_equal(self.solve(lifted, Pull(model, 0.0, state.q)).q, without.q)
@@ -66,7 +66,7 @@ class TestNewton:
 
     @pytest.mark.parametrize(("moment", "yield_curvature"), [(0.05, 0.02), (0.2, 0.05)])
     def test_hysteresis(self, lifted, moment, yield_curvature):
-        """Some elements slide, some stick: Newton's method still ends quadratically."""
+        """Some elements slide, some stick: Newton's method still converges quadratically."""
         model, state = lifted
         effect = Hysteresis.of(model, moment, yield_curvature=yield_curvature, slack=state.q)
         there = self.solve(lifted, effect)
@@ -81,9 +81,9 @@ class TestBranch:
     """Many steps."""
 
     def test_work_of_the_gripper(self, lifted):
-        """Truth: the gripper's work is the gain in elastic energy, in height, in the springs, and what is lost.
+        """The work of the gripper is the gain of elastic and potential energy, stored in the springs, and dissipated.
 
-        Over small steps, by the trapezoidal rule; without what the friction holds and loses the balance is far off.
+        Over small steps, by the trapezoidal rule; without the terms of the friction the balance is far off.
         """
         model, state = lifted
         problem = StripProblem(model, Lift(), (Hysteresis.of(model, 0.2, slack=state.q),))
@@ -106,7 +106,7 @@ class TestBranch:
         assert gain + effect.stored(last.q) + effect.dissipated == pytest.approx(work, rel=5e-4)
 
     def test_hysteresis_does_not_depend_on_the_steps(self, lifted):
-        """Four steps or eight: each element is bent one way only here, so it is all the same; to the pull it is not."""
+        """Four steps or eight give the same state, as each element is bent monotonically; with the pull they do not."""
         model, state = lifted
 
         def up(steps: int, *effects: Hysteresis | Pull) -> np.ndarray:
@@ -122,8 +122,8 @@ class TestBranch:
         assert far(rubbed, up(8, hysteresis)) < 1e-10
         assert far(pulled, up(8, Pull(model, 0.1, state.q))) > 1e-5
 
-    def test_where_elements_turn_back(self, lifted):
-        """Lifted to 3 L* they do; steps of 0.1 and of 0.05 L* then agree to 1e-4 L* (docs/physics.md, section 8)."""
+    def test_steps_where_elements_unbend(self, lifted):
+        """When lifted to 3 L*, steps of 0.1 and of 0.05 L* agree to 1e-4 L* (docs/physics.md, section 8)."""
         model, state = lifted
         places, lost = [], []
         for steps in (20, 40):
@@ -135,9 +135,9 @@ class TestBranch:
         assert lost[1] == pytest.approx(lost[0], rel=1e-3)
 
     def test_yield_curvature(self, lifted):
-        """What is left open by the default: halving it moves the gripper by less than 0.005 L*, and less each time.
+        """Halving the default moves the gripper by less than 0.005 L*, and less each time (docs/physics.md, section 8).
 
-        The dissipation grows by a tenth; docs/physics.md, section 8, says the same.
+        The dissipation grows by a tenth.
         """
         model, state = lifted
         places, lost = [], []

@@ -1,4 +1,4 @@
-"""Layers that meet above the floor: forces, their balance, and whether what crosses is seen."""
+"""Self-contact above the floor: forces, conservation, tangents, detection of crossing."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ H = 0.1
 
 
 def steps(height: float) -> tuple[Array, Array]:
-    """Many nodes near a segment, at two moments."""
+    """Random pairs of a node and a segment close to each other, in two states, shape (300, 6)."""
     random = np.random.default_rng(1)
     x = np.zeros((300, 6))
     x[:, 0], x[:, 4] = random.uniform(-0.1, 0.3, 300), 0.2
@@ -33,7 +33,7 @@ def steps(height: float) -> tuple[Array, Array]:
 
 
 def hairpin(gap: float) -> tuple[Rod, Array]:
-    """A strip aloft bent to a hairpin whose legs are this far apart, nodes of one opposite segments of the other."""
+    """A strip above the floor bent to a hairpin with this distance of its legs, nodes of one opposite segments."""
     model = Rod.of(6.0, H, elements=40)
     radius = gap / 2.0
     s = model.s - 2.93
@@ -44,7 +44,7 @@ def hairpin(gap: float) -> tuple[Rod, Array]:
 
 
 @pytest.mark.parametrize("height", [1.0, 1.5 * H])
-def test_the_work_is_the_gain_of_energy(height: float) -> None:
+def test_work_over_a_step_is_the_gain_of_energy(height: float) -> None:
     x0, x1 = steps(height)
     work = np.sum(pair_force(x0, x1, H) * (x1 - x0), axis=1)
     gain = pair_energy(x1, H) - pair_energy(x0, H)
@@ -52,7 +52,7 @@ def test_the_work_is_the_gain_of_energy(height: float) -> None:
     np.testing.assert_allclose(work, gain, atol=1e-15)
 
 
-def test_momentum_and_its_moment_are_kept() -> None:
+def test_momentum_and_angular_momentum_are_conserved() -> None:
     x0, x1 = steps(1.0)
     force, middle = pair_force(x0, x1, H), 0.5 * (x0 + x1)
     assert np.abs(force).max() > 0.01
@@ -63,7 +63,7 @@ def test_momentum_and_its_moment_are_kept() -> None:
 
 
 @pytest.mark.parametrize("height", [1.0, 1.5 * H])
-def test_the_force_is_the_energys_derivative(height: float) -> None:
+def test_force_is_the_gradient_of_the_energy(height: float) -> None:
     x, _ = steps(height)
     force, e = pair_force(x, x, H), 1e-6
     for k, turn in enumerate(e * np.eye(6)):
@@ -90,7 +90,7 @@ def test_tangents(over_step: bool) -> None:
     np.testing.assert_allclose(tangent, slope, atol=1e-4 * np.abs(slope).max())
 
 
-def test_what_crosses_is_seen_and_what_lies_is_the_floors() -> None:
+def test_gap_contact_crossing_and_layers_on_the_floor() -> None:
     model, apart = hairpin(2.0 * H)
     contact = SelfContact.of(model, H)
     assert contact.gap(apart) == pytest.approx(H, rel=1e-6)
@@ -99,66 +99,65 @@ def test_what_crosses_is_seen_and_what_lies_is_the_floors() -> None:
     near = hairpin(0.8 * H)[1]
     assert contact.gap(near) == pytest.approx(-0.2 * H, rel=1e-6)
     assert contact.energy(near) > 0.0
-    # The upper leg let down through the lower one by a turn of half the strip.
+    # The upper leg rotated through the lower one.
     middle = model.mid_surface(apart)
     middle[middle[:, 1] > 2.0, 1] -= 3.0 * H * (2.0 - middle[middle[:, 1] > 2.0, 0]) / 4.0
     crossed = model.unknowns_of(middle, np.zeros(len(middle)))
     assert contact.gap(crossed) == -H
     with pytest.raises(NewtonError, match="through each other"):
         contact.energy(crossed)
-    # The same legs on the floor.
+    # The same legs on the floor: its contact replaces theirs.
     lying = near.copy()
     lying[model.middle[:, 1]] -= 2.0 - 0.5 * H
     assert SelfContact.of(model, H).gap(lying) > 0.0
     assert SelfContact.of(model, H).at(lying) is None
 
 
-def test_nothing_meets_within_the_free_move() -> None:
-    """The bound that spares the monitor its look holds for any move in which what lies does not rise."""
+def test_no_contact_within_the_safe_displacement() -> None:
+    """The bound that saves searches holds for all displacements in which the parts on the floor stay there."""
     random = np.random.default_rng(3)
     model, q = hairpin(1.4 * H)
     pairs = Pairs.of(model.s, H)
     for height in (2.0, 0.6 * H, 1.2 * H, 2.5 * H):
         position = model.mid_surface(q) + np.array([0.0, height - 2.0])
         found = pairs.measure(position)
-        assert found.still_lies(position[:, 1])
+        assert found.stays_on_floor(position[:, 1])
         clear = 0
         for _ in range(60):
             angle = random.uniform(0.0, 2.0 * np.pi, len(position))
-            move = 0.999 * min(found.free_move, 0.4) * np.stack([np.cos(angle), np.sin(angle)], axis=1)
-            # What lies is let rise a little only.
+            move = 0.999 * min(found.safe_displacement, 0.4) * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+            # Parts on the floor rise little.
             lies = position[:, 1] <= 0.5 * H
             move[lies] *= 0.2
-            clear += found.still_lies(position[:, 1] + move[:, 1])
-            assert pairs.measure(position + move).gap >= 0.0 or not found.still_lies(position[:, 1] + move[:, 1])
+            clear += found.stays_on_floor(position[:, 1] + move[:, 1])
+            assert pairs.measure(position + move).gap >= 0.0 or not found.stays_on_floor(position[:, 1] + move[:, 1])
         assert clear > 5
-    # A leg that lies and rises by its thickness and more reaches the other: the bound says so.
+    # A leg on the floor that rises by more than its thickness may reach the other: then the bound does not apply.
     position = model.mid_surface(q).copy()
     position[:, 1] -= position[:, 1].min()
     found = pairs.measure(position)
     risen = position + np.array([0.0, 1.5 * H])
-    assert not found.still_lies(risen[:, 1])
+    assert not found.stays_on_floor(risen[:, 1])
 
 
-def test_the_reach_begins_above_the_floor() -> None:
+def test_required_distance_starts_above_the_floor() -> None:
     z, e = np.linspace(0.0, 3.0 * H, 50), 1e-7
-    assert np.all(proximity.rim(z[z <= H], H) == 0.0)
-    np.testing.assert_allclose(proximity.rim(z[z >= 2.0 * H], H), 1.0)
-    slope = (proximity.rim(z + e, H) - proximity.rim(z - e, H)) / (2.0 * e)
-    np.testing.assert_allclose(proximity.rim_slope(z, H), slope, atol=1e-4)
+    assert np.all(proximity.smooth_step(z[z <= H], H) == 0.0)
+    np.testing.assert_allclose(proximity.smooth_step(z[z >= 2.0 * H], H), 1.0)
+    slope = (proximity.smooth_step(z + e, H) - proximity.smooth_step(z - e, H)) / (2.0 * e)
+    np.testing.assert_allclose(proximity.smooth_step_slope(z, H), slope, atol=1e-4)
 
 
-def test_legs_that_clap_do_not_go_through_each_other() -> None:
-    """In flight: energy kept to rounding, and no crossing; without contact they do cross."""
+def test_colliding_legs_do_not_cross() -> None:
+    """In motion: energy is conserved and no crossing; without contact they cross."""
     model, q = hairpin(2.0 * H)
     v = np.zeros(model.size)
-    # The free legs, but for the ends that are held, towards each other.
+    # The legs move towards each other, their ends are held.
     leg = np.sin(np.pi * np.clip(model.s / 2.9, 0.0, 2.0)) ** 2
     v[model.middle[:, 1]] = np.where(model.s < 2.93, leg, -leg) * 1.5
     held = replace(StripProblem(model, AlongX(0.0)), self_contact=SelfContact.of(model, H))
     crossed = {}
     for problem in (held, replace(held, self_contact=None)):
-        # Held where they are: the model's ends are displaced already.
         at = q[problem.prescribed]
         pinned = _Pinned(problem, at)
         first = dynamics.start(pinned, q, v, 0.0, np.zeros(0, dtype=np.intp))
@@ -178,7 +177,7 @@ def test_legs_that_clap_do_not_go_through_each_other() -> None:
 
 
 class _Pinned:
-    """A problem whose prescribed unknowns stay where they are."""
+    """A problem whose prescribed unknowns are constant."""
 
     def __init__(self, problem: StripProblem, at: Array) -> None:
         self.problem, self.at = problem, at
@@ -196,7 +195,7 @@ class _Pinned:
         return self
 
 
-def test_the_sparse_matrix_is_the_band_one() -> None:
+def test_sparse_matrix_agrees_with_band_matrix() -> None:
     model, q = hairpin(2.0 * H)
     band = model.force_and_tangent(q)[1] + model.mass.scaled(-3.0)
     both = Sparse(band.to_sparse())

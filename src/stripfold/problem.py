@@ -143,7 +143,7 @@ class StripProblem:
         force, tangent = self.model.force_over_step(q0, q1, kappa, predicted_stress)
         force = force + self.model.weight
         for effect in self.effects:
-            if effect.needs_steps:
+            if effect.step_dependent:
                 raise ValueError("motion in time is for effects that do not depend on the size of the steps")
             # That at the end of the step: what is at rest then is an equilibrium, and the work is never too small.
             more, stiffness = effect.force_and_tangent(q1)

@@ -1,7 +1,4 @@
-"""What acts on a strip beside its elasticity, its weight and the floor: internal friction.
-
-Both laws here remember the last accepted state (``docs/physics.md``, section 8).
-"""
+"""Forces on a strip besides its elasticity, its weight and the floor: internal friction and self-contact."""
 
 from stripfold.effects.effect import Effect
 from stripfold.effects.hysteresis import Hysteresis

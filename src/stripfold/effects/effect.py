@@ -1,4 +1,4 @@
-"""What a problem may ask of an effect."""
+"""The protocol of a history-dependent force."""
 
 from __future__ import annotations
 
@@ -9,20 +9,19 @@ from stripfold.solve.linear import Band
 
 
 class Effect(Protocol):
-    """A force with a memory, which changes with accepted steps only.
+    """A force that depends on the last accepted state.
 
-    Effects are frozen: asking for a force at a trial state leaves no trace, :meth:`committed` returns a new effect.
+    Effects are frozen: evaluation at a trial state does not change them, and :meth:`committed` returns a new one.
     Lengths in L*, forces per width in rho_a g L*.
     """
 
     @property
-    def needs_steps(self) -> bool:
-        """Whether what it does depends on the size of the steps: it then has no motion in time."""
+    def step_dependent(self) -> bool:
+        """Whether the force depends on the step size; such a force is not defined for a motion in time."""
         ...
 
     def force(self, q: Array) -> Array:
-        """What is added to the residual (internal force plus weight), shape (n,): the force on the strip is its
-        negative."""
+        """Contribution to the residual (internal force plus weight), shape (n,): minus the force on the strip."""
         ...
 
     def force_and_tangent(self, q: Array) -> tuple[Array, Band]:
@@ -30,5 +29,5 @@ class Effect(Protocol):
         ...
 
     def committed(self, q: Array) -> Self:
-        """The effect that remembers ``q`` as its last accepted state."""
+        """The effect after an accepted step to ``q``."""
         ...

@@ -1,7 +1,6 @@
-"""The paper's internal friction: a pull towards the last accepted state.
+"""The paper's internal friction: a pull towards the last accepted state (docs/physics.md, section 8).
 
-Source: ``docs/physics.md``, section 8.  A step-dependent law: what it does to a branch means nothing without the size
-of the steps it was followed with.
+The law depends on the step size: its effect on a branch is meaningful only together with the steps used.
 """
 
 from __future__ import annotations
@@ -19,12 +18,12 @@ from stripfold.solve.linear import Band
 
 @dataclass(frozen=True, eq=False)
 class Pull:
-    """``k_f M (q - q_prev)`` is added to the residual, M the model's mass.
+    """Adds ``k_f M (q - q_prev)`` to the residual, M the mass matrix of the model.
 
     Parameters
     ----------
     model
-        The strip it acts on.
+        The strip.
     k_f
         Force per displacement and mass, g/L*; >= 0.
     q_prev
@@ -33,7 +32,7 @@ class Pull:
     Raises
     ------
     InvalidInputError
-        When ``k_f`` is negative or not finite.
+        ``k_f`` negative or not finite.
     """
 
     model: Model = field(repr=False)
@@ -45,8 +44,8 @@ class Pull:
             raise InvalidInputError("k_f", self.k_f, "a finite number >= 0 (g/L*)")
 
     @property
-    def needs_steps(self) -> bool:
-        """Yes: it pulls towards the last step."""
+    def step_dependent(self) -> bool:
+        """True."""
         return True
 
     def force(self, q: Array) -> Array:
@@ -54,7 +53,7 @@ class Pull:
         return self.k_f * (self.model.mass @ (q - self.q_prev))
 
     def force_and_tangent(self, q: Array) -> tuple[Array, Band]:
-        """The same and ``k_f M``."""
+        """The force and ``k_f M``."""
         return self.force(q), self.model.mass.scaled(self.k_f)
 
     def committed(self, q: Array) -> Self:
@@ -62,9 +61,9 @@ class Pull:
         return replace(self, q_prev=q.copy())
 
     def pulling_force(self, q: Array) -> float:
-        """``integral of k_f |u - u_prev| ds`` over the mid-surface, rho_a g L*: no less than the resultant's size."""
+        """``integral of k_f |u - u_prev| ds`` over the mid-surface, rho_a g L*: an upper bound of the resultant."""
         middle = self.model.middle
-        way = np.linalg.norm((q - self.q_prev)[middle], axis=1)
-        # The weight on a mid-surface node is the integral of its shape function: the rule that the mass goes by, so
-        # that the bound holds exactly.
-        return self.k_f * float(self.model.weight[middle[:, 1]] @ way)
+        displacement = np.linalg.norm((q - self.q_prev)[middle], axis=1)
+        # The weights of the mid-surface nodes are the integrals of their shape functions, as in the mass matrix: the
+        # bound is exact.
+        return self.k_f * float(self.model.weight[middle[:, 1]] @ displacement)

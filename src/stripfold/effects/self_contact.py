@@ -1,10 +1,10 @@
-"""Layers that meet above the floor: a frictionless penalty between nodes and segments of the mid-surface.
+"""Self-contact above the floor: a frictionless penalty between nodes and segments of the mid-surface.
 
-The energy is ``stiffness/2 * sum of w <r - d>^2`` over nodes and segments, ``d`` their distance, ``r`` how far apart
-they have to be, ``w`` the length of strip a node stands for, ``<x>`` zero where x is negative.  Over a time step its
-force is a discrete derivative (Gonzalez, 1996) in the products of the difference vectors: its work is the gain of that
-energy exactly, and off the rim of the floor it changes neither momentum nor the moment of momentum.
-Source: ``docs/effects.md``.  Lengths in L*, forces per width in rho_a g L*.
+The energy is ``stiffness/2 * sum of w <r - d>^2`` over nodes and segments, d their distance, r the required distance,
+w the length of strip of a node, ``<x>`` the positive part. Over a time step the force is a discrete derivative
+(Gonzalez, 1996) in the products of the difference vectors: its work is exactly the gain of that energy, and away from
+the floor it conserves momentum and angular momentum.
+Source: docs/effects.md. Lengths in L*, forces per width in rho_a g L*.
 """
 
 from __future__ import annotations
@@ -19,130 +19,110 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from stripfold.arrays import Array, Index
-from stripfold.effects.proximity import Found, Pairs, rim, rim_slope
+from stripfold.effects.proximity import Distances, Pairs, smooth_step, smooth_step_slope
 from stripfold.errors import NewtonError
 from stripfold.models.model import Model
 from stripfold.models.state_cache import StateCache
 
 Values = NDArray[Any]
-"""Real, or complex with a derivative as its imaginary part."""
+"""Real, or complex with a derivative as the imaginary part."""
+ForceAndTangent = tuple[Array, sparse.csc_matrix]
 
 STIFFNESS = 100.0
-"""Penalty times h^2: a layer that arrives at the speed v goes in by v h / 10, v in sqrt(g L*)."""
-TINY = 1e-10
-"""A change of a squared length, L*^2, too small to divide by: there the derivative itself is taken."""
-TURN = 1e-30
-"""Imaginary step of a derivative."""
+"""Penalty times h^2: a layer that arrives at the speed v, in sqrt(g L*), penetrates by v h / 10."""
+MIN_CHANGE = 1e-10
+"""Change of a squared length, L*^2, below which a difference quotient is replaced by the derivative."""
+COMPLEX_STEP = 1e-30
 
 
 @dataclass(frozen=True, eq=False)
 class SelfContact:
-    """Real self-contact of a strip; make it with :meth:`of`.
+    """Self-contact of a strip; make it with :meth:`of`.
 
     Attributes
     ----------
     model
-        The strip it acts on.
+        The strip.
     pairs
-        What may meet.
+        Pairs that can be in contact.
     stiffness
         Of the penalty, rho_a g per L* of penetration.
     weight
-        The length of strip that a node stands for, L*, shape (columns,).
+        Length of strip of each node, L*, shape (columns,).
+    spent
+        Computing time of each search and each force, s.
     """
 
     model: Model = field(repr=False)
     pairs: Pairs = field(repr=False)
     stiffness: float
     weight: Array = field(repr=False)
-    _clear: list[tuple[Array, Found, float]] = field(default_factory=list, repr=False)
-    """A state, what was found in it, and how far from it no contact is possible: a bound, not a state of the strip."""
     spent: list[float] = field(default_factory=list, repr=False)
-    """What each look at a state and each force took, s."""
+    _last: list[tuple[Array, Distances, float]] = field(default_factory=list, repr=False)
+    """The state searched last, its distances, and the displacement from it up to which no contact is possible."""
 
     @classmethod
-    def of(cls, model: Model, thickness: float, stiffness: float = STIFFNESS) -> SelfContact:
-        """On a strip of a thickness h, L*, the penalty being ``stiffness`` / h^2."""
+    def of(cls, model: Model, thickness: float) -> SelfContact:
+        """For layers of the thickness h, L*."""
         weight = np.gradient(model.s)
         weight[[0, -1]] *= 0.5
-        return cls(model, Pairs.of(model.s, thickness), stiffness / thickness**2, weight)
+        return cls(model, Pairs.of(model.s, thickness), STIFFNESS / thickness**2, weight)
 
-    def found(self, q: Array) -> Found | None:
-        """All distances in a state; None, at next to no cost, where nothing can have come near since the last time."""
+    def distances(self, q: Array) -> Distances | None:
+        """Distances in a state; None, at the cost of a norm, if there can be no contact."""
         began = perf_counter()
-        found = self._looked(q)
+        found = self._cached(q)
         self.spent.append(perf_counter() - began)
         return found
 
     @cached_property
-    def _looked(self) -> StateCache[Found | None]:
-        return StateCache(self._look)
+    def _cached(self) -> StateCache[Distances | None]:
+        return StateCache(self._search)
 
-    def _look(self, q: Array) -> Found | None:
-        if self._clear:
-            at, then, free_move = self._clear[0]
-            # The cheaper question first.
-            if then.still_lies(q[self.model.middle[:, 1]]) and self.model.largest_move(at, q) < free_move:
+    def _search(self, q: Array) -> Distances | None:
+        for state, distances, displacement in self._last:
+            on_floor = distances.stays_on_floor(q[self.model.middle[:, 1]])
+            if on_floor and self.model.largest_move(state, q) < displacement:
                 return None
         found = self.pairs.measure(self.model.mid_surface(q))
-        self._clear[:] = [(q.copy(), found, found.free_move)]
+        self._last[:] = [(q.copy(), found, found.safe_displacement)]
         return found
 
     def gap(self, q: Array) -> float:
-        """The smallest gap, L*: negative in contact, infinite where none can be."""
-        found = self.found(q)
+        """The smallest gap, L*: negative in contact, infinite if there can be none."""
+        found = self.distances(q)
         return np.inf if found is None else found.gap
 
     def energy(self, q: Array) -> float:
-        """Of the penalty.
+        """Energy of the penalty.
 
         Raises
         ------
         NewtonError
-            Layers have gone through each other: the step that led here was too long.
+            Layers have passed through each other: the step was too long.
         """
-        found = self.found(q)
+        found = self.distances(q)
         if found is None:
             return 0.0
         if found.crossed:
             raise NewtonError("guard: layers went through each other", advice="take a smaller step")
-        deep = np.where(self.pairs.far, np.maximum(found.reach - found.distance, 0.0), 0.0)
-        return 0.5 * self.stiffness * float(self.weight @ np.sum(deep**2, axis=1))
+        penetration = np.where(self.pairs.separate, np.maximum(found.required - found.distance, 0.0), 0.0)
+        return 0.5 * self.stiffness * float(self.weight @ np.sum(penetration**2, axis=1))
 
-    def over_step(self, q0: Array, q1: Array) -> tuple[Array, sparse.csc_matrix] | None:
-        """What is added to the residual over a step, shape (n,), and its derivative by ``q1``; None for nothing."""
-        return self._force(q0, q1, frozen=True)
+    def over_step(self, q0: Array, q1: Array) -> ForceAndTangent | None:
+        """Contribution to the residual over a step, shape (n,), and its derivative by ``q1``; None without contact."""
+        return self._force(q0, q1, over_step=True)
 
-    def at(self, q: Array) -> tuple[Array, sparse.csc_matrix] | None:
-        """What is added to the residual in a state, the energy's derivative, and its own; None for nothing."""
-        return self._force(q, q, frozen=False)
+    def at(self, q: Array) -> ForceAndTangent | None:
+        """Gradient and Hessian of the energy in a state; None without contact."""
+        return self._force(q, q, over_step=False)
 
-    def _force(self, q0: Array, q1: Array, frozen: bool) -> tuple[Array, sparse.csc_matrix] | None:
-        near = self._near(q0, q1)
-        if near is None:
+    def _force(self, q0: Array, q1: Array, over_step: bool) -> ForceAndTangent | None:
+        pairs = self._pairs_in_contact(q0, q1)
+        if pairs is None:
             return None
         began = perf_counter()
-        done = self._assembled(near, q0, q1, frozen)
-        self.spent.append(perf_counter() - began)
-        return done
-
-    def _near(self, q0: Array, q1: Array) -> tuple[Index, Index] | None:
-        """Nodes and segments that are in contact at one of two states, or would be with the reach of the other."""
-        end = self.found(q1)
-        begin = end if q0 is q1 else self.found(q0)
-        if begin is None and end is None:
-            return None
-        # One state clear and the other not: both are needed for a pair.
-        measured = [f or self.pairs.measure(self.model.mid_surface(q)) for f, q in ((begin, q0), (end, q1))]
-        distance = np.minimum(*(f.distance for f in measured))
-        reach = np.maximum(*(f.reach for f in measured))
-        node, segment = np.nonzero(self.pairs.far & (distance < reach))
-        return (node, segment) if len(node) else None
-
-    def _assembled(
-        self, near: tuple[Index, Index], q0: Array, q1: Array, frozen: bool
-    ) -> tuple[Array, sparse.csc_matrix]:
-        node, segment = near
+        node, segment = pairs
         columns = np.stack([node, segment, segment + 1], axis=1)
         unknowns = self.model.middle[columns].reshape(-1, 6)
         x0, x1 = (self.model.mid_surface(q)[columns].reshape(-1, 6) for q in (q0, q1))
@@ -151,54 +131,64 @@ class SelfContact:
         local = factor * pair_force(x0, x1, h)
         matrices = np.empty((len(node), 6, 6))
         for k in range(6):
-            turned = x1.astype(complex)
-            turned[:, k] += 1j * TURN
-            matrices[:, :, k] = factor * (pair_force(x0 if frozen else turned, turned, h).imag / TURN)
+            x = x1.astype(complex)
+            x[:, k] += 1j * COMPLEX_STEP
+            matrices[:, :, k] = factor * (pair_force(x0 if over_step else x, x, h).imag / COMPLEX_STEP)
         force = np.bincount(unknowns.ravel(), local.ravel(), minlength=n).astype(float)
         rows, columns = np.repeat(unknowns, 6, axis=1), np.tile(unknowns, (1, 6))
-        return force, sparse.csc_matrix((matrices.ravel(), (rows.ravel(), columns.ravel())), shape=(n, n))
+        tangent = sparse.csc_matrix((matrices.ravel(), (rows.ravel(), columns.ravel())), shape=(n, n))
+        self.spent.append(perf_counter() - began)
+        return force, tangent
+
+    def _pairs_in_contact(self, q0: Array, q1: Array) -> tuple[Index, Index] | None:
+        """Nodes and segments in contact in one of two states, or with the required distance of the other."""
+        end = self.distances(q1)
+        begin = end if q0 is q1 else self.distances(q0)
+        if begin is None and end is None:
+            return None
+        measured = [f or self.pairs.measure(self.model.mid_surface(q)) for f, q in ((begin, q0), (end, q1))]
+        distance = np.minimum(*(f.distance for f in measured))
+        required = np.maximum(*(f.required for f in measured))
+        node, segment = np.nonzero(self.pairs.separate & (distance < required))
+        return (node, segment) if len(node) else None
 
 
 def pair_energy(x: Values, thickness: float) -> Values:
-    """``<r - d>^2 / 2`` of a node and the two ends of a segment, positions of shape (pairs, 6): x, z of each."""
-    return _energy(_squared(_products(x))[0], _reach(x, thickness)[0])
+    """``<r - d>^2 / 2`` of a node and the two ends of a segment, positions x, z of each: shape (pairs, 6)."""
+    return _energy(_squared_distance(_products(x))[0], _required(x, thickness)[0])
 
 
 def pair_force(x0: Values, x1: Values, thickness: float) -> Values:
-    """Its discrete derivative over a step, shape (pairs, 6); with both states the same, its derivative."""
+    """Discrete derivative of :func:`pair_energy` over a step, shape (pairs, 6); for equal states its derivative."""
     p0, p1 = _products(x0), _products(x1)
-    # The squared distance by the products of the difference vectors, which are quadratic: their own discrete derivative
-    # is that halfway.
-    mean, moved = 0.5 * (p0 + p1), p1 - p0
-    (u0, _), (u1, _), (_, share) = _squared(p0), _squared(p1), _squared(mean)
-    by_product = np.stack([np.ones_like(share), -2.0 * share, share**2], axis=1)
-    length = np.sum(moved**2, axis=1)
-    lacking = (u1 - u0) - np.sum(by_product * moved, axis=1)
-    by_product = by_product + _quotient(lacking, length, 0.0 * lacking, TINY**2)[:, None] * moved
-    (r0, low0), (r1, low1) = _reach(x0, thickness), _reach(x1, thickness)
-    root, reach = np.sqrt(0.5 * (u0 + u1)), 0.5 * (r0 + r1)
-    deep = np.where((reach - root).real > 0.0, reach - root, 0.0)
-    by_distance = _quotient(
-        0.5 * (_energy(u1, r0) + _energy(u1, r1) - _energy(u0, r0) - _energy(u0, r1)),
-        u1 - u0,
-        -0.5 * deep / np.where(root.real > 0.0, root, 1.0),
-        TINY,
-    )
-    by_reach = _quotient(
-        0.5 * (_energy(u0, r1) + _energy(u1, r1) - _energy(u0, r0) - _energy(u1, r0)), r1 - r0, deep, TINY
-    )
-    middle = 0.5 * (x0 + x1)
-    a, b = middle[:, :2] - middle[:, 2:4], middle[:, 4:] - middle[:, 2:4]
-    by_a = 2.0 * by_product[:, :1] * a + by_product[:, 1:2] * b
-    by_b = by_product[:, 1:2] * a + 2.0 * by_product[:, 2:] * b
-    force = by_distance[:, None] * np.concatenate([by_a, -by_a - by_b, by_b], axis=1)
-    # The reach: the thickness times the two rims.
-    rim0, rim1 = rim(low0, thickness), rim(low1, thickness)
-    slope = _quotient(rim1 - rim0, low1 - low0, rim_slope(0.5 * (low0 + low1), thickness), TINY)
-    by_low = thickness * by_reach[:, None] * slope * 0.5 * (rim0 + rim1)[:, ::-1]
-    force[:, 1] += by_low[:, 0]
-    force[:, 3] += 0.5 * by_low[:, 1]
-    force[:, 5] += 0.5 * by_low[:, 1]
+    # The chain rule for discrete derivatives: energy by squared distance u and required distance r, u by the products
+    # p of the difference vectors, p by the positions. The products are quadratic: theirs is that at the midpoint.
+    mean, change = 0.5 * (p0 + p1), p1 - p0
+    (u0, _), (u1, _), (_, foot) = _squared_distance(p0), _squared_distance(p1), _squared_distance(mean)
+    u_by_p = np.stack([np.ones_like(foot), -2.0 * foot, foot**2], axis=1)
+    remainder = (u1 - u0) - np.sum(u_by_p * change, axis=1)
+    correction = _difference_quotient(remainder, np.sum(change**2, axis=1), 0.0 * remainder, MIN_CHANGE**2)
+    u_by_p = u_by_p + correction[:, None] * change
+    (r0, height0), (r1, height1) = _required(x0, thickness), _required(x1, thickness)
+    e00, e01, e10, e11 = (_energy(u, r) for u in (u0, u1) for r in (r0, r1))
+    root = np.sqrt(0.5 * (u0 + u1))
+    penetration = _positive_part(0.5 * (r0 + r1) - root)
+    slope = -0.5 * penetration / np.where(root.real > 0.0, root, 1.0)
+    e_by_u = _difference_quotient(0.5 * (e10 + e11 - e00 - e01), u1 - u0, slope, MIN_CHANGE)
+    e_by_r = _difference_quotient(0.5 * (e01 + e11 - e00 - e10), r1 - r0, penetration, MIN_CHANGE)
+    midpoint = 0.5 * (x0 + x1)
+    a, b = midpoint[:, :2] - midpoint[:, 2:4], midpoint[:, 4:] - midpoint[:, 2:4]
+    by_a = 2.0 * u_by_p[:, :1] * a + u_by_p[:, 1:2] * b
+    by_b = u_by_p[:, 1:2] * a + 2.0 * u_by_p[:, 2:] * b
+    force = e_by_u[:, None] * np.concatenate([by_a, -by_a - by_b, by_b], axis=1)
+    # The required distance: h times the smooth steps of both heights.
+    step0, step1 = smooth_step(height0, thickness), smooth_step(height1, thickness)
+    slope = smooth_step_slope(0.5 * (height0 + height1), thickness)
+    step_by_height = _difference_quotient(step1 - step0, height1 - height0, slope, MIN_CHANGE)
+    by_height = thickness * e_by_r[:, None] * step_by_height * 0.5 * (step0 + step1)[:, ::-1]
+    force[:, 1] += by_height[:, 0]
+    force[:, 3] += 0.5 * by_height[:, 1]
+    force[:, 5] += 0.5 * by_height[:, 1]
     return force
 
 
@@ -208,25 +198,28 @@ def _products(x: Values) -> Values:
     return np.stack([np.sum(a * a, axis=1), np.sum(a * b, axis=1), np.sum(b * b, axis=1)], axis=1)
 
 
-def _squared(p: Values) -> tuple[Values, Values]:
-    """The squared distance of node and segment, and where along the segment its foot is, 0 to 1."""
-    share = p[:, 1] / p[:, 2]
-    share = np.where(share.real < 0.0, 0.0, np.where(share.real > 1.0, 1.0, share))
-    return p[:, 0] - 2.0 * share * p[:, 1] + share**2 * p[:, 2], share
+def _squared_distance(p: Values) -> tuple[Values, Values]:
+    """The squared distance of node and segment, and the position of its foot along the segment, 0 to 1."""
+    foot = p[:, 1] / p[:, 2]
+    foot = np.where(foot.real < 0.0, 0.0, np.where(foot.real > 1.0, 1.0, foot))
+    return p[:, 0] - 2.0 * foot * p[:, 1] + foot**2 * p[:, 2], foot
 
 
-def _reach(x: Values, thickness: float) -> tuple[Values, Values]:
-    """How far apart they have to be, and the heights of node and of the segment's middle, shape (pairs, 2)."""
-    low = np.stack([x[:, 1], 0.5 * (x[:, 3] + x[:, 5])], axis=1)
-    return thickness * np.prod(rim(low, thickness), axis=1), low
+def _required(x: Values, thickness: float) -> tuple[Values, Values]:
+    """The required distance, and the heights of the node and of the segment's middle, shape (pairs, 2)."""
+    height = np.stack([x[:, 1], 0.5 * (x[:, 3] + x[:, 5])], axis=1)
+    return thickness * np.prod(smooth_step(height, thickness), axis=1), height
 
 
-def _energy(squared: Values, reach: Values) -> Values:
-    deep = reach - np.sqrt(squared)
-    return 0.5 * np.where(deep.real > 0.0, deep, 0.0) ** 2
+def _energy(squared: Values, required: Values) -> Values:
+    return 0.5 * _positive_part(required - np.sqrt(squared)) ** 2
 
 
-def _quotient(difference: Values, change: Values, instead: Values, least: float) -> Values:
-    """``difference / change``, and ``instead`` where nothing changed."""
-    moved = np.abs(change.real) > least
-    return np.where(moved, difference / np.where(moved, change, 1.0), instead)
+def _positive_part(x: Values) -> Values:
+    return np.where(x.real > 0.0, x, 0.0)
+
+
+def _difference_quotient(difference: Values, change: Values, derivative: Values, least: float) -> Values:
+    """``difference / change``, or the derivative where the change is too small."""
+    large = np.abs(change.real) > least
+    return np.where(large, difference / np.where(large, change, 1.0), derivative)
