@@ -1,4 +1,4 @@
-"""Gripper paths: the plans, their geometry, and tables of a user's own."""
+"""Gripper paths: plans, geometry, and tables of a user's own."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def test_r_path_ends_in_the_half_fold(length: float) -> None:
     np.testing.assert_allclose(plan.path.position(0.0), [-length / 2.0, 0.0], atol=1e-12)
     np.testing.assert_allclose(plan.path.position(plan.path.length), [length / 2.0, 0.0], atol=1e-12)
     assert [piece.name for piece in plan.path.pieces] == ["lift", "carry", "roll", "lay"]
-    # Before anything lies flat, the touch is on this side of where the folded state lands.
+    # The contact point rolls on to the landing point.
     assert plan.first_touch < plan.landing
     assert plan.path.sampled(0.05)[1][:, 1].min() > -1e-9
 
@@ -54,7 +54,7 @@ def test_r_path_ends_in_the_half_fold(length: float) -> None:
 def test_the_planned_states_are_on_the_path(plan: RPath) -> None:
     for s, state in zip(plan.travelled, plan.states, strict=True):
         np.testing.assert_allclose(plan.path.position(float(s)), state.gripper, atol=1e-9)
-        if state.phase == "lift":
+        if s <= plan.path.pieces[0].end and state.lying_length > plan.lying_length + 1e-9:
             assert state.force_x == pytest.approx(0.0, abs=1e-10)
         else:
             assert state.lying_length == pytest.approx(plan.lying_length, abs=1e-9)
@@ -70,14 +70,14 @@ def test_planned_mid_surfaces(plan: RPath) -> None:
         assert s[-1] == pytest.approx(0.0, abs=1e-9)
         np.testing.assert_allclose(places[0], [10.0, 0.0], atol=1e-12)
         np.testing.assert_allclose(places[-1], state.gripper, atol=1e-9)
-        # Chords of an inextensible strip are as long as what they span, but for their curvature.
+        # The strip is inextensible: chords are as long as their arcs, except for their curvature.
         chords = np.linalg.norm(np.diff(places, axis=0), axis=1)
         np.testing.assert_allclose(chords, -np.diff(s), atol=1e-4)
         assert places[:, 1].min() > -1e-9
 
 
 def test_r_path_is_tangent_to_the_stability_boundary(plan: RPath) -> None:
-    """It meets lambda_c(z) in one place, and beyond it lies on neither side."""
+    """It touches lambda_c(z) at one point and does not cross it."""
     carry = plan.path.pieces[1]
     s = np.linspace(carry.start, carry.end, 200)
     places = np.array([carry.position(float(value)) for value in s])
@@ -86,14 +86,14 @@ def test_r_path_is_tangent_to_the_stability_boundary(plan: RPath) -> None:
     assert 0 < top < len(s) - 1
     assert beyond[top] == pytest.approx(0.0, abs=1e-3)
     assert beyond.max() < 1e-6
-    # Tangent: away from the place the distance grows with its square.
+    # Tangency: the distance grows quadratically.
     near = beyond[top - 10] / beyond[top - 20]
     assert near == pytest.approx(0.25, abs=0.06)
     assert beyond[top + 5] < beyond[top]
 
 
 @pytest.mark.parametrize("length", [7.0, -3.0, float("nan"), 101.0])
-def test_r_path_of_a_length_that_does_not_allow_it(length: float) -> None:
+def test_no_r_path_of_this_length(length: float) -> None:
     with pytest.raises(InvalidInputError, match="length"):
         paths.plan_r_path(length)
 
@@ -102,7 +102,6 @@ def test_corners(plan: RPath) -> None:
     s, places = plan.path.sampled(0.3)
     assert set(np.round(plan.path.corners, 9)) <= set(np.round(s, 9))
     assert np.diff(s).max() <= 0.3 + 1e-12
-    assert plan.path.piece_at(float(plan.path.corners[0])).name == "lift"
     assert len(places) == len(s)
 
 
@@ -112,7 +111,7 @@ def test_mesh_is_planned_where_the_strip_becomes_critical(plan: RPath) -> None:
     state = next(z for z in np.linspace(8.0, 9.0, 201) if elastica.critical(float(z)).length > sweep.critical)
     x, z = np.sqrt(100.0 - state**2), state
     assert x + 10.0 == pytest.approx(elastica.critical(float(z)).advance, abs=0.02)
-    # A short way up crosses nothing.
+    # A short path upwards does not meet the boundary.
     up = GripperPath("up", (Piece.through(np.array([[-10.0, 0.0], [-9.0, 3.0]]), 0.0, "up"),))
     assert planning.sweep_on_path(up, 20.0).critical == 10.0
 
@@ -122,7 +121,7 @@ def test_table_and_back(plan: RPath, tmp_path: Path) -> None:
     rows = paths.write(plan.path, target, 0.03, ("R-path",))
     assert len(target.read_text(encoding="utf-8").splitlines()) == rows + 2
     found = paths.read(target, 20.0, 0.03)
-    assert len(found.pieces) == 3  # where rolling ends the direction does not change
+    assert len(found.pieces) == 3  # no change of direction between roll and lay
     s, places = plan.path.sampled(0.2)
     for travelled, place in zip(s, places, strict=True):
         t = plan.path.pseudo_time(float(travelled))
@@ -137,7 +136,7 @@ def table(tmp_path: Path, *rows: str, header: str = "t,x,z") -> Path:
     return path
 
 
-def test_own_path_with_its_own_times_and_a_wait(tmp_path: Path) -> None:
+def test_own_path_with_times_and_a_pause(tmp_path: Path) -> None:
     path = paths.read(table(tmp_path, "5,-0.3,0", "6,-0.2,0.1", "7,-0.2,0.1", "9,0,0.2", "10,0.1,0.1"), 20.0, 0.03)
     assert len(path.pieces) == 3  # a slight turn at the second row, and the apex
     assert path.pseudo_time(0.0) == 5.0
@@ -157,7 +156,7 @@ def test_own_path_with_its_own_times_and_a_wait(tmp_path: Path) -> None:
         (("0,-0.3,0", "1,0,0.2", "1,0.1,0.1"), "t,x,z", "row 3"),
         (("0,-0.2,0", "1,0,0.2"), "t,x,z", r"start at \(-0.3, 0\) m"),
         (("0,-0.3,0", "1,0,0.2", "2,0.1,-0.01"), "t,x,z", "the floor"),
-        (("0,-0.3,0", "1,-0.3,0.2"), "t,x,z", "out of the strip's reach"),
+        (("0,-0.3,0", "1,-0.3,0.2"), "t,x,z", "the strip's length"),
         (("0,-0.3,0", "1,-0.3,0"), "t,x,z", "two different places"),
         (("0,-300,0", "1,0,200"), "t,x,z", "start at"),
     ],
@@ -167,7 +166,7 @@ def test_bad_tables(tmp_path: Path, rows: tuple[str, ...], header: str, key: str
         paths.read(table(tmp_path, *rows, header=header), 20.0, 0.03)
 
 
-def test_a_path_that_dips_below_the_floor_between_its_rows(tmp_path: Path) -> None:
+def test_path_below_the_floor_between_its_rows(tmp_path: Path) -> None:
     z = [0.0, 0.0005, 0.002, 0.0005, 0.0, 0.0, 0.0005, 0.003]
     rows = [f"{i},{-0.3 + 0.02 * i},{value}" for i, value in enumerate(z)]
     with pytest.raises(InvalidInputError, match="between the rows"):

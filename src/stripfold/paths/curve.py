@@ -1,4 +1,4 @@
-"""A gripper path: smooth pieces between corners, each a function of the length travelled.
+"""A gripper path: smooth pieces between corners, parametrised by the length travelled.
 
 Lengths in L*, in the frame of the model: origin mid-strip, z up, the flat strip grasped at x = -length/2 and held at
 +length/2.
@@ -24,7 +24,7 @@ class Piece:
     start, end
         Length travelled at its ends, L*.
     position, rate
-        Functions of the length travelled: place (x, z), and its derivative, of about unit length.
+        Functions of the length travelled: position (x, z), and its derivative, of about unit length.
     name
         Name of the phase.
     """
@@ -37,36 +37,31 @@ class Piece:
 
     @classmethod
     def through(cls, points: Array, start: float, name: str) -> Piece:
-        """A spline through ``points``, shape (n, 2), by :func:`polygon_length`; a straight line through two."""
+        """A cubic spline through ``points``, shape (n, 2), over :func:`polygon_length`; a line through two."""
         travelled = polygon_length(points, start)
         spline = make_interp_spline(travelled, points, k=min(3, len(points) - 1))
         rate = spline.derivative()
-        return cls(
-            float(travelled[0]),
-            float(travelled[-1]),
-            lambda s: np.asarray(spline(s)),
-            lambda s: np.asarray(rate(s)),
-            name,
-        )
+        ends = float(travelled[0]), float(travelled[-1])
+        return cls(*ends, lambda s: np.asarray(spline(s)), lambda s: np.asarray(rate(s)), name)
 
 
 def polygon_length(points: Array, start: float = 0.0) -> Array:
-    """Length of the polygon through ``points``, shape (n, 2), up to each of them, plus ``start``; shape (n,)."""
+    """``start`` plus the length of the polygon through ``points``, shape (n, 2), up to each of them; shape (n,)."""
     return start + np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
 
 
 @dataclass(frozen=True)
 class GripperPath:
-    """Pieces one after the other; between two of them the direction may jump.
+    """A sequence of pieces; the direction may change abruptly between two of them.
 
     Parameters
     ----------
     name
-        What to call it.
+        Name of the path.
     pieces
-        The first starts at 0, each where the one before ends.
+        The first starts at 0, each at the end of the one before.
     stamps
-        Lengths travelled, shape (n,), and the pseudo times there; without them it is the share of the length.
+        Lengths travelled, shape (n,), and the pseudo times there; by default pseudo time is the share of the length.
     """
 
     name: str
@@ -80,34 +75,25 @@ class GripperPath:
 
     @property
     def corners(self) -> Array:
-        """Length travelled at the places where two pieces meet."""
+        """Length travelled at the ends of all pieces but the last."""
         return np.array([piece.end for piece in self.pieces[:-1]])
 
     def pseudo_time(self, s: float) -> float:
-        """Pseudo time after the length ``s``: the paper's lambda."""
-        if self.stamps is None:
-            return s / self.length
-        return float(np.interp(s, *self.stamps))
-
-    def piece_at(self, s: float) -> Piece:
-        """The piece at a length travelled; at a corner the one that ends there."""
-        for piece in self.pieces:
-            if s <= piece.end:
-                return piece
-        return self.pieces[-1]
+        """Pseudo time, the paper's lambda, at the length travelled ``s``."""
+        return s / self.length if self.stamps is None else float(np.interp(s, *self.stamps))
 
     def position(self, s: float) -> Array:
-        """Place (x, z) after the length ``s``, L*."""
-        return self.piece_at(s).position(s)
+        """Position (x, z) at the length travelled ``s``, L*."""
+        return next((piece for piece in self.pieces if s <= piece.end), self.pieces[-1]).position(s)
 
     def sampled(self, spacing: float) -> tuple[Array, Array]:
-        """Lengths travelled, shape (n,), and places, shape (n, 2), at most ``spacing`` apart; corners are among them.
+        """Lengths travelled, shape (n,), and positions, shape (n, 2), at most ``spacing`` apart, with all corners.
 
         Examples
         --------
         >>> from stripfold.paths import triangular
-        >>> s, places = triangular(2.0).sampled(1.0)
-        >>> len(s), places[2].round(12).tolist()
+        >>> s, positions = triangular(2.0).sampled(1.0)
+        >>> len(s), positions[2].round(12).tolist()
         (5, [0.0, 1.0])
         """
         travelled: list[float] = [0.0]

@@ -1,93 +1,96 @@
-"""The R-path: the path that keeps the lying length of the folded state, planned on the heavy elastica.
+"""The R-path: the gripper path that keeps the lying length of the folded state, planned on the heavy elastica.
 
-Source: docs/physics.md, section 5.  Four phases: the strip is lifted without horizontal force until what lies is what
-lies in the folded state; carried over with that length lying; rolled from the first touch to where it begins to lie
-flat; laid down without horizontal force.
+Four phases (docs/physics.md, section 9): *lift* without horizontal force until the lying length is that of the folded
+state; *carry* over with the lift-off point fixed, up to first contact of the sag; *roll* of the contact point until the
+strip begins to lie flat there; *lay* down without horizontal force.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
 from stripfold import elastica
 from stripfold.arrays import Array
 from stripfold.elastica.half_fold import states_fixed_lift_off, states_no_horizontal_force
-from stripfold.elastica.point_contact import PointContact, states_point_contact
+from stripfold.elastica.point_contact import states_point_contact
 from stripfold.elastica.state import State
 from stripfold.errors import InvalidInputError
 from stripfold.paths.curve import GripperPath, Piece, polygon_length
 from stripfold.paths.geometric import circular, triangular
 
-PHASES = ("lift", "carry", "roll", "lay")
 LONGEST = 100.0
 """Longest strip for which the plan has been tested, L*."""
 
 
+class Part(NamedTuple):
+    """A part of the strip off the floor: its state, the x of the state's origin, the direction of its X axis."""
+
+    state: State
+    x: float
+    direction: float
+
+
 @dataclass(frozen=True, eq=False)
 class PlannedState:
-    """A state the plan assumes.
+    """A state of the plan.
 
     Parameters
     ----------
-    phase
-        One of :data:`PHASES`.
     parts
-        The parts off the floor, from the held to the grasped end, each with the place x of its lift-off and the
-        direction of its X axis: -1 for the loop, +1 for the laid-down layer's end.
+        The parts off the floor, from the held to the grasped end.
     gripper
-        Place (x, z) of the gripper.
+        Position (x, z) of the gripper.
     length
         Length of the strip, L*.
     """
 
-    phase: str
-    parts: tuple[tuple[State | PointContact, float, float], ...]
+    parts: tuple[Part, ...]
     gripper: tuple[float, float]
     length: float
+
+    @classmethod
+    def of(cls, length: float, *parts: Part) -> PlannedState:
+        """A state with at least one part off the floor."""
+        last = parts[-1]
+        x, z = last.state.gripper
+        return cls(parts, (last.x + last.direction * x, z), length)
 
     @property
     def lying_length(self) -> float:
         """Length that lies from the held end to the first lift-off, L*."""
-        return self.length / 2.0 - self.parts[0][1] if self.parts else self.length
+        return self.length / 2.0 - self.parts[0].x if self.parts else self.length
 
     @property
     def force_x(self) -> float:
-        """Horizontal force in the strip, positive for tension, rho_a g L*: what the held end carries."""
-        if not self.parts:
-            return 0.0
-        part = self.parts[0][0]
-        return part.loop.force_x if isinstance(part, PointContact) else part.force_x
+        """Horizontal force in the strip and at the held end, positive for tension, rho_a g L*."""
+        return self.parts[0].state.force_x if self.parts else 0.0
 
     @property
     def first_integral_error(self) -> float:
         """Largest error of the first integral in its parts (:attr:`.State.first_integral_error`)."""
-        parts = [part for part, _, _ in self.parts]
-        states = [s for part in parts for s in ((part.loop, part.upper) if isinstance(part, PointContact) else (part,))]
-        return max((state.first_integral_error for state in states), default=0.0)
+        return max((part.state.first_integral_error for part in self.parts), default=0.0)
 
     def at(self, s: Array) -> Array:
-        """Places (x, z), shape (m, 2), of the distances ``s``, shape (m,), from the grasped end."""
-        distance, places = self.mid_surface()
-        return np.stack([np.interp(s, distance[::-1], places[::-1, i]) for i in range(2)], axis=1)
+        """Positions (x, z), shape (m, 2), at the distances ``s``, shape (m,), from the grasped end."""
+        distance, positions = self.mid_surface()
+        return np.stack([np.interp(s, distance[::-1], positions[::-1, i]) for i in range(2)], axis=1)
 
     def mid_surface(self, per_length: int = 20) -> tuple[Array, Array]:
-        """Distances from the grasped end, descending, shape (n,), and places (x, z), shape (n, 2)."""
-        half = self.length / 2.0
-        from_held, places = [np.zeros(1)], [np.array([[half, 0.0]])]
-        for part, place, way in self.parts:
-            states = (part.loop, part.upper) if isinstance(part, PointContact) else (part,)
-            for state in states:
-                # What lies between two parts is straight.
-                begin = from_held[-1][-1] + abs(place + way * state.x[0] - places[-1][-1, 0])
-                profile = state.at(np.linspace(0.0, state.length, max(3, int(per_length * state.length))))
-                from_held.append(begin + profile.s)
-                places.append(np.stack([place + way * profile.x, profile.z], axis=1))
+        """Distances from the grasped end, descending, shape (n,), and positions (x, z), shape (n, 2)."""
+        from_held, positions = [np.zeros(1)], [np.array([[self.length / 2.0, 0.0]])]
+        for state, x, direction in self.parts:
+            # The strip is straight between two parts.
+            begin = from_held[-1][-1] + abs(x + direction * state.x[0] - positions[-1][-1, 0])
+            profile = state.at(np.linspace(0.0, state.length, max(3, int(per_length * state.length))))
+            from_held.append(begin + profile.s)
+            positions.append(np.stack([x + direction * profile.x, profile.z], axis=1))
         from_held.append(np.array([self.length]))
-        places.append(np.array([self.gripper]))
-        return self.length - np.concatenate(from_held), np.concatenate(places)
+        positions.append(np.array([self.gripper]))
+        return self.length - np.concatenate(from_held), np.concatenate(positions)
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,12 +101,12 @@ class RPath:
     ----------
     path
         The gripper's path; its pieces are the phases.
-    states
-        The planned states, in order; ``travelled`` of the path at each.
+    states, travelled
+        The planned states, in order, and the length travelled at each.
     lying_length
         Length that lies from the end of the first phase on, L*.
     first_touch, landing
-        x where the strip first touches, and where the folded state lands.
+        x of the first contact of layers, and of the landing point of the folded state.
     """
 
     path: GripperPath
@@ -114,9 +117,9 @@ class RPath:
     landing: float
 
     def mid_surface(self, travelled: float, s: Array) -> Array:
-        """Planned places (x, z), shape (m, 2), of the distances ``s``, shape (m,), from the grasped end.
+        """Planned positions (x, z), shape (m, 2), at the distances ``s``, shape (m,), from the grasped end.
 
-        Between two planned states the straight line, to 1e-3 L*.
+        Linear interpolation between planned states, accurate to 1e-3 L*.
         """
         after = int(np.clip(np.searchsorted(self.travelled, travelled), 1, len(self.states) - 1))
         begin, end = self.travelled[after - 1], self.travelled[after]
@@ -147,66 +150,56 @@ def plan_r_path(length: float) -> RPath:
     >>> round(plan.lying_length, 6), round(plan.landing, 6)
     (8.900575, 3.584045)
     """
-    loop = elastica.folded_loop()
-    shortest = shortest_half_fold()
-    if not shortest < length <= LONGEST:
-        raise InvalidInputError(
-            "length",
-            length,
-            f"more than {shortest:.6g} L* and at most {LONGEST:g} L*",
-            "a shorter strip has no folded state with aligned edges",
-        )
-    half, free = length / 2.0, length - elastica.half_fold_lying_length(length)
-    place = free - half
+    if not shortest_half_fold() < length <= LONGEST:
+        allowed = f"more than {shortest_half_fold():.6g} L* and at most {LONGEST:g} L*"
+        raise InvalidInputError("length", length, allowed, "a shorter strip has no folded state with aligned edges")
+    loop, half = elastica.folded_loop(), length / 2.0
+    free = length - elastica.half_fold_lying_length(length)
+    lift_off = free - half
 
-    def planned(phase: str, *parts: tuple[State | PointContact, float, float]) -> PlannedState:
-        part, begin, way = parts[-1]
-        x, z = part.gripper
-        return PlannedState(phase, parts, (begin + way * x, z), length)
+    def planned(*parts: Part) -> PlannedState:
+        return PlannedState.of(length, *parts)
 
-    lift = [PlannedState("lift", (), (-half, 0.0), length)]
-    lift += [planned("lift", (state, state.length - half, -1.0)) for state in states_no_horizontal_force(free)]
+    flat = PlannedState((), (-half, 0.0), length)
+    lifted = states_no_horizontal_force(free)
+    lift = [flat, *(planned(Part(state, state.length - half, -1.0)) for state in lifted)]
     free_states = list(states_fixed_lift_off(free))
-    carry = [planned("carry", (state, place, -1.0)) for state in free_states]
-    roll = [planned("roll", (state, place, -1.0)) for state in states_point_contact(free_states[-1])]
-    folded = (loop.state, place, -1.0)
-    lay = [
-        planned("lay", folded, (state, half - state.length, 1.0))
-        for state in states_no_horizontal_force(free - loop.arc)
-    ][::-1]
-    # The first state of a phase is the last of the one before; the shortest free parts are left out.
-    lay = [replace(roll[-1], phase="lay"), *lay[1:], PlannedState("lay", (folded,), (half, 0.0), length)]
+    carry = [planned(Part(state, lift_off, -1.0)) for state in free_states]
+    contacts = states_point_contact(free_states[-1])
+    roll = [planned(Part(c.loop, lift_off, -1.0), Part(c.upper, lift_off, -1.0)) for c in contacts]
+    folded = Part(loop.state, lift_off, -1.0)
+    upper = [Part(state, half - state.length, 1.0) for state in states_no_horizontal_force(free - loop.arc)]
+    # Each phase begins with the last state of the one before: here of `roll`, with the longest upper part.
+    lay = [roll[-1], *(planned(folded, part) for part in upper[-2::-1])]
+    lay.append(PlannedState((folded,), (half, 0.0), length))
+    phases = {"lift": lift, "carry": carry, "roll": roll, "lay": lay}
     pieces: list[Piece] = []
     travelled: list[Array] = []
-    for phase, states in zip(PHASES, (lift, carry, roll, lay), strict=True):
+    for name, states in phases.items():
         points, start = np.array([state.gripper for state in states]), pieces[-1].end if pieces else 0.0
-        pieces.append(Piece.through(points, start, phase))
+        pieces.append(Piece.through(points, start, name))
         travelled.append(polygon_length(points, start))
-    touch = carry[-1].gripper[0] + free_states[-1].gripper[0] - free_states[-1].at(_sag(free_states[-1])).x
+    sag = free_states[-1].sag
+    assert sag is not None  # it is in contact
     at_states = np.concatenate(travelled)
-    at_states.flags.writeable = False  # the plan is kept for the next who asks
+    at_states.flags.writeable = False  # the plan is cached
     return RPath(
         GripperPath("r-path", tuple(pieces)),
-        (*lift, *carry, *roll, *lay),
+        tuple(state for states in phases.values() for state in states),
         at_states,
-        half - place,
-        float(touch),
-        place + loop.offset,
+        lying_length=half - lift_off,
+        first_touch=lift_off - float(free_states[-1].at(sag.s).x),
+        landing=lift_off + loop.offset,
     )
 
 
-def _sag(state: State) -> float:
-    assert state.sag is not None  # the last state that is carried touches with its sag
-    return state.sag.s
-
-
 def path_of(name: str, length: float) -> GripperPath:
-    """One of the paper's paths for a strip of this length, L*.
+    """One of the paper's paths, "triangular", "circular" or "r-path", for a strip of this length, L*.
 
     Raises
     ------
     InvalidInputError
-        A length that does not allow it.
+        A length for which there is no such path.
     """
     if name == "r-path":
         return plan_r_path(length).path
