@@ -1,26 +1,19 @@
-"""The configuration of a run: read, checked against the schema, completed, resolved.
-
-The schema, ``config/schema.json``, is the reference of all keys.  Ranges of physical numbers are not
-repeated there: :class:`.Scene` knows them.
-"""
+"""The configuration of a run: read, validated (:mod:`config_models`), completed, resolved."""
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from functools import lru_cache
 from math import isclose
 from pathlib import Path
 from typing import Any
 
-import yaml
-
-from stripfold import schemas
+from config_models import Configuration
 from stripfold.errors import InvalidInputError
 from stripfold.inputs import Model, Scene
 from stripfold.material import Material
+from stripfold.validation import read_yaml
 
 Config = dict[str, Any]
 
@@ -49,9 +42,8 @@ def load(source: str | os.PathLike[str] | Mapping[str, Any], root: str | os.Path
     SolveError
         The elastica, which tells how long a strip must be, could not be solved.
     """
-    config: Config = schemas.complete(schema(), source if isinstance(source, Mapping) else _read(Path(source)))
-    schemas.check(schema(), config, "the configuration")
-    _check_names(config["materials"])
+    given = source if isinstance(source, Mapping) else read_yaml(source, "configuration", "gravity: 9.81")
+    config: Config = Configuration.of(given).model_dump(mode="json", exclude_none=True)
     for i, material in enumerate(config["materials"]):
         at = f"materials[{i}]"
         if "secant" in material:
@@ -80,32 +72,6 @@ def scene(config: Config, material: Mapping[str, Any], height: float, model: Mod
         law=config["solid"]["law"] if model == "solid" else "svk",
         gravity=config["gravity"],
     )
-
-
-def material_of(config: Config, entry: Mapping[str, Any]) -> Material:
-    """The material of one of the configuration's materials."""
-    return scene(config, entry, entry["heights"][0]).material
-
-
-@lru_cache(maxsize=1)
-def schema() -> dict[str, Any]:
-    """The JSON schema of the configuration; not to be changed."""
-    text = Path(__file__).with_name("config").joinpath("schema.json").read_text(encoding="utf-8")
-    return dict(json.loads(text))
-
-
-def _read(path: Path) -> Any:
-    try:
-        return yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError, yaml.YAMLError) as error:
-        raise InvalidInputError("configuration", str(path), "a readable YAML file", str(error)) from error
-
-
-def _check_names(materials: list[Config]) -> None:
-    names = [material["name"] for material in materials]
-    for i, name in enumerate(names):
-        if name in names[:i]:
-            raise InvalidInputError(f"materials[{i}].name", name, "a name that no other material has")
 
 
 def _resolve_secant(material: Config, gravity: float, root: Path, at: str) -> None:
@@ -158,8 +124,6 @@ def _check_recordings(config: Config) -> None:
     asked = config["recordings"]
     for i, name in enumerate(asked["materials"]):
         at = f"recordings.materials[{i}]"
-        if name not in names:
-            raise InvalidInputError(at, name, f"one of the materials {', '.join(names)}")
         star = Material(names[name]["eta_b"], gravity=config["gravity"]).gravity_length
         strip = {**names[name], "length": asked["length_star"] * star}
         for j, height in enumerate(asked["heights"]):
