@@ -17,7 +17,7 @@ from stripfold.analysis import moving_gripper
 from stripfold.analysis.critical_point import CriticalResult
 from stripfold.errors import InvalidInputError
 from stripfold.material import Material
-from stripfold.synthetic.dynamics import from_dynamics
+from stripfold.synthetic import dynamics
 from stripfold.synthetic.history import History
 from stripfold.synthetic.scene import Scene
 from stripfold.synthetic.view import View
@@ -56,7 +56,7 @@ def test_a_motion_from_dynamics_in_metres_and_seconds():
         generator="dynamics",
         motion={"friction": 0.02, "before": 0.2 * UNIT, "after": 0.1, "refinement": 3.0},
     )
-    found = from_dynamics(scene)
+    found = dynamics.history(scene)
     assert isinstance(found, History)
     clock = sqrt(UNIT / 9.81)
     from stripfold.analysis.static import StripModel
@@ -65,9 +65,9 @@ def test_a_motion_from_dynamics_in_metres_and_seconds():
     strip = StripModel(16.0, Material(3780.0).relative_thickness)
     damping = Damping(2.0 * clock, 3e-3 / clock)
     by_hand = moving_gripper.run(strip, 5.0, 0.02, 0.005 * clock / UNIT, 0.2, 0.1 / clock, damping, 3.0)
-    assert found.truth["lambda_c"] == pytest.approx(by_hand.static_limit * UNIT)
+    assert found.lambda_c == pytest.approx(by_hand.static_limit * UNIT)
     touch = by_hand.states[by_hand.touch]
-    assert found.truth["touch"] == pytest.approx(touch.t * clock)
+    assert found.touch == pytest.approx(touch.t * clock)
     curve, gripper = found.at(np.array([touch.t * clock]))
     arc = np.linspace(0.0, 16.0 * UNIT, curve.shape[1])
     at = by_hand.model.s * UNIT
@@ -79,8 +79,8 @@ def test_a_motion_from_dynamics_in_metres_and_seconds():
     assert np.ptp(steps) < 0.02 * steps.mean()
     np.testing.assert_allclose(gripper[0], [-8.0 * UNIT + touch.lam * UNIT, 5.0 * UNIT], atol=1e-6)
     assert np.all(np.diff(found.t) < 2.1e-3)
-    onset = found.at(np.array([found.truth["onset"]]))[1][0, 0] - scene.strip.flat_end
-    assert onset == pytest.approx(found.truth["lambda_c"], abs=1e-5)
+    onset = found.at(np.array([found.onset]))[1][0, 0] - scene.strip.flat_end
+    assert onset == pytest.approx(found.lambda_c, abs=1e-5)
 
 
 @pytest.mark.parametrize("motion", [{"frictoin": 0.1}, {"friction": -1.0}, {"before": 0.0}, {"model": "beam"}])

@@ -36,7 +36,7 @@ def record(arguments: argparse.Namespace) -> str:
         history = recording.history_of(asked)
         say("film")
         recording.write_recording(history, asked, folder)
-    critical = history.truth["lambda_c"]
+    critical = history.lambda_c
     lines = [
         ("written", f"{folder} (synthetic)"),
         ("length", f"{history.t[-1]:.4g} s"),

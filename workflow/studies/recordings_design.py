@@ -76,7 +76,7 @@ FACTORS: Mapping[str, Sequence[Any]] = {
     "gradient": (0.0, 0.3),
     "flicker": (0.0, 0.05),
     "shadow": (0.0, 0.0, 0.3),
-    "passing": (0.0, 0.0, 0.0, 0.008),
+    "occluder": (0.0, 0.0, 0.0, 0.008),
     "finger": (0.003, 0.01),
     "hairs": (0.0, 500.0),
     "jitter": (0.0, 0.12),
@@ -153,7 +153,7 @@ def case(number: int, seed: int = 0, generator: str = "shapes", motion: Mapping[
     # About a hundred frames, of which those at rest, at the snap and after it take two seconds.
     before = float(np.clip(speed * (100.0 / frame_rate - 2.0), 0.008, 0.028))
     asked = {**_MOTIONS[factors["motion"]], "before": before, "after": 0.8} if motion is None else dict(motion)
-    same = ("defocus", "exposure", "rolling_shutter", "light", "gradient", "flicker", "shadow", "passing", "jitter")
+    same = ("defocus", "exposure", "rolling_shutter", "light", "gradient", "flicker", "shadow", "occluder", "jitter")
     filming = {
         **_CAMERAS[factors["camera"]],
         **filming_grey,

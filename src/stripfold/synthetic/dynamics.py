@@ -12,37 +12,34 @@ from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
 from stripfold.inputs import Strip
 from stripfold.solve.schemes import Damping
-from stripfold.synthetic.history import STATIONS, History
+from stripfold.synthetic.history import RATE, STATIONS, History
 from stripfold.synthetic.scene import DynamicsMotion, Scene
 
-RATE = 500.0
-"""Stored moments per second."""
 
-
-def from_dynamics(scene: Scene) -> History:
+def history(scene: Scene) -> History:
     """The motion of a scene whose generator is ``dynamics``.
 
     Raises
     ------
     InvalidInputError
-        A strip that cannot be.
+        Strip and eta_m do not go together.
     SolveError
         There is no snap at this height, or a part could not be computed.
     """
-    asked = scene.motion
-    assert isinstance(asked, DynamicsMotion)  # the scene has checked it
-    strip = Strip(length=scene.strip.length, eta_b=scene.strip.eta_b, eta_m=asked.eta_m)
+    motion = scene.motion
+    assert isinstance(motion, DynamicsMotion)  # the scene has checked it
+    strip = Strip(length=scene.strip.length, eta_b=scene.strip.eta_b, eta_m=motion.eta_m)
     material, unit = strip.material, strip.gravity_length
     clock = sqrt(unit / material.gravity)
     found = moving_gripper.run(
-        StripModel(strip.length_star, material.relative_thickness, kind=asked.model),
+        StripModel(strip.length_star, material.relative_thickness, kind=motion.model),
         scene.gripper.height / unit,
-        asked.friction,
+        motion.friction,
         scene.gripper.speed * clock / unit,
-        asked.before / unit,
-        asked.after / clock,
-        Damping(asked.air * clock, asked.stiffness / clock),
-        asked.refinement,
+        motion.before / unit,
+        motion.after / clock,
+        Damping(motion.air * clock, motion.stiffness / clock),
+        motion.refinement,
     )
     times = np.array([state.t for state in found.states]) * clock
     t = np.arange(0.0, times[-1], 1.0 / RATE)
@@ -53,16 +50,5 @@ def from_dynamics(scene: Scene) -> History:
     even = np.linspace(0.0, float(model.s[-1]), STATIONS)
     places, rates = (CubicSpline(model.s, values, axis=1)(even) for values in (places, rates))
     curve: Array = CubicHermiteSpline(times, places, rates)(t)
-    first = found.states[0].lam * unit
-    return History(
-        t,
-        curve[:, 0],
-        curve,
-        {
-            "lambda_c": found.static_limit * unit,
-            "onset": float((found.static_limit * unit - first) / scene.gripper.speed),
-            "touch": float(times[found.touch]),
-            "generator": "dynamics",
-            "motion": asked.model_dump(),
-        },
-    )
+    onset = (found.static_limit - found.states[0].lam) * unit / scene.gripper.speed
+    return History(t, curve[:, 0], curve, found.static_limit * unit, onset, float(times[found.touch]))

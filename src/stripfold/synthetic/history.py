@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from stripfold.arrays import Array
 
+RATE = 500.0
+"""Stored states per second."""
 STATIONS = 100
 """Material points of a motion, equally spaced, so that their median is that of the strip."""
 
 
 @dataclass(frozen=True, eq=False)
 class History:
-    """The states of a strip over time: at least 500 per second where it snaps.
+    """The states of a strip over time, :data:`RATE` per second.
 
     Attributes
     ----------
@@ -26,15 +26,17 @@ class History:
         Shape (m, 2): x and z of the gripped end in the robot frame, m.
     curve
         Shape (m, :data:`STATIONS`, 2): material points of the mid-surface from the gripped end to the held end, m.
-    truth
-        ``lambda_c`` (static, m), ``onset`` (when the gripper passes lambda_c, s), ``touch`` (when the raised part meets
-        the lying one, s), each None where there is no snap; and how the motion was made.
+    lambda_c, onset, touch
+        The static lambda_c, m; when the gripper passes it, and when the raised part meets the lying one, s.  None where
+        there is no snap.
     """
 
     t: Array
     gripper: Array
     curve: Array
-    truth: Mapping[str, Any]
+    lambda_c: float | None
+    onset: float | None
+    touch: float | None
 
     def at(self, t: Array) -> tuple[Array, Array]:
         """Curves, shape (k, n, 2), and grippers, shape (k, 2), at times of shape (k,), limited to those stored."""
@@ -57,12 +59,11 @@ class History:
         The speed is that of the fastest material point less the gripper's, up to the touch; the fall begins at a
         quarter of its maximum.
         """
-        onset, touch = self.truth["onset"], self.truth["touch"]
-        if touch is None:
-            return {"onset": onset, "fall": None, "fastest": None, "touch": None}
+        if self.touch is None:
+            return dict.fromkeys(("onset", "fall", "fastest", "touch"))
         speeds = np.linalg.norm(np.gradient(self.curve, self.t, axis=0), axis=2)
-        speed = (speeds.max(axis=1) - speeds[:, 0])[self.t <= touch]
+        speed = (speeds.max(axis=1) - speeds[:, 0])[self.t <= self.touch]
         top = int(np.argmax(speed))
         slow = np.flatnonzero(speed[:top] < 0.25 * speed[top])
         fall = self.t[slow[-1] if len(slow) else 0]
-        return {"onset": onset, "fall": float(fall), "fastest": float(self.t[top]), "touch": touch}
+        return {"onset": self.onset, "fall": float(fall), "fastest": float(self.t[top]), "touch": self.touch}

@@ -5,7 +5,7 @@ None of them is the mechanics of a strip: a measurement that is right for all of
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,14 +14,9 @@ from scipy.optimize import brentq
 
 from stripfold.arrays import Array
 from stripfold.errors import InvalidInputError
+from stripfold.synthetic.history import RATE
+from stripfold.synthetic.scene import ShapesMotion
 
-if TYPE_CHECKING:
-    from stripfold.synthetic.scene import ShapesMotion
-
-
-LAWS = ("parabolic", "cubic", "power", "two_modes")
-RATE = 500.0
-"""Stored states per second."""
 WAIT, RAMP = 0.3, 0.2
 """Times for which the gripper rests at first, and over which it speeds up or slows down, s."""
 LONGEST_FALL = 20.0

@@ -15,6 +15,7 @@ import yaml
 from stripfold import store
 from stripfold.arrays import Array
 from stripfold.errors import InvalidInputError
+from stripfold.store import variable
 from stripfold.synthetic.calibration import Board, Calibration
 from stripfold.synthetic.history import History
 from stripfold.synthetic.render import Renderer
@@ -33,7 +34,7 @@ def history_of(scene: Scene) -> History:
         There is no such motion.
     """
     if scene.generator == "dynamics":
-        from stripfold.synthetic.dynamics import from_dynamics as history
+        from stripfold.synthetic.dynamics import history
     else:
         from stripfold.synthetic.shapes import history
     return history(scene)
@@ -53,18 +54,10 @@ def write_calibration(scene: Scene, folder: Path) -> None:
 def write_recording(
     history: History, scene: Scene, folder: str | os.PathLike[str], calibration: Path | None = None
 ) -> None:
-    """Render a recording and write its folder, whole or not at all.
+    """Render a motion as a recording in a new folder, whole or not at all.
 
-    Parameters
-    ----------
-    history
-        The motion.
-    scene
-        Strip, gripper and filming; its seed decides noise, jitter and poses of the boards.
-    folder
-        Where to; it must not exist.
-    calibration
-        From :func:`write_calibration` with the same camera; rendered anew if not given.
+    ``calibration`` is a folder from :func:`write_calibration` with the same camera; it is rendered anew if not given.
+    The seed of the scene decides noise, jitter and the poses of the boards.
 
     Raises
     ------
@@ -78,7 +71,7 @@ def write_recording(
     config = recording_config(scene)
     renderer = Renderer(scene, history.curve[0])
     rng = np.random.default_rng([scene.seed, 5])
-    events = history.events()
+    truth, events = _truth(history, scene), history.events()
     end = float(history.t[-1]) - filming.rolling_shutter - filming.exposure
     frames = timeline(filming, end, events["fall"], rng)
     stamps = np.arange(len(frames.t)) if filming.timestamps else np.rint(frames.t / float(tick(filming))).astype(int)
@@ -90,21 +83,22 @@ def write_recording(
             shutil.copytree(calibration, temporary / "calibration")
         film = Sensor(renderer, end, rng).film(history, frames.shown)
         encode(temporary / config["video"], film, stamps.tolist(), filming)
-        np.savetxt(
-            temporary / "robot.csv", robot_log(history, scene, rng), "%.6f", delimiter=",", header="t,x,z", comments=""
-        )
+        log = robot_log(history, scene, rng)
+        np.savetxt(temporary / "robot.csv", log, "%.6f,%.6f,%.6f", header="t,x,z", comments="")
         if filming.timestamps:
             table = np.column_stack([stamps, frames.t])
             np.savetxt(temporary / "timestamps.csv", table, "%d,%.6f", header="frame,t", comments="")
         text = "# SYNTHETIC: computed, not filmed.\n" + yaml.safe_dump(config, sort_keys=False)
         store.write_text(text, temporary / "recording.yaml")
         camera = renderer.view.camera
-        truth = {
+        numbers = {
             "synthetic": True,
-            "lambda_c": history.truth["lambda_c"],
+            "lambda_c": history.lambda_c,
             "speed": scene.gripper.speed,
-            "events": {name: _event(history, scene, t) for name, t in events.items()},
-            "truth": {key: value for key, value in history.truth.items() if key != "lambda_c"},
+            "events": {
+                name: {"t": t, "lambda": None if t is None else float(np.interp(t, truth["time"], truth["lambda"]))}
+                for name, t in events.items()
+            },
             "camera": {
                 "matrix": camera.matrix,
                 "distortion": camera.distortion,
@@ -115,9 +109,8 @@ def write_recording(
             "frames": frames._asdict(),
             "scene": scene.as_config(),
         }
-        store.write_json(truth, temporary / "truth.json")
-        title = "truth of a synthetic recording"
-        store.write(_truth(history, scene), temporary / "truth.nc", title=title, config=scene.as_config())
+        store.write_json(numbers, temporary / "truth.json")
+        store.write(truth, temporary / "truth.nc", title="truth of a synthetic recording", config=scene.as_config())
 
 
 def recording_config(scene: Scene) -> dict[str, Any]:
@@ -158,25 +151,15 @@ def robot_log(history: History, scene: Scene, rng: np.random.Generator) -> Array
     return np.column_stack([t + filming.log_offset, places + filming.log_noise * rng.standard_normal(places.shape)])
 
 
-def _event(history: History, scene: Scene, t: float | None) -> dict[str, float | None]:
-    """An event's time, s, and lambda, m."""
-    advance = history.gripper[:, 0] - scene.strip.flat_end
-    return {"t": t, "lambda": None if t is None else float(np.interp(t, history.t, advance))}
-
-
 def _truth(history: History, scene: Scene) -> xr.Dataset:
-    """The motion, SI."""
-    advance = history.gripper[:, 0] - scene.strip.flat_end
-    # Single precision, 1e-8 m, halves the file.
-    variables = {
-        "lambda": (("time",), advance, "advance of the gripper past the flat end"),
-        "gripper": (("time", "axis"), history.gripper, "gripped end"),
-        "curve": (("time", "point", "axis"), history.curve.astype(np.float32), "mid-surface from the gripped end"),
-    }
+    """The motion, SI; single precision, 1e-8 m, halves the file."""
+    advance, curve = history.gripper[:, 0] - scene.strip.flat_end, history.curve.astype(np.float32)
     return xr.Dataset(
-        {key: (dims, value, {"units": "m", "long_name": name}) for key, (dims, value, name) in variables.items()},
-        coords={
-            "time": ("time", history.t, {"units": "s", "long_name": "time of the video"}),
-            "axis": ("axis", np.array(["x", "z"], dtype=object), {"units": "1", "long_name": "axis of the robot"}),
-        },
+        {
+            "lambda": variable("time", advance, "m", "advance of the gripper past the flat end"),
+            "gripper": variable(("time", "axis"), history.gripper, "m", "gripped end"),
+            "curve": variable(("time", "point", "axis"), curve, "m", "mid-surface from the gripped end"),
+            "time": variable("time", history.t, "s", "time of the video"),
+            "axis": variable("axis", ["x", "z"], "1", "axis of the robot"),
+        }
     )

@@ -109,7 +109,7 @@ class Renderer:
             self._block((x - 0.004, x + 0.03), (-0.002, 0.012), CLAMP)
         self._gripper(gripper)
         if occluder is not None:
-            half = 0.5 * self.scene.filming.passing
+            half = 0.5 * self.scene.filming.occluder
             self._block((occluder - half, occluder + half), (-1.0, 1.0), 0.08, y=-0.08)
         return self._canvas.picture
 

@@ -96,7 +96,7 @@ class Filming(Input):
     gradient: Annotated[Number, quantity("share by which light falls from left to right", ge=0.0, le=0.8)] = 0.1
     flicker: Annotated[Number, quantity("amplitude of a flicker at 100 Hz, share", ge=0.0, le=0.5)] = 0.0
     shadow: Annotated[Number, quantity("share of light that a moving shadow takes", ge=0.0, le=0.9)] = 0.0
-    passing: Annotated[Number, quantity("width of an object passing in front; 0: none", "m", ge=0.0, le=0.2)] = 0.0
+    occluder: Annotated[Number, quantity("width of an object moving in front; 0: none", "m", ge=0.0, le=0.2)] = 0.0
     background: Grey = 0.25
     table: Grey = 0.35
     codec: Literal["ffv1", "mjpeg", "mpeg4"] = "ffv1"

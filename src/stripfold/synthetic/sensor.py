@@ -54,7 +54,7 @@ class Sensor:
         moved = history.displacement(t - 0.5 * exposure, t + shutter + 0.5 * exposure) * width / filming.field
         speed = moved / (shutter + exposure) if shutter + exposure > 0.0 else 0.0
         # The occluder is not measured: its steps need only be invisible.
-        occluder = 1.4 * width / self._span if filming.passing else 0.0
+        occluder = 1.4 * width / self._span if filming.occluder else 0.0
         rate = max(speed / _BAND_STEP, occluder / _OCCLUDER_STEP)
         bands = int(np.clip(np.ceil(rate * shutter), 1, _MAX_BANDS))
         parts = int(np.clip(np.ceil(speed * exposure / _STEP), 1, _MAX_PARTS))
@@ -63,9 +63,8 @@ class Sensor:
             middle = t + shutter * 0.5 * (first + end - 1) / (height - 1)
             times = middle + exposure * ((np.arange(parts) + 0.5) / parts - 0.5)
             for time, curve, gripper in zip(times, *history.at(times), strict=True):
-                picture[first:end] += self._renderer.picture(curve, gripper, self._occluder(time), (first, end))[
-                    first:end
-                ]
+                seen = self._renderer.picture(curve, gripper, self._occluder(time), (first, end))
+                picture[first:end] += seen[first:end]
         return picture / np.float32(parts)
 
     def delivered(self, seen: Light, t: float | None, free: Array | None = None) -> Picture:
@@ -107,7 +106,7 @@ class Sensor:
 
     def _occluder(self, t: float) -> float | None:
         filming = self._filming
-        return filming.target[0] + filming.field * (1.4 * self._crossed(t) - 0.7) if filming.passing else None
+        return filming.target[0] + filming.field * (1.4 * self._crossed(t) - 0.7) if filming.occluder else None
 
 
 def labelled(picture: Picture, free: Array | None = None) -> Picture:

@@ -179,12 +179,5 @@ def history(scene: Scene) -> History:
     if found.touch is not None:
         flat = 0.25 * unit * -np.expm1(-np.clip(found.t - found.touch, 0.0, None) / 0.15)
     curve = family.curves(found.advance, gap, flat, 0.08 * found.second + 0.15 * ahead / unit)
-    truth = {
-        "lambda_c": None if motion.short else lambda_c,
-        "onset": found.onset,
-        "touch": found.touch,
-        "generator": "shapes",
-        "motion": motion.model_dump(),
-    }
     end = np.column_stack([strip.flat_end + found.advance, np.full_like(found.t, gripper.height)])
-    return History(found.t, end, curve, truth)
+    return History(found.t, end, curve, None if motion.short else lambda_c, found.onset, found.touch)

@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable
 from fractions import Fraction
 from pathlib import Path
-from typing import NamedTuple, cast
+from typing import NamedTuple
 
 import av
 import numpy as np
-from av.video.stream import VideoStream
 
 from stripfold.arrays import Array, Picture
 from stripfold.synthetic.scene import Filming
@@ -84,7 +83,7 @@ def encode(path: Path, frames: Iterable[Picture], stamps: Iterable[int], filming
     # No date and no version of the library: the same scene gives the same bytes.
     with av.open(str(path), "w", options={"fflags": "+bitexact"}) as container:
         container.metadata["title"] = "synthetic recording"
-        stream = cast(VideoStream, container.add_stream(filming.codec, rate=rate, options=options))
+        stream = container.add_stream(filming.codec, rate=rate, options=options)
         stream.width, stream.height = filming.size
         stream.pix_fmt = _PIXELS[filming.codec]
         stream.time_base = stream.codec_context.time_base = tick(filming)
