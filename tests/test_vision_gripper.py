@@ -1,4 +1,4 @@
-"""Following the gripper's marker, against markers drawn at known places."""
+"""Fit and tracking of the gripper's marker, against markers rendered at known positions."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def test_the_stated_sd_is_the_scatter(noise: float, motion: float) -> None:
     assert np.all((scatter > 0.7) & (scatter < 1.4)), scatter
 
 
-def test_nothing_where_there_is_no_marker() -> None:
+def test_no_marker() -> None:
     rng = np.random.default_rng(0)
     image = exposed(marker_picture(A4, 7, (120.0, 100.0), 50.0), 2.0, rng)
     marker = Marker("4x4_50", 7)
@@ -79,8 +79,8 @@ def test_nothing_where_there_is_no_marker() -> None:
     assert fit is None or fit.score < gripper.MIN_SCORE
 
 
-def test_a_score_tells_the_marker_from_other_things() -> None:
-    """Fits that begin a side away, on a ground with a texture, do not pass for the marker."""
+def test_score_rejects_other_objects() -> None:
+    """Fits that start a side away, on a textured background, are not taken for the marker."""
     rng, marker = np.random.default_rng(8), Marker("4x4_50", 7)
     base = marker_picture(A4, 7, (100.0, 95.0), 40.0)
     texture = cv2.GaussianBlur(rng.normal(0.0, 1.0, base.shape), (0, 0), 3.0)
@@ -96,8 +96,8 @@ def test_a_score_tells_the_marker_from_other_things() -> None:
             assert other is None or other.score < gripper.MIN_SCORE
 
 
-def way(t: Array) -> Array:
-    """A gripper that starts at 0.3 s, advances at 90 px/s, stops at 1.0 s, and shakes a little up and down."""
+def position(t: Array) -> Array:
+    """Position of a gripper that advances at 90 px/s from 0.3 to 1.0 s and oscillates a little vertically."""
     return np.column_stack([70.0 + 90.0 * np.clip(t - 0.3, 0.0, 0.7), 100.0 + 2.0 * np.sin(3.0 * t)])
 
 
@@ -109,7 +109,7 @@ def film() -> list[Picture]:
     rng = np.random.default_rng(5)
     return [
         exposed(marker_picture(A4, 7, tuple(place), 42.0, 0.05, motion=1.5 if 0.3 < t < 1.0 else 0.0), 2.0, rng)
-        for t, place in zip(TIMES, way(TIMES), strict=True)
+        for t, place in zip(TIMES, position(TIMES), strict=True)
     ]
 
 
@@ -121,36 +121,36 @@ def follow(images: list[Picture]) -> gripper.Track:
 def test_a_moving_gripper(film: list[Picture]) -> None:
     track = follow(film)
     assert np.all(track.tracked)
-    errors = track.centre - way(TIMES)
+    errors = track.centre - position(TIMES)
     assert np.abs(errors).max() < 0.03
     scatter = np.sqrt(np.mean((errors / track.sd) ** 2))
     assert 0.7 < scatter < 1.4
     assert track.corners.shape == (40, 4, 2)
 
 
-def test_a_shadow_over_half_of_it(film: list[Picture]) -> None:
+def test_a_shadow_over_half_of_the_marker(film: list[Picture]) -> None:
     columns = np.arange(240)
     shaded = [(image * (0.6 + 0.4 / (1.0 + np.exp((columns - 100.0) / 2.0)))).astype(np.uint8) for image in film]
     track = follow(shaded)
     assert np.all(track.tracked)
-    assert np.abs(track.centre - way(TIMES)).max() < 0.1
+    assert np.abs(track.centre - position(TIMES)).max() < 0.1
 
 
 def test_a_finger_over_a_corner(film: list[Picture]) -> None:
     covered = [image.copy() for image in film]
-    for image, place in zip(covered[1:], way(TIMES)[1:], strict=True):
+    for image, place in zip(covered[1:], position(TIMES)[1:], strict=True):
         cv2.circle(image, tuple(np.rint(place + np.array([20.0, -20.0])).astype(int).tolist()), 11, 200, -1)
     track = follow(covered)
     assert np.all(track.tracked)
-    assert np.abs(track.centre - way(TIMES)).max() < 0.04
+    assert np.abs(track.centre - position(TIMES)).max() < 0.04
 
 
-def test_out_of_sight_for_a_while(film: list[Picture]) -> None:
+def test_hidden_for_a_while(film: list[Picture]) -> None:
     hidden = [PLAIN if 16 <= k < 22 else image for k, image in enumerate(film)]
     track = follow(hidden)
     assert np.flatnonzero(~track.tracked).tolist() == [16, 17, 18, 19, 20, 21]
     assert np.all(track.score[16:22] == 0.0)
-    errors = track.centre - way(TIMES)
+    errors = track.centre - position(TIMES)
     assert np.all(np.abs(errors) <= 4.0 * track.sd)
     assert np.abs(errors).max() < 0.2
     assert np.all(np.isfinite(track.centre))
@@ -158,14 +158,14 @@ def test_out_of_sight_for_a_while(film: list[Picture]) -> None:
 
 
 def test_a_jump(film: list[Picture]) -> None:
-    """Six frames missing, in a large picture: the marker is farther on than the fit alone would find it."""
+    """After six missing frames the marker is farther away than the fit alone converges."""
     tracker = gripper.GripperTracker("4x4_50", 7)
     border = np.array([400, 500])
     for k in (*range(10), *range(16, 40)):
         image = np.pad(film[k], ((border[1], 0), (border[0], 0)), constant_values=90)
         grip = tracker(Frame(k, TIMES[k], image))
         assert grip.tracked
-        np.testing.assert_allclose(grip.centre, way(TIMES)[k] + border, atol=0.03)
+        np.testing.assert_allclose(grip.centre, position(TIMES)[k] + border, atol=0.03)
 
 
 def test_lost(film: list[Picture]) -> None:

@@ -41,14 +41,8 @@ class Refinement(NamedTuple):
 class Corners(NamedTuple):
     """Corners of a board found in a picture.
 
-    Attributes
-    ----------
-    ids
-        Shape (n,): index into :attr:`Board.points`.
-    object_points
-        Shape (n, 3): on the board, m; the third coordinate is 0.
-    pixels
-        Shape (n, 2): in the picture.
+    ``ids``, shape (n,), are indices into :attr:`Board.points`, ``object_points``, shape (n, 3), their positions on the
+    board in m, and ``pixels``, shape (n, 2), those in the picture.
     """
 
     ids: Index
@@ -58,18 +52,10 @@ class Corners(NamedTuple):
 
 @dataclass(frozen=True)
 class Board:
-    """A calibration board, with the fields of a recording's description.
+    """A "chessboard" or "charuco" board, with the fields of a recording's description.
 
-    Attributes
-    ----------
-    type
-        "chessboard" or "charuco".
-    columns, rows
-        Inner corners of a chessboard, squares of a ChArUco board.
-    square, marker
-        Sides of a square and of a ChArUco board's markers, m.
-    dictionary
-        Dictionary of the ChArUco board's markers, see :data:`DICTIONARIES`.
+    ``columns`` and ``rows`` count the inner corners of a chessboard, but the squares of a ChArUco board.  ``square``
+    and ``marker`` are the sides of squares and ChArUco markers, m; ``dictionary`` is a name in :data:`DICTIONARIES`.
 
     Raises
     ------

@@ -33,18 +33,8 @@ MAX_ROTATION = np.deg2rad(45.0)
 class Calibration:
     """A mapping from pixels to the robot with the data that it was fitted to.
 
-    Attributes
-    ----------
-    mapping
-        The best estimate.
-    intrinsics
-        The camera's calibration; None if the camera was read from a file and is taken as exact.
-    board
-        Corners of the board in the folding plane.
-    stops
-        The robot's stops.
-    quality
-        Numbers and texts to be stored and reported; see :func:`assemble`.
+    ``intrinsics`` is None if the camera was read from a file and is taken as exact.  ``board`` are the corners of the
+    board in the folding plane, ``quality`` numbers and texts to be stored and reported (see :func:`assemble`).
     """
 
     mapping: Mapping
@@ -75,14 +65,7 @@ def _noise(residual_rms: float, n: int, unknowns: int, random: np.random.Generat
 
 
 def calibrate_folder(folder: Path, recording: Entries[str, Any]) -> Calibration:
-    """The calibration of a recording.
-
-    Parameters
-    ----------
-    folder
-        The recording's folder.
-    recording
-        Content of its recording.yaml, valid by the schema.
+    """The calibration of a recording, whose ``recording.yaml`` must be valid by the schema.
 
     Raises
     ------
@@ -117,7 +100,7 @@ def assemble(
 ) -> Calibration:
     """The calibration from the detected corners, with its ``quality``.
 
-    RMS values of ``camera`` and ``plane`` are in pixels, other lengths in m; the rest are ratios.
+    The RMS values of ``camera`` and ``plane`` are in pixels, other lengths in m; the rest are ratios.
 
     Parameters
     ----------

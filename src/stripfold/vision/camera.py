@@ -28,14 +28,8 @@ ALLOWED = (
 class Camera:
     """Intrinsics of a camera.
 
-    Attributes
-    ----------
-    matrix
-        Shape (3, 3): focal lengths and principal point, pixels.
-    distortion
-        Shape (5,): k1, k2, p1, p2, k3.
-    size
-        Width and height of its pictures, pixels.
+    ``matrix``, shape (3, 3), holds focal lengths and principal point in pixels, ``distortion``, shape (5,), k1, k2, p1,
+    p2 and k3, ``size`` width and height of the pictures in pixels.
     """
 
     matrix: Array

@@ -42,14 +42,8 @@ class RobotLog:
 class Clock:
     """The relation between the two clocks.
 
-    Attributes
-    ----------
-    offset, sd
-        Time of the log minus time of the video, s, and its standard deviation.
-    shift
-        Remaining x of the video minus x of the log, m.
-    correlation
-        Concordance correlation of x by the video and by the log.
+    ``offset`` is the time of the log minus that of the video, s, and ``sd`` its standard deviation; ``shift`` is what
+    remains of x of the video minus x of the log, m; ``correlation`` is the concordance correlation of the two.
     """
 
     offset: float

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,22 +22,11 @@ MIN_SCORE = 0.7
 _ADVICE = "keep the whole marker in view, in focus and evenly lit, with a white rim of one cell"
 
 
-@dataclass(frozen=True, eq=False)
-class Grip:
-    """The marker in one frame.
+class Grip(NamedTuple):
+    """The marker in one frame: time, s; centre, shape (2,), corners, shape (4, 2), and sd of the centre, pixels.
 
-    Attributes
-    ----------
-    time
-        Of the frame, s.
-    centre, sd
-        Shape (2,): centre and its standard deviation, pixels.
-    corners
-        Shape (4, 2), pixels, in OpenCV's order.
-    score
-        Correlation of the picture with the pattern, 0 to 1.
-    tracked
-        Whether it was seen; if not, it is extrapolated from the frames before.
+    ``score`` is the correlation of the picture with the pattern, 0 to 1.  A marker that was not seen (not ``tracked``)
+    is extrapolated from the frames before.
     """
 
     time: float
@@ -49,11 +39,7 @@ class Grip:
 
 @dataclass(frozen=True, eq=False)
 class Track:
-    """The marker in all n frames.
-
-    Each field is that of :class:`Grip` with a leading dimension n.  Where the marker was not seen, its position is
-    interpolated in time.
-    """
+    """The marker in all n frames: the fields of :class:`Grip` with a leading dimension n."""
 
     time: Array
     centre: Array
@@ -64,15 +50,7 @@ class Track:
 
 
 class GripperTracker:
-    """Follows a marker; to be called with each frame in turn.
-
-    Parameters
-    ----------
-    dictionary, number
-        The marker, see :class:`.Marker`.
-    source
-        Name of the video, for errors.
-    """
+    """Follows a marker; to be called with each frame in turn.  ``source`` is the name of the video, for errors."""
 
     def __init__(self, dictionary: str, number: int, source: str = "video") -> None:
         self._marker = Marker(dictionary, number)
@@ -145,13 +123,11 @@ def interpolate_gaps(grips: Sequence[Grip], source: str = "video") -> Track:
     TrackingError
         It was hidden in more than :data:`MAX_LOST` of the frames.
     """
-    tracked = np.array([grip.tracked for grip in grips], dtype=bool)
-    if not len(grips) or np.mean(~tracked) > MAX_LOST:
-        lost = f"in {np.mean(~tracked):.0%} of {len(grips)} frames" if len(grips) else "because there are no frames"
-        raise TrackingError(source, f"the gripper's marker is lost {lost}", f"at most {MAX_LOST:.0%}", _ADVICE)
-    time, centre, corners, sd, score = (
-        np.array([getattr(grip, name) for grip in grips]) for name in ("time", "centre", "corners", "sd", "score")
-    )
+    lost = float(np.mean([not grip.tracked for grip in grips]))
+    if lost > MAX_LOST:
+        found = f"the gripper's marker is lost in {lost:.0%} of {len(grips)} frames"
+        raise TrackingError(source, found, f"at most {MAX_LOST:.0%}", _ADVICE)
+    time, centre, corners, sd, score, tracked = (np.array(values) for values in zip(*grips, strict=True))
     seen = np.flatnonzero(tracked)
     # After the last frame with the marker the extrapolated positions remain.
     for k in np.flatnonzero(~tracked[: seen[-1]]):

@@ -59,10 +59,8 @@ class Intrinsics:
 
     Attributes
     ----------
-    camera
-        The camera.
     view_rms, rms
-        Reprojection error (RMS) of each view, shape (n,), and of all, pixels.
+        Reprojection error (RMS) of each of n views and of all, pixels.
     covariance
         Shape (9, 9): of :data:`PARAMETERS`, as if the residuals were independent.
     coverage
@@ -70,7 +68,7 @@ class Intrinsics:
     left_out
         Shape (n, 9): the parameters fitted without each view.
     split_half
-        RMS disagreement, pixels, of the cameras fitted to the even and to the odd views; see :func:`disagreement`.
+        See :func:`split_half`, pixels.
     inflation
         Jackknife standard deviation over that from ``covariance``, RMS over the parameters, at least 1: residuals
         within a view are correlated.
@@ -90,9 +88,8 @@ class Intrinsics:
         # Scaled, because the variances span ten orders of magnitude.
         sd = np.sqrt(np.diag(self.covariance))
         root = np.linalg.cholesky(self.covariance / np.outer(sd, sd))
-        fx, fy, cx, cy, *distortion = parameters(self.camera) + self.inflation * sd * (
-            root @ random.standard_normal(len(sd))
-        )
+        change = self.inflation * sd * (root @ random.standard_normal(len(sd)))
+        fx, fy, cx, cy, *distortion = parameters(self.camera) + change
         matrix = np.array([[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]])
         return Camera(matrix, np.array(distortion), self.camera.size)
 
@@ -153,14 +150,7 @@ def split_half(views: Sequence[View], whole: Fit) -> float:
 
 
 def calibrate(views: Sequence[View], size: tuple[int, int]) -> Intrinsics:
-    """Fit a camera to views of one board and check whether the result is good enough.
-
-    Parameters
-    ----------
-    views
-        At least :data:`MIN_VIEWS`.
-    size
-        Width and height of the pictures.
+    """Fit a camera to views of one board, in pictures of width and height ``size``, and check the result.
 
     Raises
     ------

@@ -18,12 +18,7 @@ from stripfold.vision.camera import Camera
 class Mapping:
     """From pixels to the robot's x and z, for points in the folding plane.
 
-    Attributes
-    ----------
-    camera
-        The camera.
-    homography
-        Shape (3, 3): from undistorted pixels to the robot's x and z, m.
+    ``homography``, shape (3, 3), maps undistorted pixels to x and z in m.
     """
 
     camera: Camera

@@ -28,14 +28,8 @@ MIN_SPREAD = 0.1
 class Stops(NamedTuple):
     """The robot's stops.
 
-    Attributes
-    ----------
-    names
-        File names of the pictures.
-    corners
-        Shape (n, 4, 2): the marker's corners, pixels.
-    places
-        Shape (n, 2): x and z of the marker's centre as the robot reports it, m.
+    ``names`` are the pictures' file names, ``corners``, shape (n, 4, 2), the marker's corners in pixels, and
+    ``places``, shape (n, 2), x and z of the marker's centre in m as the robot reports them.
     """
 
     names: Sequence[str]
@@ -51,14 +45,7 @@ class Stops(NamedTuple):
 def find_stops(path: Path, dictionary: str, number: int, size: tuple[int, int]) -> Stops:
     """The stops in a table ``image,x,z`` and the markers in their pictures, whose paths are relative to the table.
 
-    Parameters
-    ----------
-    path
-        The table.
-    dictionary, number
-        The marker.
-    size
-        Width and height that the pictures must have.
+    ``size`` is the width and height that the pictures must have.
 
     Raises
     ------

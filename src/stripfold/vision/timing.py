@@ -22,10 +22,8 @@ class Timing:
 
     Attributes
     ----------
-    time
-        Shape (n,), s, ascending.
-    doubled
-        Shape (n,): frames that repeat the one before.
+    time, doubled
+        Shape (n,): ascending times, s, and which frames repeat the one before.
     period
         The usual interval between frames, s.
     dropped
@@ -80,17 +78,9 @@ def timing(time: Array, doubled: Mask) -> Timing:
 
 
 def row_time(time: float | Array, row: float | Array, height: int, rolling_shutter: float) -> Array:
-    """Time, s, at which a row of a frame was exposed.
+    """Time, s, at which a row, 0 to ``height - 1``, of a frame was exposed.
 
-    Parameters
-    ----------
-    time
-        Of the frame, which is that of its first row, s.
-    row
-        From 0 to ``height - 1``, may be fractional.
-    height
-        Number of rows.
-    rolling_shutter
-        From the exposure of the first row to that of the last, s.
+    ``time`` is that of the frame and of its first row; ``rolling_shutter`` is the time from the exposure of the first
+    row to that of the last.
     """
     return np.asarray(time + np.asarray(row) / (height - 1) * rolling_shutter, dtype=np.float64)
