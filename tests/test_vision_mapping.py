@@ -48,6 +48,12 @@ def test_similarity(mirrored: bool) -> None:
         assert np.sum((transform(other, plane) - rough) ** 2) > least
 
 
+def test_undistorted_pixels_of_a_wide_angle_lens() -> None:
+    camera = Camera(seen.LENS.matrix, np.array([-0.4, 0.15, 0.001, -0.0005, 0.0]), seen.SIZE)
+    pixels = np.stack(np.meshgrid(np.linspace(0.0, 639.0, 9), np.linspace(0.0, 479.0, 7)), axis=-1).reshape(-1, 2)
+    np.testing.assert_allclose(camera.distort(camera.undistort(pixels)), pixels, atol=1e-8)
+
+
 def exact() -> Calibration:
     random = np.random.default_rng(1)
     return assemble(seen.LENS, seen.plane_board(0.0, random), seen.stops(0.0, 0.0, random), seen.SIDE)
@@ -56,8 +62,8 @@ def exact() -> Calibration:
 def test_mapping_and_back() -> None:
     found = exact()
     pixels = seen.pixels_of(PLACES)
-    np.testing.assert_allclose(found.mapping.to_robot(pixels), PLACES, atol=2e-6)
-    np.testing.assert_allclose(found.mapping.to_pixels(PLACES), pixels, atol=2e-3)
+    np.testing.assert_allclose(found.mapping.to_robot(pixels), PLACES, atol=1e-7)
+    np.testing.assert_allclose(found.mapping.to_pixels(PLACES), pixels, atol=1e-4)
     assert found.quality["camera_from"] == "file"
     assert found.quality["camera_uncertainty"] == "taken as zero"
     assert found.quality["robot_scale"] == pytest.approx(1.0, abs=1e-5)
