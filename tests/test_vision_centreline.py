@@ -12,7 +12,8 @@ from PIL import Image
 import drawn_strips as drawn
 from stripfold import elastica
 from stripfold.errors import InvalidInputError, TrackingError
-from stripfold.vision import mask, pictures, sections, smooth
+from stripfold.vision import cross_sections as sections
+from stripfold.vision import pictures, segmentation, smoothing
 from stripfold.vision.centreline import Centreline, find
 
 SIZE = (640, 400)
@@ -140,7 +141,7 @@ def test_edges_of_a_known_band(width: float, offset: float) -> None:
     values = np.where(t < offset, 30.0, 70.0 if width > sections.THIN else 30.0)
     values = np.where(np.abs(t - offset) < width / 2.0, 200.0, values).mean(axis=1)
     profile = np.convolve(np.pad(values, 1, mode="edge"), [0.25, 0.5, 0.25], "valid")
-    edges = sections.measure(np.tile(profile, (3, 1)).astype(np.float32), width)
+    edges = sections.measure_edges(np.tile(profile, (3, 1)).astype(np.float32), width)
     assert edges.found.all()
     np.testing.assert_allclose(edges.offset, offset, atol=0.06)
     if width > sections.THIN:
@@ -150,9 +151,9 @@ def test_edges_of_a_known_band(width: float, offset: float) -> None:
 
 def test_pieces_are_joined_behind_each_others_ends_only() -> None:
     strip = np.column_stack([np.linspace(0.0, 100.0, 101), np.zeros(101)])
-    assert mask._gap(strip, strip + np.array([130.0, 2.0]), 6.0) == pytest.approx(30.0, abs=0.2)
-    assert mask._gap(strip, strip + np.array([95.0, 3.0]), 6.0) == np.inf
-    assert mask._gap(strip, strip + np.array([130.0, 60.0]), 6.0) == np.inf
+    assert segmentation._gap(strip, strip + np.array([130.0, 2.0]), 6.0) == pytest.approx(30.0, abs=0.2)
+    assert segmentation._gap(strip, strip + np.array([95.0, 3.0]), 6.0) == np.inf
+    assert segmentation._gap(strip, strip + np.array([130.0, 60.0]), 6.0) == np.inf
 
 
 def test_lost() -> None:
@@ -175,7 +176,7 @@ def test_dim_parts_belong_to_the_mask() -> None:
     share = SHARES["arc", 6.0]
     lit = 20.0 + share * np.linspace(60.0, 235.0, SIZE[0])
     image = np.clip(lit + np.random.default_rng(0).normal(0.0, 3.0, share.shape), 0, 255).astype(np.uint8)
-    found, _ = mask.foreground(image, bright=True)
+    found, _ = segmentation.foreground(image, bright=True)
     assert np.mean(found[share > 0.9]) > 0.98
     assert np.mean(found[share == 0.0]) < 0.02
 
@@ -183,23 +184,23 @@ def test_dim_parts_belong_to_the_mask() -> None:
 @pytest.mark.parametrize("count", [1, 2, 7, 8])
 def test_the_median_is_numpys(count: int) -> None:
     values = np.random.default_rng(count).normal(size=count)
-    assert smooth.median(values) == float(np.median(values))
+    assert smoothing.median(values) == float(np.median(values))
 
 
 def test_smoothing_halves_its_cutoff_and_knows_its_variance() -> None:
     n, cutoff = 401, 20.0
     wave = np.cos(2.0 * np.pi * np.arange(n) / cutoff)[:, None]
-    halved = smooth.smoothed_values(wave, np.ones(n), cutoff)
+    halved = smoothing.smoothed(wave, np.ones(n), cutoff)
     np.testing.assert_allclose(halved[150:250], 0.5 * wave[150:250], atol=0.01)
     noise = np.random.default_rng(1).normal(size=(n, 400))
-    values = smooth.smoothed_values(noise, np.ones(n), cutoff)
-    variance = smooth.variances(np.ones(n), cutoff)
+    values = smoothing.smoothed(noise, np.ones(n), cutoff)
+    variance = smoothing.variances(np.ones(n), cutoff)
     # The variance a posteriori: a sixth more than that of the noise alone, for this penalty.
     ratio = variance[50:-50] / np.var(values[50:-50], axis=1)
     assert 1.1 < ratio.mean() < 1.3
     weights = np.ones(n)
     weights[180:221] = 0.0
-    gap = smooth.variances(weights, cutoff)
+    gap = smoothing.variances(weights, cutoff)
     assert gap[200] > 20.0 * gap[100]
 
 
@@ -211,22 +212,22 @@ def test_bands_of_different_widths_are_measured_as_each_alone() -> None:
     clear = np.clip(0.5 * (0.5 * widths[:, None] + 1.0 - np.abs(t - centres[:, None])), 0.0, 1.0)
     bands = (40.0 + 160.0 * clear).astype(np.float32)
     for row, width in enumerate(widths):
-        bands[row, np.abs(t) > sections.sight(width) + 1] = 0.0
+        bands[row, np.abs(t) > sections.search_range(width) + 1] = 0.0
     bands[1, t == 6.0] = 120.0  # a thread beside a thin strip, in sight but no part of it
-    together = sections.measure(bands, widths)
+    together = sections.measure_edges(bands, widths)
     # Thin ones by their centroid.
     assert np.all(np.abs(together.offset - centres) < [0.1, 0.1, 0.01, 0.01])
     np.testing.assert_allclose(together.width, widths, atol=0.05)
     np.testing.assert_allclose(together.contrast, 160.0, atol=0.5)
     assert together.found.all()
     for row, width in enumerate(widths):
-        own = slice(30 - int(sections.sight(width)), 31 + int(sections.sight(width)))
-        alone = sections.measure(bands[[row], own], float(width))
+        own = slice(30 - int(sections.search_range(width)), 31 + int(sections.search_range(width)))
+        alone = sections.measure_edges(bands[[row], own], float(width))
         for values, one in zip(together, alone, strict=True):
             np.testing.assert_allclose(values[row], one[0], atol=1e-4)
     # Where no edge is within sight, none is found beyond it.
-    bands[0, np.abs(t) <= sections.sight(3.0)] = 200.0
-    assert not sections.measure(bands, widths).found[0]
+    bands[0, np.abs(t) <= sections.search_range(3.0)] = 200.0
+    assert not sections.measure_edges(bands, widths).found[0]
 
 
 def saved(tmp_path: Path, array: np.ndarray, name: str = "strip.png", **options: object) -> Path:

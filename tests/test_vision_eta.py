@@ -205,9 +205,9 @@ def test_what_is_no_hanging_strip() -> None:
 
 def test_neighbours_that_are_off_together() -> None:
     noise = np.random.default_rng(3).normal(size=2000)
-    assert cantilever._correlation(noise) <= 3
+    assert cantilever._correlation_length(noise) <= 3
     together = np.convolve(noise, np.ones(10) / 10.0, "valid")
-    assert 7 <= cantilever._correlation(together) <= 14
+    assert 7 <= cantilever._correlation_length(together) <= 14
 
 
 @pytest.mark.parametrize(

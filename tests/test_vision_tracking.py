@@ -20,7 +20,6 @@ from stripfold.synthetic.sensor import Sensor
 from stripfold.synthetic.view import View
 from stripfold.vision import following, strip_tracker, tracking
 from stripfold.vision.centreline import Centreline
-from stripfold.vision.layers import Layers
 from stripfold.vision.mapping import Mapping
 from stripfold.vision.marker import Marker
 from stripfold.vision.video import Frame
@@ -207,7 +206,7 @@ def test_a_strip_partly_hidden_is_not_looked_for_where_it_was_once_it_is_found(
 
     def follow(image: Picture, guess: Centreline, *rest: Any) -> following.Followed | None:
         found = following.follow(image, guess, *rest)
-        looks.append(found is not None and found.sound and found.share < strip_tracker.PLAIN)
+        looks.append(found is not None and found.sound and found.share < strip_tracker.CLEARLY_SEEN)
         return found
 
     monkeypatch.setattr(strip_tracker, "follow", follow)
@@ -228,7 +227,7 @@ def test_a_bend_cut_short_does_not_shift_what_comes_behind_it() -> None:
         x = s - cut * np.clip((s - 0.1) / 0.04, 0.0, 1.0)
         score = np.where(hidden & (cut > 0.0), 0.0, 1.0)
         points = np.column_stack([x, np.zeros(81)])
-        lines.append(Centreline(points, np.zeros(81), np.ones(81), score, True, 100.0, (False, False)))
+        lines.append(Centreline(points, np.zeros(81), np.ones(81), np.full(81, 100.0), score, True))
     calibration = SimpleNamespace(mapping=SimpleNamespace(to_robot=lambda points: points))
     stations, points, visible = tracking._stations(lines, calibration)
     assert visible[2] == pytest.approx(0.38)
@@ -261,12 +260,12 @@ def test_what_a_line_lacks_is_missing_where_it_is_hidden() -> None:
 
 def test_a_line_may_be_as_long_again_as_usual_at_once_but_no_longer(film: Film) -> None:
     tracker = strip_tracker.StripTracker(film.calibration.mapping, STRIP, "film")
-    tracker._length, tracker._lengths = 0.4, [(0.0, 0.4), (0.04, 0.4), (0.08, 0.394)]
-    assert tracker._of_length(0.4, 0.04)
-    assert tracker._of_length(0.395, 0.04)
-    assert not tracker._of_length(0.398, 0.04)
-    assert not tracker._of_length(0.403, 0.04)
-    assert not tracker._of_length(0.39, 0.04)
+    tracker._first_length, tracker._lengths = 0.4, [(0.0, 0.4), (0.04, 0.4), (0.08, 0.394)]
+    assert tracker._plausible(0.4, 0.04)
+    assert tracker._plausible(0.395, 0.04)
+    assert not tracker._plausible(0.398, 0.04)
+    assert not tracker._plausible(0.403, 0.04)
+    assert not tracker._plausible(0.39, 0.04)
 
 
 def test_the_marker_is_not_taken_for_the_strip(film: Film) -> None:
@@ -274,7 +273,7 @@ def test_the_marker_is_not_taken_for_the_strip(film: Film) -> None:
     corners = np.array([[300.0, 40.0], [340.0, 40.0], [340.0, 80.0], [300.0, 80.0]])
     cv2.fillConvexPoly(image, corners.astype(np.int32), (255,))
     before = image.copy()
-    cleared = strip_tracker.without(image, corners)
+    cleared = strip_tracker.without_marker(image, corners)
     np.testing.assert_array_equal(image, before)
     assert cleared[290 - 250 : 80, 300:340].max() < 200
     outside = np.ones(image.shape, bool)
@@ -293,25 +292,7 @@ def test_places_nearer_to_another_layer_are_not_the_strip_s_own() -> None:
     places = curve.copy()
     places[0, 1] = 5.0
     places[1, 1] = 7.0
-    assert Layers(curve, 2).own(places, curve).tolist() == [True, False, True, True, True, True]
-
-
-def test_layers_are_told_apart_as_by_comparing_every_place_with_every_other() -> None:
-    rng = np.random.default_rng(5)
-    near, mixed = 10, 0
-    s = np.linspace(0.0, 1.0, 80)
-    for gap in (2.0, 6.0, 20.0):
-        # Out, round a bend, and back beside itself; then the curve moves, and places are found about it.
-        curve = np.column_stack([200.0 * np.sin(np.pi * s), 2.0 * gap * s]) + rng.normal(0.0, 0.2, (80, 2))
-        layers = Layers(curve, near)
-        moved = curve + rng.normal(0.0, 1.5, (80, 2))
-        places = moved + rng.normal(0.0, 3.0, (80, 2))
-        far = np.linalg.norm(places[:, None] - moved, axis=2)
-        other = np.abs(np.arange(80)[:, None] - np.arange(80)) > near
-        expected = np.where(other, far, np.inf).min(axis=1) > np.diag(far)
-        assert layers.own(places, moved).tolist() == expected.tolist()
-        mixed += int(0 < expected.sum() < 80)
-    assert mixed >= 2
+    assert following._on_own_layer(places, curve, 2).tolist() == [True, False, True, True, True, True]
 
 
 def test_what_is_learnt_of_a_strip_stays_a_width(
@@ -320,20 +301,20 @@ def test_what_is_learnt_of_a_strip_stays_a_width(
     """Evening out may overshoot where widths jump; of a width below nothing the next scores would be no numbers."""
     line, image = lines[0], film.frames[0].image
     assert line is not None
-    look = following.first_look(image, line)
-    monkeypatch.setattr(following, "_evened", lambda values: np.full_like(values, -1e3))
-    found = following.follow(image, line, look, line.points[[0, -1]], 4.0)
+    guess = following.with_appearance(image, line)
+    monkeypatch.setattr(following, "_denoised", lambda values: np.full_like(values, -1e3))
+    found = following.follow(image, guess, line.points[[0, -1]], 4.0)
     assert found is not None
-    assert found.look.width.min() >= 1.0
-    assert found.look.contrast.min() >= 1.0
+    assert found.line.width.min() >= 1.0
+    assert found.line.contrast.min() >= 1.0
 
 
 def test_a_curve_is_cut_or_extended_to_its_ends() -> None:
     curve = np.column_stack([np.linspace(0.0, 10.0, 11), np.zeros(11)])
-    points, places = following.between(curve, np.array([[-2.0, 1.0], [8.0, -1.0]]), 11)
+    points, places = following.between_ends(curve, np.array([[-2.0, 1.0], [8.0, -1.0]]), 11)
     np.testing.assert_allclose(points, np.column_stack([np.linspace(-2.0, 8.0, 11), np.zeros(11)]), atol=1e-9)
     np.testing.assert_allclose(places, np.linspace(-2.0, 8.0, 11), atol=1e-9)
-    points, _ = following.between(curve, np.array([[1.0, 0.0], [13.0, 0.0]]), 5)
+    points, _ = following.between_ends(curve, np.array([[1.0, 0.0], [13.0, 0.0]]), 5)
     np.testing.assert_allclose(points[:, 0], np.linspace(1.0, 13.0, 5), atol=1e-9)
 
 

@@ -1,36 +1,37 @@
 """The heavy elastica through a measured centreline: a strip that hangs out of a clamp, all of its shape used.
 
 From the free end inwards no force is unknown: at the distance u from it the moment is that of the weight of the piece
-beyond.  So any visible piece that ends at the free end can be fitted, with whatever slope it starts; where the clamp
-is does not matter.  With the angle phi of the tangent below the image's horizontal, lengths in the visible length and
-``a = (length / L*)^3``::
+beyond.  So any visible piece that ends at the free end can be fitted, whatever its slope at the start; where the clamp
+is does not matter.  With the angle phi of the tangent below the image's horizontal, lengths relative to the visible
+length and ``a = (length / L*)^3``::
 
     dm/du = a u cos(phi),    dphi/du = -m
 
-A textile need not be linear.  The same shape with ``m ~ kappa^n`` asks it: n = 1 is a linear strip.
+A textile need not be linear: ``m ~ kappa^n`` is fitted to the same shape; n = 1 is a linear strip.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.optimize import least_squares
 
 from stripfold.arrays import Array
 from stripfold.errors import TrackingError
-from stripfold.vision.sections import tangents
+from stripfold.vision.cross_sections import arc_length, tangents
 
-LEVEL_SD = float(np.radians(0.25))
-"""How well the picture's columns are plumb, rad: a levelled tripod."""
-MISFIT = 0.02
-"""Largest root mean square of the residuals that is still this shape, in the visible length."""
+PLUMB_SD = float(np.radians(0.25))
+"""Uncertainty of the vertical in the picture, rad: a levelled tripod."""
+MAX_MISFIT = 0.02
+"""Largest root mean square of the residuals, relative to the visible length."""
 REPLICATES = 2000
 RATIOS = np.geomspace(0.02, 3e4, 40)
-"""(length / L*)^3 from which the fit starts: of the best of them."""
+"""Initial values of ``(length / L*)^3``; the fit continues from the best."""
 EXPONENTS = np.array([0.35, 0.6, 1.0, 1.6, 2.6])
-# Of the unknowns: ln a, turn of the free end (rad), its place across (pixels), ln n.
-LOWEST, HIGHEST = np.array([[-7.0, -1.5, -np.inf, -1.8], [13.0, 1.5, np.inf, 1.8]])
+# Unknowns: ln a, rotation of the free end (rad), its displacement across the strip (pixels), ln n.
+LOWER, UPPER = np.array([[-7.0, -1.5, -np.inf, -1.8], [13.0, 1.5, np.inf, 1.8]])
+SCALES = np.array([0.1, 0.02, 1.0, 0.1])
 NEEDED = "a strip that hangs under its weight from a clamp to a free end below it"
 
 
@@ -38,24 +39,22 @@ NEEDED = "a strip that hangs under its weight from a clamp to a free end below i
 class Fit:
     """A fitted shape.
 
-    Parameters
+    Attributes
     ----------
     ratio
         ``(length / L*)^3``, of the secant stiffness at the largest curvature where the law is not linear.
     exponent
-        n of ``m ~ kappa^n``; 1 where it was not asked.
+        n of ``m ~ kappa^n``; 1 where it was not fitted.
     ratios, exponents
-        Shape (k,): drawn with resampled residuals.
+        Shape (k,): bootstrap samples of both.
     points
         Shape (n, 2), pixels: the fitted curve beside the measured points.
     residual
-        Shape (n,), measured less fitted, normal to the curve, pixels.
+        Shape (n,): measured minus fitted, normal to the curve, pixels.
     sd
-        Shape (n,), of the fitted curve normal to itself, pixels.
+        Shape (n,): of the fitted curve, normal to itself, pixels.
     curvature
         Largest curvature of the fitted curve, 1 / pixel.
-    effective
-        How many residuals there are that know nothing of each other.
     """
 
     ratio: float
@@ -66,7 +65,6 @@ class Fit:
     residual: Array
     sd: Array
     curvature: float
-    effective: float
 
     @property
     def rms(self) -> float:
@@ -82,9 +80,9 @@ def fit(points: Array, sd: Array, tip_sd: float, *, linear: bool = True, source:
     points
         Shape (n, 2), pixels, equally spaced, y downwards, from the clamp to the free end.
     sd
-        Shape (n,), their standard deviations: those that are worse known than most count less.
+        Shape (n,): their standard deviations; those above the median reduce a point's weight.
     tip_sd
-        How well the free end is known along the strip, pixels.
+        Uncertainty of the free end along the strip, pixels.
     linear
         Whether n = 1; otherwise it is fitted.
     source
@@ -93,91 +91,82 @@ def fit(points: Array, sd: Array, tip_sd: float, *, linear: bool = True, source:
     Raises
     ------
     TrackingError
-        No heavy elastica is like this shape.
+        No heavy elastica has this shape.
     """
     weights = np.minimum(float(np.median(sd)) / sd, 1.0)
     problem = _Problem(points, weights, linear=True)
-    values = _start(problem, np.column_stack([np.log(RATIOS), np.zeros((len(RATIOS), 2))]), source)
+    values = _initial(problem, np.column_stack([np.log(RATIOS), np.zeros((len(RATIOS), 2))]), source)
     if not linear:
         reference = max(float(problem.curves(values[None])[1][0]) * problem.length, 1e-3)
         problem = _Problem(points, weights, linear=False, reference=reference)
         grid = np.meshgrid(values[0] + np.linspace(-0.9, 0.9, 7), np.log(EXPONENTS))
         ratio, exponent = (axis.ravel() for axis in grid)
-        other = np.tile(values[1:], (len(ratio), 1))
-        values = _start(problem, np.column_stack([ratio, other, exponent]), source)
-    bounds = (LOWEST[: len(values)], HIGHEST[: len(values)])
-    found = least_squares(problem, values, jac=problem.jacobian, x_scale=problem.sizes, bounds=bounds, max_nfev=60)
+        values = _initial(problem, np.column_stack([ratio, np.tile(values[1:], (len(ratio), 1)), exponent]), source)
+    p = len(values)
+    found = least_squares(
+        problem.residual, values, problem.jacobian, (LOWER[:p], UPPER[:p]), x_scale=SCALES[:p], max_nfev=60
+    )
     values = found.x
     if found.active_mask[:2].any():
         raise TrackingError(source, "no heavy elastica has this shape", NEEDED)
-    residual = problem(values)
-    if np.sqrt(np.mean(residual**2)) > MISFIT * problem.length:
-        found_text = f"the best heavy elastica is {100 * np.sqrt(np.mean(residual**2)) / problem.length:.1f} % off"
-        raise TrackingError(source, found_text, NEEDED)
-    draws, effective = _draws(problem, values, found.jac, residual, tip_sd)
+    misfit = float(np.sqrt(np.mean(found.fun**2))) / problem.length
+    if misfit > MAX_MISFIT:
+        raise TrackingError(source, f"the best heavy elastica is {100.0 * misfit:.1f} % off", NEEDED)
+    deviations = _bootstrap(problem, values, found.jac, found.fun, tip_sd)
     curves, curvature = problem.curves(values[None])
-    spread = np.std(draws @ found.jac.T, axis=0) / weights
     exponent = 1.0 if linear else float(np.exp(values[3]))
-    exponents = np.ones(len(draws)) if linear else np.exp(np.clip(values[3] + draws[:, 3], -3.0, 3.0))
-    # The law is written for a reference curvature; the secant at the largest one is what can be pictured.
-    largest = (float(curvature[0]) * problem.length / problem.reference) ** (1.0 - exponent)
-    ratios = largest * np.exp(np.clip(values[0] + draws[:, 0], -20.0, 20.0))
+    exponents = np.ones(REPLICATES) if linear else np.exp(np.clip(values[3] + deviations[:, 3], -3.0, 3.0))
+    # The law is written for a reference curvature; the secant at the largest one is easier to picture.
+    secant = (float(curvature[0]) * problem.length / problem.reference) ** (1.0 - exponent)
     return Fit(
-        largest * float(np.exp(values[0])),
-        exponent,
-        ratios,
-        exponents,
-        curves[0],
-        residual / weights,
-        spread,
-        float(curvature[0]),
-        effective,
+        ratio=secant * float(np.exp(values[0])),
+        exponent=exponent,
+        ratios=secant * np.exp(np.clip(values[0] + deviations[:, 0], -20.0, 20.0)),
+        exponents=exponents,
+        points=curves[0],
+        residual=found.fun / weights,
+        sd=np.std(deviations @ found.jac.T, axis=0) / weights,
+        curvature=float(curvature[0]),
     )
 
 
+@dataclass(eq=False)
 class _Problem:
-    """Residuals of the unknowns: ln a, turn of the free end, its place across it, ln n.
+    """Weighted residuals of the unknowns.
 
-    Its place along the strip is given: what a shape says of it is less than what its picture does.
+    The place of the free end along the strip is given (``shift``, pixels from the last point): the shape says less
+    about it than the picture does.  ``tilt`` is that of the vertical, rad; ``reference`` the curvature at which ``a``
+    is that of the secant.
     """
 
-    def __init__(
-        self,
-        points: Array,
-        weights: Array,
-        linear: bool,
-        *,
-        tilt: float = 0.0,
-        moved: float = 0.0,
-        reference: float = 1.0,
-    ) -> None:
-        self.points, self.weights, self.linear = points, weights, linear
-        self.tilt, self.moved, self.reference = tilt, moved, reference
-        steps = np.hypot(*np.diff(points, axis=0).T)
-        self.length = float(steps.sum())
-        # From the free end to the clamp, in the visible length.
-        self.u = np.concatenate([[0.0], np.cumsum(steps[::-1])]) / self.length
-        k = max(len(points) // 20, 2)
-        way = points[-1] - points[-1 - k]
-        self.angle = float(np.arctan2(way[1], way[0]))
-        self.end = np.array([np.cos(self.angle), np.sin(self.angle)])
-        self.sizes = np.array([0.1, 0.02, 1.0, 0.1])[: 3 if linear else 4]
+    points: Array
+    weights: Array
+    linear: bool
+    tilt: float = 0.0
+    shift: float = 0.0
+    reference: float = 1.0
+    u: Array = field(init=False)
+    length: float = field(init=False)
 
-    def __call__(self, values: Array) -> Array:
-        """Distances normal to the curve, weighted, shape (n,), pixels."""
+    def __post_init__(self) -> None:
+        self.u = arc_length(self.points[::-1])
+        self.length = float(self.u[-1])
+        self.u = self.u / self.length
+
+    def residual(self, values: Array) -> Array:
+        """Weighted distances normal to the curve, shape (n,), pixels."""
         return np.asarray(self.residuals(values[None])[0])
 
     def jacobian(self, values: Array) -> Array:
         """Forward differences, all columns at once; shape (n, p)."""
-        steps = 1e-4 * self.sizes
+        steps = 1e-4 * SCALES[: len(values)]
         both = self.residuals(np.concatenate([values[None], values + np.diag(steps)]))
         return np.asarray(((both[1:] - both[0]) / steps[:, None]).T)
 
     def residuals(self, values: Array) -> Array:
         """Of several sets of unknowns, shape (k, p): shape (k, n)."""
-        curves, _ = self.curves(values)
         rows = []
-        for curve in curves:
+        for curve in self.curves(values)[0]:
             along, away = tangents(curve), self.points - curve
             rows.append(self.weights * (away[:, 1] * along[:, 0] - away[:, 0] * along[:, 1]))
         return np.array(rows)
@@ -186,18 +175,19 @@ class _Problem:
         """Curves at the measured arc lengths, shape (k, n, 2), pixels, and their largest curvatures, shape (k,)."""
         ratio = np.exp(values[:, 0])
         power = np.ones(len(values)) if self.linear else np.exp(-values[:, 3])
+        end = self.points[-1] - self.points[-1 - max(len(self.points) // 20, 2)]
+        end = end / np.hypot(*end)
 
-        def bend(m: Array) -> Array:
+        def curvature(m: Array) -> Array:
             return m if self.linear else np.sign(m) * self.reference * (np.abs(m) / self.reference) ** power
 
         def rates(u: float, y: Array) -> Array:
-            plumb = np.cos(y[1] + self.tilt)
-            return np.array([ratio * u * plumb, -bend(y[0]), -np.cos(y[1]), -np.sin(y[1])])
+            return np.array([ratio * u * np.cos(y[1] + self.tilt), -curvature(y[0]), -np.cos(y[1]), -np.sin(y[1])])
 
         y = np.zeros((4, len(values)))
-        y[1] = self.angle + values[:, 1]
+        y[1] = np.arctan2(end[1], end[0]) + values[:, 1]
         path = [y]
-        # Runge and Kutta's fourth order from point to point: with a hundred points a is right to 2e-4 up to 7 L*.
+        # Fourth-order Runge-Kutta from point to point: with a hundred points a is right to 2e-4 up to 7 L*.
         for before, after in zip(self.u[:-1], self.u[1:], strict=True):
             h = after - before
             k1 = rates(before, y)
@@ -207,29 +197,30 @@ class _Problem:
             y = y + h / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
             path.append(y)
         states = np.array(path[::-1])
-        across = np.array([-self.end[1], self.end[0]])
-        places = self.points[-1] + self.moved * self.end + values[:, 2, None] * across
-        curves = places[:, None] + self.length * states[:, 2:].transpose(2, 0, 1)
-        return curves, np.max(np.abs(bend(states[:, 0])), axis=0) / self.length
+        free_ends = self.points[-1] + self.shift * end + values[:, 2, None] * np.array([-end[1], end[0]])
+        curves = free_ends[:, None] + self.length * states[:, 2:].transpose(2, 0, 1)
+        return curves, np.max(np.abs(curvature(states[:, 0])), axis=0) / self.length
 
 
-def _start(problem: _Problem, values: Array, source: str) -> Array:
-    """The best of many ratios (and exponents), shape (k, p), each with the best free end: shape (p,).
+def _initial(problem: _Problem, values: Array, source: str) -> Array:
+    """The best of many ratios (and exponents), shape (k, p), each with the free end fitted to it: shape (p,).
 
-    The residual has more than one valley, and a narrow one where a long strip hangs.
+    The residual has more than one minimum, and a narrow one where a long strip hangs.
     """
     k = len(values)
-    for step in range(8):
-        moved = [values + np.eye(values.shape[1])[i] * 1e-4 * problem.sizes[i] for i in (1, 2)]
+    steps = 1e-4 * SCALES[1:3]
+    for iteration in range(8):
+        moved = [values + np.eye(values.shape[1])[i + 1] * steps[i] for i in range(2)]
         rows = problem.residuals(np.concatenate([values, *moved])).reshape(3, k, -1)
-        slopes = (rows[1:] - rows[0]) / (1e-4 * problem.sizes[1:3, None, None])
-        if step < 3:
-            # First so that the curve leads to the measured clamp: from there Gauss and Newton find the rest.
+        slopes = (rows[1:] - rows[0]) / steps[:, None, None]
+        if iteration < 3:
+            # First only so that the curve leads to the measured clamp: from there Gauss-Newton finds the rest.
             rows, slopes = rows[:, :, :1], slopes[:, :, :1]
         normal = np.einsum("ikn,jkn->kij", slopes, slopes) + 1e-6 * np.eye(2)
         change = np.linalg.solve(normal, -np.einsum("ikn,kn->ki", slopes, rows[0])[..., None])[..., 0]
+        limit = np.array([0.3, 0.1 * problem.length])
         values = values.copy()
-        values[:, 1:3] += np.clip(change, *(np.outer([-1.0, 1.0], [0.3, 0.1 * problem.length])))
+        values[:, 1:3] += np.clip(change, -limit, limit)
         values[:, 1] = np.clip(values[:, 1], -1.4, 1.4)
     losses = np.mean(problem.residuals(values) ** 2, axis=1)
     best = int(np.argmin(losses))
@@ -238,42 +229,34 @@ def _start(problem: _Problem, values: Array, source: str) -> Array:
     return np.asarray(values[best])
 
 
-def _draws(problem: _Problem, values: Array, jacobian: Array, residual: Array, tip_sd: float) -> tuple[Array, float]:
-    """Deviations of the unknowns, shape (k, p), from residuals resampled in blocks; and the number of free ones.
+def _bootstrap(problem: _Problem, values: Array, jacobian: Array, residual: Array, tip_sd: float) -> Array:
+    """Deviations of the unknowns, shape (replicates, p).
 
-    Neighbours on a strip are off together: blocks as long as that keep it so.  The free end's place along the strip
-    and the plumb line are drawn too.
+    Residuals are resampled in circular blocks with random signs, since neighbours on a strip are correlated; the free
+    end's place along the strip and the vertical are drawn too.
     """
     rng = np.random.default_rng(0)
     n, p = jacobian.shape
-    block = _correlation(residual)
+    block = _correlation_length(residual)
     effective = max(n / block, p + 1.0)
     centred = (residual - residual.mean()) * np.sqrt(effective / (effective - p + 0.5))
     count = int(np.ceil(n / block))
-    # Circular blocks: the ends of the strip are drawn as often as its middle.  Either sign is as likely.
     index = (rng.integers(0, n, size=(REPLICATES, count, 1)) + np.arange(block)).reshape(REPLICATES, -1)[:, :n] % n
     sign = np.repeat(rng.choice([-1.0, 1.0], size=(REPLICATES, count)), block, axis=1)[:, :n]
     inverse = np.linalg.pinv(jacobian)
-    draws = (centred[index] * sign) @ inverse.T
-    for tilt, moved in ((LEVEL_SD, 0.0), (0.0, tip_sd)):
-        other = _Problem(
-            problem.points, problem.weights, problem.linear, tilt=tilt, moved=moved, reference=problem.reference
-        )
-        draws -= rng.normal(size=(REPLICATES, 1)) * (inverse @ (other(values) - residual))
-    return np.asarray(draws), float(effective)
+    deviations = (centred[index] * sign) @ inverse.T
+    for tilt, shift in ((PLUMB_SD, 0.0), (0.0, tip_sd)):
+        other = _Problem(problem.points, problem.weights, problem.linear, tilt, shift, problem.reference)
+        deviations -= rng.normal(size=(REPLICATES, 1)) * (inverse @ (other.residual(values) - residual))
+    return np.asarray(deviations)
 
 
-def _correlation(residual: Array) -> int:
-    """Over how many points residuals are off together: twice the summed autocorrelation up to its first zero."""
+def _correlation_length(residual: Array) -> int:
+    """Number of neighbours that are correlated: twice the summed autocorrelation up to its first zero."""
     n = len(residual)
     centred = residual - residual.mean()
-    power = float(centred @ centred)
-    if power == 0.0:
+    autocorrelation = np.correlate(centred, centred, "full")[n - 1 : n - 1 + n // 2]
+    if autocorrelation[0] == 0.0:
         return 1
-    total = 1.0
-    for lag in range(1, n // 2):
-        rho = float(centred[lag:] @ centred[:-lag]) / power
-        if rho <= 0.0:
-            break
-        total += 2.0 * rho
-    return int(np.clip(np.ceil(total), 2, n // 4))
+    positive = autocorrelation[: np.argmax(np.append(autocorrelation, 0.0) <= 0.0)]
+    return int(np.clip(np.ceil(2.0 * positive.sum() / autocorrelation[0] - 1.0), 2, n // 4))

@@ -1,28 +1,125 @@
-"""The centreline of a strip in a picture of which nothing is known; :mod:`.following` goes on from it."""
+"""The centreline of a strip in a picture about which nothing is known.
+
+From a rough path (:mod:`stripfold.vision.segmentation`), the strip's two edges are measured on cross sections, and
+their centres smoothed along the arc with a cut-off that follows from the strip's width.  A point's uncertainty comes
+from how far the centres scatter about the smoothed curve, and how far neighbours scatter together.
+"""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stripfold.arrays import Array, Picture
+from stripfold.arrays import Array, Mask, Picture
 from stripfold.errors import TrackingError
-from stripfold.vision.mask import Rough, candidates
-from stripfold.vision.measuring import Band, Centreline, default_reach, measured, sections_of
-from stripfold.vision.sections import interpolated, tangents
-from stripfold.vision.smooth import smoothed_values
+from stripfold.vision.cross_sections import (
+    GOOD,
+    Edges,
+    arc_length,
+    edges_at,
+    end_direction,
+    inside,
+    locate,
+    normals,
+    resampled,
+    respaced,
+    sample,
+    score_of,
+    smooth_centres,
+    smooth_offsets,
+    strip_offset,
+    tangents,
+)
+from stripfold.vision.segmentation import RoughPath, candidates
+from stripfold.vision.smoothing import smoothed, variances
 
-__all__ = ["Centreline", "find"]
+MIN_MEASURED = 0.5
+"""Least share of the sections that must be measured."""
+WIDTH_TOLERANCE = 0.7
+"""Standard deviation of the logarithm of the width in the score of a section."""
+GAP_WEIGHT = 0.003
+"""Weight of the expected place of a hidden section, relative to a measured one."""
+GAP_SLOPE = 0.03
+"""Uncertainty of a hidden section over its distance from the nearest measured one."""
+MIN_SD = 0.01
+"""Least uncertainty of a point, pixels."""
 
 
-POINTS = 80
+@dataclass(frozen=True, eq=False)
+class Centreline:
+    """A strip's centreline in a picture, from the gripper's end along the strip.
+
+    Attributes
+    ----------
+    points
+        Shape (n, 2), pixels, equally spaced along the arc.
+    sd
+        Shape (n,): standard deviation normal to the curve, pixels; nan in a film, where nothing depends on it.
+    width, contrast
+        Shape (n,): of the visible band, pixels and grey levels.
+    score
+        Shape (n,): 0 (hidden) to 1 (as clear as the strip typically is).
+    bright
+        Whether the strip is brighter than its surroundings.
+    open_ends
+        Whether the strip leaves the picture at its first and at its last point.
+    """
+
+    points: Array
+    sd: Array
+    width: Array
+    contrast: Array
+    score: Array
+    bright: bool
+    open_ends: tuple[bool, bool] = (False, False)
+
+    @property
+    def arc(self) -> Array:
+        """Arc length at the points, shape (n,), pixels."""
+        return arc_length(self.points)
+
+    @property
+    def length(self) -> float:
+        """Visible length, pixels."""
+        return float(self.arc[-1])
+
+    def reversed(self) -> Centreline:
+        """The same, from the other end."""
+        flipped = {name: getattr(self, name)[::-1] for name in ("points", "sd", "width", "contrast", "score")}
+        return replace(self, **flipped, open_ends=self.open_ends[::-1])
+
+    def between(self, first: float, last: float) -> Centreline:
+        """The part between two arc lengths, in as many points; extended straight where it does not reach so far."""
+        points, s = respaced(self.points, first, last, len(self.points))
+        values = {name: np.interp(s, self.arc, getattr(self, name)) for name in ("sd", "width", "contrast", "score")}
+        return replace(self, points=points, **values)
 
 
-def find(
-    image: Picture, start: ArrayLike | None = None, *, points: int = POINTS, source: str = "picture"
-) -> Centreline:
+class _Band(NamedTuple):
+    """Typical appearance of a strip: width, pixels; whether it is bright; contrast, grey levels."""
+
+    width: float
+    bright: bool
+    contrast: float
+
+    @property
+    def cutoff(self) -> float:
+        """Wave length that smoothing halves, pixels: hairs and weave are shorter, bends of a strip longer."""
+        return max(3.0 * self.width, 24.0)
+
+    @property
+    def margin(self) -> float:
+        """How far beyond its last known end the strip is looked for, pixels."""
+        return max(3.0 * self.width, 12.0)
+
+    def score(self, edges: Edges) -> Array:
+        return score_of(edges, self.width, self.contrast, WIDTH_TOLERANCE)
+
+
+def find(image: Picture, start: ArrayLike | None = None, *, points: int = 80, source: str = "picture") -> Centreline:
     """The longest and clearest strip in a picture.
 
     Parameters
@@ -30,8 +127,8 @@ def find(
     image
         Grey values, shape (h, w).
     start
-        Pixel of the gripper's end: what leads away from it on one side is taken.  Without it the strip starts at its
-        end further left.
+        Pixel of the gripper's end: the line leads away from it, to the side on which more of the strip is.  Without
+        it the line starts at the strip's end further left.
     points
         How many points to return.
     source
@@ -42,59 +139,175 @@ def find(
     TrackingError
         No strip.
     """
-    best: tuple[float, Rough] | None = None
-    for rough in candidates(image):
-        if start is not None:
-            rough = _from_start(rough, np.asarray(start, dtype=np.float64))
-        worth = rough.length * min(rough.contrast, 100.0)
-        if start is not None:
-            away = float(np.hypot(*(rough.points[0] - np.asarray(start))))
-            worth /= 1.0 + (away / (4.0 * rough.width + 20.0)) ** 2
-        if best is None or worth > best[0]:
-            best = (worth, rough)
-    needed = "a strip much brighter or darker than what is around it"
-    if best is None or best[1].length < 20.0:
-        raise TrackingError(source, "no strip was found", needed, "light the strip, or put a plain cloth behind it")
-    rough = best[1]
-    if start is None and rough.points[0, 0] > rough.points[-1, 0]:
-        rough = replace(rough, points=rough.points[::-1])
-    band = Band(rough.width, rough.bright, rough.contrast)
-    curve = sections_of(_thinned(rough), band)
+    rough = _best_candidate(image, None if start is None else np.asarray(start, dtype=np.float64), source)
+    band = _Band(rough.width, rough.bright, rough.contrast)
+    curve = _sections(_smooth_path(rough), band)
     # The skeleton of a rough mask is a few pixels off: measured twice, the second time from a smooth curve.
-    for _ in range(2):
-        line = measured(image, curve, band, default_reach(band), points, source)
-        band = Band(float(np.median(line.width)), band.bright, line.contrast)
-        curve = sections_of(line.points, band)
-    line = measured(image, curve, band, 0, points, source)
-    return line if start is None else _cut(line, np.asarray(start, dtype=np.float64))
+    for reach in (True, True, False):
+        line = _measured(image, _located(image, curve, band, source) if reach else curve, band, points, source)
+        if reach:
+            band = _Band(float(np.median(line.width)), band.bright, float(line.contrast[0]))
+            curve = _sections(line.points, band)
+    return line if start is None else _starting_at(line, np.asarray(start, dtype=np.float64))
 
 
-def _from_start(rough: Rough, start: Array) -> Rough:
-    """The way from its point nearest to ``start``, in the direction in which more of it is left."""
-    nearest = int(np.argmin(np.hypot(*(rough.points - start).T)))
-    tail, head = rough.points[nearest:], rough.points[: nearest + 1][::-1]
-    return replace(rough, points=tail if len(tail) >= len(head) else head)
+def _best_candidate(image: Picture, start: Array | None, source: str) -> RoughPath:
+    best: tuple[float, RoughPath | None] = (0.0, None)
+    for rough in candidates(image):
+        worth = 1.0
+        if start is not None:
+            away = np.hypot(*(rough.points - start).T)
+            nearest = int(np.argmin(away))
+            tail, head = rough.points[nearest:], rough.points[: nearest + 1][::-1]
+            rough = replace(rough, points=tail if len(tail) >= len(head) else head)
+            worth /= 1.0 + (away[nearest] / (4.0 * rough.width + 20.0)) ** 2
+        elif rough.points[0, 0] > rough.points[-1, 0]:
+            rough = replace(rough, points=rough.points[::-1])
+        worth *= rough.length * min(rough.contrast, 100.0)
+        if worth > best[0]:
+            best = (worth, rough)
+    if best[1] is None or best[1].length < 20.0:
+        needed = "a strip much brighter or darker than what is around it"
+        raise TrackingError(source, "no strip was found", needed, "light the strip, or put a plain cloth behind it")
+    return best[1]
 
 
-def _thinned(rough: Rough) -> Array:
-    """Smooth points along the way of a skeleton, its ends left out: there it runs into corners and frays."""
-    steps = np.linalg.norm(np.diff(rough.points, axis=0), axis=1)
-    arc = np.concatenate([[0.0], np.cumsum(steps)])
+def _smooth_path(rough: RoughPath) -> Array:
+    """Smooth points along a skeleton, without its ends: there it runs into corners and frays."""
+    arc = arc_length(rough.points)
     off = min(3.0 * rough.width, 0.1 * arc[-1])
-    length = float(arc[-1]) - 2.0 * off
-    count = max(int(length / 2.0), 12)
-    s = np.linspace(off, off + length, count)
+    count = max(int((arc[-1] - 2.0 * off) / 2.0), 12)
+    s = np.linspace(off, arc[-1] - off, count)
     even = np.column_stack([np.interp(s, arc, rough.points[:, i]) for i in range(2)])
-    return smoothed_values(even, np.ones(count), max(3.0 * rough.width, 20.0) / (length / (count - 1)))
+    return smoothed(even, np.ones(count), max(3.0 * rough.width, 20.0) / (s[1] - s[0]))
 
 
-def _cut(line: Centreline, start: Array) -> Centreline:
-    """The line from its point next to ``start``, with as many points."""
-    arc = line.arc
-    fine = np.linspace(0.0, 0.9 * arc[-1], 8 * len(arc))
-    places = interpolated(line.points, arc, fine)
+def _sections(points: Array, band: _Band) -> Array:
+    """Points for sections, shape (n, 2): equally spaced along the curve and some beyond its ends."""
+    length = arc_length(points)[-1]
+    inner = max(int(length / np.clip(0.5 * band.width, 3.0, 8.0)), 12)
+    curve, s = respaced(points, 0.0, length, inner + 1)
+    more = s[1] * np.arange(1, max(int(np.ceil(band.margin / s[1])), 2) + 1)[:, None]
+    before = curve[0] + more[::-1] * end_direction(curve[::-1])
+    return np.concatenate([before, curve, curve[-1] + more * end_direction(curve)])
+
+
+def _spacing(curve: Array) -> float:
+    return float(np.hypot(*(curve[len(curve) // 2 + 1] - curve[len(curve) // 2])))
+
+
+def _lost(source: str, share: float) -> TrackingError:
+    found = f"the strip was found along {share:.0%} of where it was looked for"
+    advice = "it may be hidden, blurred, or have moved too far between two pictures"
+    return TrackingError(source, found, f"at least {MIN_MEASURED:.0%}", advice)
+
+
+def _located(image: Picture, curve: Array, band: _Band, source: str) -> Array:
+    """The curve moved to where the strip roughly is."""
+    h = _spacing(curve)
+    width = np.full(len(curve), band.width)
+    reach = int(np.ceil(max(4.0 * band.width, 16.0)))
+    # Where it moved by more than its width the normals were not its own: located again from there.
+    while reach:
+        across = normals(curve)
+        offset = locate(image, curve, across, width, reach, band.bright, max(round(band.width / h), 2))
+        there = curve + offset[:, None] * across
+        score = band.score(edges_at(image, there, across, band.width, band.bright)) * inside(curve, image.shape)
+        good = score >= GOOD
+        if good.sum() < 6:
+            raise _lost(source, float(good.mean()))
+        curve = curve + smooth_offsets(offset, score, 2.0 * band.cutoff / h)[:, None] * across
+        reach = reach // 2 if float(np.quantile(np.abs(offset[good]), 0.9)) > band.width else 0
+    return curve
+
+
+def _measured(image: Picture, curve: Array, band: _Band, points: int, source: str) -> Centreline:
+    """Measure, trim the ends, smooth, and space equally."""
+    h = _spacing(curve)
+    cutoff = band.cutoff / h
+    across = normals(curve)
+    edges = edges_at(image, curve, across, band.width, band.bright)
+    score = np.where(inside(curve, image.shape), band.score(edges), 0.0)
+    good = score >= GOOD
+    pairs = np.flatnonzero(good[1:] & good[:-1])
+    if pairs.size == 0:
+        raise _lost(source, float(good.mean()))
+    # From the first to the last measured section that has a measured neighbour.
+    keep = slice(int(pairs[0]), int(pairs[-1]) + 2)
+    curve, across, score, good = curve[keep], across[keep], score[keep], good[keep]
+    edges = Edges._make(values[keep] for values in edges)
+    if good.mean() < MIN_MEASURED:
+        raise _lost(source, float(good.mean()))
+    offset, merged = strip_offset(edges, band.width, good, cutoff)
+    score = np.where(merged, np.maximum(0.5 * score, GOOD), score)
+    # A hidden section is roughly where it was expected.
+    centres = curve + np.where(good, offset, 0.0)[:, None] * across
+    smooth, weights = smooth_centres(centres, edges.noise, score, across, cutoff, GAP_WEIGHT)
+    away = np.einsum("ij,ij->i", centres - smooth, across)
+    sd = _uncertainty(away, weights, good, cutoff, h)
+
+    first, last = -_tip(image, smooth[::-1], band, h), arc_length(smooth)[-1] + _tip(image, smooth, band, h)
+    even, s = respaced(smooth, first, last, points)
+    arc = arc_length(smooth)
+    at_border = ~inside(even[[0, -1]], image.shape, 0.5 * band.width + 1.0)
+    return Centreline(
+        points=even,
+        sd=np.interp(s, arc, sd),
+        width=np.interp(s, arc[good], edges.width[good]),
+        contrast=np.full(points, np.median(edges.contrast[good])),
+        score=np.interp(s, arc, score),
+        bright=band.bright,
+        open_ends=(bool(at_border[0]), bool(at_border[1])),
+    )
+
+
+def _uncertainty(away: Array, weights: Array, good: Mask, cutoff: float, h: float) -> Array:
+    """Standard deviation of smoothed centres, shape (n,), pixels, from how far the centres are ``away`` from them.
+
+    Neighbours that scatter together raise it.  ``h`` is the spacing, pixels, ``cutoff`` in spacings.
+    """
+    variance = variances(weights, cutoff)
+    own = weights[good]
+    freedom = max(float(len(own) - own @ variance[good]), 1.0)
+    sigma2 = float(own @ away[good] ** 2) / freedom * len(own) / float(own.sum())
+    scaled = away * np.sqrt(weights)
+    pairs = good[1:] & good[:-1]
+    power = float(np.mean(scaled[good] ** 2))
+    rho = 0.0
+    if pairs.sum() >= 8 and power > 0.0:
+        rho = float(np.clip(np.mean(scaled[1:][pairs] * scaled[:-1][pairs]) / power, 0.0, 0.8))
+    sd = np.sqrt(sigma2 * variance * (1.0 + rho) / (1.0 - rho))
+    index = np.arange(len(good))
+    hidden = np.abs(index[:, None] - index[good]).min(axis=1)
+    return np.asarray(np.sqrt(sd**2 + MIN_SD**2 + (GAP_SLOPE * hidden * h) ** 2))
+
+
+def _tip(image: Picture, curve: Array, band: _Band, h: float) -> float:
+    """How far beyond the last point of ``curve`` the strip ends, pixels.
+
+    The end is where the mean over half of the width falls to half of the contrast, or the picture's border.
+    """
+    back = round(3.0 * h)
+    t = np.arange(-back, round(band.margin) + 1, dtype=np.float64)
+    away = end_direction(curve)
+    line = curve[-1] + t[:, None] * away
+    across = np.broadcast_to([-away[1], away[0]], line.shape)
+    values = sample(image, line, across, int(0.25 * band.width), band.bright).mean(axis=1)
+    seen = inside(line, image.shape)
+    level = float(np.median(values[: max(back // 2, 1)])) - 0.5 * band.contrast
+    i = int(np.argmax((values < level) | ~seen))
+    if i == 0:
+        return 0.0
+    if not seen[i]:
+        return float(t[i - 1])
+    part = (values[i - 1] - level) / max(float(values[i - 1] - values[i]), 1e-3)
+    return float(t[i - 1] + np.clip(part, 0.0, 1.0))
+
+
+def _starting_at(line: Centreline, start: Array) -> Centreline:
+    """The line from its point next to ``start``."""
+    fine = np.linspace(0.0, 0.9 * line.length, 8 * len(line.points))
+    places = resampled(line.points, fine)
     near = int(np.argmin(np.hypot(*(places - start).T)))
-    along = tangents(places)[near]
-    s = np.linspace(max(fine[near] + float(np.dot(start - places[near], along)), 0.0), arc[-1], len(arc))
-    moved = {name: np.interp(s, arc, getattr(line, name)) for name in ("sd", "width", "score")}
-    return replace(line, points=interpolated(line.points, arc, s), **moved)
+    first = fine[near] + float((start - places[near]) @ tangents(places)[near])
+    return line.between(max(first, 0.0), line.length)

@@ -1,9 +1,9 @@
 """eta_b from one picture: of the loop of a folded strip, or of a strip that hangs out of a clamp.
 
-The interval holds what the picture says: scatter of the edges, the free end, the plumb line.  It does not hold the
-scale: an error of 1 % of it is one of 3 % of eta_b, with either method.  Nor does it hold what the model leaves out:
-a folded strip of thickness t lands on itself t higher than an infinitely thin one, its loop is 0.12 t higher, and
-eta_b comes out 0.38 t / L* too low (2 % at t = 0.05 L*).
+The interval covers what the picture says: scatter of the edges, the free end, the vertical.  It excludes the scale,
+an error of 1 % of which is one of 3 % of eta_b with either method, and what the model leaves out: a folded strip of
+thickness t lands on itself t higher than an infinitely thin one, its loop is 0.12 t higher, and eta_b comes out
+0.38 t / L* too low (2 % at t = 0.05 L*).
 """
 
 from __future__ import annotations
@@ -12,38 +12,36 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from stripfold import elastica
+from stripfold.arrays import Picture
 from stripfold.errors import InvalidInputError, TrackingError
 from stripfold.inputs import ETA_B
 from stripfold.material import GRAVITY, Material
-from stripfold.vision import cantilever, folded
+from stripfold.vision import cantilever, fold_height
 from stripfold.vision.centreline import Centreline, find
 
 SCALE = (1e-7, 1e-2)
 """Allowed metres per pixel."""
 POINTS = 100
-VAGUE = 30.0
+MAX_INTERVAL_RATIO = 30.0
 """Largest ratio of an interval's ends that is still called a measurement."""
-LEVEL = (2.5, 97.5)
-"""Percentiles of the interval."""
+PERCENTILES = (2.5, 97.5)
+"""Of the interval."""
 
 
 @dataclass(frozen=True, eq=False)
 class EtaB:
-    """What one picture says of a strip.
+    """What one picture says about a strip.
 
-    Parameters
+    Attributes
     ----------
     method
         "fold" or "cantilever".
     eta_b, interval
         Weight-to-bending-stiffness ratio and its 95 % interval, m^-4 s^2.
-    gravity_length
-        L*, m.
     residual
-        Root mean square of the distances between what was measured and what was fitted, m.
+        Root mean square of the distances between measured and fitted points, m.
     scale
         m per pixel.
     fold
@@ -58,7 +56,7 @@ class EtaB:
     interval: tuple[float, float]
     residual: float
     scale: float
-    fold: folded.Fold | None = None
+    fold: fold_height.Fold | None = None
     line: Centreline | None = None
     shape: cantilever.Fit | None = None
     power: cantilever.Fit | None = None
@@ -70,25 +68,25 @@ class EtaB:
 
     @property
     def exponent(self) -> tuple[float, float, float] | None:
-        """n of ``M ~ kappa^n`` and its 95 % interval; 1 for a linear strip."""
+        """n of ``M ~ kappa^n`` and its 95 % interval; None with the method "fold"."""
         if self.power is None:
             return None
-        low, high = np.percentile(self.power.exponents, LEVEL)
+        low, high = np.percentile(self.power.exponents, PERCENTILES)
         return self.power.exponent, float(low), float(high)
 
     @property
     def linear(self) -> bool | None:
-        """Whether the shape is that of a linear strip; None with the method "fold", which does not tell."""
-        return None if (found := self.exponent) is None else bool(found[1] <= 1.0 <= found[2])
+        """Whether the shape is that of a linear strip; None with the method "fold"."""
+        return None if (n := self.exponent) is None else n[1] <= 1.0 <= n[2]
 
     def secant(self, share: float) -> float:
         """eta_b of the secant stiffness at ``share`` of the largest curvature, m^-4 s^2; needs "cantilever".
 
-        The stiffness ``M / kappa`` goes with ``kappa^(n - 1)``.
+        The stiffness ``M / kappa`` is proportional to ``kappa^(n - 1)``.
         """
         if self.power is None or self.line is None:
             raise InvalidInputError("method", self.method, "cantilever")
-        return _eta(self.power.ratio, self.line.length * self.scale) * share ** (1.0 - self.power.exponent)
+        return _eta_b(self.power.ratio, self.line.length * self.scale) * share ** (1.0 - self.power.exponent)
 
     def fields(self) -> dict[str, Any]:
         """Plain values, SI units."""
@@ -110,13 +108,13 @@ class EtaB:
         return values
 
 
-def from_image(image: NDArray[np.uint8], scale: float, method: str, source: str = "picture") -> EtaB:
+def from_image(image: Picture, scale: float, method: str, source: str = "picture") -> EtaB:
     """eta_b from grey values, shape (h, w), with ``scale`` metres per pixel; the picture is upright.
 
     Raises
     ------
     InvalidInputError
-        A scale or method that cannot be, or a scale with which eta_b could not be.
+        An unknown method, or a scale outside its range or with which eta_b would be outside its range.
     TrackingError
         No strip as the method needs it.
     """
@@ -132,23 +130,22 @@ def from_image(image: NDArray[np.uint8], scale: float, method: str, source: str 
     return found
 
 
-def _eta(ratio: float, length: float) -> float:
+def _eta_b(ratio: float, length: float) -> float:
     """From ``(length / L*)^3``; length in m."""
     return ratio / (GRAVITY * length**3)
 
 
-def _from_fold(image: NDArray[np.uint8], scale: float, source: str) -> EtaB:
-    fold = folded.measure_fold(image, source)
-    ends = (fold.height + 1.96 * fold.sd, fold.height - 1.96 * fold.sd)
-    if ends[1] <= 0.0:
-        raise TrackingError(source, "the loop's height is within its uncertainty", folded.NEEDED, "come closer")
-    low, high = (elastica.eta_b_from_fold_height(height * scale) for height in ends)
-    eta_b = elastica.eta_b_from_fold_height(fold.height * scale)
+def _from_fold(image: Picture, scale: float, source: str) -> EtaB:
+    fold = fold_height.measure_fold(image, source)
+    if fold.height <= 1.96 * fold.sd:
+        raise TrackingError(source, "the loop's height is within its uncertainty", fold_height.NEEDED, "come closer")
+    heights = (fold.height, fold.height + 1.96 * fold.sd, fold.height - 1.96 * fold.sd)
+    eta_b, low, high = (elastica.eta_b_from_fold_height(height * scale) for height in heights)
     residual = float(np.sqrt(np.mean(fold.residual**2))) * scale
     return EtaB("fold", eta_b, (low, high), residual, scale, fold=fold)
 
 
-def _from_cantilever(image: NDArray[np.uint8], scale: float, source: str) -> EtaB:
+def _from_cantilever(image: Picture, scale: float, source: str) -> EtaB:
     line = find(image, points=POINTS, source=source)
     # The free end hangs below the clamp.
     if line.points[0, 1] > line.points[-1, 1]:
@@ -156,15 +153,16 @@ def _from_cantilever(image: NDArray[np.uint8], scale: float, source: str) -> Eta
     if line.open_ends[1]:
         found = "the strip's lower end is cut by the picture's border"
         raise TrackingError(source, found, cantilever.NEEDED, "show all of the strip that hangs")
-    # Frayed or slanted, the end is known to half of the strip's thickness.
+    # A frayed or slanted end is known to half of the strip's thickness.
     tip_sd = max(0.5 * float(np.median(line.width)), 1.0)
     shape, power = (
         cantilever.fit(line.points, line.sd, tip_sd, linear=linear, source=source) for linear in (True, False)
     )
     length = line.length * scale
-    low, high = (_eta(float(ratio), length) for ratio in np.percentile(shape.ratios, LEVEL))
-    if high > VAGUE * low:
+    low, high = (_eta_b(float(ratio), length) for ratio in np.percentile(shape.ratios, PERCENTILES))
+    if high > MAX_INTERVAL_RATIO * low:
         found = f"the strip's shape leaves eta_b anywhere from {low:.3g} to {high:.3g} m^-4 s^2"
-        raise TrackingError(source, found, f"an interval narrower than a factor {VAGUE:g}", "let 1 to 4 L* of it hang")
-    eta_b = _eta(shape.ratio, length)
+        needed = f"an interval narrower than a factor {MAX_INTERVAL_RATIO:g}"
+        raise TrackingError(source, found, needed, "let 1 to 4 L* of it hang")
+    eta_b = _eta_b(shape.ratio, length)
     return EtaB("cantilever", eta_b, (low, high), shape.rms * scale, scale, line=line, shape=shape, power=power)

@@ -18,7 +18,7 @@ from scipy.special import ndtr
 from stripfold.arrays import Array, Picture
 from stripfold.vision import boards
 from stripfold.vision.boards import Refinement, refine
-from stripfold.vision.smooth import median
+from stripfold.vision.smoothing import median
 
 CORNERS = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
 """The marker's corners in its own frame, in sides, in OpenCV's order."""

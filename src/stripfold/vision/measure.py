@@ -20,7 +20,7 @@ from stripfold.vision.clock import Clock, RobotLog
 from stripfold.vision.override import Override
 from stripfold.vision.recording import Recording
 from stripfold.vision.snap import Speed, StaticFit
-from stripfold.vision.strip_tracker import HELD
+from stripfold.vision.strip_tracker import TRACKED_SHARE
 from stripfold.vision.tracking import Tracks, track
 
 DRAWS = 200
@@ -312,7 +312,7 @@ def _check_height(recording: Recording, tracks: Tracks, flags: list[str]) -> Non
 
 def _of_length(recording: Recording, tracks: Tracks) -> list[str]:
     length, seen = recording.entries["strip"]["length"], float(np.nanmedian(tracks.visible))
-    if tracks.whole and seen < (HELD - LENGTH_OFF) * length:
+    if tracks.whole and seen < (TRACKED_SHARE - LENGTH_OFF) * length:
         return [f"{seen * 1e3:.1f} mm of the strip are seen, its length is {length * 1e3:.1f} mm"]
     return []
 

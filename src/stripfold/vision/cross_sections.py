@@ -1,0 +1,262 @@
+"""Cross sections of a strip in a picture: grey values along the normals of a curve, and the strip's edges on them.
+
+All arrays are small (some hundred sections of some ten samples): a frame costs a few milliseconds.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicHermiteSpline
+
+from stripfold.arrays import Array, Mask, Picture
+from stripfold.vision.smoothing import median, smoothed
+
+Grey = NDArray[np.float32]
+
+THIN = 4.0
+"""Width, pixels, up to which a band is located by its centroid: its two edges are not resolved."""
+GOOD = 0.4
+"""Score from which a section counts as measured."""
+MERGED = 1.3
+"""Width, relative to the strip's, from which a band is taken for the strip and something beside it."""
+
+
+class Edges(NamedTuple):
+    """A band on each section, arrays of shape (n,).
+
+    ``offset`` of its centre from the middle of the section and ``width`` at half contrast, pixels; ``contrast``, grey
+    levels; ``noise``, how far the edges move per grey level, pixels; ``found``, whether both edges were.
+    """
+
+    offset: Array
+    width: Array
+    contrast: Array
+    noise: Array
+    found: Mask
+
+
+def arc_length(points: Array) -> Array:
+    """Length of the polygon up to each of ``points``, shape (n,)."""
+    return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+
+
+def tangents(points: Array) -> Array:
+    """Unit tangents of a curve through ``points``, shape (n, 2)."""
+    step = np.empty_like(points)
+    step[1:-1] = points[2:] - points[:-2]
+    step[0], step[-1] = points[1] - points[0], points[-1] - points[-2]
+    return np.asarray(step / np.maximum(np.hypot(step[:, 0], step[:, 1]), 1e-12)[:, None])
+
+
+def normals(points: Array) -> Array:
+    """Unit normals of a curve through ``points``, shape (n, 2): the tangents turned by a right angle."""
+    along = tangents(points)
+    return np.column_stack([-along[:, 1], along[:, 0]])
+
+
+def end_direction(points: Array) -> Array:
+    """Unit vector, shape (2,), in which a curve ends, over a few points since each scatters."""
+    step = points[-1] - points[-1 - min(3, len(points) - 1)]
+    return np.asarray(step / max(float(np.hypot(*step)), 1e-9))
+
+
+def resampled(points: Array, s: Array) -> Array:
+    """A smooth curve through ``points``, shape (n, 2), at the arc lengths ``s``, shape (m,)."""
+    arc = arc_length(points)
+    return np.asarray(CubicHermiteSpline(arc, points, np.gradient(points, arc, axis=0))(s))
+
+
+def respaced(points: Array, first: float, last: float, count: int) -> tuple[Array, Array]:
+    """``count`` equally spaced points of a curve from one arc length to another, and their arc lengths.
+
+    The curve is extended straight where ``first`` is negative or ``last`` exceeds its length.
+    """
+    s = np.linspace(first, last, count)
+    beyond = last - arc_length(points)[-1]
+    if beyond > 0.0:
+        points = np.concatenate([points, [points[-1] + beyond * end_direction(points)]])
+    if first < 0.0:
+        points = np.concatenate([[points[0] - first * end_direction(points[::-1])], points])
+    return resampled(points, s - min(first, 0.0)), s
+
+
+def inside(points: Array, shape: tuple[int, ...], margin: float = 0.0) -> Mask:
+    """Which ``points``, shape (n, 2), lie in a picture of ``shape``, at least ``margin`` from its border."""
+    x, y = points.T
+    return (x >= margin) & (y >= margin) & (x <= shape[1] - 1 - margin) & (y <= shape[0] - 1 - margin)
+
+
+def sample(image: Picture, points: Array, across: Array, reach: int, bright: bool) -> Grey:
+    """Grey values at each pixel up to ``reach`` to both sides, shape (n, 2 reach + 1); dark strips are inverted.
+
+    Outside the picture the values at its border are repeated.
+    """
+    t = np.arange(-reach, reach + 1, dtype=np.float32)
+    points, across = points.astype(np.float32), across.astype(np.float32)
+    x, y = (points[:, i, None] + across[:, i, None] * t for i in range(2))
+    values = cv2.remap(image, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE).astype(np.float32)
+    return np.asarray(values if bright else 255.0 - values, dtype=np.float32)
+
+
+def locate(image: Picture, points: Array, across: Array, width: Array, reach: float, bright: bool, along: int) -> Array:
+    """Roughly where a band is on each section, shape (n,): whole pixels from the middle, at most ``reach``.
+
+    The response to a template (the band minus what is beside it) is smoothed over ``along`` neighbours and decays
+    from the middle: another part of the strip close by may be as clear, but only the strip itself is near everywhere.
+    ``width``, shape (n,), has few distinct values.
+    """
+    limit = int(np.ceil(reach))
+    half = limit + int(np.ceil(width.max())) + 1
+    profiles = sample(image, points, across, half, bright)
+    response = np.empty_like(profiles)
+    for size in np.unique(width):
+        core, beside = round(size) | 1, 2 * max(round(size), 2) | 1
+        rows = width == size
+        inner, outer = (
+            cv2.blur(profiles[rows], (n, 1), borderType=cv2.BORDER_REPLICATE) for n in (core, core + beside)
+        )
+        response[rows] = inner - outer
+    response = cv2.GaussianBlur(response, (1, 2 * along + 1), 0.0, sigmaY=max(along / 2.0, 0.5))
+    t = np.arange(-half, half + 1)
+    near = np.exp(-0.5 * (t / max(0.7 * reach, 1.0)) ** 2) * (np.abs(t) <= limit)
+    return np.asarray(t[np.argmax((np.maximum(response, 0.0) + 1e-6) * near, axis=1)], dtype=np.float64)
+
+
+def edges_at(image: Picture, points: Array, across: Array, width: Array | float, bright: bool) -> Edges:
+    """:func:`measure_edges` on sections through ``points`` of a picture."""
+    return measure_edges(sample(image, points, across, int(np.max(search_range(width))), bright), width)
+
+
+def search_range(width: Array | float) -> NDArray[np.intp]:
+    """How far from the centre of a band of ``width`` its edges and what is beside it are looked for, pixels."""
+    return np.rint(1.2 * np.asarray(width)).astype(np.intp) + 5
+
+
+def measure_edges(profiles: Grey, width: Array | float) -> Edges:
+    """Sub-pixel edges of a band that lies in the middle of each section.
+
+    Each edge is where the grey value is half-way between the band's and that beside it, on its own side: a strip
+    often has its dimmer face on one side and the background on the other.
+
+    Parameters
+    ----------
+    profiles
+        Shape (n, 2 r + 1), with r at least the largest :func:`search_range`.
+    width
+        Approximate width of the band on each section, shape (n,), or on all, pixels.
+    """
+    width = np.broadcast_to(np.asarray(width, dtype=np.float64), len(profiles))
+    middle = profiles.shape[1] // 2
+    far = search_range(width)
+    blurred = cv2.blur(profiles, (3, 1), borderType=cv2.BORDER_REPLICATE)
+    top, left, right = np.empty((3, len(profiles)), np.float32)
+    # Sections of one width together: they use the same columns.
+    for size in np.unique(width):
+        rows = np.flatnonzero(width == size)
+        core, end = int(0.3 * size), int(search_range(size))
+        start = min(int(np.rint(0.5 * size)) + 1, end - 1)
+        top[rows] = profiles[rows, middle - core : middle + core + 1].mean(axis=1, dtype=np.float64)
+        left[rows] = blurred[rows, middle - end : middle - start].min(axis=1)
+        right[rows] = blurred[rows, middle + start + 1 : middle + end + 1].min(axis=1)
+    below, found_below, slope_below = _crossing(profiles[:, middle::-1], 0.5 * (top + left), far)
+    above, found_above, slope_above = _crossing(profiles[:, middle:], 0.5 * (top + right), far)
+    offset = 0.5 * (above - below)
+    thin = np.flatnonzero(width <= THIN)
+    if thin.size:
+        base = 0.5 * (left + right)[thin]
+        t = np.arange(-middle, middle + 1, dtype=np.float32)
+        near = np.abs(t) <= np.minimum(0.5 * width[thin] + 2.0, far[thin])[:, None]
+        weight = np.maximum(profiles[thin] - (base + 0.1 * (top[thin] - base))[:, None], 0.0) * near
+        offset[thin] = (weight @ t) / np.maximum(weight.sum(axis=1), 1e-6)
+    noise = 0.5 * np.hypot(1.0 / slope_below, 1.0 / slope_above)
+    values = (offset, above + below, top - np.maximum(left, right), noise)
+    return Edges._make([*(np.asarray(a, dtype=np.float64) for a in values), found_below & found_above])
+
+
+def _crossing(values: Grey, level: Grey, far: NDArray[np.intp]) -> tuple[Array, Mask, Array]:
+    """Where each row first falls below its level, at most ``far`` away: place, whether it does, and the slope."""
+    low = values < level[:, None]
+    low[:, 0] = False
+    at = np.argmax(low, axis=1)
+    rows = np.arange(len(values))
+    found = (at > 0) & (at <= far)
+    at = np.where(found, at, 1)
+    before, after = values[rows, at - 1], values[rows, at]
+    drop = np.maximum(before - after, 1e-3)
+    return at - 1 + np.clip((before - level) / drop, 0.0, 1.0), found, np.maximum(drop, 1.0)
+
+
+def score_of(edges: Edges, width: Array | float, contrast: Array | float, tolerance: float) -> Array:
+    """How much each section looks like a strip of this ``width`` and ``contrast``, shape (n,), 0 to 1.
+
+    ``tolerance`` is the standard deviation of the logarithm of the width.
+    """
+    clear = np.clip(edges.contrast / (0.7 * contrast), 0.0, 1.0)
+    wider = np.log(np.maximum(edges.width, 0.1) / width) / tolerance
+    return np.asarray(np.where(edges.found, clear * np.exp(-0.5 * wider**2), 0.0))
+
+
+def strip_offset(edges: Edges, width: Array | float, good: Mask, cutoff: float) -> tuple[Array, Mask]:
+    """Offsets of the strip's own centre, shape (n,), and where the band is the strip merged with something beside it.
+
+    There one edge is the strip's own, the one that agrees with the smooth curve through the other sections (cut-off
+    in spacings); the centre is half a width from it.
+    """
+    merged = good & (edges.width > MERGED * width)
+    clean = good & ~merged
+    if not merged.any() or clean.sum() < 0.3 * len(clean):
+        return edges.offset, np.zeros_like(merged)
+    expected = smoothed(edges.offset, clean.astype(np.float64), 2.0 * cutoff)
+    slack = 0.5 * (edges.width - width)
+    lower, upper = edges.offset - slack, edges.offset + slack
+    own = np.where(np.abs(lower - expected) < np.abs(upper - expected), lower, upper)
+    return np.where(merged, own, edges.offset), merged
+
+
+def smooth_offsets(offset: Array, score: Array, cutoff: float) -> Array:
+    """Offsets as smooth as the motion of a strip, shape (n,): outliers count little, gaps move as their neighbours."""
+    good = score >= GOOD
+    index = np.arange(len(offset))
+    offset = np.where(good, offset, np.interp(index, index[good], offset[good]))
+    weights = base = np.where(good, score, 0.05)
+    for _ in range(3):
+        smooth = smoothed(offset, weights, cutoff)
+        weights = base / (1.0 + ((offset - smooth) / 2.0) ** 2)
+    return smooth
+
+
+def smooth_centres(
+    centres: Array, noise: Array, score: Array, across: Array, cutoff: float, expected: float
+) -> tuple[Array, Array]:
+    """Robustly smoothed centres, shape (n, 2), and their weights, shape (n,).
+
+    Parameters
+    ----------
+    centres
+        Shape (n, 2), pixels.
+    noise
+        Of :class:`Edges`.
+    across
+        Normals, shape (n, 2).
+    cutoff
+        In spacings.
+    expected
+        Weight of a centre that was not measured, relative to that of a measured one.
+    """
+    good = score >= GOOD
+    spread = np.clip(noise / median(noise[good]), 0.5, 3.0)
+    base = np.where(good, score / spread**2, 0.0)
+    base /= base[good].mean()
+    base[~good] = expected
+    weights = base
+    for _ in range(3):
+        away = np.einsum("ij,ij->i", centres - smoothed(centres, weights, cutoff), across)
+        scaled = np.where(good, away * np.sqrt(base), 0.0)
+        # Hairs pull an edge outwards: Cauchy weights.  Smoothing takes a tight bend off by 0.1 px: that is no outlier.
+        sigma = max(1.4826 * median(np.abs(scaled[good])), 0.1)
+        weights = base / (1.0 + (scaled / (2.4 * sigma)) ** 2)
+    return smoothed(centres, weights, cutoff), weights

@@ -1,0 +1,177 @@
+"""Segmentation of an unknown picture: strip-like regions, each reduced to the longest path through its skeleton.
+
+A global threshold loses the dim parts of a strip.  Here the background is the local median; Otsu's threshold is that
+of the differences that stand out from it, and dimmer pixels count where they are connected to clear ones (hysteresis).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse.csgraph import dijkstra
+from skimage.filters import apply_hysteresis_threshold, threshold_otsu
+from skimage.graph import pixel_graph
+from skimage.measure import label, regionprops
+from skimage.morphology import skeletonize
+
+from stripfold.arrays import Array, Mask, Picture
+from stripfold.vision.cross_sections import arc_length
+
+WORKING_SIZE = 1300
+"""Longest side of the picture that is segmented, pixels."""
+MIN_CONTRAST = 12.0
+"""Smallest grey-level difference to the background that can be a strip."""
+MIN_SLENDERNESS = 8.0
+"""Least length of a strip in a picture, in its widths."""
+
+
+@dataclass(frozen=True, eq=False)
+class RoughPath:
+    """A path along something long and thin.
+
+    ``points``, shape (n, 2), and typical ``width`` in pixels; whether it is ``bright``er than what is around it, and by
+    how many grey levels typically (``contrast``).
+    """
+
+    points: Array
+    width: float
+    bright: bool
+    contrast: float
+
+    @property
+    def length(self) -> float:
+        """Length of the polygon, pixels."""
+        return float(arc_length(self.points)[-1])
+
+
+def candidates(image: Picture) -> Iterator[RoughPath]:
+    """Long thin objects in ``image``, shape (h, w), bright and dark ones, each joined across its gaps."""
+    small, scale = reduced(image)
+    for bright in (True, False):
+        pieces = sorted(_pieces(*foreground(small, bright), bright), key=lambda piece: -piece.length)
+        while pieces:
+            joined, pieces = _joined(pieces)
+            if joined.length > MIN_SLENDERNESS * joined.width:
+                yield replace(joined, points=unreduced(joined.points, scale), width=joined.width * float(scale.mean()))
+
+
+def reduced(image: Picture) -> tuple[Picture, Array]:
+    """``image`` at the size that is segmented, and the size of its pixels along x and y in those of ``image``."""
+    factor = min(1.0, WORKING_SIZE / max(image.shape))
+    if factor == 1.0:
+        return image, np.ones(2)
+    small = np.asarray(cv2.resize(image, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA), dtype=np.uint8)
+    return small, np.array(image.shape[::-1]) / np.array(small.shape[::-1])
+
+
+def unreduced(values: Array, scale: Array | float) -> Array:
+    """Coordinates in the original picture: the centre of a large pixel lies between those that it covers."""
+    return np.asarray((values + 0.5) * scale - 0.5)
+
+
+def foreground(image: Picture, bright: bool) -> tuple[Mask, Array]:
+    """Where a picture is brighter (or darker) than its surroundings, and by how many grey levels; each (h, w)."""
+    smooth = np.asarray(cv2.GaussianBlur(image, (0, 0), 1.0), dtype=np.uint8)
+    difference = np.asarray((smooth - _background(smooth)) * (1.0 if bright else -1.0), dtype=np.float64)
+    noise = max(1.4826 * float(np.median(np.abs(difference - np.median(difference)))), 0.5)
+    least = max(6.0 * noise, MIN_CONTRAST)
+    outstanding = difference[difference > least]
+    if outstanding.size < 20 or np.ptp(outstanding) == 0.0:
+        return np.asarray(difference > least), difference
+    high = max(float(threshold_otsu(outstanding)), least)
+    return np.asarray(apply_hysteresis_threshold(difference, max(0.5 * high, least), high)), difference
+
+
+def closed(mask: Mask) -> NDArray[np.uint8]:
+    """The mask without holes of a pixel or two."""
+    return np.asarray(cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8)), np.uint8)
+
+
+def _background(image: Picture) -> Array:
+    """Local median, grey levels, shape (h, w); its window is wide against a strip, small against the picture."""
+    h, w = image.shape
+    small = cv2.resize(image, (max(w // 4, 8), max(h // 4, 8)), interpolation=cv2.INTER_AREA)
+    size = max(max(small.shape) // 6, 5) | 1
+    edge = size // 2
+    padded = cv2.copyMakeBorder(small, edge, edge, edge, edge, cv2.BORDER_REFLECT)
+    median = cv2.medianBlur(padded, min(size, 255))[edge:-edge, edge:-edge]
+    return np.asarray(cv2.resize(median, (w, h), interpolation=cv2.INTER_LINEAR), dtype=np.float64)
+
+
+def _pieces(mask: Mask, difference: Array, bright: bool) -> Iterator[RoughPath]:
+    for region in regionprops(label(closed(mask), connectivity=2)):
+        if max(region.image.shape) < 15 or region.area < 30:
+            continue
+        # Nothing is beyond the picture's border either: a band that leaves the picture ends there.
+        room = cv2.distanceTransform(np.pad(region.image, 1).astype(np.uint8), cv2.DIST_L2, 5)[1:-1, 1:-1]
+        skeleton = skeletonize(region.image)
+        if skeleton.sum() < 10:
+            continue
+        path = _longest_path(skeleton)
+        radius = room[tuple(path.T)]
+        # A hair that sticks out of an end is thinner than the strip; so is the tip of a skeleton.
+        thick = np.flatnonzero(radius > 0.5 * np.median(radius))
+        path = path[thick[0] : thick[-1] + 1]
+        if len(path) < 10:
+            continue
+        contrast = float(np.median(difference[region.slice][tuple(path.T)]))
+        corner = [region.slice[1].start, region.slice[0].start]
+        yield RoughPath(
+            (path[:, ::-1] + corner).astype(np.float64),
+            max(2.0 * float(np.median(radius)) - 1.0, 1.0),
+            bright,
+            contrast,
+        )
+
+
+def _longest_path(skeleton: Mask) -> NDArray[np.intp]:
+    """Rows and columns, shape (n, 2), along the longest of the shortest paths between two pixels of a skeleton."""
+    graph, nodes = pixel_graph(skeleton, connectivity=2)
+    end = 0
+    for _ in range(3):
+        away, before = dijkstra(graph, directed=False, indices=end, return_predecessors=True)
+        end = int(np.argmax(np.where(np.isfinite(away), away, -1.0)))
+    path = [end]
+    while before[path[-1]] >= 0:
+        path.append(int(before[path[-1]]))
+    return np.column_stack(np.unravel_index(nodes[path], skeleton.shape))
+
+
+def _joined(pieces: list[RoughPath]) -> tuple[RoughPath, list[RoughPath]]:
+    """The first piece with those that continue it across gaps, and the pieces that are left."""
+    whole, rest = pieces[0], pieces[1:]
+    while True:
+        near: list[tuple[float, int, Array]] = []
+        for i, other in enumerate(rest):
+            if not 0.5 < other.width / whole.width < 2.0 or not 0.4 < other.contrast / whole.contrast < 2.5:
+                continue
+            for mine in (whole.points, whole.points[::-1]):
+                for its in (other.points, other.points[::-1]):
+                    near.append((_gap(mine, its, whole.width), i, np.concatenate([mine, its])))
+        gap, i, points = min(near, key=lambda found: found[0], default=(np.inf, 0, whole.points))
+        if gap >= max(12.0 * whole.width, 0.12 * whole.length):
+            return whole, rest
+        whole = replace(whole, points=points)
+        del rest[i]
+
+
+def _gap(before: Array, after: Array, width: float) -> float:
+    """Distance from the end of one path to the start of another; infinite where this does not continue it."""
+    n = max(int(4.0 * width), 10)
+    step = after[0] - before[-1]
+    distance = float(np.hypot(*step))
+    directions = [_unit(before[-1] - before[-n:][0]), _unit(after[:n][-1] - after[0])]
+    if float(step @ directions[0]) < 0.0:
+        return np.inf  # beside it, not behind its end
+    if distance > 2.0 * width:
+        directions.append(step / distance)
+    aligned = min(float(a @ b) for a in directions for b in directions)
+    return distance if aligned > 0.8 else np.inf
+
+
+def _unit(vector: Array) -> Array:
+    return np.asarray(vector / max(float(np.hypot(*vector)), 1e-9))
