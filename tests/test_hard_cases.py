@@ -10,84 +10,102 @@ import pytest
 import xarray as xr
 
 from stripfold import store
-from stripfold.errors import CrushedError, InvalidInputError, NewtonError
+from stripfold.errors import CrushedError, InvalidInputError, NewtonError, StripfoldError
 from studies.hard_cases import run as hard_cases
-from studies.hard_cases.case import Case, Finding, judge, shown
+from studies.hard_cases.case import Case, Finding, judge, refined, shown
 
 ROOT = Path(__file__).parents[1]
 COARSE = 2.0
 """Refinement of these tests, the stored run's."""
 
-SLOW = {
-    "just above the touch limit",
-    "just below the touch limit",
-    "long, high",
-    "thick, h = 0.2 L*",
-    "thick rod, h = 0.2 L*",
-    "thin, h / L = 1e-5",
-    "very fine mesh",
-    "steps of 0.05 L*",
-}
+SLOW = (
+    "touch limit",
+    "long, ",
+    "thick, ",
+    "thick rod",
+    "thin, ",
+    "mesh",
+    "steps of",
+    "eta_b = ",
+    "z = 0.",
+)
 """Seconds each; like the others they are in what the rule `hard_cases` stores, which is checked below."""
+KNOWN_FAILURES = ("thick, h = 0.2 L*",)
+"""One element across is not enough for the error that the solid claims: docs/hard-cases.md."""
+
+
+def marks(name: str) -> list[pytest.MarkDecorator]:
+    slow = [pytest.mark.slow] if any(part in name for part in SLOW) and name != "z = 0" else []
+    return [*slow, pytest.mark.xfail(strict=True)] if name in KNOWN_FAILURES else slow
 
 
 @pytest.mark.parametrize(
     "case",
-    [pytest.param(case, marks=[pytest.mark.slow] * (case.name in SLOW)) for case in hard_cases.CASES],
+    [pytest.param(case, marks=marks(case.name)) for case in hard_cases.CASES],
     ids=lambda case: case.name,
 )
 def test_case(case: Case) -> None:
-    """Right, or refused with the right error."""
+    """The expected outcome, and no other."""
     row = judge(case, COARSE)
-    print(shown(row))
     assert not row["failed"], shown(row)
 
 
-class TestJudge:
-    @staticmethod
-    def of(found: Finding | Exception | None, *errors: type) -> dict:
-        def solve(_: float) -> Finding | None:
-            if isinstance(found, Exception):
-                raise found
-            return found
+def judged(found: Finding | Exception | None, error: type[StripfoldError] | None = None) -> dict:
+    def solve(_: float) -> Finding | None:
+        if isinstance(found, Exception):
+            raise found
+        return found
 
-        return judge(Case("name", "theme", "judged", solve, errors), 1.0)
+    return judge(Case("theme", "name", "judged", solve, error), 1.0)
 
-    def test_values(self) -> None:
-        """Within what is allowed or not; no number is never within."""
-        assert self.of(Finding(1.0, 1.1, 0.11))["failed"] is False
-        assert self.of(Finding(1.0, 1.1, 0.09))["failed"] is True
-        for value, reference, allowed in ((nan, 1.0, 1.0), (1.0, nan, 1.0), (1.0, 1.0, nan)):
-            assert self.of(Finding(value, reference, allowed))["failed"] is True
 
-    def test_errors(self) -> None:
-        """Of a type that is right, of another, without a type of its own, and one that should have come."""
-        error = NewtonError("no", residuals=[1.0, 0.1, 0.01])
-        row = self.of(error, NewtonError)
-        assert (row["failed"], row["outcome"], row["message"], row["iterations"]) == (False, "NewtonError", "no", 2)
-        assert self.of(CrushedError("no"), NewtonError)["failed"] is False
-        assert self.of(error, InvalidInputError)["failed"] is True
-        assert self.of(error)["failed"] is True
-        assert self.of(RuntimeError("exactly singular"), NewtonError)["failed"] is True
-        row = self.of(None, NewtonError)
-        assert (row["failed"], row["outcome"]) == (True, "no error")
+@pytest.mark.parametrize(
+    ("found", "error", "outcome", "failed"),
+    [
+        # Three times the estimate and the error of the reference are allowed, and no more.
+        (Finding(1.0, 1.1, 0.03, 0.011), None, "value", False),
+        (Finding(1.0, 1.1, 0.03, 0.009), None, "value", True),
+        (Finding(nan, 1.0, 1.0), None, "value", True),
+        (Finding(1.0, nan, 1.0), None, "value", True),
+        (Finding(1.0, 1.0, nan), None, "value", True),
+        # A right value is no right outcome where an error is expected, nor the other way round.
+        (Finding(1.0, 1.0, 0.0), NewtonError, "value", True),
+        (NewtonError("no"), None, "NewtonError", True),
+        (NewtonError("no"), NewtonError, "NewtonError", False),
+        (CrushedError("no"), NewtonError, "CrushedError", False),
+        (NewtonError("no"), InvalidInputError, "NewtonError", True),
+        (RuntimeError("exactly singular"), NewtonError, "RuntimeError", True),
+        (None, NewtonError, "no error", True),
+    ],
+)
+def test_one_outcome_is_right(
+    found: Finding | Exception | None, error: type[StripfoldError] | None, outcome: str, failed: bool
+) -> None:
+    row = judged(found, error)
+    assert (row["outcome"], row["failed"]) == (outcome, failed)
 
-    def test_what_is_stored(self, tmp_path: Path) -> None:
-        rows = [self.of(Finding(1.0, 1.1, 0.2, 7)), self.of(NewtonError("no"), NewtonError), self.of(None)]
-        data = hard_cases.dataset(rows, 1.0)
-        np.testing.assert_array_equal(data["failed"], [0.0, 0.0, 1.0])
-        store.write(data, tmp_path / "hard.nc", title="hard cases")
-        xr.testing.assert_equal(store.read(tmp_path / "hard.nc").drop_attrs(), data.drop_attrs())
-        table = hard_cases.markdown(data).splitlines()
-        assert table[2].startswith("| theme | name | judged | 1 | 1.0e-01 | 2.0e-01 | 7 | ")
-        assert [line.split(" | ")[-1] for line in table[2:]] == ["yes |", "yes |", "no |"]
+
+def test_the_error_is_estimated_from_the_mesh_half_as_fine() -> None:
+    found = refined(lambda refinement: 1.0 + refinement**2, 0.1, 1.0, 0.5)
+    assert found == pytest.approx((1.01, 1.0, 0.03, 0.5))
+    assert found.allowed == pytest.approx(0.59)
+
+
+def test_storing(tmp_path: Path) -> None:
+    rows = [judged(Finding(1.0, 1.1, 0.05)), judged(NewtonError("no"), NewtonError), judged(None)]
+    data = hard_cases.dataset(rows, 1.0)
+    np.testing.assert_array_equal(data["failed"], [0.0, 0.0, 1.0])
+    store.write(data, tmp_path / "hard.nc", title="hard cases")
+    xr.testing.assert_equal(store.read(tmp_path / "hard.nc").drop_attrs(), data.drop_attrs())
+    table = hard_cases.markdown(data).splitlines()
+    assert table[2].startswith("| theme | name | judged | 1 | 1.0e-01 | 1.5e-01 | ")
+    assert [line.split(" | ")[-1] for line in table[2:]] == ["yes |", "yes |", "no |"]
 
 
 def test_the_registry() -> None:
     """Names of their own, and every theme that was asked for."""
     names = [case.name for case in hard_cases.CASES]
     assert len(set(names)) == len(names) >= 25
-    assert set(names) > SLOW
     assert {case.theme for case in hard_cases.CASES} == {
         "very thin",
         "thick",
@@ -112,5 +130,5 @@ def test_the_registry() -> None:
 
 def test_the_stored_run_has_these_cases() -> None:
     data = store.read(ROOT / "results" / "studies" / "hard_cases.nc")
-    assert not data["failed"].values.any()
+    assert tuple(data["name"].values[data["failed"].values != 0.0]) == KNOWN_FAILURES
     assert data["name"].values.tolist() == [case.name for case in hard_cases.CASES]

@@ -1,4 +1,4 @@
-"""One hard case: what it asks, and how its outcome is judged."""
+"""One hard case: its problem, its one expected outcome, and how the outcome is judged."""
 
 from __future__ import annotations
 
@@ -6,20 +6,33 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from math import nan
 from time import perf_counter
-from typing import Any
+from typing import Any, NamedTuple
 
-from stripfold.analysis.static import XRun
-from stripfold.errors import SolveError, StripfoldError
+from stripfold.errors import StripfoldError
+
+MULTIPLE = 3.0
+"""A value may be off by this many times its own error estimate."""
 
 
-@dataclass(frozen=True, slots=True)
-class Finding:
-    """A value, what it should be by an independent way, by how much it may be off, and Newton's iterations for it."""
+class Finding(NamedTuple):
+    """A value, its reference by an independent way, the value's error estimate, and the error of the reference."""
 
     value: float
     reference: float
-    allowed: float
-    iterations: int = 0
+    estimate: float
+    reference_error: float = 0.0
+
+    @property
+    def allowed(self) -> float:
+        return MULTIPLE * self.estimate + self.reference_error
+
+
+def refined(
+    value_at: Callable[[float], float], refinement: float, reference: float, reference_error: float = 0.0
+) -> Finding:
+    """A value on one mesh; the change from the mesh half as fine is taken for its error."""
+    value = value_at(refinement)
+    return Finding(value, reference, abs(value - value_at(2.0 * refinement)), reference_error)
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,51 +41,50 @@ class Case:
 
     Attributes
     ----------
-    name, theme
-        What it is called, and the theme it belongs to.
+    theme, name
+        What is hard, and the case's own name.
     judged
-        What its value is, and against what it is judged.
+        What its value is, and with what it is compared; or why an error is expected.
     solve
         From a factor on all element lengths to a finding; None where an error should have been raised before.
-    errors
-        Typed errors that are a right answer, too.
+    error
+        The typed error that is the expected outcome; None where it is a value.
     """
 
-    name: str
     theme: str
+    name: str
     judged: str
     solve: Callable[[float], Finding | None]
-    errors: tuple[type[StripfoldError], ...] = ()
+    error: type[StripfoldError] | None = None
 
 
 def judge(case: Case, refinement: float) -> dict[str, Any]:
-    """Run a case; never raises: whatever it ends in is a row of the table."""
+    """Run a case; never raises: the outcome, whatever it is, is a row of the table."""
     began = perf_counter()
-    found, outcome, message, iterations, failed = None, "value", "", 0, True
+    found, outcome, message, failed = None, "value", "", True
     try:
         found = case.solve(refinement)
         if found is None:
             outcome = "no error"
         else:
-            iterations = found.iterations
             # So written, nan fails.
-            failed = not abs(found.value - found.reference) <= found.allowed
+            failed = case.error is not None or not abs(found.value - found.reference) <= found.allowed
     except StripfoldError as error:
-        outcome, message, failed = type(error).__name__, str(error), not isinstance(error, case.errors)
-        iterations = max(len(error.residuals) - 1, 0) if isinstance(error, SolveError) else 0
+        outcome, message = type(error).__name__, str(error)
+        failed = case.error is None or not isinstance(error, case.error)
     except Exception as error:
-        # An error without a type of its own is what no case may end in; the others still have their turn.
+        # No case may end in an error without a type of its own; the others still have their turn.
         outcome, message = type(error).__name__, str(error)
     value, reference, allowed = (found.value, found.reference, found.allowed) if found else (nan, nan, nan)
     return {
         "name": case.name,
         "theme": case.theme,
         "judged": case.judged,
+        "expected": case.error.__name__ if case.error else "value",
         "value": value,
         "reference": reference,
         "error": abs(value - reference),
         "allowed": allowed,
-        "iterations": iterations,
         "outcome": outcome,
         "failed": failed,
         "message": message,
@@ -80,12 +92,7 @@ def judge(case: Case, refinement: float) -> dict[str, Any]:
     }
 
 
-def iterations(run: XRun) -> int:
-    """Newton's iterations for the accepted points of a run."""
-    return sum(len(point.state.residuals) - 1 for point in run.points)
-
-
 def shown(row: dict[str, Any]) -> str:
     """A row in a few words, for a log."""
-    what = row["message"] or f"{row['value']:.9g}, reference {row['reference']:.9g}, allowed {row['allowed']:.1e}"
+    what = row["message"] or f"{row['value']:.9g}, off by {row['error']:.1e}, allowed {row['allowed']:.1e}"
     return f"{'FAILED ' if row['failed'] else ''}{row['name']}: {row['outcome']} {what} ({row['seconds']:.1f} s)"

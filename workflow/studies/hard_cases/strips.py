@@ -1,171 +1,225 @@
-"""Hard cases of the strip itself: thin, thick, soft, stiff, long, taut."""
+"""Hard cases of the strip and of the way to its end: thickness, length, meshes, contact, steps and starts.
+
+The solid's value is compared with the rod's, another model on other meshes (:mod:`stripfold.analysis.locate_rod`); the
+rod's and that of very thin strips with the elastica's.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from functools import lru_cache
 from math import nan
 
 import numpy as np
 
 from stripfold import elastica
-from stripfold.analysis import locate_rod
-from stripfold.analysis.critical_point import find
+from stripfold.analysis import locate_rod, locate_solid
+from stripfold.analysis.critical_point import CONTACT_NOISE, find
+from stripfold.analysis.locate_rod import ElasticaPrediction
 from stripfold.analysis.static import (
+    NEARBY_NEWTON,
     X_STEPS,
     End,
     StripModel,
+    XRun,
     along_x,
     lift,
+    lift_off,
     no_horizontal_force,
     solve_height,
     transfer,
 )
-from stripfold.errors import ContinuationError, InvalidInputError
-from stripfold.inputs import Model, Scene
+from stripfold.arrays import Array
+from stripfold.inputs import Model as ModelName
+from stripfold.inputs import Scene
 from stripfold.material import Material
+from stripfold.models.model import Model
+from stripfold.models.model_error import model_error
 from stripfold.problem import AlongX, StripProblem
 from stripfold.solve import continuation, newton
-from studies.hard_cases.case import Case, Finding, iterations
+from stripfold.solve.problem import Equilibrium
+from studies.hard_cases.case import Finding, refined
 
-THIN, THICK, DECADES, LONG, TAUT = "very thin", "thick", "eta_b over eight decades", "long strips", "taut strip"
 PAPERS = 0.0594
 """Thickness of the paper's strips at eta_b = 3780, L*."""
-SHIFT = 10.0
-"""More than the thickness moves lambda_c, times h^2 (docs/numerics.md)."""
+LENGTH, HEIGHT = 9.0, 3.0
+"""Of the strip and the gripper where nothing else is said, L*."""
+FINE = 0.25
+"""Refinement of the rod that is a reference."""
+Start = tuple[Model, Equilibrium]
 
 
-def mesh_error(refinement: float) -> float:
-    """What the solid's mesh is allowed to be wrong by, L*."""
-    return 0.02 * refinement
+def located(follow: Callable[[float], XRun], refinement: float) -> tuple[XRun, float]:
+    """A run and the error estimate of its lambda, as :func:`.critical_point.find` has it; nan where the ends differ."""
+    fine, coarse = follow(refinement), follow(2.0 * refinement)
+    error = abs(fine.lam - coarse.lam) + fine.slack + CONTACT_NOISE * refinement * fine.lam
+    return fine, error if fine.end is coarse.end else nan
 
 
-def end_against_elastica(strip: StripModel, height: float, refinement: float) -> Finding:
-    """Where the advance ends, and that it ends for the elastica's reason."""
-    run, truth = solve_height(strip, height, refinement, past=0.0), elastica.critical(height)
-    value = run.last.lam if (run.end is End.SNAP) == truth.snap else nan
-    return Finding(value, truth.state.advance, mesh_error(refinement) + SHIFT * strip.thickness**2, iterations(run))
+def end(strip: StripModel, height: float, refinement: float) -> Finding:
+    """Where the solid's advance ends, and how; the elastica says how."""
+    run, error = located(lambda r: solve_height(strip, height, r, past=0.0), refinement)
+    prediction = ElasticaPrediction.at(height)
+    rod = locate_rod.run(replace(strip, kind="rod"), prediction, FINE)
+    same = (run.end is End.SNAP) == (rod.end is End.SNAP) == prediction.snap
+    return Finding(run.lam if same else nan, rod.lam, error, model_error("rod", strip.thickness, 0.0) * rod.lam)
 
 
-def rod_lambda_c(strip: StripModel, height: float, refinement: float) -> float:
-    """Of the fast rod; nan where it does not snap."""
-    found = locate_rod.run(strip, locate_rod.ElasticaPrediction.at(height), min(refinement, 1.0))
-    return found.lam if found.end is End.SNAP else nan
+def thin(refinement: float) -> Finding:
+    """Lifted fifty times thicker: without horizontal force the thickness hardly changes the state."""
+    (_, model, state) = next(lift(StripModel(LENGTH, 5e-3), [HEIGHT]))
+    strip = StripModel(LENGTH, 9e-5)
+    run, error = located(lambda r: along_x(strip, HEIGHT, (model, state), r, past=0.0), refinement)
+    return Finding(run.lam if run.end is End.SNAP else nan, elastica.critical(HEIGHT).advance, error)
 
 
-def _thin(refinement: float) -> Finding:
-    """Lifted fifty times thicker: without horizontal force the thickness moves it by next to nothing."""
-    (_, model, state) = next(lift(StripModel(9.0, 5e-3), [3.0]))
-    run, truth = along_x(StripModel(9.0, 9e-5), 3.0, (model, state), refinement, past=0.0), elastica.critical(3.0)
-    return Finding(run.last.lam if run.end is End.SNAP else nan, truth.advance, mesh_error(refinement), iterations(run))
+def rod(thickness: float, reference: float, reference_error: float = 0.0) -> Finding:
+    """lambda_c of the rod."""
+    prediction, strip = ElasticaPrediction.at(HEIGHT), StripModel(LENGTH, thickness, kind="rod")
+    fine, coarse = (locate_rod.run(strip, prediction, r) for r in (0.5, 1.0))
+    error = locate_rod.LEFT * abs(fine.lam - coarse.lam) + fine.slack
+    return Finding(fine.lam if fine.end is End.SNAP else nan, reference, error, reference_error)
 
 
-def _thin_rod(refinement: float) -> Finding:
-    truth = elastica.critical(3.0).advance
-    return Finding(rod_lambda_c(StripModel(9.0, 9e-5, kind="rod"), 3.0, refinement), truth, 1e-4 * truth)
+def thick_rod(refinement: float) -> Finding:
+    """Against the solid."""
+    solid, error = located(lambda r: solve_height(StripModel(LENGTH, 0.2), HEIGHT, r, past=0.0), refinement)
+    return rod(0.2, solid.lam, error + model_error("rod", 0.2, 0.0) * solid.lam)
 
 
-def _thick(refinement: float) -> Finding:
-    """Two elements across and half as long ones along are another discretisation of the same strip."""
-    run = solve_height(StripModel(9.0, 0.2), 3.0, 2.0 * refinement, past=0.0)
-    other = solve_height(StripModel(9.0, 0.2, across=2), 3.0, refinement, past=0.0)
-    same = run.end is other.end is End.SNAP
-    count = iterations(run) + iterations(other)
-    return Finding(run.last.lam if same else nan, other.last.lam, mesh_error(2.0 * refinement), count)
+def thick(refinement: float) -> Finding:
+    """Against two elements across."""
+
+    def across(number: int) -> tuple[XRun, float]:
+        strip = StripModel(LENGTH, 0.2, across=number)
+        return located(lambda r: solve_height(strip, HEIGHT, r, past=0.0), refinement)
+
+    (one, error), (two, other_error) = across(1), across(2)
+    return Finding(one.lam if one.end is two.end is End.SNAP else nan, two.lam, error, other_error)
 
 
-def _thick_rod(thickness: float, refinement: float) -> Finding:
-    solid = solve_height(StripModel(9.0, thickness), 3.0, refinement, past=0.0)
-    rod = rod_lambda_c(StripModel(9.0, thickness, kind="rod"), 3.0, refinement)
-    return Finding(rod, solid.last.lam, mesh_error(refinement), iterations(solid))
-
-
-def _too_thick(_: float) -> None:
-    _scene(3780.0, "solid", 1e-3, 0.21)
-
-
-def _scene(eta_b: float, model: Model, accuracy: float, thickness: float = 0.03) -> Scene:
+def scene(eta_b: float, model: ModelName, thickness: float = 0.03) -> Scene:
     """A strip that is the same in L*, whatever its eta_b."""
     star = Material(eta_b).gravity_length
     eta_m = (thickness * star) ** 2 * eta_b / 12.0
-    return Scene(length=9.0 * star, height=3.0 * star, eta_b=eta_b, eta_m=eta_m, model=model, accuracy=accuracy)
+    return Scene(length=LENGTH * star, height=HEIGHT * star, eta_b=eta_b, eta_m=eta_m, model=model)
 
 
-def _decades(_: float) -> Finding:
-    """Largest distance from the mean, of itself."""
-    lambda_c = []
-    for eta_b in 10.0 ** np.arange(-1, 9):
-        scene = _scene(float(eta_b), "rod", 1e-3)
-        lambda_c.append(find(scene).lambda_c / scene.material.gravity_length)
-    return Finding(float(np.ptp(lambda_c) / np.mean(lambda_c)), 0.0, 1e-8)
+def decades() -> Finding:
+    """Spread of the rod's lambda_c / L* over eight decades of eta_b, relative."""
+    scenes = [scene(float(eta_b), "rod") for eta_b in 10.0 ** np.arange(-1, 9)]
+    lambda_c = [find(one).lambda_c / one.material.gravity_length for one in scenes]
+    return Finding(float(np.ptp(lambda_c) / np.mean(lambda_c)), 0.0, 0.0, 1e-12)
 
 
-def _one_decade(eta_b: float, refinement: float) -> Finding:
-    scene = _scene(eta_b, "solid", 5e-3 * refinement)
-    truth = elastica.critical(3.0).advance
-    return Finding(find(scene).lambda_c / scene.material.gravity_length, truth, 5e-3 * refinement * truth)
+def one_decade(eta_b: float) -> Finding:
+    """lambda_c / L* of the solid in SI, with its own error."""
+    asked = scene(eta_b, "solid")
+    found, unit = find(asked), asked.material.gravity_length
+    truth = locate_rod.run(StripModel(LENGTH, 0.03, kind="rod"), ElasticaPrediction.at(HEIGHT), FINE).lam
+    return Finding(found.lambda_c / unit, truth, found.error / unit, model_error("rod", 0.03, 0.0) * truth)
 
 
-def _stiffest_refused(_: float) -> None:
-    """With the paper's eta_m this one would be a third of L* thick."""
+def usual_eta_m() -> None:
+    """With the paper's eta_m the stiffest of these strips would be a third of L* thick."""
     star = Material(0.1).gravity_length
     Scene(length=16.0 * star, height=3.0 * star, eta_b=0.1)
 
 
-def _taut(refinement: float) -> Finding:
+def taut(refinement: float) -> Finding:
     """The gripper goes back until the strip pulls: the horizontal force, against the elastica of the same advance."""
-    strip, height, free = StripModel(30.0, 0.01, kind="rod"), 3.0, 16.0
-    truth = _longer(elastica.state_no_horizontal_force(height), free)
+    strip, free = StripModel(30.0, 0.01, kind="rod"), 16.0
+    truth = elastica.state_no_horizontal_force(HEIGHT)
+    while truth.length < free:
+        truth = elastica.state_at(HEIGHT, min(truth.length + 0.2, free), truth)
     # The elastica does not stretch.
-    stretch = (truth.force_x + 0.5 * height * free / strip.length) * strip.length * strip.thickness**2 / 12.0
+    stretch = (truth.force_x + 0.5 * HEIGHT * free / strip.length) * strip.length * strip.thickness**2 / 12.0
     target = truth.advance - stretch
-    (_, model, state) = next(lift(strip, [height]))
-    ends = np.linspace(0.0, strip.length, round(strip.length / (0.15 * refinement)) + 1)
-    other = strip.model(ends)
-    problem = StripProblem(other, AlongX(height))
-    start = no_horizontal_force(problem, transfer(model, state.q, other), height)
-    lambda_0 = float(start.q[other.middle[0, 0]])
-    point = continuation.start(problem, start.q, lambda_0, start.active, -1.0, X_STEPS)
-    count = 0
-    branch: Iterator = continuation.follow(problem, point, X_STEPS)
-    while point.lam > target:
-        before, point = point, next(branch)
-        count += len(point.state.residuals) - 1
-    near = min(before, point, key=lambda p: abs(p.lam - target))
-    guess = near.q + (target - near.lam) / near.tangent.lam * near.tangent.q
-    found = newton.solve(problem, guess, target, near.active, options=newton.NewtonOptions(max_distance=0.3))
-    pull = -float(problem.residual(found.q, target)[other.middle[0, 0]])
-    return Finding(pull, truth.force_x, 0.03 * truth.force_x, count)
+    (_, model, state) = next(lift(strip, [HEIGHT]))
+
+    def pull(refinement: float) -> float:
+        other = strip.model(np.linspace(0.0, strip.length, round(strip.length / (0.15 * refinement)) + 1))
+        problem = StripProblem(other, AlongX(HEIGHT))
+        first = no_horizontal_force(problem, transfer(model, state.q, other), HEIGHT)
+        point = continuation.start(problem, first.q, float(first.q[other.middle[0, 0]]), first.active, -1.0, X_STEPS)
+        branch: Iterator = continuation.follow(problem, point, X_STEPS)
+        while point.lam > target:
+            before, point = point, next(branch)
+        near = min(before, point, key=lambda p: abs(p.lam - target))
+        guess = near.q + (target - near.lam) / near.tangent.lam * near.tangent.q
+        found = newton.solve(problem, guess, target, near.active, options=newton.NewtonOptions(max_distance=0.3))
+        return -float(problem.residual(found.q, target)[other.middle[0, 0]])
+
+    # The stretch is right to first order.
+    return refined(pull, 0.25 * refinement, truth.force_x, stretch / strip.length * truth.force_x)
 
 
-def _longer(state: elastica.State, length: float) -> elastica.State:
-    """The state at the same height with a longer free part, on the side where the strip is pulled."""
-    height = float(state.z[-1])
-    while state.length < length:
-        state = elastica.state_at(height, min(state.length + 0.2, length), state)
-    return state
+def lifted_whole(refinement: float) -> Finding:
+    """Too short to snap: followed until next to nothing lies, on the elastica of the same free length."""
+    strip = StripModel(6.5, PAPERS)
+    run = solve_height(strip, HEIGHT, refinement, past=0.0)
+    model = run.problem.model
+    free = lift_off(model, run.last)
+    truth = elastica.state_at(HEIGHT, free)
+    # The lift-off is in the element before this node.
+    before = model.ends[np.searchsorted(model.ends, free - 1e-9) - 1]
+    error = abs(elastica.state_at(HEIGHT, float(before), truth).advance - truth.advance)
+    thickness = model_error("elastica", strip.thickness, 0.0) * truth.advance
+    return Finding(run.lam if run.end is End.LIFTED else nan, truth.advance, 0.0, error + thickness)
 
 
-CASES = (
-    Case("thin, h / L = 1e-5", THIN, "lambda_c, elastica", _thin),
-    Case("thin rod, h / L = 1e-5", THIN, "lambda_c, elastica", _thin_rod),
-    Case("thick, h = 0.2 L*", THICK, "lambda_c, two elements across and half as long", _thick),
-    Case("thick rod, h = 0.2 L*", THICK, "lambda_c, solid", lambda r: _thick_rod(0.2, r)),
-    Case("too thick, h = 0.21 L*", THICK, "no strip: an error", _too_thick, (InvalidInputError,)),
-    Case("eta_b 1e-1 to 1e8, rod", DECADES, "relative spread of lambda_c / L*", _decades),
-    Case("eta_b = 1e-1, solid", DECADES, "lambda_c, elastica", lambda r: _one_decade(1e-1, r)),
-    Case("eta_b = 1e8, solid", DECADES, "lambda_c, elastica", lambda r: _one_decade(1e8, r)),
-    Case("eta_b = 1e-1, usual eta_m", DECADES, "no strip: an error", _stiffest_refused, (InvalidInputError,)),
-    Case(
-        "long, low",
-        LONG,
-        "lambda_c at L = 60, z = 3 L*",
-        lambda r: end_against_elastica(StripModel(60.0, PAPERS), 3.0, r),
-    ),
-    Case(
-        "long, high",
-        LONG,
-        "lambda_c at L = 60, z = 10",
-        lambda r: end_against_elastica(StripModel(60.0, PAPERS), 10.0, r),
-    ),
-    Case("pulled back", TAUT, "horizontal force, elastica", _taut, (ContinuationError,)),
-)
+STRIP = StripModel(LENGTH, PAPERS)
+
+
+@lru_cache(maxsize=4)
+def lifted(height: float) -> Start:
+    """The strip with its gripper at a height and free along x."""
+    (_, model, state) = next(lift(STRIP, [height]))
+    return model, state
+
+
+def _same_mesh(start: Start, refinement: float, step: float | None = None) -> Finding:
+    """lambda_c on one mesh, against the run on it that begins shortly before."""
+    near = locate_solid.run(STRIP, ElasticaPrediction.at(HEIGHT), refinement)
+    options = X_STEPS if step is None else replace(X_STEPS, first=step, largest=step)
+    run = along_x(STRIP, HEIGHT, start, near.problem.model.ends, 0.0, options)
+    noise = CONTACT_NOISE * refinement * near.lam
+    return Finding(run.lam if run.end is near.end is End.SNAP else nan, near.lam, run.slack + noise, near.slack)
+
+
+def with_steps(size: float, refinement: float) -> Finding:
+    return _same_mesh(lifted(HEIGHT), refinement, size)
+
+
+def from_a_guess(height: float, refinement: float, change: Callable[[Model, Array], Array] | None = None) -> Finding:
+    """From a state that is none: the state of another height, or the right one changed."""
+    model, state = lifted(height)
+    q = state.q if change is None else change(model, state.q.copy())
+    return _same_mesh((model, replace(state, q=q)), refinement)
+
+
+def flat(model: Model, q: Array) -> Array:
+    return np.zeros(model.size)
+
+
+def noise(size: float) -> Callable[[Model, Array], Array]:
+    """Every place of the mid-surface moved at random."""
+
+    def change(model: Model, q: Array) -> Array:
+        q[model.middle] += size * np.random.default_rng(1).standard_normal(model.middle.shape)
+        return q
+
+    return change
+
+
+def below_the_floor(model: Model, q: Array) -> Array:
+    q[model.middle[:, 1]] *= -1.0
+    return q
+
+
+def past_the_end(refinement: float) -> None:
+    """The gripper past lambda_c in one step: no state is near."""
+    run = solve_height(STRIP, HEIGHT, refinement, past=0.0)
+    options = replace(NEARBY_NEWTON, max_distance=0.2)
+    newton.solve(run.problem, run.last.q, run.last.lam + 0.1, run.last.active, options=options)
