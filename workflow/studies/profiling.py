@@ -83,8 +83,8 @@ OF_ELASTICA = (
     Part(branch, "correct", "step"),
     Part(branch, "regrid", "more nodes"),
     Part(elastica_branch, "first_point", "state without horizontal force"),
-    Part(critical_point, "locate", "place of the event, roughly"),
-    Part(critical_point, "polish", "place of the event"),
+    Part(branch, "locate", "place of the event, roughly"),
+    Part(branch, "polish", "place of the event"),
 )
 UNITS = ("assembly", "factorisation")
 """What a step is compared with."""

@@ -51,6 +51,8 @@ MAX_POINTS = 5000
 MAX_CORRECTOR_ITERATIONS = 7
 RESIDUAL_SHARE = 0.1
 """Tolerance of Newton's method as a share of the truncation error allowed."""
+COARSE_LOCATION = 1e-3
+"""Accuracy, in arc length, of :func:`locate` before the grid is refined."""
 FIRST_SECANT, MAX_SECANT, SECANT_TOLERANCE = 1e-3, 0.05, 1e-10
 """First, largest and final distance, in arc length, of the secant method in :func:`polish`."""
 
@@ -70,30 +72,19 @@ def at_height(z: float) -> Family:
 
 @dataclass(frozen=True)
 class Point:
-    """An accepted point of the branch.
-
-    Parameters
-    ----------
-    e
-        The evaluated state.
-    tangent
-        Unit tangent in the local metric, towards growing arc length.
-    normal
-        Metric times tangent: the row that defines the plane of a step.
-    orientation
-        Sign of the bordered determinant.
-    rate
-        d lambda / d (arc length): changes sign at the critical point.
-    arc
-        Arc length from the start of the branch.
-    """
+    """An accepted point of the branch."""
 
     e: Evaluation
     tangent: Array
+    """Unit tangent in the local metric, towards growing arc length."""
     normal: Array
+    """Metric times tangent: the row that defines the plane of a step."""
     orientation: float
+    """Sign of the bordered determinant."""
     rate: float
+    """d lambda / d (arc length): changes sign at the critical point."""
     arc: float = 0.0
+    """Arc length from the start of the branch."""
 
     @property
     def length_rate(self) -> float:
@@ -158,13 +149,7 @@ def resolve(point: Point, family: Family, tolerance: float) -> Point:
 
 
 def march(point: Point, family: Family, *, step: float, max_step: float, tolerance: float) -> Iterator[Point]:
-    """Accepted points after ``point``, without end: the caller stops.
-
-    Raises
-    ------
-    ContinuationError
-        The step fell below ``MIN_STEP``, or ``MAX_POINTS`` were used.
-    """
+    """Accepted points after ``point``, without end: the caller stops. ``tolerance`` is that of :func:`resolve`."""
     curvature: Array | float = 0.0
     for _ in range(MAX_POINTS):
         while True:
@@ -207,6 +192,11 @@ def march(point: Point, family: Family, *, step: float, max_step: float, toleran
     )
 
 
+def zero_between(before: Point, after: Point, family: Family, function: Callable[[Point], float]) -> Point:
+    """The resolved point between two successive points of a branch where ``function`` changes sign."""
+    return polish(locate(before, after, family, function, COARSE_LOCATION), family, function)
+
+
 def locate(
     before: Point, after: Point, family: Family, function: Callable[[Point], float], tolerance: float = 1e-7
 ) -> Point:
@@ -232,13 +222,7 @@ def locate(
 
 
 def polish(point: Point, family: Family, function: Callable[[Point], float]) -> Point:
-    """The zero of ``function`` close to ``point``, fully resolved: the secant method.
-
-    Raises
-    ------
-    ContinuationError
-        The zero of the resolved branch is not near the one found on the coarse grid.
-    """
+    """The zero of ``function`` close to ``point`` on the resolved branch: the secant method."""
     base = resolve(point, family, TOLERANCE)
     known, values = {0.0: base}, [function(base)]
     previous, arc = 0.0, FIRST_SECANT

@@ -76,11 +76,36 @@ def angle_change(change: Array) -> Array:
     return g.angle @ change[: g.n]
 
 
-def no_lift_off_moment(e: Evaluation) -> ValueAndGradient:
-    """k(0) = 0: no moment at lift-off."""
-    row = np.zeros(e.y.size)
-    row[: e.grid.n] = e.grid.slope[0]
-    return float(row @ e.y), row
+def linear(
+    value: float = 0.0, *, nodal: Callable[[Grid], Array] | None = None, scalars: tuple[int, ...] = ()
+) -> Condition:
+    """Condition that weighted nodal values plus the scalars at these indices add up to ``value``."""
+
+    def condition(e: Evaluation) -> ValueAndGradient:
+        row = np.zeros(e.y.size)
+        if nodal is not None:
+            row[: e.grid.n] = nodal(e.grid)
+        for index in scalars:
+            row[index] = 1.0
+        return float(row @ e.y) - value, row
+
+    return condition
+
+
+no_lift_off_moment = linear(nodal=lambda g: g.slope[0])
+"""Condition k(0) = 0."""
+no_end_force = linear(scalars=(FORCE_0, LENGTH))
+"""Condition F_0 + l = 0: no vertical force at s = l."""
+
+
+def end_angle(angle: float) -> Condition:
+    """Condition theta(l) = angle."""
+    return linear(angle, nodal=lambda g: g.angle[-1])
+
+
+def fixed(index: int, value: float) -> Condition:
+    """Condition that the scalar at ``index`` has this value."""
+    return linear(value, scalars=(index,))
 
 
 def end_height(z: float) -> Condition:
@@ -92,28 +117,6 @@ def end_height(z: float) -> Condition:
         row[: e.grid.n] = (e.length * e.grid.integral[-1] * e.cos) @ e.grid.angle
         row[LENGTH] = rise
         return float(e.length * rise - z), row
-
-    return condition
-
-
-def end_angle(angle: float) -> Condition:
-    """Condition theta(l) = angle."""
-
-    def condition(e: Evaluation) -> ValueAndGradient:
-        row = np.zeros(e.y.size)
-        row[: e.grid.n] = e.grid.angle[-1]
-        return float(e.theta[-1] - angle), row
-
-    return condition
-
-
-def fixed(index: int, value: float) -> Condition:
-    """Condition that the scalar at ``index`` has this value."""
-
-    def condition(e: Evaluation) -> ValueAndGradient:
-        row = np.zeros(e.y.size)
-        row[index] = 1.0
-        return float(e.y[index] - value), row
 
     return condition
 
@@ -145,7 +148,7 @@ def jacobian(e: Evaluation, side_rows: Sequence[Array]) -> Array:
     stiffness = -l2 * (y[FORCE_X] * e.cos + vertical * e.sin)
     out = np.empty((y.size, y.size))
     np.multiply(stiffness[:, None], g.angle, out=out[:n, :n])
-    np.einsum("ii->i", out[:n, :n])[...] += 1.0
+    out.ravel()[: n * (y.size + 1) : y.size + 1] += 1.0  # the first n entries of the diagonal
     out[:n, FORCE_X] = -l2 * e.sin
     out[:n, FORCE_0] = l2 * e.cos
     out[:n, LENGTH] = -2.0 * e.length * (y[FORCE_X] * e.sin - vertical * e.cos) + l2 * nodes * e.cos
@@ -182,15 +185,8 @@ def factor(matrix: Array) -> Factors:
 def newton(y: Array, conditions: tuple[Condition, ...], *, limit: int = 25, tolerance: float = ROUNDING) -> Evaluation:
     """Solve from the guess ``y``, shape (n + 3,), on its own grid.
 
-    Parameters
-    ----------
-    conditions
-        Three side conditions.
-    limit
-        Largest number of iterations.
-    tolerance
-        Largest relative residual. The last update must be below a tenth of its square root: a small update alone
-        also occurs where the iteration stalls.
+    ``tolerance`` is the largest relative residual. The last update must be below a tenth of its square root: a small
+    update alone also occurs where the iteration stalls.
 
     Raises
     ------
@@ -233,31 +229,18 @@ def refine(y: Array, n: int) -> Array:
 
 
 def next_count(n: int) -> int:
-    """The next larger node count.
-
-    Raises
-    ------
-    NewtonError
-        ``n`` is the largest: the state cannot be resolved.
-    """
-    for larger in NODE_COUNTS:
-        if larger > n:
-            return larger
-    raise NewtonError(
-        f"the elastica is not resolved with {NODE_COUNTS[-1]} nodes",
-        advice="the free part is too long or too sharply bent for this module",
-        details={"nodes": n},
-    )
+    """The next larger node count."""
+    if n >= NODE_COUNTS[-1]:
+        raise NewtonError(
+            f"the elastica is not resolved with {NODE_COUNTS[-1]} nodes",
+            advice="the free part is too long or too sharply bent for this module",
+            details={"nodes": n},
+        )
+    return next(larger for larger in NODE_COUNTS if larger > n)
 
 
 def solve(y: Array, conditions: tuple[Condition, ...], tolerance: float = TOLERANCE) -> Evaluation:
-    """Solve from the guess ``y`` and add nodes until the tail of ``u`` is below ``tolerance``.
-
-    Raises
-    ------
-    NewtonError
-        No convergence, or not resolved with the largest node count.
-    """
+    """Solve from the guess ``y`` and add nodes until the tail of ``u`` is below ``tolerance``."""
     e = newton(y, conditions)
     while e.tail >= tolerance:
         e = newton(refine(e.y, next_count(e.grid.n)), conditions)

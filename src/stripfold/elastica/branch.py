@@ -47,17 +47,7 @@ def _no_force(z: float, tolerance: float) -> Evaluation:
 
 
 def state_no_horizontal_force(z: float) -> State:
-    """The state lambda_0: gripper at height ``z``, no horizontal force (docs/physics.md, section 4).
-
-    Parameters
-    ----------
-    z
-        Gripper height in L*, from 1e-4 to 100.
-
-    Returns
-    -------
-    State
-        With ``force_x`` exactly 0.
+    """The state lambda_0: gripper at height ``z`` (1e-4 to 100 L*), ``force_x`` exactly 0 (docs/physics.md, section 4).
 
     Raises
     ------
@@ -104,11 +94,6 @@ def x_axis_branch(z: float, *, past: float = 0.5, max_step: float = 0.3) -> Iter
         The branch ends when the advance has fallen by this much below its maximum, in L*.
     max_step
         Largest step, in the arc length of the branch (about radians of mean rotation).
-
-    Returns
-    -------
-    iterator of State
-        Resolved to 1e-11, starting with the state without horizontal force.
 
     Raises
     ------

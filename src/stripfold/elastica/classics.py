@@ -7,7 +7,7 @@ from scipy.optimize import brentq
 
 from stripfold.elastica._chebyshev import grid
 from stripfold.elastica._checks import number
-from stripfold.elastica._system import FORCE_0, FORCE_X, LENGTH, Evaluation, ValueAndGradient, fixed, solve
+from stripfold.elastica._system import FORCE_X, LENGTH, fixed, no_end_force, solve
 from stripfold.elastica.state import State
 
 MAX_LENGTH = 60.0
@@ -15,25 +15,10 @@ PEIRCE_ANGLE = float(np.radians(41.5))
 """Angle of the chord in the cantilever test of fabrics, rad."""
 
 
-def _no_end_force(e: Evaluation) -> ValueAndGradient:
-    """F_0 + l = 0: no vertical force at s = l."""
-    row = np.zeros(e.y.size)
-    row[[FORCE_0, LENGTH]] = 1.0
-    return float(e.y[FORCE_0] + e.y[LENGTH]), row
-
-
 def cantilever(length: float) -> State:
-    """A strip clamped horizontally at s = 0, free at s = l, drooping under its weight.
+    """A strip clamped horizontally at s = 0, free at s = l (1e-3 to 60 L*), drooping under its weight.
 
-    Parameters
-    ----------
-    length
-        Free length in L*, from 1e-3 to 60.
-
-    Returns
-    -------
-    State
-        Z is negative below the clamp; ``droop_angle`` is the angle of the chord.
+    Z is negative below the clamp; ``droop_angle`` is the angle of the chord.
 
     Raises
     ------
@@ -51,7 +36,7 @@ def cantilever(length: float) -> State:
     l = min(length, 1.0)  # noqa: E741
     y = np.concatenate([np.zeros(24), [0.0, -l, l]])
     while True:
-        e = solve(y, (fixed(FORCE_X, 0.0), _no_end_force, fixed(LENGTH, l)))
+        e = solve(y, (fixed(FORCE_X, 0.0), no_end_force, fixed(LENGTH, l)))
         if l == length:
             return State._from(e)
         # Continuation in the length: from a straight strip Newton's method converges for short ones only.

@@ -22,7 +22,7 @@ from scipy.optimize import brentq
 
 from stripfold.arrays import Array, Mask
 from stripfold.elastica._checks import height
-from stripfold.elastica._continuation import Point, at_height, locate, polish, regrid
+from stripfold.elastica._continuation import Point, at_height, polish, regrid, zero_between
 from stripfold.elastica._system import next_count
 from stripfold.elastica.branch import coarse_branch
 from stripfold.elastica.state import State
@@ -30,23 +30,13 @@ from stripfold.elastica.state import State
 Event = Callable[[Point], float]
 """A test function: positive on the branch up to the event."""
 
-COARSE_LOCATION = 1e-3
-"""Accuracy, in arc length, to which an event is bracketed on the coarse grid."""
-
 
 @dataclass(frozen=True, eq=False)
 class CriticalPoint:
     """The end of the monotonic advance at one gripper height; lengths in L*.
 
-    Parameters
-    ----------
-    z
-        Gripper height.
-    snap
-        True: the advance has its maximum, a limit point, where the strip snaps through.
-        False: the sag touches the lower layer first, and there is no such snap.
-    state
-        The critical state, or the one at first contact (its ``clearance`` is 0).
+    ``snap`` is True if the advance has its maximum, a limit point, where the strip snaps through, and False if the sag
+    touches the lower layer first. ``state`` is the critical state, or the one at first contact (``clearance`` 0).
     """
 
     z: float
@@ -75,17 +65,9 @@ class CriticalPoint:
 
 
 def critical(z: float) -> CriticalPoint:
-    """First maximum of the advance along the x-axis branch, or the contact of the sag that precedes it.
+    """First maximum of the advance at gripper height ``z`` (0.1 to 100 L*), or contact of the sag if that comes first.
 
-    Parameters
-    ----------
-    z
-        Gripper height in L*, from 0.1 to 100.
-
-    Returns
-    -------
-    CriticalPoint
-        Located to 1e-10 in arc length of the branch.
+    Located to 1e-10 in arc length of the branch.
 
     Raises
     ------
@@ -108,13 +90,7 @@ def critical(z: float) -> CriticalPoint:
 
 
 def advance_on_finer_grid(point: CriticalPoint) -> float:
-    """The advance at the same event, solved with about twice the nodes: an estimate of the discretisation error.
-
-    Raises
-    ------
-    SolveError
-        The event is not found on the finer grid.
-    """
+    """The advance at the same event, solved with about twice the nodes, for an estimate of the discretisation error."""
     event, located = _first_event(point.z)
     family = at_height(point.z)
     finer = regrid(located, family, next_count(next_count(located.e.grid.n)))
@@ -135,7 +111,7 @@ def touch_limit() -> float:
 
     def gap(z: float) -> float:
         before, after = _bracket(z, lambda point: point.rate < 0.0)
-        return State._from(_locate(before, after, z, _rate).e).clearance
+        return State._from(zero_between(before, after, at_height(z), _rate).e).clearance
 
     return float(brentq(gap, 1.5, 1.7, xtol=1e-11, rtol=1e-12))
 
@@ -153,17 +129,7 @@ class MasterCurve:
 
 
 def master_curve(z: Iterable[float]) -> MasterCurve:
-    """The critical advance over the gripper height: one curve for all materials.
-
-    Parameters
-    ----------
-    z
-        Gripper heights in L*, shape (m,), each from 0.1 to 100.
-
-    Raises
-    ------
-    InvalidInputError, SolveError
-        As :func:`critical`.
+    """The critical points at gripper heights ``z``, L*: one curve for all materials. Raises as :func:`critical`.
 
     Examples
     --------
@@ -175,13 +141,10 @@ def master_curve(z: Iterable[float]) -> MasterCurve:
     return MasterCurve(*(np.array([getattr(point, name) for point in points]) for name in names))
 
 
-def continuous_clearance(state: State) -> float:
-    """Clearance without a jump where a sag appears, which is at the gripper."""
+def clearance(point: Point) -> float:
+    """Clearance of a state, without a jump where a sag appears, which is at the gripper."""
+    state = State._from(point.e)
     return min(state.gripper[1], state.clearance)
-
-
-def _clearance(point: Point) -> float:
-    return continuous_clearance(State._from(point.e))
 
 
 def _rate(point: Point) -> float:
@@ -195,7 +158,7 @@ def _touches(point: Point) -> bool:
     # A lower bound of Z at each minimum, from the slope at the node before it: cheap, and mostly positive.
     fall = 2.0 * np.diff(e.grid.nodes)[minima] * e.sin[minima]
     lower_bound = e.length * (e.grid.integral[minima] @ e.sin + fall)
-    return bool(np.any(lower_bound <= 0.0)) and _clearance(point) <= 0.0
+    return bool(np.any(lower_bound <= 0.0)) and clearance(point) <= 0.0
 
 
 def _bracket(z: float, passed: Callable[[Point], bool]) -> tuple[Point, Point]:
@@ -203,20 +166,15 @@ def _bracket(z: float, passed: Callable[[Point], bool]) -> tuple[Point, Point]:
     return next(pair for pair in pairwise(coarse_branch(z)) if passed(pair[1]))
 
 
-def _locate(before: Point, after: Point, z: float, event: Event) -> Point:
-    """The resolved point between two successive points where ``event`` vanishes."""
-    return polish(locate(before, after, at_height(z), event, COARSE_LOCATION), at_height(z), event)
-
-
 def _first_event(z: float) -> tuple[Event, Point]:
     """The event that ends the advance, zero rate or zero clearance, and its point."""
     before, after = _bracket(z, lambda point: point.rate < 0.0 or _touches(point))
-    ends = {event: (event(before), event(after)) for event in (_rate, _clearance)}
+    ends = {event: (event(before), event(after)) for event in (_rate, clearance)}
     passed = [event for event in ends if ends[event][1] <= 0.0]
     # If both occur within the step, begin with the one that is first by linear interpolation.
     passed.sort(key=lambda event: ends[event][0] / (ends[event][0] - ends[event][1]))
     for event in passed:
-        point = _locate(before, after, z, event)
+        point = zero_between(before, after, at_height(z), event)
         if all(other(point) > 0.0 for other in passed if other is not event):
             break
     return event, point

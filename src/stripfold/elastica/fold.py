@@ -26,28 +26,19 @@ GUESS = 3.745, 4.683
 class FoldedLoop:
     """The folded state, dimensionless; lengths in L*, reactions per width in the weight of a length L*.
 
-    Parameters
-    ----------
-    height
-        Largest height H of the loop.
-    arc
-        Arc length from lift-off to landing.
-    lift_off_reaction, landing_reaction
-        Concentrated reactions at the two ends of the loop.
-    bulge
-        Distance by which the loop extends beyond the lift-off point.
-    offset
-        Distance of the landing point behind the lift-off point.
-    state
-        The loop as a state.
+    The X axis points from the lying layer to the loop.
     """
 
     height: float
+    """Largest height H of the loop."""
     arc: float
+    """Arc length from lift-off to landing."""
     lift_off_reaction: float
     landing_reaction: float
     bulge: float
+    """Largest X of the loop."""
     offset: float
+    """Distance of the landing point behind the lift-off point."""
     state: State
 
 
@@ -99,17 +90,10 @@ def _loop(reaction: float, arc: float) -> FoldedLoop:
 
 
 def eta_b_from_fold_height(height_m: float, gravity: float = GRAVITY) -> float:
-    """Weight-to-bending-stiffness ratio from the height of the loop of a folded strip, m^-4 s^2.
+    """Weight-to-bending-stiffness ratio, m^-4 s^2, of a folded strip: ``eta_b = H^3 / (g h^3)``.
 
-    ``eta_b = H^3 / (g h^3)`` with the dimensionless height H of :func:`folded_loop`: the relative error is three times
-    that of the measured height.
-
-    Parameters
-    ----------
-    height_m
-        Height h of the loop's mid-surface above that of the lower layer, m.
-    gravity
-        Gravitational acceleration, m s^-2.
+    H is the dimensionless height of :func:`folded_loop`, h = ``height_m`` that of the loop's mid-surface above that of
+    the lower layer, m; ``gravity`` is in m s^-2. The relative error is three times that of h.
 
     Raises
     ------
@@ -128,10 +112,7 @@ def eta_b_from_fold_height(height_m: float, gravity: float = GRAVITY) -> float:
 def half_fold_lying_length(strip_length: float) -> float:
     """Lying length of a half fold with aligned edges, up to lift-off, in L*: ``strip_length / 2 - 1.099425``.
 
-    Parameters
-    ----------
-    strip_length
-        Length of the strip in L*; at least 7.168090, where nothing is left for the upper layer.
+    The strip is at least 7.168090 L* long, where nothing is left for the upper layer.
 
     Raises
     ------

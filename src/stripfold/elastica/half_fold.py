@@ -13,10 +13,10 @@ from itertools import chain, pairwise
 import numpy as np
 
 from stripfold.elastica._checks import number
-from stripfold.elastica._continuation import Family, Point, at_height, locate, march, point_at, polish, resolve
+from stripfold.elastica._continuation import Family, Point, at_height, march, point_at, resolve, zero_between
 from stripfold.elastica._system import FORCE_X, LENGTH, TOLERANCE, fixed, no_lift_off_moment, solve
 from stripfold.elastica.branch import no_force_guess
-from stripfold.elastica.critical_point import Event, continuous_clearance
+from stripfold.elastica.critical_point import clearance
 from stripfold.elastica.state import State
 from stripfold.errors import SolveError
 
@@ -63,8 +63,8 @@ def states_fixed_lift_off(length: float) -> Iterator[State]:
     family, points = _fixed_length_branch(length)
     for before, after in pairwise(points):
         yield State._from(before.e)
-        if _clearance(after) <= 0.0:
-            yield State._from(_locate(before, after, family, _clearance).e)
+        if clearance(after) <= 0.0:
+            yield State._from(zero_between(before, after, family, clearance).e)
             return
 
 
@@ -81,8 +81,8 @@ def critical_state_fixed_lift_off(length: float) -> State:
     family, points = _fixed_length_branch(length)
     for before, after in pairwise(points):
         if _rate_at_height(before) * _rate_at_height(after) <= 0.0:
-            return State._from(_locate(before, after, family, _rate_at_height).e)
-        if _clearance(after) <= 0.0:
+            return State._from(zero_between(before, after, family, _rate_at_height).e)
+        if clearance(after) <= 0.0:
             break
     raise SolveError(f"with a free length of {length:g} L* the strip touches before it becomes unstable")
 
@@ -100,10 +100,6 @@ def _fixed_length_branch(length: float) -> tuple[Family, Iterator[Point]]:
     return family, chain([first], march(first, family, step=SPACING, max_step=SPACING, tolerance=TOLERANCE))
 
 
-def _locate(before: Point, after: Point, family: Family, event: Event) -> Point:
-    return polish(locate(before, after, family, event), family, event)
-
-
 def _rate_at_height(point: Point) -> float:
     """Rate of lambda along the branch of constant height through a point, up to a sign common to all points.
 
@@ -113,7 +109,3 @@ def _rate_at_height(point: Point) -> float:
     forward[LENGTH] = 1.0
     along = point_at(point.e, at_height(State._from(point.e).gripper[1]), forward)
     return along.rate * along.orientation
-
-
-def _clearance(point: Point) -> float:
-    return continuous_clearance(State._from(point.e))
