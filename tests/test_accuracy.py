@@ -22,7 +22,7 @@ from stripfold.models.model_error import model_error
 from stripfold.solve.linear import Band
 from studies import accuracy, estimates, profiling
 from studies.accuracy import Strategy, scene_of
-from studies.plots import work_precision
+from studies.plots import models, work_precision
 
 LENGTH, THICKNESS, HEIGHT = 12.0, 0.0594, 3.0
 
@@ -144,9 +144,9 @@ class TestStudy:
         assert len([ax for ax in fig.axes if ax.lines]) == 3
 
 
-def test_front():
+def test_pareto_front():
     seconds, error = np.array([1.0, 2.0, 3.0, 0.5, np.nan]), np.array([1e-2, 1e-3, 5e-3, 1e-1, np.inf])
-    assert work_precision.front(seconds, error).tolist() == [3, 0, 1]
+    assert models.pareto(seconds, error).tolist() == [3, 0, 1]
 
 
 def test_shapes_of_the_models_agree():

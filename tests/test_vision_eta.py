@@ -16,8 +16,7 @@ import drawn_strips as drawn
 from stripfold import elastica, store
 from stripfold.cli import main
 from stripfold.errors import InvalidInputError, TrackingError
-from stripfold.plots import eta_fit
-from stripfold.vision import cantilever, eta, pictures
+from stripfold.vision import cantilever, eta, eta_figure, pictures
 from studies import centrelines
 from studies.plots import centrelines as centrelines_plot
 
@@ -285,7 +284,7 @@ def lines(fig: Figure, panel: int) -> dict[str, drawn.Array]:
 def test_figure_of_a_fit() -> None:
     image = drawn.picture(share("hanging", 2.0))
     found = eta.from_image(image, SCALE, "cantilever")
-    fig = eta_fit.draw(image, found)
+    fig = eta_figure.draw(image, found)
     above, below = lines(fig, 0), lines(fig, 1)
     assert found.line is not None
     assert found.shape is not None
@@ -297,7 +296,7 @@ def test_figure_of_a_fit() -> None:
     image = drawn.picture(share("folded", 100.0))
     loop = eta.from_image(image, SCALE, "fold")
     assert loop.fold is not None
-    height = next(value for name, value in lines(eta_fit.draw(image, loop), 0).items() if name.startswith("height"))
+    height = next(value for name, value in lines(eta_figure.draw(image, loop), 0).items() if name.startswith("height"))
     assert np.hypot(*(height[1] - height[0])) == pytest.approx(1e3 * SCALE * loop.fold.height)
 
 

@@ -79,10 +79,10 @@ def eta(arguments: argparse.Namespace) -> str:
     image = read_grey(arguments.image)
     found = from_image(image, arguments.scale, arguments.method, Path(arguments.image).name)
     if target is not None:
-        from stripfold.plots import eta_fit
-        from stripfold.plots.save import save_png
+        from stripfold.plots.save import save_as
+        from stripfold.vision import eta_figure
 
-        save_png(eta_fit.draw(image, found), target)
+        save_as(eta_figure.draw(image, found), target)
     return as_json(found.fields()) if arguments.json else _as_text(found)
 
 

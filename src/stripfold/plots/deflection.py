@@ -6,8 +6,9 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from stripfold.plots.states import Branch, branch
-from stripfold.plots.style import BLACK, CM, GREY, REFERENCE, UNSTABLE, figure, styled
+from stripfold.plots.colours import BLACK, CRITICAL, GREY, LEVEL, UNSTABLE
+from stripfold.plots.readers import Branch, branch
+from stripfold.plots.style import CM, figure, styled, text_at
 
 
 @styled
@@ -22,32 +23,44 @@ def draw(data: xr.Dataset, height: float | None = None) -> Figure:
         Gripper height, m; the nearest one with a snap is drawn, by default the one nearest 5 L*.
     """
     chosen = branch(data, height)
+    right, low, high = CM * float(chosen.deflection.max()), CM * chosen.lambda_0, CM * chosen.lambda_c
     fig = figure(2.7)
-    ax = fig.subplots()
-    ax.grid(visible=False)  # it would run behind the inset's numbers
+    ax = deflection_axes(fig, right, low, high)
     _curve(ax, chosen)
-    right = CM * float(chosen.deflection.max())
-    low, high = CM * chosen.lambda_0, CM * chosen.lambda_c
     level(ax, "lambda_0", chosen.lambda_0, 0.12 * right)
     level(ax, "lambda_c", chosen.lambda_c)
-    ax.set_xlim(-0.02 * right, 1.05 * right)
-    ax.set_ylim(low - 0.07 * (high - low), high + 0.12 * (high - low))
-    name_axes(ax)
+    ax.set_ylim(top=high + 0.12 * (high - low))
     ax.legend(loc="upper left", bbox_to_anchor=(0.0, 0.86), title=f"$z$ = {CM * chosen.height:.1f} cm")
-    _zoom(ax, chosen)
+    point = chosen.critical
+    if point < len(chosen.advance) - 1:
+        # Enlarged: the neighbourhood of the critical point, where the curve turns.
+        x, y = CM * chosen.deflection, CM * chosen.advance
+        wide, deep = x[point:].max() - x[point], y[point] - y[point:].min()
+        inset = enlarged(ax, (0.53, 0.16, 0.44, 0.42))
+        _curve(inset, chosen, ".")
+        inset.axhline(high, color=LEVEL, lw=1.0, zorder=1)
+        inset.set_xlim(x[point] - 1.5 * wide, x[point] + 1.2 * wide)
+        inset.set_ylim(y[point] - 1.2 * deep, y[point] + 0.25 * deep)
+        ax.indicate_inset_zoom(inset, edgecolor=GREY)
     return fig
+
+
+def deflection_axes(fig: Figure, right: float, low: float, high: float) -> Axes:
+    """Axes of lambda, from about ``low`` to ``high``, over a deflection up to about ``right``, all in cm."""
+    ax = fig.subplots()
+    ax.grid(visible=False)  # it would run behind the inset's numbers
+    ax.set_xlabel(r"deflection: rms displacement of the mid-surface from $\lambda_0$ [cm]")
+    ax.set_ylabel(r"gripper position $\lambda$ [cm]")
+    ax.set_xlim(-0.02 * right, 1.05 * right)
+    ax.set_ylim(low - 0.07 * (high - low), high + 0.08 * (high - low))
+    return ax
 
 
 def level(ax: Axes, name: str, value: float, at: float = 0.0) -> None:
     """A line at a gripper position, m, with its name and value from the deflection ``at`` on, cm."""
-    ax.axhline(CM * value, color=REFERENCE, lw=1.0, zorder=1, label=f"_{name}")
-    ax.text(at, CM * value, rf"$\{name}$ = {CM * value:.2f} cm", color=REFERENCE, va="bottom")
-
-
-def name_axes(ax: Axes) -> None:
-    """What a control-parameter/deflection curve is drawn over."""
-    ax.set_xlabel(r"deflection: rms displacement of the mid-surface from $\lambda_0$ [cm]")
-    ax.set_ylabel(r"gripper position $\lambda$ [cm]")
+    ax.axhline(CM * value, color=LEVEL, lw=1.0, zorder=1, label=f"_{name}")
+    text = rf"$\{name}$ = {CM * value:.2f} cm"
+    text_at(ax, (at, CM * value), text, (0, 0), color=LEVEL, ha="left")
 
 
 def enlarged(ax: Axes, where: tuple[float, float, float, float]) -> Axes:
@@ -64,24 +77,8 @@ def _curve(ax: Axes, chosen: Branch, marker: str = "") -> None:
     for part, stable in chosen.runs():
         name, colour, line = ("stable", BLACK, "-") if stable else ("unstable", UNSTABLE, "--")
         x, y = CM * chosen.deflection[part], CM * chosen.advance[part]
-        (curve,) = ax.plot(x, y, color=colour, ls=line, marker=marker, ms=3, zorder=3)
-        if name not in named:
-            curve.set_label(name)
+        label = f"_{name}" if name in named else name
+        ax.plot(x, y, color=colour, ls=line, marker=marker, ms=3, zorder=3, label=label)
         named.add(name)
     point = CM * chosen.deflection[chosen.critical], CM * chosen.lambda_c
-    ax.plot(*point, "o", color=BLACK, zorder=4, label="critical point")
-
-
-def _zoom(ax: Axes, chosen: Branch) -> None:
-    """The neighbourhood of the critical point, where the curve turns."""
-    point = chosen.critical
-    x, y = CM * chosen.deflection, CM * chosen.advance
-    if point == len(x) - 1:
-        return  # nothing beyond it
-    wide, deep = x[point:].max() - x[point], y[point] - y[point:].min()
-    inset = enlarged(ax, (0.53, 0.16, 0.44, 0.42))
-    _curve(inset, chosen, ".")
-    inset.axhline(CM * chosen.lambda_c, color=REFERENCE, lw=1.0, zorder=1)
-    inset.set_xlim(x[point] - 1.5 * wide, x[point] + 1.2 * wide)
-    inset.set_ylim(y[point] - 1.2 * deep, y[point] + 0.25 * deep)
-    ax.indicate_inset_zoom(inset, edgecolor=GREY)
+    ax.plot(*point, "o", color=CRITICAL, zorder=4, label="critical point")

@@ -7,11 +7,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from stripfold.plots.followed import Part, parts, planned
-from stripfold.plots.planned_paths import limits
-from stripfold.plots.style import BLACK, CM, GREY, LYING, STATES_GREY, equal_panels, floor, note, styled
+from stripfold.plots.colours import CRITICAL, LYING, STATIC
+from stripfold.plots.path_readers import Part, parts, planned
+from stripfold.plots.planned_paths import draw_path, limits
+from stripfold.plots.style import CM, draw_states, entry, equal_panels, legend_above, note, styled
 
-TITLES = {"r-path": "R-path", "triangular": "triangular path", "circular": "circular path"}
+TITLES = {"r-path": "(a) R-path", "triangular": "(b) triangular path", "circular": "(c) circular path"}
 SHOWN = 16
 """Largest number of states drawn on each path."""
 
@@ -29,38 +30,25 @@ def draw(r_path: xr.Dataset, triangular: xr.Dataset, circular: xr.Dataset, plans
     plans
         From :func:`stripfold.analysis.plans.dataset`, for the same strip.
     """
-    found = dict(zip(TITLES, (r_path, triangular, circular), strict=True))
-    ways = {name: planned(plans, name) for name in TITLES}
+    found = (r_path, triangular, circular)
+    plan, first = [planned(plans, name) for name in TITLES], [parts(data)[0] for data in found]
     lying = float(plans.attrs["length"]) / 2.0 - float(plans.attrs["lying_length"])
-    first = {name: parts(data)[0] for name, data in found.items()}
-    fig, axes = equal_panels([limits([ways[name], first[name]]) for name in TITLES], above=0.42, one_x=True)
-    for ax, letter, (name, title) in zip(axes, "abc", TITLES.items(), strict=True):
-        ax.plot(*(CM * ways[name].states[:, 0]).T, "--", color=GREY, lw=0.8, zorder=1.5, label="_path")
-        critical = float(found[name].attrs["critical_points"]) > 0.0
-        evolution(ax, first[name], SHOWN, critical)
+    fig, axes = equal_panels([limits([*pair]) for pair in zip(plan, first, strict=True)], above=0.42, one_x=True)
+    for i, (ax, title) in enumerate(zip(axes, TITLES.values(), strict=True)):
+        path = draw_path(ax, plan[i])
+        critical = float(found[i].attrs["critical_points"]) > 0.0
+        static, last = draw_evolution(ax, first[i], SHOWN, critical)
         ax.plot(CM * lying, 0.0, "o", color=LYING, mec="white", mew=0.4, ms=5, zorder=6, label="_lying")
-        ax.set(ylabel="$z$ [cm]")
-        ax.grid(visible=False)
-        floor(ax)
-        note(ax, f"({letter}) {title}" + ("" if critical else ",\n      no critical point"))
-    axes[-1].set_xlabel("$x$ [cm]")
-    fig.legend(handles=_handles(), loc="upper center", borderaxespad=0.3, ncols=2, columnspacing=1.2)
+        note(ax, title + ("" if critical else ",\n      no critical point"))
+    mark = entry("folded strip lies from here on", LYING, "none", marker="o", ms=4)
+    legend_above(fig, [static, last, path, mark])
     return fig
 
 
-def evolution(ax: Axes, part: Part, count: int, critical: bool) -> None:
-    """States of a static part in grey; its last in black where it is ``critical``."""
+def draw_evolution(ax: Axes, part: Part, count: int, critical: bool) -> list[Line2D]:
+    """Draw a static part in grey, its last state black where it is ``critical``; returns entries of a legend."""
     chosen = part.evenly(count)
-    for i in chosen[:-1] if critical else chosen:
-        ax.plot(*(CM * part.states[i]).T, color=STATES_GREY, lw=0.8, zorder=2, label="_static")
+    draw_states(ax, part.states[chosen[:-1] if critical else chosen], "static", color=STATIC, zorder=2)
     if critical:
-        ax.plot(*(CM * part.states[-1]).T, color=BLACK, lw=1.4, zorder=4, label="_critical")
-
-
-def _handles() -> list[Line2D]:
-    return [
-        Line2D([], [], color=STATES_GREY, lw=0.8, label="static states"),
-        Line2D([], [], color=BLACK, lw=1.4, label="last before the critical point"),
-        Line2D([], [], color=GREY, lw=0.8, ls="--", label="gripper path"),
-        Line2D([], [], color=LYING, marker="o", ls="none", ms=4, label="folded strip lies from here on"),
-    ]
+        draw_states(ax, part.states[[-1]], "critical", color=CRITICAL, lw=1.4, zorder=4)
+    return [entry("static states", STATIC, lw=0.8), entry("last before the critical point", CRITICAL, lw=1.4)]

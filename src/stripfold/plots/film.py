@@ -13,30 +13,27 @@ import av
 import numpy as np
 import xarray as xr
 from av.video.reformatter import ColorPrimaries, ColorRange, Colorspace, ColorTrc
-from av.video.stream import VideoStream
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from stripfold.analysis.phases import AFTER, BEFORE, FALL
 from stripfold.arrays import Array
 from stripfold.errors import InvalidInputError
 from stripfold.plots.collapse import limits
-from stripfold.plots.phases import Collapse, collapse
-from stripfold.plots.style import BLACK, BLUE, CM, FALLING, GREY, SETTLED, floor, styled
+from stripfold.plots.colours import BLACK, FALLING, GREY, GRIPPER, SETTLED
+from stripfold.plots.readers import Collapse, collapse
+from stripfold.plots.style import CM, equal_panels, styled
 from stripfold.store import atomic
 
-DPI = 256
-"""Dots per inch: a power of two, so that sizes in inches give whole dots exactly."""
-WIDTH = 1280
-"""Width of a frame, dots."""
-PACE = (1, 2, 5, 10, 20, 50, 100)
-"""How often the fall is slowed down, where that is not asked for."""
+DPI = 360
+"""Dots per inch: a frame is 1260 dots wide."""
+SLOWDOWNS = (1, 2, 5, 10, 20, 50, 100)
+"""Slowdowns of the fall to choose from by default."""
 LEAST_SECONDS = 4.0
-"""How long the fall lasts at least in the film, where that is not asked for, s."""
-# Constant quality, one thread: how many there are would show in the file.
+"""Least duration of the fall in the film with the default slowdown, s."""
+# Constant quality; one thread, because the number of threads changes the file.
 _ENCODER = {"crf": "18", "preset": "medium", "threads": "1"}
-# The index in front, to play before all is loaded; no date and no version.
+# The index in front, to play before all is loaded; neither date nor version.
 _CONTAINER = {"movflags": "+faststart", "fflags": "+bitexact"}
 
 Frame = NDArray[np.uint8]
@@ -45,15 +42,7 @@ Progress = Callable[[str], None]
 
 @dataclass(frozen=True, eq=False)
 class Timing:
-    """When each state is shown.
-
-    Attributes
-    ----------
-    clock
-        Shape (m,): time in the film, s, ascending.
-    slowdown
-        Seconds of the film per second of the fall.
-    """
+    """Time of each state in the film, s, shape (m,), ascending; seconds of the film per second of the fall."""
 
     clock: Array
     slowdown: float
@@ -65,7 +54,7 @@ class Timing:
         return np.minimum(np.arange(count) / fps, end)
 
     def between(self, t: float) -> tuple[int, int, float]:
-        """The states before and after a time, and what share of the way from the first to the second it is."""
+        """The states before and after a time, and the share of the way from the first to the second."""
         after = min(int(np.searchsorted(self.clock, t, side="right")), len(self.clock) - 1)
         before = max(after - 1, 0)
         span = float(self.clock[after] - self.clock[before])
@@ -77,7 +66,7 @@ def timing(found: Collapse, slowdown: float | None = None, static_seconds: float
     fall = found.part(FALL)
     elapsed = found.time[fall] - found.time[fall[0]]
     if slowdown is None:
-        slowdown = next((pace for pace in PACE if pace * elapsed[-1] >= LEAST_SECONDS), PACE[-1])
+        slowdown = next((one for one in SLOWDOWNS if one * elapsed[-1] >= LEAST_SECONDS), SLOWDOWNS[-1])
     static = [part for part in (found.part(BEFORE), found.part(AFTER)) if len(part)]
     ways = [np.concatenate([[0.0], np.cumsum(np.abs(np.diff(found.advance[part])))]) for part in static]
     total = sum(way[-1] for way in ways)
@@ -96,7 +85,7 @@ def film(
     static_seconds: float = 8.0,
     progress: Progress | None = None,
 ) -> Path:
-    """Draw a collapse frame by frame into an MP4 file that browsers play; whole or not there.
+    """Draw a collapse frame by frame into an MP4 file that browsers play, atomically.
 
     The same data give the same bytes with the same versions of the libraries.
 
@@ -105,16 +94,16 @@ def film(
     data
         From :func:`stripfold.analysis.collapse_data.run`.
     path
-        Where to, with the suffix .mp4.  Missing folders are made.
+        Output file with the suffix .mp4.  Missing folders are made.
     fps
         Frames per second.
     slowdown
-        Seconds of the film per second of the fall; by default the first of :data:`PACE` with which the fall lasts
-        :data:`LEAST_SECONDS`.
+        Seconds of the film per second of the fall; by default the first of :data:`SLOWDOWNS` with which the fall
+        lasts :data:`LEAST_SECONDS`.
     static_seconds
-        How long the static parts are together, s.
+        Duration of the static parts together, s.
     progress
-        Told which frame is being drawn.
+        Called with a line of text before each frame.
 
     Raises
     ------
@@ -133,7 +122,13 @@ def film(
     with atomic(path) as temporary, av.open(os.fspath(temporary), "w", format="mp4", options=_CONTAINER) as container:
         stage = _Stage(found, times.slowdown)
         stream = container.add_stream("libx264", rate=fps, options=_ENCODER)
-        _describe(stream, stage.size, fps)
+        stream.width, stream.height = stage.size
+        stream.pix_fmt = "yuv420p"
+        # The colours of HDTV, which players otherwise have to guess.
+        context = stream.codec_context
+        context.time_base = Fraction(1, fps)
+        context.colorspace, context.color_range = Colorspace.ITU709, ColorRange.MPEG
+        context.color_primaries, context.color_trc = ColorPrimaries.BT709, ColorTrc.BT709
         # One frame at a time: memory does not grow with the length of the film.
         for i, t in enumerate(shown):
             if progress:
@@ -147,16 +142,6 @@ def film(
     return path
 
 
-def _describe(stream: VideoStream, size: tuple[int, int], fps: int) -> None:
-    """Size, time base and the colours of HDTV, which players otherwise have to guess."""
-    stream.width, stream.height = size
-    stream.pix_fmt = "yuv420p"
-    context = stream.codec_context
-    context.time_base = Fraction(1, fps)
-    context.colorspace, context.color_range = Colorspace.ITU709, ColorRange.MPEG
-    context.color_primaries, context.color_trc = ColorPrimaries.BT709, ColorTrc.BT709
-
-
 _LOOKS = {BEFORE: (BLACK, "static"), FALL: (FALLING, "fall"), AFTER: (SETTLED, "static")}
 
 
@@ -166,30 +151,21 @@ class _Stage:
     @styled
     def __init__(self, found: Collapse, slowdown: float) -> None:
         self.found, self.slowdown = found, slowdown
-        xlim, ylim = limits(found)
-        # In dots; room for the numbers at the axes, the texts over them, and even for the encoder.
-        left, right, below, over = 110, 30, 120, 90
-        across = WIDTH - left - right
-        up = round(across * (ylim[1] - ylim[0]) / (xlim[1] - xlim[0]))
-        height = below + up + over
-        height += height % 2
-        self.size = WIDTH, height
-        self.canvas = FigureCanvasAgg(Figure(figsize=(WIDTH / DPI, height / DPI), dpi=DPI))
-        fig = self.canvas.figure
-        ax = fig.add_axes((left / WIDTH, below / height, across / WIDTH, up / height))
-        ax.set(aspect="equal", xlim=xlim, ylim=ylim, xlabel="$x$ [cm]", ylabel="$z$ [cm]")
-        ax.grid(visible=False)
-        ax.locator_params(nbins=8, steps=[1, 2, 5, 10])
-        floor(ax)
-        way = CM * found.states[:, 0]
-        ax.plot(*way.T, color=BLUE, lw=0.6, ls=":")
-        line = (1.0 - 0.5 * over / height, left / WIDTH, 1.0 - right / WIDTH)
-        self.said = fig.text(line[1], line[0], "", va="center", animated=True)
-        self.position = fig.text(line[2], line[0], "", va="center", ha="right", animated=True)
-        # Where the fall began, to see how far it has come.
+        fig, (ax,) = equal_panels([limits(found)], above=0.3)
+        fig.set_dpi(DPI)
+        # An even number of dots for the encoder.
+        fig.set_figheight(2 * round(0.5 * DPI * fig.get_figheight()) / DPI)
+        self.canvas = FigureCanvasAgg(fig)
+        self.size = self.canvas.get_width_height()
+        ax.plot(*(CM * found.states[:, 0]).T, color=GRIPPER, lw=0.6, ls=":")
+        position = ax.get_position()
+        line = 0.5 * (1.0 + position.y1)
+        self.said = fig.text(position.x0, line, "", va="center", animated=True)
+        self.position = fig.text(position.x1, line, "", va="center", ha="right", animated=True)
+        # The start of the fall stays, to compare with.
         (self.critical,) = ax.plot(*(CM * found.states[found.critical]).T, color=GREY, lw=0.8, animated=True, zorder=3)
-        (self.strip,) = ax.plot([], [], lw=1.5, animated=True, zorder=4)
-        (self.gripper,) = ax.plot([], [], "o", color=BLUE, ms=5, animated=True, zorder=5)
+        (self.strip,) = ax.plot([], [], lw=1.2, animated=True, zorder=4)
+        (self.gripper,) = ax.plot([], [], "o", color=GRIPPER, ms=4, animated=True, zorder=5)
         self.canvas.draw()
         self.background = self.canvas.copy_from_bbox(fig.bbox)  # type: ignore[no-untyped-call]
 

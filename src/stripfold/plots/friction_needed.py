@@ -7,14 +7,13 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from stripfold.plots.materials import ETA_TITLE
-from stripfold.plots.style import BLACK, BLUE, HELD, Look, figure, note, styled
+from stripfold.plots.colours import BLACK, FRICTION, SKY, Look
+from stripfold.plots.style import ETA_TITLE, figure, note, styled
 from stripfold.plots.touch_error import common, draw_points, lengths_above
 
-MOMENT = r"hysteresis: $M_0\,/\,\rho_a g {L^*}^2$"
-PULL = r"pull: $k_f\,\Delta s\,/\,g$"
-LOOKS = {"pull": (PULL, Look(HELD, "s")), "hysteresis": (MOMENT, Look(BLACK, "x"))}
-RATIOS = {"ratio_max": ("largest", Look(HELD, "^")), "ratio_median": ("median", Look(BLUE, "v"))}
+PULL, MOMENT = r"pull: $k_f\,\Delta s\,/\,g$", r"hysteresis: $M_0\,/\,\rho_a g {L^*}^2$"
+LAWS = {"pull": (PULL, Look(FRICTION, "s")), "hysteresis": (MOMENT, Look(BLACK, "x"))}
+RATIOS = {"ratio_max": ("largest", Look(FRICTION, "^")), "ratio_median": ("median", Look(SKY, "v"))}
 
 
 @styled
@@ -23,25 +22,20 @@ def draw(data: xr.Dataset) -> Figure:
 
     Strips of the commonest length are joined by a line.
 
-    Parameters
-    ----------
-    data
-        From :func:`stripfold.analysis.friction_data.table`.
+    ``data`` is from :func:`stripfold.analysis.friction_data.table`.
     """
-    eta, long = data["eta_b"].values, data["relative_length"].values
-    unit, step = data["gravity_length"].values, data["step"].values
-    joined, filled = common(unit * long), np.ones(len(eta), dtype=bool)
+    eta, unit, relative = (data[name].values for name in ("eta_b", "gravity_length", "relative_length"))
+    joined, filled = common(unit * relative), np.ones(len(eta), dtype=bool)
     # k_f is stored in g/L*.
-    factor = {"pull": step / unit, "hysteresis": np.ones_like(eta)}
+    factor = {"pull": data["step"].values / unit, "hysteresis": 1.0}
+    suffices = {law: factor[law] * data["suffices"].sel(law=law).values for law in LAWS}
+    ratios = {name: data[name].sel(law="pull").values for name in RATIOS}
     fig = figure(4.6)
     top, bottom = fig.subplots(2, 1, sharex=True, height_ratios=(1.3, 1.0))
-    for law, (label, look) in LOOKS.items():
-        draw_points(top, eta, factor[law] * data["suffices"].sel(law=law).values, look, joined, filled, law)
-        top.plot([], [], color=look.colour, marker=look.marker, lw=1.0, label=label)
-    for name, (label, look) in RATIOS.items():
-        draw_points(bottom, eta, data[name].sel(law="pull").values, look, joined, filled, name)
-        bottom.plot([], [], color=look.colour, marker=look.marker, lw=1.0, label=label)
-    for ax in (top, bottom):
+    for ax, values, looks in ((top, suffices, LAWS), (bottom, ratios, RATIOS)):
+        for name, (label, look) in looks.items():
+            draw_points(ax, eta, values[name], look, joined, filled, name)
+            ax.plot([], [], color=look.color, marker=look.marker, lw=1.0, label=label)
         ax.set(xscale="log", yscale="log")
         _decades(ax)
         ax.legend(loc="upper right", fontsize=7)
@@ -49,7 +43,7 @@ def draw(data: xr.Dataset) -> Figure:
     bottom.set(xlabel=f"weight-to-bending-stiffness ratio {ETA_TITLE}", ylabel="pull$\\,/\\,$gripper force")
     note(top, "(a)")
     note(bottom, "(b) up to the first touch")
-    lengths_above(top, data, long, joined)
+    lengths_above(top, data, relative, joined)
     fig.align_ylabels()
     return fig
 

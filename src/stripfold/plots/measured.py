@@ -5,59 +5,43 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
-from stripfold.plots.materials import ETA_TITLE
-from stripfold.plots.style import BLACK, CM, figure, look, note, styled
+from stripfold.plots.colours import BLACK
+from stripfold.plots.readers import recordings
+from stripfold.plots.style import CM, ETA_TITLE, MILLI, entry, figure, legend_above, note, styled
 
 
 @styled
 def draw(data: xr.Dataset) -> Figure:
     """Draw the model's lambda_c as lines and the measured values as dots with 95 % intervals.
 
-    Below is how far each value lies above the line: friction and the speed of the gripper make the strip snap later.
+    Below is the distance of each value from the line: friction and the speed of the gripper make the strip snap later.
 
-    Parameters
-    ----------
-    data
-        Over ``recording`` (:mod:`studies.recordings`).
+    ``data`` is the table of measured recordings, over ``recording``.
     """
     fig = figure(5.2)
-    ax, above = fig.subplots(2, 1, sharex=True, height_ratios=(2.0, 1.3))
+    top, bottom = fig.subplots(2, 1, sharex=True, height_ratios=(2.0, 1.3))
     speeds = np.unique(np.round(data["speed"].values, 4))
-    for index, eta in enumerate(np.unique(data["eta_b"].values)):
-        part = data.isel(recording=np.flatnonzero(data["eta_b"].values == eta)).sortby("height")
-        how = look(index)
+    handles = []
+    for eta, look, part in recordings(data):
         z, first = np.unique(part["height"].values, return_index=True)
-        ax.plot(CM * z, CM * part["lambda_model"].values[first], color=how.colour, lw=1.0)
+        top.plot(CM * z, CM * part["lambda_model"].values[first], color=look.color, lw=1.0)
         for speed in speeds:
-            rows = np.flatnonzero((np.round(part["speed"].values, 4) == speed) & (part["snapped"].values == 1.0))
-            some = part.isel(recording=rows)
-            event, low, high = (CM * some[name].values for name in ("lambda_event", "lambda_low", "lambda_high"))
-            options = {
-                "fmt": how.marker,
-                "color": how.colour,
-                "mfc": how.colour if speed == speeds[0] else "white",
-                "ms": 3.5,
-                "capsize": 1.5,
-                "lw": 0.8,
-            }
-            bars = [event - low, high - event]
-            ax.errorbar(CM * some["height"].values, event, yerr=bars, **options)
-            model = CM * some["lambda_model"].values
-            above.errorbar(CM * some["height"].values, event - model, yerr=bars, **options)
-    above.axhline(0.0, color=BLACK, lw=0.8)
-    ax.set(ylabel=r"$\lambda$ [cm]", xlim=(0.0, None), ylim=(0.0, None))
-    above.set(ylabel=r"$\lambda - \lambda_c$ [cm]", xlabel="gripper height $z$ [cm]")
-    handles = [
-        Line2D([], [], color=look(i).colour, marker=look(i).marker, ms=3.5, lw=1.0, label=f"{eta:.5g}")
-        for i, eta in enumerate(np.unique(data["eta_b"].values))
-    ]
-    handles += [
-        Line2D([], [], color=BLACK, marker="o", mfc=fill, ms=3.5, lw=0.0, label=f"{1e3 * speed:.2g} mm/s")
-        for speed, fill in zip(speeds, (BLACK, "white", "white"), strict=False)
-    ]
-    fig.legend(handles=handles, title=ETA_TITLE, loc="outside upper center", ncols=3)
+            some = part.isel(recording=(np.round(part["speed"].values, 4) == speed) & (part["snapped"].values == 1.0))
+            names = ("height", "lambda_event", "lambda_low", "lambda_high", "lambda_model")
+            z, event, low, high, model = (CM * some[name].values for name in names)
+            fill = look.color if speed == speeds[0] else "white"
+            options = {"fmt": look.marker, "color": look.color, "mfc": fill, "ms": 3.5, "capsize": 1.5, "lw": 0.8}
+            for ax, y in ((top, event), (bottom, event - model)):
+                ax.errorbar(z, y, yerr=[event - low, high - event], **options)
+        handles.append(entry(f"{eta:.5g}", look.color, marker=look.marker, ms=3.5, lw=1.0))
+    bottom.axhline(0.0, color=BLACK, lw=0.8)
+    top.set(ylabel=r"$\lambda$ [cm]", xlim=(0.0, None), ylim=(0.0, None))
+    bottom.set(ylabel=r"$\lambda - \lambda_c$ [cm]", xlabel="gripper height $z$ [cm]")
+    for i, speed in enumerate(speeds):
+        fill = "white" if i else BLACK
+        handles.append(entry(f"{MILLI * speed:.2g} mm/s", BLACK, "none", marker="o", mfc=fill, ms=3.5))
+    legend_above(fig, handles, ncols=3, title=ETA_TITLE)
     if np.all(data["synthetic"].values == 1.0):
-        note(ax, "synthetic recordings")
+        note(top, "synthetic recordings")
     return fig

@@ -1,21 +1,19 @@
-"""The paper's three folding paths, and the states that each takes for granted."""
+"""The paper's three folding paths, and the states assumed in planning them."""
 
 from __future__ import annotations
 
 import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.markers import CARETUP
 
-from stripfold.plots.followed import Part, planned
-from stripfold.plots.style import BLACK, BLUE, CM, Limits, equal_panels, floor, note, styled
+from stripfold.plots.colours import FIXED, GRIPPER
+from stripfold.plots.path_readers import Part, planned
+from stripfold.plots.style import CM, Limits, around, draw_states, entry, equal_panels, legend_above, note, styled
 
-TITLES = {
-    "triangular": "(a) triangular path",
-    "circular": "(b) circular path",
-    "r-path": "(c) R-path",
-}
+TITLES = {"triangular": "(a) triangular path", "circular": "(b) circular path", "r-path": "(c) R-path"}
 STATES = 9
 """Number of states drawn on each path, the flat strip among them."""
 
@@ -24,35 +22,28 @@ STATES = 9
 def draw(data: xr.Dataset) -> Figure:
     """Draw each path dashed, the states assumed on it solid, from light to dark, and a blue mark at the fold line.
 
-    Parameters
-    ----------
-    data
-        From :func:`stripfold.analysis.plans.dataset`.
+    ``data`` is from :func:`stripfold.analysis.plans.dataset`.
     """
-    fig, axes = equal_panels([limits([planned(data, name)]) for name in TITLES], above=0.25, one_x=True)
-    for ax, (name, title) in zip(axes, TITLES.items(), strict=True):
-        plan = planned(data, name)
-        chosen = plan.evenly(STATES)
-        for shade, i in zip(np.linspace(0.78, 0.0, len(chosen)), chosen, strict=True):
-            ax.plot(*(CM * plan.states[i]).T, color=str(shade), lw=1.0, zorder=3, clip_on=False, label="_state")
-        ax.plot(*(CM * plan.states[:, 0]).T, "--", color=BLACK, lw=0.8, zorder=2, label="_path")
-        ax.plot(0.0, 0.0, marker=CARETUP, color=BLUE, ms=7, mew=0, zorder=6, label="_fold-line")
-        ax.set(ylabel="$z$ [cm]")
-        ax.grid(visible=False)
-        floor(ax)
+    plans = [planned(data, name) for name in TITLES]
+    fig, axes = equal_panels([limits([plan]) for plan in plans], above=0.25, one_x=True)
+    for ax, plan, title in zip(axes, plans, TITLES.values(), strict=True):
+        shown = plan.evenly(STATES)
+        for shade, i in zip(np.linspace(0.78, 0.0, len(shown)), shown, strict=True):
+            draw_states(ax, plan.states[[i]], "state", color=str(shade), lw=1.0, zorder=3, clip_on=False)
+        path = draw_path(ax, plan)
+        ax.plot(0.0, 0.0, marker=CARETUP, color=FIXED, ms=7, mew=0, zorder=6, label="_fold-line")
         note(ax, title)
-    axes[-1].set_xlabel("$x$ [cm]")
-    handles = [
-        Line2D([], [], color=BLACK, lw=0.8, ls="--", label="gripper path"),
-        Line2D([], [], color="0.4", lw=1.0, label="assumed states"),
-        Line2D([], [], color=BLUE, marker="^", ls="none", ms=5, mew=0, label="fold line"),
-    ]
-    fig.legend(handles=handles, loc="upper center", borderaxespad=0.3, ncols=3, columnspacing=1.2)
+    fold = entry("fold line", FIXED, "none", marker="^", ms=5, mew=0)
+    legend_above(fig, [path, entry("assumed states", "0.4", lw=1.0), fold], ncols=3)
     return fig
 
 
+def draw_path(ax: Axes, plan: Part) -> Line2D:
+    """Draw the gripper's path; returns its entry of a legend."""
+    draw_states(ax, [plan.states[:, 0]], "path", color=GRIPPER, ls="--", zorder=1.5)
+    return entry("gripper path", GRIPPER, "--", lw=0.8)
+
+
 def limits(shown: list[Part]) -> Limits:
-    """What of x and z has to be seen, cm: all states, with room for a note above them."""
-    x, z = (CM * np.concatenate([part.states[..., i].ravel() for part in shown]) for i in range(2))
-    margin = 0.04 * float(np.ptp(x))
-    return (float(x.min()) - margin, float(x.max()) + margin), (-margin, float(z.max()) + 0.6 * margin)
+    """Limits of x and z, cm, that show all states, with room for a note above them."""
+    return around(CM * np.concatenate([part.states.reshape(-1, 2) for part in shown]), 0.04, 0.024)

@@ -1,48 +1,42 @@
-"""Paths of the gripper as recordings show them, and where on them the strips snapped."""
+"""Paths of the gripper in recordings, and the points on them where the strips snapped."""
 
 from __future__ import annotations
 
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
-from stripfold.plots.style import BLACK, CM, GREY, RED, figure, look, note, styled
+from stripfold.plots.colours import BLACK, CRITICAL, GRIPPER
+from stripfold.plots.readers import recordings
+from stripfold.plots.style import CM, entry, figure, legend_above, note, styled
 
 
 @styled
 def draw(data: xr.Dataset) -> Figure:
     """Draw the gripper's way in each recording, the onset of the snap on it, and the model's boundary of stability.
 
-    Parameters
-    ----------
-    data
-        Over ``recording`` (:mod:`studies.recordings`).
+    ``data`` is the table of measured recordings, over ``recording``.
     """
-    etas = np.unique(data["eta_b"].values)
-    columns = min(len(etas), 2)
-    lines = -(-len(etas) // columns)
-    fig = figure(0.6 + 1.9 * lines)
-    axes = fig.subplots(lines, columns, squeeze=False).ravel()
-    for index, (ax, eta) in enumerate(zip(axes, etas, strict=False)):
-        part = data.isel(recording=np.flatnonzero(data["eta_b"].values == eta)).sortby("height")
-        how = look(index)
-        for row in range(part.sizes["recording"]):
-            track = CM * part["track"].values[row]
-            ax.plot(*track.T, color=GREY, lw=0.8)
-            if part["snapped"].values[row]:
-                place = CM * float(part["lambda_event"][row]), CM * float(part["height"][row])
-                ax.plot(*place, marker=how.marker, color=how.colour, ms=3.5)
+    groups = list(recordings(data))
+    columns = min(len(groups), 2)
+    rows = -(-len(groups) // columns)
+    fig = figure(0.6 + 1.9 * rows)
+    axes = fig.subplots(rows, columns, squeeze=False).ravel()
+    for ax, (eta, look, part) in zip(axes, groups, strict=False):
+        for track in part["track"].values:
+            ax.plot(*(CM * track).T, color=GRIPPER, lw=0.8)
+        snapped = part.isel(recording=part["snapped"].values == 1.0)
+        ax.plot(CM * snapped["lambda_event"], CM * snapped["height"], look.marker, color=look.color, ms=3.5)
         z, first = np.unique(part["height"].values, return_index=True)
-        ax.plot(CM * part["lambda_model"].values[first], CM * z, color=RED, lw=1.0)
+        ax.plot(CM * part["lambda_model"].values[first], CM * z, ":", color=CRITICAL)
         ax.set(xlabel=r"$\lambda$ [cm]", ylabel="$z$ [cm]", ylim=(0.0, 1.08 * CM * float(part["height"].max())))
         note(ax, rf"$\eta_b$ = {eta:.5g} m$^{{-4}}$ s$^2$")
-    for ax in axes[len(etas) :]:
+    for ax in axes[len(groups) :]:
         ax.set_visible(False)
     handles = [
-        Line2D([], [], color=GREY, lw=0.8, label="gripper, by the video"),
-        Line2D([], [], color=BLACK, marker="o", ms=3.5, lw=0.0, label="onset of the snap"),
-        Line2D([], [], color=RED, lw=1.0, label="model without friction"),
+        entry("gripper, by the video", GRIPPER, lw=0.8),
+        entry("onset of the snap", BLACK, "none", marker="o", ms=3.5),
+        entry(r"$\lambda_c$ without friction", CRITICAL, ":"),
     ]
-    fig.legend(handles=handles, loc="outside upper center", ncols=2)
+    legend_above(fig, handles)
     return fig

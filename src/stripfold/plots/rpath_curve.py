@@ -10,16 +10,15 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from stripfold.arrays import Array
-from stripfold.plots.followed import Part, held, parts, planned, ways_out
-from stripfold.plots.style import BLACK, CM, GREY, HANGING, HELD, TOUCHING, figure, note, styled
+from stripfold.plots.colours import CRITICAL, FRICTION, GREY, HANGING, TOUCHING
+from stripfold.plots.path_readers import Part, parts, planned, post_critical, with_friction
+from stripfold.plots.style import CM, MILLI, figure, legend_above, note, styled
 
-MILLI = 1000.0
-"""Millimetres in a metre."""
 AROUND = 0.04
-"""Pseudo time shown in (b) before the critical point and behind the two ways' falls."""
+"""Pseudo time shown in (b) before the critical point and after the falls of the post-critical branches."""
 PLANNED, BEFORE = "planned", "static, to the critical point"
 WHOLE, BEHIND = "static", "falls at the critical point"
-TOUCHES, HANGS, FRICTION = "falls and touches", "rests without touching", "with friction"
+TOUCHES, HANGS, HELD = "falls and touches", "rests without touching", "with friction"
 
 Curve = tuple[str, list[Part], str, str]
 """Name, parts, colour and kind of line."""
@@ -29,9 +28,9 @@ Curve = tuple[str, list[Part], str, str]
 def draw(r_path: xr.Dataset, ways: xr.Dataset, friction: xr.Dataset, plans: xr.Dataset) -> Figure:
     """Draw pseudo time over (a) the displacement from the flat strip, (b) the mean height over the planned state.
 
-    Black to the critical point, dotted from there: the fall, and static states after it.  Behind it the planned state,
-    unstable, can go two ways, red and blue, again a fall and static states.  Orange: with the paper's friction.  (b)
-    shows where this happens.
+    Black to the critical point, dotted from there: the fall, and static states after it.  Past that point the planned
+    state, unstable, has two post-critical branches, red and blue, again a fall and static states.  Orange: with the
+    paper's friction.  (b) enlarges the critical point.
 
     Parameters
     ----------
@@ -44,35 +43,39 @@ def draw(r_path: xr.Dataset, ways: xr.Dataset, friction: xr.Dataset, plans: xr.D
     plans
         From :func:`stripfold.analysis.plans.dataset`, for the same strip.
     """
-    plan, (before, *behind), out = planned(plans, "r-path"), parts(r_path), ways_out(ways)
-    critical = float(before.pseudo_time[-1]) if float(r_path.attrs["critical_points"]) > 0.0 else np.nan
-    curves: list[Curve] = [(PLANNED, [plan], GREY, "--"), (FRICTION, [held(friction)[0]], HELD, "-")]
-    curves.append((BEFORE if np.isfinite(critical) else WHOLE, [before], BLACK, "-"))
+    plan, (before, *behind), branches = planned(plans, "r-path"), parts(r_path), post_critical(ways)
+    critical = before if float(r_path.attrs["critical_points"]) > 0.0 else None
+    curves: list[Curve] = [
+        (PLANNED, [plan], GREY, "--"),
+        (HELD, [with_friction(friction)[0]], FRICTION, "-"),
+        (BEFORE if critical else WHOLE, [before], CRITICAL, "-"),
+    ]
     if behind:
         curves.append((BEHIND, behind, TOUCHING, ":"))
-    for way in out:
-        name, colour = (TOUCHES, TOUCHING) if way.touches else (HANGS, HANGING)
-        curves.append((name, [way.fall, way.after], colour, "-"))
+    for branch in branches:
+        name, colour = (TOUCHES, TOUCHING) if branch.touches else (HANGS, HANGING)
+        curves.append((name, [branch.fall, branch.after], colour, "-"))
     fig = figure(5.4)
     top, bottom = fig.subplots(2, 1)
-    _draw(top, curves, lambda part: CM * part.displacement(), CM * before.displacement()[-1], critical)
-    _draw(bottom, curves, lambda part: MILLI * part.above(plan), MILLI * before.above(plan)[-1], critical)
+    _draw(top, curves, lambda part: CM * part.displacement(), critical)
+    _draw(bottom, curves, lambda part: MILLI * part.above(plan), critical)
     top.set_xlabel("deflection: rms displacement from the flat strip [cm]")
     bottom.set_xlabel("mean height of the strip over the planned state [mm]")
-    if np.isfinite(critical):
-        last = max([critical, *(float(way.fall.pseudo_time[-1]) for way in out)])
-        bottom.set_ylim(critical - AROUND, last + AROUND)
-    fig.legend(*top.get_legend_handles_labels(), loc="outside upper center", ncols=2, columnspacing=1.2)
+    if critical:
+        times = [float(part.pseudo_time[-1]) for part in (critical, *(branch.fall for branch in branches))]
+        bottom.set_ylim(times[0] - AROUND, max(times) + AROUND)
+    legend_above(fig, top.get_legend_handles_labels()[0])
     note(top, "(a)")
     note(bottom, "(b)")
     return fig
 
 
-def _draw(ax: Axes, curves: list[Curve], of: Callable[[Part], Array], at: float, critical: float) -> None:
+def _draw(ax: Axes, curves: list[Curve], of: Callable[[Part], Array], critical: Part | None) -> None:
     for order, (name, shown, colour, line) in enumerate(curves):
         x = np.concatenate([of(part) for part in shown])
         y = np.concatenate([part.pseudo_time for part in shown])
         ax.plot(x, y, line, color=colour, lw=1.4 if line == "-" else 0.9, zorder=3 + order, label=name)
-    if np.isfinite(critical):
-        ax.plot(at, critical, "o", color=BLACK, ms=3.5, zorder=12, label="critical point")
+    if critical:
+        point = of(critical)[-1], critical.pseudo_time[-1]
+        ax.plot(*point, "o", color=CRITICAL, ms=3.5, zorder=12, label="critical point")
     ax.set_ylabel(r"pseudo time $\lambda$")

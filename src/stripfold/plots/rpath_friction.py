@@ -1,4 +1,4 @@
-"""The R-path without internal friction, where the strip leaves the plan in one of two directions, and with it."""
+"""The R-path without internal friction, where the strip can leave the plan in two directions, and with it."""
 
 from __future__ import annotations
 
@@ -10,35 +10,33 @@ from matplotlib.lines import Line2D
 from matplotlib.markers import CARETUP
 
 from stripfold.arrays import Array
-from stripfold.plots.evolutions import evolution
-from stripfold.plots.followed import Way, held, parts, ways_out
+from stripfold.plots.colours import CRITICAL, FRICTION, HANGING, STATIC, TOUCHING
+from stripfold.plots.evolutions import draw_evolution
+from stripfold.plots.path_readers import Part, PostCriticalBranch, parts, post_critical, with_friction
 from stripfold.plots.planned_paths import limits
-from stripfold.plots.style import (
-    BLACK,
-    CM,
-    HANGING,
-    HELD,
-    STATES_GREY,
-    TOUCHING,
-    Limits,
-    equal_panels,
-    floor,
-    note,
-    styled,
-)
+from stripfold.plots.style import CM, Limits, around, draw_states, entry, equal_panels, legend_above, note, styled
 
 BEFORE, FALLS, AFTER, WHOLE = 14, 6, 7, 22
 """Largest numbers of states drawn before the critical point, in a fall, after it, and with friction."""
 MOVING = 0.1
-"""What moves at least this part of the largest displacement in the falls is enlarged."""
+"""The part of the strip that moves at least this share of the largest displacement in the falls is enlarged."""
+LEGEND = {
+    "static": (STATIC, 0.8, "-", "static, stable"),
+    "critical": (CRITICAL, 1.4, "-", "last before the critical point"),
+    "unstable": (CRITICAL, 1.2, "--", "planned, unstable"),
+    "touching-fall": (TOUCHING, 1.0, "-", "falls and touches"),
+    "hanging-fall": (HANGING, 1.0, "-", "rests without touching"),
+    "held": (FRICTION, 1.2, "-", "held by friction alone"),
+}
+"""Colour, width, kind of line and text of what may be drawn."""
 
 
 @styled
 def draw(r_path: xr.Dataset, ways: xr.Dataset, friction: xr.Dataset) -> Figure:
-    """Draw (a) the R-path without friction, (b) the ways out of the planned state behind the critical point, (c) with.
+    """Draw (a) the R-path without friction, (b) the post-critical branches from the planned state, (c) with friction.
 
-    Red is the way that touches, blue the other, with thin static states behind them.  In (c) states that without
-    friction would be unstable are orange.
+    Red is the branch that touches, blue the other, with thin static states after the falls.  In (c) states that
+    without friction would be unstable are orange.
 
     Parameters
     ----------
@@ -49,69 +47,56 @@ def draw(r_path: xr.Dataset, ways: xr.Dataset, friction: xr.Dataset) -> Figure:
     friction
         From :func:`stripfold.analysis.friction_data.run`; the paper's pull is drawn.
     """
-    before, out, (whole, eigenvalues) = parts(r_path)[0], ways_out(ways), held(friction)
+    before, branches, (whole, eigenvalues) = parts(r_path)[0], post_critical(ways), with_friction(friction)
     view = limits([before, whole])
-    fig, axes = equal_panels([view, _near(out), view] if out else [view, view], above=0.57)
-    evolution(axes[0], before, BEFORE, float(r_path.attrs["critical_points"]) > 0.0)
-    for way in out:
-        _way(axes[0], way, 1, AFTER, 0.7)
-        _way(axes[1], way, FALLS, 0, 1.0)
-    for ax in axes[:-1] if out else ():
-        ax.plot(*(CM * out[0].fall.states[0]).T, "--", color=BLACK, lw=1.2, zorder=4, label="_unstable")
-    if out:
-        note(axes[1], r"(b) the two ways, enlarged; touch ($\blacktriangle$)")
-    _held(axes[-1], whole.states, whole.evenly(WHOLE), eigenvalues)
-    note(axes[0], "(a) without friction" + ("" if out else ":\n      no unstable planned state"))
-    note(axes[-1], f"({'c' if out else 'b'}) with friction")
-    for ax in axes:
-        ax.set(xlabel="$x$ [cm]", ylabel="$z$ [cm]")
-        ax.grid(visible=False)
-        floor(ax)
-    fig.legend(handles=_handles(fig), loc="upper center", borderaxespad=0.3, ncols=2, columnspacing=1.2)
+    fig, axes = equal_panels([view, _near(branches), view] if branches else [view, view], above=0.57)
+    draw_evolution(axes[0], before, BEFORE, float(r_path.attrs["critical_points"]) > 0.0)
+    for branch in branches:
+        _branch(axes[0], branch, 1, AFTER, 0.7)
+        _branch(axes[1], branch, FALLS, 0, 1.0)
+    if branches:
+        for ax in axes[:2]:
+            draw_states(ax, branches[0].fall.states[:1], "unstable", color=CRITICAL, ls="--", lw=1.2, zorder=4)
+        note(axes[1], r"(b) the two branches, enlarged; touch ($\blacktriangle$)")
+    _held(axes[-1], whole, eigenvalues)
+    note(axes[0], "(a) without friction" + ("" if branches else ":\n      no unstable planned state"))
+    note(axes[-1], f"({'c' if branches else 'b'}) with friction")
+    legend_above(fig, _handles(fig))
     return fig
 
 
-def _near(out: list[Way]) -> Limits:
-    """What moves in the falls, cm, down to the floor."""
-    falls = [CM * way.fall.states for way in out]
+def _near(branches: list[PostCriticalBranch]) -> Limits:
+    """Limits of the part of the strip that moves in the falls, cm; of its high part only the lower end."""
+    falls = [CM * branch.fall.states for branch in branches]
     moved = [np.linalg.norm(fall - fall[0], axis=2).max(axis=0) for fall in falls]
     least = MOVING * max(float(m.max()) for m in moved)
-    x, z = (np.concatenate([f[:, m >= least, i].ravel() for f, m in zip(falls, moved, strict=True)]) for i in range(2))
-    margin = 0.06 * float(np.ptp(x))
-    return (float(x.min()) - margin, float(x.max()) + margin), (-margin, min(float(z.max()), 0.6 * float(np.ptp(x))))
+    points = np.concatenate([fall[:, m >= least].reshape(-1, 2) for fall, m in zip(falls, moved, strict=True)])
+    points[:, 1] = np.minimum(points[:, 1], 0.6 * np.ptp(points[:, 0]))
+    return around(points, 0.06, 0.0)
 
 
-def _way(ax: Axes, way: Way, falls: int, after: int, width: float) -> None:
-    colour = TOUCHING if way.touches else HANGING
-    name = "touching" if way.touches else "hanging"
-    for part, count in ((way.fall, falls), (way.after, after)):
-        for i in part.evenly(count + 1)[1:] if count else []:
-            ax.plot(*(CM * part.states[i]).T, color=colour, lw=width, zorder=3, label=f"_{name}-{part.phase}")
-    if way.touches:
-        ax.plot(CM * way.touch_x, 0.0, marker=CARETUP, color=colour, ms=5, mew=0, zorder=6, label="_touch")
+def _branch(ax: Axes, branch: PostCriticalBranch, falls: int, after: int, width: float) -> None:
+    name, colour = ("touching", TOUCHING) if branch.touches else ("hanging", HANGING)
+    for part, count in ((branch.fall, falls), (branch.after, after)):
+        shown = part.evenly(count + 1)[1:]
+        draw_states(ax, part.states[shown], f"{name}-{part.phase}", color=colour, lw=width, zorder=3)
+    if branch.touches:
+        ax.plot(CM * branch.touch_x, 0.0, marker=CARETUP, color=colour, ms=5, mew=0, zorder=6, label="_touch")
 
 
-def _held(ax: Axes, states: Array, chosen: list[int], eigenvalues: Array) -> None:
+def _held(ax: Axes, whole: Part, eigenvalues: Array) -> None:
+    """States with friction; those that friction alone holds include the first and the last."""
     only = np.flatnonzero(eigenvalues < 0.0)
-    for i in sorted({*chosen, *only[[0, -1]].tolist()} if len(only) else chosen):
-        alone = eigenvalues[i] < 0.0
-        colour, width, order, name = (HELD, 1.2, 3, "held") if alone else (STATES_GREY, 0.8, 2, "static")
-        ax.plot(*(CM * states[i]).T, color=colour, lw=width, zorder=order, label=f"_{name}")
+    for i in sorted({*whole.evenly(WHOLE), *only[:1].tolist(), *only[-1:].tolist()}):
+        name, order = ("held", 3) if eigenvalues[i] < 0.0 else ("static", 2)
+        draw_states(ax, whole.states[[i]], name, color=LEGEND[name][0], lw=LEGEND[name][1], zorder=order)
 
 
 def _handles(fig: Figure) -> list[Line2D]:
-    """What is drawn, by name."""
-    looks = {
-        "static": (STATES_GREY, 0.8, "-", "static, stable"),
-        "critical": (BLACK, 1.4, "-", "last before the critical point"),
-        "unstable": (BLACK, 1.2, "--", "planned, unstable"),
-        "touching-fall": (TOUCHING, 1.0, "-", "falls and touches"),
-        "hanging-fall": (HANGING, 1.0, "-", "rests without touching"),
-        "held": (HELD, 1.2, "-", "held by friction alone"),
-    }
+    """Entries of the legend for all that is drawn."""
     shown = {line.get_label() for ax in fig.axes for line in ax.lines}
     return [
-        Line2D([], [], color=colour, lw=width, ls=line, label=text)
-        for name, (colour, width, line, text) in looks.items()
+        entry(text, colour, line, lw=width)
+        for name, (colour, width, line, text) in LEGEND.items()
         if f"_{name}" in shown
     ]

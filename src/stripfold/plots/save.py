@@ -10,43 +10,25 @@ from matplotlib.figure import Figure
 from stripfold.plots.style import styled
 from stripfold.store import atomic
 
-# No date, no version: what a file says depends on what is drawn alone.
+# Neither date nor version: a file depends on what is drawn alone.
 _METADATA: dict[str, dict[str, None]] = {"png": {"Software": None}, "svg": {"Date": None, "Creator": None}}
 
 
 @styled
 def save(fig: Figure, stem: str | os.PathLike[str]) -> tuple[Path, Path]:
-    """Write ``fig`` as ``stem``.png and ``stem``.svg; each file is whole or not there.
-
-    Parameters
-    ----------
-    fig
-        A figure of one of this package's modules.
-    stem
-        Path without suffix.  Missing folders are made.
-
-    Returns
-    -------
-    tuple of Path
-        The PNG and the SVG file.
-    """
-    # Arrange once: arranging anew for each format would move things by a rounding error.
+    """Write ``fig`` as ``stem``.png and ``stem``.svg, each atomically; missing folders are made."""
+    # Arranged once: doing so again for each format would move things by a rounding error.
     fig.draw_without_rendering()
     fig.set_layout_engine("none")
-    paths = []
-    for suffix in _METADATA:
-        paths.append(Path(f"{os.fspath(stem)}.{suffix}"))
-        _write(fig, paths[-1], suffix)
-    return paths[0], paths[1]
+    stem = os.fspath(stem)
+    return save_as(fig, f"{stem}.png"), save_as(fig, f"{stem}.svg")
 
 
 @styled
-def save_png(fig: Figure, path: str | os.PathLike[str]) -> Path:
-    """Write ``fig`` as the one PNG file ``path``; it is whole or not there."""
-    _write(fig, Path(path), "png")
-    return Path(path)
-
-
-def _write(fig: Figure, path: Path, suffix: str) -> None:
+def save_as(fig: Figure, path: str | os.PathLike[str]) -> Path:
+    """Write ``fig`` as one file, atomically; its suffix is .png or .svg."""
+    path = Path(path)
+    kind = path.suffix[1:]
     with atomic(path) as temporary:
-        fig.savefig(temporary, format=suffix, metadata=_METADATA[suffix])
+        fig.savefig(temporary, format=kind, metadata=_METADATA[kind])
+    return path

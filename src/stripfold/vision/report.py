@@ -21,7 +21,8 @@ from matplotlib.figure import Figure
 
 import stripfold
 from stripfold.arrays import Picture
-from stripfold.plots.style import BLACK, BLUE, GREY, RED, figure, styled
+from stripfold.plots.colours import BLACK, BLUE, GREY, RED
+from stripfold.plots.style import figure, styled
 from stripfold.store import running_commit
 from stripfold.vision import video
 from stripfold.vision.measure import Measurement

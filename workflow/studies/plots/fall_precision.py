@@ -1,4 +1,4 @@
-"""Error of the first touch of a fall against the time of the fall, for models, meshes, time steps and integrators."""
+"""Accuracy versus run time of a fall: error of the first touch for models, meshes, time steps and integrators."""
 
 from __future__ import annotations
 
@@ -6,57 +6,50 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from stripfold.plots.style import BLUE, GREEN, PURPLE, VERMILLION, figure, note, styled
-from studies.plots.work_precision import draw_front
+from stripfold.plots.colours import GREEN, PINK
+from stripfold.plots.style import entry, figure, legend_above, note, styled
+from studies.plots.models import LOOKS, draw_pareto, headroom
 
 COLOURS = {
-    ("rod", "energy-momentum"): BLUE,
+    ("rod", "energy-momentum"): LOOKS["rod"].color,
     ("rod", "energy-momentum, conserving"): GREEN,
-    ("rod", "generalised-alpha"): PURPLE,
-    ("solid", "energy-momentum"): VERMILLION,
+    ("rod", "generalised-alpha"): PINK,
+    ("solid", "energy-momentum"): LOOKS["solid"].color,
 }
 """Of model and integrator."""
-MARKERS = {"rod": "o", "solid": "s"}
 LEAST = 1e-6
 """Smaller errors are drawn here, L*."""
 
 
 @styled
 def draw(data: xr.Dataset) -> Figure:
-    """Draw |error| over seconds, a panel per height, with the front of what nothing else beats.
+    """Draw |error| over run time, a panel per height, with the Pareto front.
 
     The size of a marker is that of the elements; filled: the default time step, upper half: longer steps, lower half:
-    shorter ones.  Dotted: how well the reference is known.
+    shorter ones.  Dotted: uncertainty of the reference.
 
-    Parameters
-    ----------
-    data
-        From :func:`studies.fall_accuracy.run`.
+    ``data`` is from :func:`studies.fall_accuracy.run`.
     """
     count = data.sizes["height"]
-    fig = figure(3.0, max(3.5, 2.4 * count))
-    panels = fig.subplots(1, count, squeeze=False, sharex=True, sharey=True).ravel()
-    usual = float(data["tolerance"].median())
+    fig = figure(0.6 + 1.9 * count)
+    panels = fig.subplots(count, 1, squeeze=False, sharex=True, sharey=True).ravel()
+    default = float(data["tolerance"].median())
     for j, (ax, height) in enumerate(zip(panels, data["height"].values, strict=True)):
-        seconds = data["seconds"].values[:, j]
-        error = np.maximum(np.abs(data["error"].values[:, j]), LEAST)
+        one = data.isel(height=j)
+        seconds, error = one["seconds"].values, np.maximum(np.abs(one["error"].values), LEAST)
         for i in range(data.sizes["way"]):
-            way = data.isel(way=i)
-            model, tolerance = str(way["model"].item()), float(way["tolerance"])
-            fill = "full" if tolerance == usual else "top" if tolerance > usual else "bottom"
-            ax.plot(
-                seconds[i], error[i], MARKERS[model], color=COLOURS[model, str(way["scheme"].item())],
-                fillstyle=fill, markerfacecoloralt="white", ms=5.0 * float(way["refinement"]) ** 0.5,  # type: ignore[arg-type]
-            )  # fmt: skip
-        draw_front(ax, seconds, error, max(float(data["uncertain"].values[j]), LEAST))
+            model, scheme, tolerance = (one[name].values[i] for name in ("model", "scheme", "tolerance"))
+            fill = "full" if tolerance == default else "top" if tolerance > default else "bottom"
+            size = 5.0 * float(one["refinement"][i]) ** 0.5
+            style = {"color": COLOURS[model, scheme], "fillstyle": fill, "markerfacecoloralt": "white", "ms": size}
+            ax.plot(seconds[i], error[i], LOOKS[model].marker, **style)
+        draw_pareto(ax, seconds, error, max(float(one["uncertain"]), LEAST))
         ax.set(xscale="log", yscale="log")
         note(ax, f"({'abcdefgh'[j]}) $z = {height:g}\\,L^*$", loc="upper right")
-    low, high = panels[0].get_ylim()
-    panels[0].set_ylim(low, high * (high / low) ** 0.15)
-    fig.supxlabel("time of the fall, s", fontsize=9.0)
-    fig.supylabel(r"error of the first touch, $L^*$", fontsize=9.0)
+    headroom(panels[0], 0.15)
+    panels[-1].set_xlabel("run time of the fall [s]")
+    fig.supylabel(r"error of the first touch$\,/\,L^*$", fontsize=9.0)
     shown = dict.fromkeys(zip(data["model"].values, data["scheme"].values, strict=True))
-    for model, scheme in shown:
-        panels[0].plot([], [], MARKERS[model], color=COLOURS[model, scheme], ms=5.0, label=f"{model}, {scheme}")
-    fig.legend(loc="outside upper center", ncols=2, fontsize=7.0)
+    handles = [entry(f"{m}, {s}", COLOURS[m, s], "none", marker=LOOKS[m].marker, ms=5.0) for m, s in shown]
+    legend_above(fig, handles, ncols=1)
     return fig

@@ -1,43 +1,37 @@
-"""Other programs beside this one: error against time, for one equilibrium and one critical point."""
+"""Other programs on the same strip: error against time, for one equilibrium and one critical point."""
 
 from __future__ import annotations
 
 import xarray as xr
 from matplotlib.figure import Figure
 
-from stripfold.plots.style import figure, look, note, styled
+from stripfold.plots.colours import BLACK, ORANGE, PINK, SKY, Look
+from stripfold.plots.style import figure, legend_above, note, styled
 from studies.peers import QUESTIONS, TITLES, runs_of
+from studies.plots import models
 
-LABELS = {"equilibrium": "error of the centre-line $/\\,L^*$", "critical": "error of $\\lambda_c\\,/\\,L^*$"}
+LABELS = {"equilibrium": "error of the centreline $/\\,L^*$", "critical": "error of $\\lambda_c\\,/\\,L^*$"}
+PANELS = {"equilibrium": "(a) equilibrium", "critical": "(b) critical point"}
+LOOKS = models.LOOKS | {
+    "felupe": Look(PINK, "D"), "mujoco": Look(ORANGE, "v"), "pyelastica": Look(SKY, "P"), "auto": Look(BLACK, "X"),
+}  # fmt: skip
 
 
 @styled
 def draw(data: xr.Dataset) -> Figure:
     """Draw the error over the time of every run; ours in bold.
 
-    Parameters
-    ----------
-    data
-        From :func:`studies.peers.run`.
+    ``data`` is from :func:`studies.peers.run`.
     """
     fig = figure(5.2)
     axes = fig.subplots(2, 1, sharex=True, sharey=True)
-    for ax, question, letter in zip(axes, QUESTIONS, "ab", strict=True):
-        for i, name in enumerate(data["program"].values):
+    for ax, question in zip(axes, QUESTIONS, strict=True):
+        for name in data["program"].values:
             runs = runs_of(data, name, question).sortby("seconds")
-            how, ours = look(i), name not in TITLES
-            ax.plot(
-                runs["seconds"],
-                runs["error"],
-                color=how.colour,
-                marker=how.marker,
-                lw=2.2 if ours else 1.0,
-                ms=5.0 if ours else 3.5,
-                label=f"ours: {name}" if ours else TITLES[name],
-            )
+            label, size = (TITLES[name], (1.0, 3.5)) if name in TITLES else (f"ours: {name}", (2.2, 5.0))
+            ax.plot(runs["seconds"], runs["error"], lw=size[0], ms=size[1], label=label, **LOOKS[name]._asdict())
         ax.set(xscale="log", yscale="log", ylabel=LABELS[question])
-        note(ax, f"({letter}) {question}", "lower left")
+        note(ax, PANELS[question], "upper right")
     axes[-1].set_xlabel("processor time [s]")
-    handles, labels = axes[0].get_legend_handles_labels()
-    fig.legend(handles, labels, loc="outside upper center", ncols=3, fontsize=7)
+    legend_above(fig, axes[0].get_legend_handles_labels()[0], ncols=3, fontsize=7)
     return fig

@@ -1,0 +1,220 @@
+"""Stored datasets as figures need them, checked and without padding; lengths in m."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from stripfold.analysis.phases import BEFORE, FALL, PHASES
+from stripfold.arrays import Array, Index, Mask
+from stripfold.errors import InvalidInputError
+from stripfold.plots.colours import Look, look
+
+
+@dataclass(frozen=True, eq=False)
+class Branch:
+    """The m equilibria at one gripper height, from lambda_0 on; ``states`` are arrays of shape (n, 2), x and z."""
+
+    height: float
+    lambda_0: float
+    lambda_c: float
+    advance: Array
+    deflection: Array
+    stable: Mask
+    states: tuple[Array, ...]
+
+    @property
+    def critical(self) -> int:
+        """Index of the stored state nearest the critical point, on its stable side."""
+        return int(np.argmax(np.where(self.stable, self.advance, -np.inf)))
+
+    def runs(self) -> list[tuple[slice, bool]]:
+        """The branch cut where its stability changes: slice of points, stable or not.
+
+        An unstable run includes the stable points beside it, so that the curve has no gap.
+        """
+        cuts = [0, *(np.flatnonzero(np.diff(self.stable)) + 1).tolist(), len(self.stable)]
+        return [
+            (slice(a, b) if self.stable[a] else slice(max(a - 1, 0), b + 1), bool(self.stable[a]))
+            for a, b in pairwise(cuts)
+        ]
+
+
+def branch(data: xr.Dataset, height: float | None = None) -> Branch:
+    """The branch of the snap height nearest ``height``, m, by default 5 L*, from :func:`stripfold.analysis.x_axis.run`.
+
+    Raises
+    ------
+    InvalidInputError
+        The strip snaps at none of the heights.
+    """
+    wanted = 5.0 * data.attrs["gravity_length"] if height is None else height
+    heights = np.where(data["snap"].values > 0, data["height"].values, np.nan)
+    if np.all(np.isnan(heights)):
+        raise InvalidInputError("data", "no height with a snap", "one with a height at which the strip snaps")
+    one = data.isel(height=int(np.nanargmin(np.abs(heights - wanted))))
+    one = one.isel(step=np.flatnonzero(np.isfinite(one["lambda"].values)))
+    return Branch(
+        height=float(one["height"]),
+        lambda_0=float(one["lambda_0"]),
+        lambda_c=float(one["lambda_c"]),
+        advance=one["lambda"].values,
+        deflection=one["deflection"].values,
+        stable=one["negatives"].values == 0,
+        states=tuple(state[np.isfinite(state[:, 0])] for state in states_of(one)),
+    )
+
+
+_COLLAPSE = ("height", "lambda_0", "lambda_c", "touch_time", "touch_x", "settle_time")
+
+
+@dataclass(frozen=True, eq=False)
+class Collapse:
+    """Statics before lambda_c, the fall and statics after it at one gripper height: m states of shape (n, 2), x and z.
+
+    Times count from the start of the fall; they are nan in statics and where nothing touches or comes to rest.
+    ``travel`` is :func:`travel` of the states.
+    """
+
+    height: float
+    lambda_0: float
+    lambda_c: float
+    touch_time: float
+    settle_time: float
+    touch_x: float
+    phase: NDArray[np.str_]
+    time: Array
+    advance: Array
+    deflection: Array
+    states: Array
+    travel: Array
+
+    def part(self, phase: str) -> Index:
+        """Indices of the states of a phase."""
+        return np.flatnonzero(self.phase == phase)
+
+    @property
+    def critical(self) -> int:
+        """Index of the state at lambda_c: the last before the fall."""
+        return int(self.part(BEFORE)[-1])
+
+    @property
+    def touch(self) -> int:
+        """Index of the first state that touches; the last of the fall where none does."""
+        fall = self.part(FALL)
+        return int(fall[-1] if np.isnan(self.touch_time) else fall[np.abs(self.time[fall] - self.touch_time).argmin()])
+
+
+def collapse(data: xr.Dataset) -> Collapse:
+    """The collapse that a dataset from :func:`stripfold.analysis.collapse_data.run` holds.
+
+    Raises
+    ------
+    InvalidInputError
+        It holds something else.
+    """
+    allowed = f"one collapse: finite states of the phases {', '.join(PHASES)} in this order, the last may be missing"
+    advice = "use a result of `stripfold simulate`"
+    require(data, ("phase", "time", "lambda", "deflection", "x", "z", "arc"), _COLLAPSE, allowed, advice)
+    phase, time, states = data["phase"].values.astype(str), data["time"].values, states_of(data)
+    runs = [str(phase[i]) for i in range(len(phase)) if i == 0 or phase[i] != phase[i - 1]]
+    if runs not in (list(PHASES), list(PHASES[:2])):
+        raise InvalidInputError("data", f"phases {', '.join(runs) or 'none'}", allowed, advice)
+    for name, fine in {
+        "x or z": np.isfinite(states).all(),
+        "lambda or deflection": np.isfinite(data[["lambda", "deflection"]].to_array()).all(),
+        "times of the fall": np.all(np.diff(time[phase == FALL], prepend=0.0) >= 0.0),
+    }.items():
+        if not fine:
+            raise InvalidInputError("data", f"unusable {name}", allowed, advice)
+    return Collapse(
+        **{name: float(data.attrs[name]) for name in _COLLAPSE},
+        phase=phase,
+        time=time,
+        advance=data["lambda"].values,
+        deflection=data["deflection"].values,
+        states=states,
+        travel=travel(states, data["arc"].values),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class CriticalPoints:
+    """Heights of one material, ascending; shape (m,), m.
+
+    ``first`` is lambda_0; ``advance`` is lambda_c where ``snap``, elsewhere lambda where the advance ended; ``error``
+    is the estimate of its error.
+    """
+
+    height: Array
+    advance: Array
+    error: Array
+    first: Array
+    snap: Mask
+
+
+def materials(data: xr.Dataset) -> list[tuple[str, Look]]:
+    """Name and look of each material, in the dataset's order."""
+    return [(str(name), look(i)) for i, name in enumerate(data["material"].values)]
+
+
+def critical_points(data: xr.Dataset, material: str) -> CriticalPoints:
+    """One material of a dataset over ``material`` and ``height_index``, which is padded with nan.
+
+    Raises
+    ------
+    InvalidInputError
+        No such material.
+    """
+    one = chosen(data, "material", material)
+    order = np.argsort(one["height"].values)
+    one = one.isel(height_index=order[np.isfinite(one["height"].values[order])])
+    snap = one["snap"].values > 0
+    advance = np.where(snap, one["lambda_c"].values, one["lambda_end"].values)
+    return CriticalPoints(one["height"].values, advance, one["lambda_error"].values, one["lambda_0"].values, snap)
+
+
+def recordings(data: xr.Dataset) -> Iterator[tuple[float, Look, xr.Dataset]]:
+    """eta_b, look and recordings, by height, of each material of a dataset over ``recording``."""
+    for i, eta in enumerate(np.unique(data["eta_b"].values)):
+        yield float(eta), look(i), data.isel(recording=np.flatnonzero(data["eta_b"].values == eta)).sortby("height")
+
+
+def travel(states: Array, arc: Array) -> Array:
+    """Sum of the rms displacements of the mid-surface from state to state, shape (m,), m."""
+    squares = np.sum(np.diff(states, axis=0) ** 2, axis=2)
+    steps = np.sqrt(np.trapezoid(squares, arc, axis=1) / (arc[-1] - arc[0]))
+    return np.concatenate([[0.0], np.cumsum(steps)])
+
+
+def evenly(values: Array, first: int, last: int, count: int) -> list[int]:
+    """At most ``count`` indices from ``first`` to ``last``, both included, even in ``values``."""
+    wanted = np.linspace(values[first], values[last], count)
+    nearest = np.abs(values[first : last + 1, None] - wanted).argmin(axis=0)
+    return sorted({first + int(i) for i in nearest})
+
+
+def states_of(data: xr.Dataset) -> Array:
+    return np.stack([data["x"].values, data["z"].values], axis=2)
+
+
+def chosen(data: xr.Dataset, kind: str, name: str) -> xr.Dataset:
+    """The entry ``name`` of the dimension ``kind``."""
+    require(data, (kind,), (), f"a dataset over {kind}")
+    names = [str(one) for one in data[kind].values]
+    if name not in names:
+        raise InvalidInputError(kind, name, f"one of {', '.join(names)}")
+    return data.sel({kind: name})
+
+
+def require(data: xr.Dataset, names: Iterable[str], attrs: Iterable[str], allowed: str, advice: str = "") -> None:
+    missing = [name for name in names if name not in data.variables] + [
+        name for name in attrs if name not in data.attrs
+    ]
+    if missing:
+        raise InvalidInputError("data", f"a dataset without {', '.join(missing)}", allowed, advice)
