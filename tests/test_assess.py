@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from stripfold import elastica, paths
+from stripfold import elastica
 from stripfold.analysis import assess as assessing
 from stripfold.analysis import (
     assess_data,
@@ -30,7 +30,9 @@ from stripfold.analysis.states import rows_of_motion
 from stripfold.analysis.static import StripModel, contact_positions, touches
 from stripfold.errors import CoarseMeshError, InvalidInputError, SolveError
 from stripfold.material import Material
-from stripfold.paths import GripperPath, Piece, RPath
+from stripfold.paths import geometric, rpath, table
+from stripfold.paths.curve import GripperPath, Piece
+from stripfold.paths.rpath import RPath
 from stripfold.solve.schemes import Damping
 
 THICKNESS = 0.0594
@@ -41,9 +43,9 @@ OTHER = Material(8.0 * 3780.0, eta_m=2e-3, rho_a=3.0)
 """L* half as long, and the same thickness / L*: in solver units the same strip."""
 SHORT = 13.0
 PATHS: dict[str, Callable[[], GripperPath]] = {
-    "triangular": lambda: paths.triangular(STRIP.length),
-    "circular": lambda: paths.circular(STRIP.length),
-    "r-path": lambda: paths.plan_r_path(STRIP.length).path,
+    "triangular": lambda: geometric.triangular(STRIP.length),
+    "circular": lambda: geometric.circular(STRIP.length),
+    "r-path": lambda: rpath.plan_r_path(STRIP.length).path,
 }
 PLACES = {"triangular": (3.392, 6.608), "circular": (5.289, 8.487), "r-path": (4.309, 7.518)}
 
@@ -96,7 +98,7 @@ def ways() -> tuple[xr.Dataset, PostCriticalBranches, RPath]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(friction_data, "follow_both_branches", keep)
         data = friction_data.two_ways(MATERIAL, WAYS_LENGTH * MATERIAL.gravity_length, FALL, 3.0)
-    return data, kept[0], paths.plan_r_path(WAYS_LENGTH)
+    return data, kept[0], rpath.plan_r_path(WAYS_LENGTH)
 
 
 def elasticas_angle(path: GripperPath, travelled: float) -> float:
@@ -187,7 +189,7 @@ class TestCriticalPoints:
     def test_a_table_of_the_triangle_is_the_triangle(self, statics: dict[str, Assessment], tmp_path: Path):
         file = tmp_path / "triangle.csv"
         file.write_text("t,x,z\n0,-0.3,0\n0.2,0,0.3\n1,0.3,0\n")
-        other = assess(statics["triangular"].model, paths.read(file, 20.0, 0.03))
+        other = assess(statics["triangular"].model, table.read(file, 20.0, 0.03))
         (event,), (truth,) = other.events, statics["triangular"].events
         assert event.travelled == pytest.approx(truth.travelled, abs=2e-6)
         assert event.angle == pytest.approx(truth.angle, abs=0.01)
@@ -276,7 +278,7 @@ class TestLow:
         assert missing == {"touch_x", "touch_travelled", "touch_error", "fell"}
         assert numbers["completed"] == 0.0
         assert numbers["critical_points"] == numbers["bifurcation"] == 1.0
-        plan = paths.plan_r_path(STRIP.length)
+        plan = rpath.plan_r_path(STRIP.length)
         assert numbers["assumed_touch_x"] == plan.first_touch
         assert numbers["planned_touch_x"] == plan.landing
 
@@ -314,7 +316,7 @@ class TestFallen:
     def test_it_ends_folded(self, stored: tuple[xr.Dataset, Assessment]):
         """Truth: the elastica's folded state with aligned edges."""
         data, found = stored
-        plan = paths.plan_r_path(SHORT)
+        plan = rpath.plan_r_path(SHORT)
         assert assessing.lying_length(found.model, found.last) == pytest.approx(plan.lying_length, abs=0.15)
         folded = plan.states[-1].at(found.model.s)
         away = np.linalg.norm(found.model.mid_surface(found.last.q) - folded, axis=1).max()
@@ -621,7 +623,7 @@ class TestTwoWays:
 
 def test_a_mesh_whose_contact_decides_is_refined() -> None:
     """Pushed at 45 degrees, this strip pops up on coarse elements; on finer ones it is laid down without a snap."""
-    strip, path = StripModel(9.0, THICKNESS), paths.triangular(9.0)
+    strip, path = StripModel(9.0, THICKNESS), geometric.triangular(9.0)
     with pytest.raises(CoarseMeshError, match="refine the mesh"):
         assess(mesh_for(strip, path, 2.0), path)
     found = assessing.assess_strip(strip, path, refinement=2.0)
@@ -640,5 +642,5 @@ def test_the_finest_mesh_is_the_last(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(assessing, "assess", assess)
     monkeypatch.setattr(assessing, "mesh_for", lambda strip, path, refinement: refinement)
     with pytest.raises(CoarseMeshError):
-        assessing.assess_strip(StripModel(9.0, THICKNESS), paths.triangular(9.0), refinement=2.0)
+        assessing.assess_strip(StripModel(9.0, THICKNESS), geometric.triangular(9.0), refinement=2.0)
     assert tried == [2.0, 1.0, 0.5]

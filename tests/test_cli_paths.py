@@ -10,12 +10,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stripfold import cli_paths, paths
+from stripfold import cli_paths
 from stripfold.analysis import verdict
 from stripfold.analysis.static import StripModel
 from stripfold.cli import main
 from stripfold.cli_common import as_json
 from stripfold.material import Material
+from stripfold.paths import geometric, table
 
 STRIP = ["--length", "0.45", "--eta-b", "3780"]
 UNIT = Material(3780.0).gravity_length
@@ -47,7 +48,7 @@ def test_path_is_printed_and_written_alike(here: Path, kind: str, capsys: pytest
     assert rows[0].tolist() == [0.0, -0.225, 0.0]
     np.testing.assert_allclose(rows[-1], [1.0, 0.225, 0.0], atol=1e-9)
     assert np.all(np.diff(rows[:, 0]) > 0.0)
-    back = paths.read(here / "own.csv", 0.45 / UNIT, UNIT)
+    back = table.read(here / "own.csv", 0.45 / UNIT, UNIT)
     assert back.pieces[-1].end == pytest.approx(back.length)
 
 
@@ -88,7 +89,7 @@ def test_assess_in_words_with_friction(here: Path, coarse: None, capsys: pytest.
 def test_a_lost_strip_is_a_verdict(coarse: None) -> None:
     """Strong friction on a path that would have the strip flung over: it is lost, and where is said."""
     material = Material(3780.0)
-    path = paths.triangular(0.45 / UNIT)
+    path = geometric.triangular(0.45 / UNIT)
     found = verdict.assess_path(material, 0.45, path, friction=1e-3 * 9.81 / UNIT, step=0.3 * UNIT, refinement=2.0)
     (event,) = found.critical
     assert not found.stable
@@ -107,7 +108,7 @@ def test_units_of_friction(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(verdict, "_walked", walked)
     material = Material(3780.0, rho_a=0.2)
-    path = paths.triangular(15.0)
+    path = geometric.triangular(15.0)
     for given in ({"friction": 25.0, "step": 0.003}, {"hysteresis": 1e-5}):
         with pytest.raises(RuntimeError):
             verdict.assess_path(material, 15.0 * UNIT, path, **given)

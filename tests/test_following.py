@@ -13,13 +13,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stripfold import elastica, paths
+from stripfold import elastica
 from stripfold.analysis import path_statics, static
 from stripfold.analysis.assess import grip_and_hold, lying_length, mesh_for
 from stripfold.analysis.path_statics import StaticSegment
 from stripfold.analysis.static import StripModel
 from stripfold.errors import CoarseMeshError, ContinuationError, NewtonError, SolveError
-from stripfold.paths import GripperPath, Piece, RPath
+from stripfold.paths import rpath, table
+from stripfold.paths.curve import GripperPath, Piece
+from stripfold.paths.rpath import RPath
 from stripfold.problem import StripProblem
 from stripfold.solve import continuation, critical, newton
 from stripfold.solve.problem import Point
@@ -72,7 +74,7 @@ def followed() -> StaticSegment:
 
 @pytest.fixture(scope="module")
 def plan() -> RPath:
-    return paths.plan_r_path(THIN.length)
+    return rpath.plan_r_path(THIN.length)
 
 
 @pytest.fixture(scope="module")
@@ -175,7 +177,7 @@ def test_a_table_of_a_path_is_the_path(followed: StaticSegment, tmp_path: Path) 
     unit = 0.03
     file = tmp_path / "path.csv"
     file.write_text("t,x,z\n" + "".join(f"{t**2},{unit * x},{unit * z}\n" for t, (x, z) in enumerate(CORNERS)))
-    path = paths.read(file, STRIP.length, unit)
+    path = table.read(file, STRIP.length, unit)
     other = path_statics.follow(followed.model, path)
     assert other.critical is None
     assert other.points[-1].lam == pytest.approx(PATH.length, abs=1e-9)

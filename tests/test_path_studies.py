@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stripfold import paths
 from stripfold.analysis import assess, friction
 from stripfold.analysis.static import StripModel
 from stripfold.errors import SolveError
+from stripfold.paths import geometric, rpath
 from studies import friction_steps, random_paths, tangency
 
 
@@ -23,7 +23,7 @@ def test_tangency() -> None:
     assert float(data["x"][0, 0]) == pytest.approx(float(data["planned_x"][0]), abs=0.3)
     assert float(data["z"][0, 0]) > float(data["planned_z"][0])
     x, z = data["x"].values[0, 0], data["z"].values[0, 0]
-    path = paths.plan_r_path(14.0).path
+    path = rpath.plan_r_path(14.0).path
     s = np.linspace(path.pieces[1].start, path.pieces[1].end, 2000)
     near = min(np.hypot(*(path.position(float(value)) - [x, z])) for value in s)
     assert near < 2e-3
@@ -36,7 +36,7 @@ def test_friction_steps(monkeypatch: pytest.MonkeyPatch) -> None:
         def __init__(self, touch_x: float) -> None:
             self.touch_x = touch_x
 
-    plan = paths.plan_r_path(12.0)
+    plan = rpath.plan_r_path(12.0)
     monkeypatch.setattr(
         friction_steps, "smallest", lambda model, plan, law, step: (1.0 if law == "pull" else 2.0, 10.0 * step)
     )
@@ -104,7 +104,7 @@ def test_outcomes_once(runs: tuple[object, object], outcome: str, monkeypatch: p
         return Assessed(answer)  # type: ignore[arg-type]
 
     monkeypatch.setattr(random_paths, "assess_strip", assess_strip)
-    path = paths.triangular(12.0)
+    path = geometric.triangular(12.0)
     s, places = path.sampled(1.0)
     case = random_paths.Case("corners", StripModel(12.0, 0.05), np.column_stack([s, places]))
     row = random_paths._outcome(case, 2.0)

@@ -7,19 +7,22 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stripfold import elastica, paths
+from stripfold import elastica
 from stripfold.analysis import planning
 from stripfold.errors import InvalidInputError
-from stripfold.paths import GripperPath, Piece, RPath
+from stripfold.paths import geometric, rpath
+from stripfold.paths import table as path_table
+from stripfold.paths.curve import GripperPath, Piece
+from stripfold.paths.rpath import RPath
 
 
 @pytest.fixture(scope="module")
 def plan() -> RPath:
-    return paths.plan_r_path(20.0)
+    return rpath.plan_r_path(20.0)
 
 
 def test_triangular() -> None:
-    path = paths.triangular(4.0)
+    path = geometric.triangular(4.0)
     np.testing.assert_allclose(path.position(0.0), [-2.0, 0.0], atol=1e-15)
     np.testing.assert_allclose(path.position(path.corners[0]), [0.0, 2.0], atol=1e-15)
     np.testing.assert_allclose(path.position(path.length), [2.0, 0.0], atol=1e-15)
@@ -29,7 +32,7 @@ def test_triangular() -> None:
 
 
 def test_circular() -> None:
-    path = paths.circular(4.0)
+    path = geometric.circular(4.0)
     s, places = path.sampled(0.1)
     np.testing.assert_allclose(np.linalg.norm(places, axis=1), 2.0, atol=1e-12)
     assert path.length == pytest.approx(2.0 * np.pi)
@@ -40,7 +43,7 @@ def test_circular() -> None:
 
 @pytest.mark.parametrize("length", [7.3, 20.0, 60.0])
 def test_r_path_ends_in_the_half_fold(length: float) -> None:
-    plan = paths.plan_r_path(length)
+    plan = rpath.plan_r_path(length)
     assert plan.lying_length == pytest.approx(length / 2.0 - 1.099425, abs=1e-6)
     assert plan.landing == pytest.approx(3.584045, abs=1e-6)
     np.testing.assert_allclose(plan.path.position(0.0), [-length / 2.0, 0.0], atol=1e-12)
@@ -95,7 +98,7 @@ def test_r_path_is_tangent_to_the_stability_boundary(plan: RPath) -> None:
 @pytest.mark.parametrize("length", [7.0, -3.0, float("nan"), 101.0])
 def test_no_r_path_of_this_length(length: float) -> None:
     with pytest.raises(InvalidInputError, match="length"):
-        paths.plan_r_path(length)
+        rpath.plan_r_path(length)
 
 
 def test_corners(plan: RPath) -> None:
@@ -107,7 +110,7 @@ def test_corners(plan: RPath) -> None:
 
 def test_mesh_is_planned_where_the_strip_becomes_critical(plan: RPath) -> None:
     assert planning.sweep_on_path(plan.path, 20.0).critical == pytest.approx(11.0994, abs=1e-3)
-    sweep = planning.sweep_on_path(paths.circular(20.0), 20.0)
+    sweep = planning.sweep_on_path(geometric.circular(20.0), 20.0)
     state = next(z for z in np.linspace(8.0, 9.0, 201) if elastica.critical(float(z)).length > sweep.critical)
     x, z = np.sqrt(100.0 - state**2), state
     assert x + 10.0 == pytest.approx(elastica.critical(float(z)).advance, abs=0.02)
@@ -118,9 +121,9 @@ def test_mesh_is_planned_where_the_strip_becomes_critical(plan: RPath) -> None:
 
 def test_table_and_back(plan: RPath, tmp_path: Path) -> None:
     target = tmp_path / "r.csv"
-    rows = paths.write(plan.path, target, 0.03, ("R-path",))
-    assert len(target.read_text(encoding="utf-8").splitlines()) == rows + 2
-    found = paths.read(target, 20.0, 0.03)
+    target.write_text(path_table.as_text(plan.path, 0.03, ("R-path",)), encoding="utf-8")
+    assert len(target.read_text(encoding="utf-8").splitlines()) == len(path_table.rows(plan.path, 0.03)) + 2
+    found = path_table.read(target, 20.0, 0.03)
     assert len(found.pieces) == 3  # no change of direction between roll and lay
     s, places = plan.path.sampled(0.2)
     for travelled, place in zip(s, places, strict=True):
@@ -137,7 +140,7 @@ def table(tmp_path: Path, *rows: str, header: str = "t,x,z") -> Path:
 
 
 def test_own_path_with_times_and_a_pause(tmp_path: Path) -> None:
-    path = paths.read(table(tmp_path, "5,-0.3,0", "6,-0.2,0.1", "7,-0.2,0.1", "9,0,0.2", "10,0.1,0.1"), 20.0, 0.03)
+    path = path_table.read(table(tmp_path, "5,-0.3,0", "6,-0.2,0.1", "7,-0.2,0.1", "9,0,0.2", "10,0.1,0.1"), 20.0, 0.03)
     assert len(path.pieces) == 3  # a slight turn at the second row, and the apex
     assert path.pseudo_time(0.0) == 5.0
     assert path.pseudo_time(path.length) == 10.0
@@ -163,16 +166,16 @@ def test_own_path_with_times_and_a_pause(tmp_path: Path) -> None:
 )
 def test_bad_tables(tmp_path: Path, rows: tuple[str, ...], header: str, key: str) -> None:
     with pytest.raises(InvalidInputError, match=key):
-        paths.read(table(tmp_path, *rows, header=header), 20.0, 0.03)
+        path_table.read(table(tmp_path, *rows, header=header), 20.0, 0.03)
 
 
 def test_path_below_the_floor_between_its_rows(tmp_path: Path) -> None:
     z = [0.0, 0.0005, 0.002, 0.0005, 0.0, 0.0, 0.0005, 0.003]
     rows = [f"{i},{-0.3 + 0.02 * i},{value}" for i, value in enumerate(z)]
     with pytest.raises(InvalidInputError, match="between the rows"):
-        paths.read(table(tmp_path, *rows), 20.0, 0.03)
+        path_table.read(table(tmp_path, *rows), 20.0, 0.03)
 
 
 def test_no_such_table(tmp_path: Path) -> None:
     with pytest.raises(InvalidInputError, match="path"):
-        paths.read(tmp_path / "none.csv", 20.0, 0.03)
+        path_table.read(tmp_path / "none.csv", 20.0, 0.03)

@@ -19,7 +19,9 @@ from stripfold.effects import Effect, Hysteresis, Pull
 from stripfold.errors import InvalidInputError, LostStabilityError, NewtonError, SolveError
 from stripfold.material import Material
 from stripfold.models.solid import Solid
-from stripfold.paths import GripperPath, Piece, plan_r_path, triangular
+from stripfold.paths.curve import GripperPath, Piece
+from stripfold.paths.geometric import triangular
+from stripfold.paths.rpath import plan_r_path
 from stripfold.problem import AlongPiece, StripProblem
 from stripfold.solve import continuation, newton
 from stripfold.solve.problem import Point

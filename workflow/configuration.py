@@ -97,7 +97,7 @@ def _resolve_secant(material: Config, gravity: float, root: Path, at: str) -> No
 
 
 def _check_heights(config: Config, material: Config, at: str) -> None:
-    from stripfold.paths import LONGEST, shortest_half_fold
+    from stripfold.paths.rpath import LONGEST, shortest_half_fold
 
     lists = [(name, material[name]) for name in ("heights", "touching_heights")]
     scenes = [

@@ -7,12 +7,10 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 from stripfold.cli_common import as_json, metres, output_path, progress
-from stripfold.errors import InvalidInputError
 
 if TYPE_CHECKING:
     from stripfold.analysis.verdict import Verdict
     from stripfold.inputs import Strip
-    from stripfold.paths import GripperPath
 
 KINDS = ("r-path", "triangular", "circular")
 
@@ -65,40 +63,26 @@ def _strip(arguments: argparse.Namespace) -> Strip:
 
 def path(arguments: argparse.Namespace) -> str:
     """``stripfold path``."""
-    from stripfold import paths
+    from stripfold.paths import PLANS
 
-    strip = _strip(arguments)
-    unit = strip.gravity_length
-    planned = _planned(arguments.kind, strip.length_star, unit)
-    comments = (f"{arguments.kind}, length {strip.length:g} m, eta_b {arguments.eta_b:g} m^-4 s^2, L* {unit:.6g} m",)
+    planned = PLANS[arguments.kind](_strip(arguments))
     if arguments.csv is None:
-        return paths.as_text(planned, unit, comments).rstrip()
+        return planned.as_text().rstrip()
     target = output_path(arguments.csv, arguments.csv, ".csv")
-    rows = paths.write(planned, target, unit, comments)
-    return f"written      {target}, {rows} rows"
-
-
-def _planned(kind: str, length: float, unit: float) -> GripperPath:
-    from stripfold import paths
-
-    try:
-        return paths.path_of(kind, length)
-    except InvalidInputError as error:
-        shortest = paths.shortest_half_fold() * unit
-        allowed = f"more than {shortest:.4g} m and at most {paths.LONGEST * unit:.4g} m"
-        raise InvalidInputError("length", length * unit, allowed, error.advice) from error
+    planned.to_csv(target)
+    return f"written      {target}, {len(planned.places)} rows"
 
 
 def assess(arguments: argparse.Namespace) -> str:
     """``stripfold assess``."""
-    from stripfold import paths
     from stripfold.analysis import verdict
     from stripfold.inputs import PathAssessment
+    from stripfold.paths import table
 
     began = perf_counter()
     keys = ("length", "eta_b", "eta_m", "nu", "rho_a", "model", "friction", "hysteresis", "step")
     asked = PathAssessment(**{key: getattr(arguments, key) for key in keys})
-    own = paths.read(arguments.path, asked.length_star, asked.gravity_length)
+    own = table.read(arguments.path, asked.length_star, asked.gravity_length)
     friction = {key: getattr(asked, key) for key in ("friction", "hysteresis", "step")}
     with progress() as say:
         found = verdict.assess_path(asked.material, asked.length, own, model=asked.model, progress=say, **friction)

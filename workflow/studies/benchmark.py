@@ -71,7 +71,7 @@ def run_assess(repeats: int, length: float) -> xr.Dataset:
         # Only now: what this process has in memory counts in a child's peak.
         from stripfold.analysis.verdict import assess_path
         from stripfold.material import Material
-        from stripfold.paths import read
+        from stripfold.paths.table import read
 
         material = Material(ETA_B)
         unit = material.gravity_length
@@ -106,7 +106,7 @@ def run_rod(repeats: int, length: float) -> xr.Dataset:
     from stripfold.analysis.verdict import assess_path
     from stripfold.inputs import Scene
     from stripfold.material import Material
-    from stripfold.paths import path_of
+    from stripfold.paths.rpath import path_of
 
     material = Material(ETA_B)
     unit = material.gravity_length

@@ -12,7 +12,7 @@ import xarray as xr
 
 from stripfold.analysis.friction import LAWS, follow, model_for, smallest
 from stripfold.analysis.static import StripModel
-from stripfold.paths import plan_r_path
+from stripfold.paths.rpath import plan_r_path
 
 
 def run(

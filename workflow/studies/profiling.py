@@ -29,7 +29,7 @@ from stripfold.inputs import Scene
 from stripfold.material import Material
 from stripfold.models.rod import Rod
 from stripfold.models.solid import Solid
-from stripfold.paths import path_of
+from stripfold.paths.rpath import path_of
 from stripfold.solve import continuation, dynamics, newton
 from stripfold.solve import critical as fold
 from stripfold.solve.linear import Band

@@ -16,13 +16,13 @@ import numpy as np
 import xarray as xr
 from scipy.interpolate import PchipInterpolator
 
-from stripfold import paths
 from stripfold.analysis.assess import Assessment, assess_strip
 from stripfold.analysis.path_statics import STEPS
 from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
 from stripfold.errors import CoarseMeshError, InvalidInputError, SolveError
-from stripfold.paths import GripperPath
+from stripfold.paths import table
+from stripfold.paths.curve import GripperPath
 
 KINDS = ("smooth", "corners")
 LENGTHS, THICKNESSES = (9.0, 20.0), (0.04, 0.1)
@@ -144,7 +144,7 @@ def as_table(asked: Case) -> GripperPath:
         path = Path(folder) / "path.csv"
         lines = ["t,x,z", *(",".join(f"{value:.9g}" for value in row) for row in asked.rows)]
         path.write_text("\n".join(lines) + "\n", encoding="utf-8")
-        return paths.read(path, asked.strip.length, 1.0)
+        return table.read(path, asked.strip.length, 1.0)
 
 
 def _again(asked: Case, path: GripperPath, refinement: float) -> Assessment:

@@ -18,7 +18,7 @@ from stripfold.analysis.assess import BIFURCATION, assess_strip, off_the_boundar
 from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
 from stripfold.elastica.half_fold import critical_state_fixed_lift_off
-from stripfold.paths import plan_r_path
+from stripfold.paths.rpath import plan_r_path
 
 
 def run(

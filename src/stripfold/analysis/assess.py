@@ -27,7 +27,8 @@ from stripfold.analysis.static import StripModel, lift_off, locate_touch, solve_
 from stripfold.arrays import Array
 from stripfold.errors import CoarseMeshError
 from stripfold.models.model import Model
-from stripfold.paths import GripperPath, RPath
+from stripfold.paths.curve import GripperPath
+from stripfold.paths.rpath import RPath
 from stripfold.problem import StripProblem
 from stripfold.solve.continuation import StepOptions
 from stripfold.solve.critical import CriticalPoint

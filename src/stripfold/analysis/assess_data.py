@@ -20,7 +20,7 @@ from stripfold.analysis.states import dataset, rows_of_motion, rows_of_segment
 from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
 from stripfold.material import Material
-from stripfold.paths import path_of, plan_r_path
+from stripfold.paths.rpath import path_of, plan_r_path
 
 PATHS = ("r-path", "triangular", "circular")
 

@@ -18,7 +18,7 @@ from stripfold.arrays import Array
 from stripfold.effects import Effect, Hysteresis, Pull
 from stripfold.errors import LostStabilityError, SolveError
 from stripfold.models.model import Model
-from stripfold.paths import RPath
+from stripfold.paths.rpath import RPath
 
 LAWS = ("pull", "hysteresis")
 """The paper's pull towards the state before, and the bending hysteresis."""

@@ -18,7 +18,7 @@ from stripfold.arrays import Array
 from stripfold.effects import Pull
 from stripfold.errors import SolveError
 from stripfold.material import Material
-from stripfold.paths import RPath, plan_r_path
+from stripfold.paths.rpath import RPath, plan_r_path
 from stripfold.problem import StripProblem
 from stripfold.solve import continuation
 from stripfold.solve.problem import Tangent

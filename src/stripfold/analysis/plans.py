@@ -9,7 +9,9 @@ from stripfold.analysis.assess_data import PATHS
 from stripfold.analysis.states import of_material
 from stripfold.arrays import Array
 from stripfold.material import Material
-from stripfold.paths import GripperPath, RPath, circular, plan_r_path, triangular
+from stripfold.paths.curve import GripperPath
+from stripfold.paths.geometric import circular, triangular
+from stripfold.paths.rpath import RPath, plan_r_path
 
 PLACES = 201
 """Gripper places on each path: as many segments on each of its pieces, so that every corner is among them."""

@@ -16,7 +16,7 @@ from stripfold.analysis.release import Fall, Motion, Progress, ReleaseState, sim
 from stripfold.analysis.static import StripModel, XRun, along_x, lift, touches
 from stripfold.errors import SolveError
 from stripfold.models.model import Model
-from stripfold.paths import RPath
+from stripfold.paths.rpath import RPath
 from stripfold.solve import continuation
 from stripfold.solve.problem import Point
 

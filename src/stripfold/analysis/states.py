@@ -14,7 +14,7 @@ from stripfold.analysis.release import Motion
 from stripfold.arrays import Array
 from stripfold.material import Material
 from stripfold.models.model import Model
-from stripfold.paths import GripperPath
+from stripfold.paths.curve import GripperPath
 from stripfold.problem import StripProblem
 from stripfold.solve.dynamics import TimeState
 from stripfold.solve.problem import Point

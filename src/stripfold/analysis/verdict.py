@@ -18,7 +18,8 @@ from stripfold.arrays import Array
 from stripfold.errors import InvalidInputError, LostStabilityError
 from stripfold.inputs import Release
 from stripfold.material import Material
-from stripfold.paths import GripperPath, plan_r_path
+from stripfold.paths.curve import GripperPath
+from stripfold.paths.rpath import plan_r_path
 from stripfold.problem import StripProblem
 from stripfold.solve.problem import Point
 

@@ -1,21 +1,8 @@
-"""Gripper paths: those of the paper, and a user's own (docs/physics.md, section 9)."""
+"""Where the gripper goes: the folding paths of the paper, and a user's own (docs/physics.md, section 9).
 
-from stripfold.paths.curve import GripperPath, Piece
-from stripfold.paths.geometric import circular, triangular
-from stripfold.paths.rpath import LONGEST, RPath, path_of, plan_r_path, shortest_half_fold
-from stripfold.paths.table import as_text, read, write
+These functions take a strip and give a path in SI; the modules below work in units of L*.
+"""
 
-__all__ = [
-    "LONGEST",
-    "GripperPath",
-    "Piece",
-    "RPath",
-    "as_text",
-    "circular",
-    "path_of",
-    "plan_r_path",
-    "read",
-    "shortest_half_fold",
-    "triangular",
-    "write",
-]
+from stripfold.paths.fold_path import PLANS, FoldPath, circular, r_path, read, triangular
+
+__all__ = ["PLANS", "FoldPath", "circular", "r_path", "read", "triangular"]

@@ -91,7 +91,7 @@ class GripperPath:
 
         Examples
         --------
-        >>> from stripfold.paths import triangular
+        >>> from stripfold.paths.geometric import triangular
         >>> s, positions = triangular(2.0).sampled(1.0)
         >>> len(s), positions[2].round(12).tolist()
         (5, [0.0, 1.0])

@@ -12,7 +12,6 @@ import numpy as np
 from stripfold.arrays import Array, Mask
 from stripfold.errors import InvalidInputError
 from stripfold.paths.curve import GripperPath, Piece, polygon_length
-from stripfold.store import write_text
 
 HEADER = "t,x,z"
 CORNER = float(np.deg2rad(10.0))
@@ -108,17 +107,15 @@ def _check_rows(t: Array, positions: Array, length: float, unit: float, name: st
     refuse(beyond, "path", in_metres, allowed)
 
 
-def write(path: GripperPath, target: str | os.PathLike[str], unit: float, comments: tuple[str, ...] = ()) -> int:
-    """Write :func:`as_text` to a file; returns the number of rows."""
-    text = as_text(path, unit, comments)
-    write_text(text, target)
-    return text.count("\n") - len(comments) - 1
+def rows(path: GripperPath, unit: float) -> Array:
+    """Shape (n, 3): pseudo time, x and z, m, at most :data:`SPACING` apart; ``unit`` is L* in m."""
+    s, positions = path.sampled(SPACING)
+    t = [path.pseudo_time(float(travelled)) for travelled in s]
+    return np.column_stack([t, positions[:, 0] * unit, np.maximum(positions[:, 1] * unit, 0.0)])
 
 
 def as_text(path: GripperPath, unit: float, comments: tuple[str, ...] = ()) -> str:
     """A path in L* as a table that :func:`read` accepts, after lines of comments; ``unit`` is L* in m."""
-    s, positions = path.sampled(SPACING)
     lines = [f"# {line}" for line in comments] + [HEADER]
-    for travelled, (x, z) in zip(s, positions * unit, strict=True):
-        lines.append(f"{path.pseudo_time(float(travelled)):.9g},{x:.9g},{max(z, 0.0):.9g}")
+    lines += [f"{t:.9g},{x:.9g},{z:.9g}" for t, x, z in rows(path, unit)]
     return "\n".join(lines) + "\n"

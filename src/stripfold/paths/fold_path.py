@@ -1,0 +1,138 @@
+"""A gripper path for one strip, in SI: planned, or a user's own."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Protocol
+
+from stripfold.arrays import Array
+from stripfold.errors import InvalidInputError
+from stripfold.paths import geometric, rpath, table
+from stripfold.paths.curve import GripperPath
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+
+class AnyStrip(Protocol):
+    """A strip as far as a path needs it."""
+
+    @property
+    def length(self) -> float:
+        """Length, m."""
+
+    @property
+    def gravity_length(self) -> float:
+        """L*, m."""
+
+
+@dataclass(frozen=True, eq=False)
+class FoldPath:
+    """A gripper path for one strip; x and z in the frame with its origin mid-strip on the floor.
+
+    Make one with :func:`r_path`, :func:`triangular`, :func:`circular` or :func:`read`.
+
+    Attributes
+    ----------
+    name
+        "r-path", "triangular", "circular", or the name of the file.
+    length, gravity_length
+        Length and L* of the strip, m.
+    curve
+        The same path in units of L*.
+    """
+
+    name: str
+    length: float
+    gravity_length: float
+    curve: GripperPath = field(repr=False)
+
+    @property
+    def places(self) -> Array:
+        """Shape (n, 3): rows of pseudo time, and x and z of the gripper, m; corners are among them."""
+        return table.rows(self.curve, self.gravity_length)
+
+    def as_text(self) -> str:
+        """The path as a table ``t,x,z``."""
+        comment = f"{self.name}, length {self.length:g} m, L* {self.gravity_length:.6g} m"
+        return table.as_text(self.curve, self.gravity_length, (comment,))
+
+    def to_csv(self, file: str | os.PathLike[str]) -> None:
+        """Write the table ``t,x,z`` that :func:`read` takes."""
+        from stripfold.store import write_text
+
+        write_text(self.as_text(), file)
+
+    def to_dataset(self) -> xr.Dataset:
+        """x and z, m, over the pseudo time t."""
+        import xarray as xr
+
+        from stripfold import store
+
+        t, x, z = self.places.T
+        coords = {"t": store.variable("t", t, "1", "pseudo time")}
+        data = {"x": store.variable("t", x, "m", "gripper, x"), "z": store.variable("t", z, "m", "gripper, height")}
+        return xr.Dataset(data, coords, {"path": self.name, "length": self.length})
+
+    def plot(self) -> Figure:
+        """The path."""
+        from stripfold.plots.results import draw_strip
+
+        return draw_strip([], self.places[:, 1:])
+
+
+def r_path(strip: AnyStrip) -> FoldPath:
+    """The R-path of a half fold: it keeps the lying length of the folded state (docs/physics.md, section 9).
+
+    Raises
+    ------
+    InvalidInputError
+        The strip is too short to be folded in half, or longer than tested.
+    SolveError
+        A planned state could not be computed.
+    """
+    return _planned(strip, "r-path", lambda length: rpath.plan_r_path(length).path)
+
+
+def triangular(strip: AnyStrip) -> FoldPath:
+    """Straight up at 45 degrees to the middle and straight down (Berg et al., WAFR 2010)."""
+    return _planned(strip, "triangular", geometric.triangular)
+
+
+def circular(strip: AnyStrip) -> FoldPath:
+    """The half circle about the fold line (Petrik et al., TAROS 2015)."""
+    return _planned(strip, "circular", geometric.circular)
+
+
+PLANS: dict[str, Callable[[AnyStrip], FoldPath]] = {"r-path": r_path, "triangular": triangular, "circular": circular}
+"""The paths of the paper by their names."""
+
+
+def read(file: str | os.PathLike[str], strip: AnyStrip) -> FoldPath:
+    """A path of your own from a CSV file with the columns ``t,x,z``: pseudo time, ascending; place of the gripper, m.
+
+    It starts at (-length/2, 0), where the flat strip ends.  Rows that turn by more than 10 degrees are corners; between
+    corners a spline goes through the rows.
+
+    Raises
+    ------
+    InvalidInputError
+        No such table, or a path that this strip cannot follow; the message names the row.
+    """
+    unit = strip.gravity_length
+    curve = table.read(file, strip.length / unit, unit)
+    return FoldPath(curve.name, strip.length, unit, curve)
+
+
+def _planned(strip: AnyStrip, name: str, plan: Callable[[float], GripperPath]) -> FoldPath:
+    unit = strip.gravity_length
+    try:
+        curve = plan(strip.length / unit)
+    except InvalidInputError as error:
+        shortest, longest = rpath.shortest_half_fold() * unit, rpath.LONGEST * unit
+        allowed = f"more than {shortest:.4g} m and at most {longest:.4g} m"
+        raise InvalidInputError("length", strip.length, allowed, error.advice) from error
+    return FoldPath(name, strip.length, unit, curve)

@@ -1,0 +1,42 @@
+"""Figures of single results, for their ``plot()``: arrays in, a figure out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from stripfold.arrays import Array
+from stripfold.plots.style import CM, equal_panels, styled
+
+PATH, EARLIER, LAST = "tab:purple", "0.7", "black"
+
+
+@styled
+def draw_strip(states: Sequence[Array], path: Array | None = None, marks: Array | None = None) -> Figure:
+    """States of a strip, grey and the last one black, with the path of the gripper.
+
+    Parameters
+    ----------
+    states
+        Mid-surfaces, shape (n, 2) each, m; may be none.
+    path
+        Places of the gripper, shape (k, 2), m.
+    marks
+        Places on the path to be marked, shape (j, 2), m.
+    """
+    drawn = [*states, *([path] if path is not None else [])]
+    x, z = CM * np.vstack(drawn).T
+    room = 0.03 * float(np.ptp(x))
+    limits = (float(x.min()) - room, float(x.max()) + room), (-room, float(z.max()) + 2.0 * room)
+    fig, (ax,) = equal_panels([limits])
+    ax.set(xlabel="x [cm]", ylabel="z [cm]")
+    for i, state in enumerate(states):
+        last = i == len(states) - 1
+        ax.plot(*(CM * state.T), color=LAST if last else EARLIER, lw=1.4 if last else 0.7)
+    if path is not None:
+        ax.plot(*(CM * path.T), color=PATH, ls="--", lw=1.0)
+    if marks is not None and len(marks):
+        ax.plot(*(CM * np.asarray(marks).T), "x", color=PATH, mew=1.4, zorder=4)
+    return fig
