@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from stripfold import elastica
+from stripfold import elastica, schema
 from stripfold.analysis import assess as assessing
 from stripfold.analysis import (
     assess_data,
@@ -471,8 +471,8 @@ class TestStored:
         for name, variable in data.data_vars.items():
             factor = factors[variable.attrs["units"]]
             np.testing.assert_allclose(other[name], factor * variable, rtol=1e-6, atol=1e-9, err_msg=str(name))
-        for name, (units, _) in assess_data.NUMBERS.items():
-            expected = factors[units] * data.attrs[name]
+        for name in assess_data.NUMBERS:
+            expected = factors[schema.variables()[name].unit] * data.attrs[name]
             assert other.attrs[name] == pytest.approx(expected, rel=1e-4, abs=1e-6), name
         assert other.attrs["length"] == pytest.approx(0.5 * data.attrs["length"])
         assert (other.attrs["rho_a"], other.attrs["eta_m"]) == (3.0, 2e-3)

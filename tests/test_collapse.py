@@ -291,7 +291,7 @@ def test_the_parts_join(stored: tuple[Simulation, xr.Dataset]) -> None:
     assert int(fall["contacts"][touch]) > int(fall["contacts"][touch - 1])
     down = (fall["z"].values[touch] == 0.0) & (fall["z"].values[touch - 1] > 0.0)
     assert data.attrs["touch_x"] == pytest.approx(float(fall["x"].values[touch][down].mean()), abs=5e-3)
-    for name in collapse_data.LEDGER:
+    for name in collapse_data.ENERGIES:
         assert np.isfinite(fall[name]).all(), name
         for statics in (before, after):
             expected = np.isfinite if name in collapse_data.IN_STATICS else np.isnan

@@ -66,3 +66,19 @@ class Material:
     def force_scale(self) -> float:
         """Force per width that the solvers call one: ``rho_a g L*``, N m^-1."""
         return self.rho_a * self.gravity * self.gravity_length
+
+    @property
+    def scales(self) -> dict[str, float]:
+        """Factors from solver units (L*, rho_a g L*, sqrt(L*/g)) to SI, by the unit; quantities per metre of width."""
+        length, force, time = self.gravity_length, self.force_scale, sqrt(self.gravity_length / self.gravity)
+        return {
+            "1": 1.0,
+            "degree": 1.0,
+            "m": length,
+            "m s-1": length / time,
+            "s": time,
+            "s-2": time**-2,
+            "N m-1": force,
+            "N": force * length,
+            "J m-1": force * length,
+        }

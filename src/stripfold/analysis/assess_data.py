@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 import xarray as xr
 
+from stripfold import schema
 from stripfold.analysis.assess import (
     Assessment,
     assess_strip,
@@ -24,27 +25,28 @@ from stripfold.paths.rpath import path_of, plan_r_path
 
 PATHS = ("r-path", "triangular", "circular")
 
-NUMBERS = {
-    "critical_points": ("1", "critical points on the path"),
-    "critical_travelled": ("m", "length travelled at the first critical point"),
-    "critical_x": ("m", "gripper at the first critical point, horizontal"),
-    "critical_z": ("m", "gripper at the first critical point, height"),
-    "critical_angle": ("degree", "angle between path and stability boundary at the first critical point"),
-    "bifurcation": ("1", "1 where the first critical point is a bifurcation, 0 where it is a snap-through"),
-    "boundary_error": ("m", "distance of the first critical point from lambda_c of the x-axis study at its height"),
-    "touch_x": ("m", "first touch, horizontal; origin mid-strip"),
-    "touch_travelled": ("m", "length travelled at the first touch"),
-    "fell": ("1", "1 where the strip fell to its first touch"),
-    "planned_touch_x": ("m", "landing place of the folded state"),
-    "assumed_touch_x": ("m", "first touch that the path's own assumption implies"),
-    "touch_error": ("m", "first touch less the landing place of the folded state; negative: short of it"),
-    "lying_length": ("m", "length lying from the held end in the last state"),
-    "shape_error": ("m", "largest distance of the last state's mid-surface from the folded state"),
-    "peak_force": ("N m-1", "largest force of the gripper, statics"),
-    "peak_hold": ("N m-1", "largest horizontal force at the held end, statics"),
-    "relative_length": ("1", "length of the strip / L*"),
-    "completed": ("1", "1 where the path was followed to its end"),
-}
+NUMBERS = (
+    "critical_points",
+    "critical_travelled",
+    "critical_x",
+    "critical_z",
+    "critical_angle",
+    "bifurcation",
+    "boundary_error",
+    "touch_x",
+    "touch_travelled",
+    "fell",
+    "planned_touch_x",
+    "assumed_touch_x",
+    "touch_error",
+    "lying_length",
+    "shape_error",
+    "peak_force",
+    "peak_hold",
+    "relative_length",
+    "completed",
+)
+"""Numbers of an assessment, stored as attributes of its file."""
 
 
 def run(
@@ -77,7 +79,8 @@ def run(
         if i < len(found.motions):
             rows += rows_of_motion(found.motions[i], segment.problem(-1), 2 * i + 1)
     data = dataset(rows, found.model, path, material)
-    return data.assign_attrs(path=name, length=length, **in_si(numbers(found, strip, name, refinement), material))
+    found_si = schema.in_si(numbers(found, strip, name, refinement), material.scales)
+    return data.assign_attrs(path=name, length=length, **found_si)
 
 
 def numbers(found: Assessment, strip: StripModel, name: str, refinement: float) -> dict[str, float]:
@@ -112,29 +115,19 @@ def numbers(found: Assessment, strip: StripModel, name: str, refinement: float) 
     }
 
 
-def in_si(values: Mapping[str, float], material: Material) -> dict[str, float]:
-    """:data:`NUMBERS` in their units."""
-    factors = {
-        "m": material.gravity_length,
-        "N m-1": material.rho_a * material.gravity * material.gravity_length,
-    }
-    return {key: factors.get(NUMBERS[key][0], 1.0) * value for key, value in values.items()}
-
-
 def table(files: Mapping[tuple[str, str], xr.Dataset], labels: Mapping[str, str]) -> xr.Dataset:
     """All assessments' numbers over ``material`` and ``path``; ``files`` by both names."""
     materials = list(labels)
 
-    def per(get: str) -> Array:
-        return np.array([[float(files[m, p].attrs[get]) for p in PATHS] for m in materials])
+    def per(name: str) -> Array:
+        return np.array([[float(files[m, p].attrs[name]) for p in PATHS] for m in materials])
 
-    data = {key: (("material", "path"), per(key), {"units": u, "long_name": t}) for key, (u, t) in NUMBERS.items()}
-    for key, u, t in (("eta_b", "m-4 s2", "weight-to-bending-stiffness ratio"), ("gravity_length", "m", "L*")):
-        values = np.array([float(files[m, PATHS[0]].attrs[key]) for m in materials])
-        data[key] = (("material",), values, {"units": u, "long_name": t})  # type: ignore[assignment]
-    coords = {
-        "material": ("material", np.array(materials, dtype=object), {"units": "1", "long_name": "name"}),
-        "path": ("path", np.array(PATHS, dtype=object), {"units": "1", "long_name": "folding path"}),
-        "label": ("material", np.array(list(labels.values()), dtype=object), {"units": "1", "long_name": "label"}),
-    }
-    return xr.Dataset(data, coords=coords)
+    return schema.dataset(
+        {
+            **{name: (("material", "path"), per(name)) for name in NUMBERS},
+            **{name: ("material", per(name)[:, 0]) for name in ("eta_b", "gravity_length")},
+            "material": ("material", materials),
+            "path": ("path", PATHS),
+            "label": ("material", list(labels.values())),
+        }
+    )

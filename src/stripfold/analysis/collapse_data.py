@@ -8,11 +8,13 @@ from time import perf_counter
 import numpy as np
 import xarray as xr
 
+from stripfold import schema
 from stripfold.analysis import needed_effects
 from stripfold.analysis.collapse import Collapse, simulate
 from stripfold.analysis.diagnostics import node_weights
 from stripfold.analysis.phases import AFTER, BEFORE, FALL
 from stripfold.analysis.release import Fall, Progress
+from stripfold.analysis.states import of_material
 from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
 from stripfold.errors import TimeStepError
@@ -23,17 +25,8 @@ from stripfold.solve.dynamics import Energy, TimeState
 from stripfold.solve.problem import Point
 from stripfold.solve.schemes import Damping
 
-LEDGER = {
-    "kinetic": "kinetic energy per width",
-    "elastic": "elastic energy per width",
-    "gravity": "gravity energy per width",
-    "work": "work of the gripper since the fall began",
-    "air": "lost to mass-proportional damping since the fall began",
-    "viscous": "lost to stiffness-proportional damping since the fall began",
-    "contact": "lost in impacts since the fall began",
-    "numerical": "dissipated by the time integration since the fall began",
-    "closing": "what the energy balance lacks since the fall began",
-}
+ENERGIES = ("kinetic", "elastic", "gravity", "work", "air", "viscous", "contact", "numerical", "closing")
+"""What is stored of the energy balance."""
 IN_STATICS = ("kinetic", "elastic", "gravity")
 
 
@@ -77,79 +70,61 @@ def dataset(simulation: Simulation, found: Collapse) -> xr.Dataset:
     """
     material, problem = simulation.material, found.run.problem
     model = problem.model
-    unit, time, force = material.gravity_length, simulation.time_unit, material.force_scale
-    run = found.run
+    model = problem.model
+    run, motion = found.run, found.motion
     stable = run.points[: run.points.index(run.last) + 1]
     states: list[tuple[str, Point | TimeState]] = [(BEFORE, p) for p in stable]
-    motion = found.motion
     states += [(FALL, m) for m in motion.states] if motion else []
     states += [(AFTER, p) for p in found.after]
 
-    def each(get: Callable[[str, Point | TimeState], float]) -> Array:
-        return np.array([get(phase, state) for phase, state in states], dtype=float)
+    def each(get: Callable[[Point | TimeState], float]) -> Array:
+        return np.array([get(state) for _, state in states], dtype=float)
 
     def energy_of(state: Point | TimeState) -> Energy:
         return state.energy if isinstance(state, TimeState) else Energy(0.0, *problem.energies(state.q))
 
+    def of_balance(phase: str, energy: Energy, name: str) -> float:
+        return float(getattr(energy, name)) if phase == FALL or name in IN_STATICS else np.nan
+
     middle = np.stack([model.mid_surface(state.q) for _, state in states])
     moved = np.sqrt(_mean(model, np.sum((middle - middle[0]) ** 2, axis=2)))
-    where = ("state",)
-    columns: dict[str, tuple[tuple[str, ...], Array, str, str]] = {
-        "time": (
-            where,
-            time * each(lambda _, s: s.t if isinstance(s, TimeState) else np.nan),
-            "s",
-            "time since the fall began",
-        ),
-        "lambda": (where, unit * each(lambda _, s: s.lam), "m", "advance of the gripper past the flat end"),
-        "deflection": (where, unit * moved, "m", "root mean square displacement of the mid-surface from lambda_0"),
-        "contacts": (where, each(lambda _, s: len(s.active)), "1", "nodes on the floor"),
-        "minimal_gap": (
-            where,
-            unit * each(lambda _, s: float(np.min(s.q[problem.bounded]))),
-            "m",
-            "smallest height over the floor",
-        ),
-        "negatives": (
-            where,
-            each(lambda _, s: s.negatives if isinstance(s, Point) else np.nan),
-            "1",
-            "number of negative eigenvalues",
-        ),
-        "x": (("state", "node"), unit * middle[..., 0], "m", "mid-surface, horizontal; origin mid-strip"),
-        "z": (("state", "node"), unit * middle[..., 1], "m", "mid-surface, height over the floor"),
-        "arc": (("node",), unit * model.s, "m", "distance along the strip from the grasped end"),
+    energies = [(phase, energy_of(state)) for phase, state in states]
+    columns = {
+        "time": each(lambda s: s.t if isinstance(s, TimeState) else np.nan),
+        "lambda": each(lambda s: s.lam),
+        "deflection": moved,
+        "contacts": each(lambda s: len(s.active)),
+        "minimal_gap": each(lambda s: float(np.min(s.q[problem.bounded]))),
+        "negatives": each(lambda s: s.negatives if isinstance(s, Point) else np.nan),
+        **{name: np.array([of_balance(phase, e, name) for phase, e in energies]) for name in ENERGIES},
     }
-    ledger = [(phase, energy_of(state)) for phase, state in states]
-    for name, long_name in LEDGER.items():
-        known = [getattr(energy, name) if phase == FALL or name in IN_STATICS else np.nan for phase, energy in ledger]
-        values = np.array(known, dtype=float)
-        columns[name] = (where, force * unit * values, "J m-1", long_name)
-    data = {name: (dims, values, {"units": u, "long_name": t}) for name, (dims, values, u, t) in columns.items()}
-    phase = np.array([phase for phase, _ in states], dtype=object)
+    scales, nan = material.scales, float("nan")
+    touched = ended = nan
+    if motion:
+        assert motion.touch is not None  # else there is no collapse
+        touched, ended = motion.states[motion.touch].t, motion.states[-1].t
     attrs = {
-        "eta_b": material.eta_b,
-        "eta_m": material.eta_m,
-        "nu": material.nu,
-        "rho_a": material.rho_a,
-        "gravity_length": unit,
+        **of_material(material),
         "thickness": material.thickness,
         "length": simulation.length,
         "height": simulation.height,
-        "lambda_0": unit * run.lambda_0,
-        "lambda_c": unit * run.last.lam,
-        "touch_time": float("nan"),
-        "touch_x": float("nan"),
-        "settle_time": float("nan"),
+        "lambda_0": scales["m"] * run.lambda_0,
+        "lambda_c": scales["m"] * run.last.lam,
+        "touch_time": scales["s"] * touched,
+        "touch_x": scales["m"] * motion.touch_x if motion else nan,
+        "settle_time": scales["s"] * ended if simulation.until == "rest" else nan,
         "end": found.end,
     }
-    if motion:
-        assert motion.touch is not None  # else there is no collapse
-        attrs |= {"touch_time": time * motion.states[motion.touch].t, "touch_x": unit * motion.touch_x}
-        if simulation.until == "rest":
-            attrs["settle_time"] = time * motion.states[-1].t
-    coords = {"phase": ("state", phase, {"units": "1", "long_name": "before lambda_c, fall, or after it"})}
-    return xr.Dataset(data, coords=coords, attrs=attrs)
+    nodes = ("state", "node")
+    return schema.dataset(
+        {
+            **{name: ("state", values) for name, values in columns.items()},
+            **{"x": (nodes, middle[..., 0]), "z": (nodes, middle[..., 1]), "arc": ("node", model.s)},
+            "phase": ("state", [phase for phase, _ in states]),
+        },
+        attrs,
+        scales,
+    )
 
 
 def _mean(model: Model, values: Array) -> Array:
@@ -159,16 +134,7 @@ def _mean(model: Model, values: Array) -> Array:
 
 def last_good(simulation: Simulation, error: TimeStepError) -> xr.Dataset:
     """The last good moment of a motion that could not be followed, for a look at what went wrong; SI."""
-    unit, time = simulation.material.gravity_length, simulation.time_unit
     last: TimeState = error.last
     x, z = error.details["mid_surface"].T
-    node = {"units": "m"}
-    return xr.Dataset(
-        {
-            "x": ("node", unit * x, {**node, "long_name": "mid-surface, horizontal; origin mid-strip"}),
-            "z": ("node", unit * z, {**node, "long_name": "mid-surface, height over the floor"}),
-            "time": ((), time * last.t, {"units": "s", "long_name": "time since the fall began"}),
-            "lambda": ((), unit * last.lam, {"units": "m", "long_name": "advance of the gripper past the flat end"}),
-        },
-        attrs={"error": str(error)},
-    )
+    values = {"x": ("node", x), "z": ("node", z), "time": ((), last.t), "lambda": ((), last.lam)}
+    return schema.dataset(values, {"error": str(error)}, simulation.material.scales)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from stripfold import elastica
+from stripfold import elastica, schema
+from stripfold.schema import Variable
 
 PER_HEIGHT = (
     "snap",
@@ -22,8 +22,15 @@ PER_HEIGHT = (
     "lambda_error",
     "free_length",
     "contact_folds",
+    "height",
 )
-PER_MATERIAL = {"eta_b": "m-4 s2", "eta_m": "m-2 s2", "gravity_length": "m", "thickness": "m", "length": "m"}
+PER_MATERIAL = ("eta_b", "eta_m", "gravity_length", "thickness", "length")
+STAR = {
+    "z": Variable("1", "gripper height / L*", "z / L*"),
+    "lambda_c": Variable("1", "critical advance of the gripper / L*", "lambda_c / L*"),
+    "free_length": Variable("1", "free length at the critical point / L*"),
+}
+"""Variables of the master curve: in L*."""
 
 
 def critical_points(runs: Mapping[str, xr.Dataset], labels: Mapping[str, str]) -> xr.Dataset:
@@ -44,33 +51,23 @@ def critical_points(runs: Mapping[str, xr.Dataset], labels: Mapping[str, str]) -
         row[: values.size] = values.values
         return row
 
-    first = runs[names[0]]
     dims = ("material", "height_index")
-    data: dict[str, Any] = {
-        key: (dims, np.stack([padded(runs[m][key]) for m in names]), first[key].attrs) for key in PER_HEIGHT
-    }
     reasons = np.full((len(names), n), "", dtype=object)
     for row, m in zip(reasons, names, strict=True):
         row[: runs[m].sizes["height"]] = runs[m]["reason"].values
-    data["reason"] = (dims, reasons, first["reason"].attrs)
-    data["height"] = (dims, np.stack([padded(runs[m]["height"]) for m in names]), first["height"].attrs)
-    for key, units in PER_MATERIAL.items():
-        values = np.array([runs[m].attrs[key] for m in names])
-        data[key] = ("material", values, {"units": units, "long_name": key.replace("_", " ")})
-    text = np.array([labels[m] for m in names], dtype=object)
-    data["label"] = ("material", text, {"units": "1", "long_name": "label"})
-    coords = {"material": ("material", np.array(names, dtype=object), {"units": "1", "long_name": "material"})}
-    return xr.Dataset(data, coords=coords)
+    return schema.dataset(
+        {
+            **{key: (dims, np.stack([padded(runs[m][key]) for m in names])) for key in PER_HEIGHT},
+            **{key: ("material", [runs[m].attrs[key] for m in names]) for key in PER_MATERIAL},
+            "reason": (dims, reasons),
+            "label": ("material", [labels[m] for m in names]),
+            "material": ("material", names),
+        }
+    )
 
 
 def master_curve(heights: Sequence[float]) -> xr.Dataset:
     """The elastica's critical points, in L*, at ``heights`` above its touch limit."""
     curve = elastica.master_curve(np.asarray(heights))
-    return xr.Dataset(
-        {
-            "lambda_c": ("z", curve.advance, {"units": "1", "long_name": "critical advance / L*"}),
-            "free_length": ("z", curve.length, {"units": "1", "long_name": "free length at the critical point / L*"}),
-        },
-        coords={"z": ("z", np.asarray(heights), {"units": "1", "long_name": "gripper height / L*"})},
-        attrs={"touch_limit": elastica.touch_limit()},
-    )
+    values = {"z": ("z", heights), "lambda_c": ("z", curve.advance), "free_length": ("z", curve.length)}
+    return schema.dataset(values, {"touch_limit": elastica.touch_limit()}, table=STAR)

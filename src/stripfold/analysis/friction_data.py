@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from stripfold import schema
 from stripfold.analysis.friction import LAWS, Run, follow, model_for, smallest
 from stripfold.analysis.path_friction import Step
 from stripfold.analysis.post_critical import follow_both_branches
@@ -22,6 +23,9 @@ from stripfold.paths.rpath import RPath, plan_r_path
 from stripfold.problem import StripProblem
 from stripfold.solve import continuation
 from stripfold.solve.problem import Tangent
+
+OF_STRIP = ("eta_b", "gravity_length", "relative_length", "step", "k_f", "M_0", "planned_touch_x")
+"""Attributes of the files of :func:`run` that the table has per material."""
 
 
 def run(
@@ -61,40 +65,30 @@ def run(
             raise SolveError(f"the path was followed to its first touch only: {found.lost}")
         say(f"{law}: {brackets[-1][1]:.4g}, first touch at {found.touch_x:.4g} L*")
         runs.append(found)
-    per_law = {
-        "fails": (np.array([b[0] for b in brackets]), "1", "not enough: k_f / (g/L*), or M_0 / rho_a g L*^2"),
-        "suffices": (np.array([b[1] for b in brackets]), "1", "enough: k_f / (g/L*), or M_0 / rho_a g L*^2"),
-        "touch_x": (unit * np.array([r.touch_x for r in runs]), "m", "first touch, horizontal; origin mid-strip"),
-        "touch_step": (np.array([float(r.touch or 0) for r in runs]), "1", "index of the first step that touches"),
+    values = {
+        "fails": ("law", [b[0] for b in brackets]),
+        "suffices": ("law", [b[1] for b in brackets]),
+        "touch_x": ("law", [r.touch_x for r in runs]),
+        "touch_step": ("law", [float(r.touch or 0) for r in runs]),
+        **_of_steps(runs, plan),
+        "arc": ("node", model.s),
+        "law": ("law", LAWS),
     }
-    data: dict[str, Any] = {
-        name: (("law",), values, {"units": units, "long_name": text}) for name, (values, units, text) in per_law.items()
+    attrs = {
+        "step": step,
+        "k_f": brackets[0][1],
+        "M_0": brackets[1][1],
+        "relative_length": strip.length,
+        "planned_touch_x": plan.first_touch,
+        "landing_x": plan.landing,
     }
-    data |= _of_steps(runs, plan, material)
-    data["arc"] = (("node",), unit * model.s, {"units": "m", "long_name": "distance from the grasped end"})
-    texts = {"units": "1", "long_name": "law of friction"}
-    k_f, moment = (b[1] for b in brackets)
-    return xr.Dataset(
-        data,
-        coords={"law": ("law", np.array(LAWS, dtype=object), texts)},
-        attrs={
-            **of_material(material),
-            "length": length,
-            "relative_length": strip.length,
-            "step": unit * step,
-            "k_f": k_f * material.gravity / unit,
-            "M_0": moment * material.rho_a * material.gravity * unit**2,
-            "planned_touch_x": unit * plan.first_touch,
-            "landing_x": unit * plan.landing,
-        },
+    return schema.dataset(
+        values, {**of_material(material), "length": length, **schema.in_si(attrs, material.scales)}, material.scales
     )
 
 
-def _of_steps(runs: list[Run], plan: RPath, material: Material) -> dict[str, Any]:
-    """What belongs to each step; both laws take the same steps."""
-    unit = material.gravity_length
-    seconds = float(np.sqrt(unit / material.gravity))
-    force = material.rho_a * material.gravity * unit
+def _of_steps(runs: list[Run], plan: RPath) -> dict[str, Any]:
+    """Values of each step, in solver units; both laws take the same steps."""
     model = runs[0].steps[0].problem.model
 
     def each(get: Any) -> Array:
@@ -107,19 +101,21 @@ def _of_steps(runs: list[Run], plan: RPath, material: Material) -> dict[str, Any
     grip = each(lambda step: float(np.linalg.norm(_grip(step))))
     pull = each(lambda step: sum(e.pulling_force(step.point.q) for e in step.problem.effects if isinstance(e, Pull)))
     place = each(lambda step: model.mid_surface(step.point.q))
-    on = ("law", "state")
     columns = {
-        "travelled": (on, unit * each(lambda step: step.point.lam), "m", "length the gripper has travelled"),
-        "pseudo_time": (on, each(lambda step: plan.path.pseudo_time(step.point.lam)), "1", "pseudo time, lambda"),
-        "gripper_force": (on, force * grip, "N m-1", "size of the gripper's force"),
-        "pulling_force": (on, force * pull, "N m-1", "pulling force of the paper's friction"),
-        "ratio": (on, pull / grip, "1", "pulling force / gripper force"),
-        "eigenvalue": (on, each(_eigenvalue) / seconds**2, "s-2", "smallest eigenvalue of (K, M) without friction"),
-        "deviation": (on, unit * each(deviation), "m", "largest distance from the planned state"),
-        "x": ((*on, "node"), unit * place[..., 0], "m", "mid-surface, horizontal; origin mid-strip"),
-        "z": ((*on, "node"), unit * place[..., 1], "m", "mid-surface, height over the floor"),
+        "travelled": each(lambda step: step.point.lam),
+        "pseudo_time": each(lambda step: plan.path.pseudo_time(step.point.lam)),
+        "gripper_force": grip,
+        "pulling_force": pull,
+        "ratio": pull / grip,
+        "eigenvalue": each(_eigenvalue),
+        "deviation": each(deviation),
     }
-    return {name: (dims, values, {"units": u, "long_name": t}) for name, (dims, values, u, t) in columns.items()}
+    on = ("law", "state")
+    nodes = (*on, "node")
+    return {name: (on, values) for name, values in columns.items()} | {
+        "x": (nodes, place[..., 0]),
+        "z": (nodes, place[..., 1]),
+    }
 
 
 def _grip(step: Step) -> Array:
@@ -156,7 +152,7 @@ def two_ways(
         way += [float(i)] * len(new)
         touches.append(direction.motion.touch_x)
     data = dataset(rows, model, plan.path, material)
-    data["way"] = (("state",), np.array(way), {"units": "1", "long_name": "which of the two ways"})
+    data["way"] = ("state", way, schema.variables()["way"].attributes)
     return data.assign_attrs(
         length=length,
         reason="",
@@ -176,69 +172,29 @@ def table(files: Mapping[str, xr.Dataset], ways: Mapping[str, xr.Dataset], label
     names = list(labels)
     runs = [files[name] for name in names]
 
-    def before_touch(data: xr.Dataset, law: str, name: str) -> Array:
-        chosen = data.sel(law=law)
-        return np.asarray(chosen[name].values[: int(chosen["touch_step"]) + 1])
+    def of_law(get: Callable[[xr.Dataset], float]) -> tuple[tuple[str, str], Array]:
+        return ("material", "law"), np.array([[get(data.sel(law=law)) for law in LAWS] for data in runs])
 
-    def per(get: Callable[[xr.Dataset, str], float]) -> Array:
-        return np.array([[get(data, law) for law in LAWS] for data in runs])
+    fell = [float(np.isfinite(ways[name].attrs.get("touch_x", [])).sum() == 1) for name in names]
+    return schema.dataset(
+        {
+            "fails": of_law(lambda d: float(d["fails"])),
+            "suffices": of_law(lambda d: float(d["suffices"])),
+            "touch_x": of_law(lambda d: float(d["touch_x"])),
+            "ratio_max": of_law(lambda d: float(_before_touch(d, "ratio").max())),
+            "ratio_median": of_law(lambda d: float(np.median(_before_touch(d, "ratio")))),
+            "eigenvalue_min": of_law(lambda d: float(_before_touch(d, "eigenvalue").min())),
+            "deviation_max": of_law(lambda d: float(d["deviation"].max())),
+            "deviation_end": of_law(lambda d: float(d["deviation"][-1])),
+            **{name: ("material", [float(d.attrs[name]) for d in runs]) for name in OF_STRIP},
+            "two_ways": ("material", fell),
+            "material": ("material", names),
+            "label": ("material", list(labels.values())),
+            "law": ("law", LAWS),
+        }
+    )
 
-    columns = {
-        "fails": (per(lambda d, law: float(d["fails"].sel(law=law))), "1", str(runs[0]["fails"].attrs["long_name"])),
-        "suffices": (
-            per(lambda d, law: float(d["suffices"].sel(law=law))),
-            "1",
-            str(runs[0]["suffices"].attrs["long_name"]),
-        ),
-        "touch_x": (per(lambda d, law: float(d["touch_x"].sel(law=law))), "m", "first touch, horizontal"),
-        "ratio_max": (
-            per(lambda d, law: float(before_touch(d, law, "ratio").max())),
-            "1",
-            "largest pulling force / gripper force up to the first touch",
-        ),
-        "ratio_median": (
-            per(lambda d, law: float(np.median(before_touch(d, law, "ratio")))),
-            "1",
-            "median of pulling force / gripper force up to the first touch",
-        ),
-        "eigenvalue_min": (
-            per(lambda d, law: float(before_touch(d, law, "eigenvalue").min())),
-            "s-2",
-            "smallest eigenvalue of (K, M) without friction up to the first touch",
-        ),
-        "deviation_max": (
-            per(lambda d, law: float(d["deviation"].sel(law=law).max())),
-            "m",
-            "largest distance from the planned state",
-        ),
-        "deviation_end": (
-            per(lambda d, law: float(d["deviation"].sel(law=law)[-1])),
-            "m",
-            "distance of the last state from the planned one",
-        ),
-    }
-    data: dict[str, Any] = {
-        name: (("material", "law"), values, {"units": units, "long_name": text})
-        for name, (values, units, text) in columns.items()
-    }
-    of_files = {
-        "eta_b": ("m-4 s2", "weight-to-bending-stiffness ratio"),
-        "gravity_length": ("m", "L*"),
-        "relative_length": ("1", "length of the strip / L*"),
-        "step": ("m", "size of the steps"),
-        "k_f": ("s-2", "smallest k_f that suffices"),
-        "M_0": ("N", "smallest M_0 that suffices"),
-        "planned_touch_x": ("m", "planned first touch, horizontal"),
-    }
-    for name, (units, text) in of_files.items():
-        values = np.array([float(d.attrs[name]) for d in runs])
-        data[name] = (("material",), values, {"units": units, "long_name": text})
-    both = np.array([float(np.isfinite(ways[name].attrs.get("touch_x", [])).sum() == 1) for name in names])
-    text = "1 where the unstable planned state falls on the lower layer one way and rests without a touch the other"
-    data["two_ways"] = (("material",), both, {"units": "1", "long_name": text})
-    coords = {
-        "material": ("material", np.array(names, dtype=object), {"units": "1", "long_name": "name"}),
-        "label": ("material", np.array(list(labels.values()), dtype=object), {"units": "1", "long_name": "label"}),
-        "law": ("law", np.array(LAWS, dtype=object), {"units": "1", "long_name": "law of friction"}),
-    }
-    return xr.Dataset(data, coords=coords)
+
+def _before_touch(data: xr.Dataset, name: str) -> Array:
+    """Values of one law up to its first touch."""
+    return np.asarray(data[name].values[: int(data["touch_step"]) + 1])

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from stripfold import schema
 from stripfold.analysis.collapse import Collapse
 from stripfold.effects.self_contact import SelfContact
 from stripfold.inputs import Simulation
@@ -29,15 +30,7 @@ the study ``rod``: h/L* squared is 12 times the membrane strain under the weight
 UNSTRETCHED = 1e-3
 """h of a strip that is to have no membrane stretch, L*: a millionth of it is left in lambda_c."""
 
-COLUMNS = {
-    "needed": ("1", "whether the scene needs the effect, 1 or 0"),
-    "active": ("1", "whether it was computed with, 1 or 0"),
-    "since": ("s", "time since the fall began at which it came in; nan: active from the first state on, or never"),
-    "seconds": ("s", "computing time it took, its monitor included; nan: not separable from the rest"),
-    "value": ("1", "what was compared: of contacts the gap / L*, of models the relative error of lambda_c"),
-    "threshold": ("1", "with what"),
-}
-TEXTS = {"asked": "what the scene asks: auto, on or off", "reason": "why it is needed or not"}
+COLUMNS = ("needed", "active", "since", "seconds", "value", "threshold")
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,17 +124,17 @@ def record(simulation: Simulation, found: Collapse, seconds: float) -> xr.Datase
     }
     for name, need in needs.items():
         rows[name] |= {"needed": float(need.needed), "value": need.value, "threshold": need.threshold}
-    data: dict[str, Any] = {
-        name: ("effect", np.array([rows[e].get(name, np.nan) for e in EFFECTS]), {"units": u, "long_name": text})
-        for name, (u, text) in COLUMNS.items()
-    }
-    texts = {"asked": list(asked.model_dump().values()), "reason": [needs[e].reason for e in EFFECTS]}
-    for name, column in texts.items():
-        data[name] = ("effect", np.array(column, dtype=object), {"units": "1", "long_name": TEXTS[name]})
     missing = [e for e in EFFECTS if rows[e]["needed"] and not rows[e]["active"]]
-    coords = {"effect": ("effect", np.array(EFFECTS, dtype=object), {"units": "1", "long_name": "effect"})}
-    data["computing"] = ((), seconds, {"units": "s", "long_name": "computing time of all of it"})
-    return xr.Dataset(data, coords=coords, attrs={"missing": ", ".join(missing)})
+    return schema.dataset(
+        {
+            **{name: ("effect", [rows[e].get(name, np.nan) for e in EFFECTS]) for name in COLUMNS},
+            "asked": ("effect", list(asked.model_dump().values())),
+            "reason": ("effect", [needs[e].reason for e in EFFECTS]),
+            "effect": ("effect", EFFECTS),
+            "computing": ((), seconds),
+        },
+        {"missing": ", ".join(missing)},
+    )
 
 
 def kinetic_share(found: Collapse) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
+from stripfold import schema
 from stripfold.analysis.assess_data import PATHS
 from stripfold.analysis.states import of_material
 from stripfold.arrays import Array
@@ -46,15 +47,14 @@ def dataset(material: Material, length: float) -> xr.Dataset:
         [[assumed(name, plan, long, t, s) for t in row] for name, row in zip(PATHS, travelled, strict=True)]
     )
     on = ("path", "place")
-    columns = {
-        "travelled": (on, unit * travelled, "m", "length the gripper has travelled"),
-        "pseudo_time": (on, times, "1", "pseudo time, lambda"),
-        "x": ((*on, "node"), unit * states[..., 0], "m", "assumed mid-surface, horizontal; origin mid-strip"),
-        "z": ((*on, "node"), unit * states[..., 1], "m", "assumed mid-surface, height over the floor"),
-        "arc": (("node",), unit * s, "m", "distance along the strip from the grasped end"),
+    values = {
+        "travelled": (on, travelled),
+        "pseudo_time": (on, times),
+        "x": ((*on, "node"), states[..., 0]),
+        "z": ((*on, "node"), states[..., 1]),
+        "arc": ("node", s),
+        "path": ("path", PATHS),
     }
-    data = {name: (dims, values, {"units": u, "long_name": t}) for name, (dims, values, u, t) in columns.items()}
-    coords = {"path": ("path", np.array(PATHS, dtype=object), {"units": "1", "long_name": "folding path"})}
     attrs = {
         **of_material(material),
         "length": length,
@@ -62,7 +62,7 @@ def dataset(material: Material, length: float) -> xr.Dataset:
         "planned_touch_x": unit * plan.first_touch,
         "landing_x": unit * plan.landing,
     }
-    return xr.Dataset(data, coords=coords, attrs=attrs)
+    return schema.dataset(values, attrs, material.scales)
 
 
 def _places(path: GripperPath) -> Array:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 import xarray as xr
 
+from stripfold import schema
 from stripfold.analysis.path_statics import StaticSegment
 from stripfold.analysis.release import Motion
 from stripfold.arrays import Array
@@ -55,8 +56,6 @@ def dataset(rows: Sequence[Row], model: Model, path: GripperPath, material: Mate
 
     Forces are those of the gripper and of the held end on the strip; in a fall they are nan.
     """
-    unit, force = material.gravity_length, material.rho_a * material.gravity * material.gravity_length
-    seconds = float(np.sqrt(unit / material.gravity))
     middle = np.array([model.mid_surface(row.state.q) for row in rows])
     residual = [row.problem.residual(row.state.q, row.state.lam) for row in rows]
     still = np.array([isinstance(row.state, Point) for row in rows])
@@ -64,48 +63,33 @@ def dataset(rows: Sequence[Row], model: Model, path: GripperPath, material: Mate
     def static(values: Sequence[float] | Array) -> Array:
         return np.where(still, np.asarray(values, dtype=np.float64), np.nan)
 
+    def of_point(get: Callable[[Point], float]) -> Array:
+        return np.array([get(row.state) if isinstance(row.state, Point) else np.nan for row in rows], dtype=float)
+
     grip = np.array([r[model.middle[0]] for r in residual])
-    s = ("state",)
-    columns: dict[str, tuple[tuple[str, ...], Array, str, str]] = {
-        "travelled": (s, unit * np.array([row.state.lam for row in rows]), "m", "length the gripper has travelled"),
-        "pseudo_time": (s, np.array([path.pseudo_time(row.state.lam) for row in rows]), "1", "pseudo time, lambda"),
-        "part": (s, np.array([row.part for row in rows]), "1", "part of the motion: statics and falls in turn"),
-        "time": (
-            s,
-            seconds * np.array([row.state.t if isinstance(row.state, TimeState) else np.nan for row in rows]),
-            "s",
-            "time since the fall began",
-        ),
-        "gripper_x": (s, unit * middle[:, 0, 0], "m", "gripper, horizontal; origin mid-strip"),
-        "gripper_z": (s, unit * middle[:, 0, 1], "m", "gripper, height"),
-        "force_x": (s, force * static(grip[:, 0]), "N m-1", "force of the gripper, horizontal"),
-        "force_z": (s, force * static(grip[:, 1]), "N m-1", "force of the gripper, vertical"),
-        "hold_x": (
-            s,
-            force * static([r[model.middle[-1, 0]] for r in residual]),
-            "N m-1",
-            "force of the held end, horizontal",
-        ),
-        "eigenvalue": (
-            s,
-            static([row.state.eigenvalues[0] if isinstance(row.state, Point) else np.nan for row in rows]) / seconds**2,
-            "s-2",
-            "smallest eigenvalue of (K, M)",
-        ),
-        "negatives": (
-            s,
-            static([row.state.negatives if isinstance(row.state, Point) else np.nan for row in rows]),
-            "1",
-            "number of negative eigenvalues",
-        ),
-        "x": (("state", "node"), unit * middle[..., 0], "m", "mid-surface, horizontal; origin mid-strip"),
-        "z": (("state", "node"), unit * middle[..., 1], "m", "mid-surface, height over the floor"),
-        "arc": (("node",), unit * model.s, "m", "distance along the strip from the grasped end"),
+    columns = {
+        "travelled": np.array([row.state.lam for row in rows]),
+        "pseudo_time": np.array([path.pseudo_time(row.state.lam) for row in rows]),
+        "part": np.array([row.part for row in rows]),
+        "time": np.array([row.state.t if isinstance(row.state, TimeState) else np.nan for row in rows]),
+        "gripper_x": middle[:, 0, 0],
+        "gripper_z": middle[:, 0, 1],
+        "force_x": static(grip[:, 0]),
+        "force_z": static(grip[:, 1]),
+        "hold_x": static([r[model.middle[-1, 0]] for r in residual]),
+        "eigenvalue": of_point(lambda point: float(point.eigenvalues[0])),
+        "negatives": of_point(lambda point: point.negatives),
     }
-    data = {name: (dims, values, {"units": u, "long_name": t}) for name, (dims, values, u, t) in columns.items()}
-    phase = np.where(still, STATIC, FALL).astype(object)
-    coords = {"phase": (s, phase, {"units": "1", "long_name": "static, or in a fall"})}
-    return xr.Dataset(data, coords=coords, attrs=of_material(material))
+    nodes = ("state", "node")
+    return schema.dataset(
+        {
+            **{name: ("state", values) for name, values in columns.items()},
+            **{"x": (nodes, middle[..., 0]), "z": (nodes, middle[..., 1]), "arc": ("node", model.s)},
+            "phase": ("state", np.where(still, STATIC, FALL)),
+        },
+        of_material(material),
+        material.scales,
+    )
 
 
 def of_material(material: Material) -> dict[str, float]:

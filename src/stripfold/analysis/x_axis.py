@@ -8,16 +8,33 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from operator import attrgetter
 
 import numpy as np
 import xarray as xr
 
+from stripfold import schema
 from stripfold.analysis.diagnostics import Record, node_weights, record
 from stripfold.analysis.select_model import FINEST
+from stripfold.analysis.states import of_material
 from stripfold.analysis.static import End, StripModel, XRun, along_x, lift
 from stripfold.arrays import Array
 from stripfold.material import Material
 from stripfold.solve.critical import CriticalPoint
+
+RECORDED = (
+    "negatives",
+    "newton_iterations",
+    "residual",
+    "contacts",
+    "minimal_gap",
+    "force_x",
+    "force_z",
+    "elastic_energy",
+    "gravity_energy",
+    "first_integral_error",
+)
+"""Diagnostics of each state that are stored as they are."""
 
 
 @dataclass(frozen=True)
@@ -67,180 +84,20 @@ def dataset(material: Material, length: float, results: Sequence[HeightResult]) 
     results
         From :func:`at_heights`.
     """
-    unit, force = material.gravity_length, material.force_scale
     n_step = max(len(r.records) for r in results)
     n_node = max(len(r.run.problem.model.s) for r in results)
-    data = xr.Dataset(attrs={"eta_b": material.eta_b, "eta_m": material.eta_m, "nu": material.nu, "length": length})
-    data.attrs |= {"gravity_length": unit, "thickness": material.thickness, "rho_a": material.rho_a}
-
-    def put(name: str, dims: tuple[str, ...], values: Array, units: str, long_name: str, symbol: str = "") -> None:
-        data[name] = (
-            dims,
-            values,
-            {"units": units, "long_name": long_name} | ({"symbol": symbol} if symbol else {}),
-        )
 
     def per_height(get: Callable[[HeightResult], float]) -> Array:
         return np.array([get(r) for r in results], dtype=float)
+
+    def critical(get: Callable[[CriticalPoint], float]) -> Array:
+        return per_height(lambda r: get(r.run.critical) if r.run.critical else np.nan)
 
     def per_step(get: Callable[[Record], float]) -> Array:
         rows = np.full((len(results), n_step), np.nan)
         for row, result in zip(rows, results, strict=True):
             row[: len(result.records)] = [get(x) for x in result.records]
         return rows
-
-    data = data.assign_coords(
-        height=(
-            "height",
-            unit * per_height(lambda r: r.height),
-            {"units": "m", "long_name": "gripper height", "symbol": "z"},
-        )
-    )
-    snap = per_height(lambda r: 1.0 if r.run.end is End.SNAP else 0.0)
-    only_snap = np.where(snap > 0.0, 1.0, np.nan)
-    data["snap"] = (
-        "height",
-        snap.astype(np.int8),
-        {"units": "1", "long_name": "1 where lambda has a maximum"},
-    )
-    data["reason"] = (
-        "height",
-        np.array([r.run.end.reason for r in results], dtype=object),
-        {"units": "1", "long_name": "what ended the advance"},
-    )
-    at = ("height",)
-    put(
-        "lambda_0",
-        at,
-        unit * per_height(lambda r: r.run.lambda_0),
-        "m",
-        "advance without horizontal force",
-        "lambda_0",
-    )
-    end = unit * per_height(lambda r: r.run.last.lam)
-    put("lambda_end", at, end, "m", "advance at its end: critical, first touch or strip lifted")
-    put("lambda_c", at, end * only_snap, "m", "critical advance of the gripper", "lambda_c")
-
-    def of_critical(get: Callable[[CriticalPoint], float]) -> Array:
-        return per_height(lambda r: get(r.run.critical) if r.run.critical else np.nan)
-
-    put(
-        "lambda_c_lower",
-        at,
-        unit * of_critical(lambda c: c.lower),
-        "m",
-        "lower end of the bracket",
-    )
-    put(
-        "lambda_c_upper",
-        at,
-        unit * of_critical(lambda c: c.upper),
-        "m",
-        "upper end of the bracket",
-    )
-    put(
-        "lambda_c_eigenvalue",
-        at,
-        unit * of_critical(lambda c: c.eigenvalue_lam),
-        "m",
-        "advance where the smallest eigenvalue is zero",
-    )
-    put(
-        "detectors_agree",
-        at,
-        of_critical(lambda c: float(c.agree)),
-        "1",
-        "1 where all detectors agree",
-    )
-    put(
-        "lambda_error",
-        at,
-        unit * per_height(lambda r: r.discretisation_error),
-        "m",
-        "estimated discretisation error",
-    )
-    put(
-        "contact_folds",
-        at,
-        per_height(lambda r: r.run.contact_folds),
-        "1",
-        "maxima of lambda due to the mesh, passed",
-    )
-    put(
-        "free_length",
-        at,
-        unit * per_height(lambda r: r.run.free_length),
-        "m",
-        "free length at the end of the advance",
-    )
-    put(
-        "elements",
-        at,
-        per_height(lambda r: len(r.run.problem.model.ends) - 1),
-        "1",
-        "elements of the mesh",
-    )
-
-    steps = ("height", "step")
-    put(
-        "lambda",
-        steps,
-        unit * per_step(lambda x: x.lam),
-        "m",
-        "advance of the gripper past the flat end",
-        "lambda",
-    )
-    put(
-        "tangent_lambda",
-        steps,
-        per_step(lambda x: x.tangent_lam),
-        "1",
-        "lambda component of the unit tangent",
-    )
-    frequency = material.gravity / unit
-    for k in range(2):
-
-        def eigenvalue(x: Record, k: int = k) -> float:
-            return float(x.eigenvalues[k])
-
-        name = f"eigenvalue_{k + 1}"
-        long_name = f"eigenvalue {k + 1} of (K, M), nearest zero"
-        put(
-            name,
-            steps,
-            frequency * per_step(eigenvalue),
-            "s-2",
-            long_name,
-            f"mu_{k + 1}",
-        )
-    put("negatives", steps, per_step(lambda x: x.negatives), "1", "number of negative eigenvalues")
-    put("newton_iterations", steps, per_step(lambda x: x.newton_iterations), "1", "Newton iterations")
-    put("residual", steps, force * per_step(lambda x: x.residual), "N m-1", "largest unbalanced force")
-    put("contacts", steps, per_step(lambda x: x.contacts), "1", "nodes on the floor")
-    put("minimal_gap", steps, unit * per_step(lambda x: x.minimal_gap), "m", "smallest height over the floor")
-    put("force_x", steps, force * per_step(lambda x: x.force_x), "N m-1", "gripper force along x per width")
-    put("force_z", steps, force * per_step(lambda x: x.force_z), "N m-1", "gripper force along z per width")
-    put(
-        "elastic_energy",
-        steps,
-        force * unit * per_step(lambda x: x.elastic_energy),
-        "J m-1",
-        "elastic energy per width",
-    )
-    put(
-        "gravity_energy",
-        steps,
-        force * unit * per_step(lambda x: x.gravity_energy),
-        "J m-1",
-        "gravity energy per width",
-    )
-    put(
-        "first_integral_error",
-        steps,
-        force * per_step(lambda x: x.first_integral_error),
-        "N m-1",
-        "defect of the first integral at the gripper",
-    )
 
     shape = (len(results), n_step, n_node)
     x, z = np.full(shape, np.nan), np.full(shape, np.nan)
@@ -252,17 +109,46 @@ def dataset(material: Material, length: float, results: Sequence[HeightResult]) 
             x[i, j, : len(model.s)], z[i, j, : len(model.s)] = entry.mid_surface.T
         if result.run.critical:
             mode[i, : len(model.s)] = result.run.critical.mode[model.middle]
-    nodes = ("height", "step", "node")
-    put("arc", ("height", "node"), unit * s, "m", "distance along the strip from the grasped end", "s")
-    put("x", nodes, unit * x, "m", "mid-surface, horizontal; origin mid-strip", "x")
-    put("z", nodes, unit * z, "m", "mid-surface, height over the floor", "z")
-    put("mode_x", ("height", "node"), mode[..., 0], "1", "critical eigenvector at the mid-surface, horizontal")
-    put("mode_z", ("height", "node"), mode[..., 1], "1", "critical eigenvector at the mid-surface, vertical")
     deflection = np.sqrt(np.nansum(_node_weights(s)[:, None] * ((x - x[:, :1]) ** 2 + (z - z[:, :1]) ** 2), axis=-1))
     deflection[np.isnan(x[..., 0])] = np.nan
-    long_name = "root mean square displacement of the mid-surface from lambda_0"
-    put("deflection", steps, unit * deflection, "m", long_name)
-    return data
+
+    snap = per_height(lambda r: float(r.run.end is End.SNAP))
+    end = per_height(lambda r: r.run.last.lam)
+    heights: dict[str, Array] = {
+        "height": per_height(lambda r: r.height),
+        "snap": snap.astype(np.int8),
+        "lambda_0": per_height(lambda r: r.run.lambda_0),
+        "lambda_end": end,
+        "lambda_c": np.where(snap > 0.0, end, np.nan),
+        "lambda_c_lower": critical(lambda c: c.lower),
+        "lambda_c_upper": critical(lambda c: c.upper),
+        "lambda_c_eigenvalue": critical(lambda c: c.eigenvalue_lam),
+        "detectors_agree": critical(lambda c: float(c.agree)),
+        "lambda_error": per_height(lambda r: r.discretisation_error),
+        "contact_folds": per_height(lambda r: r.run.contact_folds),
+        "free_length": per_height(lambda r: r.run.free_length),
+        "elements": per_height(lambda r: len(r.run.problem.model.ends) - 1),
+    }
+    steps: dict[str, Array] = {
+        "lambda": per_step(lambda x: x.lam),
+        "tangent_lambda": per_step(lambda x: x.tangent_lam),
+        "eigenvalue_1": per_step(lambda x: float(x.eigenvalues[0])),
+        "eigenvalue_2": per_step(lambda x: float(x.eigenvalues[1])),
+        "deflection": deflection,
+        **{name: per_step(attrgetter(name)) for name in RECORDED},
+    }
+    nodes, node = ("height", "step", "node"), ("height", "node")
+    return schema.dataset(
+        {
+            **{name: ("height", values) for name, values in heights.items()},
+            **{name: (("height", "step"), values) for name, values in steps.items()},
+            **{"x": (nodes, x), "z": (nodes, z), "arc": (node, s)},
+            **{"mode_x": (node, mode[..., 0]), "mode_z": (node, mode[..., 1])},
+            "reason": ("height", [r.run.end.reason for r in results]),
+        },
+        {**of_material(material), "thickness": material.thickness, "length": length},
+        material.scales,
+    )
 
 
 def _node_weights(s: Array) -> Array:

@@ -12,10 +12,9 @@ import numpy as np
 import xarray as xr
 import yaml
 
-from stripfold import store
+from stripfold import schema, store
 from stripfold.arrays import Array
 from stripfold.errors import InvalidInputError
-from stripfold.store import variable
 from stripfold.synthetic.calibration import Board, Calibration
 from stripfold.synthetic.history import History
 from stripfold.synthetic.render import Renderer
@@ -152,14 +151,15 @@ def robot_log(history: History, scene: Scene, rng: np.random.Generator) -> Array
 
 
 def _truth(history: History, scene: Scene) -> xr.Dataset:
-    """The motion, SI; single precision, 1e-8 m, halves the file."""
-    advance, curve = history.gripper[:, 0] - scene.strip.flat_end, history.curve.astype(np.float32)
-    return xr.Dataset(
+    """The motion, SI."""
+    advance = history.gripper[:, 0] - scene.strip.flat_end
+    # Single precision, 1e-8 m, halves the file.
+    return schema.dataset(
         {
-            "lambda": variable("time", advance, "m", "advance of the gripper past the flat end"),
-            "gripper": variable(("time", "axis"), history.gripper, "m", "gripped end"),
-            "curve": variable(("time", "point", "axis"), curve, "m", "mid-surface from the gripped end"),
-            "time": variable("time", history.t, "s", "time of the video"),
-            "axis": variable("axis", ["x", "z"], "1", "axis of the robot"),
+            "lambda": ("time", advance),
+            "gripper": (("time", "axis"), history.gripper),
+            "curve": (("time", "point", "axis"), history.curve.astype(np.float32)),
+            "time": ("time", history.t),
+            "axis": ("axis", ["x", "z"]),
         }
     )
