@@ -1,17 +1,14 @@
-"""A known camera and its pictures of boards and markers, as corners with known noise or rendered.
-
-Pictures are rendered by an independent inversion of OpenCV's lens model, pixel by pixel.
-"""
+"""A known camera and its pictures of boards and markers, as corners with known noise or rendered."""
 
 from __future__ import annotations
 
-from functools import cache
 from pathlib import Path
 
 import cv2
 import numpy as np
 
 from stripfold.arrays import Array
+from stripfold.synthetic.view import Rays
 from stripfold.vision.boards import Board, Corners, dictionary
 from stripfold.vision.camera import Camera
 from stripfold.vision.intrinsics import View
@@ -23,8 +20,9 @@ LENS = Camera(
     np.array([-0.21, 0.07, 0.0008, -0.0005, 0.02]),
     SIZE,
 )
-CHESS = Board("chessboard", 9, 6, 0.025)
-CHARUCO = Board("charuco", 7, 5, 0.03, 0.022, "5x5_100")
+RAYS = Rays(LENS, 2)
+CHESS = Board(type="chessboard", columns=9, rows=6, square=0.025)
+CHARUCO = Board(type="charuco", columns=7, rows=5, square=0.03, marker=0.022, dictionary="5x5_100")
 SIDE = 0.03
 """Of the gripper's marker, m."""
 # The folding plane: its frame's pose for the camera, and where the robot has the plane's origin; x to the right, z up.
@@ -93,35 +91,11 @@ def stops(noise: float, slack: float, random: np.random.Generator) -> Stops:
     return Stops([f"{i}.png" for i in range(len(places))], corners, places)
 
 
-@cache
-def _rays(fine: int) -> Array:
-    """Rays, shape (rows, columns, 2), of the pixels of a picture with ``fine`` times the camera's resolution."""
-    x, y = ((np.arange(n * fine) + 0.5) / fine - 0.5 for n in SIZE)
-    seen = np.stack(np.meshgrid(x, y), axis=-1)
-    fx, fy, cx, cy = LENS.matrix[0, 0], LENS.matrix[1, 1], LENS.matrix[0, 2], LENS.matrix[1, 2]
-    k1, k2, p1, p2, k3 = LENS.distortion
-    target = (seen - [cx, cy]) / [fx, fy]
-    ray = target.copy()
-    for _ in range(30):
-        u, v = ray[..., 0], ray[..., 1]
-        r2 = u**2 + v**2
-        radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3))
-        bent = np.stack([2.0 * p1 * u * v + p2 * (r2 + 2.0 * u**2), p1 * (r2 + 2.0 * v**2) + 2.0 * p2 * u * v], axis=-1)
-        ray = (target - bent) / radial[..., None]
-    return ray.astype(np.float32)
-
-
 def render(paper: Array, per_metre: float, turn: Array, shift: Array, random: np.random.Generator, blur: float = 0.7):
     """A picture of a flat drawing on a light ground; the corner of its first pixel is the origin of the posed frame."""
-    fine = 2
-    rays = _rays(fine)
-    rotation = cv2.Rodrigues(turn)[0]
-    back = np.linalg.inv(np.column_stack([rotation[:, 0], rotation[:, 1], shift]))
-    flat = np.concatenate([rays, np.ones((*rays.shape[:2], 1), np.float32)], axis=-1) @ back.T.astype(np.float32)
-    spot = flat[..., :2] / flat[..., 2:] * np.float32(per_metre) - np.float32(0.5)
-    seen = cv2.remap(paper, spot[..., 0], spot[..., 1], cv2.INTER_LINEAR, borderValue=PAPER)
-    seen = cv2.resize(seen, SIZE, interpolation=cv2.INTER_AREA).astype(np.float64)
-    seen = cv2.GaussianBlur(seen, (0, 0), blur) + random.normal(0.0, 1.5, seen.shape)
+    x, y = (per_metre * value - np.float32(0.5) for value in RAYS.on_plane(cv2.Rodrigues(turn)[0], shift))
+    seen = cv2.remap(paper.astype(np.float32), x, y, cv2.INTER_LINEAR, borderValue=PAPER)
+    seen = cv2.GaussianBlur(RAYS.averaged(seen).astype(np.float64), (0, 0), blur) + random.normal(0.0, 1.5, SIZE[::-1])
     return np.clip(seen, 0, 255).astype(np.uint8)
 
 
@@ -174,7 +148,7 @@ def write_folder(folder: Path, random: np.random.Generator) -> dict:
     for i, pose in enumerate(poses(9, random, CHESS.points.mean(axis=0))):
         cv2.imwrite(str(folder / "camera" / f"{i}.png"), board_picture(CHESS, *pose, random))
     write_intrinsics(folder / "camera.yml")
-    held = Board("charuco", 7, 5, 0.05, 0.037, "5x5_100")
+    held = Board(type="charuco", columns=7, rows=5, square=0.05, marker=0.037, dictionary="5x5_100")
     shift = PLANE_SHIFT + cv2.Rodrigues(PLANE_TURN)[0] @ [0.12, 0.08, 0.0]
     cv2.imwrite(str(folder / "plane.png"), board_picture(held, PLANE_TURN, shift, random))
     rows = ["image,x,z"]

@@ -47,7 +47,7 @@ def landscape(seed: int, height: int = 96, width: int = 160) -> Image:
 
 
 def marker_picture(
-    dictionary: int,
+    known: cv2.aruco.Dictionary,
     number: int,
     centre: tuple[float, float],
     side: float,
@@ -62,7 +62,6 @@ def marker_picture(
 
     ``side``, ``blur`` and ``motion`` (a uniform smear along x) are in pixels, ``angle`` in rad.
     """
-    known = cv2.aruco.getPredefinedDictionary(dictionary)
     cells, per, samples = int(known.markerSize) + 2, 32, 4
     bits = np.pad(cv2.aruco.generateImageMarker(known, number, cells), 1, constant_values=255)
     card = np.pad(np.where(bits > 0, 215.0, 30.0), 1, constant_values=90.0)

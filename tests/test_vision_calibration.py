@@ -71,7 +71,7 @@ def test_part_of_a_charuco_board() -> None:
 
 def test_corners_on_a_line_do_not_fix_a_pose(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(boards, "MIN_CORNERS", 6)
-    board = Board("charuco", 12, 5, 0.02, 0.015, "5x5_100")
+    board = Board(type="charuco", columns=12, rows=5, square=0.02, marker=0.015, dictionary="5x5_100")
     turn, shift = np.array([0.1, 0.1, 0.0]), np.array([-0.1, -0.04, 0.4])
     image = seen.board_picture(board, turn, shift, np.random.default_rng(4))
     assert detect(image, board) is not None
@@ -89,7 +89,7 @@ def test_no_board(board: Board) -> None:
     random = np.random.default_rng(3)
     assert detect(np.full((480, 640), 128, dtype=np.uint8), board) is None
     assert detect(random.integers(0, 255, (480, 640), dtype=np.uint8), board) is None
-    other = Board("chessboard", 7, 4, 0.025) if board is seen.CHARUCO else seen.CHARUCO
+    other = Board(type="chessboard", columns=7, rows=4, square=0.025) if board is seen.CHARUCO else seen.CHARUCO
     assert detect(seen.board_picture(other, TURN, SHIFT, random), board) is None
 
 

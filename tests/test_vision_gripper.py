@@ -9,12 +9,11 @@ import pytest
 from filmed import exposed, marker_picture
 from stripfold.arrays import Array, Picture
 from stripfold.errors import TrackingError
-from stripfold.vision import gripper
-from stripfold.vision.boards import DICTIONARIES
+from stripfold.vision import boards, gripper
 from stripfold.vision.marker import Marker
 from stripfold.vision.video import Frame
 
-A4 = cv2.aruco.DICT_4X4_50
+A4 = boards.dictionary("4x4_50")
 PLAIN = np.full((200, 240), 90, np.uint8)
 
 
@@ -31,7 +30,7 @@ def test_centre_and_corners(dictionary: str, number: int, side: float, motion: f
     rng = np.random.default_rng(number)
     marker, angle, centre = Marker(dictionary, number), 0.2, (121.3, 98.8)
     picture = marker_picture(
-        DICTIONARIES[dictionary], number, centre, side, angle, motion=motion, perspective=perspective
+        boards.dictionary(dictionary), number, centre, side, angle, motion=motion, perspective=perspective
     )
     image = exposed(picture, 2.0, rng)
     rough = marker.find(image)

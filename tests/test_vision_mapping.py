@@ -93,7 +93,7 @@ def test_predicted_spread_is_the_true_error(corner: float, place: float, camera:
     for _ in range(40):
         source: Any = seen.LENS
         if camera == "fitted":
-            views = seen.views(9, corner, random, Board("chessboard", 6, 5, 0.035))
+            views = seen.views(9, corner, random, Board(type="chessboard", columns=6, rows=5, square=0.035))
             source = intrinsics.calibrate(views, seen.SIZE)
         stops = seen.stops(min(corner, 0.1) if camera == "fitted" else 0.02, place, random)
         found = assemble(source, seen.plane_board(corner, random), stops, seen.SIDE)

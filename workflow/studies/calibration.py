@@ -23,8 +23,8 @@ from stripfold.vision.camera import read_camera, read_opencv_yaml
 from stripfold.vision.intrinsics import PARAMETERS, View
 from stripfold.vision.pictures import read_calibration_picture
 
-CHESSBOARD = Board("chessboard", 9, 6, 0.025)
-CHARUCO = Board("charuco", 5, 7, 0.04, 0.02, "6x6_250")
+CHESSBOARD = Board(type="chessboard", columns=9, rows=6, square=0.025)
+CHARUCO = Board(type="charuco", columns=5, rows=7, square=0.04, marker=0.02, dictionary="6x6_250")
 CHESSBOARD_FOLDER, CHARUCO_FOLDER = "opencv_calib", "opencv_charuco"
 PUBLISHED, PUBLISHED_CHARUCO = "left_intrinsics.yml", "tutorial_camera_charuco.yml"
 CHARUCO_PICTURE = "choriginal.jpg"

@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Annotated, Any, Literal, NamedTuple, Self
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field, model_validator
 from scipy.spatial import cKDTree
 
 from stripfold.arrays import Array, Index, Picture
-from stripfold.errors import InvalidInputError
+from stripfold.errors import MISSING, InvalidInputError
+from stripfold.validation import Input, Number, Whole, quantity
 
-DICTIONARIES = {
-    "4x4_50": cv2.aruco.DICT_4X4_50,
-    "5x5_100": cv2.aruco.DICT_5X5_100,
-    "6x6_250": cv2.aruco.DICT_6X6_250,
-    "apriltag_36h11": cv2.aruco.DICT_APRILTAG_36h11,
-}
+Dictionary = Literal["4x4_50", "5x5_100", "6x6_250", "apriltag_36h11"]
+Count = Annotated[Whole, quantity("inner corners of a chessboard, squares of a ChArUco board", ge=3, le=100)]
+Side = Annotated[Number, quantity("side of a square", "m", gt=0.0, le=1.0)]
 MIN_CORNERS = 8
 """Corners of a ChArUco board that must be visible, at least two of them off any line: fewer hardly fix its pose."""
 DETECTION_SIZE = 1600
@@ -50,38 +48,33 @@ class Corners(NamedTuple):
     pixels: Array
 
 
-@dataclass(frozen=True)
-class Board:
-    """A "chessboard" or "charuco" board, with the fields of a recording's description.
+class Board(Input):
+    """A printed board, as a recording describes it."""
 
-    ``columns`` and ``rows`` count the inner corners of a chessboard, but the squares of a ChArUco board.  ``square``
-    and ``marker`` are the sides of squares and ChArUco markers, m; ``dictionary`` is a name in :data:`DICTIONARIES`.
+    type: Literal["chessboard", "charuco"]
+    columns: Count
+    rows: Count
+    square: Side
+    marker: Annotated[Side | None, Field(description="side of a marker of a ChArUco board")] = None
+    dictionary: Dictionary | None = None
 
-    Raises
-    ------
-    InvalidInputError
-        Markers as large as their squares, or more of them than the dictionary has.
-    """
-
-    type: str
-    columns: int
-    rows: int
-    square: float
-    marker: float = 0.0
-    dictionary: str = ""
-
-    def __post_init__(self) -> None:
+    @model_validator(mode="after")
+    def _check_charuco(self) -> Self:
         if self.type == "charuco":
+            if self.marker is None or self.dictionary is None:
+                key = "marker" if self.marker is None else "dictionary"
+                raise InvalidInputError(key, MISSING, f"the {key} of a ChArUco board")
             if not self.marker < self.square:
                 raise InvalidInputError("marker", self.marker, f"less than the square, {self.square:g} m")
             needed = self.columns * self.rows // 2
             if needed > len(dictionary(self.dictionary).bytesList):
                 raise InvalidInputError("dictionary", self.dictionary, f"a dictionary of {needed} markers or more")
+        return self
 
     @property
     def window(self) -> float:
         """Half-window of the refinement over the distance between corners; it does not reach the markers' edges."""
-        return min(WINDOW, 0.5 * (1.0 - self.marker / self.square)) if self.type == "charuco" else WINDOW
+        return WINDOW if self.marker is None else min(WINDOW, 0.5 * (1.0 - self.marker / self.square))
 
     @property
     def points(self) -> Array:
@@ -93,13 +86,15 @@ class Board:
     @property
     def charuco(self) -> cv2.aruco.CharucoBoard:
         """OpenCV's description of a ChArUco board."""
+        assert self.marker is not None
+        assert self.dictionary is not None
         size = (self.columns, self.rows)
         return cv2.aruco.CharucoBoard(size, self.square, self.marker, dictionary(self.dictionary))
 
 
 def dictionary(name: str) -> cv2.aruco.Dictionary:
-    """OpenCV's marker dictionary of that name in :data:`DICTIONARIES`."""
-    return cv2.aruco.getPredefinedDictionary(DICTIONARIES[name])
+    """OpenCV's marker dictionary of a name in :data:`Dictionary`."""
+    return cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, f"DICT_{name.upper()}"))
 
 
 def detect(picture: Picture, board: Board, refinement: Refinement | None = None) -> Corners | None:

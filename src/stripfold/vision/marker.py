@@ -90,7 +90,7 @@ class Fit:
 
 
 class Marker:
-    """Marker ``number`` of a dictionary in :data:`.boards.DICTIONARIES`."""
+    """Marker ``number`` of a dictionary named in :data:`.boards.Dictionary`."""
 
     def __init__(self, dictionary: str, number: int) -> None:
         known = boards.dictionary(dictionary)

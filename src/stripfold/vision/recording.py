@@ -12,32 +12,12 @@ from pydantic import Field, model_validator
 
 from stripfold.errors import MISSING, InvalidInputError
 from stripfold.validation import Flag, Input, Number, Text, Whole, quantity, read_yaml
+from stripfold.vision.boards import Board, Dictionary
 
 NAME = "recording.yaml"
 
 FilePath = Text
-Dictionary = Literal["4x4_50", "5x5_100", "6x6_250", "apriltag_36h11"]
-Count = Annotated[Whole, quantity("inner corners of a chessboard, squares of a ChArUco board", ge=3, le=100)]
-Side = Annotated[Number, quantity("side of a square", "m", gt=0.0, le=1.0)]
 Metres = Annotated[Number, quantity("coordinate or length", "m")]
-
-
-class Board(Input):
-    """A printed board."""
-
-    type: Literal["chessboard", "charuco"]
-    columns: Count
-    rows: Count
-    square: Side
-    marker: Annotated[Side | None, Field(description="side of a marker of a ChArUco board")] = None
-    dictionary: Dictionary | None = None
-
-    @model_validator(mode="after")
-    def _check_charuco(self) -> Self:
-        for key in ("marker", "dictionary"):
-            if self.type == "charuco" and getattr(self, key) is None:
-                raise InvalidInputError(key, MISSING, f"the {key} of a ChArUco board")
-        return self
 
 
 class StripEntry(Input):
