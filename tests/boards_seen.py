@@ -31,11 +31,6 @@ ROBOT_ORIGIN = np.array([0.1, 0.42])
 INK, PAPER = 25, 225
 
 
-def robot_of(points: Array) -> Array:
-    """The robot's x and z of points of the folding plane, whose second axis points down."""
-    return np.asarray(points * [1.0, -1.0] + ROBOT_ORIGIN)
-
-
 def pixels_of(places: Array, camera: Camera = LENS) -> Array:
     """Where the camera sees the robot's places, shape (n, 2), m."""
     plane = (np.reshape(places, (-1, 2)) - ROBOT_ORIGIN) * [1.0, -1.0]

@@ -14,7 +14,8 @@ from stripfold.vision.marker import Marker
 from stripfold.vision.video import Frame
 
 A4 = boards.dictionary("4x4_50")
-PLAIN = np.full((200, 240), 90, np.uint8)
+SIZE = (180, 150)
+PLAIN = np.full(SIZE[::-1], 90, np.uint8)
 
 
 @pytest.mark.parametrize(
@@ -52,8 +53,8 @@ def test_the_stated_sd_is_the_scatter(noise: float, motion: float) -> None:
     rng = np.random.default_rng(int(10 * noise))
     marker, errors = Marker("4x4_50", 7), []
     for _ in range(30):
-        centre = np.array([110.0, 90.0]) + rng.uniform(-1.0, 1.0, 2)
-        picture = marker_picture(A4, 7, tuple(centre), 44.0, rng.uniform(-0.1, 0.1), motion=motion)
+        centre = np.array([60.0, 52.0]) + rng.uniform(-1.0, 1.0, 2)
+        picture = marker_picture(A4, 7, tuple(centre), 44.0, rng.uniform(-0.1, 0.1), size=(120, 104), motion=motion)
         rough = marker.find(exposed(picture, 1.0, rng))
         assert rough is not None
         for _ in range(3):
@@ -97,7 +98,7 @@ def test_score_rejects_other_objects() -> None:
 
 def position(t: Array) -> Array:
     """Position of a gripper that advances at 90 px/s from 0.3 to 1.0 s and oscillates a little vertically."""
-    return np.column_stack([70.0 + 90.0 * np.clip(t - 0.3, 0.0, 0.7), 100.0 + 2.0 * np.sin(3.0 * t)])
+    return np.column_stack([50.0 + 90.0 * np.clip(t - 0.3, 0.0, 0.7), 75.0 + 2.0 * np.sin(3.0 * t)])
 
 
 TIMES = np.arange(40) / 30.0
@@ -106,9 +107,10 @@ TIMES = np.arange(40) / 30.0
 @pytest.fixture(scope="module")
 def film() -> list[Picture]:
     rng = np.random.default_rng(5)
+    motion = np.where((TIMES > 0.3) & (TIMES < 1.0), 1.5, 0.0)
     return [
-        exposed(marker_picture(A4, 7, tuple(place), 42.0, 0.05, motion=1.5 if 0.3 < t < 1.0 else 0.0), 2.0, rng)
-        for t, place in zip(TIMES, position(TIMES), strict=True)
+        exposed(marker_picture(A4, 7, tuple(place), 42.0, 0.05, size=SIZE, motion=blur), 2.0, rng)
+        for place, blur in zip(position(TIMES), motion, strict=True)
     ]
 
 
@@ -128,8 +130,8 @@ def test_a_moving_gripper(film: list[Picture]) -> None:
 
 
 def test_a_shadow_over_half_of_the_marker(film: list[Picture]) -> None:
-    columns = np.arange(240)
-    shaded = [(image * (0.6 + 0.4 / (1.0 + np.exp((columns - 100.0) / 2.0)))).astype(np.uint8) for image in film]
+    columns = np.arange(SIZE[0])
+    shaded = [(image * (0.6 + 0.4 / (1.0 + np.exp((columns - 80.0) / 2.0)))).astype(np.uint8) for image in film]
     track = follow(shaded)
     assert np.all(track.tracked)
     assert np.abs(track.centre - position(TIMES)).max() < 0.1
@@ -178,6 +180,6 @@ def test_lost(film: list[Picture]) -> None:
 
 
 def test_a_marker_that_leaves_the_picture(film: list[Picture]) -> None:
-    cut = [image[:, :120] for image in film]
+    cut = [image[:, :100] for image in film]
     with pytest.raises(TrackingError, match="lost"):
         follow(cut)

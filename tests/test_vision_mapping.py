@@ -90,7 +90,7 @@ def test_predicted_spread_is_the_true_error(corner: float, place: float, camera:
     random = np.random.default_rng(5)
     pixels = seen.pixels_of(PLACES)
     normalised = []
-    for _ in range(40):
+    for _ in range(30):
         source: Any = seen.LENS
         if camera == "fitted":
             views = seen.views(9, corner, random, Board(type="chessboard", columns=6, rows=5, square=0.035))
