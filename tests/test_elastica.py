@@ -1,4 +1,4 @@
-"""The heavy elastica against printed numbers, another integrator, and itself (docs/physics.md, section 4)."""
+"""The heavy elastica against independent numbers, shooting, and itself (docs/physics.md, section 4)."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ HEIGHTS = (0.3, 1.0, 1.6, 3.0, 10.0, 30.0)
 
 
 def end_state(z: float) -> elastica.State:
-    """The state at which the smooth advance ends: critical, or touching."""
+    """The critical state, or the one at first contact."""
     return elastica.critical(z).state
 
 
@@ -49,7 +49,7 @@ def shoot(state: elastica.State, span: tuple[float, float] | None = None, **opti
 
 
 class TestNumbers:
-    """Values that were computed by an independent code."""
+    """Values computed by an independent code."""
 
     def test_critical_point_at_three(self):
         point = elastica.critical(3.0)
@@ -74,7 +74,6 @@ class TestNumbers:
             loop.bulge,
             loop.offset,
         ]
-        # The bulge is 0.757252: shooting below agrees, the sixth digit of 0.757249 was a sampled maximum.
         expected = [0.906597, 4.683470, 3.745005, 0.938465, 0.757252, 2.484620]
         np.testing.assert_allclose(found, expected, atol=1e-6, rtol=0)
 
@@ -117,7 +116,6 @@ class TestNumbers:
         assert np.degrees(elastica.cantilever(length).droop_angle) == pytest.approx(41.5, abs=1e-9)
 
     def test_short_cantilever_is_a_beam(self):
-        # Z = l^4 / 8: the sign tells that it droops.
         assert elastica.cantilever(0.05).z[-1] == pytest.approx(-(0.05**4) / 8, rel=1e-6)
 
     def test_column(self):
@@ -135,16 +133,11 @@ class TestNumbers:
         loop = elastica.folded_loop()
         lying = elastica.half_fold_lying_length(12.0)
         assert lying == pytest.approx(6.0 - 1.099425, abs=1e-6)
-        # The edges are aligned: lying layer = offset behind lift-off + what is left for the upper layer.
+        # Aligned edges: lying layer = offset behind lift-off + upper layer.
         assert lying == pytest.approx(loop.offset + (12.0 - lying - loop.arc), abs=1e-12)
 
 
 class TestState:
-    @pytest.mark.parametrize("z", HEIGHTS)
-    def test_first_integral(self, z):
-        for state in elastica.x_axis_branch(z):
-            assert state.first_integral_error < 1e-9
-
     @pytest.mark.parametrize("z", [0.3, 1.0, 1.6, 3.0, 5.0])
     def test_shooting_reproduces_the_gripper(self, z):
         state = end_state(z)
@@ -157,7 +150,7 @@ class TestState:
 
     @pytest.mark.parametrize("z", [10.0, 30.0, 100.0])
     def test_pieces_of_long_states_by_shooting(self, z):
-        # From lift-off to the gripper errors grow by exp(sqrt(F) l): shoot in pieces.
+        # Errors of shooting grow by exp(sqrt(F) l).
         state = end_state(z)
         places = np.linspace(0.0, state.length, int(state.length) + 1)
         assert state.gripper[1] == pytest.approx(z, abs=1e-9)
@@ -204,7 +197,7 @@ class TestState:
 
 class TestBranch:
     @pytest.mark.parametrize("z", HEIGHTS)
-    def test_it_runs_from_no_force_over_the_maximum(self, z):
+    def test_from_no_force_past_the_maximum(self, z):
         states = list(elastica.x_axis_branch(z))
         advance = np.array([state.advance for state in states])
         top = int(np.argmax(advance))
@@ -214,14 +207,15 @@ class TestBranch:
         for state in states:
             assert state.gripper[1] == pytest.approx(z, abs=1e-10)
             assert state.reaction > 0
+            assert state.first_integral_error < 1e-9
 
-    def test_the_length_turns(self):
+    def test_length_has_a_minimum(self):
         length = np.array([state.length for state in elastica.x_axis_branch(3.0)])
-        turn = int(np.argmin(length))
-        assert 0 < turn < length.size - 1
-        assert length[turn] < length[0] - 0.2
+        least = int(np.argmin(length))
+        assert 0 < least < length.size - 1
+        assert length[least] < length[0] - 0.2
 
-    def test_short_and_long_steps_meet_the_same_branch(self):
+    def test_short_and_long_steps_follow_the_same_branch(self):
         for state in list(elastica.x_axis_branch(2.0, max_step=0.05))[20::6]:
             if state.length > 2.7:
                 assert elastica.state_at(2.0, state.length).advance == pytest.approx(state.advance, abs=1e-9)
@@ -234,12 +228,11 @@ class TestBranch:
 
     def test_state_at_with_and_without_guess(self):
         first, second, *_ = elastica.x_axis_branch(3.0)
-        before_turn = elastica.state_at(3.0, second.length, guess=first)
-        assert before_turn.advance == pytest.approx(second.advance, abs=1e-9)
-        behind_turn = elastica.state_at(3.0, second.length)
-        assert behind_turn.advance > before_turn.advance + 1.0
+        before_minimum = elastica.state_at(3.0, second.length, guess=first)
+        assert before_minimum.advance == pytest.approx(second.advance, abs=1e-9)
+        assert elastica.state_at(3.0, second.length).advance > before_minimum.advance + 1.0
 
-    def test_state_at_just_behind_the_turn(self):
+    def test_state_at_just_behind_the_minimum(self):
         with pytest.raises(InvalidInputError, match="at least") as caught:
             elastica.state_at(3.0, 3.9)
         shortest = float(caught.value.allowed.split()[2])
@@ -257,7 +250,7 @@ class TestCritical:
         slope, bend = (sides[1] - sides[0]) / (2 * h), (sides[0] - 2 * point.advance + sides[1]) / h**2
         assert bend < -0.5
         assert abs(slope) < 1e-5
-        # Richardson: the rest of the central difference is of second order.
+        # Richardson extrapolation of the central difference.
         wide = [elastica.state_at(z, point.length + d, guess=point.state).advance for d in (-2 * h, 2 * h)]
         assert abs((4 * slope - (wide[1] - wide[0]) / (4 * h)) / 3) < 1e-9
 
@@ -277,7 +270,7 @@ class TestCritical:
         assert contact.theta == pytest.approx(np.pi, abs=1e-9)
         assert contact.x < 0.0
         assert state.at(np.linspace(1e-3, 1.0, 500) * state.length).z.min() > -1e-9
-        # It lies on the branch, before the maximum.
+        # On the branch, before the maximum.
         assert elastica.state_at(z, state.length).advance == pytest.approx(state.advance, abs=1e-8)
         longer = elastica.state_at(z, state.length + 1e-3, guess=state)
         assert longer.advance > state.advance

@@ -1,4 +1,4 @@
-"""The collocated problem behind the heavy elastica: operators, derivatives, resolution, guards."""
+"""The collocated problem of the heavy elastica: operators, derivatives, resolution, continuation guards."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class TestOperators:
         for power in (0, 1, 2, 7, 20):
             np.testing.assert_allclose(g.integral @ g.nodes**power, g.nodes ** (power + 1) / (power + 1), atol=2e-15)
 
-    def test_angle_operator_meets_both_ends(self):
+    def test_angle_operator_fulfils_both_end_conditions(self):
         # theta'' = 1 with theta(0) = 0, theta'(1) = 0.
         g = grid(24)
         np.testing.assert_allclose(g.angle @ np.ones(24), g.nodes**2 / 2 - g.nodes, atol=1e-15)
@@ -70,14 +70,13 @@ def test_taylor_of_the_jacobian(conditions):
     rest = [np.linalg.norm(residual(system.evaluate(y + h * direction), conditions) - start - h * slope) for h in steps]
     orders = np.diff(np.log10(rest)) / np.diff(np.log10(steps))
     np.testing.assert_allclose(orders[1:], 2.0, atol=0.05)
-    # Row by row, as the norm is ruled by the rows of the equation: a wrong closing row hides in it.
+    # Row by row: the norm is dominated by the equilibrium rows and would hide a wrong side condition.
     h = 1e-5
     sides = [residual(system.evaluate(y + d * direction), conditions) for d in (-h, h)]
     np.testing.assert_allclose((sides[1] - sides[0]) / (2 * h), slope, rtol=1e-6, atol=1e-8)
 
 
 def test_rate_is_the_derivative_of_the_advance():
-    # At fixed l and z the advance moves with all unknowns; here along a direction of random size.
     rng = np.random.default_rng(3)
     y = np.concatenate([rng.normal(size=32), [0.4, -1.3, 3.1]])
     v = rng.normal(size=35)
@@ -88,8 +87,8 @@ def test_rate_is_the_derivative_of_the_advance():
 
 
 @pytest.mark.parametrize("drift", [0.3, -0.3])
-def test_of_several_sags_the_lowest_counts(drift):
-    # Not an equilibrium, only a shape: theta swings about pi, and the curve drifts up or down.
+def test_clearance_of_several_sags(drift):
+    # A shape, not an equilibrium: theta oscillates about pi, and the curve drifts up or down.
     g = grid(96)
     theta = np.pi - drift - np.sin(6 * np.pi * g.nodes)
     curvature = -6 * np.pi * np.cos(6 * np.pi * g.nodes)
@@ -102,7 +101,7 @@ def test_of_several_sags_the_lowest_counts(drift):
 
 
 @pytest.mark.parametrize("z", [0.3, 3.0, 30.0])
-def test_more_nodes_change_nothing(z):
+def test_refined_grid_gives_the_same_state(z):
     state = elastica.critical(z).state
     conditions = (*system.gripper_at(z), system.fixed(system.LENGTH, state.length))
     n = state.s.size
@@ -114,7 +113,7 @@ def test_more_nodes_change_nothing(z):
     assert finer.force_x == pytest.approx(state.force_x, abs=1e-9)
 
 
-def test_too_few_nodes_are_noticed():
+def test_too_few_nodes_are_detected():
     state = elastica.critical(3.0).state
     conditions = (*system.gripper_at(3.0), system.fixed(system.LENGTH, state.length))
     coarse = system.newton(system.refine(state._unknowns(), 24), conditions)
@@ -149,15 +148,15 @@ def test_bordered_determinant_keeps_its_sign():
     signs = {start.orientation}
     for point in continuation.march(start, continuation.at_height(3.0), step=0.05, max_step=0.2, tolerance=1e-8):
         signs.add(point.orientation)
-        # Over the turn of the length and over the critical point: both are regular points of the branch.
+        # The minimum of the length and the critical point are regular points of the branch.
         if point.rate < -1.0:
             break
     assert len(signs) == 1
     assert 0.0 not in signs
 
 
-def test_a_jump_is_refused():
-    # Only points on the other side of the orientation can be reached: the march must give up, not go on.
+def test_another_branch_is_refused():
+    # All points in reach have the opposite orientation.
     point = first_point(3.0, 1e-8)
     flipped = continuation.Point(point.e, point.tangent, point.normal, -point.orientation, point.rate)
     with pytest.raises(ContinuationError, match="could not be followed"):

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq, minimize_scalar
 
 from stripfold import elastica
 from stripfold.analysis import planning
@@ -82,17 +83,20 @@ def test_planned_mid_surfaces(plan: RPath) -> None:
 def test_r_path_is_tangent_to_the_stability_boundary(plan: RPath) -> None:
     """It touches lambda_c(z) at one point and does not cross it."""
     carry = plan.path.pieces[1]
-    s = np.linspace(carry.start, carry.end, 200)
-    places = np.array([carry.position(float(value)) for value in s])
-    beyond = np.array([x + 10.0 - elastica.critical(float(z)).advance for x, z in places])
-    top = int(np.argmax(beyond))
-    assert 0 < top < len(s) - 1
-    assert beyond[top] == pytest.approx(0.0, abs=1e-3)
-    assert beyond.max() < 1e-6
-    # Tangency: the distance grows quadratically.
-    near = beyond[top - 10] / beyond[top - 20]
-    assert near == pytest.approx(0.25, abs=0.06)
-    assert beyond[top + 5] < beyond[top]
+
+    def beyond(s: float) -> float:
+        x, z = carry.position(s)
+        return float(x + 10.0 - elastica.critical(float(z)).advance)
+
+    s = np.linspace(carry.start, carry.end, 40)
+    top = int(np.argmax([beyond(value) for value in s]))
+    found = minimize_scalar(lambda s: -beyond(s), bounds=(s[top - 1], s[top + 1]), method="bounded")
+    assert beyond(found.x) == pytest.approx(0.0, abs=1e-6)
+    # Tangency: the distance grows quadratically, to both sides.
+    for side in (-1.0, 1.0):
+        near, far = (beyond(found.x + side * distance) for distance in (0.2, 0.4))
+        assert near < 0.0
+        assert near / far == pytest.approx(0.25, abs=0.03)
 
 
 @pytest.mark.parametrize("length", [7.0, -3.0, float("nan"), 101.0])
@@ -111,9 +115,9 @@ def test_corners(plan: RPath) -> None:
 def test_mesh_is_planned_where_the_strip_becomes_critical(plan: RPath) -> None:
     assert planning.sweep_on_path(plan.path, 20.0).critical == pytest.approx(11.0994, abs=1e-3)
     sweep = planning.sweep_on_path(geometric.circular(20.0), 20.0)
-    state = next(z for z in np.linspace(8.0, 9.0, 201) if elastica.critical(float(z)).length > sweep.critical)
-    x, z = np.sqrt(100.0 - state**2), state
-    assert x + 10.0 == pytest.approx(elastica.critical(float(z)).advance, abs=0.02)
+    # On the circle of radius 10 L*, the height at which the free length at the critical point is the planned one.
+    z = brentq(lambda z: elastica.critical(z).length - sweep.critical, 8.0, 9.0, xtol=1e-6)
+    assert np.sqrt(100.0 - z**2) + 10.0 == pytest.approx(elastica.critical(z).advance, abs=5e-3)
     # A short path upwards does not meet the boundary.
     up = GripperPath("up", (Piece.through(np.array([[-10.0, 0.0], [-9.0, 3.0]]), 0.0, "up"),))
     assert planning.sweep_on_path(up, 20.0).critical == 10.0
