@@ -6,21 +6,16 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from scipy.special import jv
 
+from oracles.shooting import assert_equilibrium, shoot
 from stripfold import elastica
 from stripfold.elastica import fold
 from stripfold.errors import InvalidInputError, NewtonError, SolveError
 from stripfold.material import Material
 
 HEIGHTS = (0.3, 1.0, 1.6, 3.0, 10.0, 30.0)
-
-
-def end_state(z: float) -> elastica.State:
-    """The critical state, or the one at first contact."""
-    return elastica.critical(z).state
 
 
 def crosses_itself(state: elastica.State) -> bool:
@@ -31,21 +26,6 @@ def crosses_itself(state: elastica.State) -> bool:
     side = np.sign(((end - start).conj() * (points - start)).imag)  # of each segment (row), each point (column)
     apart = side[:, :-1] * side[:, 1:] < 0
     return bool(np.triu(apart & apart.T, k=2).any())
-
-
-def shoot(state: elastica.State, span: tuple[float, float] | None = None, **options: object):
-    """Integrate (X, Z, theta, k) over s as an initial-value problem, from lift-off or from ``span[0]``."""
-
-    def rhs(s: float, y: np.ndarray) -> list[float]:
-        vertical = state.force_0 + s
-        moment_slope = state.force_x * np.sin(y[2]) - vertical * np.cos(y[2])
-        return [np.cos(y[2]), np.sin(y[2]), y[3], moment_slope]
-
-    start = [0.0, 0.0, 0.0, 0.0]
-    if span is not None:
-        _, *start = (float(value) for value in state.at(span[0]))
-    span = span or (0.0, state.length)
-    return solve_ivp(rhs, span, start, method="DOP853", rtol=1e-12, atol=1e-13, **options)
 
 
 class TestNumbers:
@@ -140,18 +120,15 @@ class TestNumbers:
 class TestState:
     @pytest.mark.parametrize("z", [0.3, 1.0, 1.6, 3.0, 5.0])
     def test_shooting_reproduces_the_gripper(self, z):
-        state = end_state(z)
-        run = shoot(state)
-        x, height, theta, k = run.y[:, -1]
-        np.testing.assert_allclose([x, height], state.gripper, atol=1e-7, rtol=0)
-        assert height == pytest.approx(z, abs=1e-7)
-        assert theta == pytest.approx(state.theta[-1], abs=1e-7)
-        assert abs(k) < 1e-7
+        state = elastica.critical(z).state
+        assert_equilibrium(state)
+        assert state.gripper[1] == pytest.approx(z, abs=1e-9)
+        assert abs(state.curvature[-1]) < 1e-9
 
     @pytest.mark.parametrize("z", [10.0, 30.0, 100.0])
     def test_pieces_of_long_states_by_shooting(self, z):
         # Errors of shooting grow by exp(sqrt(F) l).
-        state = end_state(z)
+        state = elastica.critical(z).state
         places = np.linspace(0.0, state.length, int(state.length) + 1)
         assert state.gripper[1] == pytest.approx(z, abs=1e-9)
         assert abs(state.curvature[0]) + abs(state.curvature[-1]) < 1e-9
@@ -159,7 +136,7 @@ class TestState:
             np.testing.assert_allclose(shoot(state, span).y[:, -1], state.at(span[1])[1:], atol=1e-7, rtol=0)
 
     def test_interpolation(self):
-        state = end_state(3.0)
+        state = elastica.critical(3.0).state
         s = np.linspace(0.0, state.length, 37)
         run = shoot(state, t_eval=s)
         found = state.at(s)
@@ -169,7 +146,7 @@ class TestState:
 
     @pytest.mark.parametrize("z", [0.3, 1.6, 3.0, 20.0])
     def test_sag_is_the_lowest_point(self, z):
-        state = end_state(z)
+        state = elastica.critical(z).state
         s = np.linspace(0.0, state.length, 20001)
         profile = state.at(s)
         behind = int(np.argmax(profile.theta >= np.pi))
@@ -180,7 +157,7 @@ class TestState:
         assert np.sin(state.at(state.sag.s).theta) == pytest.approx(0.0, abs=1e-11)
 
     def test_largest_curvature(self):
-        state = end_state(3.0)
+        state = elastica.critical(3.0).state
         run = shoot(state, t_eval=np.linspace(0.0, state.length, 20001))
         assert state.max_curvature == pytest.approx(np.abs(run.y[3]).max(), rel=1e-7)
         clamped = elastica.cantilever(2.0)
@@ -192,7 +169,7 @@ class TestState:
 
     def test_arrays_are_read_only(self):
         with pytest.raises(ValueError, match="read-only"):
-            end_state(3.0).theta[0] = 1.0
+            elastica.critical(3.0).state.theta[0] = 1.0
 
 
 class TestBranch:

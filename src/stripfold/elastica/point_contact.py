@@ -7,7 +7,7 @@ is the folded one (docs/physics.md, section 9).
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,14 +29,9 @@ COMPLEX_STEP = 1e-30
 class PointContact:
     """A free part in contact with the lower layer at one point.
 
-    Parameters
-    ----------
-    loop
-        From lift-off to the contact; unlike in other states the curvature at its end is not zero.
-    upper
-        From the contact to the gripper; arc length from the contact, position in the loop's frame.
-    reaction
-        Concentrated reaction of the floor at the contact.
+    ``loop`` is the part from lift-off to the contact, where its curvature does not vanish; ``upper`` the part from the
+    contact, where its arc length starts, to the gripper, in the loop's frame; ``reaction`` that of the floor at the
+    contact.
     """
 
     loop: State
@@ -52,10 +47,7 @@ class PointContact:
 def states_point_contact(first: State) -> Iterator[PointContact]:
     """States of one free length, the curvature at the contact going from that at first contact to zero.
 
-    Parameters
-    ----------
-    first
-        The state at first contact: the last of :func:`.states_fixed_lift_off`.
+    ``first`` is the state at first contact, the last of :func:`.states_fixed_lift_off`.
 
     Raises
     ------
@@ -66,88 +58,88 @@ def states_point_contact(first: State) -> Iterator[PointContact]:
     if sag is None:
         raise SolveError("the state does not sag: it cannot touch")
     start = float(first.at(sag.s).curvature)
-    problem = _TwoParts(first.length, 48)
-    y = problem.guess(first, sag.s)
+    y = _guess(first, sag.s, 48)
     for share in np.linspace(1.0, 0.0, int(np.ceil(abs(start) / SPACING)) + 1):
-        problem, y = problem.solve(y, share * start)
-        yield problem.state(y)
+        y = _solve(y, first.length, share * start)
+        yield _state(y, first.length)
 
 
-@dataclass(frozen=True)
-class _TwoParts:
-    """The collocated problem of a free part with one contact point.
+# The unknowns y: u = d^2 theta / d sigma^2 at the n nodes of the loop, the same of the upper part, then F_x, F_0, the
+# reaction R at the contact, the length of the loop. At the contact theta = pi, Z = 0, and the curvature is continuous
+# and given.
 
-    Unknowns: ``u = d^2 theta / d sigma^2`` at the nodes of loop and upper part, then F_x, F_0, the reaction R at the
-    contact, the loop's length. At the contact theta = pi, Z = 0, and the curvature is continuous and given.
-    Vectors of unknowns may be columns of an array, real or complex.
-    """
 
-    length: float
-    n: int
+def _nodes(y: NDArray) -> int:
+    return (len(y) - 4) // 2
 
-    def angles(self, y: NDArray) -> tuple[NDArray, NDArray, NDArray, NDArray]:
-        """theta and d theta / d sigma of loop and upper part; the angles at their ends are built in."""
-        g = grid(self.n)
-        u, w = y[: self.n], y[self.n : 2 * self.n]
-        rate = g.integral @ u
-        twice = g.integral @ rate
-        theta = twice + np.multiply.outer(g.nodes, np.pi - twice[-1])
-        return theta, rate - twice[-1] + np.pi, np.pi + g.angle @ w, g.slope @ w
 
-    def residual(self, y: NDArray, curvature: float) -> NDArray:
-        """Residual of the equilibrium of both parts and of the four conditions; the shape of ``y``."""
-        g, n = grid(self.n), self.n
-        force_x, force_0, reaction, loop = y[2 * n :]
-        upper = self.length - loop
-        theta, slope, phi, phi_slope = self.angles(y)
-        vertical = force_0 + np.multiply.outer(g.nodes, loop)
-        vertical_upper = force_0 + loop - reaction + np.multiply.outer(g.nodes, upper)
-        return np.concatenate(
-            [
-                y[:n] - loop**2 * (force_x * np.sin(theta) - vertical * np.cos(theta)),
-                y[n : 2 * n] - upper**2 * (force_x * np.sin(phi) - vertical_upper * np.cos(phi)),
-                [slope[0], loop * (g.integral[-1] @ np.sin(theta))],
-                [slope[-1] / loop - curvature, phi_slope[0] / upper - curvature],
-            ]
+def _angles(y: NDArray) -> tuple[NDArray, NDArray, NDArray, NDArray]:
+    """theta and d theta / d sigma of loop and upper part; the angles at their ends are built in."""
+    n = _nodes(y)
+    g, u, w = grid(n), y[:n], y[n : 2 * n]
+    rate = g.integral @ u
+    twice = g.integral @ rate
+    theta = twice + np.multiply.outer(g.nodes, np.pi - twice[-1])
+    return theta, rate - twice[-1] + np.pi, np.pi + g.angle @ w, g.slope @ w
+
+
+def _residual(y: NDArray, length: float, curvature: float) -> NDArray:
+    """Residual of the equilibrium of both parts and of the four conditions; ``y`` may be an array of columns."""
+    n = _nodes(y)
+    g = grid(n)
+    force_x, force_0, reaction, loop = y[2 * n :]
+    upper = length - loop
+    theta, slope, phi, phi_slope = _angles(y)
+    vertical = force_0 + np.multiply.outer(g.nodes, loop)
+    vertical_upper = force_0 + loop - reaction + np.multiply.outer(g.nodes, upper)
+    return np.concatenate(
+        [
+            y[:n] - loop**2 * (force_x * np.sin(theta) - vertical * np.cos(theta)),
+            y[n : 2 * n] - upper**2 * (force_x * np.sin(phi) - vertical_upper * np.cos(phi)),
+            [slope[0], loop * (g.integral[-1] @ np.sin(theta))],
+            [slope[-1] / loop - curvature, phi_slope[0] / upper - curvature],
+        ]
+    )
+
+
+def _jacobian(y: Array, length: float, curvature: float) -> Array:
+    """Derivative of the residual by complex steps: exact to rounding."""
+    columns = y[:, None] + 1j * COMPLEX_STEP * np.eye(y.size)
+    return np.asarray(_residual(columns, length, curvature).imag / COMPLEX_STEP)
+
+
+def _guess(first: State, contact: float, n: int) -> Array:
+    """Unknowns of the state at first contact, at the arc length ``contact``."""
+    parts = []
+    for start, length in ((0.0, contact), (contact, first.length - contact)):
+        s = start + length * grid(n).nodes
+        theta = first.at(s).theta
+        parts.append(length**2 * (first.force_x * np.sin(theta) - (first.force_0 + s) * np.cos(theta)))
+    return np.concatenate([*parts, [first.force_x, first.force_0, 0.0, contact]])
+
+
+def _solve(y: Array, length: float, curvature: float) -> Array:
+    """Solve, and add nodes until both parts are resolved."""
+    y = root(_residual, y, args=(length, curvature), jac=_jacobian, tol=1e-13).x
+    residual = float(np.abs(_residual(y, length, curvature)).max())
+    if not residual < 1e-9 * max(1.0, float(np.abs(y).max())):
+        raise NewtonError(
+            "the strip in contact with the lower layer was not found",
+            residuals=[residual],
+            details={"length": length, "curvature": curvature},
         )
+    n = _nodes(y)
+    parts = y[:n], y[n : 2 * n]
+    if max(grid(n).tail(part) for part in parts) < TOLERANCE or n >= MAX_NODES:
+        return y
+    finer = next_count(n)
+    return _solve(np.concatenate([*(resample(part, finer) for part in parts), y[2 * n :]]), length, curvature)
 
-    def jacobian(self, y: Array, curvature: float) -> Array:
-        """Derivative of :meth:`residual` by complex steps: exact to rounding."""
-        columns = y[:, None] + 1j * COMPLEX_STEP * np.eye(y.size)
-        return np.asarray(self.residual(columns, curvature).imag / COMPLEX_STEP)
 
-    def guess(self, first: State, contact: float) -> Array:
-        """Unknowns of the state at first contact, at the arc length ``contact``."""
-        nodes = grid(self.n).nodes
-        parts = []
-        for start, length in ((0.0, contact), (contact, first.length - contact)):
-            s = start + length * nodes
-            theta = first.at(s).theta
-            parts.append(length**2 * (first.force_x * np.sin(theta) - (first.force_0 + s) * np.cos(theta)))
-        return np.concatenate([*parts, [first.force_x, first.force_0, 0.0, contact]])
-
-    def solve(self, y: Array, curvature: float) -> tuple[_TwoParts, Array]:
-        """Solve, and add nodes until both parts are resolved: the problem with its final grid and the unknowns."""
-        y = root(self.residual, y, args=(curvature,), jac=self.jacobian, tol=1e-13).x
-        residual = float(np.abs(self.residual(y, curvature)).max())
-        if not residual < 1e-9 * max(1.0, float(np.abs(y).max())):
-            raise NewtonError(
-                "the strip in contact with the lower layer was not found",
-                residuals=[residual],
-                details={"length": self.length, "curvature": curvature},
-            )
-        g, n = grid(self.n), self.n
-        parts = y[:n], y[n : 2 * n]
-        if max(g.tail(part) for part in parts) < TOLERANCE or n >= MAX_NODES:
-            return self, y
-        finer = replace(self, n=next_count(n))
-        return finer.solve(np.concatenate([*(resample(part, finer.n) for part in parts), y[2 * n :]]), curvature)
-
-    def state(self, y: Array) -> PointContact:
-        """The two parts as states."""
-        force_x, force_0, reaction, loop = (float(value) for value in y[2 * self.n :])
-        upper = self.length - loop
-        theta, slope, phi, phi_slope = self.angles(y)
-        first = State.of(theta, slope / loop, force_x, force_0, loop)
-        second = State.of(phi, phi_slope / upper, force_x, force_0 + loop - reaction, upper, first.gripper)
-        return PointContact(first, second, reaction)
+def _state(y: Array, length: float) -> PointContact:
+    force_x, force_0, reaction, loop = (float(value) for value in y[-4:])
+    upper = length - loop
+    theta, slope, phi, phi_slope = _angles(y)
+    first = State.of(theta, slope / loop, force_x, force_0, loop)
+    second = State.of(phi, phi_slope / upper, force_x, force_0 + loop - reaction, upper, first.gripper)
+    return PointContact(first, second, reaction)
