@@ -112,7 +112,7 @@ class TestBand:
     @pytest.mark.parametrize("index", [0, 1, 5])
     @pytest.mark.parametrize("distance", [1e-4, 1e-6])
     def test_inertia_beside_an_eigenvalue(self, index, distance):
-        """Truth: the count rises by one as the shift passes an eigenvalue, down to 1e-6 of it (docs/numerics.md)."""
+        """Truth: the count rises by one as the shift passes an eigenvalue, down to 1e-6 of it (docs/method.md)."""
         values = np.linalg.eigvalsh(assembled(6)[1])
         for sign, wanted in ((-1.0, index), (1.0, index + 1)):
             band, dense = assembled(6, values[index] * (1.0 + sign * distance))

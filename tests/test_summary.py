@@ -12,9 +12,8 @@ import xarray as xr
 
 import stripfold.material
 from stripfold import store
-from studies import cold_run, effects, peers, profiling
 from studies.accuracy import presets
-from studies.hard_cases import run as hard_cases
+from studies.plots import gallery_markdown
 from studies.random_paths import CONTRADICTED
 from studies.schemes import CONSERVING, DEFAULT
 from studies.summary.run import fill_table, markdown, markers, summarise
@@ -590,22 +589,13 @@ def test_presets_one_row_each() -> None:
 
 def test_texts_quote_what_is_stored() -> None:
     summary = json.loads((ROOT / "results" / "summary.json").read_text(encoding="utf-8"))
-    kept = ROOT / "results" / "studies"
-    profile = store.read(kept / "profiling.nc")
-    for path, name, table in (
-        ("README.md", "numbers", markdown(summary)),
-        ("README.md", "presets", presets(store.read(kept / "accuracy.nc"))),
-        *(
-            ("docs/numerics.md", f"profile of {name}", profiling.table(profile.sel(subject=name)))
-            for name in profiling.SUBJECTS
-        ),
-        ("docs/numerics.md", "cold run", cold_run.table(store.read(kept / "cold_run.nc"))),
-        ("docs/hard-cases.md", "hard cases", hard_cases.markdown(store.read(kept / "hard_cases.nc"))),
-        ("docs/effects.md", "effects", effects.markdown(store.read(kept / "effects.nc"))),
-        ("docs/peers.md", "times", peers.table(store.read(kept / "peers.nc"))),
-    ):
+    names = ("accuracy", "profiling", "hard_cases", "effects", "peers", "cold_run")
+    kept = {name: store.read(ROOT / "results" / "studies" / f"{name}.nc") for name in names}
+    for path, tables in numbers.pages(summary, kept).items():
         text = (ROOT / path).read_text(encoding="utf-8")
-        assert fill_table(text, name, table) == text, "run `snakemake readme`"
+        for name, table in tables.items():
+            assert fill_table(text, name, table) == text, "run `snakemake readme`"
+    assert gallery_markdown() == (ROOT / "docs/figures.md").read_text(encoding="utf-8"), "run `snakemake readme`"
 
 
 def test_readme_and_material_examples_run() -> None:

@@ -86,7 +86,7 @@ def scene_of(
                 "before": BEFORE * unit,
                 "after": AFTER,
                 "eta_m": material["eta_m"],
-                # Nearer to the solid than anything that is measured (docs/numerics.md), and faster.
+                # Nearer to the solid than anything that is measured (docs/method.md), and faster.
                 "model": "rod",
                 "refinement": 1.0,
             },

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +13,7 @@ from evidence import ROOT, why_stale
 from stripfold import store
 from studies import accuracy, cold_run, effects, peers, profiling
 from studies.hard_cases import run as hard_cases
+from studies.plots import gallery_markdown
 from studies.summary import run
 
 
@@ -61,24 +62,48 @@ def summary(
     store.write_json(found, output[0])
 
 
-def fill_tables(summary: Path, **data: xr.Dataset) -> None:
-    """Bring the tables of the README and of docs in line with what is stored."""
-    numbers = json.loads(summary.read_text(encoding="utf-8"))
-    pages = {
-        "README.md": {"presets": accuracy.presets(data["accuracy"]), "numbers": run.markdown(numbers)},
-        "docs/numerics.md": {
-            **{
-                f"profile of {name}": profiling.table(data["profiling"].sel(subject=name))
-                for name in profiling.SUBJECTS
-            },
+HEADLINES = (
+    "critical_points",
+    "lambda_c_error_max",
+    "collapse_deviation",
+    "branch_jumps",
+    "estimate_coverage",
+    "dynamics_energy_drift",
+    "friction_ratio_max",
+    "lambda_coverage",
+    "time_solid_1e-3",
+    "time_rod_1e-3",
+    "stale_studies",
+)
+"""Numbers that the README quotes."""
+
+
+def pages(numbers: Mapping[str, run.Entry], data: Mapping[str, xr.Dataset]) -> dict[str, dict[str, str]]:
+    """The generated tables of each page by name; ``data`` are the studies that have one."""
+    profiles = {
+        f"profile of {name}": profiling.table(data["profiling"].sel(subject=name)) for name in profiling.SUBJECTS
+    }
+    headlines = {key: numbers[key] for key in HEADLINES if key in numbers}
+    return {
+        "README.md": {"headline numbers": run.markdown(headlines)},
+        "docs/verification.md": {"numbers": run.markdown(numbers)},
+        "docs/performance.md": {
+            "presets": accuracy.presets(data["accuracy"]),
+            **profiles,
             "cold run": cold_run.table(data["cold_run"]),
         },
         "docs/hard-cases.md": {"hard cases": hard_cases.markdown(data["hard_cases"])},
         "docs/effects.md": {"effects": effects.markdown(data["effects"])},
         "docs/peers.md": {"times": peers.table(data["peers"])} if "peers" in data else {},
     }
-    for name, tables in pages.items():
+
+
+def fill_tables(summary: Path, **data: xr.Dataset) -> None:
+    """Bring the generated tables and pages of the documentation in line with what is stored."""
+    numbers = json.loads(summary.read_text(encoding="utf-8"))
+    for name, tables in pages(numbers, data).items():
         text = Path(name).read_text(encoding="utf-8")
         for key, content in tables.items():
             text = run.fill_table(text, key, content)
         store.write_text(text, Path(name))
+    store.write_text(gallery_markdown(), Path("docs/figures.md"))

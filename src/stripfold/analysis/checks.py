@@ -10,7 +10,7 @@ from stripfold.errors import StripfoldError
 GAP = 1e-9
 """Largest penetration of the floor, L*."""
 FORCE = 1e-4
-"""Largest unbalanced force, rho_a g L*; the rounding of a thin strip's unknowns sets it (docs/numerics.md)."""
+"""Largest unbalanced force, rho_a g L*; the rounding of a thin strip's unknowns sets it (docs/method.md)."""
 
 
 def check_branch(run: xr.Dataset) -> None:

@@ -23,7 +23,7 @@ from stripfold.models.free_rod import FreeRod, FreeState, Guess
 SIZE = 0.1
 """Element length at refinement one, L*."""
 MESH_ERROR = 4e-5
-"""What is then usually taken for the relative error of lambda_c (docs/numerics.md)."""
+"""What is then usually taken for the relative error of lambda_c (docs/method.md)."""
 LEFT = 0.2
 """Share of the change from a mesh half as fine that is taken for the error: of order four, a fifteenth is left."""
 LEAST = 8

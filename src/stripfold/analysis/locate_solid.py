@@ -32,7 +32,7 @@ BEFORE = 0.25
 SHORTER = 10.0
 """Of a thick strip it ends earlier than the elastica's by up to this times h^2 L*: so much more before."""
 LOWER = 0.65
-"""A thick strip's lambda is lower, by about this times h^2 of itself (docs/numerics.md)."""
+"""A thick strip's lambda is lower, by about this times h^2 of itself (docs/method.md)."""
 
 
 def run(

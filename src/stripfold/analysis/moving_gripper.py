@@ -143,7 +143,7 @@ def static_limit(strip: StripModel, height: float, friction: float, refinement: 
         beyond = next((new for size in BEYOND if (new := _step(last, size)) is not None), None)
         if beyond is None:
             return steps, last.point.lam
-        # A spurious limit point: an active-set change of one contact, with a stable state behind (docs/numerics.md).
+        # A spurious limit point: an active-set change of one contact, with a stable state behind (docs/method.md).
         steps.append(beyond)
         state, problem = beyond.point.state, beyond.problem.accepted(beyond.point.q)
 

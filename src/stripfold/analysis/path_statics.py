@@ -34,7 +34,7 @@ NEXT = 1e-4
 """How far behind a critical point of the strip's own, as it is located, its least eigenvalue may go to zero, L*.
 
 Before a fold the square of that eigenvalue falls linearly to zero. Where it would do so farther away, or does not fall
-at all, a single contact of the mesh has opened (docs/numerics.md)."""
+at all, a single contact of the mesh has opened (docs/method.md)."""
 LARGEST_LOCAL_SNAP = 0.3
 """Largest way by which the strip may pop when that happens, L*, and go on from there."""
 LARGEST_SPURIOUS_MOVE = 0.05
@@ -66,7 +66,7 @@ class StaticSegment:
     critical
         What ended it: the critical point, or None at the end of the path.
     contact_folds
-        Maxima of lambda that were the mesh's own (docs/numerics.md), passed: one contact held the strip back.
+        Maxima of lambda that were the mesh's own (docs/method.md), passed: one contact held the strip back.
     """
 
     model: Model

@@ -1,7 +1,7 @@
 """Meshes planned with the elastica: fine where the strip lifts off when it becomes critical.
 
 The floor holds nodes, so the lift-off point moves in steps of one node and lambda of a branch is smooth in pieces
-only; the fold must not be lost in those steps (``docs/numerics.md``).  The elastica says beforehand where along the
+only; the fold must not be lost in those steps (``docs/method.md``).  The elastica says beforehand where along the
 strip the lift-off will be at lambda_0 and at the critical point, and the mesh is graded accordingly.
 """
 
@@ -43,7 +43,7 @@ class Sizes:
     lying: float = 0.4
     """In the part that lies all the time."""
     grasp: float = inf
-    """At the grasped end: a strip that lies and is pushed bends within a fifth of L* (docs/numerics.md)."""
+    """At the grasped end: a strip that lies and is pushed bends within a fifth of L* (docs/method.md)."""
     growth: float = 0.4
     """Growth of the element length per length travelled away from a fine zone."""
 

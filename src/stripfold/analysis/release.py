@@ -25,7 +25,7 @@ Progress = Callable[[str], None]
 
 NUDGE = 0.01
 """How far a held gripper is moved past lambda_c, smoothly within one time unit, L*: there no equilibrium is near, also
-not one that a tooth of the contact would hold (docs/numerics.md)."""
+not one that a tooth of the contact would hold (docs/method.md)."""
 TIME_OPTIONS = TimeOptions(first=0.02, tolerance=1e-5)
 TOUCH_TOLERANCE = 1e-3
 """Time within which the first touch is located."""

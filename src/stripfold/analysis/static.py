@@ -49,7 +49,7 @@ TOUCH_TOLERANCE = 1e-4
 
 
 ROD_SIZES = planning.Sizes(free=0.2, sweep=0.2, critical=0.03, lying=0.3)
-"""Element lengths of the rod at refinement one, L* (docs/numerics.md)."""
+"""Element lengths of the rod at refinement one, L* (docs/method.md)."""
 
 
 class End(StrEnum):
@@ -346,7 +346,7 @@ def to_the_end(
         points.append(point)
         if not critical.is_past(point) and point.lam > max(p.lam for p in points[:-1]):
             # The strip was held back for a moment by a single node of the floor: a maximum of the mesh's, not of the
-            # strip's (docs/numerics.md).  Counted, and passed.
+            # strip's (docs/method.md).  Counted, and passed.
             contact_folds += 1
             fold = None
     index = fold

@@ -33,7 +33,7 @@ class Lame:
 
 
 # Products of 2 x 2 matrices are written out: a library's matrix product takes several times as long for so small ones
-# (docs/numerics.md).
+# (docs/method.md).
 
 
 def times(a: Array, b: Array) -> Array:

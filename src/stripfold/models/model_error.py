@@ -7,7 +7,7 @@ def model_error(model: str, thickness: float, nu: float) -> float:
     """Bound of a model's relative distance from the solid's lambda_c; 0 for the solid itself.
 
     The elastica lacks the thickness, by 0.50 to 0.72 h^2 (h in L*); the rod is off by 9e-3 h^2, and thicker ones by
-    more.  Neither has a Poisson's ratio: 0.37 to 0.48 (nu h)^2.  Source: docs/numerics.md.
+    more.  Neither has a Poisson's ratio: 0.37 to 0.48 (nu h)^2.  Source: docs/method.md.
 
     Parameters
     ----------

@@ -30,7 +30,7 @@ AT_STRETCH, W_STRETCH = np.array([0.0, 0.5, 1.0]), np.array([1.0, 4.0, 1.0]) / 6
 """Simpson's points for the membrane strain.
 
 As many constraints as a thin strip's slope can meet, so no locking; with Gauss's two points the tangential slopes have
-a mode that no strain sees (``docs/numerics.md``).
+a mode that no strain sees (``docs/method.md``).
 """
 AT_BEND, W_BEND = 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3.0), np.array([0.5, 0.5])
 """Gauss's two points for the curvature, where a cubic has it best."""
@@ -39,7 +39,7 @@ BENDING = (0.75, 0.25)
 
 A section of St Venant-Kirchhoff material that stays plane has 1 + 3 eps.  The solid's shear, which a rod has not, acts
 like half an eps more: measured, not derived.  It counts: with kappa^2 alone lambda_c of the rod is as far below the
-solid's as with 1 + 3 eps above, with these shares it is several times nearer (docs/numerics.md).
+solid's as with 1 + 3 eps above, with these shares it is several times nearer (docs/method.md).
 """
 VISCOUS = np.array([1.0, 1.0, 1.0, 1.0 / BENDING[0], 1.0 / BENDING[0], 0.0, 0.0, 0.0, 0.0])
 """What a strain's rate counts in viscosity, over what it counts in energy: all bending is kappa's.

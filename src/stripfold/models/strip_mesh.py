@@ -6,7 +6,7 @@ scikit-fem supplies mesh, element and quadrature.  Three things are our own, eac
   factorisation is four times faster than a general sparse one;
 * in a column the middle node carries its displacement and the other nodes their displacement *relative to it*,
   divided by the thickness.  A thin strip that folds moves by many lengths while its thickness changes by a hair:
-  with plain nodal unknowns the rounding of the former drowns the latter (``docs/numerics.md``);
+  with plain nodal unknowns the rounding of the former drowns the latter (``docs/method.md``);
 * along the strip one Gauss point fewer than usual is taken, which samples the membrane strain where a quadratic
   element has it right: no membrane locking however thin the strip.
 """

@@ -2,7 +2,7 @@
 
 The step that marches is the step that bisects (:func:`step`).  Every accepted point has passed the guards against
 jumping to another branch; a point that has not is never yielded.  What can still be missed is said in
-``docs/numerics.md``.
+``docs/method.md``.
 """
 
 from __future__ import annotations

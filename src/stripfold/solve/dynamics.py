@@ -2,7 +2,7 @@
 
 A step is an equilibrium problem of its own (:mod:`.schemes`) and is solved by the Newton iteration of the statics,
 bounds included: at the end of a step nothing has penetrated and nothing pulls.  What lands loses its normal velocity
-in an inelastic impact.  Source: docs/physics.md, section 6; what was measured: docs/numerics.md.
+in an inelastic impact.  Source: docs/physics.md, section 6; what was measured: docs/method.md.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 Three storages with one interface: :class:`Band` for a strip, :class:`Sparse` for one of which distant parts touch,
 :class:`Dense` for a handful of unknowns.
-The factorisation is LAPACK's; choices are measured in ``docs/numerics.md``.
+The factorisation is LAPACK's; choices are measured in ``docs/method.md``.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Time integration schemes: each turns one time step into an equilibrium problem for :mod:`.newton`.
 
 Three known schemes of second order.  The energy-momentum method is the one that is used; the others are kept because
-the comparison that chose it is (``studies.integrators``, docs/numerics.md).
+the comparison that chose it is (``studies.integrators``, docs/method.md).
 """
 
 from __future__ import annotations
