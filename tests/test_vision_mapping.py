@@ -172,6 +172,8 @@ def test_corners_of_a_marker(name: str) -> None:
     np.testing.assert_allclose(corners, seen.pixels_of(seen.square(place)), atol=0.6)
     np.testing.assert_allclose(corners.mean(axis=0), seen.pixels_of(place)[0], atol=0.1)
     assert Marker(name, 4).corners(picture) is None
+    with pytest.raises(InvalidInputError, match=r"marker\.id = 999 .* 0 to"):
+        Marker(name, 999)
 
 
 @pytest.fixture(scope="module")

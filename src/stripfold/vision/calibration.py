@@ -65,7 +65,7 @@ def _noise(residual_rms: float, n: int, unknowns: int, random: np.random.Generat
 
 
 def calibrate_folder(folder: Path, recording: Entries[str, Any]) -> Calibration:
-    """The calibration of a recording, whose ``recording.yaml`` must be valid by the schema.
+    """The calibration of a recording, given the validated content of its ``recording.yaml``.
 
     Raises
     ------

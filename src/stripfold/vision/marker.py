@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from stripfold.arrays import Array, Picture
+from stripfold.errors import InvalidInputError
 from stripfold.vision import boards
 from stripfold.vision.boards import Refinement, refine
 from stripfold.vision.smoothing import median
@@ -90,10 +91,18 @@ class Fit:
 
 
 class Marker:
-    """Marker ``number`` of a dictionary named in :data:`.boards.Dictionary`."""
+    """Marker ``number`` of a dictionary named in :data:`.boards.Dictionary`.
+
+    Raises
+    ------
+    InvalidInputError
+        The dictionary has fewer markers.
+    """
 
     def __init__(self, dictionary: str, number: int) -> None:
         known = boards.dictionary(dictionary)
+        if not 0 <= number < len(known.bytesList):
+            raise InvalidInputError("marker.id", number, f"0 to {len(known.bytesList) - 1} for {dictionary}")
         self._number = number
         parameters = cv2.aruco.DetectorParameters()
         parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
