@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fcntl
 import json
 import multiprocessing
 import os
@@ -117,6 +118,8 @@ class Reader(Iterator[Frame]):
         # -P: a module in the user's working folder must not shadow a library.
         receiver, sender = multiprocessing.Pipe(duplex=False)
         descriptor = sender.fileno()
+        with suppress(OSError):  # a limit per user; most of a frame in the pipe means fewer context switches
+            fcntl.fcntl(descriptor, fcntl.F_SETPIPE_SZ, 1 << 20)
         self._process = subprocess.Popen(
             [sys.executable, "-P", "-m", "stripfold.vision.decoding", str(descriptor), str(path.absolute())],
             stdin=subprocess.DEVNULL,
