@@ -9,6 +9,7 @@ import sys
 import termios
 from math import nan
 
+import numpy as np
 import pytest
 
 import stripfold
@@ -47,7 +48,7 @@ def fake(monkeypatch):
         progress("following the branch")
         snap = scene.height_star > 1.6
         found = (0.295, -0.005, 0.2949, 0.2951, 1e-4) if snap else (nan,) * 5
-        return CriticalResult(0.065, *found, 0.21, snap, "the reason", 1.5, scene.model, 0.0)
+        return CriticalResult(0.065, *found, 0.21, snap, "the reason", 1.5, scene.model, 0.0, np.empty((0, 2)))
 
     monkeypatch.setattr(critical, "find", find)
     return asked

@@ -13,10 +13,10 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from stripfold.errors import InvalidInputError
+from stripfold.errors import MISSING, InvalidInputError
 from stripfold.material import GRAVITY, Material
 from stripfold.models.model_error import model_error
-from stripfold.validation import Input, Number, quantity, read_yaml
+from stripfold.validation import Input, Number, Text, quantity, read_yaml
 
 ETA_B = (1e-1, 1e8)
 """Allowed weight-to-bending-stiffness ratios, m^-4 s^2: from a metal sheet to a gauze."""
@@ -310,4 +310,36 @@ class PathAssessment(Strip):
             raise InvalidInputError("hysteresis", self.hysteresis, "nothing together with friction", "give only one")
         if self.step is not None and self.friction is None and self.hysteresis is None:
             raise InvalidInputError("step", self.step, "a step together with friction or hysteresis")
+        return self
+
+
+class EtaRequest(Input):
+    """What eta_b is to be measured from: the height of a fold, or a picture with its scale."""
+
+    fold_height: Annotated[Number | None, quantity("largest height of the loop of a strip folded in half", "m")] = None
+    image: Annotated[Text | None, Field(description="picture of the strip from the side, upright")] = None
+    scale: Annotated[Number | None, quantity("metres per pixel of the picture", "m")] = None
+    method: Annotated[
+        Literal["fold", "cantilever"] | None, Field(description="what the picture shows: a folded or a hanging strip")
+    ] = None
+
+    @model_validator(mode="after")
+    def _check_source(self) -> Self:
+        if (self.fold_height is None) == (self.image is None):
+            raise InvalidInputError("fold_height", self.fold_height, "one of fold_height and image")
+        for key in ("scale", "method"):
+            value = getattr(self, key)
+            if self.image is None and value is not None:
+                raise InvalidInputError(key, value, "this only together with image")
+            if self.image is not None and value is None:
+                raise InvalidInputError(key, MISSING, f"a {key} together with image")
+        if self.fold_height is not None:
+            from stripfold import elastica
+
+            # From the limits of eta_b: they also catch a height in millimetres.
+            height = elastica.folded_loop().height
+            highest, lowest = (height * Material(eta_b).gravity_length for eta_b in ETA_B)
+            if not lowest <= self.fold_height <= highest:
+                allowed = f"from {lowest:.3g} to {highest:.3g} m"
+                raise InvalidInputError("fold_height", self.fold_height, allowed, "the unit is m")
         return self

@@ -89,7 +89,7 @@ def quantity(what: str, unit: str = "", **limits: float) -> Any:
     names = {"ge": "minimum", "gt": "exclusiveMinimum", "le": "maximum", "lt": "exclusiveMaximum"}
     # Beside a validator of its own pydantic leaves the limits out of the JSON schema.
     extra = {names[key]: limit for key, limit in limits.items()} | ({"unit": unit} if unit else {})
-    return Field(description=what, json_schema_extra=extra, **limits)  # type: ignore[call-overload, no-any-return]
+    return Field(description=what, json_schema_extra=extra, **limits)  # type: ignore[call-overload]
 
 
 def read_yaml(path: str | os.PathLike[str], key: str, example: str) -> dict[str, Any]:
@@ -125,7 +125,8 @@ def read_yaml(path: str | os.PathLike[str], key: str, example: str) -> dict[str,
         raise InvalidInputError(key, str(path), "a readable YAML file", said) from error
     if not isinstance(given, Mapping):
         raise InvalidInputError(key, str(path), f"a file of keys and values, as {example}")
-    return with_text_keys(given)
+    content: dict[str, Any] = with_text_keys(given)
+    return content
 
 
 def with_text_keys(value: Any) -> Any:

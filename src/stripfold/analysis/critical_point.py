@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import nan
 from time import perf_counter
 from typing import NamedTuple, TypeVar
 
+import numpy as np
+
+from stripfold import elastica
 from stripfold.analysis import locate_rod, locate_solid, select_model
 from stripfold.analysis.static import LAMBDA_TOLERANCE, End, StripModel, XRun
+from stripfold.arrays import Array
 from stripfold.errors import SolveError
 from stripfold.inputs import Scene
 from stripfold.models.model_error import model_error as of_model
@@ -21,6 +25,8 @@ ELASTICA_ERROR = 1e-9
 CONTACT_NOISE = 1e-5
 """What the contact's teeth leave open in the solid's lambda_c, relative, times the refinement: two meshes may agree by
 chance (study `rod`)."""
+POINTS = 200
+"""Points of the elastica's mid-surface."""
 BRACKET = 0.01
 """Share of the accuracy that the bracket of lambda_c may take up."""
 
@@ -49,6 +55,9 @@ class CriticalResult:
         "solid", "rod" or "elastica": the one that was used.
     model_error
         Estimate of how far this model's lambda_c is from the solid's; 0 for the solid.
+    state
+        Shape (n, 2): x and z of the mid-surface where the advance ends, from the grasped end; empty where the strip is
+        too short for such a state.
     """
 
     lambda_0: float
@@ -63,6 +72,7 @@ class CriticalResult:
     seconds: float
     model: str
     model_error: float
+    state: Array = field(repr=False)
 
 
 def find(scene: Scene, progress: Progress | None = None) -> CriticalResult:
@@ -96,6 +106,7 @@ def find(scene: Scene, progress: Progress | None = None) -> CriticalResult:
         seconds=perf_counter() - began,
         model=used.model,
         model_error=unit * found.lambda_c * _model_error(used),
+        state=unit * found.state,
     )
 
 
@@ -108,6 +119,7 @@ class _Found(NamedTuple):
     end: End
     lambda_0: float
     free_length: float
+    state: Array
     lambda_c: float = nan
     lower: float = nan
     upper: float = nan
@@ -139,12 +151,13 @@ def _find(scene: Scene, prediction: locate_rod.ElasticaPrediction, progress: Pro
     """By the scene's model."""
     first, last = prediction.first, prediction.last
     if last.length >= scene.length_star:
-        return _Found(End.LIFTED, first.advance, last.length)
+        return _Found(End.LIFTED, first.advance, last.length, np.empty((0, 2)))
     if scene.model == "elastica":
+        state = _mid_surface(last, scene.length_star)
         if not prediction.snap:
-            return _Found(End.TOUCH, first.advance, last.length)
+            return _Found(End.TOUCH, first.advance, last.length, state)
         bracket = last.advance - ELASTICA_ERROR, last.advance + ELASTICA_ERROR
-        return _Found(End.SNAP, first.advance, last.length, last.advance, *bracket, ELASTICA_ERROR)
+        return _Found(End.SNAP, first.advance, last.length, state, last.advance, *bracket, ELASTICA_ERROR)
     return _rod(scene, prediction, progress) if scene.model == "rod" else _solid(scene, prediction, progress)
 
 
@@ -159,10 +172,11 @@ def _solid(scene: Scene, prediction: locate_rod.ElasticaPrediction, progress: Pr
     begin = select_model.solid_refinement(scene.accuracy)
     fine, error = _fine_enough(scene, follow, begin, progress, contact_noise=CONTACT_NOISE)
     lambda_0 = locate_solid.lambda_0(fine, prediction)
+    state = fine.problem.model.mid_surface(fine.last.q)
     if fine.critical is None:
-        return _Found(fine.end, lambda_0, fine.free_length)
+        return _Found(fine.end, lambda_0, fine.free_length, state)
     bracket = fine.critical.lower, fine.critical.upper
-    return _Found(fine.end, lambda_0, fine.free_length, fine.critical.lam, *bracket, error)
+    return _Found(fine.end, lambda_0, fine.free_length, state, fine.critical.lam, *bracket, error)
 
 
 def _rod(scene: Scene, prediction: locate_rod.ElasticaPrediction, progress: Progress) -> _Found:
@@ -171,9 +185,20 @@ def _rod(scene: Scene, prediction: locate_rod.ElasticaPrediction, progress: Prog
     fine, error = _fine_enough(
         scene, lambda r: locate_rod.run(strip, prediction, r), refinement, progress, locate_rod.LEFT
     )
+    state = _with_held_end(fine.free_part[:, 1:], scene.length_star)
     if fine.end is not End.SNAP:
-        return _Found(fine.end, fine.lambda_0, fine.free_length)
-    return _Found(fine.end, fine.lambda_0, fine.free_length, fine.lam, fine.lam, fine.upper, error)
+        return _Found(fine.end, fine.lambda_0, fine.free_length, state)
+    return _Found(fine.end, fine.lambda_0, fine.free_length, state, fine.lam, fine.lam, fine.upper, error)
+
+
+def _mid_surface(state: elastica.State, length: float) -> Array:
+    """Mid-surface of a state of the elastica from the grasped end on, shape (n, 2), L*."""
+    at = state.at(np.linspace(state.length, 0.0, POINTS))
+    return _with_held_end(np.column_stack([state.length - length / 2.0 - at.x, at.z]), length)
+
+
+def _with_held_end(free_part: Array, length: float) -> Array:
+    return np.vstack([free_part, [length / 2.0, 0.0]])
 
 
 def _fine_enough(

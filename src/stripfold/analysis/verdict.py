@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -50,6 +50,8 @@ class Verdict:
         Largest force of the gripper and horizontal force of the held end, statics.
     completed
         Whether the path was followed to its end.
+    states
+        The static states followed, in L*, each with the problem that it solves.
     """
 
     stable: bool
@@ -62,6 +64,7 @@ class Verdict:
     peak_force: float
     peak_hold: float
     completed: bool
+    states: tuple[tuple[StripProblem, Point], ...] = field(repr=False)
 
 
 def assess_path(
@@ -164,6 +167,7 @@ def _verdict(
         peak_force=force * peak_force,
         peak_hold=force * peak_hold,
         completed=completed,
+        states=tuple(states),
     )
 
 

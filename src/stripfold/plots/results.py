@@ -8,9 +8,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from stripfold.arrays import Array
-from stripfold.plots.style import CM, equal_panels, styled
-
-PATH, EARLIER, LAST = "tab:purple", "0.7", "black"
+from stripfold.plots.colours import CRITICAL, GRIPPER, STATIC
+from stripfold.plots.style import CM, around, equal_panels, styled
 
 
 @styled
@@ -27,16 +26,12 @@ def draw_strip(states: Sequence[Array], path: Array | None = None, marks: Array 
         Places on the path to be marked, shape (j, 2), m.
     """
     drawn = [*states, *([path] if path is not None else [])]
-    x, z = CM * np.vstack(drawn).T
-    room = 0.03 * float(np.ptp(x))
-    limits = (float(x.min()) - room, float(x.max()) + room), (-room, float(z.max()) + 2.0 * room)
-    fig, (ax,) = equal_panels([limits])
-    ax.set(xlabel="x [cm]", ylabel="z [cm]")
+    fig, (ax,) = equal_panels([around(CM * np.vstack(drawn))])
     for i, state in enumerate(states):
         last = i == len(states) - 1
-        ax.plot(*(CM * state.T), color=LAST if last else EARLIER, lw=1.4 if last else 0.7)
+        ax.plot(*(CM * state.T), color=CRITICAL if last else STATIC, lw=1.4 if last else 0.7)
     if path is not None:
-        ax.plot(*(CM * path.T), color=PATH, ls="--", lw=1.0)
+        ax.plot(*(CM * path.T), color=GRIPPER, ls="--", lw=1.0)
     if marks is not None and len(marks):
-        ax.plot(*(CM * np.asarray(marks).T), "x", color=PATH, mew=1.4, zorder=4)
+        ax.plot(*(CM * np.asarray(marks).T), "x", color=GRIPPER, mew=1.4, zorder=4)
     return fig

@@ -1,0 +1,523 @@
+"""Results of the public API: small frozen objects with their numbers as text, JSON, dataset and figure."""
+
+from __future__ import annotations
+
+import os
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass, field, fields
+from math import isfinite, nan
+from pathlib import Path
+from time import perf_counter
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+import xarray as xr
+
+from stripfold import store
+from stripfold.analysis.critical_point import CriticalResult, find
+from stripfold.analysis.verdict import Verdict, assess_path
+from stripfold.errors import InvalidInputError
+from stripfold.inputs import EtaRequest, Scene, Simulation
+from stripfold.inputs import PathAssessment as Asked
+from stripfold.paths import FoldPath
+from stripfold.plots import results as figures
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from stripfold.vision.eta import EtaB as PictureEtaB
+    from stripfold.vision.measure import Measurement
+
+Progress = Callable[[str], None]
+Rows = list[tuple[str, str]]
+WIDTH = 12
+"""Width of the names in a printed result."""
+
+
+class Result(ABC):
+    """What all results can do."""
+
+    title = ""
+
+    @abstractmethod
+    def rows(self) -> Rows:
+        """Names and values in words, as printed."""
+
+    @abstractmethod
+    def to_dict(self) -> dict[str, Any]:
+        """The numbers by name, SI; those that the command line prints with ``--json``."""
+
+    @abstractmethod
+    def to_dataset(self) -> xr.Dataset:
+        """All of it as a dataset, every variable with its unit."""
+
+    @abstractmethod
+    def plot(self) -> Figure:
+        """A figure of it; ``.savefig(file)`` stores it."""
+
+    def config(self) -> dict[str, Any]:
+        """The resolved inputs, stored with the result."""
+        return {}
+
+    def to_netcdf(self, file: str | os.PathLike[str]) -> None:
+        """Store :meth:`to_dataset` with the inputs, the code's version and those of the libraries."""
+        store.write(self.to_dataset(), file, title=self.title, config=self.config())
+
+    def __str__(self) -> str:
+        return "\n".join(f"{name:<{WIDTH}} {text}" for name, text in self.rows())
+
+
+def metres(value: float, what: str) -> str:
+    """A length with what it is; "-" for none."""
+    return f"{value:.6g} m  ({what})" if isfinite(value) else "-"
+
+
+@dataclass(frozen=True, eq=False)
+class CriticalPoint(CriticalResult, Result):
+    """Where a strip snaps when its gripper advances at constant height; lengths in m, nan where there is none.
+
+    Source: the paper's section III; docs/physics.md, section 4.
+
+    Attributes
+    ----------
+    lambda_c, error
+        Advance of the gripper past the flat end at the snap, and the estimated error of mesh and bracket.
+    lambda_c_lower, lambda_c_upper
+        Its bracket.
+    lambda_0
+        Advance without horizontal force, where the motion starts.
+    x_c
+        Gripper at the snap, in the frame with its origin mid-strip.
+    free_length
+        Length off the floor where the advance ends.
+    snap, reason
+        Whether the strip snaps, and what ends the advance.
+    model, model_error
+        The model used, and the estimated distance of its lambda_c from the solid's.
+    seconds
+        Run time.
+    state
+        Shape (n, 2): x and z of the mid-surface where the advance ends, from the gripped end.
+    scene
+        The inputs.
+    """
+
+    scene: Scene = field(repr=False)
+    title = "a critical point"
+
+    @classmethod
+    def of(cls, scene: Scene, progress: Progress | None = None) -> Self:
+        """Find it."""
+        found = find(scene, progress)
+        return cls(**{item.name: getattr(found, item.name) for item in fields(found)}, scene=scene)
+
+    def rows(self) -> Rows:
+        scene = self.scene
+        size = f"length {scene.length_star:.4g} L*, height {scene.height_star:.4g} L*"
+        bracket = f"{self.lambda_c_lower:.9f} and {self.lambda_c_upper:.9f} m" if self.snap else "-"
+        return [
+            ("model", f"{self.model}; L* = {scene.gravity_length:.5g} m, {size}"),
+            ("snap", f"{'yes' if self.snap else 'no'}: {self.reason}"),
+            ("lambda_0", metres(self.lambda_0, "advance of the gripper without horizontal force")),
+            ("lambda_c", metres(self.lambda_c, "advance past the flat end at the snap")),
+            ("  between", bracket),
+            ("  error", metres(self.error, "estimated, of mesh and bracket")),
+            ("  model", metres(self.model_error, "estimated distance from the solid's lambda_c")),
+            ("x_c", metres(self.x_c, "gripper in the frame with its origin mid-strip")),
+            ("free length", metres(self.free_length, "off the floor where the advance ends")),
+            ("time", f"{self.seconds:.2f} s"),
+        ]
+
+    def to_dict(self) -> dict[str, Any]:
+        names = ("lambda_c", "x_c", "error", "free_length", "snap", "reason", "seconds")
+        more = ("lambda_c_lower", "lambda_c_upper", "lambda_0", "model", "model_error")
+        return {name: getattr(self, name) for name in names + more}
+
+    def to_dataset(self) -> xr.Dataset:
+        lengths = {
+            "lambda_c": "advance of the gripper past the flat end at the snap",
+            "error": "estimated error of lambda_c by mesh and bracket",
+            "lambda_c_lower": "lower end of the bracket of lambda_c",
+            "lambda_c_upper": "upper end of the bracket of lambda_c",
+            "lambda_0": "advance of the gripper without horizontal force",
+            "model_error": "estimated distance from the solid's lambda_c",
+            "free_length": "length off the floor where the advance ends",
+        }
+        data = {name: store.variable((), getattr(self, name), "m", text) for name, text in lengths.items()}
+        data["x"] = store.variable("node", self.state[:, 0], "m", "mid-surface, horizontal; origin mid-strip")
+        data["z"] = store.variable("node", self.state[:, 1], "m", "mid-surface, height over the floor")
+        attrs = {"model": self.model, "snap": int(self.snap), "reason": self.reason, "height": self.scene.height}
+        return xr.Dataset(data, attrs=attrs)
+
+    def plot(self) -> Figure:
+        """The strip where the advance ends."""
+        return figures.draw_strip([self.state])
+
+    def config(self) -> dict[str, Any]:
+        return self.scene.model_dump()
+
+
+@dataclass(frozen=True, eq=False)
+class PathAssessment(Verdict, Result):
+    """What a gripper path does to a strip; lengths in m, forces in N per m of width, nan where there is no such thing.
+
+    Source: the paper's section IV; docs/physics.md, sections 7 to 9.
+
+    Attributes
+    ----------
+    stable
+        Whether the strip follows all of the path.
+    critical
+        Its critical points: ``t``, ``x``, ``z`` of the gripper, ``kind``, and the ``angle`` with the stability
+        boundary in degrees.
+    first_touch_x, planned_touch_x, touch_error
+        Where the upper layer first touches, where the folded state lands, and the difference.
+    shape_error
+        Largest distance of the last state from the folded one; nan for a path that ends elsewhere.
+    lying_length
+        Length that lies from the held end in the last state.
+    peak_force, peak_hold
+        Largest force of the gripper, and horizontal force of the held end, in the static states.
+    completed
+        Whether the path was followed to its end.
+    path, asked, seconds
+        The path, the other inputs, and the run time.
+    """
+
+    path: FoldPath
+    asked: Asked = field(repr=False)
+    seconds: float
+    title = "a gripper path assessed"
+
+    @classmethod
+    def of(cls, asked: Asked, path: FoldPath, began: float, progress: Progress | None = None) -> Self:
+        """Assess it; ``began`` is when that started."""
+        found = assess_path(
+            asked.material,
+            asked.length,
+            path.curve,
+            friction=asked.friction,
+            hysteresis=asked.hysteresis,
+            step=asked.step,
+            model=asked.model,
+            progress=progress,
+        )
+        values = {item.name: getattr(found, item.name) for item in fields(found)}
+        return cls(**values, path=path, asked=asked, seconds=perf_counter() - began)
+
+    def rows(self) -> Rows:
+        events = [
+            (
+                "critical",
+                f"t = {event['t']:.4g}, gripper at x = {event['x']:.4g} m, z = {event['z']:.4g} m: {event['kind']}",
+            )
+            for event in self.critical
+        ]
+        return [
+            ("stable", "yes" if self.stable else "no"),
+            *events,
+            ("first touch", metres(self.first_touch_x, "x, origin mid-strip")),
+            ("  planned", metres(self.planned_touch_x, "x where the folded state lands")),
+            ("  error", metres(self.touch_error, "negative: short of it")),
+            ("shape error", metres(self.shape_error, "largest distance of the last state from the folded one")),
+            ("lying", metres(self.lying_length, "length from the held end in the last state")),
+            ("peak force", f"{self.peak_force:.4g} N/m  (gripper, per width)"),
+            ("peak hold", f"{self.peak_hold:.4g} N/m  (horizontal, at the held end)"),
+            ("completed", "yes" if self.completed else "no"),
+            ("time", f"{self.seconds:.1f} s"),
+        ]
+
+    def to_dict(self) -> dict[str, Any]:
+        names = [item.name for item in fields(Verdict) if item.name != "states"]
+        values = {name: getattr(self, name) for name in (*names, "seconds")}
+        return values | {"critical": [dict(event) for event in self.critical]}
+
+    def to_dataset(self) -> xr.Dataset:
+        units = {"peak_force": "N m-1", "peak_hold": "N m-1"}
+        texts = {
+            "first_touch_x": "first touch, horizontal; origin mid-strip",
+            "planned_touch_x": "landing place of the folded state",
+            "touch_error": "first touch less the landing place of the folded state",
+            "shape_error": "largest distance of the last state from the folded one",
+            "lying_length": "length from the held end in the last state",
+            "peak_force": "largest force of the gripper, statics",
+            "peak_hold": "largest horizontal force at the held end, statics",
+        }
+        data = {
+            name: store.variable((), getattr(self, name), units.get(name, "m"), text) for name, text in texts.items()
+        }
+        states = self._mid_surfaces()
+        t = np.array([self.path.curve.pseudo_time(point.lam) for _, point in self.states])
+        data["t"] = store.variable("state", t, "1", "pseudo time of the path")
+        data["x"] = store.variable(("state", "node"), states[..., 0], "m", "mid-surface, horizontal; origin mid-strip")
+        data["z"] = store.variable(("state", "node"), states[..., 1], "m", "mid-surface, height over the floor")
+        for key, unit in (("t", "1"), ("x", "m"), ("z", "m"), ("angle", "degree")):
+            values = [event[key] for event in self.critical]
+            data[f"critical_{key}"] = store.variable("event", np.array(values, float), unit, f"critical point, {key}")
+        kinds = ", ".join(event["kind"] for event in self.critical)
+        return xr.Dataset(data, attrs={"stable": int(self.stable), "completed": int(self.completed), "kinds": kinds})
+
+    def _mid_surfaces(self) -> np.ndarray[Any, np.dtype[np.float64]]:
+        """Shape (states, nodes, 2), m."""
+        unit = self.asked.gravity_length
+        return np.stack([unit * problem.model.mid_surface(point.q) for problem, point in self.states])
+
+    def plot(self) -> Figure:
+        """The strip along the path, the last static state black; critical points are crosses."""
+        states = self._mid_surfaces()
+        chosen = np.unique(np.linspace(0, len(states) - 1, 12).astype(int))
+        marks = np.array([(event["x"], event["z"]) for event in self.critical]).reshape(-1, 2)
+        return figures.draw_strip(list(states[chosen]), self.path.places[:, 1:], marks)
+
+    def config(self) -> dict[str, Any]:
+        return {**self.asked.model_dump(), "path": self.path.name}
+
+
+@dataclass(frozen=True, eq=False)
+class StripCollapse(Result):
+    """A strip through its collapse: statics to lambda_c, the fall, statics again.
+
+    Source: docs/physics.md, section 6.
+
+    Attributes
+    ----------
+    dataset
+        All states over ``state`` and ``node``, with their ``phase``, energies and contacts.
+    simulation
+        The inputs.
+    """
+
+    dataset: xr.Dataset = field(repr=False)
+    simulation: Simulation
+    title = "a strip through its collapse"
+
+    @classmethod
+    def of(cls, simulation: Simulation, progress: Progress | None = None) -> Self:
+        """Simulate it."""
+        from stripfold.analysis import collapse_data
+
+        return cls(collapse_data.run(simulation, progress), simulation)
+
+    @property
+    def lambda_c(self) -> float:
+        """Advance of the gripper past the flat end at the snap, m."""
+        return float(self.dataset.attrs["lambda_c"])
+
+    @property
+    def touch(self) -> tuple[float, float]:
+        """Time of the first touch after the release, s, and its x, m; nan where there is none."""
+        return float(self.dataset.attrs["touch_time"]), float(self.dataset.attrs["touch_x"])
+
+    @property
+    def rest_time(self) -> float:
+        """Time from the release to rest, s; nan where the fall was not followed so far."""
+        return float(self.dataset.attrs["settle_time"])
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Effects that the scene needs and that were switched off."""
+        missing = filter(None, self.dataset.attrs["missing"].split(", "))
+        return tuple(f"{name} is off and needed: {self.dataset['reason'].sel(effect=name).item()}" for name in missing)
+
+    def rows(self) -> Rows:
+        time, x = self.touch
+        active = self.dataset["effect"].values[self.dataset["active"].values == 1.0]
+        return [
+            ("lambda_c", metres(self.lambda_c, "advance of the gripper past the flat end at the snap")),
+            ("touch", f"after {time:.4g} s at x = {x:.4g} m" if isfinite(time) else "-"),
+            ("rest", f"after {self.rest_time:.4g} s" if isfinite(self.rest_time) else "-"),
+            ("effects", ", ".join(map(str, active))),
+            ("end", self.dataset.attrs["end"]),
+        ]
+
+    def to_dict(self) -> dict[str, Any]:
+        time, x = self.touch
+        return {"lambda_c": self.lambda_c, "touch_time": time, "touch_x": x, "rest_time": self.rest_time}
+
+    def to_dataset(self) -> xr.Dataset:
+        return self.dataset
+
+    def plot(self) -> Figure:
+        """lambda over the deflection, through the collapse."""
+        from stripfold.plots import collapse_curve
+
+        return collapse_curve.draw(self.dataset)
+
+    def film(self, file: str | os.PathLike[str], progress: Progress | None = None) -> None:
+        """Draw it as an MP4 film."""
+        from stripfold.plots.film import film
+
+        film(self.dataset, file, progress=progress)
+
+    def config(self) -> dict[str, Any]:
+        return self.simulation.as_config()
+
+
+@dataclass(frozen=True, eq=False)
+class EtaB(Result):
+    """A measured weight-to-bending-stiffness ratio.
+
+    Source: docs/measuring.md.
+
+    Attributes
+    ----------
+    eta_b, interval
+        m^-4 s^2; the 95 % interval is known from a picture only, else nan.
+    gravity_length
+        L*, m.
+    fit
+        Details of the fit to a picture; None without one.
+    """
+
+    eta_b: float
+    gravity_length: float
+    interval: tuple[float, float] = (nan, nan)
+    fit: PictureEtaB | None = field(default=None, repr=False)
+    image: Any = field(default=None, repr=False)
+    title = "a weight-to-bending-stiffness ratio"
+
+    @classmethod
+    def of(cls, asked: EtaRequest) -> Self:
+        """Measure it."""
+        from stripfold.material import Material
+
+        if asked.image is None or asked.scale is None or asked.method is None:
+            assert asked.fold_height is not None  # the request has one of both
+            from stripfold import elastica
+
+            eta_b = elastica.eta_b_from_fold_height(asked.fold_height)
+            return cls(eta_b, Material(eta_b).gravity_length)
+        from stripfold.vision.eta import from_image
+        from stripfold.vision.pictures import read_grey
+
+        image = read_grey(asked.image)
+        fit = from_image(image, asked.scale, asked.method, Path(asked.image).name)
+        return cls(fit.eta_b, fit.gravity_length, fit.interval, fit, image)
+
+    def rows(self) -> Rows:
+        rows = [("eta_b", f"{self.eta_b:.6g} m^-4 s^2")]
+        fit = self.fit
+        if fit is None:
+            return [*rows, ("L*", f"{self.gravity_length:.6g} m")]
+        low, high = self.interval
+        rows += [
+            ("  95 %", f"{low:.6g} to {high:.6g} m^-4 s^2, with the scale as given"),
+            ("L*", f"{self.gravity_length:.6g} m"),
+            ("residual", metres(fit.residual, "root mean square of measured less fitted")),
+        ]
+        if fit.fold is not None:
+            rows.append(("height", metres(fit.fold.height * fit.scale, "of the loop, between the layers' middles")))
+        if fit.line is not None:
+            rows.append(("length", metres(fit.line.length * fit.scale, "that hangs in the picture")))
+        if (exponent := fit.exponent) is not None:
+            n, lower, upper = exponent
+            text = "yes" if fit.linear else "no: one eta_b does not describe it"
+            rows.append(("linear", f"{text}; M ~ curvature^n with n = {n:.3g} ({lower:.3g} to {upper:.3g})"))
+            ends = (fit.secant(0.25), fit.secant(1.0))
+            text = "from a quarter of the largest curvature to all of it"
+            rows.append(("  secant", f"eta_b {ends[0]:.6g} to {ends[1]:.6g} m^-4 s^2, {text}"))
+        return rows
+
+    def to_dict(self) -> dict[str, Any]:
+        if self.fit is not None:
+            return self.fit.fields()
+        return {"eta_b": self.eta_b, "gravity_length": self.gravity_length}
+
+    def to_dataset(self) -> xr.Dataset:
+        low, high = self.interval
+        values = {"eta_b": self.eta_b, "eta_b_lower": low, "eta_b_upper": high}
+        data = {
+            name: store.variable((), value, "m-4 s2", "weight-to-bending-stiffness ratio")
+            for name, value in values.items()
+        }
+        data["gravity_length"] = store.variable((), self.gravity_length, "m", "L*")
+        return xr.Dataset(data)
+
+    def plot(self) -> Figure:
+        """The fit over the picture."""
+        if self.fit is None:
+            raise InvalidInputError("image", None, "a picture", "without one there is nothing to draw")
+        from stripfold.vision import eta_figure
+
+        return eta_figure.draw(self.image, self.fit)
+
+
+@dataclass(frozen=True, eq=False)
+class RecordingMeasurement(Result):
+    """lambda at the onset of the snap in a recording, with its uncertainty.
+
+    Source: docs/measuring.md.
+
+    Attributes
+    ----------
+    details
+        All that was measured: tracks, speeds, clocks, parts of the uncertainty.
+    """
+
+    details: Measurement
+
+    @classmethod
+    def of(cls, folder: str | os.PathLike[str], progress: Progress | None = None) -> Self:
+        """Measure it."""
+        from stripfold.vision import measure, recording
+
+        return cls(measure.measure(recording.read(folder), progress))
+
+    @property
+    def snap(self) -> bool:
+        """Whether there was a snap; without one ``lambda_event`` is the farthest lambda, a lower bound."""
+        return self.details.snapped
+
+    @property
+    def lambda_event(self) -> float:
+        """lambda at the onset of the snap, m."""
+        return self.details.event
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """95 % interval of ``lambda_event``, m."""
+        return self.details.interval
+
+    @property
+    def flags(self) -> tuple[str, ...]:
+        """Warnings in words; empty where all is well."""
+        return self.details.flags
+
+    def rows(self) -> Rows:
+        from stripfold.vision import report
+
+        return [
+            ("result", report.result(self.details)),
+            *report.rows(self.details),
+            *(("flag", flag) for flag in self.flags),
+        ]
+
+    def __str__(self) -> str:
+        return "\n".join(f"{name:<30} {text}" for name, text in self.rows())
+
+    def to_dict(self) -> dict[str, Any]:
+        from stripfold.vision import results
+
+        return results.fields(self.details)
+
+    def to_dataset(self) -> xr.Dataset:
+        from stripfold.vision import results
+
+        return results.as_dataset(self.details)
+
+    def plot(self) -> Figure:
+        """Gripper, speed of the strip and confidence over time."""
+        from stripfold.vision import report
+
+        return report.curves(self.details)
+
+    def to_netcdf(self, file: str | os.PathLike[str]) -> None:
+        entries = self.details.recording.entries
+        store.write(self.to_dataset(), file, title=f"measured: {entries['title']}", config=entries)
+
+    def report(self, file: str | os.PathLike[str]) -> None:
+        """Write one HTML page with film, curves and numbers."""
+        from stripfold.vision import report
+
+        store.write_text(report.html(self.details), file)

@@ -1,0 +1,294 @@
+"""The public objects: a strip, its friction, and the functions that measure; all numbers in SI.
+
+Results come from :mod:`.results`; nothing heavy is imported before something is computed.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass
+from math import isclose
+from time import perf_counter
+from typing import TYPE_CHECKING, Any, Literal
+
+from stripfold.errors import InvalidInputError
+from stripfold.material import GRAVITY
+
+if TYPE_CHECKING:
+    from stripfold.inputs import Law, Model, MovingModel, Release
+    from stripfold.paths import FoldPath
+    from stripfold.results import CriticalPoint, EtaB, PathAssessment, RecordingMeasurement, StripCollapse
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Hysteresis:
+    """Internal friction in bending that depends on neither rate nor steps (docs/physics.md, section 8).
+
+    Attributes
+    ----------
+    moment
+        Largest friction moment M_0 per width, N: half the height of the loop of a bending test.
+    """
+
+    moment: float
+
+
+@dataclass(frozen=True)
+class Pull:
+    """The paper's internal friction: a pull towards the last accepted state; it depends on the size of the steps.
+
+    Attributes
+    ----------
+    k_f
+        Force per displacement and mass, s^-2.
+    """
+
+    k_f: float
+
+
+@dataclass(frozen=True)
+class Strip:
+    """A strip of fabric, held at one end and gripped at the other.
+
+    Attributes
+    ----------
+    length
+        Length, m.
+    eta_b
+        Weight-to-bending-stiffness ratio rho_a / D, m^-4 s^2.
+    eta_m
+        Weight-to-membrane-stiffness ratio, m^-2 s^2.
+    nu
+        Poisson's ratio.
+    rho_a
+        Areal density, kg m^-2; scales forces only.
+    gravity
+        Gravitational acceleration, m s^-2.
+
+    Raises
+    ------
+    InvalidInputError
+        A number outside its limits, or a combination that is no strip, as with a wrong unit.
+
+    Examples
+    --------
+    >>> import stripfold as sf
+    >>> strip = sf.Strip(length=0.6, eta_b=3780)
+    >>> round(strip.gravity_length, 5)
+    0.02999
+    >>> point = strip.critical(height=0.09, model="elastica")
+    >>> point.snap, round(point.lambda_c, 5)
+    (True, 0.29562)
+    """
+
+    length: float
+    eta_b: float
+    eta_m: float = 1e-3
+    nu: float = 0.0
+    rho_a: float = 1.0
+    gravity: float = GRAVITY
+
+    def __post_init__(self) -> None:
+        from stripfold import inputs
+
+        checked = inputs.Strip(**asdict(self))
+        for key in asdict(self):
+            object.__setattr__(self, key, getattr(checked, key))
+
+    @property
+    def gravity_length(self) -> float:
+        """L* = (eta_b g)^(-1/3), m: the natural unit of length."""
+        return float((self.eta_b * self.gravity) ** (-1.0 / 3.0))
+
+    def critical(
+        self,
+        height: float,
+        *,
+        model: Model = "solid",
+        accuracy: float = 1e-3,
+        law: Law = "svk",
+        progress: Progress | None = None,
+    ) -> CriticalPoint:
+        """The critical point: where the strip snaps when its gripper advances at constant height.
+
+        Parameters
+        ----------
+        height
+            Height of the gripper, m.
+        model
+            "solid", the paper's finite elements; "rod", several times as fast; "elastica", the thin limit; "auto", the
+            cheapest of them within the requested accuracy of the solid.
+        accuracy
+            Requested relative accuracy of lambda_c.
+        law
+            Constitutive law of the solid, "svk" or "printed" (docs/physics.md, section 2).
+        progress
+            Called with a line on what is being done.
+
+        Raises
+        ------
+        InvalidInputError
+            A number outside its limits, or a strip too short for this height.
+        SolveError
+            The critical point could not be computed to the accuracy.
+        """
+        from stripfold.inputs import Scene
+
+        scene = Scene(**asdict(self), height=height, model=model, accuracy=accuracy, law=law)
+        scene.require_long_enough()
+        from stripfold.results import CriticalPoint
+
+        return CriticalPoint.of(scene, progress)
+
+    def collapse(
+        self,
+        height: float,
+        *,
+        release: Release | None = None,
+        model: MovingModel | None = None,
+        effects: Mapping[str, str] | None = None,
+        accuracy: float = 1e-3,
+        progress: Progress | None = None,
+    ) -> StripCollapse:
+        """The strip through its collapse: statics to the critical point, the fall to rest, statics again.
+
+        Parameters
+        ----------
+        height
+            Height of the gripper, m.
+        release
+            How the strip is released, and what damps its fall.
+        model
+            "solid" or "rod"; without it the solid, or with ``effects`` the model that those say or need.
+        effects
+            "auto", "on" or "off" by the effect's name (docs/effects.md); "auto" where none is given.
+        accuracy
+            Requested relative accuracy of lambda_c, by which effects are needed or not.
+        progress
+            Called with a line on what is being done.
+
+        Raises
+        ------
+        InvalidInputError
+            A value that cannot be used, or a strip too short for this height.
+        SolveError, TimeStepError
+            A part could not be computed.
+        """
+        from stripfold.inputs import Simulation
+
+        given: dict[str, Any] = {**asdict(self), "height": height, "accuracy": accuracy}
+        given |= release.model_dump() if release is not None else {}
+        given |= {key: value for key, value in (("model", model), ("effects", effects)) if value is not None}
+        simulation = Simulation.of(given)
+        from stripfold.results import StripCollapse
+
+        return StripCollapse.of(simulation, progress)
+
+    def assess(
+        self,
+        path: FoldPath,
+        *,
+        friction: Hysteresis | Pull | None = None,
+        step: float | None = None,
+        model: MovingModel = "solid",
+        progress: Progress | None = None,
+    ) -> PathAssessment:
+        """What a gripper path does to the strip: critical points, falls, first touch, final shape, forces.
+
+        Parameters
+        ----------
+        path
+            From :mod:`stripfold.paths`, for this strip.
+        friction
+            Internal friction; without it the strip is followed along its branch and through its falls.
+        step
+            Size of the steps with friction, m; 0.1 L* where it is not given.
+        model
+            "solid" or "rod".
+        progress
+            Called with a line on what is being done.
+
+        Raises
+        ------
+        InvalidInputError
+            A value that cannot be used, or a path made for another strip.
+        SolveError, TimeStepError
+            A part could not be computed.
+        """
+        from stripfold import inputs
+
+        began = perf_counter()
+        if not (isclose(path.length, self.length) and isclose(path.gravity_length, self.gravity_length)):
+            made_for = f"a path for length {path.length:g} m and L* {path.gravity_length:.4g} m"
+            raise InvalidInputError("path", made_for, "a path made for this strip", "make it with stripfold.paths")
+        k_f = friction.k_f if isinstance(friction, Pull) else None
+        moment = friction.moment if isinstance(friction, Hysteresis) else None
+        asked = inputs.PathAssessment(**asdict(self), model=model, friction=k_f, hysteresis=moment, step=step)
+        from stripfold.results import PathAssessment
+
+        return PathAssessment.of(asked, path, began, progress)
+
+
+def eta_b(
+    *,
+    fold_height: float | None = None,
+    image: str | os.PathLike[str] | None = None,
+    scale: float | None = None,
+    method: Literal["fold", "cantilever"] | None = None,
+) -> EtaB:
+    """The weight-to-bending-stiffness ratio of a fabric.
+
+    Parameters
+    ----------
+    fold_height
+        Height of the loop of a strip folded in half, m; or
+    image
+        a picture, upright, of such a loop or of a strip that hangs out of a clamp, with
+    scale
+        m per pixel, and
+    method
+        "fold" or "cantilever".
+
+    Raises
+    ------
+    InvalidInputError
+        A value that cannot be used.
+    MeasurementError
+        The picture shows no such strip.
+
+    Examples
+    --------
+    >>> import stripfold as sf
+    >>> round(sf.eta_b(fold_height=0.0272).eta_b, 1)
+    3774.6
+    """
+    from stripfold.inputs import EtaRequest
+    from stripfold.results import EtaB
+
+    picture = None if image is None else os.fspath(image)
+    return EtaB.of(EtaRequest(fold_height=fold_height, image=picture, scale=scale, method=method))
+
+
+def measure(folder: str | os.PathLike[str], *, progress: Progress | None = None) -> RecordingMeasurement:
+    """lambda at the onset of the snap in a recording, with its uncertainty (docs/measuring.md).
+
+    Parameters
+    ----------
+    folder
+        With recording.yaml, the film and the calibration.
+    progress
+        Called with a line on what is being done.
+
+    Raises
+    ------
+    InvalidInputError
+        A file that cannot be read, or an entry that cannot be used.
+    MeasurementError
+        The files can be read but not measured.
+    """
+    from stripfold.results import RecordingMeasurement
+
+    return RecordingMeasurement.of(folder, progress)

@@ -1,0 +1,152 @@
+"""The public API: names, units, errors; results as text, dataset, file and figure."""
+
+from __future__ import annotations
+
+import dataclasses
+import doctest
+import inspect
+import json
+import subprocess
+import sys
+from importlib import import_module
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import stripfold as sf
+from stripfold import elastica, inputs, store
+from stripfold.results import Result
+
+STRIP = sf.Strip(length=0.6, eta_b=3780)
+SHORT = sf.Strip(length=0.36, eta_b=3780)
+
+
+def test_import_is_light():
+    code = (
+        "import sys, stripfold\n"
+        "print([n for n in ('numpy', 'scipy', 'xarray', 'pydantic', 'matplotlib') if n in sys.modules])\n"
+        "stripfold.Strip\n"
+        "print([n for n in ('numpy', 'scipy', 'xarray') if n in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split("\n")[:2] == ["[]", "[]"]
+
+
+def test_all_public_names_are_there_and_documented():
+    assert set(sf.__all__) <= set(dir(sf))
+    for name in set(sf.__all__) - {"__version__"}:
+        assert inspect.getdoc(getattr(sf, name)), name
+    with pytest.raises(AttributeError, match="no attribute 'Strap'"):
+        sf.Strap  # noqa: B018
+
+
+def test_one_source_of_names_and_defaults():
+    fields = {field.name: field.default for field in dataclasses.fields(sf.Strip)}
+    for name, field in inputs.Strip.model_fields.items():
+        assert fields.pop(name) == (dataclasses.MISSING if field.is_required() else field.default), name
+    assert not fields
+
+
+def test_a_strip_is_checked_and_frozen():
+    assert STRIP.gravity_length == pytest.approx((3780 * 9.81) ** (-1 / 3))
+    assert isinstance(STRIP.eta_b, float)
+    with pytest.raises(sf.InvalidInputError, match="check the units"):
+        sf.Strip(length=600, eta_b=3780)
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        STRIP.length = 1.0  # type: ignore[misc]
+
+
+@pytest.mark.parametrize("model", ["elastica", "rod", "solid"])
+def test_critical_point(model, tmp_path: Path):
+    point = STRIP.critical(height=0.09, model=model, accuracy=1e-2)
+    unit = STRIP.gravity_length
+    assert point.snap
+    assert point.lambda_c == pytest.approx(elastica.critical(0.09 / unit).advance * unit, rel=3e-3)
+    # The state is that of the strip: from the gripper to the held end, as long as the strip.
+    np.testing.assert_allclose(point.state[0], [point.x_c, 0.09], atol=1e-4)
+    np.testing.assert_allclose(point.state[-1], [0.3, 0.0], atol=1e-9)
+    assert np.linalg.norm(np.diff(point.state, axis=0), axis=1).sum() == pytest.approx(0.6, rel=1e-3)
+    point.to_netcdf(tmp_path / "point.nc")
+    data = store.read(tmp_path / "point.nc")
+    assert float(data["lambda_c"]) == point.lambda_c
+    assert json.loads(data.attrs["config"])["height"] == 0.09
+    assert f"{point.lambda_c:.6g} m" in str(point)
+    assert len(point.plot().axes) == 1
+
+
+def test_too_short_a_strip():
+    with pytest.raises(sf.InvalidInputError, match="too short"):
+        sf.Strip(length=0.2, eta_b=3780).critical(height=0.09)
+
+
+def test_assessment_of_a_path(tmp_path: Path):
+    path = sf.paths.r_path(SHORT)
+    path.to_csv(tmp_path / "r.csv")
+    own = sf.paths.read(tmp_path / "r.csv", SHORT)
+    np.testing.assert_allclose(own.places[[0, -1]], path.places[[0, -1]], atol=1e-8)
+    found = SHORT.assess(path, friction=sf.Hysteresis(1e-4), step=0.2 * SHORT.gravity_length, model="rod")
+    assert found.stable
+    assert found.completed
+    found.to_netcdf(tmp_path / "r.nc")
+    data = store.read(tmp_path / "r.nc")
+    assert float(data["peak_force"]) == found.peak_force
+    np.testing.assert_allclose(data["x"][-1, 0], 0.18, atol=1e-6)
+    assert len(found.plot().axes) == 1
+
+
+@pytest.mark.parametrize(
+    ("ask", "key"),
+    [
+        (lambda path: STRIP.assess(path), "path"),
+        (lambda path: SHORT.assess(path, step=0.01), "step"),
+        (lambda path: SHORT.assess(path, friction=sf.Pull(-1.0)), "friction"),
+        (lambda path: SHORT.assess(path, friction=sf.Hysteresis(float("nan"))), "hysteresis"),
+        (lambda path: SHORT.collapse(height=0.06, effects={"contact": "off"}), "effects.contact"),
+        (lambda path: sf.eta_b(fold_height=27.0), "fold_height"),
+        (lambda path: sf.eta_b(), "fold_height"),
+        (lambda path: sf.eta_b(image="a.png", method="fold"), "scale"),
+        (lambda path: sf.eta_b(fold_height=0.03, scale=1e-4), "scale"),
+        (lambda path: sf.paths.r_path(sf.Strip(length=0.2, eta_b=3780)), "length"),
+    ],
+)
+def test_bad_requests_name_the_key(ask, key):
+    with pytest.raises(sf.InvalidInputError) as caught:
+        ask(sf.paths.triangular(SHORT))
+    assert caught.value.key == key
+
+
+def test_collapse(tmp_path: Path):
+    release = sf.Release(disturbance=0.02, air=5.0, until="touch")
+    found = SHORT.collapse(height=0.056, model="rod", release=release)
+    assert found.lambda_c == pytest.approx(SHORT.critical(height=0.056, model="rod").lambda_c, rel=1e-3)
+    time, x = found.touch
+    assert time > 0.0
+    assert -0.18 < x < 0.18
+    assert np.isnan(found.rest_time)
+    found.to_netcdf(tmp_path / "c.nc")
+    assert json.loads(store.read(tmp_path / "c.nc").attrs["config"])["until"] == "touch"
+
+
+def test_eta_b():
+    found = sf.eta_b(fold_height=0.0272)
+    assert found.eta_b == pytest.approx(0.075958 / 0.0272**3, rel=1e-5)
+    assert np.isnan(found.interval).all()
+    assert float(found.to_dataset()["gravity_length"]) == pytest.approx(0.0272 / 0.906597, rel=1e-5)
+
+
+@pytest.mark.parametrize("name", ["stripfold", "stripfold.strip", "stripfold.inputs"])
+def test_examples_in_docstrings(name):
+    found = doctest.testmod(import_module(name))
+    assert found.attempted
+    assert not found.failed
+
+
+def test_every_result_says_units_and_source():
+    import stripfold.results as results
+
+    for _, kind in inspect.getmembers(results, inspect.isclass):
+        if issubclass(kind, Result) and kind is not Result:
+            text = inspect.getdoc(kind) or ""
+            assert "Source:" in text, kind
+            assert "Attributes" in text, kind
