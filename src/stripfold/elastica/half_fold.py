@@ -12,7 +12,6 @@ from itertools import chain, pairwise
 
 import numpy as np
 
-from stripfold.elastica._checks import number
 from stripfold.elastica._continuation import Family, Point, at_height, march, point_at, resolve, zero_between
 from stripfold.elastica._system import FORCE_X, LENGTH, TOLERANCE, fixed, no_lift_off_moment, solve
 from stripfold.elastica.branch import no_force_guess
@@ -24,21 +23,10 @@ SHORTEST = 0.2
 """Free length, L*, below which a lifted strip counts as flat: its gripper is 7e-5 L* high."""
 SPACING = 0.1
 """Largest distance of successive states, in free length or in the branch's arc length."""
-LONGEST = 80.0
-"""Longest free part tested, L*."""
 
 
 def states_no_horizontal_force(length: float) -> Iterator[State]:
-    """States without horizontal force, the free length growing from :data:`SHORTEST` to ``length``, L*.
-
-    Raises
-    ------
-    InvalidInputError
-        A length out of range.
-    SolveError
-        No convergence.
-    """
-    length = number("length", length, 0.0, LONGEST, ", in units of L*")
+    """States without horizontal force, the free length growing from :data:`SHORTEST` to ``length``, L* (up to 80)."""
     if length <= SHORTEST:
         return
     y = no_force_guess(SHORTEST**4 / 24.0, 24)
@@ -54,11 +42,6 @@ def states_fixed_lift_off(length: float) -> Iterator[State]:
     """States with a free part of ``length``, L*, from the one without horizontal force to first contact of the sag.
 
     By continuation in arc length: gripper position and force have turning points on the way.
-
-    Raises
-    ------
-    InvalidInputError, SolveError
-        As in :func:`states_no_horizontal_force`.
     """
     family, points = _fixed_length_branch(length)
     for before, after in pairwise(points):
@@ -75,8 +58,8 @@ def critical_state_fixed_lift_off(length: float) -> State:
 
     Raises
     ------
-    InvalidInputError, SolveError
-        As in :func:`states_no_horizontal_force`, or the state is stable up to contact.
+    SolveError
+        The strip is stable up to contact.
     """
     family, points = _fixed_length_branch(length)
     for before, after in pairwise(points):
@@ -89,7 +72,6 @@ def critical_state_fixed_lift_off(length: float) -> State:
 
 def _fixed_length_branch(length: float) -> tuple[Family, Iterator[Point]]:
     """The family of states with this free length, and its points from the one without horizontal force on."""
-    length = number("length", length, SHORTEST, LONGEST, ", in units of L*")
     family = Family((no_lift_off_moment, fixed(LENGTH, length)), f"a free length of {length:g}")
     *_, state = states_no_horizontal_force(length)
     y = state._unknowns()
