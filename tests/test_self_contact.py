@@ -90,6 +90,22 @@ def test_tangents(over_step: bool) -> None:
     np.testing.assert_allclose(tangent, slope, atol=1e-4 * np.abs(slope).max())
 
 
+@pytest.mark.parametrize("raise_by", [0.0, H])
+def test_work_on_a_strip_is_the_gain_of_energy(raise_by: float) -> None:
+    """Also where the strip rises from the floor, where no distance is required."""
+    model, q = hairpin(0.8 * H)
+    contact = SelfContact.of(model, H)
+    assert contact.weight.sum() == pytest.approx(6.0)
+    q[model.middle[:, 1]] -= 2.0 - 1.3 * H if raise_by else 0.0
+    q1 = q + 1e-3 * np.random.default_rng(5).normal(size=q.shape)
+    q1[model.middle[:, 1]] += raise_by
+    done = contact.over_step(q, q1)
+    assert done is not None
+    gain = contact.energy(q1) - contact.energy(q)
+    assert abs(gain) > 1e-4
+    assert done[0] @ (q1 - q) == pytest.approx(gain, abs=1e-14)
+
+
 def test_gap_contact_crossing_and_layers_on_the_floor() -> None:
     model, apart = hairpin(2.0 * H)
     contact = SelfContact.of(model, H)

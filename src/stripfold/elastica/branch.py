@@ -83,7 +83,7 @@ def coarse_branch(z: float) -> Iterator[Point]:
 def x_axis_branch(z: float, *, past: float = 0.5, max_step: float = 0.3) -> Iterator[State]:
     """States at height ``z`` from lambda_0 up to and past the critical point, by pseudo-arclength continuation.
 
-    Contact of the sag with the lower layer is *not* part of this model: states behind the first one with
+    Contact of the sag with the lower layer is *not* part of this model: states after the first one with
     ``clearance <= 0`` are equilibria of the free strip only.
 
     Parameters
@@ -127,7 +127,7 @@ def state_at(z: float, length: float, guess: State | None = None) -> State:
     """The state at height ``z`` with a free part of the given length.
 
     From lambda_0 the length falls to a minimum, then grows up to the critical point and beyond: up to two states of
-    the branch have the same length. Without a guess the state *behind the minimum* is found, where the critical
+    the branch have the same length. Without a guess the state *past the minimum* is found, where the critical
     point lies. With a guess Newton's method starts from it.
 
     Parameters

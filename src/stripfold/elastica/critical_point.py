@@ -3,7 +3,7 @@
 Results for heights of 0.1 to 100 L* (docs/physics.md, section 4):
 
 * From the state without horizontal force the advance grows monotonically up to one event. Below ``touch_limit()`` =
-  1.58617085 L* that is contact of the sag with the lower layer; the free strip's branch has its maximum behind it.
+  1.58617085 L* that is contact of the sag with the lower layer; the free strip's branch has its maximum beyond it.
   For z -> 0 the touching state tends to the folded one (advance 7.168090).
 * Above it, it is the maximum, with the sag clear of the lower layer; from z = 60.57 on nothing sags.
 * The strip is compressed before, most at low heights: F_x falls to about -2.75 / z^2 and the curvature reaches about
@@ -169,12 +169,8 @@ def _bracket(z: float, passed: Callable[[Point], bool]) -> tuple[Point, Point]:
 def _first_event(z: float) -> tuple[Event, Point]:
     """The event that ends the advance, zero rate or zero clearance, and its point."""
     before, after = _bracket(z, lambda point: point.rate < 0.0 or _touches(point))
-    ends = {event: (event(before), event(after)) for event in (_rate, clearance)}
-    passed = [event for event in ends if ends[event][1] <= 0.0]
-    # If both occur within the step, begin with the one that is first by linear interpolation.
-    passed.sort(key=lambda event: ends[event][0] / (ends[event][0] - ends[event][1]))
-    for event in passed:
-        point = zero_between(before, after, at_height(z), event)
-        if all(other(point) > 0.0 for other in passed if other is not event):
-            break
-    return event, point
+    if _rate(after) < 0.0:
+        point = zero_between(before, after, at_height(z), _rate)
+        if clearance(point) > 0.0:
+            return _rate, point
+    return clearance, zero_between(before, after, at_height(z), clearance)
