@@ -1,4 +1,4 @@
-"""Frames per second and memory of reading and measuring a video, in a process of its own that has one core."""
+"""Frames per second and memory of reading and tracking a video, in a process of its own on one core."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ import resource
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Sequence
 from fractions import Fraction
 from functools import cache
 from pathlib import Path
@@ -23,104 +22,61 @@ from av.video.stream import VideoStream
 
 from stripfold.arrays import Picture
 from stripfold.errors import StripfoldError
+from stripfold.store import variable
 from stripfold.synthetic.recording import history_of
 from stripfold.synthetic.render import Renderer
 from stripfold.synthetic.scene import Scene
 from stripfold.synthetic.sensor import Sensor
 from stripfold.synthetic.view import View
-from stripfold.vision.gripper import Grip, GripperTracker
+from stripfold.vision.gripper import GripperTracker
 from stripfold.vision.mapping import Mapping, fit_homography
 from stripfold.vision.strip_tracker import StripTracker
-from stripfold.vision.video import Frame, read
-
-Stage = Callable[[Frame], object]
+from stripfold.vision.video import read
 
 CODECS = {"h264": ("libx264", "mp4"), "mpeg4": ("mpeg4", "mp4"), "mjpeg": ("mjpeg", "avi"), "ffv1": ("ffv1", "mkv")}
-"""What the videos are made with: encoder and container."""
-SIZE = (1280, 720)
-RATE = 60
-_DICTIONARY = "4x4_50"
-BEGINS, DRAWN = 0.6, 45
-"""When in the motion the video begins, s, and how many frames are drawn."""
+"""Encoder and container of each codec."""
+STAGES = ("decoding", "marker", "strip")
+SIZE, RATE = (1280, 720), 60
+START, DRAWN = 0.6, 45
+"""Start of the video in the motion, s, and number of different frames."""
 _OPTIONS = {"libx264": {"crf": "20", "threads": "1"}, "ffv1": {"level": "3", "slices": "4"}}
-
-
-def scene() -> Scene:
-    """What is filmed: a strip before its snap, and the marker on its gripper."""
-    return Scene.of({"filming": {"size": list(SIZE), "frame_rate": RATE}, "title": "benchmark"})
-
-
-def stages() -> list[Stage]:
-    """What is done with each frame, in turn: the marker is followed, then the strip from the gripped end on."""
-    asked = scene()
-    view, gripper = View.of(asked.filming), asked.gripper
-    corners = np.array([[0.0, 0.0], [0.2, 0.0], [0.2, 0.15], [0.0, 0.15]])
-    plane = fit_homography(view.camera.undistort(view.in_plane(corners)), corners)
-    mapping = Mapping(view.camera, plane)
-    follow_gripper = GripperTracker(_DICTIONARY, gripper.marker)
-    follow_strip = StripTracker(mapping, asked.strip.length, "benchmark")
-    last: list[Grip] = []
-
-    def marker(frame: Frame) -> None:
-        last[:] = [follow_gripper(frame)]
-
-    def strip(frame: Frame) -> None:
-        place = mapping.to_robot(last[0].centre[None]) + np.array(gripper.offset)
-        follow_strip(frame, mapping.to_pixels(place)[0], last[0].corners)
-
-    return [marker, strip]
+_SCENE = Scene.of({"filming": {"size": list(SIZE), "frame_rate": RATE}, "title": "benchmark"})
+"""A strip before its snap, and the marker on its gripper."""
 
 
 def run(frames: int, repeats: int) -> xr.Dataset:
-    """Read videos of ``frames`` and of four times as many frames, one pair for each codec, ``repeats`` times each."""
+    """Track videos of ``frames`` and of four times as many frames, one pair for each codec, ``repeats`` times each."""
     lengths = (frames, 4 * frames)
     shape = (len(CODECS), len(lengths), repeats)
-    rate, memory = np.empty(shape), np.empty(shape)
-    seconds = np.empty((len(CODECS), len(stages()) + 1, repeats))
+    rate, memory, seconds = np.empty(shape), np.empty(shape), np.empty((*shape, len(STAGES)))
     for i, (codec, suffix) in enumerate(CODECS.values()):
         for j, length in enumerate(lengths):
             with tempfile.TemporaryDirectory() as folder:
                 path = Path(folder) / f"video.{suffix}"
                 _make(path, codec, length)
                 for k in range(repeats):
-                    found = _measured(path)
+                    found = _in_own_process(path)
                     if found["frames"] != length:
                         raise StripfoldError(f"the benchmark's video has {found['frames']} frames instead of {length}")
                     rate[i, j, k], memory[i, j, k] = length / found["wall"], found["memory"]
-                    seconds[i, :, k] = np.array(found["seconds"]) / length
+                    seconds[i, j, k] = np.array(found["seconds"]) / length
+    over = ("codec", "length", "run")
+    per_frame = seconds[:, -1].swapaxes(1, 2)
     return xr.Dataset(
         {
-            "rate": (("codec", "length", "run"), rate, {"units": "s-1", "long_name": "frames per second, on one core"}),
-            "memory": (
-                ("codec", "length", "run"),
-                memory,
-                {"units": "MB", "long_name": "peak memory of the measuring process and of its decoder together"},
-            ),
-            "seconds": (
-                ("codec", "stage", "run"),
-                seconds,
-                {"units": "s", "long_name": "time per frame of decoding and of each stage after it, longer video"},
-            ),
-        },
-        coords={
-            "codec": ("codec", list(CODECS), {"units": "1", "long_name": "codec of the video"}),
-            "length": ("length", list(lengths), {"units": "1", "long_name": "number of frames"}),
-            "stage": (
-                "stage",
-                ["decoding", *(_name(stage) for stage in stages())],
-                {"units": "1", "long_name": "what is done with a frame"},
-            ),
+            "rate": variable(over, rate, "s-1", "frames per second, on one core"),
+            "memory": variable(over, memory, "MB", "peak memory of the tracking process and its decoder together"),
+            "seconds": variable(("codec", "stage", "run"), per_frame, "s", "time per frame of a stage, longer video"),
+            "codec": variable("codec", list(CODECS), "1", "codec of the video"),
+            "length": variable("length", lengths, "1", "number of frames"),
+            "stage": variable("stage", STAGES, "1", "stage of the work on a frame"),
         },
         attrs={"size": f"{SIZE[0]} x {SIZE[1]}"},
     )
 
 
-def _name(stage: Stage) -> str:
-    return getattr(stage, "__name__", type(stage).__name__)
-
-
-def _measured(path: Path) -> dict[str, Any]:
-    """What :func:`measure` finds in a process of its own."""
+def _in_own_process(path: Path) -> dict[str, Any]:
+    """The result of :func:`measure` in a process of its own."""
     command = [sys.executable, "-m", "studies.video_benchmark", str(path)]
     environment = os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
     done = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
@@ -129,37 +85,43 @@ def _measured(path: Path) -> dict[str, Any]:
     return cast("dict[str, Any]", json.loads(done.stdout))
 
 
-def measure(path: Path, work: Sequence[Stage]) -> dict[str, Any]:
-    """Read a video to its end: frames, wall time from the second frame on, times of decoding and of each stage.
+def measure(path: Path) -> dict[str, Any]:
+    """Track a video to its end: frames, wall time, s, of all but the first, time of each stage, s, and memory, MB.
 
-    The first frame, in which everything is searched for, is not counted, nor is the start of the decoder.
+    The first frame, with the start of the decoder and the search for everything, is not counted.
     """
     # The decoder starts later and inherits this: both share one core.
     os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
     cv2.setNumThreads(1)
-    seconds, began, frames = np.zeros(len(work) + 1), 0.0, 0
+    view, gripper = View.of(_SCENE.filming), _SCENE.gripper
+    corners = np.array([[0.0, 0.0], [0.2, 0.0], [0.2, 0.15], [0.0, 0.15]])
+    mapping = Mapping(view.camera, fit_homography(view.camera.undistort(view.in_plane(corners)), corners))
+    find_gripper = GripperTracker("4x4_50", gripper.marker)
+    find_strip = StripTracker(mapping, _SCENE.strip.length, "benchmark")
+    ends: list[float] = []
     with read(path) as video:
-        before = perf_counter()
         for frame in video:
-            seconds[0] += perf_counter() - before
-            for k, stage in enumerate(work, start=1):
-                before = perf_counter()
-                stage(frame)
-                seconds[k] += perf_counter() - before
-            frames += 1
-            before = perf_counter()
-            if frames == 1:
-                seconds[:], began = 0.0, before
-    wall = perf_counter() - began
+            ends.append(perf_counter())
+            grip = find_gripper(frame)
+            ends.append(perf_counter())
+            place = mapping.to_robot(grip.centre[None]) + np.array(gripper.offset)
+            find_strip(frame, mapping.to_pixels(place)[0], grip.corners)
+            ends.append(perf_counter())
+    first = len(STAGES) - 1
+    seconds = np.diff(ends[first:]).reshape(-1, len(STAGES)).sum(axis=0)
     peaks = [resource.getrusage(who).ru_maxrss for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
-    memory = float(np.round(sum(peaks) * 1024 / 1e6, 1))
-    return {"frames": frames, "wall": wall, "seconds": seconds.tolist(), "memory": memory}
+    return {
+        "frames": len(ends) // len(STAGES),
+        "wall": perf_counter() - ends[first],
+        "seconds": seconds.tolist(),
+        "memory": round(sum(peaks) * 1024 / 1e6, 1),
+    }
 
 
 def _make(path: Path, codec: str, frames: int) -> None:
-    """A video of the scene; its frames forwards and backwards in turn, as many as are asked for."""
+    """A video of the scene, its different frames forwards and backwards in turn."""
     pictures = _pictures()
-    there_and_back = [*range(len(pictures)), *range(len(pictures) - 2, 0, -1)]
+    there_and_back = [*pictures, *pictures[-2:0:-1]]
     with av.open(path, "w") as container:
         stream = cast(VideoStream, container.add_stream(codec, rate=RATE, options=_OPTIONS.get(codec, {})))
         stream.width, stream.height = SIZE
@@ -167,7 +129,7 @@ def _make(path: Path, codec: str, frames: int) -> None:
         if codec in ("mpeg4", "mjpeg"):
             stream.codec_context.qmin = stream.codec_context.qmax = 3
         for k in range(frames):
-            picture = pictures[there_and_back[k % len(there_and_back)]]
+            picture = there_and_back[k % len(there_and_back)]
             frame = av.VideoFrame.from_ndarray(picture, "gray").reformat(format=stream.pix_fmt)
             frame.pts, frame.time_base = k, Fraction(1, RATE)
             container.mux(stream.encode(frame))
@@ -176,12 +138,11 @@ def _make(path: Path, codec: str, frames: int) -> None:
 
 @cache
 def _pictures() -> list[Picture]:
-    asked = scene()
-    history = history_of(asked)
-    times = BEGINS + np.arange(DRAWN) / RATE
-    sensor = Sensor(Renderer(asked, history.curve[0]), float(times[-1]), np.random.default_rng(1))
+    history = history_of(_SCENE)
+    times = START + np.arange(DRAWN) / RATE
+    sensor = Sensor(Renderer(_SCENE, history.curve[0]), float(times[-1]), np.random.default_rng(1))
     return list(sensor.film(history, times))
 
 
 if __name__ == "__main__":
-    print(json.dumps(measure(Path(sys.argv[1]), stages())))
+    print(json.dumps(measure(Path(sys.argv[1]))))
