@@ -12,8 +12,7 @@ import xarray as xr
 from scipy.interpolate import CubicSpline
 
 from stripfold import elastica
-from stripfold.analysis import critical_point as critical
-from stripfold.analysis import moving_gripper
+from stripfold.analysis import critical_point, moving_gripper
 from stripfold.analysis.critical_point import CriticalResult
 from stripfold.errors import InvalidInputError
 from stripfold.material import Material
@@ -118,7 +117,7 @@ def model(monkeypatch: pytest.MonkeyPatch) -> None:
         object.__setattr__(result, "lambda_c", 3.0 * scene.height)
         return result
 
-    monkeypatch.setattr(critical, "find", find)
+    monkeypatch.setattr(critical_point, "find", find)
 
 
 def test_table(model: None):
