@@ -144,10 +144,9 @@ def test_no_snap_takes_no_part_in_the_extrapolation(model: None):
 
 class TestAccuracy:
     def test_cases_take_turns(self):
-        generators = [recordings_accuracy.case(n, 1, 0.25).scene.generator for n in range(8)]
+        generators = [design.case(n, 1, 0.25).scene.generator for n in range(8)]
         assert generators.count("dynamics") == 2
-        frictions = {recordings_accuracy.case(n, 1, 1.0).scene.motion.friction for n in range(3)}
-        assert frictions == set(recordings_accuracy.FRICTIONS)
+        assert {design.case(n, 1, 1.0).scene.motion.friction for n in range(3)} == set(design.FRICTIONS)
 
     def test_a_case_that_cannot_be_measured_is_refused_with_its_reason(
         self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -576,15 +576,14 @@ def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch
 
 
 def test_design() -> None:
-    cases = [design.case(number) for number in range(2 * design.BLOCK)]
-    assert design.case(7).scene == cases[7].scene
+    cases = [design.case(number, 0) for number in range(2 * design.BLOCK)]
+    assert design.case(7, 0).scene == cases[7].scene
     assert design.case(7, seed=1).scene != cases[7].scene
     assert len({case.scene.seed for case in cases}) == len(cases)
     for name, values in design.FACTORS.items():
         counts = Counter(case.factors[name] for case in cases)
         for value, count in Counter(values).items():
             assert abs(counts[value] - 2 * design.BLOCK * count / len(values)) <= 2 * len(values), name
-    other = design.case(3, generator="dynamics", motion={"friction": 0.1}).scene
-    assert other.generator == "dynamics"
-    assert other.motion == DynamicsMotion(friction=0.1)
+    other = design.case(3, 0, dynamics=1.0).scene
+    assert other.motion == DynamicsMotion(friction=0.0, before=0.01, after=0.5)
     assert other.filming == cases[3].scene.filming

@@ -47,10 +47,11 @@ def random_paths(cases: int, seed: int, refinement: float, threads: int, progres
 
 
 def recordings_accuracy(cases: int, seed: int, dynamics: float, threads: int, progress: Progress) -> xr.Dataset:
-    from studies import recordings_accuracy as study
     from studies import recordings_design as design
+    from studies.recordings_accuracy import run
 
     with TemporaryDirectory() as folder:
         # Before the processes start: two of them would render the same calibration.
-        design.write_calibrations((study.case(number, seed, dynamics) for number in range(cases)), Path(folder))
-        return in_parts(study.run, cases, 5, seed, dynamics, Path(folder), threads=threads, progress=progress)
+        for camera in {design.case(number, seed).factors["camera"] for number in range(cases)}:
+            design.write_calibration(camera, Path(folder))
+        return in_parts(run, cases, 5, seed, dynamics, Path(folder), threads=threads, progress=progress)

@@ -1,24 +1,23 @@
-"""Many small recordings that differ in everything that could disturb a measurement.
+"""Many small synthetic recordings that differ in every factor that could disturb a measurement.
 
-The same number gives the same recording.  Factors are spread as in a Latin hypercube, in blocks: within each block of
-:data:`BLOCK` numbers every factor takes its values about equally often.
+The design is a Latin hypercube in blocks: within each block of :data:`BLOCK` numbers every factor takes each of its
+values about equally often.  The same number and seed give the same recording.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.stats import qmc
 
-from stripfold.synthetic.recording import history_of, write_calibration, write_recording
-from stripfold.synthetic.scene import Scene
+from stripfold.synthetic import recording
+from stripfold.synthetic.scene import Filming, Scene
 
 BLOCK = 40
-_CAMERAS: tuple[dict[str, Any], ...] = (
+CAMERAS: tuple[dict[str, Any], ...] = (
     {"size": [320, 240], "distortion": [-0.1, 0.03, 0.0, 0.0], "tilt": 4.0},
     {"size": [320, 240], "distortion": [0.05, -0.02, 1e-3, 0.0], "tilt": 2.5, "yaw": 3.0, "roll": -1.5},
     {"size": [400, 300], "distortion": [-0.2, 0.06, 0.0, -1e-3], "tilt": 6.0, "distance": 0.6},
@@ -28,8 +27,7 @@ _CAMERAS: tuple[dict[str, Any], ...] = (
     {"size": [480, 360], "distortion": [0.0, 0.0, 0.0, 0.0], "tilt": 3.0, "yaw": 4.0, "board": "charuco"},
     {"size": [480, 360], "distortion": [-0.08, 0.01, 0.0, 1e-3], "tilt": 7.0, "roll": 1.0, "behind": True},
 )
-CAMERAS = len(_CAMERAS)
-"""How many cameras there are; each is calibrated once."""
+"""Each is calibrated once."""
 _TONES = (
     ({"grey": 0.85, "edge": 0.95}, {"background": 0.22, "table": 0.32}),
     ({"grey": 0.1, "edge": 0.14}, {"background": 0.75, "table": 0.65}),
@@ -50,7 +48,7 @@ _PACES = (
     (0.01, 30.0),
     (0.01, 50.0),
 )
-"""Speed, m/s, and frame rate, 1/s: recordings of about a hundred frames.  In faster ones a snap is hardly one."""
+"""Speed, m/s, and frame rate, 1/s, of recordings of about a hundred frames; at higher speeds no snap stands out."""
 _MOTIONS: tuple[dict[str, Any], ...] = (
     {"law": "parabolic"},
     {"law": "parabolic", "inertia": 0.0, "drag": 0.15},
@@ -60,8 +58,10 @@ _MOTIONS: tuple[dict[str, Any], ...] = (
     {"law": "two_modes"},
     {"law": "two_modes", "drag": 0.2, "inertia": 0.04},
 )
+FRICTIONS = (0.0, 0.01, 0.02)
+"""M_0 of the motions from dynamics, rho_a g L*^2."""
 FACTORS: Mapping[str, Sequence[Any]] = {
-    "camera": range(CAMERAS),
+    "camera": range(len(CAMERAS)),
     "tone": range(len(_TONES)),
     "file": range(len(_FILES)),
     "pace": range(len(_PACES)),
@@ -84,60 +84,40 @@ FACTORS: Mapping[str, Sequence[Any]] = {
     "dropped_at_event": (0, 0, 3),
     "doubled": (0.0, 0.04),
 }
-"""Every factor and its values; height in L*, noise in grey values, the rest as in :mod:`.scene`."""
+"""Every factor and its values; height in L*, noise in grey values, the rest as in a scene."""
 
 
-@dataclass(frozen=True, slots=True)
-class Case:
-    """One recording of the design.
-
-    Attributes
-    ----------
-    scene
-        What is filmed, and how.
-    factors
-        The value of each of :data:`FACTORS`.
-    """
+class Case(NamedTuple):
+    """One recording of the design: its scene, and the value of each of :data:`FACTORS`."""
 
     scene: Scene
     factors: Mapping[str, Any]
 
     def write(self, folder: Path, calibrations: Path) -> None:
-        """Render it into a new folder; its camera's calibration is kept in ``calibrations`` for the next case."""
-        kept = _kept(calibrations, self.factors["camera"])
-        if not kept.exists():
-            write_calibration(camera_scene(self.factors["camera"]), kept)
-        write_recording(history_of(self.scene), self.scene, folder, kept)
+        """Render it into a new folder, with its camera's calibration from ``calibrations``."""
+        kept = write_calibration(self.factors["camera"], calibrations)
+        recording.write_recording(recording.history_of(self.scene), self.scene, folder, kept)
 
 
-def write_calibrations(cases: Iterable[Case], calibrations: Path) -> None:
-    """Render the calibration of each camera of some cases into its place in a folder."""
-    for camera in {case.factors["camera"] for case in cases}:
-        write_calibration(camera_scene(camera), _kept(calibrations, camera))
+def write_calibration(camera: int, calibrations: Path) -> Path:
+    """The calibration of a camera of the design, rendered into its place in a folder unless it is there."""
+    kept = calibrations / f"camera-{camera}"
+    if not kept.exists():
+        recording.write_calibration(Scene.of({"filming": CAMERAS[camera], "seed": camera}), kept)
+    return kept
 
 
-def _kept(calibrations: Path, camera: int) -> Path:
-    return calibrations / f"camera-{camera}"
-
-
-def camera_scene(index: int) -> Scene:
-    """The scene in which a camera of the design is calibrated."""
-    return Scene.of({"filming": _CAMERAS[index], "seed": index})
-
-
-def case(number: int, seed: int = 0, generator: str = "shapes", motion: Mapping[str, Any] | None = None) -> Case:
+def case(number: int, seed: int, dynamics: float = 0.0) -> Case:
     """One case of the design.
 
     Parameters
     ----------
     number
-        Which, from 0.
+        From 0.
     seed
         Of the whole design.
-    generator
-        As in a scene.
-    motion
-        What that generator is asked for; by default that of the design, which is for "shapes".
+    dynamics
+        Share of the cases whose motion is from the project's own dynamics; the others move without mechanics.
     """
     block, row = divmod(number, BLOCK)
     sampler = qmc.LatinHypercube(len(FACTORS), rng=np.random.default_rng([seed, block]))
@@ -148,32 +128,34 @@ def case(number: int, seed: int = 0, generator: str = "shapes", motion: Mapping[
     rng = np.random.default_rng([seed, block, row])
     speed, frame_rate = _PACES[factors["pace"]]
     strip_grey, filming_grey = _TONES[factors["tone"]]
-    strip = {"eta_b": factors["eta_b"], "hairs": factors["hairs"], **strip_grey}
-    unit = float((factors["eta_b"] * 9.81) ** (-1 / 3))
-    # About a hundred frames, of which those at rest, at the snap and after it take two seconds.
-    before = float(np.clip(speed * (100.0 / frame_rate - 2.0), 0.008, 0.028))
-    asked = {**_MOTIONS[factors["motion"]], "before": before, "after": 0.8} if motion is None else dict(motion)
-    same = ("defocus", "exposure", "rolling_shutter", "light", "gradient", "flicker", "shadow", "occluder", "jitter")
-    filming = {
-        **_CAMERAS[factors["camera"]],
-        **filming_grey,
-        **_FILES[factors["file"]],
-        **{name: factors[name] for name in (*same, "dropped", "dropped_at_event", "doubled")},
-        "frame_rate": frame_rate,
-        "read_noise": factors["noise"],
-        "shot_noise": 0.7 * factors["noise"],
-        "log_offset": float(rng.uniform(-0.5, 0.5)),
-        "log_rate": float(rng.choice([50.0, 100.0, 125.0])),
+    if (number * dynamics) % 1.0 + dynamics < 1.0:
+        # About a hundred frames, of which those at rest, at the snap and after it take two seconds.
+        before = float(np.clip(speed * (100.0 / frame_rate - 2.0), 0.008, 0.028))
+        generator, motion = "shapes", {**_MOTIONS[factors["motion"]], "before": before, "after": 0.8}
+    else:
+        friction = FRICTIONS[number % len(FRICTIONS)]
+        generator, motion = "dynamics", {"friction": friction, "before": 0.01, "after": 0.5}
+    scene = {
+        "strip": {"eta_b": factors["eta_b"], "hairs": factors["hairs"], **strip_grey},
+        "gripper": {
+            "height": round(factors["height"] * (factors["eta_b"] * 9.81) ** (-1 / 3), 4),
+            "speed": speed,
+            "finger": factors["finger"],
+        },
+        "filming": {
+            **CAMERAS[factors["camera"]],
+            **filming_grey,
+            **_FILES[factors["file"]],
+            **{name: value for name, value in factors.items() if name in Filming.model_fields},
+            "frame_rate": frame_rate,
+            "read_noise": factors["noise"],
+            "shot_noise": 0.7 * factors["noise"],
+            "log_offset": float(rng.uniform(-0.5, 0.5)),
+            "log_rate": float(rng.choice([50.0, 100.0, 125.0])),
+        },
+        "generator": generator,
+        "motion": motion,
+        "seed": int(rng.integers(2**31)),
+        "title": f"synthetic recording {number} of design {seed}",
     }
-    scene = Scene.of(
-        {
-            "strip": strip,
-            "gripper": {"height": round(factors["height"] * unit, 4), "speed": speed, "finger": factors["finger"]},
-            "filming": filming,
-            "generator": generator,
-            "motion": asked,
-            "seed": int(rng.integers(2**31)),
-            "title": f"synthetic recording {number} of design {seed}",
-        }
-    )
-    return Case(scene, factors)
+    return Case(Scene.of(scene), factors)
