@@ -3,24 +3,24 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
+import shutil
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import xarray as xr
-import yaml
 
 from stripfold import cli, store
+from stripfold.arrays import Mask
 from stripfold.errors import InvalidInputError, MeasurementError
 from stripfold.synthetic.recording import history_of, write_recording
 from stripfold.synthetic.scene import Scene
 from stripfold.vision import measure, recording, report, results, snap
 from stripfold.vision.calibration import Calibration, calibrate_folder
 from stripfold.vision.measure import Measurement
-from stripfold.vision.override import Override
-from stripfold.vision.recording import Recording
+from stripfold.vision.recording import ManualOnset, Recording
 from stripfold.vision.tracking import Tracks, track
 from studies import recordings_accuracy
 
@@ -51,15 +51,29 @@ def found(snapping: Made) -> Measurement:
     return measure.evaluate(*snapping, None)
 
 
-def evaluated(snapping: Made, tracks: Tracks | None = None, override: Override | None = None, **entries: Any):
-    """The measurement with other tracks, an override, or changed entries of gripper and strip."""
+def evaluated(snapping: Made, tracks: Tracks | None = None, manual: ManualOnset | None = None, **entries: Any):
+    """The measurement with other tracks, a manual onset, or changed entries of gripper and strip."""
     asked, calibration, known = snapping
     changed = {
         **asked.entries,
         **{part: {**asked.entries[part], **entries.get(part, {})} for part in ("gripper", "strip")},
         **{key: value for key, value in entries.items() if key not in ("gripper", "strip")},
     }
-    return measure.evaluate(Recording(asked.folder, changed), calibration, tracks or known, override)
+    return measure.evaluate(Recording(asked.folder, changed), calibration, tracks or known, manual)
+
+
+def without_log(snapping: Made, tracks: Tracks | None = None) -> Measurement:
+    asked, calibration, known = snapping
+    entries = {key: value for key, value in asked.entries.items() if key != "robot_log"}
+    return measure.evaluate(Recording(asked.folder, entries), calibration, tracks or known)
+
+
+def some_frames(tracks: Tracks, keep: Mask) -> Tracks:
+    """The tracks of the frames to keep."""
+    names = ("grip_time", "gripped_end", "strip_time", "points", "score", "visible_length")
+    timing = replace(tracks.timing, time=tracks.timing.time[keep], doubled=tracks.timing.doubled[keep])
+    gripper = replace(tracks.gripper, **{f.name: getattr(tracks.gripper, f.name)[keep] for f in fields(tracks.gripper)})
+    return replace(tracks, timing=timing, gripper=gripper, **{name: getattr(tracks, name)[keep] for name in names})
 
 
 def test_lambda_is_the_truth_within_its_interval(snapping: Made, found: Measurement):
@@ -75,15 +89,18 @@ def test_lambda_is_the_truth_within_its_interval(snapping: Made, found: Measurem
     assert found.clock.offset == pytest.approx(0.3, abs=0.02)
 
 
-def test_video_and_log_agree_and_without_a_log_the_video_serves(snapping: Made, found: Measurement):
+def test_video_and_log_agree_and_without_a_log_the_video_serves(
+    snapping: Made, found: Measurement, monkeypatch: pytest.MonkeyPatch
+):
     assert found.by_log == found.event
     assert found.by_video == pytest.approx(found.event, abs=3e-4)
-    asked, calibration, tracks = snapping
-    entries = {key: value for key, value in asked.entries.items() if key != "robot_log"}
-    alone = measure.evaluate(Recording(asked.folder, entries), calibration, tracks, None)
+    alone = without_log(snapping)
     assert alone.event == alone.by_video == pytest.approx(found.by_video)
     assert np.isnan(alone.by_log)
     assert alone.parts["mapping"] > 0.0 == alone.parts["clock"]
+    assert not any("log and video differ" in flag for flag in found.flags)
+    monkeypatch.setattr(measure, "MAX_LOG_DEVIATION", 0.0)
+    assert any("log and video differ" in flag for flag in evaluated(snapping).flags)
 
 
 def test_lambda_counts_from_the_flat_end_in_the_direction_of_the_advance(snapping: Made, found: Measurement):
@@ -105,25 +122,22 @@ def test_the_clock_of_rows_counts(snapping: Made, found: Measurement):
     assert np.all(later.strip_time[later.seen] > later.grip_time[later.seen])
 
 
-def test_an_override_is_taken_and_recorded(snapping: Made, found: Measurement, tmp_path: Path):
-    by_hand = evaluated(
-        snapping, override=Override(event_time=found.event_time - 0.2, sd=0.05, reason="the loop is hidden")
-    )
+def test_a_manual_onset_is_taken_and_recorded(snapping: Made, found: Measurement, tmp_path: Path):
+    manual = ManualOnset(event_time=found.event_time - 0.2, sd=0.05, reason="the loop is hidden")
+    by_hand = evaluated(snapping, manual=manual)
     assert by_hand.event == pytest.approx(found.event - 0.2 * found.speed, abs=1e-4)
     assert by_hand.parts["shape"] == pytest.approx(0.05 * found.speed, rel=0.05)
-    assert results.as_dataset(by_hand).attrs["override"] == "the loop is hidden"
+    assert results.as_dataset(by_hand).attrs["manual_onset"] == "the loop is hidden"
     with pytest.raises(MeasurementError, match="a time within the film"):
-        evaluated(snapping, override=Override(event_time=99.0, sd=0.05, reason="typing error"))
-    folder = tmp_path / "override"
-    folder.mkdir()
-    asked = Recording(folder, snapping[0].entries)
-    assert Override.read(asked) is None
-    (folder / "override.yaml").write_text("event_time: 2\nsd: 0.1\nreason: hidden\n", encoding="utf-8")
-    assert Override.read(asked) == Override(event_time=2.0, sd=0.1, reason="hidden")
+        evaluated(snapping, manual=ManualOnset(event_time=99.0, sd=0.05, reason="typing error"))
+    asked = Recording(tmp_path, snapping[0].entries)
+    assert asked.manual_onset() is None
+    (tmp_path / "manual_onset.yaml").write_text("event_time: 2\nsd: 0.1\nreason: hidden\n", encoding="utf-8")
+    assert asked.manual_onset() == ManualOnset(event_time=2.0, sd=0.1, reason="hidden")
     for text in ("event_time: 2\nsd: 0.1\n", "event_time: soon\nsd: 0.1\nreason: x\n", "[1]", "a: ["):
-        (folder / "override.yaml").write_text(text, encoding="utf-8")
+        (tmp_path / "manual_onset.yaml").write_text(text, encoding="utf-8")
         with pytest.raises(InvalidInputError):
-            Override.read(asked)
+            asked.manual_onset()
 
 
 @pytest.mark.parametrize(
@@ -134,7 +148,7 @@ def test_an_override_is_taken_and_recorded(snapping: Made, found: Measurement, t
     ],
 )
 def test_what_differs_from_the_description_is_flagged(snapping: Made, entries: dict[str, Any], words: str):
-    tracks = replace(snapping[2], whole=True)
+    tracks = replace(snapping[2], complete=True)
     assert any(words in flag for flag in evaluated(snapping, tracks, **entries).flags)
 
 
@@ -145,57 +159,45 @@ def test_a_height_that_is_not_the_described_one_is_refused(snapping: Made):
 
 def test_drift_and_missing_frames_are_flagged(snapping: Made, found: Measurement):
     tracks = snapping[2]
-    place = tracks.place + np.linspace(0.0, 4e-3, len(tracks.place))[:, None] * [0.0, 1.0]
-    assert any("height drifts" in flag for flag in evaluated(snapping, replace(tracks, place=place)).flags)
-    keep = np.abs(tracks.timing.time - found.event_time) > 0.1
-    timing = replace(tracks.timing, time=tracks.timing.time[keep], doubled=tracks.timing.doubled[keep])
-    lines = {name: getattr(tracks, name)[keep] for name in ("grip_time", "place", "strip_time", "points", "score")}
-    gripper = replace(
-        tracks.gripper,
-        **{
-            name: getattr(tracks.gripper, name)[keep]
-            for name in ("time", "centre", "corners", "sd", "score", "tracked")
-        },
-    )
-    fewer = evaluated(snapping, replace(tracks, timing=timing, gripper=gripper, visible=tracks.visible[keep], **lines))
+    end = tracks.gripped_end + np.linspace(0.0, 4e-3, len(tracks.gripped_end))[:, None] * [0.0, 1.0]
+    assert any("height drifts" in flag for flag in evaluated(snapping, replace(tracks, gripped_end=end)).flags)
+    fewer = evaluated(snapping, some_frames(tracks, np.abs(tracks.timing.time - found.event_time) > 0.1))
     assert any("missing at the event" in flag for flag in fewer.flags)
     assert fewer.sd > 1.5 * found.sd
     assert abs(fewer.event - found.event) < 3.0 * fewer.sd
 
 
 def test_a_strip_that_only_follows_has_a_bound(snapping: Made):
-    asked, calibration, tracks = snapping
-    early = tracks.timing.time < 1.6
-    points = tracks.points[early]
-    short = replace(
-        tracks,
-        timing=replace(tracks.timing, time=tracks.timing.time[early], doubled=tracks.timing.doubled[early]),
-        points=points,
-        **{name: getattr(tracks, name)[early] for name in ("grip_time", "place", "strip_time", "score", "visible")},
-        gripper=replace(
-            tracks.gripper,
-            **{n: getattr(tracks.gripper, n)[early] for n in ("time", "centre", "corners", "sd", "score", "tracked")},
-        ),
-    )
-    entries = {key: value for key, value in asked.entries.items() if key != "robot_log"}
-    none = measure.evaluate(Recording(asked.folder, entries), calibration, short, None)
+    early = some_frames(snapping[2], snapping[2].timing.time < 1.6)
+    none = without_log(snapping, early)
     assert not none.snapped
-    flat_end = asked.entries["gripper"]["flat_end"]
-    assert none.event == pytest.approx(short.place[-1, 0] - flat_end, abs=2e-4)
+    assert none.event == pytest.approx(early.gripped_end[-1, 0] - snapping[0].entries["gripper"]["flat_end"], abs=2e-4)
     assert any("no snap" in flag for flag in none.flags)
     assert "more than" in report.result(none)
 
 
 def test_hardly_faster_than_following_is_refused(snapping: Made, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(snap, "LEAST_RATIO", 50.0)
+    monkeypatch.setattr(snap, "MIN_RATIO", 50.0)
     with pytest.raises(MeasurementError, match="move the gripper more slowly"):
         evaluated(snapping)
 
 
-def test_several_bursts_are_flagged(snapping: Made, found: Measurement, monkeypatch: pytest.MonkeyPatch):
+def test_several_bursts_are_flagged(snapping: Made, found: Measurement):
     assert not any("several bursts" in flag for flag in found.flags)
-    monkeypatch.setattr(snap.Speed, "several", True)
-    assert any("several bursts" in flag for flag in evaluated(snapping).flags)
+    tracks = snapping[2]
+    peak = found.motion.t[found.motion.peak]
+    earlier = np.clip((tracks.timing.time - peak + 1.0) / 0.05, 0.0, 1.0)
+    points = tracks.points + snap.WINDOW * found.motion.u.max() * earlier[:, None, None] * [1.0, 0.0]
+    twice = evaluated(snapping, replace(tracks, points=points))
+    assert any("several bursts" in flag for flag in twice.flags)
+
+
+def test_frames_of_another_size_than_the_calibration(snapping: Made):
+    asked, calibration, _ = snapping
+    mapping = calibration.mapping
+    other = replace(mapping, camera=replace(mapping.camera, size=(320, 200)))
+    with pytest.raises(MeasurementError, match=r"frames of 320 x 240 pixels; needed is 320 x 200"):
+        track(asked, replace(calibration, mapping=other))
 
 
 def test_too_little_film_is_refused(snapping: Made):
@@ -212,9 +214,16 @@ def test_the_dataset_and_the_report_tell_all(found: Measurement, tmp_path: Path)
     with xr.open_dataset(tmp_path / "measured.nc") as stored:
         assert float(stored["lambda_event"]) == found.event
         assert stored.attrs["synthetic"] == 1
-    page = report.html(found)
-    assert "SYNTHETIC" in page
-    assert report.result(found).replace("λ", "λ") in page
+    page = report.html(replace(found, flags=("first", "second")))
+    low, high = found.interval
+    for text in (
+        "SYNTHETIC",
+        f"λ = {1e3 * found.event:.2f} mm at the onset of the snap",
+        f"95 % interval {1e3 * low:.2f} to {1e3 * high:.2f} mm",
+        f">{1e3 * found.by_video:.2f} mm<",
+        '<p class="flag">first</p>\n<p class="flag">second</p>',
+    ):
+        assert page.count(text) == 1
     assert page.count("data:video/mp4;base64,") == page.count("data:image/png;base64,") == 1
     assert "<script" not in page
 
@@ -239,10 +248,10 @@ def test_command_line(snapping: Made, found: Measurement, capsys: pytest.Capture
 def test_command_line_refuses_and_writes_nothing(tmp_path: Path, snapping: Made, capsys: pytest.CaptureFixture[str]):
     assert cli.main(["measure", str(tmp_path)]) == 2
     assert "recording.yaml" in capsys.readouterr().err
-    entries = yaml.safe_load((snapping[0].folder / "recording.yaml").read_text(encoding="utf-8"))
-    for name in ("calibration", "video.mkv", "robot.csv"):
-        (tmp_path / name).symlink_to(snapping[0].folder / name)
-    entries["gripper"]["height"] = 0.2
-    (tmp_path / "recording.yaml").write_text(yaml.safe_dump(entries), encoding="utf-8")
-    assert cli.main(["measure", str(tmp_path)]) in (2, 4)
-    assert not (tmp_path / "result").exists()
+    folder = tmp_path / "copy"
+    shutil.copytree(snapping[0].folder, folder, ignore=shutil.ignore_patterns("result"))
+    described = folder / "recording.yaml"
+    described.write_text(described.read_text("utf-8").replace("height: 0.1\n", "height: 0.2\n"), encoding="utf-8")
+    assert cli.main(["measure", str(folder)]) == 4
+    assert "gripper.height = 0.2 m, the video shows 0.10" in capsys.readouterr().err
+    assert not (folder / "result").exists()

@@ -63,7 +63,7 @@ def test_the_raised_part_ends_where_the_strip_lies_down():
     stations = np.linspace(0.0, 0.4, 41)
     z = np.interp(stations, [0.0, 0.1, 0.2, 0.25, 0.4], [0.1, 0.012, 0.03, 0.0, 0.0])
     points = np.stack([stations, z], axis=1)[None].repeat(6, axis=0)
-    chosen = snap.raised(points, stations, 0.1)
+    chosen = snap.raised(points, 0.1)
     assert chosen[:23].all()
     assert not chosen[25:].any()
 
@@ -71,8 +71,8 @@ def test_the_raised_part_ends_where_the_strip_lies_down():
 def test_under_way():
     t = np.linspace(0.0, 6.0, 181)
     x = 0.01 * np.clip(t - 1.0, 0.0, 4.0)
-    start, stop = snap.underway(t, -x)
-    assert start == pytest.approx(1.0 + snap.SETTLING, abs=0.2)
+    start, stop = snap.steady_advance(t, -x)
+    assert start == pytest.approx(1.0 + snap.SETTLING_TIME, abs=0.2)
     assert stop == pytest.approx(5.0, abs=0.2)
 
 
@@ -80,7 +80,7 @@ def test_following_alone_is_no_snap():
     t = np.arange(0.0, 4.0, 1.0 / 30.0)
     noise = 2e-5 * np.random.default_rng(3).normal(size=(len(t), 20, 2))
     found = snap.speed(t, SLOW * t[:, None, None] * SHAPE + noise)
-    assert found.ratio < snap.LEAST_RATIO
+    assert found.ratio < snap.MIN_RATIO
 
 
 def test_a_ripple_before_the_snap_is_none():
@@ -97,8 +97,8 @@ def test_a_level_passed_several_times_is_passed_in_the_middle():
     swings = 0.1 * np.sin(2.0 * np.pi * t / 0.2)
     u = np.where(t < 5.2, 1.0 + 3.0 * rise + 3.0 * swings * (rise > 0.0), 0.0)
     found = snap.Speed(t, u, 1.0, int(np.argmax(u)))
-    last = t[np.flatnonzero(u[: found.peak] < found.half)[-1]]
-    middle = 1.0 + 4.0 * (found.half - 1.0) / 3.0
+    last = t[np.flatnonzero(u[: found.peak] < found.level(0.5))[-1]]
+    middle = 1.0 + 4.0 * (found.level(0.5) - 1.0) / 3.0
     assert last > middle + 0.2
     assert found.onset == pytest.approx(middle, abs=0.1)
 
@@ -129,10 +129,10 @@ def test_what_returns_is_no_snap():
 def test_between_moments_the_speed_is_a_line():
     """By hand: it rises by one per second, from nothing to two."""
     rising = snap.Speed(np.array([0.0, 1.0, 2.0]), np.array([0.0, 1.0, 2.0]), 0.0, 2)
-    assert rising.passes(1.3) == pytest.approx(1.3)
+    assert rising.crossing(1.3) == pytest.approx(1.3)
     assert rising.onset == pytest.approx(1.0)
-    assert rising.slack(0.1) == pytest.approx(0.1)
-    assert np.isnan(rising.passes(-0.5))
+    assert rising.onset_shift(0.1) == pytest.approx(0.1)
+    assert np.isnan(rising.crossing(-0.5))
 
 
 def test_noise_of_a_slow_gripper_is_no_snap():

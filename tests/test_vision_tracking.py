@@ -12,7 +12,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from stripfold.arrays import Array, Picture
-from stripfold.errors import MeasurementError, TrackingError
+from stripfold.errors import TrackingError
 from stripfold.synthetic.recording import history_of
 from stripfold.synthetic.render import Renderer
 from stripfold.synthetic.scene import Scene
@@ -228,8 +228,8 @@ def test_a_bend_cut_short_does_not_shift_what_comes_behind_it() -> None:
         score = np.where(hidden & (cut > 0.0), 0.0, 1.0)
         points = np.column_stack([x, np.zeros(81)])
         lines.append(Centreline(points, np.zeros(81), np.ones(81), np.full(81, 100.0), score, True))
-    calibration = SimpleNamespace(mapping=SimpleNamespace(to_robot=lambda points: points))
-    stations, points, visible = tracking._stations(lines, calibration)
+    mapping = SimpleNamespace(to_robot=lambda points: points)
+    stations, points, visible = tracking.material_points(lines, mapping)
     assert visible[2] == pytest.approx(0.38)
     behind = stations > 0.15
     # What is cut away took the rest of the strip along: the same material is as far from the end as ever.
@@ -250,12 +250,12 @@ def test_a_strip_of_which_a_bend_is_hidden_at_first_is_waited_for(film: Film) ->
 def test_what_a_line_lacks_is_missing_where_it_is_hidden() -> None:
     arc, score = np.linspace(0.0, 1.0, 101), np.ones(101)
     score[30:41] = 0.0
-    found = tracking._of_length(arc, score, 1.05)
+    found = tracking.corrected_arc(arc, score, 1.05)
     assert found[-1] == pytest.approx(1.05)
     assert np.diff(found)[31:39] == pytest.approx(np.diff(found)[31])
     assert found[30] - arc[30] < 0.15 * 0.05
     assert found[40] - arc[40] > 0.75 * 0.05
-    np.testing.assert_allclose(tracking._of_length(arc, np.ones(101), 1.05), 1.05 * arc)
+    np.testing.assert_allclose(tracking.corrected_arc(arc, np.ones(101), 1.05), 1.05 * arc)
 
 
 def test_a_line_may_be_as_long_again_as_usual_at_once_but_no_longer(film: Film) -> None:
@@ -279,12 +279,6 @@ def test_the_marker_is_not_taken_for_the_strip(film: Film) -> None:
     outside = np.ones(image.shape, bool)
     outside[60 - 33 : 60 + 34, 320 - 33 : 320 + 34] = False
     np.testing.assert_array_equal(cleared[outside], image[outside])
-
-
-def test_frames_of_another_size_than_the_calibration(film: Film) -> None:
-    tracking._check_size((480, 360), film.calibration, "film.mkv")
-    with pytest.raises(MeasurementError, match="320 x 240"):
-        tracking._check_size((320, 240), film.calibration, "film.mkv")
 
 
 def test_places_nearer_to_another_layer_are_not_the_strip_s_own() -> None:

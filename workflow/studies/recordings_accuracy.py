@@ -92,11 +92,10 @@ def _truth(folder: Path, found: Measurement) -> tuple[float, float, float]:
     with xr.open_dataset(folder / "truth.nc") as opened:
         truth = opened.load()
     t, lam, curve = truth["time"].values, truth["lambda"].values, truth["curve"].values.astype(np.float64)
-    arc = np.linspace(0.0, float(found.recording.entries["strip"]["length"]), curve.shape[1])
-    start, stop = snap.underway(t, truth["gripper"].values[:, 0])
+    start, stop = snap.steady_advance(t, truth["gripper"].values[:, 0])
     within = (t >= start) & (t <= stop)
     t, lam, curve = t[within], lam[within], curve[within]
-    raised = snap.raised(curve, arc, float(found.recording.entries["gripper"]["height"]))
+    raised = snap.raised(curve, float(found.recording.entries["gripper"]["height"]))
     motion = snap.speed(t, curve[:, raised])
     static = json.loads((folder / "truth.json").read_text(encoding="utf-8"))["lambda_c"]
     return motion.onset, float(np.interp(motion.onset, t, lam)), float("nan") if static is None else float(static)

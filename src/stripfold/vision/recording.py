@@ -6,7 +6,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -115,6 +115,15 @@ class Entries(Input):
     robot: Robot
 
 
+class ManualOnset(Input):
+    """The onset of the snap, set by hand."""
+
+    file_name: ClassVar[str] = "manual_onset.yaml"
+    event_time: Annotated[Number, quantity("onset of the snap by the video's clock", "s")]
+    sd: Annotated[Number, quantity("its standard deviation", "s", gt=0.0)]
+    reason: Annotated[Text, Field(description="why it was set by hand")]
+
+
 @dataclass(frozen=True, eq=False)
 class Recording:
     """A recording that can be read.
@@ -136,6 +145,17 @@ class Recording:
         for key in keys:
             value = value.get(key) if isinstance(value, Mapping) else None
         return None if value is None else self.folder / value
+
+    def manual_onset(self) -> ManualOnset | None:
+        """The onset set by hand; None where there is none.
+
+        Raises
+        ------
+        InvalidInputError
+            Its file cannot be used.
+        """
+        path = self.folder / ManualOnset.file_name
+        return ManualOnset(**read_yaml(path, path.name, "event_time: 3.5")) if path.exists() else None
 
 
 FILES = (

@@ -1,4 +1,4 @@
-"""A measurement as a dataset: what is stored of it."""
+"""A measurement as a dataset, and as plain values for the command line."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from stripfold.vision.measure import Measurement
+from stripfold.store import variable
+from stripfold.vision.measure import PARTS, Measurement
 
 
 def fields(found: Measurement) -> dict[str, Any]:
-    """The result alone, for the command line; lengths in m, times in s."""
+    """The result; lengths in m, times in s."""
     low, high = found.interval
-    static = found.static
     return {
         "snap": found.snapped,
         "lambda_event": found.event,
@@ -22,87 +22,71 @@ def fields(found: Measurement) -> dict[str, Any]:
         "event_time": found.event_time,
         "lambda_video": found.by_video,
         "lambda_log": found.by_log,
-        "lambda_static": static.lam if static else float("nan"),
-        "lambda_static_sd": static.sd if static else float("nan"),
+        "lambda_static": found.static.lam if found.static else float("nan"),
+        "lambda_static_sd": found.static.sd if found.static else float("nan"),
         "speed": found.speed,
         "flags": list(found.flags),
-        "override": found.manual,
+        "manual_onset": found.manual,
         "synthetic": bool(found.recording.entries["synthetic"]),
     }
 
 
-_NAMES = {
-    "shape": "noise of the strip's points",
-    "level": "how well the peak of the strip's speed is known",
-    "frames": "time between frames",
-    "mapping": "calibration",
-    "gripper": "noise of the gripper's marker",
-    "clock": "bringing the clocks together",
+_FIELDS = {
+    "lambda_event": ("m", "lambda at the onset of the snap; without a snap the farthest lambda"),
+    "lambda_low": ("m", "lower end of its 95 % interval"),
+    "lambda_high": ("m", "upper end of its 95 % interval"),
+    "event_time": ("s", "onset of the snap by the video's clock"),
+    "lambda_video": ("m", "lambda at the event from the video alone"),
+    "lambda_log": ("m", "lambda at the event from the robot's log"),
+    "lambda_static": ("m", "end of the quasi-static branch by a square root"),
+    "lambda_static_sd": ("m", "its standard deviation by the fit alone"),
 }
 
 
 def as_dataset(found: Measurement) -> xr.Dataset:
-    """All of a measurement, SI.
+    """The whole measurement, SI.
 
     Returns
     -------
     Dataset over ``t`` (frames), ``moment`` (of the speed), ``station`` (along the strip); scalars for the result.
     """
-    tracks, motion = found.tracks, found.motion
-    low, high = found.interval
-    gripper, strip = found.recording.entries["gripper"], found.recording.entries["strip"]
-    static = found.static
+    tracks, motion, entries = found.tracks, found.motion, found.recording.entries
+    values = fields(found)
     scalars: dict[str, tuple[float, str, str]] = {
-        "lambda_event": (found.event, "m", "lambda at the onset of the snap; without a snap the farthest lambda"),
-        "lambda_low": (low, "m", "lower end of its 95 % interval"),
-        "lambda_high": (high, "m", "upper end of its 95 % interval"),
-        "lambda_sd": (found.sd, "m", "its standard deviation"),
-        **{f"sd_{k}": (v, "m", f"part of it: {_NAMES[k]}") for k, v in found.parts.items()},
-        "lambda_video": (found.by_video, "m", "lambda at the event from the video alone"),
-        "lambda_log": (found.by_log, "m", "lambda at the event from the robot's log"),
-        "lambda_static": (static.lam if static else np.nan, "m", "end of the quasi-static branch by a square root"),
-        "lambda_static_sd": (static.sd if static else np.nan, "m", "its standard deviation by the fit alone"),
-        "event_time": (found.event_time, "s", "onset of the snap by the video's clock"),
+        **{name: (values[name], *texts) for name, texts in _FIELDS.items()},
+        "lambda_sd": (found.sd, "m", "standard deviation of lambda at the event"),
+        **{f"sd_{name}": (sd, "m", f"contribution to it: {PARTS[name]}") for name, sd in found.parts.items()},
+        "snapped": (int(found.snapped), "1", "whether there was a snap"),
         "gripper_speed": (found.speed, "m s-1", "speed of the gripper around the event"),
         "speed_ratio": (motion.ratio, "1", "peak of the strip's speed over that with which it follows its gripper"),
         "following": (motion.following, "m s-1", "speed with which the strip follows its gripper"),
         "clock_offset": (found.clock.offset if found.clock else np.nan, "s", "time of the log minus that of the video"),
-        "height": (gripper["height"], "m", "height of the gripper, as described"),
-        "eta_b": (strip["eta_b"], "m-4 s2", "weight-to-bending-stiffness ratio, as described"),
-        "length": (strip["length"], "m", "length of the strip, as described"),
+        "height": (entries["gripper"]["height"], "m", "height of the gripper, as described"),
+        "eta_b": (entries["strip"]["eta_b"], "m-4 s2", "weight-to-bending-stiffness ratio, as described"),
+        "length": (entries["strip"]["length"], "m", "length of the strip, as described"),
     }
-    data: dict[str, Any] = {
-        name: ((), value, {"units": unit, "long_name": text}) for name, (value, unit, text) in scalars.items()
-    }
-    data |= {
-        "snapped": ((), int(found.snapped), {"units": "1", "long_name": "whether there was a snap"}),
-        "x": ("t", tracks.place[:, 0], {"units": "m", "long_name": "x of the gripped end by the video"}),
-        "z": ("t", tracks.place[:, 1], {"units": "m", "long_name": "z of the gripped end by the video"}),
-        "gripper_seen": (
-            "t",
-            tracks.gripper.tracked.astype(np.int8),
-            {"units": "1", "long_name": "whether the marker was seen"},
-        ),
-        "gripper_score": ("t", tracks.gripper.score, {"units": "1", "long_name": "confidence in the marker, 0 to 1"}),
-        "strip_score": ("t", tracks.score, {"units": "1", "long_name": "confidence in the strip, 0 to 1; 0 lost"}),
-        "strip": (
-            ("t", "station", "axis"),
-            tracks.points.astype(np.float32),
-            {"units": "m", "long_name": "points fixed in the strip, x and z"},
-        ),
-        "speed": ("moment", motion.u, {"units": "m s-1", "long_name": "rms speed of the strip within 0.1 s"}),
+    arrays: dict[str, tuple[Any, Any, str, str]] = {
+        "x": ("t", tracks.gripped_end[:, 0], "m", "x of the gripped end by the video"),
+        "z": ("t", tracks.gripped_end[:, 1], "m", "z of the gripped end by the video"),
+        "gripper_seen": ("t", tracks.gripper.tracked.astype(np.int8), "1", "whether the marker was seen"),
+        "gripper_score": ("t", tracks.gripper.score, "1", "confidence in the marker, 0 to 1"),
+        "strip_score": ("t", tracks.score, "1", "confidence in the strip, 0 to 1; 0 lost"),
+        "strip": (("t", "station", "axis"), tracks.points.astype(np.float32), "m", "material points, x and z"),
+        "speed": ("moment", motion.u, "m s-1", "speed of the strip: median over its points in a window of 0.15 s"),
     }
     coords = {
-        "t": ("t", tracks.timing.time, {"units": "s", "long_name": "time of the frame"}),
-        "moment": ("moment", motion.t, {"units": "s", "long_name": "middle of the window"}),
-        "station": ("station", tracks.stations, {"units": "m", "long_name": "length along the strip from the gripper"}),
-        "axis": ("axis", ["x", "z"], {"units": "1", "long_name": "coordinate"}),
+        "t": ("t", tracks.timing.time, "s", "time of the frame"),
+        "moment": ("moment", motion.t, "s", "middle of the window"),
+        "station": ("station", tracks.stations, "m", "length along the strip from the gripper"),
+        "axis": ("axis", ["x", "z"], "1", "coordinate"),
     }
     attrs = {
-        "recording": found.recording.entries["title"],
-        "synthetic": int(found.recording.entries["synthetic"]),
+        "recording": entries["title"],
+        "synthetic": int(entries["synthetic"]),
         "flags": "; ".join(found.flags),
-        "override": found.manual,
+        "manual_onset": found.manual,
         **{f"calibration_{name}": value for name, value in found.calibration.quality.items()},
     }
-    return xr.Dataset(data, coords, attrs)
+    data = {name: variable((), *given) for name, given in scalars.items()}
+    data |= {name: variable(*given) for name, given in arrays.items()}
+    return xr.Dataset(data, {name: variable(*given) for name, given in coords.items()}, attrs)

@@ -1,70 +1,71 @@
-"""The snap in a recording: when it sets in, whether there is one, and where its quasi-static branch ends.
+"""The snap in a recording: its onset, whether there is one, and where the quasi-static branch before it ends.
 
-A definition that depends on neither the frame rate nor the scale: the strip's speed u is the median, over points fixed
-in the part that is raised when the film begins, of how far each gets within a fixed window of time, per time.  (Of the
-mean, a few points that were taken for the other layer would make a snap.)  Before the snap it follows the gripper, u_0;
-the snap sets in when u has come half the way from u_0 to its first peak.  The slower the gripper, the nearer that is to
-the static critical point; past it by a lag of order v^(2/3) to v^(4/5) (docs/physics.md, section 7).
+The definition depends on neither frame rate nor scale.  The strip's speed u is the median, over material points of the
+part that is raised when the film begins, of the displacement within a fixed window of time, divided by the window.  (A
+mean would take a few points that jumped to the other layer for a snap.)  Before the snap u follows the gripper, u_0;
+the onset is when u has risen half-way from u_0 to its first peak.  It comes after the static critical point by a lag
+of order v^(2/3) to v^(4/5) in the gripper's speed (docs/physics.md, section 7).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 from scipy.optimize import isotonic_regression, least_squares
 
-from stripfold.arrays import Array
+from stripfold.arrays import Array, Mask
 
 WINDOW = 0.15
 """Window of the speed, s: four or five frames at the usual 30 per second, three at 20."""
-GRID = 0.005
-"""Spacing of the moments at which the speed is evaluated, s."""
-REFERENCE = 0.4
-"""Share of the recording before the peak that tells how fast the strip follows its gripper."""
-LEAST_RATIO = 1.6
-"""Peak over u_0 below which a recording shows no snap that can be told from following."""
+STEP = 0.005
+"""Spacing of the times at which the speed is evaluated, s."""
+REFERENCE_SHARE = 0.4
+"""Share of the recording before the peak from which u_0 is taken."""
+MIN_RATIO = 1.6
+"""Peak over u_0 below which a snap cannot be told from following."""
 CLEAR_RATIO = 2.0
-"""Peak over u_0 from which the first such peak is the snap; where none is, the largest."""
-STANDS_OUT = 8.0
-"""How far a peak has to be above the speed of following, in standard deviations of that."""
-FALLEN = 0.6
-"""Share of its height to which the speed has to fall behind a peak: less is a ripple on the way up."""
-DWARFED = 0.3
-"""Height of a peak above u_0, as a share of the largest, below which it is no snap: something that passed, a ripple."""
-SETTLING = 0.2
-"""How long a strip swings after its gripper has started, s."""
-RETURNS = 0.4
-"""For how long after a burst of speed the strip is looked at, s."""
-KEPT = 0.5
-"""Share of the way gone in it that has to be kept."""
-LYING = 0.1
-"""Height below which the strip counts as lying, in the gripper's."""
+"""Peak over u_0 from which the first such peak is the snap; without one, the largest peak is."""
+MIN_PEAK_SIGMA = 8.0
+"""Least height of a peak above u_0, in standard deviations of the speed of following."""
+MIN_PEAK_SHARE = 0.3
+"""Least height of a peak above u_0, as a share of the largest: lower ones are ripples or objects that passed."""
+PEAK_END = 0.6
+"""Share of a peak's height to which the speed falls behind it: less is a ripple on the way up."""
+SETTLING_TIME = 0.2
+"""For how long a strip swings after its gripper has started, s."""
+RETURN_TIME, MIN_NET_MOTION = 0.4, 0.5
+"""A snap is irreversible: for so long after a burst of speed, s, this share of its path must remain."""
+LYING_HEIGHT = 0.1
+"""Height below which the strip counts as lying, as a share of the gripper's."""
 FIRST_FRAMES = 5
-SEVERAL = 0.7
-"""A second peak this high, as a share of the first above u_0, with a rest between them, makes several snaps."""
-RESTED = 0.25
-"""What counts as a rest between two peaks, as a share of the peak above u_0."""
-APART = 0.3
-"""Least time between two peaks that are two snaps, s."""
+REST = 0.25
+"""Share of a peak's height below which the strip rests."""
+SECOND_PEAK, SECOND_PEAK_DELAY = 0.7, 0.3
+"""Height, as a share of the peak's, and distance, s, from which another peak is a snap too, with a rest between."""
+FRAMES_BEFORE = 10
+"""Fewest frames before the snap from which the noise of the points is estimated."""
+FIT_END = 0.25
+"""The static fit uses the frames until the speed has risen by this share of the way from u_0 to its peak."""
+FIT_MIN_FRAMES = 12
+FIT_MAX_SD = 0.2
+"""Largest standard deviation of the branch's end, as a share of the fitted advance."""
 
 
 @dataclass(frozen=True, eq=False)
 class Speed:
-    """The strip's speed in time; m, s.
+    """The strip's speed over time.
 
     Attributes
     ----------
     t, u
-        Shape (m,): moments, and the speed in the window around each.
+        Shape (m,): times, s, and the speed in the window around each, m/s.
     following
-        u_0: median while the strip followed its gripper.
+        u_0: median while the strip followed its gripper, m/s.
     peak
-        Index of the largest.
+        Index of the peak.
     """
 
     t: Array
@@ -72,10 +73,9 @@ class Speed:
     following: float
     peak: int
 
-    @property
-    def half(self) -> float:
-        """Half the way from following to the peak."""
-        return 0.5 * (self.following + float(self.u[self.peak]))
+    def level(self, share: float) -> float:
+        """Speed at a share of the way from following to the peak, m/s."""
+        return self.following + share * (float(self.u[self.peak]) - self.following)
 
     @property
     def ratio(self) -> float:
@@ -84,19 +84,18 @@ class Speed:
 
     @cached_property
     def rise(self) -> Array:
-        """Shape (peak + 1,): the speed up to its peak, m/s, as it would be if it only rose.
+        """Shape (peak + 1,): isotonic regression of the speed up to its peak, m/s.
 
-        Of a level that noise or a swing makes the speed pass several times, this is the middle one; the last one
-        would be late.
+        Of a level that noise or a swing makes the speed cross several times, it gives the middle crossing.
         """
         return np.asarray(isotonic_regression(self.u[: self.peak + 1]).x)
 
     @property
     def onset(self) -> float:
-        """When the snap sets in: when the speed rises through the half."""
-        return self.passes(self.half)
+        """Onset of the snap, s: when the speed rises through half of the way to its peak; nan where it does not."""
+        return self.crossing(self.level(0.5))
 
-    def passes(self, level: float) -> float:
+    def crossing(self, level: float) -> float:
         """When the speed rises through ``level``, m/s; nan where it does not."""
         i = int(np.searchsorted(self.rise, level)) - 1
         if not 0 <= i < self.peak:
@@ -104,122 +103,110 @@ class Speed:
         share = (level - self.rise[i]) / (self.rise[i + 1] - self.rise[i])
         return float(self.t[i] + share * (self.t[i + 1] - self.t[i]))
 
-    def slack(self, share: float) -> float:
-        """By how much the onset moves, s, where the level half-way to the peak is wrong by a share of its height."""
-        off = share * (self.half - self.following)
-        return 0.5 * abs(self.passes(self.half + off) - self.passes(self.half - off))
+    def onset_shift(self, error: float) -> float:
+        """By how much the onset moves, s, if its level is wrong by this share of the level's height above u_0."""
+        low, high = (self.crossing(self.level(0.5 * (1.0 + sign * error))) for sign in (-1.0, 1.0))
+        return 0.5 * abs(high - low)
 
     @property
     def several(self) -> bool:
         """Whether there is another peak like this one, with a rest between them."""
-        above = (self.u - self.following) / (self.u[self.peak] - self.following)
-        for other in np.flatnonzero((above > SEVERAL) & (np.abs(self.t - self.t[self.peak]) > APART)):
-            first, last = sorted((int(other), self.peak))
-            if above[first:last].min() < RESTED:
-                return True
-        return False
+        height = (self.u - self.following) / (self.u[self.peak] - self.following)
+        others = np.flatnonzero((height > SECOND_PEAK) & (np.abs(self.t - self.t[self.peak]) > SECOND_PEAK_DELAY))
+        return any(height[min(i, self.peak) : max(i, self.peak)].min() < REST for i in others)
 
 
 def speed(t: Array, points: Array) -> Speed:
-    """The speed of points fixed in the material.
-
-    Parameters
-    ----------
-    t
-        Shape (n,): s, ascending; need not be equally spaced.
-    points
-        Shape (n, k, 2): m.
-    """
+    """The speed of material points, shape (n, k, 2), m, at ascending times, shape (n,), s."""
     path = PchipInterpolator(t, points.reshape(len(t), -1))
-    moments = np.arange(t[0] + 0.5 * WINDOW, t[-1] - 0.5 * WINDOW, GRID)
-    way = (path(moments + 0.5 * WINDOW) - path(moments - 0.5 * WINDOW)).reshape(len(moments), -1, 2)
-    u = np.median(np.linalg.norm(way, axis=2), axis=1) / WINDOW
-    peak = _first_peak(u, lambda first, last: _got_away(path, moments, first, last))
-    following = float(np.median(u[: max(int(REFERENCE * peak), 1)]))
-    return Speed(moments, u, following, peak)
+    times = np.arange(t[0] + 0.5 * WINDOW, t[-1] - 0.5 * WINDOW, STEP)
+    u = _median_distance(path(times + 0.5 * WINDOW), path(times - 0.5 * WINDOW)) / WINDOW
+    peak = _first_peak(path, times, u)
+    following = float(np.median(u[: max(int(REFERENCE_SHARE * peak), 1)]))
+    return Speed(times, u, following, peak)
 
 
-def _got_away(path: PchipInterpolator, t: Array, first: int, last: int) -> float:
-    """How near, m, the strip comes, for a while after a burst of speed, to where it was before: mistakes go back."""
-    start, end = t[first] - 0.5 * WINDOW, t[-1] + 0.5 * WINDOW
-    before = path(start).reshape(-1, 2)
-    later = np.minimum(t[last] + np.linspace(0.5 * WINDOW, RETURNS, 9), end)
-    after = path(later).reshape(len(later), -1, 2)
-    return float(np.median(np.linalg.norm(after - before, axis=2), axis=1).min())
+def _median_distance(a: Array, b: Array) -> Array:
+    """Median over the points, shape (m,), of the distances between two shapes, each (m, 2 k)."""
+    return np.asarray(np.median(np.linalg.norm((a - b).reshape(len(a), -1, 2), axis=2), axis=1))
 
 
-def _first_peak(u: Array, got_away: Callable[[int, int], float]) -> int:
-    """Index of the first maximum that stands out, from which the speed falls again, and that got the strip somewhere.
+def _first_peak(path: PchipInterpolator, t: Array, u: Array) -> int:
+    """Index of the first outstanding maximum that displaced the strip for good; the largest without one.
 
-    The largest without one.  Something that passes in front of the strip takes it along and gives it back.
+    An object that passes in front of the strip takes it along and gives it back.
     """
-    early = u[: max(int(REFERENCE * len(u)), 1)]
+    early = u[: max(int(REFERENCE_SHARE * len(u)), 1)]
     usual = float(np.median(early))
-    noise = 1.4826 * float(np.median(np.abs(early - usual)))
-    least = max(CLEAR_RATIO * usual, usual + STANDS_OUT * noise, usual + DWARFED * (float(u.max()) - usual))
-    peak, given_back = 0, 0
+    sigma = 1.4826 * float(np.median(np.abs(early - usual)))
+    least = max(CLEAR_RATIO * usual, usual + MIN_PEAK_SIGMA * sigma, usual + MIN_PEAK_SHARE * (float(u.max()) - usual))
+    peak, resume = 0, 0
     for i, value in enumerate(u):
-        if i < given_back or value > u[peak]:
+        if i < resume or value > u[peak]:
             peak = i
-        elif u[peak] > least and value < usual + FALLEN * (u[peak] - usual):
-            slow = np.flatnonzero(u[:peak] < usual + RESTED * (u[peak] - usual))
-            first = int(slow[-1]) if len(slow) else 0
-            if got_away(first, i) > KEPT * GRID * float(u[first:i].sum()):
+        elif u[peak] > least and value < usual + PEAK_END * (u[peak] - usual):
+            resting = np.flatnonzero(u[:peak] < usual + REST * (u[peak] - usual))
+            first = int(resting[-1]) if len(resting) else 0
+            later = np.minimum(t[i] + np.linspace(0.5 * WINDOW, RETURN_TIME, 9), t[-1] + 0.5 * WINDOW)
+            net = _median_distance(path(later), path(t[first] - 0.5 * WINDOW)[None]).min()
+            if net > MIN_NET_MOTION * STEP * float(u[first:i].sum()):
                 return peak
-            # What it took along is given back before long, in another burst.
-            peak, given_back = i, i + round(RETURNS / GRID)
+            # The strip comes back before long, in another burst.
+            peak, resume = i, i + round(RETURN_TIME / STEP)
     return int(np.argmax(u))
 
 
-def underway(t: Array, x: Array) -> tuple[float, float]:
-    """From when to when a gripper is under way at its speed; x in m, shape (n,), at times t, s.
+def onset_sd(t: Array, points: Array, onset: float, samples: int, random: np.random.Generator) -> float:
+    """Standard deviation of the onset from the noise of the points, s: a wild bootstrap by frames; see :func:`speed`.
 
-    Moments of starting and stopping are left out: there the strip swings.
+    The noise is that of the frames before the snap, where three neighbours lie on a line.
+    """
+    smooth = points.copy()
+    smooth[1:-1] = (points[:-2] + points[1:-1] + points[2:]) / 3.0
+    before = np.flatnonzero(t < max(onset - WINDOW, t[FRAMES_BEFORE - 1]))
+    # The mean of three leaves 2/3 of the variance.
+    noise = (points - smooth)[before] * np.sqrt(1.5)
+    onsets = []
+    for _ in range(samples):
+        signs = random.choice([-1.0, 1.0], len(t))[:, None, None]
+        onsets.append(speed(t, smooth + signs * noise[random.integers(0, len(noise), len(t))]).onset)
+    return float(np.nanstd(onsets)) if np.isfinite(onsets).sum() > 2 else float(np.ptp(t))
+
+
+def steady_advance(t: Array, x: Array) -> tuple[float, float]:
+    """First and last time, s, at which a gripper at x, m, moves at its speed; both of shape (n,).
+
+    Starting and stopping, after which the strip swings, are left out.
     """
     path = PchipInterpolator(t, x)
-    moments = np.arange(t[0] + WINDOW, t[-1] - WINDOW, 0.5 * WINDOW)
-    speed = np.abs(path(moments + WINDOW) - path(moments - WINDOW)) / (2.0 * WINDOW)
+    times = np.arange(t[0] + WINDOW, t[-1] - WINDOW, 0.5 * WINDOW)
+    speed = np.abs(path(times + WINDOW) - path(times - WINDOW)) / (2.0 * WINDOW)
     moving = np.flatnonzero(speed > 0.8 * np.quantile(speed, 0.8))
-    return float(moments[moving[0]] + SETTLING), float(moments[moving[-1]])
+    return float(times[moving[0]] + SETTLING_TIME), float(times[moving[-1]])
 
 
-def raised(points: Array, stations: Array, height: float) -> NDArray[np.bool_]:
-    """Which stations are on the part that is raised in the first frames.
+def raised(points: Array, height: float) -> Mask:
+    """Which of the points, shape (n, k, 2), m, belong to the part that is raised in the first frames, shape (k,).
 
-    Parameters
-    ----------
-    points
-        Shape (n, k, 2): x and z, m.
-    stations
-        Shape (k,): lengths along the strip, m.
-    height
-        Of the gripper, m.
+    ``height`` is that of the gripper, m.
     """
     z = np.median(points[:FIRST_FRAMES, :, 1], axis=0)
-    above = np.flatnonzero(z > z.min() + LYING * height)
-    return np.asarray(np.arange(len(stations)) <= (above[-1] if len(above) else -1))
+    above = np.flatnonzero(z > z.min() + LYING_HEIGHT * height)
+    return np.asarray(np.arange(len(z)) <= (above[-1] if len(above) else -1))
 
 
 @dataclass(frozen=True, slots=True)
 class StaticFit:
-    """The quasi-static branch as a square root that ends at ``lam``, m; ``sd`` is what the fit says of it."""
+    """End of the quasi-static branch by a square root, ``lam``, m, and its standard deviation from the fit alone."""
 
     lam: float
     sd: float
-    residual: float
-
-
-FIT_BELOW = 0.25
-"""The fit takes the frames until the speed has come this share of the way from following to its peak."""
-LEAST_FRAMES = 12
-VAGUE = 0.2
-"""Standard deviation from which the end is out of sight, as a share of the way of the gripper that is fitted."""
 
 
 def static_fit(lam: Array, points: Array) -> StaticFit | None:
-    """Where the branch would end without a lag: points = a + b lam - c sqrt(lambda_c - lam), least squares.
+    """Least squares fit of ``points = a + b lam - c sqrt(lambda_c - lam)``: where the branch would end without lag.
 
-    The lag that is left pushes it up, the more the faster the gripper.
+    The remaining lag raises it, the more the faster the gripper.
 
     Parameters
     ----------
@@ -231,29 +218,25 @@ def static_fit(lam: Array, points: Array) -> StaticFit | None:
     Returns
     -------
     StaticFit or None
-        None where the branch does not bend: its end is out of sight.
+        None where the branch does not bend enough to tell its end.
     """
-    if len(lam) < LEAST_FRAMES:
+    if len(lam) < FIT_MIN_FRAMES:
         return None
-    values = points.reshape(len(lam), -1)
     span = float(np.ptp(lam))
-    # One coordinate is enough: the one that says most of the motion.
+    # The first principal component holds most of the motion.
+    values = points.reshape(len(lam), -1)
     left, singular, _ = np.linalg.svd(values - values.mean(axis=0), full_matrices=False)
     coordinate = left[:, 0] * singular[0]
 
-    def basis(end: float) -> Array:
-        return np.column_stack([np.ones_like(lam), lam - lam[0], np.sqrt(np.maximum(end - lam, 0.0))])
-
-    def residual(ahead: Array) -> Array:
-        matrix = basis(float(lam.max() + span * np.exp(ahead[0])))
-        fitted = matrix @ np.linalg.lstsq(matrix, coordinate, rcond=None)[0]
-        return np.asarray(coordinate - fitted)
+    def residual(log_distance: Array) -> Array:
+        end = float(lam.max() + span * np.exp(log_distance[0]))
+        basis = np.column_stack([np.ones_like(lam), lam - lam[0], np.sqrt(np.maximum(end - lam, 0.0))])
+        return np.asarray(coordinate - basis @ np.linalg.lstsq(basis, coordinate, rcond=None)[0])
 
     found = min((least_squares(residual, [guess]) for guess in (-6.0, -4.0, -2.0, 0.0)), key=lambda r: float(r.cost))
     distance = span * float(np.exp(found.x[0]))
-    if distance > span or distance < 1e-6 * span:
-        return None
-    noise = float(np.sqrt(2.0 * found.cost / max(len(lam) - 4, 1)))
     slope = float(np.linalg.norm(found.jac[:, 0]))
-    sd = distance * noise / slope if slope else float("inf")
-    return StaticFit(float(lam.max() + distance), sd, noise) if sd < VAGUE * span else None
+    if not 1e-6 * span <= distance <= span or slope == 0.0:
+        return None
+    sd = distance * float(np.sqrt(2.0 * found.cost / max(len(lam) - 4, 1))) / slope
+    return StaticFit(float(lam.max() + distance), sd) if sd < FIT_MAX_SD * span else None

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from stripfold.plots.colours import BLACK, BLUE, GREY, SKY, VERMILLION
 from stripfold.plots.style import MILLI, figure, note, styled
-from stripfold.vision.measure import COVERED
+from stripfold.vision.measure import Z_95
 from studies.recordings_accuracy import MEASURED, error
 
 
@@ -22,7 +22,7 @@ def draw(data: xr.Dataset) -> Figure:
     order = np.argsort(data["sd"].values[measured])
     off, sd = (MILLI * values[order] for values in (error(data), data["sd"].values[measured]))
     flagged = data["flags"].values[measured][order] != ""
-    half, rank = COVERED * sd, np.arange(len(off))
+    half, rank = Z_95 * sd, np.arange(len(off))
     inside = np.abs(off) <= half
     colours = np.where(inside, GREY, VERMILLION)
     fig = figure(4.4)

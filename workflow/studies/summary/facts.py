@@ -9,7 +9,7 @@ import xarray as xr
 
 from stripfold.analysis import needed_effects
 from stripfold.errors import CoarseMeshError
-from stripfold.vision.measure import COVERED
+from stripfold.vision.measure import Z_95
 from studies import branches as of_branches
 from studies import peers as of_peers
 from studies.peers import CRITICAL, EQUILIBRIUM
@@ -302,7 +302,7 @@ def recordings_accuracy(d: xr.Dataset) -> Facts:
         "cases": d.sizes["case"],
         "seed": seed_of(d),
         "measured": off.size,
-        "share": share(np.abs(off) <= 1e3 * COVERED * sd),
+        "share": share(np.abs(off) <= 1e3 * Z_95 * sd),
         "median": median,
         "mean": some.mean(),
         "rms": np.sqrt(np.mean(some**2)),
