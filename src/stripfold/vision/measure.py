@@ -50,15 +50,9 @@ MAX_LOG_DEVIATION = 3.0
 MISSING_FRAME = 1.5
 """Interval between the frames around the event, in usual ones."""
 
-PARTS = {
-    "shape": "noise of the strip's points",
-    "level": "uncertain peak of the strip's speed",
-    "frames": "time between frames",
-    "mapping": "calibration",
-    "gripper": "noise of the gripper's marker",
-    "clock": "synchronisation of the clocks",
-}
-"""Contributions to the standard deviation."""
+PARTS = ("shape", "level", "frames", "mapping", "gripper", "clock")
+"""Causes of uncertainty: noise of the strip's points, peak of its speed, time between frames, calibration, noise of the
+marker, synchronisation of the clocks."""
 
 
 @dataclass(frozen=True, eq=False)
