@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 from typing import cast
@@ -40,40 +39,25 @@ Frame = NDArray[np.uint8]
 Progress = Callable[[str], None]
 
 
-@dataclass(frozen=True, eq=False)
-class Timing:
-    """Time of each state in the film, s, shape (m,), ascending; seconds of the film per second of the fall."""
-
-    clock: Array
-    slowdown: float
-
-    def frames(self, fps: int) -> Array:
-        """Times of the frames, s; the last one shows the last state."""
-        end = float(self.clock[-1])
-        count = int(np.ceil(end * fps - 1e-9)) + 1
-        return np.minimum(np.arange(count) / fps, end)
-
-    def between(self, t: float) -> tuple[int, int, float]:
-        """The states before and after a time, and the share of the way from the first to the second."""
-        after = min(int(np.searchsorted(self.clock, t, side="right")), len(self.clock) - 1)
-        before = max(after - 1, 0)
-        span = float(self.clock[after] - self.clock[before])
-        return before, after, (t - float(self.clock[before])) / span if span > 0.0 else 1.0
+def default_slowdown(found: Collapse) -> float:
+    """The first of :data:`SLOWDOWNS` with which the fall lasts :data:`LEAST_SECONDS`, or the last."""
+    lasts = float(np.ptp(found.time[found.part(FALL)]))
+    return next((one for one in SLOWDOWNS if one * lasts >= LEAST_SECONDS), SLOWDOWNS[-1])
 
 
-def timing(found: Collapse, slowdown: float | None = None, static_seconds: float = 8.0) -> Timing:
-    """The fall at a constant rate of time, the static parts at a constant speed of the gripper."""
-    fall = found.part(FALL)
-    elapsed = found.time[fall] - found.time[fall[0]]
-    if slowdown is None:
-        slowdown = next((one for one in SLOWDOWNS if one * elapsed[-1] >= LEAST_SECONDS), SLOWDOWNS[-1])
-    static = [part for part in (found.part(BEFORE), found.part(AFTER)) if len(part)]
-    ways = [np.concatenate([[0.0], np.cumsum(np.abs(np.diff(found.advance[part])))]) for part in static]
-    total = sum(way[-1] for way in ways)
-    scale = static_seconds / total if total > 0.0 else 0.0
-    clocks = [scale * ways[0], slowdown * elapsed, *(scale * way for way in ways[1:])]
-    starts = np.cumsum([0.0, *(clock[-1] for clock in clocks)])
-    return Timing(np.concatenate([s + c for s, c in zip(starts, clocks, strict=False)]), float(slowdown))
+def clock(found: Collapse, slowdown: float, static_seconds: float) -> Array:
+    """Time of each state in the film, s: the fall at a constant rate, statics at a constant speed of the gripper."""
+    same = found.phase[1:] == found.phase[:-1]
+    falling = same & (found.phase[1:] == FALL)
+    way = np.where(same & ~falling, np.abs(np.diff(found.advance)), 0.0)
+    seconds = np.where(falling, slowdown * np.diff(found.time), static_seconds * way / max(way.sum(), 1e-300))
+    return np.concatenate([[0.0], np.cumsum(seconds)])
+
+
+def frames(times: Array, fps: int) -> Array:
+    """Position of each frame among the states, which are shown at ``times``, s; the last one is the last state."""
+    count = int(np.ceil(times[-1] * fps - 1e-9)) + 1
+    return np.interp(np.arange(count) / fps, times, np.arange(len(times)))
 
 
 def film(
@@ -98,8 +82,7 @@ def film(
     fps
         Frames per second.
     slowdown
-        Seconds of the film per second of the fall; by default the first of :data:`SLOWDOWNS` with which the fall
-        lasts :data:`LEAST_SECONDS`.
+        Seconds of the film per second of the fall; by default from :func:`default_slowdown`.
     static_seconds
         Duration of the static parts together, s.
     progress
@@ -117,10 +100,10 @@ def film(
         if value is not None and not (np.isfinite(value) and value > 0.0):
             raise InvalidInputError(key, value, "a positive number")
     found = collapse(data)
-    times = timing(found, slowdown, static_seconds)
-    shown = times.frames(fps)
+    slowdown = default_slowdown(found) if slowdown is None else slowdown
+    shown = frames(clock(found, slowdown, static_seconds), fps)
     with atomic(path) as temporary, av.open(os.fspath(temporary), "w", format="mp4", options=_CONTAINER) as container:
-        stage = _Stage(found, times.slowdown)
+        stage = _Stage(found, slowdown)
         stream = container.add_stream("libx264", rate=fps, options=_ENCODER)
         stream.width, stream.height = stage.size
         stream.pix_fmt = "yuv420p"
@@ -130,10 +113,10 @@ def film(
         context.colorspace, context.color_range = Colorspace.ITU709, ColorRange.MPEG
         context.color_primaries, context.color_trc = ColorPrimaries.BT709, ColorTrc.BT709
         # One frame at a time: memory does not grow with the length of the film.
-        for i, t in enumerate(shown):
+        for i, position in enumerate(shown):
             if progress:
                 progress(f"drawing frame {i + 1} of {len(shown)}")
-            picture = av.VideoFrame.from_ndarray(stage.frame(*times.between(float(t))), format="rgb24").reformat(
+            picture = av.VideoFrame.from_ndarray(stage.frame(float(position)), format="rgb24").reformat(
                 format="yuv420p", dst_colorspace=Colorspace.ITU709, dst_color_range=ColorRange.MPEG
             )
             picture.pts, picture.time_base = i, Fraction(1, fps)
@@ -170,14 +153,16 @@ class _Stage:
         self.background = self.canvas.copy_from_bbox(fig.bbox)  # type: ignore[no-untyped-call]
 
     @styled
-    def frame(self, before: int, after: int, share: float) -> Frame:
-        """The picture between two states, ``share`` of the way from the first to the second."""
+    def frame(self, position: float) -> Frame:
+        """The picture at a position among the states, linear in between."""
         found = self.found
+        before = min(int(position), len(found.states) - 2)
+        share = position - before
 
         def between(values: Array) -> Array:
-            return np.asarray((1.0 - share) * values[before] + share * values[after])
+            return np.asarray((1.0 - share) * values[before] + share * values[before + 1])
 
-        phase = str(found.phase[after])
+        phase = str(found.phase[before + 1])
         colour, text = _LOOKS[phase]
         state = CM * between(found.states)
         self.strip.set_data(*state.T)
