@@ -1,4 +1,4 @@
-"""Small made-up datasets for figures and films: a collapse; assessments of folding paths, and friction on them."""
+"""Small made-up datasets for figures and films: motions along x, folding paths and friction on them, recordings."""
 
 from __future__ import annotations
 
@@ -211,3 +211,67 @@ def frictions() -> xr.Dataset:
         attrs = {name: float(value) for name, value in zip(names, values, strict=True)}
         files[material] = with_friction((0.08 + 0.02 * i, 0.009 - 0.002 * i), attrs)
     return friction_data.table(files, dict.fromkeys(LABELS, xr.Dataset()), LABELS)
+
+
+TOUCH_LIMIT = 1.6
+"""Height under which the sag of the made-up elastica touches first, L*."""
+
+
+def x_axis() -> xr.Dataset:
+    """Two heights, 8 and 6 steps padded to 9, 40 nodes padded to 44; the lower height has no snap."""
+    steps, nodes = (6, 8), 40
+    shape = (2, 9)
+    lam, deflections, negatives = (np.full(shape, np.nan) for _ in range(3))
+    x, z = np.full((*shape, 44), np.nan), np.full((*shape, 44), np.nan)
+    heights = np.array([1.2, 3.0]) * UNIT
+    s = np.linspace(0.0, LENGTH, nodes)
+    for i, count in enumerate(steps):
+        way = np.arange(count) / 5.0
+        # On the second height lambda rises to step 5 and falls after it.
+        lam[i, :count] = 0.06 + 0.2 * np.where(way <= 1.0, way, 2.0 - way)
+        deflections[i, :count] = 0.1 * way
+        negatives[i, :count] = way > 1.0
+        for j in range(count):
+            x[i, j, :nodes] = np.maximum(s - LENGTH / 2.0, lam[i, j] - LENGTH / 2.0 + 0.2 * s)
+            z[i, j, :nodes] = heights[i] * np.maximum(1.0 - s / (0.15 + 0.1 * way[j]), 0.0) ** 2
+    at = ("height", "step")
+    columns = {"lambda": lam, "deflection": deflections, "negatives": negatives}
+    data = xr.Dataset({name: (at, values) for name, values in columns.items()}, coords={"height": heights})
+    data = data.assign(x=((*at, "node"), x), z=((*at, "node"), z), snap=("height", [0, 1]))
+    data = data.assign(lambda_0=("height", [0.06, 0.06]), lambda_c=("height", [np.nan, 0.26]))
+    return data.assign_attrs(length=LENGTH, gravity_length=UNIT, thickness=0.0018)
+
+
+def elastica_curve() -> xr.Dataset:
+    """A made-up elastica: lambda_c = 7 + z from the touch limit on."""
+    z = np.linspace(1.0, 9.0, 41)
+    lam = np.where(z >= TOUCH_LIMIT, 7.0 + z, np.nan)
+    return xr.Dataset({"lambda_c": ("z", lam)}, coords={"z": z}, attrs={"touch_limit": TOUCH_LIMIT})
+
+
+def materials() -> xr.Dataset:
+    """Three materials, 0.01 L*, 0.02 L*, 0.03 L* below the made-up elastica; heights in no order, padded."""
+    units = np.array([0.05, 0.03, 0.1])
+    z = np.array([3.0, 1.2, 2.0, 5.0, np.nan])
+    snap = np.where(np.isnan(z), np.nan, z > TOUCH_LIMIT) * np.ones((3, 1))
+    end = np.where(snap == 1.0, 7.0 + z, 8.4) - 0.01 * np.arange(1, 4)[:, None]
+    rows = {"height": z, "lambda_end": end, "lambda_c": np.where(snap == 1.0, end, np.nan), "lambda_0": z - 0.5}
+    rows = {name: units[:, None] * np.where(np.isnan(snap), np.nan, row) for name, row in rows.items()}
+    rows |= {"snap": snap, "lambda_error": 0.002 * units[:, None] * np.ones(5)}
+    data = xr.Dataset({name: (("material", "height_index"), row) for name, row in rows.items()})
+    labels = ["η_b = 820 m⁻⁴ s²", "η_b = 12700 m⁻⁴ s²", "textile, secant η_b"]
+    columns = {"eta_b": [820.0, 12700.0, 94.93], "gravity_length": units, "length": 20.0 * units, "label": labels}
+    data = data.assign({name: ("material", values) for name, values in columns.items()})
+    return data.assign_coords(material=["soft", "softer", "textile"])
+
+
+def recordings() -> xr.Dataset:
+    """Two materials, two heights, two speeds; one without a snap."""
+    eta, z, v = (a.ravel() for a in np.meshgrid([820.0, 3780.0], [0.1, 0.2], [0.001, 0.002], indexing="ij"))
+    event = 3.0 * z + 5.0 * v
+    fields = {"eta_b": eta, "height": z, "speed": v, "lambda_model": 3.0 * z, "lambda_event": event}
+    fields |= {"lambda_low": event - 1e-3, "lambda_high": event + 1e-3, "synthetic": np.ones(8)}
+    fields["snapped"] = np.array([1.0] * 7 + [0.0])
+    data = xr.Dataset({name: ("recording", values) for name, values in fields.items()})
+    track = np.stack([event[:, None] + np.linspace(-0.01, 0.0, 5), np.repeat(z[:, None], 5, 1)], axis=2)
+    return data.assign(track=(("recording", "sample", "axis"), track))

@@ -51,3 +51,8 @@ def indices_of(data: xr.Dataset, shown: np.ndarray, last: bool = False) -> list[
     states = states_of(data)
     found = [np.flatnonzero(np.abs(states - one).max(axis=(1, 2)) < 1e-9) for one in shown]
     return [int(same[-1 if last else 0]) for same in found]
+
+
+def lines(ax: Axes, style: str) -> list[np.ndarray]:
+    """Lines of more than one point with this style, shape (points, 2) each."""
+    return [line.get_xydata() for line in ax.lines if line.get_linestyle() == style and len(line.get_xdata()) > 1]

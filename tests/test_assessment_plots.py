@@ -4,16 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-import xarray as xr
 from matplotlib.collections import PolyCollection
-from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 import made_up
 from plotted import colours, drawn, indices_of, labelled, legend_texts, named, notes, states_of
-from stripfold.analysis import plans as plan_study
 from stripfold.errors import InvalidInputError
-from stripfold.material import Material
 from stripfold.plots import colours as palette
 from stripfold.plots import (
     evolutions,
@@ -25,9 +21,6 @@ from stripfold.plots import (
     rpath_friction,
     touch_error,
 )
-
-LYING = 100.0 * (made_up.LENGTH / 2.0 - 0.26)
-HALF = 100.0 * made_up.LENGTH / 2.0
 
 
 class TestReaders:
@@ -54,15 +47,13 @@ class TestReaders:
         # At the time 1 the plan is 0.3 high.
         np.testing.assert_allclose(part.above(plan), [0.0, 0.1], atol=1e-15)
 
-    def test_the_way_that_touches_is_first(self):
+    def test_the_branch_that_touches_is_first(self):
         data = made_up.two_ways()
         first, second = path_readers.post_critical(data)
         assert first.touch_x == -0.04
         assert (first.touches, second.touches) == (True, False)
         np.testing.assert_array_equal(100.0 * first.fall.states[-1], states_of(data)[24])
         assert second.after.pseudo_time[-1] == 0.7
-
-    def test_no_ways(self):
         assert path_readers.post_critical(made_up.without_ways()) == []
 
     @pytest.mark.parametrize(
@@ -80,65 +71,18 @@ class TestReaders:
         with pytest.raises(InvalidInputError, match=told):
             path_readers.parts(break_it(made_up.assessment().assign_coords(state=np.arange(45))))
 
-    def test_half_a_way_is_refused(self):
+    def test_half_a_branch_and_unknown_names_are_refused(self):
         data = made_up.two_ways()
         with pytest.raises(InvalidInputError, match="branch 1 without one fall"):
             path_readers.post_critical(data.isel(state=np.flatnonzero(data["part"] < 3)))
-
-    def test_unknown_names_are_refused(self):
         with pytest.raises(InvalidInputError, match=r"path = 'square' .* one of r-path"):
             path_readers.planned(made_up.plans(), "square")
         with pytest.raises(InvalidInputError, match=r"law = 'glue' .* one of pull"):
             path_readers.with_friction(made_up.with_friction(), "glue")
 
 
-@pytest.fixture(scope="module")
-def planned() -> xr.Dataset:
-    return plan_study.dataset(Material(eta_b=3780.0), 0.6)
-
-
-class TestPlans:
-    def test_every_strip_keeps_its_length_and_is_held(self, planned):
-        steps = np.hypot(planned["x"].diff("node"), planned["z"].diff("node"))
-        np.testing.assert_allclose(steps.sum("node"), 0.6, rtol=1e-3)
-        np.testing.assert_allclose(planned["x"][..., -1], 0.3)
-        assert float(planned["z"].min()) > -1e-12
-        np.testing.assert_allclose(planned["arc"], np.linspace(0.0, 0.6, 401))
-
-    def test_all_begin_flat_and_end_folded(self, planned):
-        np.testing.assert_allclose(planned["x"].isel(place=0), np.tile(planned["arc"] - 0.3, (3, 1)), atol=1e-12)
-        np.testing.assert_allclose(planned["x"].isel(place=-1, node=0), 0.3)
-        np.testing.assert_allclose(planned["z"].isel(place=[0, -1], node=0), 0.0, atol=1e-12)
-        np.testing.assert_allclose(planned["pseudo_time"].isel(place=[0, -1]), [[0.0, 1.0]] * 3)
-
-    def test_corners_are_among_the_places(self, planned):
-        triangle = planned.sel(path="triangular").isel(node=0)
-        assert float(triangle["z"].max()) == pytest.approx(0.3)
-
-    def test_assumed_states(self, planned):
-        middle = planned.isel(place=150)
-        # Half down the triangle: 15 cm hang from the gripper, 15 cm lie on the lower layer from the fold line on.
-        one = middle.sel(path="triangular").interp(node=[0, 50, 100, 150, 200, 300])
-        np.testing.assert_allclose(one["x"], [0.15, 0.15, 0.15, 0.075, 0.0, 0.15], atol=1e-12)
-        np.testing.assert_allclose(one["z"], [0.15, 0.075, 0.0, 0.0, 0.0, 0.0], atol=1e-12)
-        up = planned.isel(place=50).sel(path="triangular").interp(node=[0, 100, 150])
-        np.testing.assert_allclose(up["x"], [-0.15, -0.15, -0.075], atol=1e-12)
-        np.testing.assert_allclose(up["z"], [0.15, 0.0, 0.0], atol=1e-12)
-        # A rigid half turned by 135 degrees.
-        one = middle.sel(path="circular").interp(node=[0, 100, 200])
-        for place in (one["x"], one["z"]):
-            np.testing.assert_allclose(place, np.sqrt(0.5) * np.array([0.3, 0.15, 0.0]), atol=1e-12)
-
-    def test_the_lying_length_is_the_plans(self, planned):
-        state = planned.sel(path="r-path").isel(place=-1)
-        lifted = state["x"].where(state["z"] > 1e-7, drop=True)
-        begins = 0.3 - float(planned.attrs["lying_length"])
-        assert float(lifted[-1]) == pytest.approx(begins, abs=0.003)
-        assert float(planned.attrs["landing_x"]) == pytest.approx(begins + 2.484620 * planned.attrs["gravity_length"])
-
-
-class TestFolding:
-    def test_both_states(self):
+class TestPlannedStates:
+    def test_folding(self):
         data = made_up.plans()
         fig = folding.draw(data)
         assert [ax.get_aspect() for ax in fig.axes] == [1.0, 1.0]
@@ -147,9 +91,13 @@ class TestFolding:
         np.testing.assert_allclose(flat, plan[0])
         np.testing.assert_allclose(folded[:, 0], plan[-1, :, 0])
         assert len(named(fig, "fold-line")) == 2
-        assert colours(fig, "fold-line") == {palette.BLUE}
+        assert (colours(fig, "fold-line"), colours(fig, "gripper")) == ({palette.BLUE}, {palette.PURPLE})
         (path,) = drawn(fig, "path")
         np.testing.assert_allclose(path - path[0], plan[:, 0] - plan[0, 0], atol=1e-12)
+        # The flat strip shows its upper face, and a strip turned over the other.
+        faces = [ax.findobj(PolyCollection)[0].get_facecolor()[::2, 0] for ax in fig.axes]
+        np.testing.assert_allclose(faces[0], folding.FACE)
+        assert set(np.round(faces[1], 6)) == {folding.FACE, folding.REVERSE}
 
     def test_layers_are_drawn_apart(self):
         x = np.array([3.0, 2.0, 1.0, 0.5, 1.0, 2.0, 3.0])
@@ -159,25 +107,14 @@ class TestFolding:
         flat = np.stack([x, 0.0 * z], axis=1)
         np.testing.assert_array_equal(folding.layered(flat, 0.1), flat)
 
-    def test_faces(self):
-        """The flat strip shows its upper face, and a strip turned over the other."""
-        flat, turned = (
-            ax.findobj(PolyCollection)[0].get_facecolor()[::2, 0] for ax in folding.draw(made_up.plans()).axes
-        )
-        np.testing.assert_allclose(flat, folding.FACE)
-        assert set(np.round(turned, 6)) == {folding.FACE, folding.REVERSE}
-
-
-class TestPlannedPaths:
-    def test_paths_and_states(self):
+    def test_planned_paths(self):
         data = made_up.plans()
         data["x"][1] = data["x"][1] + 0.01
         fig = planned_paths.draw(data)
         for ax, name in zip(fig.axes, ("triangular", "circular", "r-path"), strict=True):
             one = data.sel(path=name)
             assert ax.get_aspect() == 1.0
-            (path,) = drawn(ax, "path")
-            np.testing.assert_allclose(path, states_of(one)[:, 0])
+            np.testing.assert_allclose(drawn(ax, "path"), [states_of(one)[:, 0]])
             assert named(ax, "path")[0].get_linestyle() == "--"
             chosen = indices_of(one, drawn(ax, "state"))
             assert len(chosen) == planned_paths.STATES
@@ -186,41 +123,26 @@ class TestPlannedPaths:
             assert greys == sorted(greys, reverse=True)
             np.testing.assert_array_equal(drawn(ax, "fold-line"), [[[0.0, 0.0]]])
         assert [notes(ax)[0][4:] for ax in fig.axes] == ["triangular path", "circular path", "R-path"]
-        assert colours(fig, "fold-line") == {palette.BLUE}
+        assert (colours(fig, "fold-line"), colours(fig, "path")) == ({palette.BLUE}, {palette.PURPLE})
+        assert [ax.xaxis.get_tick_params()["labelbottom"] for ax in fig.axes] == [False, False, True]
 
-    def test_the_lowest_panel_alone_has_numbers_below(self):
-        shown = [ax.xaxis.get_tick_params()["labelbottom"] for ax in planned_paths.draw(made_up.plans()).axes]
-        assert shown == [False, False, True]
-
-
-class TestEvolutions:
-    @pytest.fixture
-    def fig(self) -> Figure:
-        data = made_up.assessment()
-        return evolutions.draw(data, data, made_up.assessment(critical=False), made_up.plans())
-
-    def test_states(self, fig):
-        data = made_up.assessment()
+    def test_evolutions(self):
+        data, smooth = made_up.assessment(), made_up.assessment(critical=False)
+        fig = evolutions.draw(data, data, smooth, made_up.plans())
         for ax in fig.axes[:2]:
             assert len(named(ax, "static")) == evolutions.SHOWN - 1
             assert max(indices_of(data, drawn(ax, "static"))) < 20
             assert indices_of(data, drawn(ax, "critical")) == [20]
-        assert colours(fig, "static") == {to_hex(palette.STATIC).upper()}
-        assert colours(fig, "critical") == {palette.BLACK}
-
-    def test_no_critical_point_is_told(self, fig):
-        whole = fig.axes[2]
-        assert not named(whole, "critical")
-        assert indices_of(made_up.assessment(critical=False), drawn(whole, "static")[-1:]) == [20]
+        assert not named(fig.axes[2], "critical")
+        assert indices_of(smooth, drawn(fig.axes[2], "static")[-1:]) == [20]
         assert ["no critical point" in notes(ax)[0] for ax in fig.axes] == [False, False, True]
-
-    def test_lying_point_and_path(self, fig):
-        plan = states_of(made_up.plans().isel(path=0))
         for ax in fig.axes:
             assert ax.get_aspect() == 1.0
-            np.testing.assert_allclose(drawn(ax, "lying"), [[[LYING, 0.0]]])
-            np.testing.assert_allclose(drawn(ax, "path")[0], plan[:, 0])
-        assert colours(fig, "lying") == {palette.LYING}
+            np.testing.assert_allclose(drawn(ax, "lying"), [[[100.0 * (made_up.LENGTH / 2.0 - 0.26), 0.0]]])
+            np.testing.assert_allclose(drawn(ax, "path")[0], states_of(made_up.plans().isel(path=0))[:, 0])
+        expected = {"static": palette.STATIC, "critical": palette.BLACK, "lying": palette.MAGENTA}
+        for name, colour in expected.items():
+            assert {line.get_color() for line in named(fig, name)} == {colour}
 
 
 class TestRPathFriction:
@@ -247,12 +169,15 @@ class TestRPathFriction:
 
     def test_with_friction(self, fig):
         data = made_up.with_friction().sel(law="pull")
-        held = indices_of(data, drawn(fig.axes[2], "held"))
+        held, free = (indices_of(data, drawn(fig.axes[2], name)) for name in ("held", "static"))
         assert colours(fig.axes[2], "held") == {palette.ORANGE}
         assert {20, 24} <= set(held) <= set(range(20, 25))
-        free = indices_of(data, drawn(fig.axes[2], "static"))
-        assert not set(free) & set(range(20, 25))
-        assert {0, 40} <= set(free)
+        assert {0, 40} <= set(free) <= {*range(20), *range(25, 41)}
+        data = made_up.with_friction()
+        data["eigenvalue"] = abs(data["eigenvalue"])
+        fig = rpath_friction.draw(made_up.assessment(), made_up.two_ways(), data)
+        assert not named(fig, "held")
+        assert "held by friction alone" not in legend_texts(fig)
 
     def test_what_moves_is_in_view(self, fig):
         near = fig.axes[1]
@@ -275,13 +200,6 @@ class TestRPathFriction:
             assert not named(fig, name)
         assert "falls and touches" not in legend_texts(fig)
 
-    def test_nothing_needs_friction(self):
-        data = made_up.with_friction()
-        data["eigenvalue"] = abs(data["eigenvalue"])
-        fig = rpath_friction.draw(made_up.assessment(), made_up.two_ways(), data)
-        assert not named(fig, "held")
-        assert "held by friction alone" not in legend_texts(fig)
-
 
 class TestRPathCurve:
     @pytest.fixture
@@ -294,7 +212,7 @@ class TestRPathCurve:
         curve = labelled(top, rpath_curve.BEFORE)
         np.testing.assert_allclose(curve[:, 1], np.linspace(0.0, 0.5, 21))
         s = data["arc"].values
-        away = states_of(data)[20] - np.stack([100.0 * s - HALF, 0.0 * s], axis=1)
+        away = states_of(data)[20] - np.stack([100.0 * (s - made_up.LENGTH / 2.0), 0.0 * s], axis=1)
         rms = np.sqrt(np.trapezoid(np.sum(away**2, axis=1), s) / made_up.LENGTH)
         assert curve[-1, 0] == pytest.approx(rms)
         np.testing.assert_allclose(labelled(top, "critical point"), [[rms, 0.5]])
@@ -347,43 +265,34 @@ class TestTouchError:
             np.testing.assert_allclose(hollow, [(95.0, errors[2])])
             assert named(ax, f"{name}-hollow")[0].get_markerfacecolor() == "white"
 
-    def test_only_strips_of_one_length_are_joined(self):
-        (ax,) = touch_error.draw(made_up.assessments()).axes
+        np.testing.assert_allclose(drawn(ax, "assumed")[0][:, 1], -1.0)
+        # Only strips of one length are joined, and no line goes where there is no touch.
         np.testing.assert_allclose(drawn(ax, "r-path-line")[0][:, 0], [820.0, 3780.0])
-        # No line where there is no touch.
         np.testing.assert_allclose(drawn(ax, "circular-line")[0], [(3780.0, 0.7)])
 
-    def test_lengths_and_plan(self):
-        fig = touch_error.draw(made_up.assessments())
-        (ax,) = fig.axes
-        (above,) = ax.child_axes
+    def test_lengths_and_legend(self):
+        data = made_up.assessments()
+        fig = touch_error.draw(data)
+        (above,) = fig.axes[0].child_axes
         assert [text.get_text() for text in above.get_xticklabels()] == ["20", "12", "20 (cloth)"]
         np.testing.assert_allclose(above.get_xticks(), made_up.ETAS)
-        np.testing.assert_allclose(drawn(ax, "assumed")[0][:, 1], -1.0)
         assert "laid down without a fall" in legend_texts(fig)
-
-    def test_all_fall(self):
-        data = made_up.assessments()
         data["fell"][:] = 1.0
         assert "laid down without a fall" not in legend_texts(touch_error.draw(data))
 
 
-class TestFrictionNeeded:
-    def test_points(self):
-        top, bottom = friction_needed.draw(made_up.frictions()).axes
-        # k_f / (g/L*) times the step of 0.1 L*.
-        np.testing.assert_allclose(drawn(top, "pull-filled")[0], [(95.0, 0.012), (820.0, 0.010), (3780.0, 0.008)])
-        np.testing.assert_allclose(drawn(top, "hysteresis-filled")[0], [(95.0, 0.005), (820.0, 0.007), (3780.0, 0.009)])
-        # Up to the first touch, at the pseudo time 0.6; the median is at 0.3.
-        np.testing.assert_allclose(drawn(bottom, "ratio_max-filled")[0][:, 1], 0.037)
-        np.testing.assert_allclose(drawn(bottom, "ratio_median-filled")[0][:, 1], 0.010)
-        assert top.get_yscale() == bottom.get_yscale() == "log"
-        np.testing.assert_allclose(drawn(top, "pull-line")[0][:, 0], [820.0, 3780.0])
-
-    def test_names_and_limits(self):
-        top, bottom = friction_needed.draw(made_up.frictions()).axes
-        assert legend_texts(top) == [friction_needed.PULL, friction_needed.MOMENT]
-        assert legend_texts(bottom) == ["largest", "median"]
-        np.testing.assert_allclose(top.get_ylim(), [1e-3, 1e-1])
-        # Not on the border.
-        np.testing.assert_allclose(bottom.get_ylim(), [1e-3, 1e-1])
+def test_friction_needed():
+    top, bottom = friction_needed.draw(made_up.frictions()).axes
+    # k_f / (g/L*) times the step of 0.1 L*.
+    np.testing.assert_allclose(drawn(top, "pull-filled")[0], [(95.0, 0.012), (820.0, 0.010), (3780.0, 0.008)])
+    np.testing.assert_allclose(drawn(top, "hysteresis-filled")[0], [(95.0, 0.005), (820.0, 0.007), (3780.0, 0.009)])
+    # Up to the first touch, at the pseudo time 0.6; the median is at 0.3.
+    np.testing.assert_allclose(drawn(bottom, "ratio_max-filled")[0][:, 1], 0.037)
+    np.testing.assert_allclose(drawn(bottom, "ratio_median-filled")[0][:, 1], 0.010)
+    assert top.get_yscale() == bottom.get_yscale() == "log"
+    np.testing.assert_allclose(drawn(top, "pull-line")[0][:, 0], [820.0, 3780.0])
+    assert legend_texts(top) == [friction_needed.PULL, friction_needed.MOMENT]
+    assert legend_texts(bottom) == ["largest", "median"]
+    np.testing.assert_allclose(top.get_ylim(), [1e-3, 1e-1])
+    # Not on the border.
+    np.testing.assert_allclose(bottom.get_ylim(), [1e-3, 1e-1])

@@ -12,102 +12,33 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 import xarray as xr
-from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
 
 import made_up
-from plotted import colours, drawn, labelled, legend_texts, named, notes
+from plotted import colours, drawn, labelled, legend_texts, lines, named, notes
 from stripfold import plots
 from stripfold.errors import InvalidInputError
-from stripfold.models.laws import LAWS
 from stripfold.plots import colours as palette
 from stripfold.plots import critical_points, deflection, geometry, master_curve, measured, motion, paths, real_paths
 from stripfold.plots.readers import branch, evenly
 from stripfold.plots.save import save, save_as
 from studies import plots as study_plots
-from studies import printed_law as law_study
-from studies.plots import printed_law, recordings_accuracy
+from studies.plots import recordings_accuracy
 
-UNIT, LENGTH, LIMIT = 0.03, 0.6, 1.6
 USERS = {"svg.hashsalt": "other", "savefig.dpi": 50, "svg.fonttype": "none", "font.size": 33.0, "axes.edgecolor": "red"}
 """Settings of a user, which must not matter."""
 ROOT = Path(__file__).resolve().parents[1]
 
 
-def x_axis() -> xr.Dataset:
-    """Two heights, 8 and 6 steps padded to 9, 40 nodes padded to 44; the lower height has no snap."""
-    steps, nodes = (6, 8), 40
-    shape = (2, 9)
-    lam, deflections, negatives = (np.full(shape, np.nan) for _ in range(3))
-    x, z = np.full((*shape, 44), np.nan), np.full((*shape, 44), np.nan)
-    heights = np.array([1.2, 3.0]) * UNIT
-    s = np.linspace(0.0, LENGTH, nodes)
-    for i, count in enumerate(steps):
-        way = np.arange(count) / 5.0
-        # On the second height lambda rises to step 5 and falls after it.
-        lam[i, :count] = 0.06 + 0.2 * np.where(way <= 1.0, way, 2.0 - way)
-        deflections[i, :count] = 0.1 * way
-        negatives[i, :count] = way > 1.0
-        for j in range(count):
-            x[i, j, :nodes] = np.maximum(s - LENGTH / 2.0, lam[i, j] - LENGTH / 2.0 + 0.2 * s)
-            z[i, j, :nodes] = heights[i] * np.maximum(1.0 - s / (0.15 + 0.1 * way[j]), 0.0) ** 2
-    at = ("height", "step")
-    columns = {"lambda": lam, "deflection": deflections, "negatives": negatives}
-    data = xr.Dataset({name: (at, values) for name, values in columns.items()}, coords={"height": heights})
-    data = data.assign(x=((*at, "node"), x), z=((*at, "node"), z), snap=("height", [0, 1]))
-    data = data.assign(lambda_0=("height", [0.06, 0.06]), lambda_c=("height", [np.nan, 0.26]))
-    return data.assign_attrs(length=LENGTH, gravity_length=UNIT, thickness=0.0018)
-
-
-def elastica_curve() -> xr.Dataset:
-    """A made-up elastica: lambda_c = 7 + z from the touch limit on."""
-    z = np.linspace(1.0, 9.0, 41)
-    lam = np.where(z >= LIMIT, 7.0 + z, np.nan)
-    return xr.Dataset({"lambda_c": ("z", lam)}, coords={"z": z}, attrs={"touch_limit": LIMIT})
-
-
-def materials() -> xr.Dataset:
-    """Three materials, 0.01 L*, 0.02 L*, 0.03 L* below the made-up elastica; heights in no order, padded."""
-    units = np.array([0.05, 0.03, 0.1])
-    z = np.array([3.0, 1.2, 2.0, 5.0, np.nan])
-    snap = np.where(np.isnan(z), np.nan, z > LIMIT) * np.ones((3, 1))
-    end = np.where(snap == 1.0, 7.0 + z, 8.4) - 0.01 * np.arange(1, 4)[:, None]
-    rows = {"height": z, "lambda_end": end, "lambda_c": np.where(snap == 1.0, end, np.nan), "lambda_0": z - 0.5}
-    rows = {name: units[:, None] * np.where(np.isnan(snap), np.nan, row) for name, row in rows.items()}
-    rows |= {"snap": snap, "lambda_error": 0.002 * units[:, None] * np.ones(5)}
-    data = xr.Dataset({name: (("material", "height_index"), row) for name, row in rows.items()})
-    labels = ["η_b = 820 m⁻⁴ s²", "η_b = 12700 m⁻⁴ s²", "textile, secant η_b"]
-    columns = {"eta_b": [820.0, 12700.0, 94.93], "gravity_length": units, "length": 20.0 * units, "label": labels}
-    data = data.assign({name: ("material", values) for name, values in columns.items()})
-    return data.assign_coords(material=["soft", "softer", "textile"])
-
-
-def recordings() -> xr.Dataset:
-    """Two materials, two heights, two speeds; one without a snap."""
-    eta, z, v = (a.ravel() for a in np.meshgrid([820.0, 3780.0], [0.1, 0.2], [0.001, 0.002], indexing="ij"))
-    event = 3.0 * z + 5.0 * v
-    fields = {"eta_b": eta, "height": z, "speed": v, "lambda_model": 3.0 * z, "lambda_event": event}
-    fields |= {"lambda_low": event - 1e-3, "lambda_high": event + 1e-3, "synthetic": np.ones(8)}
-    fields["snapped"] = np.array([1.0] * 7 + [0.0])
-    data = xr.Dataset({name: ("recording", values) for name, values in fields.items()})
-    track = np.stack([event[:, None] + np.linspace(-0.01, 0.0, 5), np.repeat(z[:, None], 5, 1)], axis=2)
-    return data.assign(track=(("recording", "sample", "axis"), track))
-
-
 SOURCES = {
-    "geometry": lambda: [x_axis()],
+    "geometry": lambda: [made_up.x_axis()],
     "collapse": lambda: [made_up.collapse()],
-    "master_curve": lambda: [materials(), elastica_curve()],
+    "master_curve": lambda: [made_up.materials(), made_up.elastica_curve()],
     "folding": lambda: [made_up.plans()],
     "rpath_curve": lambda: [made_up.assessment(), made_up.two_ways(), made_up.with_friction(), made_up.plans()],
     "friction_needed": lambda: [made_up.frictions()],
 }
 """Made-up datasets for a figure of each kind."""
-
-
-def lines(ax: Axes, style: str) -> list[np.ndarray]:
-    """Lines of more than one point with this style, shape (points, 2) each."""
-    return [line.get_xydata() for line in ax.lines if line.get_linestyle() == style and len(line.get_xdata()) > 1]
 
 
 class TestTable:
@@ -146,7 +77,7 @@ class TestTable:
 
 class TestSave:
     def test_files(self, tmp_path):
-        png, svg = save(deflection.draw(x_axis()), tmp_path / "new" / "figure.v1")
+        png, svg = save(deflection.draw(made_up.x_axis()), tmp_path / "new" / "figure.v1")
         assert [path.name for path in (png, svg)] == ["figure.v1.png", "figure.v1.svg"]
         assert png.read_bytes().startswith(b"\x89PNG")
         assert b"Software" not in png.read_bytes()
@@ -158,13 +89,13 @@ class TestSave:
         assert sorted(path.name for path in png.parent.iterdir()) == ["figure.v1.png", "figure.v1.svg"]
 
     def test_the_same_figure_again(self, tmp_path):
-        fig = deflection.draw(x_axis())
+        fig = deflection.draw(made_up.x_axis())
         runs = [save(fig, tmp_path / "first"), save(fig, tmp_path / "again")]
         for files in zip(*runs, strict=True):
             assert len({path.read_bytes() for path in files}) == 1
 
     def test_a_failure_leaves_the_old_file(self, tmp_path, monkeypatch):
-        fig = motion.draw(x_axis())
+        fig = motion.draw(made_up.x_axis())
         png, _ = save(fig, tmp_path / "figure")
         before = png.read_bytes()
 
@@ -181,8 +112,8 @@ class TestSave:
 
 class TestBranch:
     def test_padding_is_gone(self):
-        chosen = branch(x_axis())
-        assert chosen.height == pytest.approx(3.0 * UNIT)
+        chosen = branch(made_up.x_axis())
+        assert chosen.height == pytest.approx(3.0 * made_up.UNIT)
         assert [state.shape for state in chosen.states] == [(40, 2)] * 8
         assert chosen.critical == 5
 
@@ -197,13 +128,13 @@ class TestBranch:
         ],
     )
     def test_runs_of_one_stability(self, negatives, runs):
-        data = x_axis()
+        data = made_up.x_axis()
         data["negatives"][1, :8] = negatives
         assert branch(data).runs() == runs
 
     def test_no_snap_is_refused(self):
         with pytest.raises(InvalidInputError, match="snap"):
-            branch(x_axis().assign(snap=("height", [0, 0])))
+            branch(made_up.x_axis().assign(snap=("height", [0, 0])))
 
     def test_even_indices(self):
         values = np.array([0.0, 1.0, 2.0, 3.0, 10.0])
@@ -214,7 +145,7 @@ class TestBranch:
 
 class TestXAxis:
     def test_geometry(self):
-        fig = geometry.draw(x_axis())
+        fig = geometry.draw(made_up.x_axis())
         assert [ax.get_aspect() for ax in fig.axes] == [1.0, 1.0]
         expected = {"mid-surface": palette.RED, "holding-point": palette.BLUE, "grasping-point": palette.PURPLE}
         for name, colour in expected.items():
@@ -226,7 +157,7 @@ class TestXAxis:
         # In lengths of the strip.
         flat, bent = (np.array(line.get_data()).T for line in named(fig, "mid-surface"))
         np.testing.assert_allclose(flat, [[-0.5, 0.0], [0.5, 0.0]])
-        assert bent[0, 1] == pytest.approx(3.0 * UNIT / LENGTH)
+        assert bent[0, 1] == pytest.approx(3.0 * made_up.UNIT / made_up.LENGTH)
 
     def test_outline_is_offset_by_half_the_thickness(self):
         angle = np.linspace(0.0, np.pi, 400)
@@ -235,7 +166,7 @@ class TestXAxis:
         np.testing.assert_allclose(radius, np.repeat([0.9, 1.1], 400), atol=1e-5)
 
     def test_motion(self):
-        fig = motion.draw(x_axis())
+        fig = motion.draw(made_up.x_axis())
         (ax,) = fig.axes
         assert ax.get_aspect() == 1.0
         for name, x in (("lambda_0", 6.0 - 30.0), ("lambda_c", 26.0 - 30.0)):
@@ -251,7 +182,7 @@ class TestXAxis:
         assert legend_texts(fig) == ["stable", "unstable"]
 
     def test_deflection(self):
-        fig = deflection.draw(x_axis())
+        fig = deflection.draw(made_up.x_axis())
         ax = fig.axes[0]
         assert "rms displacement" in ax.get_xlabel()
         np.testing.assert_allclose(lines(ax, "--"), [[(10.0, 26.0), (12.0, 22.0), (14.0, 18.0)]])
@@ -263,14 +194,14 @@ class TestXAxis:
         assert len(ax.child_axes) == 1
 
     def test_deflection_without_unstable_points(self):
-        ax = deflection.draw(x_axis().isel(step=slice(0, 6))).axes[0]
+        ax = deflection.draw(made_up.x_axis().isel(step=slice(0, 6))).axes[0]
         assert not lines(ax, "--")
         assert not ax.child_axes
 
 
 class TestManyHeights:
     def test_paths_and_their_ends(self):
-        fig = paths.draw(materials(), "softer")
+        fig = paths.draw(made_up.materials(), "softer")
         (ax,) = fig.axes
         assert ax.get_aspect() == 1.0
         assert len(named(fig, "path")) == 4
@@ -281,16 +212,16 @@ class TestManyHeights:
         assert critical_points.NO_SNAP in legend_texts(fig)
 
     def test_no_cross_where_all_snap(self):
-        fig = paths.draw(materials().isel(height_index=[0, 2, 3]), "soft")
+        fig = paths.draw(made_up.materials().isel(height_index=[0, 2, 3]), "soft")
         assert not named(fig, "no-snap")
         assert critical_points.NO_SNAP not in legend_texts(fig)
 
     def test_unknown_material(self):
         with pytest.raises(InvalidInputError, match="soft, softer, textile"):
-            paths.draw(materials(), "paper")
+            paths.draw(made_up.materials(), "paper")
 
     def test_critical_points(self):
-        fig = critical_points.draw(materials().isel(material=[0, 1]))
+        fig = critical_points.draw(made_up.materials().isel(material=[0, 1]))
         (ax,) = fig.axes
         first, second = ax.containers
         np.testing.assert_allclose(first.lines[0].get_ydata(), 5.0 * (np.array([9.0, 10.0, 12.0]) - 0.01))
@@ -301,7 +232,7 @@ class TestManyHeights:
         assert legend_texts(fig) == ["820", "12700", critical_points.NO_SNAP]
 
     def test_a_large_material_gets_a_second_panel(self):
-        data = materials()
+        data = made_up.materials()
         data["height"][2] *= 2.0
         fig = critical_points.draw(data)
         assert len(fig.axes) == 2
@@ -309,19 +240,21 @@ class TestManyHeights:
         assert legend_texts(fig)[2] == r"94.9: textile, secant $\eta_b$"
 
     def test_master_curve(self):
-        fig = master_curve.draw(materials(), elastica_curve())
+        fig = master_curve.draw(made_up.materials(), made_up.elastica_curve())
         top, bottom = fig.axes
-        np.testing.assert_allclose(drawn(top, "elastica")[0, :, 1], elastica_curve()["lambda_c"])
+        np.testing.assert_allclose(drawn(top, "elastica")[0, :, 1], made_up.elastica_curve()["lambda_c"])
         for below, container in zip((0.01, 0.02, 0.03), bottom.containers, strict=True):
             np.testing.assert_allclose(container.lines[0].get_xydata(), [(z, -below) for z in (2.0, 3.0, 5.0)])
         for container in top.containers:
             np.testing.assert_allclose(container.lines[0].get_xdata(), [2.0, 3.0, 5.0])
         assert len(named(fig, "no-snap")) == 3
-        assert [shade.get_width() for shade in named(fig, "touch")] == pytest.approx([LIMIT, LIMIT])
+        assert [shade.get_width() for shade in named(fig, "touch")] == pytest.approx(
+            [made_up.TOUCH_LIMIT, made_up.TOUCH_LIMIT]
+        )
         assert "elastica" in legend_texts(fig)
 
     def test_no_extrapolation(self):
-        assert np.isnan(master_curve.elastica_at(elastica_curve(), np.array([1.5, 9.5]))).all()
+        assert np.isnan(master_curve.elastica_at(made_up.elastica_curve(), np.array([1.5, 9.5]))).all()
 
     def test_looks_of_materials_differ(self):
         assert len({palette.look(i) for i in range(30)}) == 30
@@ -330,7 +263,7 @@ class TestManyHeights:
 
 class TestRecordings:
     def test_measured_values_stand_above_the_line(self):
-        top, bottom = measured.draw(recordings()).axes
+        top, bottom = measured.draw(made_up.recordings()).axes
         np.testing.assert_allclose(lines(top, "-")[0], [[10.0, 30.0], [20.0, 60.0]])
         dots = np.concatenate([container[0].get_xydata() for container in bottom.containers])
         assert len(dots) == 7
@@ -338,7 +271,7 @@ class TestRecordings:
         assert notes(top) == ["synthetic recordings"]
 
     def test_paths_end_where_the_strip_snapped(self):
-        axes = real_paths.draw(recordings()).axes
+        axes = real_paths.draw(made_up.recordings()).axes
         assert len(axes) == 2
         for ax, snaps in zip(axes, (4, 3), strict=True):
             tracks = [line.get_xydata() for line in ax.lines if to_hex(line.get_color()).upper() == palette.PURPLE]
@@ -363,40 +296,3 @@ class TestRecordings:
         assert notes(top) == ["95 % intervals: 95.0 % of 20 hold the truth"]
         assert sum(patch.get_height() for patch in bottom.patches) == pytest.approx(20.0)
         recordings_accuracy.draw(data.isel(case=slice(20, None)))
-
-
-class TestPrintedLaw:
-    def test_stress_and_stiffness(self):
-        data = law_study.run(np.array([0.0, 45.0, 90.0, 180.0]))
-        share = np.array([1.0, 0.5, 0.0, 1.0])
-        np.testing.assert_allclose(data["stress_svk"], 0.105, rtol=1e-12)
-        np.testing.assert_allclose(data["stress_printed"], 0.105 / 1.1 * share, atol=1e-15)
-        np.testing.assert_allclose(data["stiffness_svk"], 1.0, rtol=1e-12)
-        np.testing.assert_allclose(data["stiffness_printed"], share, atol=1e-14)
-        assert all({"units", "long_name"} <= set(variable.attrs) for variable in data.variables.values())
-
-    @pytest.mark.parametrize("name", ["svk", "printed"])
-    def test_stiffness_is_the_moment_of_the_stress(self, name):
-        """By finite differences of the moment of the stresses, without the law's tangent."""
-        angle = np.array([20.0, 70.0])
-        r = law_study.rotation(angle)
-        zeta, weight = np.polynomial.legendre.leggauss(6)
-
-        def moment(kappa: float) -> np.ndarray:
-            total = np.zeros(2)
-            for z, w in zip(zeta, weight, strict=True):
-                p = LAWS[name].stress(r @ np.diag([1.0 - kappa * z, 1.0]), law_study._LAME)
-                total -= w * z * np.einsum("mi,mi->m", r[..., 0], p[..., 0])
-            return total
-
-        slope = (moment(1e-4) - moment(-1e-4)) / 2e-4 / (2.0 / 3.0)
-        np.testing.assert_allclose(slope, law_study.stiffness(LAWS[name], angle), atol=1e-7)
-
-    def test_figure(self):
-        fig = printed_law.draw(law_study.run())
-        for ax, highest in zip(fig.axes, (0.105 / 1.1, 1.0), strict=True):
-            (printed,) = lines(ax, "--")
-            np.testing.assert_allclose(printed[[0, -1]], [(0.0, highest), (90.0, 0.0)], atol=1e-15)
-            (svk,) = lines(ax, "-")
-            assert np.ptp(svk[:, 1]) < 1e-12
-        assert [text.get_text() for text in fig.axes[0].texts] == ["0.0955", "0.0477", "0"]
