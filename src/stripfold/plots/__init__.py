@@ -68,8 +68,8 @@ FIGURES = table(__name__, {
         "Without friction the branch (black) ends at the critical point, enlarged in (b); with friction (orange) the "
         "strip stays within a fraction of a millimetre of the plan.",
     "touch_error":
-        "The strip on the triangular path touches too early by more than L*; the R-path comes closest to the place "
-        "where the folded strip lands.",
+        "On the triangular path the strip first touches more than L* short of where the folded strip lands; on the "
+        "R-path it comes closer, on the circular path it mostly touches too far.",
     "friction_needed":
         "A pull of about one percent of the gripper force, or a similarly small hysteresis, suffices everywhere.",
     "measured":

@@ -33,7 +33,7 @@ def draw(data: xr.Dataset) -> Figure:
     """
     found = collapse(data)
     names = ("elastic", "gravity", "work", "closing", *STACKED)
-    require(data, names, (), "a collapse with its energies")
+    require(data, names, "a collapse with its energies")
     fall = data.isel(state=found.part(FALL))
     time, e = fall["time"].values, {name: MILLI * fall[name].values for name in names}
     gained = {name: e[name] - e[name][0] for name in ("elastic", "gravity")}

@@ -40,7 +40,9 @@ class Part:
 
     def above(self, plan: Part) -> Array:
         """Mean height of the mid-surface over the states of ``plan`` at the same pseudo times, shape (m,), m."""
-        planned = RegularGridInterpolator((plan.pseudo_time, plan.arc), plan.states[..., 1])
+        planned = RegularGridInterpolator(
+            (plan.pseudo_time, plan.arc), plan.states[..., 1], bounds_error=False, fill_value=None
+        )
         return self._mean(self.states[..., 1] - planned(tuple(np.meshgrid(self.pseudo_time, self.arc, indexing="ij"))))
 
     def _mean(self, values: Array) -> Array:
@@ -69,7 +71,7 @@ def parts(data: xr.Dataset) -> list[Part]:
     InvalidInputError
         It holds something else, or no states.
     """
-    require(data, ("phase", "part", *_NAMES), (), _ALLOWED)
+    require(data, ("phase", "part", *_NAMES), _ALLOWED)
     phase, number = data["phase"].values.astype(str), data["part"].values
     if not set(phase) <= set(PHASES):
         raise InvalidInputError("data", f"phases {', '.join(sorted(set(phase)))}", _ALLOWED)
@@ -94,7 +96,7 @@ def post_critical(data: xr.Dataset) -> list[PostCriticalBranch]:
     """
     if data.attrs.get("reason"):
         return []
-    require(data, ("way", "phase", "part", *_NAMES), (), _ALLOWED)
+    require(data, ("way", "phase", "part", *_NAMES), _ALLOWED)
     found = []
     for i, touch in enumerate(np.atleast_1d(data.attrs["touch_x"])):
         own = parts(data.isel(state=np.flatnonzero(data["way"].values == i)))
@@ -114,13 +116,13 @@ def with_friction(data: xr.Dataset, law: str = "pull") -> tuple[Part, Array]:
 
     ``data`` is from :func:`stripfold.analysis.friction_data.run`.
     """
-    require(data, ("eigenvalue",), (), _ALLOWED)
+    require(data, ("eigenvalue",), _ALLOWED)
     one = chosen(data, "law", law)
     return _part(one, STATIC), np.asarray(one["eigenvalue"].values)
 
 
 def _part(data: xr.Dataset, phase: str) -> Part:
-    require(data, _NAMES, (), _ALLOWED)
+    require(data, _NAMES, _ALLOWED)
     states, times = states_of(data), data["pseudo_time"].values
     if not len(states) or not np.isfinite(states).all() or not np.isfinite(times).all():
         raise InvalidInputError("data", "no states, or states that are not finite", _ALLOWED)

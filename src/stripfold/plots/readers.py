@@ -120,7 +120,7 @@ def collapse(data: xr.Dataset) -> Collapse:
     """
     allowed = f"one collapse: finite states of the phases {', '.join(PHASES)} in this order, the last may be missing"
     advice = "use a result of `stripfold simulate`"
-    require(data, ("phase", "time", "lambda", "deflection", "x", "z", "arc"), _COLLAPSE, allowed, advice)
+    require(data, ("phase", "time", "lambda", "deflection", "x", "z", "arc"), allowed, _COLLAPSE, advice)
     phase, time, states = data["phase"].values.astype(str), data["time"].values, states_of(data)
     runs = [str(phase[i]) for i in range(len(phase)) if i == 0 or phase[i] != phase[i - 1]]
     if runs not in (list(PHASES), list(PHASES[:2])):
@@ -200,21 +200,24 @@ def evenly(values: Array, first: int, last: int, count: int) -> list[int]:
 
 
 def states_of(data: xr.Dataset) -> Array:
+    """Mid-surfaces, shape (m, n, 2): x and z, m."""
     return np.stack([data["x"].values, data["z"].values], axis=2)
 
 
 def chosen(data: xr.Dataset, kind: str, name: str) -> xr.Dataset:
     """The entry ``name`` of the dimension ``kind``."""
-    require(data, (kind,), (), f"a dataset over {kind}")
+    require(data, (kind,), f"a dataset over {kind}")
     names = [str(one) for one in data[kind].values]
     if name not in names:
         raise InvalidInputError(kind, name, f"one of {', '.join(names)}")
     return data.sel({kind: name})
 
 
-def require(data: xr.Dataset, names: Iterable[str], attrs: Iterable[str], allowed: str, advice: str = "") -> None:
-    missing = [name for name in names if name not in data.variables] + [
-        name for name in attrs if name not in data.attrs
+def require(data: xr.Dataset, names: Iterable[str], allowed: str, attrs: Iterable[str] = (), advice: str = "") -> None:
+    """Raise where the dataset lacks one of the variables ``names`` or attributes ``attrs``."""
+    missing = [
+        *(name for name in names if name not in data.variables),
+        *(name for name in attrs if name not in data.attrs),
     ]
     if missing:
         raise InvalidInputError("data", f"a dataset without {', '.join(missing)}", allowed, advice)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 from stripfold import plots
@@ -54,11 +55,11 @@ _HEAD = """\
 All figures of `figures/`, drawn from stored results; each is there as PNG and SVG. The collapse is also a
 [film](../figures/collapse.mp4): static states quickly, the fall slowed down.
 
-One colour has one meaning. As in the paper, purple is the gripper, blue the held end and the fold line, red the
-mid-surface and the strip in motion, grey static states, black the critical state, green static states after a fall and
-the lines at lambda_0 and lambda_c, magenta the place where the folded strip begins to lie. Dashed orange-red states are
-unstable, orange states are held by friction. Other colours tell materials, models or programs apart; the legends name
-them.
+A colour means the same in all figures. As in the paper, purple is the gripper; blue the held end, the fold line and the
+way out of an R-path without a touch; red the mid-surface and the strip in motion; grey static states; black the
+critical state; green static states after a fall and the lines at lambda_0 and lambda_c; magenta the place where the
+folded strip begins to lie. Dashed orange-red states are unstable, orange ones need friction. Other colours tell
+materials, models or programs apart and are named in legends.
 """
 
 
@@ -74,6 +75,6 @@ def gallery_markdown() -> str:
     for section, names in _SECTIONS.items():
         blocks.append(f"## {section}\n")
         for name in names:
-            caption = figures[name].caption
-            blocks.append(f"![{name}](../figures/{name}.png)\n\n**{name.replace('_', ' ')}**: {caption}\n")
+            caption = f"**{name.replace('_', ' ')}**: {figures[name].caption}".replace("L*", r"L\*")
+            blocks.append(f"![{name}](../figures/{name}.png)\n\n{fill(caption, 120)}\n")
     return "\n".join(blocks)
