@@ -112,7 +112,7 @@ class TestSave:
 
 class TestBranch:
     def test_padding_is_gone(self):
-        chosen = branch(made_up.x_axis())
+        chosen = branch(made_up.x_axis(), 5.0)
         assert chosen.height == pytest.approx(3.0 * made_up.UNIT)
         assert [state.shape for state in chosen.states] == [(40, 2)] * 8
         assert chosen.critical == 5
@@ -130,11 +130,11 @@ class TestBranch:
     def test_runs_of_one_stability(self, negatives, runs):
         data = made_up.x_axis()
         data["negatives"][1, :8] = negatives
-        assert branch(data).runs() == runs
+        assert branch(data, 5.0).runs() == runs
 
     def test_no_snap_is_refused(self):
         with pytest.raises(InvalidInputError, match="snap"):
-            branch(made_up.x_axis().assign(snap=("height", [0, 0])))
+            branch(made_up.x_axis().assign(snap=("height", [0, 0])), 5.0)
 
     def test_even_indices(self):
         values = np.array([0.0, 1.0, 2.0, 3.0, 10.0])

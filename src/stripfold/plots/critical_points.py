@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from stripfold.plots.colours import BLACK, Look
-from stripfold.plots.readers import CriticalPoints, critical_points, materials
+from stripfold.plots.readers import critical_points, materials
 from stripfold.plots.style import CM, ETA_TITLE, entry, figure, legend_above, note, styled
 
 CROWDED = 0.6
@@ -26,7 +25,7 @@ def draw(data: xr.Dataset) -> Figure:
     ``data`` holds critical points over ``material`` and ``height_index``, padded with nan.
     """
     found = [(critical_points(data, name), how) for name, how in materials(data)]
-    sizes = sorted((CM * p.height.max(), CM * p.advance.max()) for p, _ in found)
+    sizes = sorted((CM * float(p["height"].max()), CM * float(p["end"].max())) for p, _ in found)
     enlarge = len(sizes) > 1 and sizes[-2][0] < CROWDED * sizes[-1][0]
     fig = figure(5.0 if enlarge else 3.2)
     axes = list(fig.subplots(2 if enlarge else 1, 1, squeeze=False).flat)
@@ -47,16 +46,17 @@ def draw(data: xr.Dataset) -> Figure:
 def legend_handles(data: xr.Dataset) -> list[Line2D]:
     """One entry for each material under the title ``ETA_TITLE``, and one for crosses where there are any."""
     handles = [entry(_eta(data, name), how.color, marker=how.marker, ms=3.0, lw=1.0) for name, how in materials(data)]
-    if not all(np.all(critical_points(data, name).snap) for name, _ in materials(data)):
+    if not all(critical_points(data, name)["snap"].all() for name, _ in materials(data)):
         handles.append(entry(NO_SNAP, BLACK, "none", marker="x"))
     return handles
 
 
-def draw_points(ax: Axes, p: CriticalPoints, scale: float, how: Look, **options: Any) -> None:
+def draw_points(ax: Axes, p: xr.Dataset, scale: float, how: Look, **options: Any) -> None:
     """Draw one material's points, lengths times ``scale``: markers joined by a line, crosses without snap."""
-    z, lam, error = scale * p.height, scale * p.advance, scale * p.error
-    ax.errorbar(z[p.snap], lam[p.snap], yerr=error[p.snap], **error_bars(how) | options)
-    ax.plot(z[~p.snap], lam[~p.snap], "x", color=how.color, mew=1.2, label="_no-snap")
+    z, lam, error = (scale * p[name].values for name in ("height", "end", "lambda_error"))
+    snap = p["snap"].values
+    ax.errorbar(z[snap], lam[snap], yerr=error[snap], **error_bars(how) | options)
+    ax.plot(z[~snap], lam[~snap], "x", color=how.color, mew=1.2, label="_no-snap")
 
 
 def error_bars(how: Look) -> dict[str, Any]:

@@ -12,17 +12,12 @@ from stripfold.plots.style import CM, figure, styled, text_at
 
 
 @styled
-def draw(data: xr.Dataset, height: float | None = None) -> Figure:
+def draw(data: xr.Dataset) -> Figure:
     """Draw lambda over the deflection: stable solid, unstable dashed, lambda_0 and lambda_c in green.
 
-    Parameters
-    ----------
-    data
-        From :func:`stripfold.analysis.x_axis.run`.
-    height
-        Gripper height, m; the nearest one with a snap is drawn, by default the one nearest 5 L*.
+    ``data`` is from :func:`stripfold.analysis.x_axis.run`; the gripper height nearest 5 L* is drawn.
     """
-    chosen = branch(data, height)
+    chosen = branch(data, 5.0)
     right, low, high = CM * float(chosen.deflection.max()), CM * chosen.lambda_0, CM * chosen.lambda_c
     fig = figure(2.7)
     ax = deflection_axes(fig, right, low, high)

@@ -19,26 +19,19 @@ SLENDERNESS = 35.0
 """Length over thickness as drawn."""
 
 # Triangles that point at the left, right and upper end of the strip; their tip is at the origin.
-_LEFT, _RIGHT, _ABOVE = ([(0.0, 0.0), a, b] for a, b in (
-    ((-1.0, 0.6), (-1.0, -0.6)), ((1.0, 0.6), (1.0, -0.6)), ((0.6, 1.0), (-0.6, 1.0))
-))  # fmt: skip
+_LEFT, _RIGHT = [(0.0, 0.0), (-1.0, 0.6), (-1.0, -0.6)], [(0.0, 0.0), (1.0, 0.6), (1.0, -0.6)]
+_ABOVE = [(0.0, 0.0), (0.6, 1.0), (-0.6, 1.0)]
 
 
 @styled
-def draw(data: xr.Dataset, height: float | None = None) -> Figure:
-    """Draw the strip (a) flat and (b) in a state on the way to the critical point.
+def draw(data: xr.Dataset) -> Figure:
+    """Draw the strip (a) flat and (b) in a state on the way to the critical point, at a gripper height of about 3 L*.
 
     The floor is drawn under the outer face; the thickness is exaggerated, and the figure says by how much.
-
-    Parameters
-    ----------
-    data
-        From :func:`stripfold.analysis.x_axis.run`.
-    height
-        Gripper height, m; the nearest one with a snap is drawn, by default the one nearest 3 L*.
+    ``data`` is from :func:`stripfold.analysis.x_axis.run`.
     """
     unit, length = float(data.attrs["gravity_length"]), float(data.attrs["length"])
-    chosen = branch(data, 3.0 * unit if height is None else height)
+    chosen = branch(data, 3.0)
     wanted = chosen.lambda_0 + ADVANCE * (chosen.lambda_c - chosen.lambda_0)
     state = chosen.states[int(np.abs(chosen.advance[: chosen.critical] - wanted).argmin())] / length
     # Thinner than the bends are wide, else the outline would cross itself.

@@ -36,9 +36,10 @@ def draw(data: xr.Dataset, curve: xr.Dataset) -> Figure:
         p = critical_points(data, name)
         # Hollow: the points of all materials lie on each other.
         draw_points(top, p, 1.0 / unit, how, ls="none", mfc="none", mew=0.8, ms=4.0)
-        heights = p.height[p.snap] / unit
-        difference = p.advance[p.snap] / unit - elastica_at(curve, heights)
-        bottom.errorbar(heights, difference, yerr=p.error[p.snap] / unit, **error_bars(how))
+        p = p.isel(height_index=p["snap"].values)
+        heights = p["height"].values / unit
+        difference = p["end"].values / unit - elastica_at(curve, heights)
+        bottom.errorbar(heights, difference, yerr=p["lambda_error"].values / unit, **error_bars(how))
     for ax in (top, bottom):
         ax.axvspan(0.0, limit, facecolor=SHADE, edgecolor="none", zorder=0, label="_touch")
         ax.axvline(limit, color=GREY, lw=0.6, zorder=0)

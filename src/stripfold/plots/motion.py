@@ -17,17 +17,12 @@ STATES, UNSTABLE_STATES = 9, 2
 
 
 @styled
-def draw(data: xr.Dataset, height: float | None = None) -> Figure:
-    """Draw mid-surfaces along the branch of one gripper height: stable ones solid, unstable ones dashed.
+def draw(data: xr.Dataset) -> Figure:
+    """Draw mid-surfaces along one branch: stable ones solid, unstable ones dashed.
 
-    Parameters
-    ----------
-    data
-        From :func:`stripfold.analysis.x_axis.run`.
-    height
-        Gripper height, m; the nearest one with a snap is drawn, by default the one nearest 5 L*.
+    ``data`` is from :func:`stripfold.analysis.x_axis.run`; the gripper height nearest 5 L* is drawn.
     """
-    chosen = branch(data, height)
+    chosen = branch(data, 5.0)
     states, last = chosen.states, chosen.critical
     start, end = states[0][0], states[last][0]
     # As wide as the states need: most of the flat part is left out.

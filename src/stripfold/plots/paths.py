@@ -29,18 +29,18 @@ def draw(data: xr.Dataset, material: str) -> Figure:
         No such material.
     """
     p = critical_points(data, material)
-    half = 0.5 * float(data["length"].sel(material=material))
-    start, end, z = CM * (p.first - half), CM * (p.advance - half), CM * p.height
+    half, snap = 0.5 * float(p["length"]), p["snap"].values
+    start, end, z = CM * (p["lambda_0"].values - half), CM * (p["end"].values - half), CM * p["height"].values
     margin = 0.05 * (end.max() - start.min())
     limits = (start.min() - margin, end.max() + margin), (-margin, z.max() + margin)
     fig, (ax,) = equal_panels([limits], above=0.45)
     ax.set(xlabel="gripper $x$ [cm]", ylabel="gripper $z$ [cm]")
-    for x0, x1, height, snap in zip(start, end, z, p.snap, strict=True):
-        ax.plot([x0, x1], [height, height], color=GRIPPER if snap else GREY, lw=1.0, label="_path")
+    for x0, x1, height, snaps in zip(start, end, z, snap, strict=True):
+        ax.plot([x0, x1], [height, height], color=GRIPPER if snaps else GREY, lw=1.0, label="_path")
     ax.plot(start, z, "|", color=GRIPPER, ms=5, label=r"start, $\lambda_0$")
     label = r"critical point, $\lambda_c$"
-    ax.plot(end[p.snap], z[p.snap], ":o", color=CRITICAL, ms=2.5, label=label, gid="lambda_c", zorder=4)
-    if not np.all(p.snap):
-        ax.plot(end[~p.snap], z[~p.snap], "x", color=CRITICAL, mew=1.2, label=NO_SNAP, gid="no-snap", zorder=4)
+    ax.plot(end[snap], z[snap], ":o", color=CRITICAL, ms=2.5, label=label, gid="lambda_c", zorder=4)
+    if not np.all(snap):
+        ax.plot(end[~snap], z[~snap], "x", color=CRITICAL, mew=1.2, label=NO_SNAP, gid="no-snap", zorder=4)
     legend_above(fig)
     return fig

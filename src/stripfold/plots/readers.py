@@ -45,19 +45,18 @@ class Branch:
         ]
 
 
-def branch(data: xr.Dataset, height: float | None = None) -> Branch:
-    """The branch of the snap height nearest ``height``, m, by default 5 L*, from :func:`stripfold.analysis.x_axis.run`.
+def branch(data: xr.Dataset, height: float) -> Branch:
+    """The branch of the snap height nearest ``height``, L*, from :func:`stripfold.analysis.x_axis.run`.
 
     Raises
     ------
     InvalidInputError
         The strip snaps at none of the heights.
     """
-    wanted = 5.0 * data.attrs["gravity_length"] if height is None else height
     heights = np.where(data["snap"].values > 0, data["height"].values, np.nan)
     if np.all(np.isnan(heights)):
         raise InvalidInputError("data", "no height with a snap", "one with a height at which the strip snaps")
-    one = data.isel(height=int(np.nanargmin(np.abs(heights - wanted))))
+    one = data.isel(height=int(np.nanargmin(np.abs(heights - height * data.attrs["gravity_length"]))))
     one = one.isel(step=np.flatnonzero(np.isfinite(one["lambda"].values)))
     return Branch(
         height=float(one["height"]),
@@ -143,40 +142,24 @@ def collapse(data: xr.Dataset) -> Collapse:
     )
 
 
-@dataclass(frozen=True, eq=False)
-class CriticalPoints:
-    """Heights of one material, ascending; shape (m,), m.
-
-    ``first`` is lambda_0; ``advance`` is lambda_c where ``snap``, elsewhere lambda where the advance ended; ``error``
-    is the estimate of its error.
-    """
-
-    height: Array
-    advance: Array
-    error: Array
-    first: Array
-    snap: Mask
-
-
 def materials(data: xr.Dataset) -> list[tuple[str, Look]]:
     """Name and look of each material, in the dataset's order."""
     return [(str(name), look(i)) for i, name in enumerate(data["material"].values)]
 
 
-def critical_points(data: xr.Dataset, material: str) -> CriticalPoints:
-    """One material of a dataset over ``material`` and ``height_index``, which is padded with nan.
+def critical_points(data: xr.Dataset, material: str) -> xr.Dataset:
+    """The heights of one material, ascending, of a dataset over ``material`` and ``height_index``, without padding.
+
+    Its ``end`` is lambda_c where ``snap`` is true, elsewhere lambda where the advance ended.
 
     Raises
     ------
     InvalidInputError
         No such material.
     """
-    one = chosen(data, "material", material)
-    order = np.argsort(one["height"].values)
-    one = one.isel(height_index=order[np.isfinite(one["height"].values[order])])
-    snap = one["snap"].values > 0
-    advance = np.where(snap, one["lambda_c"].values, one["lambda_end"].values)
-    return CriticalPoints(one["height"].values, advance, one["lambda_error"].values, one["lambda_0"].values, snap)
+    one = chosen(data, "material", material).dropna("height_index", subset=["height"]).sortby("height")
+    snap = one["snap"] > 0
+    return one.assign(snap=snap, end=one["lambda_c"].where(snap, one["lambda_end"]))
 
 
 def recordings(data: xr.Dataset) -> Iterator[tuple[float, Look, xr.Dataset]]:
