@@ -65,6 +65,19 @@ def test_the_stated_sd_is_the_scatter(noise: float, motion: float) -> None:
     assert np.all((scatter > 0.7) & (scatter < 1.4)), scatter
 
 
+def test_dark_blurred_markers_are_found_without_bias() -> None:
+    """Most are only detected in a larger picture, whose pixels lie between those of the picture itself."""
+    rng, marker, errors = np.random.default_rng(1), Marker("4x4_50", 7), []
+    for _ in range(16):
+        centre = np.array([60.0, 50.0]) + rng.uniform(-1.0, 1.0, 2)
+        picture = marker_picture(A4, 7, tuple(centre), 15.0, rng.uniform(-0.2, 0.2), size=(120, 100), blur=0.9)
+        found = marker.find(exposed(12.0 + 0.3 * picture, 0.5, rng))
+        assert found is not None
+        errors.append(found.centre - centre)
+    assert np.abs(errors).max() < 0.6
+    np.testing.assert_allclose(np.mean(errors, axis=0), 0.0, atol=0.12)
+
+
 def test_no_marker() -> None:
     rng = np.random.default_rng(0)
     image = exposed(marker_picture(A4, 7, (120.0, 100.0), 50.0), 2.0, rng)

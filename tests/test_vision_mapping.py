@@ -14,7 +14,7 @@ import pytest
 import boards_seen as seen
 from stripfold.arrays import Array
 from stripfold.errors import CalibrationError, InvalidInputError
-from stripfold.vision import intrinsics
+from stripfold.vision import calibration, intrinsics
 from stripfold.vision.boards import Board
 from stripfold.vision.calibration import Calibration, assemble, calibrate_folder
 from stripfold.vision.camera import Camera
@@ -100,6 +100,13 @@ def test_predicted_spread_is_the_true_error(corner: float, place: float, camera:
         draws = np.array([found.resample(random).to_robot(pixels) for _ in range(40)])
         normalised.append((found.mapping.to_robot(pixels) - PLACES) / draws.std(axis=0))
     assert 0.8 < np.sqrt(np.mean(np.square(normalised))) < 1.25
+
+
+def test_few_residuals_give_wider_noise() -> None:
+    """The size of the noise follows a scaled inverse chi-square distribution, whose mean exceeds the residuals'."""
+    random = np.random.default_rng(13)
+    noise = np.array([calibration._noise(1.0, 9, 4, random) for _ in range(4000)])
+    assert np.mean(noise**2) == pytest.approx(9.0 / (2 * 9 - 4 - 2), rel=0.03)
 
 
 def test_draws_are_reproducible() -> None:

@@ -21,7 +21,6 @@ from stripfold.synthetic.view import View
 from stripfold.vision import following, strip_tracker, tracking
 from stripfold.vision.centreline import Centreline
 from stripfold.vision.mapping import Mapping
-from stripfold.vision.marker import Marker
 from stripfold.vision.video import Frame
 
 PERIOD = 1.0 / 20.0
@@ -310,13 +309,3 @@ def test_a_curve_is_cut_or_extended_to_its_ends() -> None:
     np.testing.assert_allclose(places, np.linspace(-2.0, 8.0, 11), atol=1e-9)
     points, _ = following.between_ends(curve, np.array([[1.0, 0.0], [13.0, 0.0]]), 5)
     np.testing.assert_allclose(points[:, 0], np.linspace(1.0, 13.0, 5), atol=1e-9)
-
-
-def test_a_dark_blurred_marker_is_found() -> None:
-    pattern = cv2.aruco.generateImageMarker(cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50), 7, 20)
-    picture = np.full((120, 160), 90.0)
-    picture[46:66, 76:96] = pattern * (90.0 / 255.0)
-    dark = np.asarray(12.0 + 0.3 * cv2.GaussianBlur(picture, (0, 0), 1.1), dtype=np.uint8)
-    found = Marker("4x4_50", 7).find(dark)
-    assert found is not None
-    np.testing.assert_allclose(found.centre, [85.5, 55.5], atol=0.5)
