@@ -39,22 +39,17 @@ from stripfold.elastica._system import (
 )
 from stripfold.errors import ContinuationError, NewtonError
 
-WANTED_CORRECTION = 0.02
-"""Change of theta, rad, by the corrector at which the step length is kept."""
+# Angles in rad, steps in arc length.
+WANTED_CORRECTION = 0.02  # of theta by the corrector: the step length is kept
 MAX_CORRECTION = 4 * WANTED_CORRECTION
-MAX_STEP_ROTATION = 0.5
-"""Largest change of theta, rad, within one step."""
-MIN_COSINE = 0.8
-"""Smallest cosine of the angle between the tangents of successive points."""
+MAX_STEP_ROTATION = 0.5  # change of theta within one step
+MIN_COSINE = 0.8  # of the angle between the tangents of successive points
 MIN_STEP = 1e-7
 MAX_POINTS = 5000
 MAX_CORRECTOR_ITERATIONS = 7
-RESIDUAL_SHARE = 0.1
-"""Tolerance of Newton's method as a share of the truncation error allowed."""
-COARSE_LOCATION = 1e-3
-"""Accuracy, in arc length, of :func:`locate` before the grid is refined."""
-FIRST_SECANT, MAX_SECANT, SECANT_TOLERANCE = 1e-3, 0.05, 1e-10
-"""First, largest and final distance, in arc length, of the secant method in :func:`polish`."""
+RESIDUAL_SHARE = 0.1  # tolerance of Newton's method over the truncation error allowed
+COARSE_LOCATION = 1e-3  # accuracy of `locate` before the grid is refined
+FIRST_SECANT, MAX_SECANT, SECANT_TOLERANCE = 1e-3, 0.05, 1e-10  # first, largest and last step of `polish`
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,16 +70,11 @@ class Point:
     """An accepted point of the branch."""
 
     e: Evaluation
-    tangent: Array
-    """Unit tangent in the local metric, towards growing arc length."""
-    normal: Array
-    """Metric times tangent: the row that defines the plane of a step."""
-    orientation: float
-    """Sign of the bordered determinant."""
-    rate: float
-    """d lambda / d (arc length): changes sign at the critical point."""
-    arc: float = 0.0
-    """Arc length from the start of the branch."""
+    tangent: Array  # of unit length in the local metric, towards growing arc length
+    normal: Array  # metric times tangent: the row that defines the plane of a step
+    orientation: float  # sign of the bordered determinant
+    rate: float  # d lambda / d (arc length): changes sign at the critical point
+    arc: float = 0.0  # arc length from the start of the branch
 
     @property
     def length_rate(self) -> float:
@@ -113,8 +103,7 @@ def advance_rate(e: Evaluation, v: Array) -> float:
 def point_at(e: Evaluation, family: Family, forward: Array, arc: float = 0.0) -> Point:
     """The point with the state ``e``; its tangent has a positive product with the row ``forward``.
 
-    The bordered determinant is taken with ``forward``: its sign is the one with the tangent's own row, because both
-    rows have a positive product with the tangent.
+    So has its normal: the bordered determinants with either row have the same sign.
     """
     factors = factor(jacobian(e, [*(condition(e)[1] for condition in family.conditions), forward]))
     right = np.zeros(e.y.size)
@@ -200,10 +189,7 @@ def zero_between(before: Point, after: Point, family: Family, function: Callable
 def locate(
     before: Point, after: Point, family: Family, function: Callable[[Point], float], tolerance: float = 1e-7
 ) -> Point:
-    """The point between two successive points where ``function`` changes sign.
-
-    Brent's method, to ``tolerance`` in arc length, on corrected points of the branch.
-    """
+    """The point between two successive points where ``function`` changes sign, by Brent's method on the branch."""
     base = before if before.e.grid.n == after.e.grid.n else regrid(before, family, after.e.grid.n)
     span = after.arc - before.arc
     known = {0.0: base, span: after}

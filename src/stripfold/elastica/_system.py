@@ -23,18 +23,11 @@ from stripfold.elastica._chebyshev import Grid, grid, resample
 from stripfold.errors import NewtonError
 
 SCALARS = 3
-FORCE_X, FORCE_0, LENGTH = -3, -2, -1
-"""Indices of the scalars in the vector of unknowns."""
-
+FORCE_X, FORCE_0, LENGTH = -3, -2, -1  # indices in the vector of unknowns
 NODE_COUNTS = (24, 32, 48, 64, 96, 128, 192, 256, 384)
-TOLERANCE = 1e-11
-"""Largest tail of the coefficients of u, relative, of a returned state."""
-ROUNDING = 1e-12
-"""Largest residual of a returned state, relative."""
-MAX_ROTATION = 0.6
-"""Largest change of theta, rad, in one Newton update: the trust region."""
-MAX_LENGTH_CHANGE = 0.3
-"""Largest relative change of l in one Newton update."""
+TOLERANCE = 1e-11  # of the tail of the coefficients of u, relative, in a returned state
+ROUNDING = 1e-12  # of its residual, relative
+MAX_ROTATION, MAX_LENGTH_CHANGE = 0.6, 0.3  # of theta, rad, and of l, relative, in one Newton update: a trust region
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +42,6 @@ class Evaluation:
 
     @property
     def length(self) -> float:
-        """Length l of the free part."""
         return float(self.y[LENGTH])
 
     @property

@@ -15,12 +15,9 @@ from stripfold.elastica._system import FORCE_X, LENGTH, TOLERANCE, Evaluation, e
 from stripfold.elastica.state import State
 from stripfold.errors import InvalidInputError
 
-LIMIT_REACTION = 1.202702
-"""Lift-off reaction of the state without horizontal force for z -> infinity: a starting guess."""
-FIRST_STEP, MAX_STEP = 0.1, 0.5
-"""Steps along a branch that is searched for an event, in arc length."""
-COARSE = 1e-5
-"""Tail of the coefficients during such a search."""
+LIMIT_REACTION = 1.202702  # at lift-off, without horizontal force, for z -> infinity: a starting guess
+FIRST_STEP, MAX_STEP = 0.1, 0.5  # in arc length, along a branch that is searched for an event
+COARSE = 1e-5  # tail of the coefficients during such a search
 
 
 def no_force_guess(z: float, n: int) -> Array:
@@ -93,14 +90,12 @@ def x_axis_branch(z: float, *, past: float = 0.5, max_step: float = 0.3) -> Iter
     past
         The branch ends when the advance has fallen by this much below its maximum, in L*.
     max_step
-        Largest step, in the arc length of the branch (about radians of mean rotation).
+        Largest step, in arc length (about radians of mean rotation).
 
     Raises
     ------
-    InvalidInputError
-        ``z`` outside its range, ``past`` or ``max_step`` not positive.
-    ContinuationError
-        The branch could not be followed.
+    InvalidInputError, ContinuationError
+        An argument out of range; the branch could not be followed.
 
     Examples
     --------
@@ -130,19 +125,10 @@ def state_at(z: float, length: float, guess: State | None = None) -> State:
     the branch have the same length. Without a guess the state *past the minimum* is found, where the critical
     point lies. With a guess Newton's method starts from it.
 
-    Parameters
-    ----------
-    z
-        Gripper height in L*, from 0.1 to 100.
-    length
-        Length l of the free part in L*.
-    guess
-        A state close to the wanted one.
-
     Raises
     ------
     InvalidInputError
-        ``z`` or ``length`` outside its range; the message names the range at this height.
+        ``z`` outside 0.1 to 100 L*, or no such length at this height; the message names the range.
     SolveError
         No convergence (as NewtonError or ContinuationError).
 

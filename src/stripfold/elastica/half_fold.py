@@ -19,10 +19,8 @@ from stripfold.elastica.critical_point import clearance
 from stripfold.elastica.state import State
 from stripfold.errors import SolveError
 
-SHORTEST = 0.2
-"""Free length, L*, below which a lifted strip counts as flat: its gripper is 7e-5 L* high."""
-SPACING = 0.1
-"""Largest distance of successive states, in free length or in the branch's arc length."""
+SHORTEST = 0.2  # free length, L*, below which a lifted strip counts as flat: its gripper is 7e-5 L* high
+SPACING = 0.1  # largest distance of successive states, in free length or arc length
 
 
 def states_no_horizontal_force(length: float) -> Iterator[State]:

@@ -19,8 +19,7 @@ from stripfold.elastica._system import NODE_COUNTS, TOLERANCE, next_count
 from stripfold.elastica.state import State
 from stripfold.errors import NewtonError, SolveError
 
-SPACING = 0.1
-"""Largest difference of the curvature at the contact between successive states, 1/L*."""
+SPACING = 0.1  # largest difference of the curvature at the contact between successive states, 1/L*
 MAX_NODES = NODE_COUNTS[-3]
 COMPLEX_STEP = 1e-30
 
