@@ -8,7 +8,7 @@ import xarray as xr
 
 from stripfold import store
 from stripfold.errors import StripfoldError
-from studies import benchmark, fall_accuracy
+from studies import common, fall_accuracy
 from studies.plots import fall_precision
 
 ROD = {"model": "rod", "refinement": 2.0}
@@ -57,8 +57,12 @@ def test_units_and_figure(found: xr.Dataset, tmp_path):
 
 
 def test_memory_of_a_process():
-    """A hundred megabytes are seen; a process that fails is told."""
-    least = benchmark.peak_of("import numpy")
-    assert benchmark.peak_of("import numpy\nnumpy.ones(12_500_000)") == pytest.approx(least + 100.0, abs=10.0)
-    with pytest.raises(StripfoldError, match="ZeroDivisionError"):
-        benchmark.peak_of("1 / 0")
+    """A hundred megabytes are seen; a process that fails is reported."""
+    _, _, least = common.timed_process("import numpy")
+    seconds, printed, peak = common.timed_process("import numpy\nnumpy.ones(12_500_000)\nprint(7)", 2)
+    assert peak == pytest.approx(least + 100.0, abs=10.0)
+    assert printed == ["7\n", "7\n"]
+    assert len(seconds) == 2
+    for code, message in (("1 / 0", "ZeroDivisionError"), (common.command("nonsense"), "nonsense")):
+        with pytest.raises(StripfoldError, match=message):
+            common.timed_process(code)

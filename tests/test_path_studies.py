@@ -69,8 +69,23 @@ def test_random_cases_are_of_all_kinds() -> None:
     assert below + beyond <= 12
     for case in found:
         np.testing.assert_allclose(case.rows[0, 1:], [-case.strip.length / 2.0, 0.0])
-        turns = np.diff(np.unwrap(np.arctan2(*np.diff(case.rows[:, 1:], axis=0).T[::-1])))
-        assert (np.abs(turns).max() > 0.2) == (case.kind == "corners") or case.kind == "smooth"
+
+
+@pytest.mark.parametrize("number", range(8))
+def test_smooth_paths_have_no_corners_and_the_others_have(number: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The largest turn between neighbouring rows vanishes with their distance, or stays."""
+
+    def largest_turn() -> float:
+        x, z = np.diff(random_paths.case(number, 3).rows[:, 1:], axis=0).T
+        return float(np.abs(np.diff(np.unwrap(np.arctan2(z, x)))).max())
+
+    coarse = largest_turn()
+    monkeypatch.setattr(random_paths, "ROWS_PER_SEGMENT", 64 * random_paths.ROWS_PER_SEGMENT)
+    fine = largest_turn()
+    if random_paths.case(number, 3).kind == "smooth":
+        assert fine < 0.2 * coarse
+    else:
+        assert fine == coarse > 0.5
 
 
 class Assessed:
@@ -112,10 +127,7 @@ def test_outcomes_once(runs: tuple[object, object], outcome: str, monkeypatch: p
     # The second run is another one: other elements, shorter steps.
     assert sizes[1][0] < sizes[0][0]
     assert sizes[1][1] == pytest.approx(0.5 * random_paths.STEPS.largest)
-    stored = random_paths.dataset([row], range(5, 6))
-    assert stored["outcome"].values.tolist() == [outcome]
-    assert stored["case"].values.tolist() == [5]
-    assert np.isnan(float(stored["critical"][0])) == (runs[0] is None or isinstance(runs[1], Exception))
+    assert np.isnan(row["critical"]) == (runs[0] is None or isinstance(runs[1], Exception))
 
 
 def test_a_touch_where_the_other_run_is_critical_is_a_close_call(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -142,6 +154,15 @@ def test_what_is_undecided_is_tried_once_more(monkeypatch: pytest.MonkeyPatch) -
     case = random_paths.Case("corners", StripModel(12.0, 0.05), np.array([[0.0, -6.0, 0.0], [1.0, 0.0, 4.0]]))
     assert random_paths.outcome(case, 2.0)["outcome"] == "stable"
     assert asked == [2.0, 1.0, pytest.approx(0.5**0.5)]
+
+
+def test_a_run_stores_its_seed_and_its_cases(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(random_paths, "assess_strip", lambda *given, **asked: Assessed(3.0))
+    data = random_paths.run(4, 3, 2.0)
+    assert (data.attrs["seed"], data.attrs["refinement"]) == (3, 2.0)
+    assert data["case"].values.tolist() == [0, 1, 2, 3]
+    np.testing.assert_allclose(data["length"], [random_paths.case(n, 3).strip.length for n in range(4)])
+    assert set(data["outcome"].values) <= {"critical", "refused"}
 
 
 def test_a_path_below_the_floor_is_refused() -> None:

@@ -86,7 +86,7 @@ def test_our_models_agree_on_the_equilibrium() -> None:
     # It does not stretch, and so does its spline.
     length = np.linalg.norm(np.diff(place, axis=0), axis=1).sum()
     assert length == pytest.approx(12.0, abs=1e-4)
-    thin = peers_ours.equilibrium(StripModel(12.0, 0.01, kind="rod"), 3.0, 8.0, 1.0)
+    thin = peers_ours.model_equilibrium(StripModel(12.0, 0.01, kind="rod"), 3.0, 8.0, 1.0)
     apart = thin[1] - np.stack([np.interp(thin[0], s, axis) for axis in place.T], axis=1)
     assert np.linalg.norm(apart, axis=1).max() < 2e-3
 
@@ -135,7 +135,7 @@ def answered() -> xr.Dataset:
         programs[name] = {"model": ours, "version": "1.0", EQUILIBRIUM: "", CRITICAL: "finds none"}
     programs["pyelastica"][EQUILIBRIUM] = "not installed"
     programs["auto"][CRITICAL] = ""
-    return peers.dataset(rows, programs, SCENE)
+    return peers.collected(rows, programs, SCENE)
 
 
 def test_times_to_a_tolerance_and_ratios(tmp_path: Path) -> None:

@@ -127,34 +127,33 @@ def test_short_strip_is_lifted_whole() -> None:
     assert static.solve_height(StripModel(7.0, 0.02), 3.0, 2.0).end is End.LIFTED
 
 
-def test_fixed_lambda_steps_jump_and_continuation_does_not(run: static.XRun) -> None:
-    """The trap: past the fold Newton at fixed lambda fails or lands on another branch; it never shows the fold."""
+def test_fixed_lambda_steps_end_at_the_fold_and_continuation_does_not(run: static.XRun) -> None:
+    """Past the fold Newton's method at fixed lambda does not converge; before it, it does."""
     assert run.critical is not None
     before = run.critical.before
     problem = run.problem
-    try:
-        landed = newton.solve(problem, before.q, before.lam + 0.05, before.state.active)
-    except NewtonError:
-        pass
-    else:
-        distance = np.sqrt(np.dot(problem.metric, (landed.q - before.q) ** 2))
-        assert distance > 0.5, "no state is near beyond the fold"
+    with pytest.raises(NewtonError, match="did not converge"):
+        newton.solve(problem, before.q, before.lam + 0.05, before.state.active)
+    assert newton.solve(problem, before.q, before.lam - 0.05, before.state.active).residuals[-1] < 1e-8
     assert max(p.lam for p in run.points) <= run.critical.upper + 1e-4
 
 
 @pytest.mark.slow
-def test_branch_study_tells_a_wrong_result(monkeypatch: pytest.MonkeyPatch) -> None:
-    right = branches.run(range(2), 7, 2.0, 1e-3)
+def test_branch_study_detects_a_wrong_result(monkeypatch: pytest.MonkeyPatch) -> None:
+    right = branches.run(2, 7, 2.0, 1e-3, threads=2)
     assert right["verdict"].values.tolist() == [branches.RIGHT, branches.RIGHT]
+    assert right.attrs["seed"] == 7
+    low = static.solve_height(THIN, 1.2, 2.0)
+
+    def other(*_: object, **__: object) -> static.XRun:
+        return low
 
     def fails(*_: object, **__: object) -> None:
         raise SolveError("planted")
 
-    monkeypatch.setattr(branches, "solve_height", fails)
-    assert branches.run(range(1), 7, 2.0, 1e-3)["verdict"].item() == branches.FAILED
-    low = static.solve_height(THIN, 1.2, 2.0)
-    monkeypatch.setattr(branches, "solve_height", lambda *_, **__: low)
-    assert branches.run(range(1), 7, 2.0, 1e-3)["verdict"].item() == branches.WRONG
+    for planted, verdict in ((other, branches.WRONG), (fails, branches.FAILED)):
+        monkeypatch.setattr(branches, "solve_height", planted)
+        assert branches.run(1, 7, 2.0, 1e-3)["verdict"].item() == verdict
 
 
 @pytest.mark.slow

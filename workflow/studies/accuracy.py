@@ -23,7 +23,8 @@ from stripfold.arrays import Array
 from stripfold.errors import SolveError
 from stripfold.inputs import Scene
 from stripfold.material import Material
-from studies.benchmark import calls, peak_memory, peak_of
+from stripfold.schema import Values
+from studies.common import Progress, blank, command, dataset, timed, timed_process
 
 Shape = Callable[[Array], Array]
 """The strip's mid-surface: from distances from the grasped end, shape (n,), to places, shape (n, 2)."""
@@ -32,7 +33,7 @@ OF_ELASTICA = 25
 """Calls of the elastica for one of another model: it takes hundredths of a second."""
 ETA_B = 3780.0
 """Of the strips whose presets are measured, m^-4 s^2; in L* it is of no matter."""
-LOOKED_AT = 400
+COMPARED_PLACES = 400
 """Places along the strip at which two states are compared."""
 PRESETS = ("auto", "solid")
 """Models that are asked for an accuracy."""
@@ -104,7 +105,7 @@ def run(
     reference: float,
     accuracies: Sequence[float],
     repeats: int,
-    progress: Callable[[str], None] | None = None,
+    progress: Progress | None = None,
 ) -> xr.Dataset:
     """Errors and times of all strategies at all heights, and of what is chosen for an accuracy.
 
@@ -130,66 +131,52 @@ def run(
     """
     say = progress or (lambda _: None)
     ways = [Strategy(**given) for given in strategies]
-    s = np.linspace(0.0, length_star, LOOKED_AT)
+    s = np.linspace(0.0, length_star, COMPARED_PLACES)
     shape = (len(ways), len(heights))
-    error, state_error, seconds = (np.full(shape, np.nan) for _ in range(3))
-    truth, uncertain, state_uncertain = (np.empty(len(heights)) for _ in range(3))
-    snaps = np.empty(len(heights), dtype=np.int8)
-    memory = np.full(len(ways), np.nan)
+    error, state_error, seconds = (blank(*shape) for _ in range(3))
+    truth, uncertain, state_uncertain, snaps = (blank(len(heights)) for _ in range(4))
+    memory = blank(len(ways))
     for j, height in enumerate(heights):
         say(f"z = {height:g} L*")
         scene = length_star, thickness, height
         finest, finer = (Strategy("solid", refinement=r).answer(*scene) for r in (reference, 2.0 * reference))
         truth[j], uncertain[j], snaps[j] = finest.lam, abs(finer.lam / finest.lam - 1.0), finest.end is End.SNAP
         there = finest.shape(s)
-        state_uncertain[j] = _apart(finer.shape(s), there)
+        state_uncertain[j] = _distance(finer.shape(s), there)
         for i, way in enumerate(ways):
             try:
-                seconds_of, answer = calls(partial(way.answer, *scene), repeats)
+                seconds_of, answer = timed(partial(way.answer, *scene), repeats)
             except SolveError as failure:
                 say(f"{way}: {failure}")
                 continue
             say(f"{way}: {answer.end}, {answer.lam / finest.lam - 1.0:.1e}, {np.median(seconds_of):.3f} s")
             seconds[i, j] = np.median(seconds_of)
             if j == len(heights) - 1:
-                memory[i] = peak_of(f"from {__name__} import Strategy\n{way!r}.answer{scene!r}")
+                memory[i] = timed_process(f"from {__name__} import Strategy\n{way!r}.answer{scene!r}")[2]
             if answer.end is finest.end:
                 error[i, j] = answer.lam / finest.lam - 1.0
-                state_error[i, j] = _apart(answer.shape(s), there)
-    at, over = ("way", "height"), ("height",)
-    one: dict[str, tuple[tuple[str, ...], Any, str, str]] = {
-        "error": (at, error, "1", "lambda at the end of the advance over the reference's, minus one"),
-        "state_error": (at, state_error, "1", "largest distance of the mid-surface there from the reference's / L*"),
-        "seconds": (at, seconds, "s", "time, median"),
-        "way_memory": (("way",), memory, "MB", "peak memory of a process that does it at the last height"),
-        "reference": (over, truth, "1", "lambda / L* of the reference"),
-        "uncertain": (over, uncertain, "1", "relative change of that from the mesh half as fine"),
-        "state_uncertain": (over, state_uncertain, "1", "change of its state from the mesh half as fine / L*"),
-        "snaps": (over, snaps, "1", "1 where lambda has a maximum, 0 where the sag touches first"),
-        **_presets(length_star, thickness, heights, accuracies, truth, repeats, say),
-        **_of_elastica(heights, repeats),
-        **_memory(length_star, heights),
-    }
-    texts = {"kind": "model and treatment of the contact"}
-    for field in Strategy._fields:
-        values = [getattr(way, field) for way in ways]
-        kind = object if field == "kind" else np.float64
-        one[field] = (
-            ("way",),
-            np.array(values, dtype=kind),
-            "1",
-            texts.get(field, f"{field.replace('_', ' ')} of a way"),
-        )
-    data = {name: (dims, values, {"units": u, "long_name": t}) for name, (dims, values, u, t) in one.items()}
-    coords = {
-        "height": (over, np.asarray(heights, float), {"units": "1", "long_name": "gripper height / L*"}),
-        "accuracy": ("accuracy", list(accuracies), {"units": "1", "long_name": "relative accuracy asked for"}),
-        "asked": ("asked", list(PRESETS), {"units": "1", "long_name": "model asked for"}),
-    }
-    return xr.Dataset(data, coords, {"length_star": length_star, "thickness_star": thickness, "repeats": repeats})
-
-
-Column = tuple[tuple[str, ...], Any, str, str]
+                state_error[i, j] = _distance(answer.shape(s), there)
+    return dataset(
+        "accuracy",
+        {
+            "height": ("height", heights),
+            "accuracy": ("accuracy", accuracies),
+            "asked": ("asked", PRESETS),
+            "error": (("way", "height"), error),
+            "state_error": (("way", "height"), state_error),
+            "seconds": (("way", "height"), seconds),
+            "way_memory": ("way", memory),
+            "reference": ("height", truth),
+            "uncertain": ("height", uncertain),
+            "state_uncertain": ("height", state_uncertain),
+            "snaps": ("height", snaps.astype(np.int8)),
+            **_presets(length_star, thickness, heights, accuracies, truth, repeats, say),
+            **_of_elastica(heights, repeats),
+            **_memory(length_star, heights),
+            **{field: ("way", [getattr(way, field) for way in ways]) for field in Strategy._fields},
+        },
+        {"length_star": length_star, "thickness_star": thickness, "repeats": repeats},
+    )
 
 
 def _presets(
@@ -199,61 +186,42 @@ def _presets(
     accuracies: Sequence[float],
     truth: Array,
     repeats: int,
-    say: Callable[[str], None],
-) -> dict[str, Column]:
-    """What is chosen for an accuracy, its time, its estimate and its true error; nan where there is no snap."""
+    say: Progress,
+) -> Values:
+    """The model chosen for an accuracy, its time, its estimate and its true error; nan where there is no snap."""
     shape = (len(PRESETS), len(accuracies), len(heights))
-    seconds, estimate, error = (np.full(shape, np.nan) for _ in range(3))
+    seconds, estimate, error = (blank(*shape) for _ in range(3))
     chosen = np.empty(shape, dtype=object)
     for at in np.ndindex(*shape):
         scene = scene_of(length, thickness, heights[at[2]], PRESETS[at[0]], accuracies[at[1]])
-        taken, found = calls(partial(critical.find, scene), repeats)
+        taken, found = timed(partial(critical.find, scene), repeats)
         seconds[at], chosen[at] = np.median(taken), found.model
         say(f"{PRESETS[at[0]]} to {accuracies[at[1]]:g} at {heights[at[2]]:g} L*: {found.model}, {seconds[at]:.3f} s")
         if found.snap:
             estimate[at] = (found.error + found.model_error) / found.lambda_c
             error[at] = found.lambda_c / scene.material.gravity_length / truth[at[2]] - 1.0
     over = ("asked", "accuracy", "height")
-    return {
-        "preset_model": (over, chosen, "1", "model that was used"),
-        "preset_seconds": (over, seconds, "s", "time of one lambda_c with its estimate, median"),
-        "preset_estimate": (over, estimate, "1", "estimated relative error, the model's included"),
-        "preset_error": (over, error, "1", "lambda_c over the reference's, minus one"),
-    }
+    values = {"model": chosen, "seconds": seconds, "estimate": estimate, "error": error}
+    return {f"preset_{name}": (over, value) for name, value in values.items()}
 
 
-def _of_elastica(heights: Sequence[float], repeats: int) -> dict[str, Column]:
+def _of_elastica(heights: Sequence[float], repeats: int) -> Values:
     """Time of the elastica's end of the advance, and its distance from one solved on a finer grid."""
-    seconds, error = np.empty(len(heights)), np.empty(len(heights))
+    seconds, error = blank(len(heights)), blank(len(heights))
     for j, height in enumerate(heights):
-        taken, found = calls(partial(elastica.critical, height), OF_ELASTICA * repeats)
+        taken, found = timed(partial(elastica.critical, height), OF_ELASTICA * repeats)
         seconds[j] = np.median(taken)
         error[j] = found.state.advance / elastica.advance_on_finer_grid(found) - 1.0
-    return {
-        "elastica_seconds": (("height",), seconds, "s", "time of the elastica's critical point, median"),
-        "elastica_error": (("height",), error, "1", "its lambda over that on a grid of twice the nodes, minus one"),
-    }
+    return {"elastica_seconds": ("height", seconds), "elastica_error": ("height", error)}
 
 
-def _memory(length: float, heights: Sequence[float]) -> dict[str, Column]:
+def _memory(length: float, heights: Sequence[float]) -> Values:
     """Peak memory of a process that finds one lambda_c to 1e-3, by each model."""
     scene = scene_of(length, 0.0, heights[-1], "solid", 1e-3)
-    strip = (
-        "critical",
-        "--length",
-        repr(scene.length),
-        "--height",
-        repr(scene.height),
-        "--eta-b",
-        repr(ETA_B),
-        "--json",
-    )
+    words = ["critical", "--length", repr(scene.length), "--height", repr(scene.height), "--eta-b", repr(ETA_B)]
     models = ("elastica", "rod", "solid")
-    peaks = [peak_memory((*strip, "--model", model)) for model in models]
-    return {
-        "memory": (("model",), np.array(peaks), "MB", "peak memory of a process that finds one lambda_c to 1e-3"),
-        "model": (("model",), np.array(models, dtype=object), "1", "model of the strip"),
-    }
+    peaks = [timed_process(command(*words, "--json", "--model", model))[2] for model in models]
+    return {"model": ("model", models), "memory": ("model", peaks)}
 
 
 def scene_of(
@@ -266,7 +234,7 @@ def scene_of(
     return Scene(length=length * unit, height=height * unit, **given)  # type: ignore[arg-type]
 
 
-def _apart(one: Array, other: Array) -> float:
+def _distance(one: Array, other: Array) -> float:
     return float(np.linalg.norm(one - other, axis=1).max())
 
 
@@ -275,7 +243,7 @@ def _of_run(run: XRun) -> Shape:
 
 
 def _bent(state: elastica.State, length: float) -> Shape:
-    along = np.linspace(0.0, state.length, LOOKED_AT)
+    along = np.linspace(0.0, state.length, COMPARED_PLACES)
     at = state.at(state.length - along)
     return _of_places(along, np.stack([state.length - length / 2.0 - at.x, at.z], axis=1), length)
 

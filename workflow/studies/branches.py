@@ -1,12 +1,13 @@
 """Random strips on the solid against the elastica: does the continuation ever leave its branch unseen?
 
-For each case the elastica says what has to come out: a snap at its lambda_c, the sag landing first, or a strip that is
-too short.  The solid differs from it by its thickness, by a known amount; anything else is a jump.
+For each case the elastica says what the outcome must be: a snap at its lambda_c.  The solid differs from it by its
+thickness, by a known amount; anything else is another branch.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from functools import partial
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -15,6 +16,7 @@ from stripfold import elastica
 from stripfold.analysis.static import End, StripModel, solve_height
 from stripfold.errors import SolveError
 from stripfold.material import Material
+from studies.common import Progress, pooled, table
 
 ETA_B = (1e2, 1e6)
 HEIGHT = (1.7, 5.0)
@@ -28,60 +30,48 @@ RIGHT, WRONG, FAILED = 0, 1, 2
 
 
 def run(
-    cases: range, seed: int, refinement: float, eta_m: float, progress: Callable[[str], None] | None = None
+    cases: int, seed: int, refinement: float, eta_m: float, threads: int = 1, progress: Progress | None = None
 ) -> xr.Dataset:
-    """Run the cases with these numbers of the sequence that ``seed`` starts.
+    """The first cases of the sequence that ``seed`` starts.
 
     Returns
     -------
-    Dataset over ``case``: what was drawn, what came out, and ``verdict`` 0 right, 1 wrong branch, 2 typed error.
+    Dataset over ``case``: what was drawn, the outcome, and ``verdict`` 0 right, 1 wrong branch, 2 typed error.
     """
-    rows = []
-    for number in cases:
-        # One stream per case: any part of the study can be run alone.
-        draw = np.random.default_rng([seed, number])
-        eta_b = float(np.exp(draw.uniform(*np.log(ETA_B))))
-        height, length = float(draw.uniform(*HEIGHT)), float(draw.uniform(*LENGTH))
-        h = Material(eta_b, eta_m).relative_thickness
-        truth = elastica.critical(height)
-        found, end, free, verdict, folds, message = np.nan, "", np.nan, FAILED, 0, ""
-        try:
-            outcome = solve_height(StripModel(length, h), height, refinement, past=0.0)
-        except SolveError as error:
-            message = str(error)
-        else:
-            found, end, free = outcome.last.lam, outcome.end.value, outcome.free_length
-            folds = outcome.contact_folds
-            shifted = truth.advance + THICKNESS_SHIFT * h**2
-            same = end == End.SNAP and abs(found - shifted) <= TOLERANCE * truth.advance
-            verdict = RIGHT if same else WRONG
-        rows.append(
-            (number, eta_b, height, length, h, truth.advance, truth.length, found, free, folds, verdict, end, message)
-        )
-        if progress:
-            progress(f"case {number}: {end or message}")
-    names = {
-        "eta_b": ("m-4 s2", "weight-to-bending-stiffness ratio"),
-        "height": ("1", "gripper height / L*"),
-        "length": ("1", "strip length / L*"),
-        "thickness": ("1", "h / L*"),
-        "lambda_c_elastica": ("1", "elastica's lambda_c / L*"),
-        "free_length_elastica": ("1", "elastica's free length / L*"),
-        "lambda_end": ("1", "solid's lambda at the end of the advance / L*"),
-        "free_length": ("1", "solid's free length / L*"),
-        "contact_folds": ("1", "maxima of lambda due to the mesh, passed"),
-        "verdict": ("1", "0 right, 1 wrong branch, 2 typed error"),
-        "end": ("1", "what ended the advance"),
-        "message": ("1", "the error's message"),
+    one = partial(case, seed=seed, refinement=refinement, eta_m=eta_m)
+    attrs = {"seed": seed, "refinement": refinement, "eta_m": eta_m}
+    return table("branches", "case", pooled(one, range(cases), threads, progress), attrs)
+
+
+def case(number: int, seed: int, refinement: float, eta_m: float) -> dict[str, Any]:
+    """One case; each has a random stream of its own."""
+    draw = np.random.default_rng([seed, number])
+    eta_b = float(np.exp(draw.uniform(*np.log(ETA_B))))
+    height, length = float(draw.uniform(*HEIGHT)), float(draw.uniform(*LENGTH))
+    h = Material(eta_b, eta_m).relative_thickness
+    truth = elastica.critical(height)
+    row = {
+        "case": number,
+        "eta_b": eta_b,
+        "height": height,
+        "length": length,
+        "thickness": h,
+        "lambda_c_elastica": truth.advance,
+        "free_length_elastica": truth.length,
     }
-    columns = list(zip(*rows, strict=True))
-    data = {
-        name: (
-            "case",
-            np.array(column, dtype=object if name in ("end", "message") else None),
-            {"units": u, "long_name": t},
-        )
-        for (name, (u, t)), column in zip(names.items(), columns[1:], strict=True)
+    try:
+        found = solve_height(StripModel(length, h), height, refinement, past=0.0)
+    except SolveError as error:
+        nothing = {"lambda_end": np.nan, "free_length": np.nan, "contact_folds": 0, "end": ""}
+        return {**row, **nothing, "verdict": FAILED, "message": f"{type(error).__name__}: {error}"}
+    shifted = truth.advance + THICKNESS_SHIFT * h**2
+    same = found.end is End.SNAP and abs(found.lam - shifted) <= TOLERANCE * truth.advance
+    return {
+        **row,
+        "lambda_end": found.lam,
+        "free_length": found.free_length,
+        "contact_folds": found.contact_folds,
+        "end": found.end.value,
+        "verdict": RIGHT if same else WRONG,
+        "message": "",
     }
-    case = ("case", np.array(columns[0]), {"units": "1", "long_name": "number of the case"})
-    return xr.Dataset(data, coords={"case": case}, attrs={"seed": seed, "refinement": refinement, "eta_m": eta_m})

@@ -1,20 +1,16 @@
-"""What everything takes from cold: time and memory of each rule, from the files that Snakemake's benchmarks wrote."""
+"""Time and memory of a whole run in a fresh clone, by rule of the workflow or section of the checks."""
 
 from __future__ import annotations
 
 import csv
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
-COLUMNS = {
-    "jobs": ("1", "jobs"),
-    "seconds": ("s", "time of all of them together, the start of their processes included"),
-    "longest": ("s", "time of the longest"),
-    "memory": ("MB", "largest resident memory of one"),
-}
+from studies.common import dataset
 
 
 def of_benchmarks(folder: Path, wall: float, cores: int) -> xr.Dataset:
@@ -31,18 +27,15 @@ def of_benchmarks(folder: Path, wall: float, cores: int) -> xr.Dataset:
     """
     rows = {rule.name: [_row(job) for job in sorted(rule.glob("*.tsv"))] for rule in folder.iterdir()}
     names = sorted(rows, key=lambda name: -sum(row["s"] for row in rows[name]))
-    values = {
-        "jobs": [len(rows[name]) for name in names],
-        "seconds": [sum(row["s"] for row in rows[name]) for name in names],
-        "longest": [max(row["s"] for row in rows[name]) for name in names],
-        "memory": [max(row["max_rss"] for row in rows[name]) for name in names],
+    seconds = [[row["s"] for row in rows[name]] for name in names]
+    values: dict[str, tuple[str, Any]] = {
+        "rule": ("rule", names),
+        "jobs": ("rule", [float(len(jobs)) for jobs in seconds]),
+        "seconds": ("rule", [sum(jobs) for jobs in seconds]),
+        "longest": ("rule", [max(jobs) for jobs in seconds]),
+        "memory": ("rule", [max(row["max_rss"] for row in rows[name]) for name in names]),
     }
-    data = {
-        name: ("rule", np.array(values[name], float), {"units": units, "long_name": text})
-        for name, (units, text) in COLUMNS.items()
-    }
-    coords = {"rule": ("rule", np.array(names, dtype=object), {"units": "1", "long_name": "rule of the workflow"})}
-    return xr.Dataset(data, coords, {"wall": wall, "cores": cores})
+    return dataset("cold_run", values, {"wall": wall, "cores": cores})
 
 
 def of_sections(printed: str, wall: float, cores: int) -> xr.Dataset:
@@ -50,11 +43,8 @@ def of_sections(printed: str, wall: float, cores: int) -> xr.Dataset:
     headings = re.findall(r"^==== (.+) \((\d+) s\) ====$", printed, re.M)
     names, begins = zip(*headings, strict=True)
     seconds = np.diff([*map(float, begins), wall])[:-1]
-    data = {"seconds": ("section", seconds, {"units": "s", "long_name": "time of the section"})}
-    coords = {
-        "section": ("section", np.array(names[:-1], dtype=object), {"units": "1", "long_name": "section of the checks"})
-    }
-    return xr.Dataset(data, coords, {"wall": wall, "cores": cores})
+    values = {"section": ("section", names[:-1]), "seconds": ("section", seconds)}
+    return dataset("ci_run", values, {"wall": wall, "cores": cores})
 
 
 def _row(path: Path) -> dict[str, float]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from time import process_time
 from typing import Any
 
@@ -13,26 +13,14 @@ from stripfold.analysis import collapse_data
 from stripfold.analysis.needed_effects import INERTIA, MEMBRANE, SELF_CONTACT, SOLID
 from stripfold.errors import SolveError
 from stripfold.inputs import Simulation
+from studies.common import Progress, blank, dataset, variables
 
 SWITCHED = (SELF_CONTACT, INERTIA, SOLID, MEMBRANE)
 """What can be on and off in a simulation: the floor is what the strip begins on, and internal friction it has none."""
-TEXTS = {
-    "needed": ("1", "whether the scene says that it needs the effect, 1 or 0"),
-    "reported": ("1", "whether switching it off was reported as lacking, 1 or 0"),
-    "matters": ("1", "whether the result without it is another one, beyond the accuracy or the tolerance, 1 or 0"),
-    "change": ("1", "relative change of lambda_c when it is switched on"),
-    "touch_change": ("1", "change of the first touch's x when it is switched on / L*; nan: no touch without it"),
-    "cost": ("1", "time with it over time without, minus one"),
-    "clocked": (
-        "1",
-        "time that it takes itself, what its monitor takes anyway left out, over all other; nan: not clocked",
-    ),
-    "seconds_on": ("s", "processor time with it, the least of the repeats"),
-    "seconds_off": ("s", "processor time without it, the least of the repeats"),
-}
+NUMBERS = tuple(name for name in variables("effects") if name not in ("scene", "effect", "message"))
 
 
-def run(scenes: Sequence[Mapping[str, Any]], repeats: int, progress: Callable[[str], None] | None = None) -> xr.Dataset:
+def run(scenes: Sequence[Mapping[str, Any]], repeats: int, progress: Progress | None = None) -> xr.Dataset:
     """Simulate every scene with every effect on and off.
 
     Parameters
@@ -46,34 +34,34 @@ def run(scenes: Sequence[Mapping[str, Any]], repeats: int, progress: Callable[[s
     -------
     Dataset over ``scene`` and ``effect``.
     """
-    names = [scene["name"] for scene in scenes]
-    columns = {name: np.full((len(scenes), len(SWITCHED)), np.nan) for name in TEXTS}
-    messages = np.full((len(scenes), len(SWITCHED)), "", dtype=object)
-    for i, scene in enumerate(scenes):
-        given = {key: value for key, value in scene.items() if key != "name"}
-        for j, effect in enumerate(SWITCHED):
-            try:
-                measured = compare(given, effect, repeats)
-            except SolveError as error:
-                messages[i, j], measured = str(error), {}
-            for name, value in measured.items():
-                columns[name][i, j] = value
-            if progress:
-                progress(f"{scene['name']}, {effect}: {messages[i, j] or measured}")
+    shape = len(scenes), len(SWITCHED)
+    columns = {name: blank(*shape) for name in NUMBERS}
+    messages = np.full(shape, "", dtype=object)
+    for i, j in np.ndindex(shape):
+        given = {key: value for key, value in scenes[i].items() if key != "name"}
+        try:
+            measured = compare(given, SWITCHED[j], repeats)
+        except SolveError as error:
+            messages[i, j], measured = str(error), {}
+        for name, value in measured.items():
+            columns[name][i, j] = value
+        if progress:
+            progress(f"{scenes[i]['name']}, {SWITCHED[j]}: {messages[i, j] or measured}")
     over = ("scene", "effect")
-    data: dict[str, Any] = {
-        name: (over, columns[name], {"units": units, "long_name": text}) for name, (units, text) in TEXTS.items()
-    }
-    data["message"] = (over, messages, {"units": "1", "long_name": "the error's message"})
-    coords = {
-        "scene": ("scene", np.array(names, dtype=object), {"units": "1", "long_name": "name of the scene"}),
-        "effect": ("effect", np.array(SWITCHED, dtype=object), {"units": "1", "long_name": "effect"}),
-    }
-    return xr.Dataset(data, coords=coords, attrs={"repeats": repeats})
+    return dataset(
+        "effects",
+        {
+            "scene": ("scene", [scene["name"] for scene in scenes]),
+            "effect": ("effect", SWITCHED),
+            **{name: (over, values) for name, values in columns.items()},
+            "message": (over, messages),
+        },
+        {"repeats": repeats},
+    )
 
 
 def compare(given: Mapping[str, Any], effect: str, repeats: int) -> dict[str, float]:
-    """One scene with an effect on and off: the names of :data:`TEXTS`."""
+    """One scene with an effect on and off: the names of :data:`NUMBERS`."""
     asked = {s: Simulation.of({**given, "effects": {effect: s}}) for s in ("on", "off")}
     seconds: dict[str, list[float]] = {s: [] for s in asked}
     found: dict[str, xr.Dataset] = {}

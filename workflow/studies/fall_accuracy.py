@@ -6,7 +6,7 @@ sqrt(L*/g).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any, NamedTuple
@@ -19,7 +19,7 @@ from stripfold.analysis.release import TIME_OPTIONS, Fall, Motion, ReleaseState,
 from stripfold.analysis.static import StripModel
 from stripfold.errors import SolveError
 from stripfold.solve.schemes import EnergyMomentum, GeneralisedAlpha, Scheme
-from studies.benchmark import calls
+from studies.common import Progress, blank, dataset, timed
 
 SCHEMES: dict[str, Scheme] = {
     "energy-momentum": EnergyMomentum(),
@@ -46,7 +46,7 @@ def run(
     ways: Sequence[Mapping[str, Any]],
     reference: Sequence[Mapping[str, Any]],
     repeats: int,
-    progress: Callable[[str], None] | None = None,
+    progress: Progress | None = None,
 ) -> xr.Dataset:
     """Errors and times of all ways at all heights.
 
@@ -75,7 +75,7 @@ def run(
     truth, check = (Way(**given) for given in reference)
     fall = Fall(disturbance, to_rest=False)
     shape = (len(all_ways), len(heights))
-    columns = {name: np.full(shape, np.nan) for name in ("error", "time_error", "lambda_error", "seconds", "steps")}
+    columns = {name: blank(*shape) for name in ("error", "time_error", "lambda_error", "seconds", "steps")}
     message = np.full(shape, "", dtype=object)
     known = {name: np.empty(len(heights)) for name in ("reference", "uncertain", "reference_time")}
     for j, height in enumerate(heights):
@@ -100,7 +100,7 @@ def run(
         say(f"z = {height:g} L*: touch at {finest.touch_x:.5f}, {t:.4f}; uncertain by {known['uncertain'][j]:.1e}")
         for i, way in enumerate(all_ways):
             try:
-                seconds, motion = calls(partial(followed, way), repeats)
+                seconds, motion = timed(partial(followed, way), repeats)
             except SolveError as error:
                 message[i, j] = str(error)
                 say(f"{way}: {error}")
@@ -111,29 +111,15 @@ def run(
             columns["seconds"][i, j] = np.median(seconds)
             columns["steps"][i, j] = len(motion.states) - 1
             say(f"{way}: {columns['error'][i, j]:.1e}, {columns['seconds'][i, j]:.2f} s")
-    texts = {
-        "error": ("1", "x of the first touch less that of the reference / L*"),
-        "time_error": ("1", "its time less that of the reference / sqrt(L*/g)"),
-        "lambda_error": ("1", "lambda of the critical state that it fell from less that of the reference / L*"),
-        "seconds": ("s", "time of the fall to its first touch, median"),
-        "steps": ("1", "time steps"),
-        "reference": ("1", "x of the first touch of the reference / L*, origin mid-strip"),
-        "reference_time": ("1", "its time / sqrt(L*/g)"),
-        "uncertain": ("1", "distance of the first touch of the check from it / L*"),
-    }
-    data: dict[str, Any] = {
-        name: (("way", "height"), values, {"units": texts[name][0], "long_name": texts[name][1]})
-        for name, values in columns.items()
-    }
-    data |= {
-        name: ("height", values, {"units": texts[name][0], "long_name": texts[name][1]})
-        for name, values in known.items()
-    }
-    data["message"] = (("way", "height"), message, {"units": "1", "long_name": "the error's message"})
-    for field in Way._fields:
-        kind: Any = object if field in ("model", "scheme") else float
-        column = np.array([getattr(way, field) for way in all_ways], dtype=kind)
-        data[field] = ("way", column, {"units": "1", "long_name": f"{field} of a way"})
-    coords = {"height": ("height", np.asarray(heights, float), {"units": "1", "long_name": "gripper height / L*"})}
-    attrs = {"length_star": length_star, "thickness_star": thickness, "disturbance": disturbance, "repeats": repeats}
-    return xr.Dataset(data, coords, attrs)
+    both = ("way", "height")
+    return dataset(
+        "fall_accuracy",
+        {
+            "height": ("height", heights),
+            **{name: (both, values) for name, values in columns.items()},
+            **{name: ("height", values) for name, values in known.items()},
+            "message": (both, message),
+            **{field: ("way", [getattr(way, field) for way in all_ways]) for field in Way._fields},
+        },
+        {"length_star": length_star, "thickness_star": thickness, "disturbance": disturbance, "repeats": repeats},
+    )

@@ -19,14 +19,13 @@ from stripfold.arrays import Array
 from stripfold.errors import SolveError
 from stripfold.solve import dynamics
 from stripfold.solve.schemes import Damping
+from studies.common import Progress, table, variables
 
 FREE_RUN = 10.0
 """Time for which an undamped strip is followed past its first touch: it never comes to rest."""
 
 
-def run(
-    base: Mapping[str, float], cases: Sequence[Mapping[str, Any]], progress: Callable[[str], None] | None = None
-) -> xr.Dataset:
+def run(base: Mapping[str, float], cases: Sequence[Mapping[str, Any]], progress: Progress | None = None) -> xr.Dataset:
     """Let strips fall.
 
     Parameters
@@ -42,47 +41,27 @@ def run(
     Dataset over ``case``, the first being called "base"; a case that failed has nan and its error's message.
     """
     falls = {"base": dict(base)} | {case["name"]: {**base, **case} for case in cases}
-    columns: dict[str, list[float]] = {name: [] for name in _NAMES}
-    messages: list[str] = []
+    rows: list[dict[str, Any]] = []
     shapes: dict[str, Callable[[Array], Array]] = {}
     branches: dict[tuple[float, ...], XRun] = {}
     for name, given in falls.items():
+        row: dict[str, Any] = {"case": name, **dict.fromkeys(NUMBERS, np.nan), "message": ""}
         try:
             measured, shapes[name] = _measure(given, branches)
-            messages.append("")
+            row |= measured
         except SolveError as error:
-            measured = dict.fromkeys(_NAMES, np.nan)
-            messages.append(f"{type(error).__name__}: {error}")
+            row["message"] = f"{type(error).__name__}: {error}"
         if name in shapes and "base" in shapes and given["length"] == base["length"]:
             s = np.linspace(0.0, base["length"], 400)
             apart = shapes[name](s) - shapes["base"](s)
-            measured["distance"] = float(np.linalg.norm(apart, axis=1).max())
-        for key in _NAMES:
-            columns[key].append(measured.get(key, np.nan))
+            row["distance"] = float(np.linalg.norm(apart, axis=1).max())
+        rows.append(row)
         if progress:
-            progress(f"{name}: {messages[-1] or 'done'}")
-    data: dict[str, Any] = {
-        key: ("case", np.array(columns[key]), {"units": units, "long_name": text})
-        for key, (units, text) in _NAMES.items()
-    }
-    data["message"] = ("case", np.array(messages, dtype=object), {"units": "1", "long_name": "the error's message"})
-    coords = {"case": ("case", np.array(list(falls), dtype=object), {"units": "1", "long_name": "name of the case"})}
-    return xr.Dataset(data, coords=coords, attrs={f"base_{key}": value for key, value in base.items()})
+            progress(f"{name}: {row['message'] or 'done'}")
+    return table("falls", "case", rows, {f"base_{key}": value for key, value in base.items()})
 
 
-_NAMES = {
-    "touch_time": ("1", "time of the first touch / sqrt(L*/g)"),
-    "touch_x": ("1", "where the falling part touches / L*, origin mid-strip"),
-    "end_time": ("1", "time at the end / sqrt(L*/g)"),
-    "steps": ("1", "time steps"),
-    "minimal_gap": ("1", "smallest height over the floor / L*"),
-    "largest_gain": ("1", "largest energy created in a step / rho_a g L*^2"),
-    "closing": ("1", "what the energy balance lacks at the end / rho_a g L*^2"),
-    "released": ("1", "elastic and gravity energy released / rho_a g L*^2"),
-    "numerical": ("1", "dissipated by the time integration / rho_a g L*^2"),
-    "handed_over": ("1", "distance between the state at rest and the equilibrium it is handed over to / L*"),
-    "distance": ("1", "largest distance of the end state from that of the first case / L*"),
-}
+NUMBERS = tuple(name for name in variables("falls") if name not in ("case", "message"))
 
 
 def _measure(

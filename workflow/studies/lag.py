@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -25,6 +26,7 @@ from stripfold.errors import SolveError
 from stripfold.solve import dynamics
 from stripfold.solve.dynamics import Moving, TimeOptions, TimeState
 from stripfold.solve.schemes import Damping
+from studies.common import dataset
 
 INERTIAL, OVERDAMPED = 4.0 / 5.0, 2.0 / 3.0
 """Exponents of the theory."""
@@ -153,45 +155,26 @@ def run(
     """
     fold = Fold.of(solve_height(StripModel(length_star, thickness), height, refinement))
     lambda_c = fold.run.last.lam
-    one = {"units": "1"}
-    data: dict[str, tuple[object, object, dict[str, str]]] = {
-        "lambda_c": ((), lambda_c, {**one, "long_name": "static lambda_c / L*"}),
-        "push": ((), fold.push, {**one, "long_name": "b of the normal form / (g / L*)"}),
-        "curvature": ((), fold.curvature, {**one, "long_name": "c of the normal form, units of the solver"}),
+    data: dict[str, tuple[Any, Any]] = {
+        "lambda_c": ((), lambda_c),
+        "push": ((), fold.push),
+        "curvature": ((), fold.curvature),
     }
-    for suffix, words, a, asked, power in (
-        ("", "no damping", 0.0, speeds, INERTIAL),
-        ("_damped", "air drag", air, damped_speeds, OVERDAMPED),
-    ):
-        dim = f"speed{suffix}"
-        v = np.asarray(asked, dtype=float)
+    for suffix, a, asked, power in (("", 0.0, speeds, INERTIAL), ("_damped", air, damped_speeds, OVERDAMPED)):
+        dim, v = f"speed{suffix}", np.asarray(asked, dtype=float)
         snap, touch, steps = (np.array(column) for column in zip(*(passage(fold, x, a) for x in v), strict=True))
         slope, half_width = exponent(v, snap - lambda_c)
-        theory = np.array([fold.expected(x, a) for x in v])
-        start = limit(v, snap, power)
         data |= {
-            dim: (dim, v, {**one, "long_name": f"gripper's speed / sqrt(g L*), {words}"}),
-            f"snap{suffix}": (dim, snap, {**one, "long_name": f"lambda / L* at the snap event, {words}"}),
-            f"touch{suffix}": (dim, touch, {**one, "long_name": f"lambda / L* at touch of the sag, {words}"}),
-            f"lag{suffix}": (dim, snap - lambda_c, {**one, "long_name": f"lag of the snap event / L*, {words}"}),
-            f"expected{suffix}": (dim, theory, {**one, "long_name": f"lag of the normal form / L*, {words}"}),
-            f"time_steps{suffix}": (dim, steps, {**one, "long_name": f"time steps, {words}"}),
-            f"exponent{suffix}": ((), slope, {**one, "long_name": f"exponent of the lag in the speed, {words}"}),
-            f"exponent_half_width{suffix}": (
-                (),
-                half_width,
-                {**one, "long_name": f"half width of its 95 % interval, {words}"},
-            ),
-            f"theory{suffix}": ((), power, {**one, "long_name": f"exponent of the theory, {words}"}),
-            f"limit{suffix}": ((), start, {**one, "long_name": f"lambda / L* extrapolated to zero speed, {words}"}),
+            dim: (dim, v),
+            f"snap{suffix}": (dim, snap),
+            f"touch{suffix}": (dim, touch),
+            f"lag{suffix}": (dim, snap - lambda_c),
+            f"expected{suffix}": (dim, [fold.expected(x, a) for x in v]),
+            f"time_steps{suffix}": (dim, steps),
+            f"exponent{suffix}": ((), slope),
+            f"exponent_half_width{suffix}": ((), half_width),
+            f"theory{suffix}": ((), power),
+            f"limit{suffix}": ((), limit(v, snap, power)),
         }
-    return xr.Dataset(
-        data,
-        attrs={
-            "length_star": length_star,
-            "thickness": thickness,
-            "height_star": height,
-            "refinement": refinement,
-            "air": air,
-        },
-    )
+    scene = {"length_star": length_star, "thickness": thickness, "height_star": height}
+    return dataset("lag", data, {**scene, "refinement": refinement, "air": air})

@@ -9,61 +9,43 @@ import xarray as xr
 
 from stripfold import elastica
 from stripfold.analysis.static import End, StripModel, solve_height
+from stripfold.errors import SolveError
 from stripfold.material import Material
+from studies.common import blank, dataset
 
 
 def run(
     eta_b: float, length_star: float, height: float, eta_m: Sequence[float], refinements: Sequence[float]
 ) -> xr.Dataset:
-    """lambda_c of the solid for each ``eta_m``, on each mesh.
+    """lambda_c of the solid, L*, for each ``eta_m`` (m^-2 s^2) on each mesh, coarse to fine, and the elastica's.
 
-    Parameters
-    ----------
-    eta_b
-        m^-4 s^2.
-    length_star, height
-        Length of the strip and gripper height, L*.
-    eta_m
-        m^-2 s^2, shape (n,).
-    refinements
-        Factors on the element lengths, coarse to fine, shape (m,).
-
-    Returns
-    -------
-    Dataset with ``lambda_c`` of dims (eta_m, refinement) and the elastica's, in L*.
+    Raises
+    ------
+    SolveError
+        A run cannot be computed, or ends without a snap.
     """
-    truth = elastica.critical(height)
-    lambda_c = np.full((len(eta_m), len(refinements)), np.nan)
-    thickness = np.array([Material(eta_b, value).relative_thickness for value in eta_m])
-    for i, h in enumerate(thickness):
-        for j, refinement in enumerate(refinements):
-            found = solve_height(StripModel(length_star, float(h)), height, refinement, past=0.0)
-            if found.end is not End.SNAP:
-                raise ValueError(f"no snap at eta_m = {eta_m[i]:g}, refinement {refinement:g}: {found.end.reason}")
-            lambda_c[i, j] = found.last.lam
-    difference = lambda_c - truth.advance
-    order = np.full(len(eta_m), np.nan)
-    order[1:] = np.diff(np.log(np.abs(difference[:, -1]))) / np.diff(np.log(np.asarray(eta_m)))
-    return xr.Dataset(
+    truth = elastica.critical(height).advance
+    lambda_c = blank(len(eta_m), len(refinements))
+    thickness = [Material(eta_b, value).relative_thickness for value in eta_m]
+    for i, j in np.ndindex(lambda_c.shape):
+        found = solve_height(StripModel(length_star, thickness[i]), height, refinements[j], past=0.0)
+        if found.end is not End.SNAP:
+            raise SolveError(f"no snap at eta_m = {eta_m[i]:g}, refinement {refinements[j]:g}: {found.end.reason}")
+        lambda_c[i, j] = found.lam
+    difference = lambda_c - truth
+    order = np.diff(np.log(np.abs(difference[:, -1]))) / np.diff(np.log(np.asarray(eta_m)))
+    both = ("eta_m", "refinement")
+    return dataset(
+        "limit",
         {
-            "lambda_c": (("eta_m", "refinement"), lambda_c, {"units": "1", "long_name": "solid's lambda_c / L*"}),
-            "lambda_c_elastica": ((), truth.advance, {"units": "1", "long_name": "elastica's lambda_c / L*"}),
-            "difference": (("eta_m", "refinement"), difference, {"units": "1", "long_name": "solid - elastica, / L*"}),
-            "mesh_error": (
-                "eta_m",
-                np.abs(lambda_c[:, -1] - lambda_c[:, -2]),
-                {"units": "1", "long_name": "change of lambda_c / L* from the last refinement"},
-            ),
-            "order": (
-                "eta_m",
-                order,
-                {"units": "1", "long_name": "order of the difference in eta_m, from the value before"},
-            ),
-            "thickness": ("eta_m", thickness, {"units": "1", "long_name": "h / L*"}),
+            "eta_m": ("eta_m", eta_m),
+            "refinement": ("refinement", refinements),
+            "lambda_c": (both, lambda_c),
+            "lambda_c_elastica": ((), truth),
+            "difference": (both, difference),
+            "mesh_error": ("eta_m", np.abs(lambda_c[:, -1] - lambda_c[:, -2])),
+            "order": ("eta_m", [np.nan, *order]),
+            "thickness": ("eta_m", thickness),
         },
-        coords={
-            "eta_m": ("eta_m", list(eta_m), {"units": "m-2 s2", "long_name": "weight-to-membrane-stiffness ratio"}),
-            "refinement": ("refinement", list(refinements), {"units": "1", "long_name": "factor on element lengths"}),
-        },
-        attrs={"eta_b": eta_b, "height_star": height, "length_star": length_star},
+        {"eta_b": eta_b, "height_star": height, "length_star": length_star},
     )

@@ -22,6 +22,7 @@ from stripfold.solve import dynamics, newton
 from stripfold.solve.dynamics import Moving
 from stripfold.solve.linear import Band
 from stripfold.solve.schemes import Damping, EnergyMomentum, WithoutMemory
+from studies.common import dataset
 
 STRIKE = 1e-4
 """Largest velocity of the strip's free end after the strike, over its frequency, in lengths of the strip: small."""
@@ -197,24 +198,18 @@ def run(
         for j, shape in enumerate(shapes):
             for k, n in enumerate(steps):
                 motion[i, j, k] = struck(problem, rest, shape, float(linear[i, j]), periods, n)
-    dims = ("gravity", "mode", "steps")
-    rate = {"units": "1"}
-    return xr.Dataset(
+    both, all_three = ("gravity", "mode"), ("gravity", "mode", "steps")
+    return dataset(
+        "modes",
         {
-            "beam": (dims[:2], truth, {**rate, "long_name": "angular frequency of the beam * sqrt(L*/g)"}),
-            "solid": (dims[:2], linear, {**rate, "long_name": "angular frequency of (K, M) of the solid * sqrt(L*/g)"}),
-            "motion": (dims, motion, {**rate, "long_name": "angular frequency of the motion in time * sqrt(L*/g)"}),
-            "solid_error": (dims[:2], np.abs(linear / truth - 1.0), {**rate, "long_name": "relative error of (K, M)"}),
-            "motion_error": (
-                dims,
-                np.abs(motion / truth[..., None] - 1.0),
-                {**rate, "long_name": "relative error of the motion in time"},
-            ),
+            "gravity": ("gravity", gravity),
+            "mode": ("mode", np.arange(1, modes + 1)),
+            "steps": ("steps", steps),
+            "beam": (both, truth),
+            "solid": (both, linear),
+            "motion": (all_three, motion),
+            "solid_error": (both, np.abs(linear / truth - 1.0)),
+            "motion_error": (all_three, np.abs(motion / truth[..., None] - 1.0)),
         },
-        coords={
-            "gravity": ("gravity", gravity, {"units": "1", "long_name": "factor on gravity"}),
-            "mode": ("mode", np.arange(1, modes + 1), {"units": "1", "long_name": "number of the mode"}),
-            "steps": ("steps", list(steps), {"units": "1", "long_name": "time steps per period"}),
-        },
-        attrs={"length_star": length_star, "thickness": thickness, "elements": elements, "periods": periods},
+        {"length_star": length_star, "thickness": thickness, "elements": elements, "periods": periods},
     )

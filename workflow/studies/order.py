@@ -11,8 +11,9 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 
-from stripfold.analysis.static import StripModel, XRun, along_x, lift, solve_height
+from stripfold.analysis.static import StripModel, along_x, lift, solve_height
 from stripfold.arrays import Array
+from studies.common import blank, dataset
 
 
 def uniform(length: float, size: float, phase: float) -> Array:
@@ -21,40 +22,30 @@ def uniform(length: float, size: float, phase: float) -> Array:
     return np.concatenate([[0.0], inner, [length]])
 
 
-def _largest(run: XRun) -> float:
-    """The largest lambda reached: on a uniform mesh the teeth of the contact may split the maximum in several."""
-    return run.last.lam + run.slack
-
-
 def run(
     length_star: float, thickness: float, height: float, sizes: Sequence[float], phases: int, reference: float
 ) -> xr.Dataset:
     """lambda_c on uniform meshes against the planned mesh at refinement ``reference``; all in L*."""
     strip = StripModel(length_star, thickness)
-    truth = solve_height(strip, height, reference, past=0.0).last.lam
+    truth = solve_height(strip, height, reference, past=0.0).lam
     (_, model, state) = next(lift(strip, [height]))
-    shifts = np.arange(phases) / phases
-    lambda_c = np.array(
-        [
-            [
-                _largest(along_x(strip, height, (model, state), uniform(length_star, size, shift), past=0.0))
-                for shift in shifts
-            ]
-            for size in sizes
-        ]
-    )
+    shifts = [phase / phases for phase in range(phases)]
+    lambda_c = blank(len(sizes), phases)
+    for i, j in np.ndindex(lambda_c.shape):
+        mesh = uniform(length_star, sizes[i], shifts[j])
+        found = along_x(strip, height, (model, state), mesh, past=0.0)
+        # The largest lambda reached: on a uniform mesh contact switching may split the maximum in several.
+        lambda_c[i, j] = found.lam + found.slack
     error = np.sqrt(np.mean((lambda_c - truth) ** 2, axis=1))
-    slope = np.polyfit(np.log(np.asarray(sizes)), np.log(error), 1)[0]
-    return xr.Dataset(
+    return dataset(
+        "order",
         {
-            "lambda_c": (("size", "phase"), lambda_c, {"units": "1", "long_name": "lambda_c / L*"}),
-            "reference": ((), truth, {"units": "1", "long_name": "lambda_c / L* on the planned mesh"}),
-            "error": ("size", error, {"units": "1", "long_name": "rms error of lambda_c / L* over the phases"}),
-            "order": ((), slope, {"units": "1", "long_name": "observed order, fitted over all sizes"}),
+            "size": ("size", sizes),
+            "phase": ("phase", shifts),
+            "lambda_c": (("size", "phase"), lambda_c),
+            "reference": ((), truth),
+            "error": ("size", error),
+            "order": ((), np.polyfit(np.log(sizes), np.log(error), 1)[0]),
         },
-        coords={
-            "size": ("size", list(sizes), {"units": "1", "long_name": "element length / L*"}),
-            "phase": ("phase", shifts, {"units": "1", "long_name": "shift of the mesh, in elements"}),
-        },
-        attrs={"length_star": length_star, "thickness": thickness, "height_star": height},
+        {"length_star": length_star, "thickness": thickness, "height_star": height},
     )

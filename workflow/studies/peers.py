@@ -10,22 +10,21 @@ from __future__ import annotations
 import json
 import os
 import subprocess
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from time import process_time
 from typing import Any
 
 import numpy as np
 import xarray as xr
-from scipy.interpolate import CubicSpline
 
 from stripfold import elastica
 from stripfold.analysis.critical_point import ELASTICA_ERROR
-from stripfold.analysis.static import StripModel
 from stripfold.errors import StripfoldError
 from studies import peers_ours
+from studies.common import ONE_CORE, Progress, blank, dataset, timed
 
-Say = Callable[[str], None]
 Settings = list[dict[str, Any]]
 
 EQUILIBRIUM, CRITICAL = "equilibrium", "critical"
@@ -38,11 +37,12 @@ TITLES = {"felupe": "felupe", "mujoco": "MuJoCo", "pyelastica": "PyElastica", "a
 """How the programs write themselves."""
 RATIO_TOLERANCE = 1e-3
 """Error at which times are compared, L*."""
-REFERENCE = {"solid": 0.25, "rod": 0.125}
-"""Refinement of the solution that is taken for the truth."""
+REFERENCE = {"elastica": 1.0, "solid": 0.25, "rod": 0.125}
+"""Refinement of the reference solution of each model."""
 OURS: Mapping[str, Mapping[str, tuple[float, ...]]] = {
     "solid": {EQUILIBRIUM: (4.0, 2.0, 1.0, 0.5), CRITICAL: (4.0, 2.0, 1.0, 0.5)},
     "rod": {EQUILIBRIUM: (4.0, 2.0, 1.0, 0.5, 0.25), CRITICAL: (4.0, 2.0, 1.0, 0.5)},
+    "elastica": dict.fromkeys(QUESTIONS, (1.0,)),
 }
 """Refinements of our own runs; the elastica has one accuracy only."""
 AUTO = {EQUILIBRIUM: (2, 3, 5, 10, 20, 40), CRITICAL: (2, 3, 5, 10, 20, 40)}
@@ -91,7 +91,7 @@ def run(
     advance: float,
     repeats: int,
     folder: str | os.PathLike[str],
-    progress: Say | None = None,
+    progress: Progress | None = None,
 ) -> xr.Dataset:
     """Ask everyone.
 
@@ -113,9 +113,9 @@ def run(
     """
     say = progress or (lambda _: None)
     scene = {"length": length_star, "thickness": thickness, "height": height, "lam": advance, "repeats": repeats}
-    truth = _truth(scene)
+    truth = {model: peers_ours.reference(model, scene, refinement) for model, refinement in REFERENCE.items()}
     rows: list[dict[str, Any]] = []
-    programs = {name: {"model": name, "version": "", **dict.fromkeys(QUESTIONS, "")} for name in (*OURS, "elastica")}
+    programs = {name: {"model": name, "version": "", **dict.fromkeys(QUESTIONS, "")} for name in OURS}
     for name in programs:
         say(f"ours: {name}")
         rows += _ours(name, scene, truth)
@@ -124,10 +124,10 @@ def run(
         said, answer = _ask(name, {**scene, "questions": _posed(how), "start": _start(height)}, Path(folder))
         programs[name] = {"model": how["model"], "version": answer["version"], **_reasons(how, said)}
         rows += _judged(name, how["model"], answer["runs"], truth)
-    return dataset(rows, programs, scene)
+    return collected(rows, programs, scene)
 
 
-def dataset(
+def collected(
     rows: list[dict[str, Any]], programs: Mapping[str, Mapping[str, str]], scene: Mapping[str, float]
 ) -> xr.Dataset:
     """Runs over ``run``, programs over ``program``.
@@ -136,110 +136,44 @@ def dataset(
     ``failed`` (why, or nothing).
     """
     names, tolerances = list(programs), np.array(TOLERANCES)
-    reach = np.full((len(names), len(QUESTIONS), len(tolerances)), np.nan)
+    times = blank(len(names), len(QUESTIONS), len(tolerances))
     for row in rows:
-        best = reach[names.index(row["program"]), QUESTIONS.index(row["question"])]
+        best = times[names.index(row["program"]), QUESTIONS.index(row["question"])]
         best[row["error"] <= tolerances] = np.fmin(best[row["error"] <= tolerances], row["seconds"])
-
-    def text(key: str, what: str) -> tuple[str, np.ndarray, dict[str, str]]:
-        return "run", np.array([row[key] for row in rows], dtype=object), {"units": "1", "long_name": what}
-
-    def of_program(values: list[Any], what: str) -> tuple[tuple[str, ...], np.ndarray, dict[str, str]]:
-        dims = ("program", "question")[: np.ndim(values)]
-        return dims, np.array(values, dtype=object), {"units": "1", "long_name": what}
-
-    return xr.Dataset(
+    columns = {"name": "program", "asked": "question"} | {key: key for key in ("setting", "failed", "seconds", "error")}
+    return dataset(
+        "peers",
         {
-            "name": text("program", "program of this run"),
-            "asked": text("question", "question of this run"),
-            "setting": text("setting", "its resolution"),
-            "failed": text("failed", "why it has no solution"),
-            "seconds": (
-                "run",
-                np.array([row["seconds"] for row in rows], float),
-                {"units": "s", "long_name": "median processor time"},
-            ),
-            "error": (
-                "run",
-                np.array([row["error"] for row in rows], float),
-                {"units": "1", "long_name": "largest distance of the centre-line, or that of lambda_c, / L*"},
-            ),
-            "time": (
-                ("program", "question", "accuracy"),
-                reach,
-                {"units": "s", "long_name": "least time of a run with at most this error"},
-            ),
-            "model": of_program([p["model"] for p in programs.values()], "model solved"),
-            "version": of_program([p["version"] for p in programs.values()], "version"),
-            "reason": of_program(
-                [[p[q] for q in QUESTIONS] for p in programs.values()], "why the question was not answered"
-            ),
+            "program": ("program", names),
+            "question": ("question", QUESTIONS),
+            "accuracy": ("accuracy", tolerances),
+            **{name: ("run", [row[key] for row in rows]) for name, key in columns.items()},
+            "time": (("program", "question", "accuracy"), times),
+            "model": ("program", [p["model"] for p in programs.values()]),
+            "version": ("program", [p["version"] for p in programs.values()]),
+            "reason": (("program", "question"), [[p[q] for q in QUESTIONS] for p in programs.values()]),
         },
-        coords={
-            "program": ("program", names, {"units": "1", "long_name": "program"}),
-            "question": ("question", list(QUESTIONS), {"units": "1", "long_name": "question"}),
-            "accuracy": ("accuracy", tolerances, {"units": "1", "long_name": "error / L*"}),
-        },
-        attrs={key: float(value) for key, value in scene.items()},
+        {key: float(value) for key, value in scene.items()},
     )
 
 
-def _truth(scene: Mapping[str, Any]) -> dict[str, tuple[Callable[[Any], Any], float]]:
-    """Centre-line over the distance from the grasped end, and lambda_c, of each model."""
-    length, height, lam = scene["length"], scene["height"], scene["lam"]
-    truth = {
-        "elastica": (
-            CubicSpline(*peers_ours.elastica_equilibrium(length, height, lam)),
-            elastica.critical(height).advance,
-        )
-    }
-    for kind, refinement in REFERENCE.items():
-        strip = StripModel(length, scene["thickness"], kind=kind)
-        line = peers_ours.equilibrium(strip, height, lam, refinement)
-        truth[kind] = CubicSpline(*line), peers_ours.critical(strip, height, refinement)
-    return truth
-
-
-def _ours(name: str, scene: Mapping[str, Any], truth: Mapping[str, Any]) -> list[dict[str, Any]]:
-    length, height, lam = scene["length"], scene["height"], scene["lam"]
-    solvers: dict[str, Callable[..., dict[str, Any]]]
-    if name == "elastica":
-        solvers = {
-            EQUILIBRIUM: lambda: _line(*peers_ours.elastica_equilibrium(length, height, lam)),
-            CRITICAL: lambda: {"lambda_c": elastica.critical(height).advance},
-        }
-        settings: dict[str, Settings] = {q: [{}] for q in QUESTIONS}
-    else:
-        strip = StripModel(length, scene["thickness"], kind=name)
-        solvers = {
-            EQUILIBRIUM: lambda refinement: _line(*peers_ours.equilibrium(strip, height, lam, refinement)),
-            CRITICAL: lambda refinement: {"lambda_c": peers_ours.critical(strip, height, refinement)},
-        }
-        settings = {q: [{"refinement": r} for r in OURS[name][q]] for q in QUESTIONS}
+def _ours(model: str, scene: Mapping[str, Any], truth: Mapping[str, Any]) -> list[dict[str, Any]]:
     runs = []
-    for question in QUESTIONS:
-        # As with the peers: caches are warm.
-        solvers[question](**settings[question][0])
-        for setting in settings[question]:
-            seconds = []
-            for _ in range(scene["repeats"]):
-                began = process_time()
-                found = solvers[question](**setting)
-                seconds.append(process_time() - began)
+    for question, refinements in OURS[model].items():
+        answer = {EQUILIBRIUM: peers_ours.equilibrium, CRITICAL: peers_ours.critical}[question]
+        for refinement in refinements:
+            seconds, found = timed(partial(answer, model, scene, refinement), scene["repeats"], process_time)
+            setting = {} if model == "elastica" else {"refinement": refinement}
             runs.append({"question": question, "setting": setting, "seconds": seconds, **found})
-    rows = _judged(name, name, runs, truth)
-    if name == "elastica":
-        # It is the truth: its error is the one that its tests hold it to.
+    rows = _judged(model, model, runs, truth)
+    if model == "elastica":
+        # It is the reference: its error is the one that its tests verify.
         rows = [{**row, "error": ELASTICA_ERROR} for row in rows]
     return rows
 
 
-def _line(s: np.ndarray, place: np.ndarray) -> dict[str, Any]:
-    return {"s": s, "place": place}
-
-
 def _judged(name: str, model: str, runs: list[dict[str, Any]], truth: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Rows of :func:`dataset` from what a program answered."""
+    """Rows of :func:`collected` from what a program answered."""
     line, lambda_c = truth[model]
     rows = []
     for one in runs:
@@ -289,14 +223,13 @@ def _ask(name: str, scene: dict[str, Any], folder: Path) -> tuple[str, dict[str,
     python = folder / ".venv" / "bin" / "python"
     if not python.exists():
         return "not installed: `make peers` installs it", nothing
-    environment = os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
     try:
         done = subprocess.run(
             [python, folder / f"{name}_strip.py"],
             input=json.dumps(scene),
             capture_output=True,
             text=True,
-            env=environment,
+            env=os.environ | ONE_CORE,
             timeout=LONGEST,
             check=False,
         )

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
+from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
 from stripfold import elastica
@@ -16,7 +20,7 @@ Line = tuple[Array, Array]
 """Distances from the grasped end, shape (n,), and places, shape (n, 2), from where that end lay."""
 
 
-def equilibrium(strip: StripModel, height: float, lam: float, refinement: float) -> Line:
+def model_equilibrium(strip: StripModel, height: float, lam: float, refinement: float) -> Line:
     """The mid-surface when the flat strip was lifted and its gripper moved to ``lam``, on a mesh.
 
     Raises
@@ -61,14 +65,28 @@ def elastica_equilibrium(length: float, height: float, lam: float) -> Line:
     return s, np.stack([x, np.concatenate([profile.z, 0.0 * lying])], axis=1)
 
 
-def critical(strip: StripModel, height: float, refinement: float) -> float:
-    """lambda_c of the solid or the rod on one mesh, from nothing.
+def equilibrium(model: str, scene: Mapping[str, Any], refinement: float) -> dict[str, Any]:
+    """The mid-surface ``place``, shape (n, 2), over the distance ``s`` from the grasped end; raises SolveError."""
+    length, height, lam = scene["length"], scene["height"], scene["lam"]
+    if model == "elastica":
+        s, place = elastica_equilibrium(length, height, lam)
+    else:
+        s, place = model_equilibrium(StripModel(length, scene["thickness"], kind=model), height, lam, refinement)
+    return {"s": s, "place": place}
 
-    Raises
-    ------
-    SolveError
-        It could not be computed, or there is none.
-    """
-    if strip.kind == "rod":
-        return locate_rod.run(strip, locate_rod.ElasticaPrediction.at(height), refinement).lam
-    return solve_height(strip, height, refinement, past=0.0).lam
+
+def critical(model: str, scene: Mapping[str, Any], refinement: float) -> dict[str, float]:
+    """``lambda_c`` on one mesh, from nothing; raises SolveError."""
+    height = scene["height"]
+    if model == "elastica":
+        return {"lambda_c": elastica.critical(height).advance}
+    strip = StripModel(scene["length"], scene["thickness"], kind=model)
+    if model == "rod":
+        return {"lambda_c": locate_rod.run(strip, locate_rod.ElasticaPrediction.at(height), refinement).lam}
+    return {"lambda_c": solve_height(strip, height, refinement, past=0.0).lam}
+
+
+def reference(model: str, scene: Mapping[str, Any], refinement: float) -> tuple[CubicSpline, float]:
+    """Mid-surface over the distance from the grasped end, and lambda_c, on a fine mesh."""
+    line = equilibrium(model, scene, refinement)
+    return CubicSpline(line["s"], line["place"]), critical(model, scene, refinement)["lambda_c"]

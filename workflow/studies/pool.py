@@ -28,24 +28,6 @@ def in_parts(
     return xr.concat(parts, dim="case", combine_attrs="override")
 
 
-def branches(cases: int, seed: int, refinement: float, eta_m: float, threads: int, progress: Progress) -> xr.Dataset:
-    from studies.branches import run
-
-    return in_parts(run, cases, 50, seed, refinement, eta_m, threads=threads, progress=progress)
-
-
-def estimates(cases: int, seed: int, threads: int, progress: Progress) -> xr.Dataset:
-    from studies.estimates import run
-
-    return in_parts(run, cases, 5, seed, threads=threads, progress=progress)
-
-
-def random_paths(cases: int, seed: int, refinement: float, threads: int, progress: Progress) -> xr.Dataset:
-    from studies.random_paths import run
-
-    return in_parts(run, cases, 5, seed, refinement, threads=threads, progress=progress)
-
-
 def recordings_accuracy(cases: int, seed: int, dynamics: float, threads: int, progress: Progress) -> xr.Dataset:
     from studies import recordings_design as design
     from studies.recordings_accuracy import run

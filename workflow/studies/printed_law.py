@@ -11,11 +11,11 @@ import xarray as xr
 
 from stripfold.arrays import Array
 from stripfold.models.laws import LAWS, Lame, Law
+from studies.common import dataset
 
 STRETCH = 1.1
 """Stretch of the bar along its axis."""
 _LAME = Lame.from_young(1.0, 0.0)
-_NAMES = {"svk": "St Venant-Kirchhoff", "printed": "law as printed"}
 
 
 def run(angles: Array | None = None) -> xr.Dataset:
@@ -33,15 +33,13 @@ def run(angles: Array | None = None) -> xr.Dataset:
         ``stiffness_printed``, see :func:`stiffness`.  The attribute ``stretch`` is that of the bar.
     """
     angle = np.linspace(0.0, 90.0, 91) if angles is None else np.asarray(angles, dtype=float)
-    attrs = {"units": "degree", "long_name": "angle of rotation", "symbol": "phi"}
-    data = xr.Dataset(coords={"angle": ("angle", angle, attrs)}, attrs={"stretch": STRETCH, "nu": 0.0})
+    values: dict[str, tuple[str, Array]] = {"angle": ("angle", angle)}
     for name, law in LAWS.items():
-        for kind, values, what in (
-            ("stress", stress(law, angle), "S_11 of the stretched bar over Young's modulus"),
-            ("stiffness", stiffness(law, angle), "bending stiffness of the unstretched strip over D"),
-        ):
-            data[f"{kind}_{name}"] = ("angle", values, {"units": "1", "long_name": f"{what}, {_NAMES[name]}"})
-    return data
+        values |= {
+            f"stress_{name}": ("angle", stress(law, angle)),
+            f"stiffness_{name}": ("angle", stiffness(law, angle)),
+        }
+    return dataset("printed_law", values, {"stretch": STRETCH, "nu": 0.0})
 
 
 def rotation(angle: Array) -> Array:

@@ -33,6 +33,7 @@ from stripfold.paths.rpath import path_of
 from stripfold.solve import continuation, dynamics, newton
 from stripfold.solve import critical as fold
 from stripfold.solve.linear import Band
+from studies.common import dataset
 
 
 class Part(NamedTuple):
@@ -172,8 +173,9 @@ def run(length: float, height: float, eta_b: float, accuracy: float, path_length
         profile(lambda: critical_point.critical(scene.height_star), repeats, OF_ELASTICA),
         profile(lambda: assess_path(material, path_length, path, model="rod"), repeats),
     ]
-    names = ("subject", list(SUBJECTS), {"units": "1", "long_name": "what is computed"})
-    data = xr.concat(profiles, dim="subject", join="outer").assign_coords(subject=names)
+    data = xr.concat(profiles, dim="subject", join="outer").assign_coords(
+        dataset("profiling", {"subject": ("subject", SUBJECTS)}).coords
+    )
     return data.assign_attrs(length=length, height=height, eta_b=eta_b, accuracy=accuracy, path_length=path_length)
 
 
@@ -188,27 +190,24 @@ def profile(call: Callable[[], object], repeats: int, parts: Sequence[Part] = PA
     if any(timer.calls != clocks[0].calls for timer in clocks):
         raise StripfoldError("calls of the same computation differ")
     names = list(clocks[0].own)
-    own, whole = (_medians([getattr(c, of) for c in clocks], names) for of in ("own", "whole"))
+    own, whole = (
+        np.median([[getattr(timer, of)[name] for name in names] for timer in clocks], axis=0) for of in ("own", "whole")
+    )
     number = np.array([clocks[0].calls[name] for name in names])
     with np.errstate(invalid="ignore"):
         per_call = whole / number
     unit = sum(per_call[names.index(name)] for name in UNITS)
-    columns = {
-        "seconds": (own, "s", "time of its own, without other parts'; median"),
-        "share": (own / own.sum(), "1", "share of that in the whole time"),
-        "calls": (number, "1", "calls"),
-        "ratio": (per_call / unit, "1", "time of a call, other parts in it, over one assembly plus one factorisation"),
-    }
-    data: dict[str, Any] = {
-        name: ("part", values, {"units": u, "long_name": t}) for name, (values, u, t) in columns.items()
-    }
-    data["unit"] = ((), float(unit), {"units": "s", "long_name": "one assembly plus one factorisation"})
-    coords = {"part": ("part", np.array(names, dtype=object), {"units": "1", "long_name": "part of the computation"})}
-    return xr.Dataset(data, coords)
-
-
-def _medians(times: Sequence[dict[str, float]], names: Sequence[str]) -> np.ndarray:
-    return np.median([[of[name] for name in names] for of in times], axis=0)
+    return dataset(
+        "profiling",
+        {
+            "part": ("part", names),
+            "seconds": ("part", own),
+            "share": ("part", own / own.sum()),
+            "calls": ("part", number),
+            "ratio": ("part", per_call / unit),
+            "unit": ((), unit),
+        },
+    )
 
 
 def table(data: xr.Dataset) -> str:

@@ -6,8 +6,8 @@ second time with shorter steps on another mesh: a branch taken by mistake would 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -21,8 +21,9 @@ from stripfold.analysis.path_statics import STEPS
 from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
 from stripfold.errors import CoarseMeshError, InvalidInputError, SolveError
-from stripfold.paths import table
+from stripfold.paths import table as user_table
 from stripfold.paths.curve import GripperPath
+from studies.common import Progress, pooled, table
 
 KINDS = ("smooth", "corners")
 LENGTHS, THICKNESSES = (9.0, 20.0), (0.04, 0.1)
@@ -76,20 +77,22 @@ def _rows(random: np.random.Generator, length: float, kind: str) -> Array:
     return np.column_stack([np.arange(len(points)), points])
 
 
-def run(numbers: range, seed: int, refinement: float, progress: Callable[[str], None] | None = None) -> xr.Dataset:
-    """Assess the random paths with these numbers statically, each twice.
+def run(cases: int, seed: int, refinement: float, threads: int = 1, progress: Progress | None = None) -> xr.Dataset:
+    """Assess the first random paths of the sequence that ``seed`` starts statically, each twice.
 
     Returns
     -------
     Dataset over ``case``: ``outcome`` ("stable", "critical", "close", "refused" or "undecided"), the first critical
     point of both runs and the message of an error.
     """
-    rows: list[dict[str, Any]] = []
-    for number in numbers:
-        rows.append(outcome(case(number, seed), refinement))
-        if progress:
-            progress(f"{number}: {rows[-1]['outcome']} {rows[-1]['message']}")
-    return dataset(rows, numbers)
+    one = partial(numbered, seed=seed, refinement=refinement)
+    rows = pooled(one, range(cases), threads, progress)
+    return table("random_paths", "case", rows, {"seed": seed, "refinement": refinement})
+
+
+def numbered(number: int, seed: int, refinement: float) -> dict[str, Any]:
+    """The case of this number."""
+    return {"case": number, **outcome(case(number, seed), refinement)}
 
 
 def outcome(asked: Case, refinement: float) -> dict[str, Any]:
@@ -102,15 +105,11 @@ def outcome(asked: Case, refinement: float) -> dict[str, Any]:
 
 
 def _outcome(asked: Case, refinement: float) -> dict[str, Any]:
-    nan = float("nan")
     row: dict[str, Any] = {
         "kind": asked.kind,
         "length": asked.strip.length,
         "thickness": asked.strip.thickness,
-        "critical": nan,
-        "again": nan,
-        "angle": nan,
-        "touched": nan,
+        **dict.fromkeys(("critical", "again", "angle", "touched"), np.nan),
         "message": "",
     }
     try:
@@ -123,7 +122,7 @@ def _outcome(asked: Case, refinement: float) -> dict[str, Any]:
     except SolveError as error:
         return {**row, "outcome": "undecided", "message": f"{type(error).__name__}: {error}"}
     row["critical"], row["again"] = _first(found), _first(again)
-    row["angle"] = found.events[0].angle if found.events else nan
+    row["angle"] = found.events[0].angle if found.events else np.nan
     row["touched"] = float(found.touch is not None)
     if found.stable != again.stable and _at_the_touch(found, again):
         return {**row, "outcome": "close", "message": "the sag touches where the strip would become critical"}
@@ -144,7 +143,7 @@ def as_table(asked: Case) -> GripperPath:
         path = Path(folder) / "path.csv"
         lines = ["t,x,z", *(",".join(f"{value:.9g}" for value in row) for row in asked.rows)]
         path.write_text("\n".join(lines) + "\n", encoding="utf-8")
-        return table.read(path, asked.strip.length, 1.0)
+        return user_table.read(path, asked.strip.length, 1.0)
 
 
 def _again(asked: Case, path: GripperPath, refinement: float) -> Assessment:
@@ -160,25 +159,3 @@ def _at_the_touch(one: Assessment, other: Assessment) -> bool:
 
 def _first(found: Assessment) -> float:
     return found.events[0].travelled if found.events else float("nan")
-
-
-def dataset(rows: list[dict[str, Any]], numbers: range) -> xr.Dataset:
-    """Rows of :func:`outcome` over ``case``."""
-    units: Mapping[str, tuple[str, str]] = {
-        "kind": ("1", "smooth, or with corners"),
-        "length": ("1", "length of the strip / L*"),
-        "thickness": ("1", "thickness of the strip / L*"),
-        "outcome": ("1", "stable, critical, close to being so, refused or undecided"),
-        "critical": ("1", "length travelled at the first critical point / L*"),
-        "again": ("1", "the same with shorter steps on another mesh"),
-        "angle": ("degree", "angle between path and stability boundary there"),
-        "touched": ("1", "1 where the strip touches before it becomes critical, or at all"),
-        "message": ("1", "what the error says"),
-    }
-    data = {}
-    for name, (unit, text) in units.items():
-        values = [row[name] for row in rows]
-        array = np.array(values, dtype=object if isinstance(values[0], str) else np.float64)
-        data[name] = ("case", array, {"units": unit, "long_name": text})
-    coords = {"case": ("case", np.array(numbers), {"units": "1", "long_name": "number of the case"})}
-    return xr.Dataset(data, coords=coords)

@@ -5,7 +5,7 @@ What the rod lacks shows in the first, what its mesh costs in the second.  All i
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
@@ -14,6 +14,7 @@ from stripfold import elastica
 from stripfold.analysis import locate_rod
 from stripfold.analysis.static import End, StripModel, solve_height
 from stripfold.errors import SolveError
+from studies.common import Progress, blank, dataset
 
 MODELS = ("rod", "solid")
 FINER = {"rod": 0.5, "solid": 1.0}
@@ -28,7 +29,7 @@ def run(
     thickness: float,
     height: float,
     refinements: Sequence[float],
-    progress: Callable[[str], None] | None = None,
+    progress: Progress | None = None,
 ) -> xr.Dataset:
     """lambda_c of both models and of the elastica.
 
@@ -51,44 +52,38 @@ def run(
         A run that cannot be computed, or that ends without a snap.
     """
     say = progress or (lambda _: None)
-    shape = (len(MODELS), len(heights), len(thicknesses))
-    lambda_c, mesh_error = np.empty(shape), np.empty(shape)
-    for at in np.ndindex(*shape):
+    shape = len(MODELS), len(heights), len(thicknesses)
+    lambda_c, mesh_error = blank(*shape), blank(*shape)
+    for at in np.ndindex(*lambda_c.shape):
         model, z, h = MODELS[at[0]], heights[at[1]], thicknesses[at[2]]
         say(f"{model}, z = {z:g} L*, h = {h:g} L*")
         own = FINER[model] * refinement
         fine, coarse = (_critical(model, length_star, h, z, r)[0] for r in (own, 2.0 * own))
         lambda_c[at], mesh_error[at] = fine, abs(fine - coarse)
     truth = np.array([elastica.critical(z).advance for z in heights])
-    size, found = np.empty((len(MODELS), len(refinements))), np.empty((len(MODELS), len(refinements)))
-    for i, model in enumerate(MODELS):
-        for j, r in enumerate(refinements):
-            say(f"{model}, elements {r:g} times the standard ones")
-            found[i, j], size[i, j] = _critical(model, length_star, thickness, height, r)
+    size, found = blank(len(MODELS), len(refinements)), blank(len(MODELS), len(refinements))
+    for i, j in np.ndindex(*size.shape):
+        say(f"{MODELS[i]}, elements {refinements[j]:g} times the standard ones")
+        found[i, j], size[i, j] = _critical(MODELS[i], length_star, thickness, height, refinements[j])
     over, meshes = ("model", "height", "thickness"), ("model", "refinement")
     rod, solid = lambda_c
-
-    def one(dims: tuple[str, ...], values: np.ndarray, what: str) -> tuple[tuple[str, ...], np.ndarray, dict[str, str]]:
-        return dims, values, {"units": "1", "long_name": what}
-
-    return xr.Dataset(
+    return dataset(
+        "rod",
         {
-            "lambda_c": one(over, lambda_c, "lambda_c / L*"),
-            "mesh_error": one(over, mesh_error, "change of lambda_c / L* from the mesh half as fine"),
-            "lambda_c_elastica": one(over[1:2], truth, "the elastica's lambda_c / L*"),
-            "model_error": one(over[1:], rod / solid - 1.0, "rod over solid, minus one"),
-            "thickness_effect": one(over[1:], solid / truth[:, None] - 1.0, "solid over elastica, minus one"),
-            "size": one(meshes, size, "length of the shortest element / L*, near the lift-off"),
-            "lambda_c_mesh": one(meshes, found, "lambda_c / L* on this mesh"),
-            "error": one(meshes, found / found[:, -1:] - 1.0, "lambda_c over that of the finest mesh, minus one"),
+            "model": ("model", MODELS),
+            "height": ("height", heights),
+            "thickness": ("thickness", thicknesses),
+            "refinement": ("refinement", refinements),
+            "lambda_c": (over, lambda_c),
+            "mesh_error": (over, mesh_error),
+            "lambda_c_elastica": ("height", truth),
+            "model_error": (over[1:], rod / solid - 1.0),
+            "thickness_effect": (over[1:], solid / truth[:, None] - 1.0),
+            "size": (meshes, size),
+            "lambda_c_mesh": (meshes, found),
+            "error": (meshes, found / found[:, -1:] - 1.0),
         },
-        coords={
-            "model": ("model", list(MODELS), {"units": "1", "long_name": "model of the strip"}),
-            "height": one(("height",), np.asarray(heights, float), "gripper height / L*"),
-            "thickness": one(("thickness",), np.asarray(thicknesses, float), "h / L*"),
-            "refinement": one(("refinement",), np.asarray(refinements, float), "factor on element lengths"),
-        },
-        attrs={"length_star": length_star, "thickness_star": thickness, "height_star": height},
+        {"length_star": length_star, "thickness_star": thickness, "height_star": height},
     )
 
 

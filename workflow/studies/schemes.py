@@ -29,6 +29,7 @@ from stripfold.solve.schemes import (
     Scheme,
     WithoutMemory,
 )
+from studies.common import blank, dataset
 from studies.modes import HeldStrip
 
 DEFAULT = "energy-momentum"
@@ -55,20 +56,9 @@ LOOSE = TimeOptions(largest_gain=np.inf)
 """Schemes that make energy are to be seen making it."""
 LATEST = 200.0
 """A strip that has not touched by then, sqrt(L*/g), has failed to fall."""
-_TOUCH = {
-    "touch_time": {"units": "1", "long_name": "time of the touch / sqrt(L*/g)"},
-    "touch_steps": {"units": "1", "long_name": "time steps up to the touch"},
-    "touch_iterations": {"units": "1", "long_name": "Newton iterations up to the touch"},
-    "touch_seconds": {"units": "s", "long_name": "wall time up to the touch"},
-    "released": {"units": "1", "long_name": "potential energy released up to the touch / (rho_a g L*^2)"},
-    "lost_share": {"units": "1", "long_name": "energy lost, to whatever, as a share of that released"},
-    "drift": {
-        "units": "1",
-        "long_name": "gap in the balance of energy as a share of that released; energy-momentum only",
-    },
-    "numerical_share": {"units": "1", "long_name": "energy taken by the scheme, as a share of that released; the same"},
-    "contact_share": {"units": "1", "long_name": "energy lost in impacts, as a share of that released; the same"},
-}
+OF_FALL = ("touch_time", "touch_steps", "touch_iterations", "touch_seconds", "released", "lost_share")
+OF_ENERGY = ("drift", "numerical_share", "contact_share")
+"""Results of the fall; the latter from the scheme's own balance of energy, of energy-momentum only."""
 
 
 @dataclass(frozen=True)
@@ -203,9 +193,9 @@ def run(
         Steps, coarse to fine, and duration of the strip's swing, sqrt(L*/g).
     """
     static = solve_height(StripModel(length_star, thickness), height, refinement)
-    table = {name: np.full(len(SCHEMES), np.nan) for name in _TOUCH}
-    oscillator = np.full((len(SCHEMES), len(oscillator_steps)), np.nan)
-    swing, change, iterations, seconds = (np.full((len(SCHEMES), len(swing_steps)), np.nan) for _ in range(4))
+    falls = {name: blank(len(SCHEMES)) for name in (*OF_FALL, *OF_ENERGY)}
+    oscillator = blank(len(SCHEMES), len(oscillator_steps))
+    swing, change, iterations, seconds = (blank(len(SCHEMES), len(swing_steps)) for _ in range(4))
     failures = [""] * len(SCHEMES)
     strip, first = swing_start(static)
     truth = _steps(strip, first, swing_steps[-1] / FINER, swing_until, SCHEMES[CONSERVING])[-1].q
@@ -223,60 +213,32 @@ def run(
             most = max(m.energy.kinetic for m in states)
             change[i, j] = (states[-1].energy.total - first.energy.total) / most
         try:
-            begin = perf_counter()
-            states = fall_to_touch(static, scheme)
+            for name, value in _fall(static, scheme).items():
+                falls[name][i] = value
         except SolveError as error:
             failures[i] += f"fall: {error}; "
-            continue
-        start, end = states[0].energy, states[-1].energy
-        released = start.elastic + start.gravity - end.elastic - end.gravity
-        made = end.total - start.total
-        if not released > 0.0 or made > released:
-            failures[i] += f"fall: made an energy of {made:.2g} by t = {states[-1].t:.1f}; "
-            continue
-        table["touch_seconds"][i] = perf_counter() - begin
-        table["touch_time"][i], table["touch_steps"][i] = states[-1].t, len(states) - 1
-        table["touch_iterations"][i] = sum(m.iterations for m in states)
-        table["released"][i], table["lost_share"][i] = released, -made / released
-        if isinstance(scheme, EnergyMomentum):  # only this one knows what it does to the energy in a contact
-            table["drift"][i], table["numerical_share"][i] = end.closing / released, end.numerical / released
-            table["contact_share"][i] = end.contact / released
-    one = {"units": "1"}
-    step_dims = ("scheme", "swing_step")
-    return xr.Dataset(
+    orders = (
+        [observed_order(steps, error) for error in errors]
+        for steps, errors in ((oscillator_steps, oscillator), (swing_steps, swing))
+    )
+    both = ("scheme", "swing_step")
+    return dataset(
+        "schemes",
         {
-            "oscillator_error": (
-                ("scheme", "oscillator_step"),
-                oscillator,
-                {**one, "long_name": "error of displacement and velocity of the oscillator at the end"},
-            ),
-            "oscillator_order": (
-                "scheme",
-                [observed_order(oscillator_steps, error) for error in oscillator],
-                {**one, "long_name": "observed order on the oscillator"},
-            ),
-            "swing_error": (step_dims, swing, {**one, "long_name": "rms displacement error of the swing / L*"}),
-            "swing_energy": (
-                step_dims,
-                change,
-                {**one, "long_name": "energy made in the swing as a share of its largest kinetic energy"},
-            ),
-            "swing_order": (
-                "scheme",
-                [observed_order(swing_steps, error) for error in swing],
-                {**one, "long_name": "observed order on the strip's swing"},
-            ),
-            "swing_iterations": (step_dims, iterations, {**one, "long_name": "Newton iterations of the swing"}),
-            "swing_seconds": (step_dims, seconds, {"units": "s", "long_name": "wall time of the swing"}),
-            **{name: ("scheme", table[name], attrs) for name, attrs in _TOUCH.items()},
-            "failure": ("scheme", failures, {**one, "long_name": "what failed, and how; empty where nothing did"}),
+            "scheme": ("scheme", list(SCHEMES)),
+            "oscillator_step": ("oscillator_step", oscillator_steps),
+            "swing_step": ("swing_step", swing_steps),
+            "oscillator_error": (("scheme", "oscillator_step"), oscillator),
+            "oscillator_order": ("scheme", next(orders)),
+            "swing_error": (both, swing),
+            "swing_energy": (both, change),
+            "swing_order": ("scheme", next(orders)),
+            "swing_iterations": (both, iterations),
+            "swing_seconds": (both, seconds),
+            **{name: ("scheme", values) for name, values in falls.items()},
+            "failure": ("scheme", failures),
         },
-        coords={
-            "scheme": ("scheme", list(SCHEMES), {**one, "long_name": "time integration scheme"}),
-            "oscillator_step": ("oscillator_step", list(oscillator_steps), {**one, "long_name": "step * frequency"}),
-            "swing_step": ("swing_step", list(swing_steps), {**one, "long_name": "step / sqrt(L*/g)"}),
-        },
-        attrs={
+        {
             "length_star": length_star,
             "thickness": thickness,
             "height_star": height,
@@ -285,3 +247,21 @@ def run(
             "swing_until": swing_until,
         },
     )
+
+
+def _fall(static: XRun, scheme: Scheme) -> dict[str, float]:
+    """The fall to the touch: cost and energy."""
+    begin = perf_counter()
+    states = fall_to_touch(static, scheme)
+    seconds = perf_counter() - begin
+    start, end = states[0].energy, states[-1].energy
+    released = start.elastic + start.gravity - end.elastic - end.gravity
+    made = end.total - start.total
+    if not released > 0.0 or made > released:
+        raise SolveError(f"made an energy of {made:.2g} by t = {states[-1].t:.1f}")
+    found = (states[-1].t, len(states) - 1, sum(m.iterations for m in states), seconds, released, -made / released)
+    out = dict(zip(OF_FALL, map(float, found), strict=True))
+    if isinstance(scheme, EnergyMomentum):
+        balance = (end.closing, end.numerical, end.contact)
+        out |= {name: energy / released for name, energy in zip(OF_ENERGY, balance, strict=True)}
+    return out

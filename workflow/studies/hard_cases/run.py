@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
 import xarray as xr
 
 from stripfold import elastica
@@ -17,6 +16,7 @@ from stripfold.errors import CoarseMeshError, CrushedError, InvalidInputError, N
 from stripfold.inputs import Scene
 from stripfold.models.rod import Rod
 from stripfold.models.solid import Solid
+from studies.common import Progress, table
 from studies.hard_cases import algebra, arch, strips
 from studies.hard_cases.case import Case, judge, shown
 from studies.hard_cases.strips import HEIGHT, LENGTH, PAPERS
@@ -123,23 +123,8 @@ CASES = tuple(Case(*row) for row in (
 ))
 # fmt: on
 
-VARIABLES = {
-    "name": ("1", "name of the case"),
-    "theme": ("1", "what is hard"),
-    "judged": ("1", "the value and with what it is compared, or why an error is expected"),
-    "expected": ("1", "the one right outcome: value, or the type of the error"),
-    "value": ("1", "value found, lengths in L*; nan where an error was raised"),
-    "reference": ("1", "the value by an independent way"),
-    "error": ("1", "distance of both"),
-    "allowed": ("1", "largest distance allowed: three times the value's error estimate, and the reference's error"),
-    "outcome": ("1", "value, or the type of the error"),
-    "failed": ("1", "1 where the case fails"),
-    "message": ("1", "what the error says"),
-    "seconds": ("s", "time taken"),
-}
 
-
-def run(refinement: float, progress: Callable[[str], None] | None = None) -> xr.Dataset:
+def run(refinement: float, progress: Progress | None = None) -> xr.Dataset:
     """All cases, over ``case``; ``refinement`` is a factor on all element lengths."""
     rows: list[dict[str, Any]] = []
     for case in CASES:
@@ -151,19 +136,14 @@ def run(refinement: float, progress: Callable[[str], None] | None = None) -> xr.
 
 def dataset(rows: list[dict[str, Any]], refinement: float) -> xr.Dataset:
     """Rows of :func:`.case.judge` over ``case``."""
-    data = {}
-    for name, (units, text) in VARIABLES.items():
-        values = [row[name] for row in rows]
-        array = np.array(values, dtype=object if isinstance(values[0], str) else np.float64)
-        data[name] = ("case", array, {"units": units, "long_name": text})
-    return xr.Dataset(data, attrs={"refinement": refinement})
+    return table("hard_cases", "case", rows, {"refinement": refinement})
 
 
 def markdown(data: xr.Dataset) -> str:
     """The cases as a table."""
     lines = ["| theme | case | judged | outcome | off by | allowed | s | holds |", "|---" * 8 + "|"]
     for i in range(data.sizes["case"]):
-        row = {name: variable.values[i] for name, variable in data.items()}
+        row = {name: variable.values[i] for name, variable in data.variables.items()}
         valued = row["outcome"] == "value"
         what = f"{row['value']:.6g}" if valued else f"`{row['outcome']}`"
         off, allowed = (f"{row['error']:.1e}", f"{row['allowed']:.1e}") if valued else ("", "")

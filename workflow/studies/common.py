@@ -1,0 +1,117 @@
+"""Helpers of the studies: datasets from the table of variables, timed calls and processes, cases on several cores."""
+
+from __future__ import annotations
+
+import csv
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from functools import cache
+from pathlib import Path
+from time import perf_counter
+from typing import Any, TypeVar
+
+import numpy as np
+import xarray as xr
+
+from stripfold import schema
+from stripfold.arrays import Array
+from stripfold.errors import StripfoldError
+from stripfold.schema import Values, Variable
+
+T = TypeVar("T")
+Progress = Callable[[str], None]
+
+ONE_CORE = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+
+
+@cache
+def variables(study: str) -> dict[str, Variable]:
+    """The variables of a study, from ``variables.csv``."""
+    lines = Path(__file__).with_name("variables.csv").read_text(encoding="utf-8").splitlines()
+    return {row.pop("name"): Variable(**row) for row in csv.DictReader(lines) if row.pop("study") == study}
+
+
+def dataset(study: str, values: Values, attrs: Mapping[str, Any] | None = None) -> xr.Dataset:
+    """A dataset whose variables have the units and long names of the study's table; see :func:`.schema.dataset`."""
+    return schema.dataset(values, attrs, table=variables(study))
+
+
+def table(
+    study: str, dim: str, rows: Sequence[Mapping[str, Any]], attrs: Mapping[str, Any] | None = None
+) -> xr.Dataset:
+    """A dataset of rows of numbers and texts along one dimension."""
+    return dataset(study, {name: (dim, [row[name] for row in rows]) for name in rows[0]}, attrs)
+
+
+def blank(*shape: int) -> Array:
+    """An array to be filled; what is not has nan."""
+    return np.full(shape, np.nan)
+
+
+def pooled(
+    case: Callable[[int], T], numbers: Iterable[int], threads: int = 1, progress: Progress | None = None
+) -> list[T]:
+    """``case(number)`` for all numbers, on as many processes; ``case`` and its results can be pickled."""
+    if threads == 1:
+        return list(_shown(map(case, numbers), progress))
+    with ProcessPoolExecutor(threads) as pool:
+        try:
+            return list(_shown(pool.map(case, numbers), progress))
+        except BaseException:
+            # Otherwise all remaining cases would run before the error is seen.
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+
+
+def _shown(rows: Iterable[T], progress: Progress | None) -> Iterator[T]:
+    for row in rows:
+        if progress:
+            progress(str(row))
+        yield row
+
+
+def timed(call: Callable[[], T], repeats: int, clock: Callable[[], float] = perf_counter) -> tuple[list[float], T]:
+    """Seconds of ``repeats`` calls after an uncounted one, and the result of the last."""
+    result, seconds = call(), []
+    for _ in range(repeats):
+        began = clock()
+        result = call()
+        seconds.append(clock() - began)
+    return seconds, result
+
+
+def timed_process(code: str, repeats: int = 1) -> tuple[list[float], list[str], float]:
+    """Run Python code in processes of their own on one core, after an uncounted run where there are several.
+
+    Returns
+    -------
+    Seconds and output of each counted run, and the largest peak memory, MB.
+
+    Raises
+    ------
+    StripfoldError
+        A process failed.
+    """
+    # Not from `getrusage`, whose peak includes that of the process that started it.
+    told = f"import sys\n{code}\nprint(*(x for x in open('/proc/self/status') if x[:5] == 'VmHWM'), file=sys.stderr)"
+    walls, outputs, peaks = [], [], []
+    uncounted = 0 if repeats == 1 else 1
+    for _ in range(uncounted + repeats):
+        began = perf_counter()
+        done = subprocess.run(
+            [sys.executable, "-c", told], capture_output=True, text=True, check=False, env=os.environ | ONE_CORE
+        )
+        walls.append(perf_counter() - began)
+        if done.returncode:
+            raise StripfoldError(f"the timed process failed: {(done.stderr.strip() or 'no message').splitlines()[-1]}")
+        outputs.append(done.stdout)
+        peaks.append(int(done.stderr.split()[-2]) * 1024 / 1e6)
+    return walls[uncounted:], outputs[uncounted:], round(max(peaks), 1)
+
+
+def command(*words: str) -> str:
+    """Python code that runs a command of the command line."""
+    return f"from stripfold.cli import main\nif main({list(words)!r}): sys.exit('the command failed')"
