@@ -603,9 +603,13 @@ def test_readme_and_material_examples_run() -> None:
     assert doctest.testmod(stripfold.material).failed == 0
 
 
-def test_readme_shows_figures_that_exist() -> None:
-    readme = (ROOT / "README.md").read_text(encoding="utf-8")
-    shown = [part.split(")")[0] for part in readme.split("](figures/")[1:]]
-    assert len(shown) >= 6
-    for name in shown:
-        assert (ROOT / "figures" / name).is_file(), name
+def test_pages_show_figures_that_exist() -> None:
+    shown = {
+        part.split(")")[0]
+        for page in (ROOT / "README.md", *(ROOT / "docs").glob("*.md"))
+        for part in page.read_text(encoding="utf-8").split("figures/")[1:]
+        if ")" in part[:60]
+    }
+    assert len(shown) >= 20
+    missing = [name for name in shown if name.endswith((".png", ".mp4")) and not (ROOT / "figures" / name).is_file()]
+    assert not missing
