@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 import xarray as xr
+import yaml
 from scipy.interpolate import CubicSpline
 
 from stripfold import elastica
@@ -154,6 +157,17 @@ def test_branch_study_detects_a_wrong_result(monkeypatch: pytest.MonkeyPatch) ->
     for planted, verdict in ((other, branches.WRONG), (fails, branches.FAILED)):
         monkeypatch.setattr(branches, "solve_height", planted)
         assert branches.run(1, 7, 2.0, 1e-3)["verdict"].item() == verdict
+
+
+def test_the_papers_samples_are_held_back() -> None:
+    """No test and no quick run uses their seeds: what was tuned on a sample is not reported on it."""
+    config = Path(__file__).parents[1] / "workflow" / "config"
+    paper, quick = (yaml.safe_load((config / f"{name}.yaml").read_text())["studies"] for name in ("paper", "quick"))
+    tests = "".join(path.read_text(encoding="utf-8") for path in Path(__file__).parent.glob("**/*.py"))
+    for name in ("branches", "estimates", "random_paths"):
+        seed = paper[name]["seed"]
+        assert seed != quick[name]["seed"], name
+        assert str(seed) not in tests, name
 
 
 @pytest.mark.slow
