@@ -613,3 +613,5 @@ def test_pages_show_figures_that_exist() -> None:
     assert len(shown) >= 20
     missing = [name for name in shown if name.endswith((".png", ".mp4")) and not (ROOT / "figures" / name).is_file()]
     assert not missing
+    gallery = (ROOT / "docs/figures.md").read_text(encoding="utf-8")
+    assert all(f"(../figures/{path.name})" in gallery for path in (ROOT / "figures").glob("*.png"))
