@@ -92,6 +92,11 @@ def test_correlated_noise_widens_the_sd() -> None:
         (lambda t: -advance(t), log(0.0), "correlation of -?0"),
         (lambda t: 0.1 + 0.0 * t, log(0.0), "0.00 mm in the video"),
         (lambda t: advance(t), clock.RobotLog(np.arange(9.0), np.zeros(9), np.zeros(9)), "0.00 mm in the log"),
+        (
+            lambda t: advance(t),
+            clock.RobotLog(np.array([0.0, 0.02]), np.array([0.0, 0.1]), np.zeros(2)),
+            "log of 0.02 s",
+        ),
     ],
 )
 def test_motions_that_differ(x, robot: clock.RobotLog, message: str) -> None:  # type: ignore[no-untyped-def]

@@ -230,15 +230,13 @@ def test_a_huge_picture(films: dict[str, Path], tmp_path: Path) -> None:
     refused(tmp_path / "huge.avi", "its header declares")
 
 
-def test_a_picture_larger_than_the_limit(films: dict[str, Path], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(decoding, "MAX_PIXELS", 160 * 96 - 1)
-    with pytest.raises(decoding.Refusal, match=r"160 x 96|no picture size"):
-        list(decoding.messages(films["ffv1"]))
-
-
-def test_more_frames_than_the_limit(films: dict[str, Path], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(decoding, "MAX_FRAMES", 9)
-    with pytest.raises(decoding.Refusal, match="more than 9 frames"):
+@pytest.mark.parametrize(
+    ("limit", "value", "message"),
+    [("MAX_PIXELS", 160 * 96 - 1, r"160 x 96|no picture size"), ("MAX_FRAMES", 9, "more than 9 frames")],
+)
+def test_limits(films: dict[str, Path], monkeypatch: pytest.MonkeyPatch, limit: str, value: int, message: str) -> None:
+    monkeypatch.setattr(decoding, limit, value)
+    with pytest.raises(decoding.Refusal, match=message):
         list(decoding.messages(films["ffv1"]))
 
 

@@ -22,6 +22,8 @@ MIN_CORRELATION = 0.999
 """Concordance correlation of x by the video and by the log; a speed wrong by 4.5 % leaves 0.999."""
 MIN_OVERLAP = 0.5
 """Share of the video, or of a shorter log, that both must cover."""
+MIN_FRAMES = 5
+"""Frames that both must cover."""
 _MAX_FRAMES, _MAX_OFFSETS = 2000, 4000
 """Frames and offsets in the grid search."""
 _AT_REST = 5.0
@@ -98,6 +100,10 @@ def synchronise(time: Array, x: Array, sd: float, log: RobotLog, mapping_sd: flo
         raise SynchronisationError(source, found, f"a motion of at least {_AT_REST * sd * 1e3:.2g} mm", _ADVICE)
     offset = _best_offset(time, x, log, sd / mapping_sd)
     residual, overlap = _residuals(time, x, log, np.array([offset]))
+    if overlap.sum() < MIN_FRAMES:
+        raise SynchronisationError(
+            source, f"a log of {np.ptp(log.time):.3g} s", f"{MIN_FRAMES} frames or more", _ADVICE
+        )
     residual, moments = residual[0, overlap[0]], time[overlap[0]] + offset
     # The most probable shift, given that it is zero within mapping_sd.
     shift = float(np.sum(residual) / (len(residual) + (sd / mapping_sd) ** 2))
@@ -127,7 +133,7 @@ def _cost(time: Array, x: Array, log: RobotLog, ratio: float, offsets: Array) ->
     total = np.where(overlap, residual, 0.0).sum(axis=1)
     squares = np.where(overlap, residual**2, 0.0).sum(axis=1) - total**2 / (np.maximum(n, 1) + ratio**2)
     least = MIN_OVERLAP * min(1.0, np.ptp(log.time) / np.ptp(time)) * len(time)
-    return np.where(n >= max(least, 5.0), squares / np.maximum(n, 1), np.inf)
+    return np.where(n >= max(least, MIN_FRAMES), squares / np.maximum(n, 1), np.inf)
 
 
 def _best_offset(time: Array, x: Array, log: RobotLog, ratio: float) -> float:
