@@ -144,9 +144,13 @@ def fit_without_each(views: Sequence[View], whole: Fit) -> list[Fit]:
 
 
 def split_half(views: Sequence[View], whole: Fit) -> float:
-    """RMS disagreement of the cameras fitted to the even and to the odd views, pixels."""
-    even, odd = (fit(views[k::2], whole.camera.size, whole.camera).camera for k in (0, 1))
-    return disagreement(even, odd, np.concatenate([view.corners.pixels for view in views]))
+    """RMS difference of the undistorted pixels of two cameras, fitted to the even and to the odd views; pixels.
+
+    The best homography between them is removed, as the picture of the folding plane would do.
+    """
+    pixels = np.concatenate([view.corners.pixels for view in views])
+    even, odd = (fit(views[k::2], whole.camera.size, whole.camera).camera.undistort(pixels) for k in (0, 1))
+    return rms(transform(fit_homography(even, odd), even) - odd)
 
 
 def calibrate(views: Sequence[View], size: tuple[int, int]) -> Intrinsics:
@@ -253,15 +257,6 @@ def jackknife_sd(left_out: Array) -> Array:
     """Jackknife standard deviation of each column; row i is the estimate without view i."""
     n = len(left_out)
     return np.asarray(np.sqrt((n - 1) / n * np.sum((left_out - left_out.mean(axis=0)) ** 2, axis=0)))
-
-
-def disagreement(first: Camera, second: Camera, pixels: Array) -> float:
-    """RMS difference, pixels, of two cameras' undistorted pixels.
-
-    The best homography between them is removed, as the picture of the folding plane would do.
-    """
-    one, other = first.undistort(pixels), second.undistort(pixels)
-    return rms(transform(fit_homography(one, other), one) - other)
 
 
 def reprojection_error(camera: Camera, corners: Corners) -> float:
