@@ -65,36 +65,22 @@ def partly_slid(model: Solid) -> tuple[Hysteresis, np.ndarray]:
 class TestDerivatives:
     @on_all
     def test_force_is_the_derivative_of_the_stored_energy_where_it_sticks(self, order, across):
-        """Taylor: the energy's remainder has slope 2 without the force and 3 with half its change."""
         model = strip(order, across)
         q = crooked(model)
-        effect = Hysteresis.of(model, 50.0, yield_curvature=100.0)  # stiffness 0.5, never slides
-        direction = np.random.default_rng(2).standard_normal(model.size)
-        steps = 0.02 * 0.5 ** np.arange(6)
-        start, slope = effect.stored(q), effect.force(q) @ direction
-        second = direction @ (effect.force_and_tangent(q)[1] @ direction)
-        energy = np.array([effect.stored(q + e * direction) for e in steps]) - start
-        first_left = np.abs(energy - steps * slope)
-        second_left = np.abs(energy - steps * slope - 0.5 * steps**2 * second)
-        slopes = [np.log2(r[:-1] / r[1:])[-1] for r in (first_left, second_left)]
-        print("slopes", slopes)
+        effect = Hysteresis.of(model, 50.0, yield_curvature=100.0)  # never slides
+        direction, e = np.random.default_rng(2).standard_normal(model.size), 1e-5
+        slope = (effect.stored(q + e * direction) - effect.stored(q - e * direction)) / (2.0 * e)
+        assert effect.force(q) @ direction == pytest.approx(slope, rel=1e-6)
         assert effect.dissipation(q) == 0.0
-        assert slopes == pytest.approx([2.0, 3.0], abs=0.05)
 
     @on_all
     def test_tangent_where_some_stick_and_some_slide(self, order, across):
-        """Taylor: the force's remainder has slope 2; central differences, column by column; symmetry."""
+        """Central differences, column by column; symmetry."""
         model = strip(order, across)
         effect, q = partly_slid(model)
         force, tangent = effect.force_and_tangent(q)
         assert 0.2 < np.mean(np.abs(effect.moments(q)) < MOMENT * (1.0 - 1e-12)) < 0.8
         np.testing.assert_array_equal(force, effect.force(q))
-        direction = np.random.default_rng(4).standard_normal(model.size)
-        steps = 2e-3 * 0.5 ** np.arange(5)
-        left = [np.abs(effect.force(q + e * direction) - force - e * (tangent @ direction)).max() for e in steps]
-        slopes = np.log2(np.divide(left[:-1], left[1:]))
-        print("slopes", slopes)
-        assert slopes[-1] == pytest.approx(2.0, abs=0.05)
         dense = tangent.to_sparse().toarray()
         e = 1e-6
         differences = np.stack(
