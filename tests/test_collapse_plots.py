@@ -86,7 +86,8 @@ class TestCollapse:
     def test_gripper_touch_and_view(self, data):
         whole, near = collapse.draw(data).axes
         np.testing.assert_allclose(drawn(whole, "gripper"), [[(12.0 - 30.0, 15.0)]])
-        assert colours(whole, "gripper") == {palette.PURPLE}
+        np.testing.assert_allclose(drawn(whole, "held-end"), [[(30.0, 0.0)]])
+        assert (colours(whole, "gripper"), colours(whole, "held-end")) == ({palette.PURPLE}, {palette.BLUE})
         for ax in (whole, near):
             np.testing.assert_allclose(drawn(ax, "touch"), [[(-5.0, 0.0)]])
             assert len(named(ax, "floor")) == 1

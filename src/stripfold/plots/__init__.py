@@ -40,7 +40,7 @@ FIGURES = table(__name__, {
         "The branch turns at lambda_c (inset), where stable states (solid) end and unstable ones (dashed) begin.",
     "collapse":
         "Static states (grey) lead to the critical state (black), the strip falls (red) until its upper layer rests on "
-        "the lower one, and static states (green) follow until the gripper is above the held end.",
+        "the lower one, and static states (green) follow until the gripper (purple) is above the held end (blue).",
     "collapse_curve":
         "In the fall (red) the deflection jumps at constant lambda (inset); static states continue after it (green).",
     "energy":

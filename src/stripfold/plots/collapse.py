@@ -6,9 +6,10 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.markers import CARETLEFT
 
 from stripfold.analysis.phases import AFTER, FALL
-from stripfold.plots.colours import CRITICAL, FALLING, SETTLED, STATIC
+from stripfold.plots.colours import CRITICAL, FALLING, FIXED, SETTLED, STATIC
 from stripfold.plots.motion import draw_gripper
 from stripfold.plots.readers import Collapse, collapse, evenly
 from stripfold.plots.style import (
@@ -53,6 +54,7 @@ def draw(data: xr.Dataset) -> Figure:
         draw_states(ax, states[[critical]], "lambda_c", color=CRITICAL, lw=1.4, zorder=4.0)
         if np.isfinite(found.touch_x):
             ax.plot(CM * found.touch_x, 0.0, marker=6, color=FALLING, ms=5, mew=0, zorder=6, label="_touch")
+    draw_held_end(whole, found)
     _gripper(whole, found)
     touch = f"; touch ($\\blacktriangle$) after {found.touch_time:.2f} s" if np.isfinite(found.touch_time) else ""
     note(near, f"the fall, enlarged{touch}")
@@ -69,6 +71,12 @@ def draw(data: xr.Dataset) -> Figure:
 def limits(found: Collapse) -> Limits:
     """Limits of x and z of a whole motion, cm, with room for the gripper's name."""
     return around(CM * found.states)
+
+
+def draw_held_end(ax: Axes, found: Collapse) -> None:
+    """A mark at the end that stays in place."""
+    x, z = CM * found.states[0, -1]
+    ax.plot(x, z, marker=CARETLEFT, color=FIXED, ms=6, mew=0, clip_on=False, zorder=7, label="_held-end")
 
 
 def _limits_of_fall(found: Collapse) -> Limits:

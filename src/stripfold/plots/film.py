@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from stripfold.analysis.phases import AFTER, BEFORE, FALL
 from stripfold.arrays import Array
 from stripfold.errors import InvalidInputError
-from stripfold.plots.collapse import limits
+from stripfold.plots.collapse import draw_held_end, limits
 from stripfold.plots.colours import BLACK, FALLING, GREY, GRIPPER, SETTLED
 from stripfold.plots.readers import Collapse, collapse
 from stripfold.plots.style import CM, equal_panels, styled
@@ -141,6 +141,7 @@ class _Stage:
         self.canvas = FigureCanvasAgg(fig)
         self.size = self.canvas.get_width_height()
         ax.plot(*(CM * found.states[:, 0]).T, color=GRIPPER, lw=0.6, ls=":")
+        draw_held_end(ax, found)
         position = ax.get_position()
         line = 0.5 * (1.0 + position.y1)
         self.said = fig.text(position.x0, line, "", va="center", animated=True)
