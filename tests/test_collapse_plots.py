@@ -86,7 +86,7 @@ class TestCollapse:
     def test_gripper_touch_and_view(self, data):
         whole, near = collapse.draw(data).axes
         np.testing.assert_allclose(drawn(whole, "gripper"), [[(12.0 - 30.0, 15.0)]])
-        np.testing.assert_allclose(drawn(whole, "held-end"), [[(30.0, 0.0)]])
+        np.testing.assert_allclose(drawn(whole, "held-end"), [[(30.0, 0.0)]], atol=1e-12)
         assert (colours(whole, "gripper"), colours(whole, "held-end")) == ({palette.PURPLE}, {palette.BLUE})
         for ax in (whole, near):
             np.testing.assert_allclose(drawn(ax, "touch"), [[(-5.0, 0.0)]])

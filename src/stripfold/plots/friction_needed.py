@@ -38,7 +38,7 @@ def draw(data: xr.Dataset) -> Figure:
             ax.plot([], [], color=look.color, marker=look.marker, lw=1.0, label=label)
         ax.set(xscale="log", yscale="log")
         _decades(ax)
-        ax.legend(loc="upper right", fontsize=7)
+        ax.legend(loc="lower right", fontsize=7)
     top.set_ylabel("friction that suffices")
     bottom.set(xlabel=f"weight-to-bending-stiffness ratio {ETA_TITLE}", ylabel="pull$\\,/\\,$gripper force")
     note(top, "(a)")
