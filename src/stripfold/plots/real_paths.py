@@ -29,7 +29,7 @@ def draw(data: xr.Dataset) -> Figure:
         ax.plot(CM * snapped["lambda_event"], CM * snapped["height"], look.marker, color=look.color, ms=3.5)
         z, first = np.unique(part["height"].values, return_index=True)
         ax.plot(CM * part["lambda_model"].values[first], CM * z, ":", color=CRITICAL)
-        ax.set(xlabel=r"$\lambda$ [cm]", ylabel="$z$ [cm]", ylim=(0.0, 1.08 * CM * float(part["height"].max())))
+        ax.set(xlabel=r"$\lambda$ [cm]", ylabel="$z$ [cm]", ylim=(0.0, 1.2 * CM * float(part["height"].max())))
         note(ax, rf"$\eta_b$ = {eta:.5g} m$^{{-4}}$ s$^2$")
     for ax in axes[len(groups) :]:
         ax.set_visible(False)
