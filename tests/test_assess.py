@@ -24,15 +24,17 @@ from stripfold.analysis import (
     post_critical as directions,
 )
 from stripfold.analysis.assess import BIFURCATION, SNAP, Assessment, assess, mesh_for
+from stripfold.analysis.contact import contact_positions, touches
 from stripfold.analysis.post_critical import PostCriticalBranches
 from stripfold.analysis.release import Fall
 from stripfold.analysis.states import rows_of_motion
-from stripfold.analysis.static import StripModel, contact_positions, touches
+from stripfold.analysis.static import StripModel
 from stripfold.errors import CoarseMeshError, InvalidInputError, SolveError
 from stripfold.material import Material
 from stripfold.paths import geometric, rpath, table
 from stripfold.paths.curve import GripperPath, Piece
 from stripfold.paths.rpath import RPath
+from stripfold.solve.continuation import step_to
 from stripfold.solve.schemes import Damping
 
 THICKNESS = 0.0594
@@ -240,10 +242,10 @@ class TestLow:
         segment = found.segments[0]
         i = max(k for k, p in enumerate(segment.points) if p.lam < found.touch.travelled)
         for d, expected in ((-1e-3, False), (1e-3, True)):
-            there = path_statics.step_to(segment.problem(i), segment.points[i], found.touch.travelled + d)
+            there = step_to(segment.problem(i), segment.points[i], found.touch.travelled + d, path_statics.STEPS)
             assert touches(found.model, there) is expected
         on_floor = contact_positions(
-            found.model, path_statics.step_to(segment.problem(i), segment.points[i], there.lam)
+            found.model, step_to(segment.problem(i), segment.points[i], there.lam, path_statics.STEPS)
         )
         column = int(np.argmin(np.abs(found.model.s - on_floor[0])))
         assert found.model.mid_surface(there.q)[column, 0] == pytest.approx(found.touch.x, abs=0.3)

@@ -12,12 +12,14 @@ import xarray as xr
 from stripfold import elastica
 from stripfold.analysis import collapse, collapse_data, release
 from stripfold.analysis.collapse import Collapse
+from stripfold.analysis.contact import contact_positions, touch_position, touches
 from stripfold.analysis.release import TIME_OPTIONS, Fall
-from stripfold.analysis.static import StripModel, contact_positions, touches
+from stripfold.analysis.static import StripModel
 from stripfold.errors import NewtonError, SolveError, TimeStepError
 from stripfold.inputs import Simulation
-from stripfold.solve import dynamics
-from stripfold.solve.schemes import Damping, EnergyMomentum
+from stripfold.solve import continuation, dynamics
+from stripfold.solve.dynamics import TimeEvent, TimeOptions, TimeState
+from stripfold.solve.schemes import Damping
 
 STRIP, HEIGHT = StripModel(15.0, 0.03), 1.8
 FALL = Fall(1e-2, damping=Damping(0.2, 0.1))
@@ -108,7 +110,7 @@ def test_the_touch_is_located_step_by_step(found: Collapse, monkeypatch: pytest.
     at = next(i for i in range(touch, 0, -1) if states[touch].t - states[i].t > 0.01)
     problem = found.run.problem
     _, drive = release.initial_state(collapse.release_of(found.run), FALL)
-    motion = release._Marching(problem, drive, FALL.damping, release.TIME_OPTIONS, EnergyMomentum())
+    touch_event = TimeEvent(lambda state: touches(problem.model, state), release.TOUCH_TOLERANCE)
     step, reached = dynamics.step, []
 
     def once(problem: object, before: dynamics.TimeState, dt: float, *rest: object) -> dynamics.TimeState:
@@ -117,13 +119,16 @@ def test_the_touch_is_located_step_by_step(found: Collapse, monkeypatch: pytest.
         reached.append(before.t + dt)
         return step(problem, before, dt, *rest)  # type: ignore[arg-type]
 
+    def march(options: TimeOptions) -> list[TimeState]:
+        motion = dynamics.march(problem, states[at], drive, FALL.damping, options=options, until=[touch_event])
+        return list(motion)[1:]
+
     monkeypatch.setattr(dynamics, "step", once)
     # Just after the touch and well after it: the last trial touches or does not.
     for beyond in (1e-4, 1e-3, 3e-3, 0.01):
-        after = motion.step(states[at], states[touch].t - states[at].t + beyond)
-        assert touches(problem.model, after)
-        chain = release._locate_touch(motion, states[at], after)
-        assert states[touch].t - release.TOUCH_TOLERANCE < chain[-1].t <= after.t
+        options = replace(release.TIME_OPTIONS, first=states[touch].t - states[at].t + beyond, tolerance=1.0)
+        chain = march(options)
+        assert states[touch].t - release.TOUCH_TOLERANCE < chain[-1].t <= states[at].t + options.first + 1e-12
         assert chain[-1].t < states[touch].t + release.TOUCH_TOLERANCE
         assert [touches(problem.model, state) for state in chain] == [False] * (len(chain) - 1) + [True]
         times = [states[at].t, *(state.t for state in chain)]
@@ -141,7 +146,7 @@ def test_where_it_touches_lies_between_nodes(found: Collapse) -> None:
     q[model.middle[:, 0]] = 0.25
     q[model.middle[:, 1]] = (model.s - lowest) ** 2
     expected = lowest - model.length / 2.0 + 0.25
-    assert release.touch_position(problem, replace(state, q=q)) == pytest.approx(expected, abs=1e-9)
+    assert touch_position(problem.model, replace(state, q=q)) == pytest.approx(expected, abs=1e-9)
 
 
 def test_a_lying_upper_layer_leaves_the_folded_loop(found: Collapse) -> None:
@@ -188,7 +193,7 @@ def test_a_moving_gripper(found: Collapse) -> None:
 
 
 def test_a_strip_that_stays_is_an_error(found: Collapse, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(release, "PATIENCE", 10.0)
+    monkeypatch.setattr(release, "LONGEST_FALL", 10.0)
     with pytest.raises(TimeStepError, match="nothing happened") as caught:
         release.simulate_fall(collapse.release_of(found.run), replace(FALL, disturbance=1e-4, speed=-0.02))
     # Longer by the damping, which slows the start.
@@ -197,14 +202,14 @@ def test_a_strip_that_stays_is_an_error(found: Collapse, monkeypatch: pytest.Mon
 
 
 def test_a_strip_that_never_rests_is_an_error(found: Collapse, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(release, "PATIENCE", 20.0)
+    monkeypatch.setattr(release, "LONGEST_FALL", 20.0)
     with pytest.raises(TimeStepError, match="did not come to rest") as caught:
         release.simulate_fall(collapse.release_of(found.run), replace(FALL, disturbance=0.05, damping=Damping()))
     assert caught.value.last.energy.kinetic > 0.0
 
 
 def test_an_unstable_state_is_not_handed_over(found: Collapse, monkeypatch: pytest.MonkeyPatch) -> None:
-    start = collapse.continuation.start
+    start = continuation.start
     monkeypatch.setattr(release.continuation, "start", lambda *given: replace(start(*given), negatives=1))
     with pytest.raises(SolveError, match="not stable"):
         release.state_at_rest(found.run.problem, found.motion.states[-1])

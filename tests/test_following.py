@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from stripfold import elastica
-from stripfold.analysis import path_statics, static
+from stripfold.analysis import advance, contact, path_statics, static
 from stripfold.analysis.assess import grip_and_hold, lying_length, mesh_for
 from stripfold.analysis.path_statics import StaticSegment
 from stripfold.analysis.static import StripModel
@@ -24,6 +24,7 @@ from stripfold.paths.curve import GripperPath, Piece
 from stripfold.paths.rpath import RPath
 from stripfold.problem import StripProblem
 from stripfold.solve import continuation, critical, newton
+from stripfold.solve.events import Crossing
 from stripfold.solve.problem import Point
 from studies import random_paths
 
@@ -168,7 +169,7 @@ def test_corners_that_are_none_change_nothing(followed: StaticSegment, monkeypat
         np.testing.assert_allclose(ends[0].tangent.q, ends[1].tangent.q, atol=1e-6)
         before = max((p for p in followed.points if p.lam < s), key=lambda p: p.lam)
         problem = followed.problem(followed.points.index(before))
-        there = path_statics.step_to(problem, before, s)
+        there = continuation.step_to(problem, before, s, path_statics.STEPS)
         assert distance(followed, there, ends[0]) < 1e-6
 
 
@@ -237,7 +238,7 @@ def test_constant_height_is_the_run_along_x(x_run: static.XRun) -> None:
     assert x_run.critical is not None
     assert segment.critical is not None
     assert segment.critical.lam + x_run.lambda_0 == pytest.approx(x_run.critical.lam, abs=2e-6)
-    assert segment.critical.width <= static.LAMBDA_TOLERANCE
+    assert segment.critical.width <= advance.LAMBDA_TOLERANCE
     assert segment.points[-1] is segment.critical.before
     assert all(p.lam <= segment.critical.upper for p in segment.points)
     assert distance(segment, segment.points[-1], x_run.last) < 0.01
@@ -250,15 +251,17 @@ def test_a_touch_right_behind_the_maximum_is_no_tooth(x_run: static.XRun) -> Non
     assert x_run.critical is not None
     problem, before = x_run.problem, x_run.points[x_run.points.index(x_run.last) - 1]
     ahead = continuation.follow(problem, before, path_statics.STEPS)
-    branch = list(takewhile(lambda p: p.arc - x_run.last.arc < static.LOOK_AHEAD, ahead))
+    branch = list(takewhile(lambda p: p.arc - x_run.last.arc < advance.LOOK_AHEAD, ahead))
     risen = [p for p in branch if p.lam > x_run.critical.upper and not p.negatives]
     assert risen
-    assert all(static.touches(problem.model, p) for p in risen)
-    points, found, folds = path_statics._along_piece(problem, before, 12.0, path_statics.STEPS)
+    assert all(contact.touches(problem.model, p) for p in risen)
+    points, found, folds = path_statics._along_piece(
+        problem, before, 12.0, path_statics.STEPS, path_statics.LARGEST_SPURIOUS_MOVE
+    )
     assert found is not None
     assert found.lam == pytest.approx(x_run.critical.lam, abs=2e-6)
     assert folds == 0
-    assert not any(static.touches(problem.model, p) for p in points)
+    assert not any(contact.touches(problem.model, p) for p in points)
 
 
 def test_a_path_that_ends_before_the_critical_point(x_run: static.XRun) -> None:
@@ -283,8 +286,8 @@ def test_step_to(x_run: static.XRun) -> None:
     problem = x_run.problem
     i = len(x_run.points) // 3
     point = x_run.points[i]
-    for lam in (point.lam + 0.05, point.lam - 0.05, point.lam, point.lam + 0.5 * path_statics.AT_CORNER):
-        there = path_statics.step_to(problem, point, lam)
+    for lam in (point.lam + 0.05, point.lam - 0.05, point.lam, point.lam + 0.5 * continuation.AT_VALUE):
+        there = continuation.step_to(problem, point, lam, path_statics.STEPS)
         assert there.lam == lam
         assert there.negatives == 0
         assert there.tangent.lam > 0.0
@@ -293,19 +296,19 @@ def test_step_to(x_run: static.XRun) -> None:
     assert x_run.critical is not None
     # Well behind the maximum: on its top the teeth of the contact turn lambda back and forth.
     before = next(p for p in x_run.points if p.negatives and p.tangent.lam < 0.0 and p.lam < x_run.critical.lam - 2e-3)
-    down = path_statics.step_to(problem, before, before.lam - 1e-4)
+    down = continuation.step_to(problem, before, before.lam - 1e-4, path_statics.STEPS)
     assert down.lam == before.lam - 1e-4
     assert down.negatives == 1
     assert down.tangent.lam < 0.0
     assert down.arc > before.arc
     with pytest.raises(SolveError):
-        path_statics.step_to(problem, x_run.critical.before, x_run.critical.upper + 0.05)
+        continuation.step_to(problem, x_run.critical.before, x_run.critical.upper + 0.05, path_statics.STEPS)
 
 
 def test_step_to_goes_round_a_failure(x_run: static.XRun, monkeypatch: pytest.MonkeyPatch) -> None:
     """A step that fails is made as a part of the branch, half as long; backwards there is nothing to be gained."""
     problem, point = x_run.problem, x_run.points[len(x_run.points) // 3]
-    expected = path_statics.step_to(problem, point, point.lam + 0.1)
+    expected = continuation.step_to(problem, point, point.lam + 0.1, path_statics.STEPS)
     step, tried = continuation.step, []
 
     def short(problem: StripProblem, at: Point, ds: float, options: continuation.StepOptions) -> Point:
@@ -315,12 +318,12 @@ def test_step_to_goes_round_a_failure(x_run: static.XRun, monkeypatch: pytest.Mo
         return step(problem, at, ds, options)
 
     monkeypatch.setattr(continuation, "step", short)
-    there = path_statics.step_to(problem, point, point.lam + 0.1)
+    there = continuation.step_to(problem, point, point.lam + 0.1, path_statics.STEPS)
     assert there.lam == expected.lam
     np.testing.assert_allclose(there.q, expected.q, atol=1e-7)
     assert tried[1] == tried[0] / 2.0
     with pytest.raises(NewtonError, match="planted"):
-        path_statics.step_to(problem, point, point.lam - 0.1)
+        continuation.step_to(problem, point, point.lam - 0.1, path_statics.STEPS)
 
 
 @pytest.mark.parametrize(("again", "folds"), [(0.2, 1), (0.45, 1), (0.9, None)])
@@ -338,8 +341,7 @@ def test_a_tooth_is_passed_and_a_maximum_is_not(
         state = replace(first.state, lam=lam)
         return replace(first, state=state, arc=arc, tangent=replace(first.tangent, lam=slope), negatives=int(unstable))
 
-    branch = [at(arc) for arc in np.arange(0.0, 3.0, 0.05)]
-    monkeypatch.setattr(path_statics, "_branch", lambda *_: iter(branch[1:]))
+    monkeypatch.setattr(continuation, "step", lambda _, point, ds, options: at(0.05 * (round(point.arc / 0.05) + 1)))
     monkeypatch.setattr(path_statics, "step_to", lambda problem, point, lam, options: point)
     located: list[tuple[Point, Point]] = []
 
@@ -348,13 +350,13 @@ def test_a_tooth_is_passed_and_a_maximum_is_not(
         return critical.CriticalPoint(before.lam, 0.0, 0.0, 0.0, True, before, after, first.mode, 0)
 
     monkeypatch.setattr(critical, "locate", locate)
-    points, found, passed = path_statics._along_piece(problem, branch[0], begin + 2.5, path_statics.STEPS)
+    points, found, passed = path_statics._along_piece(problem, at(0.0), begin + 2.5, path_statics.STEPS, 0.05)
     if folds is None:
         ((before, after),) = located
         assert (before.arc, after.arc) == pytest.approx((0.95, 1.0))
         assert found is not None
         assert points[-1] is before
-        assert len(points) == 21
+        assert len(points) == 20
     else:
         assert not located
         assert found is None
@@ -379,14 +381,13 @@ def test_a_long_pop_is_no_tooth(
         tangent = replace(first.tangent, lam=-0.1 if unstable else 1.0)
         return replace(first, state=state, arc=arc, tangent=tangent, negatives=int(unstable))
 
-    branch = [at(arc) for arc in np.arange(0.0, 3.0, 0.05)]
-    monkeypatch.setattr(path_statics, "_branch", lambda *_: iter(branch[1:]))
+    monkeypatch.setattr(continuation, "step", lambda _, point, ds, options: at(0.05 * (round(point.arc / 0.05) + 1)))
     monkeypatch.setattr(path_statics, "step_to", lambda problem, point, lam, options: point)
     if passed:
-        assert path_statics._along_piece(problem, branch[0], first.lam + 2.5, path_statics.STEPS)[2] == 1
+        assert path_statics._along_piece(problem, at(0.0), first.lam + 2.5, path_statics.STEPS, 0.05)[2] == 1
     else:
-        with pytest.raises(CoarseMeshError, match="pops"):
-            path_statics._along_piece(problem, branch[0], first.lam + 2.5, path_statics.STEPS)
+        with pytest.raises(CoarseMeshError, match="snaps locally"):
+            path_statics._along_piece(problem, at(0.0), first.lam + 2.5, path_statics.STEPS, 0.05)
 
 
 def test_a_fold_is_told_from_a_contact_that_opens_by_where_its_eigenvalue_would_be_zero() -> None:
@@ -432,7 +433,7 @@ def test_what_nearly_happens_on_coarse_elements_happens_on_fine_ones() -> None:
     """A thick strip whose gripper sets out low over the floor: on coarse elements it nearly pops and goes on."""
     case = random_paths.case(16, 20180701)
     path = random_paths.as_table(case)
-    with pytest.raises(CoarseMeshError, match="nearly pops"):
+    with pytest.raises(CoarseMeshError, match="nearly snaps"):
         path_statics.follow(mesh_for(case.strip, path, 2.0), path)
 
 
@@ -441,7 +442,7 @@ def test_a_branch_that_ends(x_run: static.XRun, monkeypatch: pytest.MonkeyPatch)
     problem = x_run.problem
     stable, unstable = (next(p for p in x_run.points if bool(p.negatives) is which) for which in (False, True))
 
-    def ending(*points: Point) -> Callable[..., object]:
+    def ending(*points: Point | Crossing) -> Callable[..., object]:
         def follow(*_: object) -> object:
             yield from points
             raise ContinuationError("planted")
@@ -450,6 +451,11 @@ def test_a_branch_that_ends(x_run: static.XRun, monkeypatch: pytest.MonkeyPatch)
 
     monkeypatch.setattr(continuation, "follow", ending(stable, stable))
     with pytest.raises(ContinuationError, match="planted"):
-        list(path_statics._branch(problem, stable, path_statics.STEPS))
-    monkeypatch.setattr(continuation, "follow", ending(stable, unstable))
-    assert list(path_statics._branch(problem, stable, path_statics.STEPS)) == [unstable]
+        advance.follow_to_event(problem, stable, [advance.LIMIT], path_statics.STEPS)
+    crossing = Crossing(advance.LIMIT, stable, unstable)
+    monkeypatch.setattr(continuation, "follow", ending(stable, crossing, unstable))
+    located = critical.CriticalPoint(stable.lam, 0.0, 0.0, 0.0, True, stable, unstable, stable.mode, 0)
+    monkeypatch.setattr(critical, "locate", lambda *_: located)
+    found = advance.follow_to_event(problem, stable, [advance.LIMIT], path_statics.STEPS)
+    assert found.critical is located
+    assert found.points == (stable, unstable)

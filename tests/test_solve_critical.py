@@ -153,7 +153,7 @@ class TestOtherCritical:
         """An accuracy that cannot be had is an error that says how far it came."""
         problem = Truss(1.0, 0.3).problem()
         with pytest.raises(SolveError, match="only bracketed"):
-            critical.locate(problem, *bracket(problem, STEPS), 1e-12, STEPS, most=2)
+            critical.locate(problem, *bracket(problem, STEPS), 1e-12, STEPS, max_evaluations=2)
 
 
 @pytest.mark.parametrize("b", [0.75, 0.25])

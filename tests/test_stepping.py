@@ -12,9 +12,10 @@ import xarray as xr
 
 from stripfold.analysis import friction, friction_data, path_friction, path_statics
 from stripfold.analysis.assess import mesh_for
+from stripfold.analysis.contact import touches
 from stripfold.analysis.friction import Run
 from stripfold.analysis.path_friction import Step, load_incrementally, steps_on
-from stripfold.analysis.static import StripModel, touches
+from stripfold.analysis.static import StripModel
 from stripfold.effects import Effect, Hysteresis, Pull
 from stripfold.errors import InvalidInputError, LostStabilityError, NewtonError, SolveError
 from stripfold.material import Material

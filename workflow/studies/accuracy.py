@@ -18,7 +18,8 @@ from scipy.interpolate import CubicSpline
 from stripfold import elastica
 from stripfold.analysis import critical_point as critical
 from stripfold.analysis import locate_rod, locate_solid
-from stripfold.analysis.static import LAMBDA_TOLERANCE, X_STEPS, End, StripModel, XRun, along_x, lift
+from stripfold.analysis.advance import LAMBDA_TOLERANCE
+from stripfold.analysis.static import X_STEPS, End, StripModel, XRun, along_x, lift
 from stripfold.arrays import Array
 from stripfold.errors import SolveError
 from stripfold.inputs import Scene

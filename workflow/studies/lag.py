@@ -11,7 +11,7 @@ any threshold beyond adds the time of the fall, which is a lag of order v and sp
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,11 +20,12 @@ import xarray as xr
 from scipy.interpolate import CubicHermiteSpline
 from scipy.stats import linregress, t
 
-from stripfold.analysis.static import StripModel, XRun, solve_height, touches
+from stripfold.analysis.contact import touches
+from stripfold.analysis.static import StripModel, XRun, solve_height
 from stripfold.arrays import Array
 from stripfold.errors import SolveError
 from stripfold.solve import dynamics
-from stripfold.solve.dynamics import Moving, TimeOptions, TimeState
+from stripfold.solve.dynamics import Moving, TimeEvent, TimeOptions
 from stripfold.solve.schemes import Damping
 from studies.common import dataset
 
@@ -99,25 +100,19 @@ def passage(fold: Fold, speed: float, air: float) -> tuple[float, float, int]:
     first = dynamics.start(
         run.problem, point.q, speed * point.tangent.q / point.tangent.lam, point.lam, point.state.active
     )
-    states = dynamics.march(run.problem, first, Moving(point.lam, speed), Damping(air=air), options=STEPS)
+    touch = TimeEvent(lambda state: touches(run.problem.model, state))
+    drive = Moving(point.lam, speed)
+    states = dynamics.march(run.problem, first, drive, Damping(air=air), options=STEPS, until=[touch])
     snap, last, x_last, steps = np.nan, first, -np.inf, -1
-    for state in _until_touch(run, states):
+    for state in states:
         x = float(fold.row @ (state.q - run.last.q))
         if np.isnan(snap) and x > 0.0:
             rates = [fold.row @ m.v / speed for m in (last, state)]
             snap = float(CubicHermiteSpline([last.lam, state.lam], [x_last, x], rates).roots(extrapolate=False)[0])
         last, x_last, steps = state, x, steps + 1
-    return snap, last.lam, steps
-
-
-def _until_touch(run: XRun, states: Iterator[TimeState]) -> Iterator[TimeState]:
-    """The states up to and with that at which the sag is on the floor."""
-    for n, state in enumerate(states):
-        yield state
-        if touches(run.problem.model, state):
-            return
-        if n == MOST_STEPS:
+        if steps > MOST_STEPS:
             raise SolveError("the strip does not come down", parameter=state.lam)
+    return snap, last.lam, steps
 
 
 def exponent(speed: Array, lag: Array) -> tuple[float, float]:

@@ -14,11 +14,12 @@ from time import perf_counter
 import numpy as np
 import xarray as xr
 
-from stripfold.analysis.static import StripModel, XRun, solve_height, touches
+from stripfold.analysis.contact import touches
+from stripfold.analysis.static import StripModel, XRun, solve_height
 from stripfold.arrays import Array, Index
 from stripfold.errors import SolveError
 from stripfold.solve import dynamics
-from stripfold.solve.dynamics import Moving, TimeOptions, TimeState
+from stripfold.solve.dynamics import Moving, TimeEvent, TimeOptions, TimeState
 from stripfold.solve.linear import Band, BandPattern
 from stripfold.solve.schemes import (
     Bathe,
@@ -152,13 +153,10 @@ def fall_to_touch(run: XRun, scheme: Scheme) -> list[TimeState]:
         raise SolveError(f"no critical state to fall from: {run.end.reason}")
     v = PUSH * _falling(run, run.critical.mode)
     first = dynamics.start(problem, last.q, v, last.lam, last.state.active)
-    states: list[TimeState] = []
-    for state in dynamics.march(problem, first, Moving(last.lam, 0.0), scheme=scheme, options=LOOSE):
-        states.append(state)
-        if touches(problem.model, state):
-            break
-        if state.t > LATEST:
-            raise SolveError(f"no touch by t = {LATEST:g}")
+    until = (TimeEvent(lambda state: touches(problem.model, state)), TimeEvent(lambda state: state.t > LATEST))
+    states = list(dynamics.march(problem, first, Moving(last.lam, 0.0), scheme=scheme, options=LOOSE, until=until))
+    if not touches(problem.model, states[-1]):
+        raise SolveError(f"no touch by t = {LATEST:g}")
     return states
 
 

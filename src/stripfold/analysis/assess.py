@@ -13,6 +13,7 @@ from math import degrees
 import numpy as np
 
 from stripfold.analysis import planning
+from stripfold.analysis.contact import lift_off, touch, touch_position, touches
 from stripfold.analysis.path_statics import SIZES, STEPS, StaticSegment, follow
 from stripfold.analysis.release import (
     Fall,
@@ -21,17 +22,18 @@ from stripfold.analysis.release import (
     ReleaseState,
     simulate_fall,
     state_at_rest,
-    touch_position,
 )
-from stripfold.analysis.static import StripModel, lift_off, locate_touch, solve_height, touches
+from stripfold.analysis.static import StripModel, solve_height
 from stripfold.arrays import Array
 from stripfold.errors import CoarseMeshError
 from stripfold.models.model import Model
 from stripfold.paths.curve import GripperPath
 from stripfold.paths.rpath import RPath
 from stripfold.problem import StripProblem
+from stripfold.solve import continuation
 from stripfold.solve.continuation import StepOptions
 from stripfold.solve.critical import CriticalPoint
+from stripfold.solve.events import Crossing
 from stripfold.solve.problem import Point
 
 SNAP, BIFURCATION = KINDS = "snap-through", "bifurcation"
@@ -235,8 +237,9 @@ def _static_touch(segment: StaticSegment) -> Touchdown | None:
                 return None
             problem = segment.problem(i)
             before = segment.points[i - 1]
-            _, at = locate_touch(problem, before, point, STEPS) if before.lam < point.lam else (before, point)
-            return Touchdown(at.lam, touch_position(problem, at), False)
+            crossing = Crossing(touch(segment.model), before, point)
+            at = continuation.locate(problem, crossing, STEPS).after if before.lam < point.lam else point
+            return Touchdown(at.lam, touch_position(segment.model, at), False)
     return None
 
 

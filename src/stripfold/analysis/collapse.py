@@ -8,20 +8,20 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from stripfold.analysis import planning
+from stripfold.analysis.advance import LIMIT, follow_to_event
+from stripfold.analysis.contact import whole_strip_lifts
 from stripfold.analysis.release import Fall, Motion, Progress, ReleaseState, simulate_fall, state_at_rest
-from stripfold.analysis.static import X_STEPS, End, StripModel, XRun, along_x, lift, lift_off
+from stripfold.analysis.static import X_STEPS, End, StripModel, XRun, along_x, lift
 from stripfold.effects.self_contact import SelfContact
 from stripfold.errors import SolveError
 from stripfold.problem import StripProblem
-from stripfold.solve import continuation
 from stripfold.solve.dynamics import TimeState
+from stripfold.solve.events import Event
 from stripfold.solve.problem import Point
 
 SIZES = planning.Sizes(free=0.15, lying=0.15)
 """The loop rolls over all of the strip: no part may be coarse."""
-BACK = 0.2
-"""How far lambda may fall back while the settled strip is followed: less is a contact's tooth, L*."""
-MOST_POINTS = 1500
+MAX_STEPS = 1500
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,20 +100,10 @@ def release_of(run: XRun) -> ReleaseState:
 def go_on(problem: StripProblem, rest: TimeState) -> tuple[tuple[Point, ...], str]:
     """Follow the settled strip until its gripper is above the held end; the points, and what ended the motion."""
     model = problem.model
-    first = state_at_rest(problem, rest)
-    points = [first]
-    highest = first.lam
-    branch = continuation.follow(problem, first, X_STEPS)
-    next(branch)
-    for point in branch:
-        points.append(point)
-        highest = max(highest, point.lam)
-        if point.lam >= model.length:
-            return tuple(points), "the gripper is above the held end"
-        if lift_off(model, point) > model.length - 0.5:
-            return tuple(points), End.LIFTED.value
-        if point.lam < highest - BACK:
-            return tuple(points), "another critical point"
-        if len(points) >= MOST_POINTS:
-            raise SolveError("the settled strip could not be followed to the end of the motion", parameter=point.lam)
-    raise AssertionError("a branch does not end by itself")
+    above = Event("the gripper is above the held end", lambda point, _: point.lam >= model.length, located=False)
+    lifted = whole_strip_lifts(model)
+    options = replace(X_STEPS, max_attempts=MAX_STEPS)
+    found = follow_to_event(problem, state_at_rest(problem, rest), (above, lifted, LIMIT), options)
+    if found.critical is not None:
+        return found.points[: found.points.index(found.critical.after) + 1], "another critical point"
+    return (*found.points, found.end.after), End.LIFTED.value if found.end.event is lifted else above.name

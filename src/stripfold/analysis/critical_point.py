@@ -12,7 +12,8 @@ import numpy as np
 
 from stripfold import elastica
 from stripfold.analysis import locate_rod, locate_solid, select_model
-from stripfold.analysis.static import LAMBDA_TOLERANCE, End, StripModel, XRun
+from stripfold.analysis.advance import LAMBDA_TOLERANCE
+from stripfold.analysis.static import End, StripModel, XRun
 from stripfold.arrays import Array
 from stripfold.errors import SolveError
 from stripfold.inputs import Scene

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 from math import inf, sqrt
 
 from stripfold.analysis import planning
+from stripfold.analysis.contact import touch_position, touches
 from stripfold.analysis.path_friction import Step, load_incrementally
 from stripfold.analysis.path_statics import SIZES
-from stripfold.analysis.release import touch_position
-from stripfold.analysis.static import StripModel, touches
+from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
 from stripfold.effects import Effect, Hysteresis, Pull
 from stripfold.errors import LostStabilityError, SolveError
@@ -85,7 +85,7 @@ def follow(model: Model, plan: RPath, law: str, strength: float, step: float, to
         for new in load_incrementally(model, plan.path, effects_of(law, strength), step):
             steps.append(new)
             if touch is None and touches(model, new.point):
-                touch, touch_x = len(steps) - 1, touch_position(new.problem, new.point)
+                touch, touch_x = len(steps) - 1, touch_position(model, new.point)
                 if not to_end:
                     break
     except LostStabilityError as error:

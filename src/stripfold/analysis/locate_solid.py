@@ -9,9 +9,9 @@ import numpy as np
 
 from stripfold import elastica
 from stripfold.analysis import planning
+from stripfold.analysis.advance import LAMBDA_TOLERANCE
 from stripfold.analysis.locate_rod import ElasticaPrediction
 from stripfold.analysis.static import (
-    LAMBDA_TOLERANCE,
     ROBUST_NEWTON,
     X_STEPS,
     StripModel,

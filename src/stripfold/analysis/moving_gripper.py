@@ -12,9 +12,10 @@ import numpy as np
 
 from stripfold.analysis import planning
 from stripfold.analysis.collapse import SIZES
+from stripfold.analysis.contact import lift_off, touches
 from stripfold.analysis.path_friction import Step, load_incrementally_from
 from stripfold.analysis.path_statics import BEYOND
-from stripfold.analysis.static import ROBUST_NEWTON, StripModel, lift, lift_off, no_horizontal_force, touches, transfer
+from stripfold.analysis.static import ROBUST_NEWTON, StripModel, lift, no_horizontal_force, transfer
 from stripfold.effects import Hysteresis
 from stripfold.errors import LostStabilityError, NewtonError, SolveError
 from stripfold.models.model import Model

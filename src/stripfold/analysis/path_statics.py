@@ -6,20 +6,22 @@ followed to the corner, and from there with the direction of the next piece.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from stripfold.analysis import planning
-from stripfold.analysis.static import LAMBDA_TOLERANCE, LOOK_AHEAD, ROBUST_NEWTON, touches
-from stripfold.errors import CoarseMeshError, ContinuationError, NewtonError, SolveError
+from stripfold.analysis.advance import LAMBDA_TOLERANCE, LIMIT, follow_to_event
+from stripfold.analysis.contact import touch, touches
+from stripfold.analysis.static import ROBUST_NEWTON
+from stripfold.errors import CoarseMeshError, NewtonError, SolveError
 from stripfold.models.model import Model
 from stripfold.paths.curve import GripperPath
 from stripfold.problem import AlongPiece, StripProblem
-from stripfold.solve import continuation, critical, newton
-from stripfold.solve.continuation import StepOptions
+from stripfold.solve import continuation, critical
+from stripfold.solve.continuation import StepOptions, step_to
 from stripfold.solve.critical import CriticalPoint
+from stripfold.solve.events import Event
 from stripfold.solve.problem import Point
 
 SIZES = planning.Sizes(free=0.15, lying=0.15, grasp=0.05)
@@ -49,8 +51,6 @@ ALL_BUT_FLAT = 0.7
 """Height of the highest place of such a strip, L*: higher up a sound path may well pass a minimum of that depth."""
 BEYOND = (0.01, 0.03, 0.1)
 """How far behind such a point the strip is looked for, L*."""
-AT_CORNER = 1e-7
-"""How near a corner has to be stepped to before it is solved for, L*."""
 
 
 @dataclass(frozen=True)
@@ -171,51 +171,43 @@ def _to_zero(point: Point, points_on_piece: list[Point]) -> float:
 
 
 def _along_piece(
-    problem: StripProblem,
-    first: Point,
-    end: float,
-    options: StepOptions,
-    max_spurious_move: float = LARGEST_SPURIOUS_MOVE,
+    problem: StripProblem, first: Point, end: float, options: StepOptions, max_spurious_move: float
 ) -> tuple[list[Point], CriticalPoint | None, int]:
-    """Points up to ``end`` or up to a critical point, which is returned too, and the contact's folds passed."""
-    points = [first]
-    fold: int | None = None
-    folds = 0
-    for point in _branch(problem, first, options):
-        if fold is None and point.lam >= end and not critical.is_past(point, points[-1]):
-            points.append(step_to(problem, points[-1], end, options))
-            return points, None, folds
-        if fold is not None and point.arc - points[fold].arc > LOOK_AHEAD:
-            break
-        if fold is not None and touches(problem.model, point) and not touches(problem.model, points[fold - 1]):
-            # The floor under the sag stops the fall: no spurious limit point, however soon lambda rises again.
-            break
-        points.append(point)
-        if fold is None:
-            if critical.is_past(point, points[-2]):
-                fold = len(points) - 1
-            elif (least := _near_critical_dip(problem.model, points)) is not None:
-                raise CoarseMeshError(
-                    f"the strip nearly pops at lambda = {least.lam:.6g}: the mesh decides whether it does",
-                    parameter=least.lam,
-                    advice="refine the mesh",
-                )
-        elif not critical.is_past(point) and point.lam > max(p.lam for p in points[:-1]):
-            if problem.model.largest_move(points[fold - 1].q, point.q) > max_spurious_move:
-                raise CoarseMeshError(
-                    f"the strip pops at lambda = {points[fold - 1].lam:.6g}: the mesh decides whether it goes",
-                    parameter=points[fold - 1].lam,
-                    advice="refine the mesh",
-                )
-            folds += 1
-            fold = None
-    if fold is None:
-        raise SolveError("the branch ends before the path does", parameter=points[-1].lam)
-    found = critical.locate(problem, points[fold - 1], points[fold], LAMBDA_TOLERANCE, options)
-    if found.lam >= end:
-        # The piece ends before: what lies behind its end is not on the path.
-        return [*points[:fold], step_to(problem, points[fold - 1], end, options)], None, folds
-    return [*points[:fold], found.before], found, folds
+    """Points up to ``end`` or a critical point, which is returned too, and the number of spurious limit points."""
+    model = problem.model
+
+    def check_dip(points: list[Point]) -> None:
+        if (least := _near_critical_dip(model, points)) is not None:
+            raise CoarseMeshError(
+                f"the strip nearly snaps at lambda = {least.lam:.6g}: the mesh decides whether it does",
+                parameter=least.lam,
+                advice="refine the mesh",
+            )
+
+    def check_move(before: Point, after: Point) -> None:
+        if model.largest_move(before.q, after.q) > max_spurious_move:
+            raise CoarseMeshError(
+                f"the strip snaps locally at lambda = {before.lam:.6g}: the mesh decides whether it goes",
+                parameter=before.lam,
+                advice="refine the mesh",
+            )
+
+    found = follow_to_event(
+        problem,
+        first,
+        (LIMIT, Event("end of the piece", lambda point, _: point.lam >= end, located=False)),
+        options,
+        # The floor under the sag stops the fall: no spurious limit point, however soon lambda rises again.
+        confirm=(touch(model, located=False),),
+        watch=check_dip,
+        on_spurious=check_move,
+    )
+    points, at = list(found.points), found.critical
+    if at is not None and at.lam < end:
+        return points[: points.index(at.before) + 1], at, found.spurious
+    # A critical point behind the end of the piece is not on the path.
+    kept = points[: points.index(found.end.before) + 1]
+    return [*kept, step_to(problem, kept[-1], end, options)], None, found.spurious
 
 
 def _near_critical_dip(model: Model, points: list[Point]) -> Point | None:
@@ -224,42 +216,3 @@ def _near_critical_dip(model: Model, points: list[Point]) -> Point | None:
     value, now = float(least.eigenvalues[0]), points[-1]
     recovered = value < NEARLY and float(now.eigenvalues[0]) > DIP * value
     return least if recovered and model.mid_surface(now.q)[:, 1].max() < ALL_BUT_FLAT else None
-
-
-def _branch(problem: StripProblem, first: Point, options: StepOptions) -> Iterator[Point]:
-    """The points after ``first``; past a maximum of lambda the branch may end where it cannot be followed."""
-    branch = continuation.follow(problem, first, options)
-    point = next(branch)
-    while True:
-        try:
-            point = next(branch)
-        except ContinuationError:
-            if not critical.is_past(point):
-                raise
-            return
-        yield point
-
-
-def step_to(problem: StripProblem, point: Point, lam: float, options: StepOptions = STEPS) -> Point:
-    """The point at ``lam``, from one shortly before it, in guarded steps.
-
-    Raises
-    ------
-    SolveError
-        It is not reached.
-    """
-    for _ in range(40):
-        if abs(lam - point.lam) <= AT_CORNER:
-            state = newton.solve(problem, point.q, lam, point.active, options=options.newton)
-            return continuation.evaluate(problem, state, point.tangent, point.arc, point.mode)
-        ds = (lam - point.lam) / point.tangent.lam
-        try:
-            point = continuation.step(problem, point, ds, options)
-        except NewtonError:
-            if ds < 0.0:
-                raise
-            # A contact changes on the way, perhaps turning the branch: half the way as any other part of it.
-            branch = continuation.follow(problem, point, replace(options, first=ds / 2.0, largest=ds / 2.0))
-            next(branch)
-            point = next(branch)
-    raise SolveError("the corner was not reached", parameter=lam)

@@ -11,13 +11,15 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import inf
 
-from stripfold.analysis.path_statics import STEPS, StaticSegment, follow, problem_on, step_to
+from stripfold.analysis.contact import touches
+from stripfold.analysis.path_statics import STEPS, StaticSegment, follow, problem_on
 from stripfold.analysis.release import Fall, Motion, Progress, ReleaseState, simulate_fall, state_at_rest
-from stripfold.analysis.static import StripModel, XRun, along_x, lift, touches
+from stripfold.analysis.static import StripModel, XRun, along_x, lift
 from stripfold.errors import SolveError
 from stripfold.models.model import Model
 from stripfold.paths.rpath import RPath
 from stripfold.solve import continuation
+from stripfold.solve.continuation import step_to
 from stripfold.solve.problem import Point
 
 BEFORE_TOUCH = 0.15
@@ -96,5 +98,5 @@ def _at(run: XRun, lam: float) -> Point:
     points = [p for p in run.points if run.critical is not None and p.arc >= run.critical.after.arc]
     for before, after in pairwise(points):
         if before.lam >= lam >= after.lam and before.tangent.lam < 0.0:
-            return step_to(run.problem, before, lam)
+            return step_to(run.problem, before, lam, STEPS)
     raise SolveError("there is no unstable planned state: the path lies outside the stability boundary", parameter=lam)

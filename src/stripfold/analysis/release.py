@@ -5,21 +5,22 @@ All in units of L*, sqrt(L*/g) and rho_a g L*.  Source: docs/physics.md, section
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from math import inf
 
 import numpy as np
 
-from stripfold.analysis.static import ROBUST_NEWTON, X_STEPS, contact_positions, touches
+from stripfold.analysis.contact import touch_position, touches
+from stripfold.analysis.static import ROBUST_NEWTON, X_STEPS
 from stripfold.arrays import Array
-from stripfold.errors import NewtonError, SolveError, TimeStepError
+from stripfold.errors import SolveError, TimeStepError
 from stripfold.problem import StripProblem
 from stripfold.solve import continuation, dynamics
 from stripfold.solve.critical import CriticalPoint
-from stripfold.solve.dynamics import Drive, Moving, Nudge, TimeOptions, TimeState
+from stripfold.solve.dynamics import Drive, Moving, Nudge, TimeEvent, TimeOptions, TimeState
 from stripfold.solve.problem import Point
-from stripfold.solve.schemes import Damping, EnergyMomentum, Scheme
+from stripfold.solve.schemes import Damping, Scheme
 
 Progress = Callable[[str], None]
 
@@ -29,7 +30,7 @@ not one that a tooth of the contact would hold (docs/method.md)."""
 TIME_OPTIONS = TimeOptions(first=0.02, tolerance=1e-5)
 TOUCH_TOLERANCE = 1e-3
 """Time within which the first touch is located."""
-PATIENCE = 400.0
+LONGEST_FALL = 400.0
 """Time after which a strip that has not touched is taken to stay; longer with damping, which slows the start."""
 REST = 1e-6
 """Kinetic energy, as a share of what has been released, of a strip at rest."""
@@ -139,89 +140,52 @@ def simulate_fall(
         No time step succeeds.
     """
     say = progress or (lambda _: None)
-    problem = release.problem
+    problem, model = release.problem, release.problem.model
     if problem.effects:
-        # The search for the touch goes back in time; what an effect remembers does not.
+        # What the effects remember at the end is not what the state at rest is found with.
         raise ValueError("a fall is for problems without effects")
     first, drive = initial_state(release, fall)
-    motion = _Marching(problem, drive, fall.damping, options, scheme or EnergyMomentum())
-    states, touched = _to_touch(motion, first)
-    if not touched:
+    longest = LONGEST_FALL * (1.0 + fall.damping.air + fall.damping.stiffness)
+
+    def march(begin: TimeState, *until: TimeEvent) -> list[TimeState]:
+        """The states to the first of these events; an error gets the shape of the strip at the last good one."""
+        too_long = TimeEvent(lambda state: state.t - begin.t > longest)
+        try:
+            return list(dynamics.march(problem, begin, drive, fall.damping, scheme, options, (*until, too_long)))
+        except TimeStepError as error:
+            error.details["mid_surface"] = model.mid_surface(error.last.q)
+            raise
+
+    def missed(begin: TimeState, last: TimeState, what: str, advice: str) -> TimeStepError:
+        return TimeStepError(
+            f"{what} within {last.t - begin.t:.0f} sqrt(L*/g)",
+            parameter=last.lam,
+            advice=advice,
+            last=last,
+            details={"mid_surface": model.mid_surface(last.q)},
+        )
+
+    rests = _Rest(first)
+    away = TimeEvent(lambda state: rests(state) and model.largest_move(first.q, state.q) > AWAY)
+    states = march(first, TimeEvent(lambda state: touches(model, state), TOUCH_TOLERANCE), away)
+    if not touches(model, states[-1]):
+        if not away.happened(states[-1]):
+            raise missed(first, states[-1], "nothing happened: the strip did not touch", "give a larger disturbance")
         say(f"at rest without a touch after {states[-1].t:.1f} sqrt(L*/g)")
         return Motion(tuple(states), None, float("nan"))
     touch = len(states) - 1
     say(f"touch after {states[-1].t:.1f} sqrt(L*/g)")
     if fall.to_rest:
-        states += _to_rest(motion, states[0], states[-1])
-    return Motion(tuple(states), touch, touch_position(problem, states[touch]))
-
-
-@dataclass(frozen=True)
-class _Marching:
-    """A problem with all that its motion needs."""
-
-    problem: StripProblem
-    drive: Drive
-    damping: Damping
-    options: TimeOptions
-    scheme: Scheme
-
-    def march(self, first: TimeState) -> Iterator[TimeState]:
-        """States from ``first`` on; an error gets the shape of the strip at the last good one."""
-        try:
-            yield from dynamics.march(self.problem, first, self.drive, self.damping, self.scheme, self.options)
-        except TimeStepError as error:
-            error.details["mid_surface"] = self.problem.model.mid_surface(error.last.q)
-            raise
-
-    def step(self, before: TimeState, dt: float) -> TimeState:
-        """One step."""
-        return dynamics.step(self.problem, before, dt, self.drive, self.damping, self.scheme, self.options)
-
-    def out_of_patience(self, state: TimeState, since: float, what: str, advice: str) -> None:
-        """Raise when the motion goes on for too long."""
-        if state.t - since > PATIENCE * (1.0 + self.damping.air + self.damping.stiffness):
-            raise TimeStepError(
-                f"{what} within {state.t - since:.0f} sqrt(L*/g)",
-                parameter=state.lam,
-                advice=advice,
-                last=state,
-                details={"mid_surface": self.problem.model.mid_surface(state.q)},
-            )
-
-
-def _to_touch(motion: _Marching, first: TimeState) -> tuple[list[TimeState], bool]:
-    """All states up to the first at which the falling part touches, or at which it rests elsewhere; which it is."""
-    model = motion.problem.model
-    states: list[TimeState] = []
-    at_rest = _Rest(first)
-    for state in motion.march(first):
-        if touches(model, state):
-            return (states + _locate_touch(motion, states[-1], state) if states else [state]), True
-        states.append(state)
-        if at_rest(state) and model.largest_move(first.q, state.q) > AWAY:
-            return states, False
-        motion.out_of_patience(state, first.t, "nothing happened: the strip did not touch", "give a larger disturbance")
-    raise AssertionError("a motion does not end by itself")
-
-
-def _to_rest(motion: _Marching, first: TimeState, touch: TimeState) -> list[TimeState]:
-    """The states after the touch until the strip rests; for a moving gripper there is no rest."""
-    states: list[TimeState] = []
-    at_rest = _Rest(first)
-    for state in motion.march(touch):
-        if state is touch:
-            continue
-        states.append(state)
-        advice = "add damping, hold the gripper, or ask for the touch only"
-        motion.out_of_patience(state, touch.t, "the strip did not come to rest", advice)
-        if at_rest(state):
-            return states
-    raise AssertionError("a motion does not end by itself")
+        rests = _Rest(first)
+        states += march(states[touch], TimeEvent(rests))[1:]
+        if not rests(states[-1]):
+            advice = "add damping, hold the gripper, or ask for the touch only"
+            raise missed(states[touch], states[-1], "the strip did not come to rest", advice)
+    return Motion(tuple(states), touch, touch_position(model, states[touch]))
 
 
 class _Rest:
-    """Whether a motion has ended: its kinetic energy has stayed small, for a while."""
+    """Whether a motion has ended: its kinetic energy has stayed small for a while.  To be called with each state."""
 
     def __init__(self, first: TimeState) -> None:
         self.potential = first.energy.elastic + first.energy.gravity
@@ -229,45 +193,8 @@ class _Rest:
 
     def __call__(self, state: TimeState) -> bool:
         released = self.potential - state.energy.elastic - state.energy.gravity
-        if state.energy.kinetic > REST * released:
-            self.quiet_since = inf
-            return False
-        self.quiet_since = min(self.quiet_since, state.t)
+        self.quiet_since = min(self.quiet_since, state.t) if state.energy.kinetic <= REST * released else inf
         return state.t - self.quiet_since > QUIET
-
-
-def _locate_touch(motion: _Marching, before: TimeState, after: TimeState) -> list[TimeState]:
-    """Bisect for the first touch: the states found before it, and the first one with it."""
-    nearer: list[TimeState] = []
-    at = before
-    leading = 0  # how many of them lead up to ``after``; each was stepped to from the one before
-    length = after.t - before.t
-    while length > TOUCH_TOLERANCE:
-        length /= 2.0
-        try:
-            middle = motion.step(at, length)
-        except NewtonError:
-            continue
-        if touches(motion.problem.model, middle):
-            after, leading = middle, len(nearer)
-        else:
-            at = middle
-            nearer.append(middle)
-    return [*nearer[:leading], after]
-
-
-def touch_position(problem: StripProblem, state: TimeState | Point) -> float:
-    """Where the falling part touches: x of the lowest point of a parabola through three nodes, origin mid-strip."""
-    model = problem.model
-    s = contact_positions(model, state)
-    gap = int(np.flatnonzero(np.diff(s) > 1.0)[0])
-    column = int(np.argmin(np.abs(model.s - s[gap])))
-    near = slice(max(column - 1, 0), column + 2)
-    position = model.mid_surface(state.q)[near]
-    local = model.s[near] - model.s[column]
-    curve, slope, _ = np.polyfit(local, position[:, 1], 2)
-    lowest = float(np.clip(-slope / (2.0 * curve), local[0], local[-1])) if curve > 0.0 else 0.0
-    return float(np.polyval(np.polyfit(local, position[:, 0], 2), lowest))
 
 
 def state_at_rest(problem: StripProblem, state: TimeState) -> Point:

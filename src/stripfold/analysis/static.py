@@ -14,8 +14,10 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from stripfold.analysis import planning
+from stripfold.analysis.advance import LAMBDA_TOLERANCE, LIMIT, follow_to_event
+from stripfold.analysis.contact import lift_off, touch, touches, whole_strip_lifts
 from stripfold.arrays import Array
-from stripfold.errors import CoarseMeshError, ContinuationError, NewtonError, SolveError
+from stripfold.errors import SolveError
 from stripfold.models.model import Model
 from stripfold.models.rod import Rod
 from stripfold.models.solid import Solid
@@ -23,7 +25,6 @@ from stripfold.problem import AlongX, Lift, StripProblem
 from stripfold.solve import continuation, critical, newton
 from stripfold.solve.continuation import StepOptions
 from stripfold.solve.critical import CriticalPoint
-from stripfold.solve.dynamics import TimeState
 from stripfold.solve.problem import Equilibrium, Point
 
 LIFT_STEPS = StepOptions(first=0.05, largest=1.0, target_iterations=12)
@@ -32,24 +33,12 @@ ROBUST_NEWTON = replace(LIFT_STEPS.newton, max_iterations=100)
 """For states whose guess has a wrong contact set: it settles node by node."""
 NEARBY_NEWTON = replace(ROBUST_NEWTON, max_distance=0.3)
 """For states that are known but for the mesh: what lies farther is another state (L*)."""
-LAMBDA_TOLERANCE = 1e-6
-"""Width of the bracket of lambda_c, L*."""
-LOOK_AHEAD = 0.6
-"""Arc length followed past a maximum before it is taken for the strip's own, L*."""
 CLOSE = 0.15
 """A touch this near behind a maximum (arc length, L*), or at a slope of lambda this small, is a close call."""
 FINEST_FOR_ORDER = 0.3
 """Smallest factor on the element lengths to which close calls are refined."""
-NO_SNAP_BELOW = 1.25
-"""Height below which a maximum of lambda is not the strip's: the elastica's sag lands first below 1.586 L*."""
-NO_TOUCH_ABOVE = 2.2
-"""Height above which no sag touches before lambda has its maximum; the limit is where it is for the other."""
-TOUCH_TOLERANCE = 1e-4
-"""Arc length within which the first touch of the sag is located, L*."""
-
-
 ROD_SIZES = planning.Sizes(free=0.2, sweep=0.2, critical=0.03, lying=0.3)
-"""Element lengths of the rod at refinement one, L* (docs/method.md)."""
+"""Element lengths of the rod at refinement one, L* (docs/numerics.md)."""
 
 
 class End(StrEnum):
@@ -220,6 +209,8 @@ def along_x(
 ) -> XRun:
     """Follow the x-axis branch from lambda_0 to its end and, after a snap, ``past`` in arc length beyond it.
 
+    Where the maximum and the touch of the sag are close neighbours, the mesh is refined until two in a row agree.
+
     Parameters
     ----------
     strip, height
@@ -231,40 +222,24 @@ def along_x(
     past
         Arc length to follow the unstable branch, L*; 0 for none.
 
-    Where the maximum and the touch of the sag are close neighbours, the mesh is refined until two in a row agree.
-
     Raises
     ------
     SolveError
         When a state or the branch cannot be computed to its tolerance.
     """
+
+    def on_mesh(boundaries: Array) -> XRun:
+        problem, first = begin(strip.model(boundaries), height, start, options)
+        return to_the_end(problem, first, past, options)
+
     if np.ndim(mesh):
-        return _foretold(_run(strip.model(np.asarray(mesh)), height, start, past, options), height)
-    sweep, refinement = planning.lift_off_sweep(height), float(mesh)
-
-    def on_planned_mesh(refinement: float) -> XRun:
-        model = strip.model(planning.boundaries(strip.length, sweep, refinement, strip.sizes))
-        return _run(model, height, start, past, options)
-
-    return _foretold(two_agree(on_planned_mesh, refinement, FINEST_FOR_ORDER), height)
-
-
-def _foretold(run: XRun, height: float) -> XRun:
-    """The run, unless it ends in a snap or a touch where there is none."""
-    if run.end is End.TOUCH and height > NO_TOUCH_ABOVE:
-        raise CoarseMeshError(
-            f"the strip touches the floor at a height of {height:.3g} L*, where its sag hangs clear",
-            parameter=run.last.lam,
-            advice="refine the mesh",
-        )
-    if run.end is End.SNAP and height < NO_SNAP_BELOW:
-        raise CoarseMeshError(
-            f"lambda has a maximum at a height of {height:.3g} L*, where the sag should land before: under the push of "
-            "so low a gripper the lying part has given way",
-            parameter=run.last.lam,
-            advice="refine the mesh, or ask the elastica",
-        )
-    return run
+        return on_mesh(np.asarray(mesh))
+    sweep = planning.lift_off_sweep(height)
+    return two_agree(
+        lambda refinement: on_mesh(planning.boundaries(strip.length, sweep, refinement, strip.sizes)),
+        float(mesh),
+        FINEST_FOR_ORDER,
+    )
 
 
 def two_agree(on_mesh: Callable[[float], XRun], refinement: float, finest: float) -> XRun:
@@ -297,12 +272,6 @@ def begin(
     return problem, continuation.start(problem, state.q, lambda_0, state.active, 1.0, options)
 
 
-def _run(model: Model, height: float, start: tuple[Model, Equilibrium], past: float, options: StepOptions) -> XRun:
-    """One run on one mesh; see :func:`along_x`."""
-    problem, first = begin(model, height, start, options)
-    return to_the_end(problem, first, past, options)
-
-
 def to_the_end(
     problem: StripProblem, first: Point, past: float, options: StepOptions, tolerance: float = LAMBDA_TOLERANCE
 ) -> XRun:
@@ -310,89 +279,17 @@ def to_the_end(
     model = problem.model
     if critical.is_past(first) or touches(model, first):
         raise SolveError("the branch does not start stable: no state with no horizontal force to start from")
-    points: list[Point] = [first]
-    fold: int | None = None  # index of the first point past the maximum
-    contact_folds, touched = 0, False
-    branch = continuation.follow(problem, first, options)
-    next(branch)
-    while True:
-        try:
-            point = next(branch)
-        except ContinuationError:
-            # Past the maximum the critical point is known; a shorter unstable branch is what there is to show.
-            if fold is None:
-                raise
-            break
-        if fold is None:
-            if touches(model, point):
-                # The maximum may lie just before the touch, in the same step.
-                near, last = locate_touch(problem, points[-1], point, options)
-                if near is not points[-1]:
-                    points.append(near)
-                if len(points) == 1 or not critical.is_past(near, points[-2]):
-                    close = near.tangent.lam < CLOSE
-                    return XRun(problem, (*points, last), End.TOUCH, None, last, contact_folds, close)
-                fold, touched = len(points) - 1, True
-                break
-            if lift_off(model, point) > model.length - 0.5:
-                return XRun(problem, (*points, point), End.LIFTED, None, point, contact_folds)
-            points.append(point)
-            if critical.is_past(point, points[-2]):
-                fold = len(points) - 1
-            continue
-        touched = touches(model, point)
-        if touched or point.arc - points[fold].arc > max(past, LOOK_AHEAD):
-            break
-        points.append(point)
-        if not critical.is_past(point) and point.lam > max(p.lam for p in points[:-1]):
-            # The strip was held back for a moment by a single node of the floor: a maximum of the mesh's, not of the
-            # strip's (docs/method.md).  Counted, and passed.
-            contact_folds += 1
-            fold = None
-    index = fold
-    found = critical.locate(problem, points[index - 1], points[index], tolerance, options)
-    points[index:index] = [p for p in (found.before, found.after) if p not in (points[index - 1], points[index])]
-    close = touched and points[-1].arc - found.after.arc < CLOSE
-    return XRun(problem, tuple(points), End.SNAP, found, found.before, contact_folds, close)
-
-
-def locate_touch(problem: StripProblem, before: Point, after: Point, options: StepOptions) -> tuple[Point, Point]:
-    """Bisect for the touch of the sag: the last point before it and the first one after."""
-    share = 0.5
-    while after.arc - before.arc > TOUCH_TOLERANCE:
-        try:
-            middle = continuation.step(problem, before, share * (after.arc - before.arc), options)
-        except NewtonError as error:
-            # The touch itself turns the branch; nearer to the side that is known the step is shorter.
-            share /= 2.0
-            if share < 0.01:
-                raise SolveError(f"the first touch was not located: {error}", parameter=before.lam) from error
-            continue
-        share = 0.5
-        if touches(problem.model, middle):
-            after = middle
-        else:
-            before = middle
-    return before, after
-
-
-def contact_positions(model: Model, point: Point | TimeState) -> Array:
-    """Distances from the grasped end of the nodes on the floor, ascending; the held end counts as one."""
-    on_floor = np.isin(model.middle[:, 1], point.active)
-    on_floor[-1] = True
-    return np.asarray(model.s[on_floor])
-
-
-def touches(model: Model, point: Point | TimeState) -> bool:
-    """Whether something beside the lying part is on the floor: a contact more than L* apart from the rest."""
-    return bool(np.any(np.diff(contact_positions(model, point)) > 1.0))
-
-
-def lift_off(model: Model, point: Point | TimeState) -> float:
-    """Distance along the strip from the grasped end to where the lying part begins, L*."""
-    s = contact_positions(model, point)
-    gaps = np.flatnonzero(np.diff(s) > 1.0)
-    return float(s[gaps[-1] + 1] if len(gaps) else s[0])
+    sag, lifted = touch(model), whole_strip_lifts(model)
+    found = follow_to_event(
+        problem, first, (sag, lifted, LIMIT), options, confirm=(sag,), past=past, tolerance=tolerance
+    )
+    points, at = found.points, found.critical
+    if at is not None:
+        close = found.confirmed and points[-1].arc - at.after.arc < CLOSE
+        return XRun(problem, points, End.SNAP, at, at.before, found.spurious, close)
+    end, last = End.TOUCH if found.end.event is sag else End.LIFTED, found.end.after
+    close = end is End.TOUCH and points[-1].tangent.lam < CLOSE
+    return XRun(problem, (*points, last), end, None, last, found.spurious, close)
 
 
 def solve_height(strip: StripModel, height: float, refinement: float, **options: Any) -> XRun:

@@ -10,10 +10,10 @@ import numpy as np
 
 from stripfold.analysis.assess import SNAP, assess_strip, lying_length, mesh_for, peak_forces, shape_error
 from stripfold.analysis.collapse_data import in_solver_units
+from stripfold.analysis.contact import touch_position, touches
 from stripfold.analysis.friction import effects_of
 from stripfold.analysis.path_friction import Step, load_incrementally
-from stripfold.analysis.release import touch_position
-from stripfold.analysis.static import StripModel, touches
+from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
 from stripfold.errors import InvalidInputError, LostStabilityError
 from stripfold.inputs import Release
@@ -118,7 +118,9 @@ def assess_path(
         law, strength = "hysteresis", hysteresis / (material.rho_a * material.gravity * unit**2)
     size = STEP if step is None else step / unit
     steps, lost = _walked(strip, path, law, strength, size, refinement)
-    touch = next((touch_position(s.problem, s.point) for s in steps if touches(s.problem.model, s.point)), float("nan"))
+    touch = next(
+        (touch_position(s.problem.model, s.point) for s in steps if touches(s.problem.model, s.point)), float("nan")
+    )
     events = [{"travelled": lost, "kind": SNAP, "angle": float("nan")}] if lost is not None else []
     return _verdict(strip, material, path, events, touch, [(s.problem, s.point) for s in steps])
 

@@ -7,15 +7,17 @@ jumping to another branch; a point that has not is never yielded.  What can stil
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from math import sqrt
+from typing import overload
 
 import numpy as np
 
 from stripfold.arrays import Array, Index
 from stripfold.errors import ContinuationError, NewtonError, SolveError
 from stripfold.solve import newton
+from stripfold.solve.events import Crossing, Event, narrow
 from stripfold.solve.linear import solve_bordered
 from stripfold.solve.problem import Equilibrium, Point, Problem, Tangent, inner
 from stripfold.solve.stability import nearest_eigenvalues
@@ -125,16 +127,30 @@ def step(problem: Problem, point: Point, ds: float, options: StepOptions) -> Poi
     return new
 
 
-def follow(problem: Problem, first: Point, options: StepOptions) -> Iterator[Point]:
+@overload
+def follow(problem: Problem, first: Point, options: StepOptions) -> Iterator[Point]: ...
+@overload
+def follow(
+    problem: Problem, first: Point, options: StepOptions, events: Sequence[Event]
+) -> Iterator[Point | Crossing]: ...
+def follow(
+    problem: Problem, first: Point, options: StepOptions, events: Sequence[Event] = ()
+) -> Iterator[Point | Crossing]:
     """Yield ``first`` and then point after point along its branch; the caller decides when to stop.
+
+    Each event that happens in a step is yielded as a :class:`.Crossing` before the point at the end of that step, in
+    the order of the branch; where it cannot be told, in that of ``events``.
 
     Raises
     ------
     ContinuationError
         When a step would have to be shorter than ``options.smallest``; carries the last residual history.
+    SolveError
+        An event could not be located.
     """
     point, ds = first, options.first
-    turned = False
+    contact_switched = False
+    pending = [event for event in events if not event.passed(first, None)]
     yield point
     for _ in range(options.max_attempts):
         try:
@@ -143,7 +159,7 @@ def follow(problem: Problem, first: Point, options: StepOptions) -> Iterator[Poi
             ds /= 2.0
             if ds >= options.smallest:
                 continue
-            beyond = None if turned else turn(problem, point, CONTACT_CHANGE_RANGE)
+            beyond = None if contact_switched else switch_contact(problem, point)
             if beyond is None:
                 raise ContinuationError(
                     f"the branch could not be followed past lambda = {point.lam:.9g}: {error}",
@@ -152,12 +168,14 @@ def follow(problem: Problem, first: Point, options: StepOptions) -> Iterator[Poi
                     residuals=error.residuals,
                     advice="refine the mesh or allow smaller steps",
                 ) from error
-            point, ds, turned = beyond, options.kink, True
-            yield point
-            continue
-        iterations = len(new.state.residuals) - 1
-        ds = min(ds * min(2.0, max(0.5, options.target_iterations / max(iterations, 1))), _longest(new, options))
-        point, turned = new, False
+            new, ds, contact_switched = beyond, options.kink, True
+        else:
+            iterations = max(len(new.state.residuals) - 1, 1)
+            ds = min(ds * min(2.0, max(0.5, options.target_iterations / iterations)), _longest(new, options))
+            contact_switched = False
+        yield from _crossings(problem, point, new, pending, options)
+        pending = [event for event in events if not event.passed(new, point)]
+        point = new
         yield point
     raise ContinuationError(
         f"the branch was not followed to its end in {options.max_attempts} steps; it is at lambda = {point.lam:.9g}",
@@ -167,6 +185,56 @@ def follow(problem: Problem, first: Point, options: StepOptions) -> Iterator[Poi
     )
 
 
+def _crossings(
+    problem: Problem, before: Point, after: Point, events: Sequence[Event], options: StepOptions
+) -> list[Crossing]:
+    """The events in one step, in the order of the branch."""
+    found = []
+    for event in events:
+        if event.passed(after, before):
+            crossing = Crossing(event, before, after)
+            if event.located:
+                crossing = locate(problem, crossing, options)
+                # Another event can only come first in the part before it.
+                after = crossing.before
+            found.append(crossing)
+    return sorted(found, key=lambda crossing: crossing.before.arc)
+
+
+def locate(problem: Problem, crossing: Crossing, options: StepOptions, max_evaluations: int = 60) -> Crossing:
+    """An event located to its tolerance between two points of a branch.
+
+    Raises
+    ------
+    SolveError
+        The bracket cannot be made that narrow.
+    """
+
+    def point_between(at: Crossing, ds: float) -> Point:
+        return _point_between(problem, at, ds, options)
+
+    return narrow(crossing, point_between, max_evaluations)
+
+
+def _point_between(problem: Problem, crossing: Crossing, ds: float, options: StepOptions) -> Point:
+    """A point at most ``ds`` behind the first end of a bracket: the nearer, the shorter the way without a kink."""
+    before = crossing.before
+    while True:
+        try:
+            return step(problem, before, ds, options)
+        except NewtonError as error:
+            ds /= 4.0
+            if ds >= options.smallest:
+                continue
+            # No point lies ahead: a contact changes here and the branch turns back.
+            switched = switch_contact(problem, before)
+            if switched is not None and crossing.event.passed(switched, None):
+                return switched
+            raise SolveError(
+                f"a point between the bracket's ends was not found: {error}", parameter=before.lam
+            ) from error
+
+
 def _longest(point: Point, options: StepOptions) -> float:
     """Longest step allowed from a point."""
     if options.slow_below <= 0.0:
@@ -174,13 +242,42 @@ def _longest(point: Point, options: StepOptions) -> float:
     return options.largest * min(1.0, max(0.1, abs(point.tangent.lam) / options.slow_below))
 
 
-def turn(problem: Problem, point: Point, reach: float) -> Point | None:
-    """The same state with the contact changed that is about to change, and the tangent of the branch beyond.
+AT_VALUE = 1e-7
+"""Distance from a value of lambda at which the equilibrium there is solved for."""
+
+
+def step_to(problem: Problem, point: Point, lam: float, options: StepOptions) -> Point:
+    """The point at ``lam`` in guarded steps from one shortly before it.
+
+    Raises
+    ------
+    SolveError
+        It is not reached.
+    """
+    for _ in range(40):
+        if abs(lam - point.lam) <= AT_VALUE:
+            state = newton.solve(problem, point.q, lam, point.active, options=options.newton)
+            return evaluate(problem, state, point.tangent, point.arc, point.mode)
+        ds = (lam - point.lam) / point.tangent.lam
+        try:
+            point = step(problem, point, ds, options)
+        except NewtonError:
+            if ds < 0.0:
+                raise
+            # A contact changes on the way, perhaps turning the branch: half the way as any other part of it.
+            branch = follow(problem, point, replace(options, first=ds / 2.0, largest=ds / 2.0))
+            next(branch)
+            point = next(branch)
+    raise SolveError(f"the point at lambda = {lam:.9g} was not reached", parameter=lam)
+
+
+def switch_contact(problem: Problem, point: Point) -> Point | None:
+    """The same state with the next contact opened or closed, and the tangent of the branch beyond.
 
     Where a contact opens or closes, a branch can turn back by more than a right angle: no point lies ahead in the
     direction it came, however short the step.  The contact that the tangent would violate first is opened or closed,
-    and the new tangent points to where that contact is admissible.  None where no contact changes within the arc length
-    ``reach`` ahead: then the branch ends, or Newton fails, for another reason.
+    and the new tangent points to where that contact is admissible.  None where no contact changes within
+    :data:`CONTACT_CHANGE_RANGE`: then the branch ends, or Newton fails, for another reason.
     """
     if not len(problem.bounded):
         return None
@@ -193,7 +290,7 @@ def turn(problem: Problem, point: Point, reach: float) -> Point | None:
     with np.errstate(divide="ignore", invalid="ignore"):
         distance = np.where(ahead < 0.0, np.maximum(left, 0.0) / -ahead, np.inf)
     changed = int(np.argmin(distance))
-    if distance[changed] > reach:
+    if distance[changed] > CONTACT_CHANGE_RANGE:
         return None
     is_active[changed] = ~is_active[changed]
     state = replace(point.state, active=bounded[is_active])

@@ -1,4 +1,4 @@
-"""Motion in time: a generator of accepted moments, with adaptive steps, one-sided contact and an energy balance.
+"""Motion in time: a generator of accepted states, with adaptive steps, one-sided contact and an energy balance.
 
 A step is an equilibrium problem of its own (:mod:`.schemes`) and is solved by the Newton iteration of the statics,
 bounds included: at the end of a step nothing has penetrated and nothing pulls.  What lands loses its normal velocity
@@ -7,9 +7,9 @@ in an inelastic impact.  Source: docs/physics.md, section 6; what was measured: 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from math import sqrt
+from math import inf, sqrt
 from typing import Protocol
 
 import numpy as np
@@ -158,6 +158,17 @@ class TimeOptions:
     newton: NewtonOptions = field(default_factory=lambda: NewtonOptions(max_iterations=15))
 
 
+@dataclass(frozen=True, eq=False)
+class TimeEvent:
+    """What ends a march: ``happened`` is true of a state past it.
+
+    It is located to ``tolerance`` in time; infinite: the state at the end of the step is good enough.
+    """
+
+    happened: Callable[[TimeState], bool]
+    tolerance: float = inf
+
+
 def start(problem: DynamicProblem, q: Array, v: Array, lam: float, active: Index) -> TimeState:
     """The first moment of a motion, at time zero.
 
@@ -228,21 +239,24 @@ def march(
     damping: Damping | None = None,
     scheme: Scheme | None = None,
     options: TimeOptions | None = None,
+    until: Sequence[TimeEvent] = (),
 ) -> Iterator[TimeState]:
-    """Yield ``first`` and then moment after moment; the caller decides when to stop.
+    """Yield ``first`` and then state after state, up to the first past an event of ``until``.
 
     Raises
     ------
     TimeStepError
-        When a step would have to be shorter than ``options.smallest``; it carries the last good moment.
+        When a step would have to be shorter than ``options.smallest``; it carries the last good state.
     """
     damping, scheme, options = damping or Damping(), scheme or EnergyMomentum(), options or TimeOptions()
-    moment, dt = first, options.first
-    yield moment
+    state, dt = first, options.first
+    yield first
+    if any(event.happened(first) for event in until):
+        return
     while True:
         try:
-            new = step(problem, moment, dt, drive, damping, scheme, options)
-            error = error_of(problem, moment, new)
+            new = step(problem, state, dt, drive, damping, scheme, options)
+            error = error_of(problem, state, new)
             if error > options.tolerance and dt > 1e3 * options.smallest:
                 raise NewtonError(f"the step's estimated error is {error:.1e}", parameter=new.lam, step=dt)
         except SolveError as failure:
@@ -250,17 +264,53 @@ def march(
             if dt >= options.smallest:
                 continue
             raise TimeStepError(
-                f"no time step from t = {moment.t:.6g} succeeds: {failure}",
-                parameter=moment.lam,
+                f"no time step from t = {state.t:.6g} succeeds: {failure}",
+                parameter=state.lam,
                 step=dt,
                 advice="allow shorter steps or add damping",
-                last=moment,
+                last=state,
             ) from failure
-        # Third order per step; a little less than what the estimate allows, and no sudden growth.
+        event = next((event for event in until if event.happened(new)), None)
+        if event is not None:
+
+            def shorter(problem: DynamicProblem, before: TimeState, dt: float) -> TimeState:
+                return step(problem, before, dt, drive, damping, scheme, options)
+
+            yield from _located(problem, state, new, event, shorter)
+            return
+        # Third order per step; a little less than the estimate allows, and no sudden growth.
         share = 0.9 * (options.tolerance / max(error, 1e-300)) ** (1.0 / 3.0)
         dt = min(dt * min(max(share, 0.5), 1.5), options.largest)
-        moment, problem = new, problem.accepted(new.q)
-        yield moment
+        state, problem = new, problem.accepted(new.q)
+        yield state
+
+
+def _located(
+    problem: DynamicProblem,
+    before: TimeState,
+    after: TimeState,
+    event: TimeEvent,
+    step: Callable[[DynamicProblem, TimeState, float], TimeState],
+) -> list[TimeState]:
+    """Bisect a step for an event: the chain of states that leads to the first past it, ``before`` not included.
+
+    No instant is stepped to twice: in a thin strip a second step to it may fail.
+    """
+    found: list[TimeState] = []
+    leading = 0  # how many of them lead to ``after``
+    length = after.t - before.t
+    while length > event.tolerance:
+        length /= 2.0
+        try:
+            middle = step(problem, before, length)
+        except NewtonError:
+            continue
+        if event.happened(middle):
+            after, leading = middle, len(found)
+        else:
+            before, problem = middle, problem.accepted(middle.q)
+            found.append(middle)
+    return [*found[:leading], after]
 
 
 def error_of(problem: DynamicProblem, before: TimeState, after: TimeState) -> float:

@@ -1,0 +1,61 @@
+"""Where a strip lies on the floor, and the events that follow: the sag touches, the whole strip lifts off."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stripfold.arrays import Array
+from stripfold.models.model import Model
+from stripfold.solve.dynamics import TimeState
+from stripfold.solve.events import Event
+from stripfold.solve.problem import Point
+
+APART = 1.0
+"""Distance along the strip beyond which two contacts are not of one lying part, L*."""
+LEAST_LYING = 0.5
+"""Length of the lying part below which the whole strip is taken to lift off, L*."""
+TOUCH_TOLERANCE = 1e-4
+"""Arc length to which the first touch of the sag is located, L*."""
+
+
+def contact_positions(model: Model, point: Point | TimeState) -> Array:
+    """Distances from the grasped end of the nodes on the floor, ascending; the held end counts as one."""
+    on_floor = np.isin(model.middle[:, 1], point.active)
+    on_floor[-1] = True
+    return np.asarray(model.s[on_floor])
+
+
+def touches(model: Model, point: Point | TimeState) -> bool:
+    """Whether something beside the lying part is on the floor."""
+    return bool(np.any(np.diff(contact_positions(model, point)) > APART))
+
+
+def lift_off(model: Model, point: Point | TimeState) -> float:
+    """Distance along the strip from the grasped end to where the lying part begins, L*."""
+    s = contact_positions(model, point)
+    gaps = np.flatnonzero(np.diff(s) > APART)
+    return float(s[gaps[-1] + 1] if len(gaps) else s[0])
+
+
+def touch_position(model: Model, state: TimeState | Point) -> float:
+    """x of the touch, origin mid-strip: the lowest point of a parabola through three nodes, L*."""
+    s = contact_positions(model, state)
+    gap = int(np.flatnonzero(np.diff(s) > APART)[0])
+    column = int(np.argmin(np.abs(model.s - s[gap])))
+    near = slice(max(column - 1, 0), column + 2)
+    position = model.mid_surface(state.q)[near]
+    local = model.s[near] - model.s[column]
+    curve, slope, _ = np.polyfit(local, position[:, 1], 2)
+    lowest = float(np.clip(-slope / (2.0 * curve), local[0], local[-1])) if curve > 0.0 else 0.0
+    return float(np.polyval(np.polyfit(local, position[:, 0], 2), lowest))
+
+
+def touch(model: Model, located: bool = True) -> Event:
+    """The event that the sag touches the floor."""
+    return Event("touch of the sag", lambda point, _: touches(model, point), TOUCH_TOLERANCE, located=located)
+
+
+def whole_strip_lifts(model: Model) -> Event:
+    """The event that nothing but the held end is left lying."""
+    most = model.length - LEAST_LYING
+    return Event("lift-off of the whole strip", lambda point, _: lift_off(model, point) > most, located=False)

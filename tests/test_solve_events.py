@@ -1,0 +1,90 @@
+"""Events on a branch: where they are found, in which order, how often."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+from math import sqrt
+
+import numpy as np
+import pytest
+
+from oracles.toys import NONE, Truss
+from stripfold.errors import CoarseMeshError
+from stripfold.solve import continuation
+from stripfold.solve.continuation import StepOptions
+from stripfold.solve.critical import critical_point
+from stripfold.solve.events import Crossing, Event
+from stripfold.solve.newton import NewtonOptions
+from stripfold.solve.problem import Point
+
+TRUSS = Truss(1.0, 0.3)
+STEPS = StepOptions(first=0.02, largest=0.05, newton=NewtonOptions(force_tolerance=1e-12))
+LONG = StepOptions(first=0.2, largest=0.2, min_cosine=-1.0, max_correction=np.inf)
+
+
+def sinks(depth: float, tolerance: float = 1e-6, located: bool = True) -> Event:
+    """The event that the loaded point is this far down."""
+    return Event(f"depth {depth}", lambda point, _: point.q[1] < -depth, tolerance, located=located)
+
+
+def followed(events: Sequence[Event], options: StepOptions = STEPS, depth: float = 0.7) -> list[Point | Crossing]:
+    problem = TRUSS.problem()
+    out: list[Point | Crossing] = []
+    first = continuation.start(problem, np.zeros(2), 0.0, NONE, 1.0, options)
+    for item in continuation.follow(problem, first, options, events):
+        out.append(item)
+        if isinstance(item, Point) and item.q[1] < -depth:
+            break
+    return out
+
+
+def test_each_is_found_once_where_it_is() -> None:
+    """Truth: the depth given; the first limit point of the truss at a depth of b - b / sqrt(3), at its limit load."""
+    limit = critical_point(1e-9)
+    deep = sinks(0.5)
+    crossings = [item for item in followed([deep, limit]) if isinstance(item, Crossing)]
+    assert [crossing.event for crossing in crossings] == [limit, deep]
+    at_limit, at_depth = crossings
+    assert at_limit.before.lam == pytest.approx(TRUSS.limit_load, abs=1e-8)
+    assert -at_limit.before.q[1] == pytest.approx(TRUSS.b * (1.0 - 1.0 / sqrt(3.0)), abs=1e-4)
+    assert at_depth.after.q[1] < -0.5 <= at_depth.before.q[1]
+    assert at_depth.after.arc - at_depth.before.arc <= 1e-6
+    assert at_depth.evaluations <= 16
+
+
+def test_the_order_is_that_of_the_branch() -> None:
+    """Two in one long step, asked for in the other order; each comes before the point at the step's end."""
+    found = followed([sinks(0.01), sinks(0.005), sinks(0.02)], LONG, depth=0.03)
+    names = [item.event.name for item in found if isinstance(item, Crossing)]
+    assert names == ["depth 0.005", "depth 0.01", "depth 0.02"]
+    arcs = [item.arc if isinstance(item, Point) else item.before.arc for item in found]
+    assert all(a <= b for a, b in pairwise(arcs))
+    assert isinstance(found[1], Crossing)
+    assert isinstance(found[2], Crossing)
+
+
+def test_what_is_not_located_is_reported_with_its_step() -> None:
+    found = followed([sinks(0.1, located=False)], depth=0.2)
+    at = next(i for i, item in enumerate(found) if isinstance(item, Crossing))
+    crossing = found[at]
+    assert isinstance(crossing, Crossing)
+    assert (crossing.before, crossing.after) == (found[at - 1], found[at + 1])
+    assert crossing.evaluations == 0
+
+
+def test_it_is_looked_for_again_once_it_is_over() -> None:
+    """The point goes below the depth once; the load passes its value on the way up, and, past both limits, again."""
+    load = 0.5 * TRUSS.limit_load
+    high = Event("load", lambda point, _: point.lam > load, 1e-6)
+    crossings = [item for item in followed([high]) if isinstance(item, Crossing)]
+    assert len(crossings) == 2
+    assert crossings[1].before.lam == pytest.approx(load, abs=1e-6)
+
+
+def test_a_bracket_that_stays_wide() -> None:
+    problem = TRUSS.problem()
+    first = continuation.start(problem, np.zeros(2), 0.0, NONE, 1.0, STEPS)
+    after = continuation.step(problem, first, 0.05, STEPS)
+    with pytest.raises(CoarseMeshError, match="only bracketed to"):
+        continuation.locate(problem, Crossing(sinks(0.01, 1e-12), first, after), STEPS, max_evaluations=5)
