@@ -14,6 +14,7 @@ from stripfold import elastica
 from stripfold.analysis import static
 from stripfold.analysis import x_axis as xaxis
 from stripfold.analysis.checks import check_branch
+from stripfold.analysis.contact import contact_positions
 from stripfold.analysis.critical_point import find
 from stripfold.analysis.diagnostics import node_weights, record
 from stripfold.analysis.planning import Sweep, boundaries, lift_off_sweep
@@ -121,9 +122,7 @@ def test_low_gripper_lays_the_sag_down() -> None:
     assert low.end is End.TOUCH
     assert low.critical is None
     assert low.last.lam == pytest.approx(truth.advance, abs=0.02)
-    assert min(static.contact_positions(low.problem.model, low.last)) == pytest.approx(
-        truth.length - truth.sag.s, abs=0.2
-    )
+    assert min(contact_positions(low.problem.model, low.last)) == pytest.approx(truth.length - truth.sag.s, abs=0.2)
 
 
 def test_short_strip_is_lifted_whole() -> None:

@@ -17,8 +17,8 @@ import numpy as np
 import xarray as xr
 
 from stripfold import elastica
+from stripfold.analysis import contact, locate_solid, planning
 from stripfold.analysis import critical_point as critical
-from stripfold.analysis import locate_solid, path_statics, planning, release, static
 from stripfold.analysis.verdict import assess_path
 from stripfold.elastica import _continuation as branch
 from stripfold.elastica import _system as system
@@ -31,7 +31,6 @@ from stripfold.models.rod import Rod
 from stripfold.models.solid import Solid
 from stripfold.paths.rpath import path_of
 from stripfold.solve import continuation, dynamics, newton
-from stripfold.solve import critical as fold
 from stripfold.solve.linear import Band
 from studies.common import dataset
 
@@ -60,7 +59,6 @@ PARTS = (
     Part(newton, "solve", "Newton"),
     Part(continuation, "evaluate", "tangent and stability of a point"),
     Part(continuation, "step", "step of the continuation"),
-    Part(fold, "step", "step that locates the maximum"),
     Part(planning, "boundaries", "planning of the mesh"),
     Part(planning, "sweep_on_path", "planning of the mesh along a path"),
     Part(Solid, "of", "mesh and model"),
@@ -68,9 +66,7 @@ PARTS = (
     Part(elastica, "critical", "elastica's critical point"),
     Part(elastica, "state_at", "elastica's state near it"),
     Part(locate_solid, "lambda_0", "state without horizontal force"),
-    Part(static, "touches", "touch of the sag"),
-    Part(path_statics, "touches", "touch of the sag"),
-    Part(release, "touches", "touch of the sag"),
+    Part(contact, "touches", "touch of the sag"),
     Part(dynamics, "step", "time step"),
     Part(dynamics, "error_of", "error of a time step"),
 )

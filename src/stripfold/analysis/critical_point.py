@@ -15,7 +15,7 @@ from stripfold.analysis import locate_rod, locate_solid, select_model
 from stripfold.analysis.advance import LAMBDA_TOLERANCE
 from stripfold.analysis.static import End, StripModel, XRun
 from stripfold.arrays import Array
-from stripfold.errors import SolveError
+from stripfold.errors import CoarseMeshError, SolveError
 from stripfold.inputs import Scene
 from stripfold.models.model_error import model_error as of_model
 
@@ -86,6 +86,8 @@ def find(scene: Scene, progress: Progress | None = None) -> CriticalResult:
     ------
     SolveError
         When it cannot be computed, or not to the accuracy asked for.
+    CoarseMeshError
+        When the advance ends in another way than the elastica's, and not because of the strip's thickness.
     """
     began, say = perf_counter(), progress or (lambda _: None)
     prediction = locate_rod.ElasticaPrediction.at(scene.height_star)
@@ -93,6 +95,7 @@ def find(scene: Scene, progress: Progress | None = None) -> CriticalResult:
         found, used = _auto(scene, prediction, say)
     else:
         found, used = _find(scene, prediction, say), scene
+    _cross_check(found.end, scene, prediction)
     unit = scene.material.gravity_length
     return CriticalResult(
         lambda_0=unit * found.lambda_0,
@@ -109,6 +112,24 @@ def find(scene: Scene, progress: Progress | None = None) -> CriticalResult:
         model_error=unit * found.lambda_c * _model_error(used),
         state=unit * found.state,
     )
+
+
+def _cross_check(end: End, scene: Scene, prediction: locate_rod.ElasticaPrediction) -> None:
+    """Refuse an end of the advance that the elastica rules out: a mesh's own contact has decided it.
+
+    Raises
+    ------
+    CoarseMeshError
+        The model snaps where the elastica's sag lands before, or the reverse.
+    """
+    if select_model.undecided(prediction, scene.length_star, scene.material.relative_thickness):
+        return
+    if end is not prediction.end(scene.length_star):
+        raise CoarseMeshError(
+            f"the advance ends in a {end.value}, that of the elastica in a {prediction.end(scene.length_star).value}: "
+            f"at a height of {scene.height_star:.3g} L* the strip's thickness cannot decide that, its mesh can",
+            advice="ask for more accuracy, or for the model elastica",
+        )
 
 
 Run = TypeVar("Run", XRun, locate_rod.Found)
@@ -151,12 +172,13 @@ def _model_error(scene: Scene) -> float:
 def _find(scene: Scene, prediction: locate_rod.ElasticaPrediction, progress: Progress) -> _Found:
     """By the scene's model."""
     first, last = prediction.first, prediction.last
-    if last.length >= scene.length_star:
-        return _Found(End.LIFTED, first.advance, last.length, np.empty((0, 2)))
+    end = prediction.end(scene.length_star)
+    if end is End.LIFTED:
+        return _Found(end, first.advance, last.length, np.empty((0, 2)))
     if scene.model == "elastica":
         state = _mid_surface(last, scene.length_star)
-        if not prediction.snap:
-            return _Found(End.TOUCH, first.advance, last.length, state)
+        if end is End.TOUCH:
+            return _Found(end, first.advance, last.length, state)
         bracket = last.advance - ELASTICA_ERROR, last.advance + ELASTICA_ERROR
         return _Found(End.SNAP, first.advance, last.length, state, last.advance, *bracket, ELASTICA_ERROR)
     return _rod(scene, prediction, progress) if scene.model == "rod" else _solid(scene, prediction, progress)
@@ -168,7 +190,10 @@ def _solid(scene: Scene, prediction: locate_rod.ElasticaPrediction, progress: Pr
     tolerance = max(LAMBDA_TOLERANCE, BRACKET * scene.accuracy * prediction.last.advance)
 
     def follow(refinement: float) -> XRun:
-        return locate_solid.run(strip, prediction, refinement, tolerance)
+        run = locate_solid.run(strip, prediction, refinement, tolerance)
+        if run.fallback:
+            progress(f"followed from lambda_0: {run.fallback}")
+        return run
 
     begin = select_model.solid_refinement(scene.accuracy)
     fine, error = _fine_enough(scene, follow, begin, progress, contact_noise=CONTACT_NOISE)

@@ -41,7 +41,7 @@ SHORTER = (8.0, 0.05)
 
 
 class ElasticaPrediction(NamedTuple):
-    """What the elastica says: its state without horizontal force, that at the end of its advance, whether it snaps."""
+    """The elastica at a height: its states without horizontal force and at the end of the advance, and if it snaps."""
 
     height: float
     first: elastica.State
@@ -50,9 +50,15 @@ class ElasticaPrediction(NamedTuple):
 
     @classmethod
     def at(cls, height: float) -> ElasticaPrediction:
-        """Ask it."""
+        """From the elastica."""
         end = elastica.critical(height)
         return cls(height, elastica.state_no_horizontal_force(height), end.state, end.snap)
+
+    def end(self, length: float) -> End:
+        """What ends the advance of a strip of this length, L*."""
+        if self.last.length >= length:
+            return End.LIFTED
+        return End.SNAP if self.snap else End.TOUCH
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,8 @@ The elastica's state says which branch is meant, so there is nothing on the way 
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from stripfold import elastica
@@ -40,8 +42,9 @@ def run(
 ) -> XRun:
     """Follow the branch from shortly before its end; lambda_c to a bracket of ``tolerance``.
 
-    ``points`` begin there: the state without horizontal force is :func:`lambda_0`.  On one mesh: a close call
-    (:attr:`.XRun.close`) is left to who compares meshes.
+    ``points`` begin there: the state without horizontal force is :func:`lambda_0`.  Where no state is
+    found there, the branch is followed from lambda_0 and :attr:`.XRun.fallback` says why.  On one mesh: a close call
+    (:attr:`.XRun.close`) is for the caller to settle.
 
     Raises
     ------
@@ -60,10 +63,10 @@ def run(
         state = newton.solve(problem, bent(model, near), lam, active, options=ROBUST_NEWTON)
         first = continuation.start(problem, state.q, lam, state.active, 1.0, X_STEPS)
         return to_the_end(problem, first, 0.0, X_STEPS, tolerance)
-    except SolveError:
-        # A mesh so coarse, or a strip so thick or so short, that the elastica is no guide: all the way from lambda_0.
+    except SolveError as error:
+        # On a mesh so coarse, or of a strip so thick or so short, the elastica's state is not near the solid's.
         (_, lifted, state) = next(lift(strip, [prediction.height]))
-        return along_x(strip, prediction.height, (lifted, state), model.ends, past=0.0)
+        return replace(along_x(strip, prediction.height, (lifted, state), model.ends, past=0.0), fallback=str(error))
 
 
 def lambda_0(run: XRun, prediction: ElasticaPrediction) -> float:

@@ -17,6 +17,15 @@ SPARE = 0.5
 """Share of the accuracy that a model may use up; the mesh has the rest."""
 
 
+def undecided(prediction: ElasticaPrediction, length: float, thickness: float) -> bool:
+    """Whether the strip's thickness may decide what ends the advance: the elastica then does not know.
+
+    So it is near the touch limit, and where little of the strip lies at the end.
+    """
+    room = MARGIN + 10.0 * thickness**2
+    return abs(prediction.height - elastica.touch_limit()) < room or length - prediction.last.length < room
+
+
 def candidates(
     prediction: ElasticaPrediction, length: float, thickness: float, nu: float, accuracy: float
 ) -> tuple[Model, ...]:
@@ -24,8 +33,7 @@ def candidates(
 
     Near the touch limit, and where little of the strip lies at the end, the solid alone says what ends the advance.
     """
-    room = MARGIN + 10.0 * thickness**2
-    if abs(prediction.height - elastica.touch_limit()) < room or length - prediction.last.length < room:
+    if undecided(prediction, length, thickness):
         return ("solid",)
     cheap: tuple[Model, ...] = ("elastica", "rod")
     return (*(m for m in cheap if model_error(m, thickness, nu) <= SPARE * accuracy), "solid")

@@ -114,6 +114,8 @@ class XRun:
         Maxima of lambda before ``critical`` that are the mesh's own; 0 on a mesh fine enough.
     close
         Whether maximum and touch of the sag are such near neighbours that the mesh may have decided between them.
+    fallback
+        Of a run that was to start near its end: why it started at lambda_0 instead; empty if it did not.
     """
 
     problem: StripProblem
@@ -123,6 +125,7 @@ class XRun:
     last: Point
     contact_folds: int
     close: bool = False
+    fallback: str = ""
 
     @property
     def lambda_0(self) -> float:
