@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import nan
+from math import isnan, nan
 from time import perf_counter
 from typing import Any, NamedTuple
 
@@ -15,7 +15,10 @@ MULTIPLE = 3.0
 
 
 class Finding(NamedTuple):
-    """A value, its reference by an independent way, the value's error estimate, and the error of the reference."""
+    """A value, its reference by an independent way, the value's error estimate, and the error of the reference.
+
+    The value is nan on a wrong branch: where the advance ends in another way than it should.
+    """
 
     value: float
     reference: float
@@ -69,6 +72,7 @@ def judge(case: Case, refinement: float) -> dict[str, Any]:
         else:
             # So written, nan fails.
             failed = case.error is not None or not abs(found.value - found.reference) <= found.allowed
+            outcome = "wrong branch" if isnan(found.value) else "value"
     except StripfoldError as error:
         outcome, message = type(error).__name__, str(error)
         failed = case.error is None or not isinstance(error, case.error)

@@ -15,6 +15,7 @@ import numpy as np
 
 from stripfold import elastica
 from stripfold.analysis import locate_rod, locate_solid
+from stripfold.analysis.contact import lift_off
 from stripfold.analysis.critical_point import CONTACT_NOISE, find
 from stripfold.analysis.locate_rod import ElasticaPrediction
 from stripfold.analysis.static import (
@@ -25,7 +26,6 @@ from stripfold.analysis.static import (
     XRun,
     along_x,
     lift,
-    lift_off,
     no_horizontal_force,
     solve_height,
     transfer,
