@@ -1,7 +1,7 @@
 """Statics of a strip along a branch, up to the first event that ends it.
 
 A limit point of lambda may be spurious: the floor holds nodes, and a single node that is about to lift off can hold
-the strip back (docs/numerics.md).  So the branch is followed a little further before a limit point is believed.
+the strip back (docs/method.md).  So the branch is followed a little further before a limit point is believed.
 """
 
 from __future__ import annotations

@@ -38,7 +38,7 @@ CLOSE = 0.15
 FINEST_FOR_ORDER = 0.3
 """Smallest factor on the element lengths to which close calls are refined."""
 ROD_SIZES = planning.Sizes(free=0.2, sweep=0.2, critical=0.03, lying=0.3)
-"""Element lengths of the rod at refinement one, L* (docs/numerics.md)."""
+"""Element lengths of the rod at refinement one, L* (docs/method.md)."""
 
 
 class End(StrEnum):
