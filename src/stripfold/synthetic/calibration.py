@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 import cv2
 import numpy as np
@@ -15,87 +13,72 @@ from stripfold.synthetic.render import DICTIONARY, Renderer
 from stripfold.synthetic.scene import Filming
 from stripfold.synthetic.sensor import Sensor
 from stripfold.synthetic.view import Light, Rays, rotation_vector
+from stripfold.vision.boards import Board
 
 Pose = tuple[Array, Array]
 """Rotation matrix and translation, m, of a board in the camera frame."""
 
-COLUMNS, ROWS = 9, 6
-"""Squares of a board."""
+SQUARES = (9, 6)
+"""Columns and rows of a board."""
 _TEXELS = 48
 """Samples of the print per square."""
 _MARGIN = 0.6
 """White around the squares, in squares."""
-_MARKER = 0.78
-"""Side of a ChArUco board's marker, in squares."""
 
 
-@dataclass(frozen=True, eq=False)
-class Board:
-    """A "chessboard" or "charuco" board with squares of side ``square``, m.
-
-    Its origin is the outer corner of the first square, its first axis to the right, its second down, as printed.
-    """
-
-    kind: str
-    square: float
-
-    @classmethod
-    def of(cls, filming: Filming) -> Board:
-        """The board of a filming: two thirds as wide as the picture in the folding plane."""
-        return cls(filming.board, round(0.075 * filming.field, 3))
-
-    def as_config(self) -> dict[str, Any]:
-        """Its entry in recording.yaml, which counts the inner corners of a chessboard."""
-        if self.kind == "chessboard":
-            return {"type": self.kind, "columns": COLUMNS - 1, "rows": ROWS - 1, "square": self.square}
-        marker = {"marker": _MARKER * self.square, "dictionary": "4x4_50"}
-        return {"type": self.kind, "columns": COLUMNS, "rows": ROWS, "square": self.square, **marker}
-
-    @property
-    def middle(self) -> Array:
-        """Shape (3,), m."""
-        return self.square * np.array([COLUMNS / 2, ROWS / 2, 0.0])
-
-    @property
-    def outline(self) -> Array:
-        """Shape (4, 3): corners of the sheet, m."""
-        size = np.array([COLUMNS + 2.0 * _MARGIN, ROWS + 2.0 * _MARGIN, 0.0])
-        return self.square * (size * [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]] - [_MARGIN, _MARGIN, 0.0])
-
-    @cached_property
-    def print(self) -> Light:
-        """The squares without the margin; 255 is white."""
-        if self.kind == "charuco":
-            board = cv2.aruco.CharucoBoard((COLUMNS, ROWS), self.square, _MARKER * self.square, DICTIONARY)
-            drawn = board.generateImage((COLUMNS * _TEXELS, ROWS * _TEXELS), marginSize=0)
-        else:
-            row, column = np.indices((ROWS, COLUMNS))
-            drawn = np.kron(255.0 * ((row + column) % 2), np.ones((_TEXELS, _TEXELS)))
-        return np.asarray(drawn, dtype=np.float32)
-
-    def seen(self, rays: Rays, pose: Pose, background: Light) -> Light:
-        """The board in front of a background, shape (height, width)."""
-        x, y = (value / np.float32(self.square) for value in rays.on_plane(*pose))
-        with np.errstate(invalid="ignore"):
-            sheet = (x > -_MARGIN) & (x < COLUMNS + _MARGIN) & (y > -_MARGIN) & (y < ROWS + _MARGIN)
-        columns, rows = (np.nan_to_num(value * _TEXELS - 0.5, nan=-1e6).astype(np.float32) for value in (x, y))
-        grey = cv2.remap(self.print, columns, rows, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT, borderValue=255.0)
-        # No print is quite black or white.
-        ink = np.where(sheet, 14.0 + 0.88 * grey, 0.0).astype(np.float32)
-        share = rays.averaged(sheet.astype(np.float32))
-        return np.asarray(rays.averaged(ink) + (1.0 - share) * background, dtype=np.float32)
+def board_of(filming: Filming) -> Board:
+    """The board of a filming: two thirds as wide as the picture in the folding plane."""
+    (columns, rows), square = SQUARES, round(0.075 * filming.field, 3)
+    if filming.board == "chessboard":
+        return Board(type="chessboard", columns=columns - 1, rows=rows - 1, square=square)
+    return Board(type="charuco", columns=columns, rows=rows, square=square, marker=0.78 * square, dictionary=DICTIONARY)
 
 
 class Calibration:
-    """The pictures of a calibration of the renderer's view; ``rng`` is for poses and noise."""
+    """The pictures of a calibration of the renderer's view; ``rng`` is for poses and noise.
+
+    The origin of a board is the outer corner of its first square, its first axis to the right, its second down.
+    """
 
     def __init__(self, renderer: Renderer, rng: np.random.Generator) -> None:
         self.renderer, self._rng = renderer, rng
         filming = renderer.scene.filming
-        self.board = Board.of(filming)
+        self.board = board_of(filming)
+        size = np.array([*SQUARES, 0.0])
+        self._middle = 0.5 * self.board.square * size
+        corners = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
+        self.outline = self._middle + self.board.square * corners * (0.5 * size + _MARGIN)
+        """Shape (4, 3): corners of the sheet, m."""
         self._sensor = Sensor(renderer, 1.0, rng)
         # 16 samples of 8 bytes per pixel are too much for large pictures.
         self._rays = Rays(renderer.view.camera, 4 if filming.size[0] <= 640 else 2)
+
+    @cached_property
+    def _print(self) -> Light:
+        """The squares without the margin; 255 is white."""
+        columns, rows = SQUARES
+        if self.board.type == "charuco":
+            drawn = self.board.charuco.generateImage((columns * _TEXELS, rows * _TEXELS), marginSize=0)
+        else:
+            row, column = np.indices((rows, columns))
+            drawn = np.kron(255.0 * ((row + column) % 2), np.ones((_TEXELS, _TEXELS)))
+        return np.asarray(drawn, dtype=np.float32)
+
+    def picture(self, pose: Pose) -> Picture:
+        """The board in a pose, as the camera delivers it."""
+        x, y = (value / np.float32(self.board.square) for value in self._rays.on_plane(*pose))
+        columns, rows = SQUARES
+        with np.errstate(invalid="ignore"):
+            sheet = (x > -_MARGIN) & (x < columns + _MARGIN) & (y > -_MARGIN) & (y < rows + _MARGIN)
+        u, v = (np.nan_to_num(value * _TEXELS - 0.5, nan=-1e6).astype(np.float32) for value in (x, y))
+        grey = cv2.remap(self._print, u, v, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT, borderValue=255.0)
+        # No print is quite black or white.
+        ink = self._rays.averaged(np.where(sheet, 14.0 + 0.88 * grey, 0.0).astype(np.float32))
+        share = self._rays.averaged(sheet.astype(np.float32))
+        seen = ink + (1.0 - share) * self.renderer.background.astype(np.float32)
+        edge = np.linspace(self.outline, np.roll(self.outline, -1, axis=0), 20, axis=1).reshape(-1, 3)
+        free = self.renderer.view.camera.project(edge, rotation_vector(pose[0]), pose[1])
+        return self._sensor.delivered(seen, None, free)
 
     def poses(self) -> list[Pose]:
         """Poses of the board for the intrinsics: spread over the picture, tilted, wholly visible."""
@@ -112,9 +95,9 @@ class Calibration:
             spot = (0.5 + reach * spots[len(found) % len(spots)] * rng.uniform(0.8, 1.0)) * size
             depth = filming.distance * rng.uniform(0.8, 1.2)
             ray = np.append(camera.undistort(spot[None])[0], 1.0) @ np.linalg.inv(camera.matrix).T
-            translation = depth * ray - rotation @ self.board.middle
-            sheet = camera.project(self.board.outline, rotation_vector(rotation), translation)
-            if np.all(sheet > 3.0) and np.all(sheet < size - 4.0):
+            translation = depth * ray - rotation @ self._middle
+            sheet = camera.project(self.outline, rotation_vector(rotation), translation)
+            if np.all((sheet > 3.0) & (sheet < size - 4.0)):
                 found.append((rotation, translation))
                 reach = 0.5
             else:
@@ -128,16 +111,8 @@ class Calibration:
         right = np.array([depth * np.cos(turn), 0.0, np.sin(turn)])
         down = np.array([depth * np.sin(turn), 0.0, -np.cos(turn)])
         axes = np.column_stack([right, down, np.cross(right, down)])
-        origin = np.array([x, 0.0, z]) - axes @ self.board.middle
+        origin = np.array([x, 0.0, z]) - axes @ self._middle
         return view.matrix @ axes, view.matrix @ origin + view.translation
-
-    def picture(self, pose: Pose) -> Picture:
-        """The board in a pose, as the camera delivers it."""
-        seen = self.board.seen(self._rays, pose, self.renderer.background.astype(np.float32))
-        outline = self.board.outline
-        edge = np.linspace(outline, np.roll(outline, -1, axis=0), 20, axis=1).reshape(-1, 3)
-        free = self.renderer.view.camera.project(edge, rotation_vector(pose[0]), pose[1])
-        return self._sensor.delivered(seen, None, free)
 
     def stops(self) -> Array:
         """Shape (9, 2): x and z of the marker's centre at the robot's stops, m."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import shutil
 from pathlib import Path
@@ -15,13 +14,13 @@ import yaml
 from stripfold import schema, store
 from stripfold.arrays import Array
 from stripfold.errors import InvalidInputError
-from stripfold.synthetic.calibration import Board, Calibration
+from stripfold.synthetic.calibration import Calibration, board_of
 from stripfold.synthetic.history import History
-from stripfold.synthetic.render import Renderer
+from stripfold.synthetic.render import DICTIONARY, Renderer
 from stripfold.synthetic.scene import Scene
 from stripfold.synthetic.sensor import Sensor
 from stripfold.synthetic.video import encode, tick, timeline
-from stripfold.vision import recording
+from stripfold.vision.recording import Entries
 
 
 def history_of(scene: Scene) -> History:
@@ -121,24 +120,23 @@ def recording_config(scene: Scene) -> dict[str, Any]:
         It would not be a valid recording.
     """
     strip, gripper, filming = scene.strip, scene.gripper, scene.filming
-    board = Board.of(filming).as_config()
-    marker = {"dictionary": "4x4_50", "id": gripper.marker, "size": gripper.marker_size, "offset": gripper.offset}
-    config: dict[str, Any] = {
-        "title": scene.title,
-        "synthetic": True,
-        "strip": {"length": strip.length, "eta_b": strip.eta_b, "width": strip.width, "material": strip.material},
-        "gripper": {"height": gripper.height, "speed": gripper.speed, "flat_end": strip.flat_end, "marker": marker},
-        "video": f"video.{filming.container}",
-        **({"timestamps": "timestamps.csv"} if filming.timestamps else {}),
-        "robot_log": "robot.csv",
-        "camera": {"images": "calibration/camera", "board": board, "rolling_shutter": filming.rolling_shutter},
-        "plane": {"image": "calibration/plane.png", "board": board},
-        "robot": {"grid": "calibration/robot.csv"},
-    }
-    # Through JSON: plain lists, and the board written out twice instead of a YAML alias.
-    config = json.loads(json.dumps(config))
-    recording.checked(config)
-    return config
+    board = board_of(filming)
+    marker = {"dictionary": DICTIONARY, "id": gripper.marker, "size": gripper.marker_size, "offset": gripper.offset}
+    entries = Entries.of(
+        {
+            "title": scene.title,
+            "synthetic": True,
+            "strip": {"length": strip.length, "eta_b": strip.eta_b, "width": strip.width, "material": strip.material},
+            "gripper": {"height": gripper.height, "speed": gripper.speed, "flat_end": strip.flat_end, "marker": marker},
+            "video": f"video.{filming.container}",
+            **({"timestamps": "timestamps.csv"} if filming.timestamps else {}),
+            "robot_log": "robot.csv",
+            "camera": {"images": "calibration/camera", "board": board, "rolling_shutter": filming.rolling_shutter},
+            "plane": {"image": "calibration/plane.png", "board": board},
+            "robot": {"grid": "calibration/robot.csv"},
+        }
+    )
+    return entries.model_dump(mode="json", exclude_unset=True)
 
 
 def robot_log(history: History, scene: Scene, rng: np.random.Generator) -> Array:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import cached_property
 from itertools import pairwise
+from typing import Final
 
 import cv2
 import numpy as np
@@ -13,12 +14,13 @@ from stripfold.arrays import Array, Picture
 from stripfold.synthetic.canvas import Canvas
 from stripfold.synthetic.scene import Scene
 from stripfold.synthetic.view import Light, Rays, View
+from stripfold.vision.boards import dictionary
 
 FRONT, BACK = -0.05, 0.4
 """Front edge of the table and the wall behind it: distances from the folding plane, m."""
 CLAMP, FINGER, ARM, PAPER, INK = 0.12, 0.45, 0.2, 0.95, 0.05
 """Greys, relative to white."""
-DICTIONARY = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50)
+DICTIONARY: Final = "4x4_50"
 """Of the gripper's marker and of the ChArUco board."""
 _LIGHT = np.array([-0.35, 0.94])
 _SHADOW = (0.25, 0.35)
@@ -172,8 +174,9 @@ class Renderer:
     @cached_property
     def _cells(self) -> Array:
         """Shape (n, 4, 2): the white cells of the marker, from its centre, m."""
-        count = DICTIONARY.markerSize + 2
-        bits = cv2.aruco.generateImageMarker(DICTIONARY, self.scene.gripper.marker, count, borderBits=1)
+        known = dictionary(DICTIONARY)
+        count = known.markerSize + 2
+        bits = cv2.aruco.generateImageMarker(known, self.scene.gripper.marker, count, borderBits=1)
         side = self.scene.gripper.marker_size / count
         row, column = np.nonzero(bits)
         # A camera behind the plane would see the marker mirrored: it is on the side that faces the camera.

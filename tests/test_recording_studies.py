@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from math import sqrt
 from pathlib import Path
 from typing import Any
@@ -18,7 +19,7 @@ from stripfold.errors import InvalidInputError
 from stripfold.material import Material
 from stripfold.synthetic import dynamics
 from stripfold.synthetic.history import History
-from stripfold.synthetic.scene import Scene
+from stripfold.synthetic.scene import DynamicsMotion, Scene
 from stripfold.synthetic.view import View
 from studies import recordings, recordings_accuracy
 from studies import recordings_design as design
@@ -161,3 +162,17 @@ class TestAccuracy:
         assert len(recordings_accuracy.error(data)) == 0
         for variable in data.variables.values():
             assert variable.attrs["units"]
+
+
+def test_design() -> None:
+    cases = [design.case(number, 0) for number in range(2 * design.BLOCK)]
+    assert design.case(7, 0).scene == cases[7].scene
+    assert design.case(7, seed=1).scene != cases[7].scene
+    assert len({case.scene.seed for case in cases}) == len(cases)
+    for name, values in design.FACTORS.items():
+        counts = Counter(case.factors[name] for case in cases)
+        for value, count in Counter(values).items():
+            assert abs(counts[value] - 2 * design.BLOCK * count / len(values)) <= 2 * len(values), name
+    other = design.case(3, 0, dynamics=1.0).scene
+    assert other.motion == DynamicsMotion(friction=0.0, before=0.01, after=0.5)
+    assert other.filming == cases[3].scene.filming
