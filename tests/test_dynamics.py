@@ -15,7 +15,8 @@ from stripfold.errors import NewtonError, TimeStepError
 from stripfold.models.solid import Solid
 from stripfold.solve import dynamics
 from stripfold.solve.dynamics import Drive, Moving, Nudge, TimeOptions, TimeState
-from stripfold.solve.schemes import Bathe, Damping, EnergyMomentum, GeneralisedAlpha, Scheme, StepResult, StepStart
+from stripfold.solve.schemes import Damping, EnergyMomentum, Scheme, StepResult, StepStart
+from studies.integrators import Bathe, GeneralisedAlpha
 from studies.modes import HeldStrip
 from studies.schemes import Oscillator
 

@@ -12,8 +12,9 @@ from scipy.special import ai_zeros
 from stripfold.analysis.static import StripModel, solve_height
 from stripfold.errors import SolveError
 from stripfold.solve import dynamics
-from stripfold.solve.schemes import EnergyMomentum, GeneralisedAlpha
+from stripfold.solve.schemes import EnergyMomentum
 from studies import lag, modes, schemes
+from studies.integrators import GeneralisedAlpha
 
 
 def complete(data: xr.Dataset) -> None:

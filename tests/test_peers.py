@@ -16,7 +16,7 @@ from stripfold.analysis.static import StripModel
 from studies import peers, peers_ours
 from studies.peers import COUNTERPARTS, CRITICAL, EQUILIBRIUM, table
 from studies.plots import peers as plot
-from studies.summary import facts
+from studies.summary import facts_paths
 
 FOLDER = Path(__file__).parents[1] / "workflow" / "peers"
 SCENE = {"length": 12.0, "thickness": 0.05, "height": 3.0, "lam": 8.0, "repeats": 1}
@@ -145,7 +145,7 @@ def test_times_to_a_tolerance_and_ratios(tmp_path: Path) -> None:
     # The fastest that is good enough, not the last one.
     np.testing.assert_array_equal(times.sel(program="mujoco"), [0.3, 2.0, np.nan])
     np.testing.assert_array_equal(times.sel(program="solid"), [0.5, 0.5, 2.0])
-    found = {one["key"]: one for one in facts.peers(data)}
+    found = {one["key"]: one for one in facts_paths.peers(data)}
     assert {key: (pytest.approx(one["ratio"]), one["both"]) for key, one in found.items()} == {
         "felupe": (2.0, False),
         "mujoco": (20.0, True),

@@ -18,8 +18,9 @@ from stripfold.analysis.collapse import release_of, to_critical_point
 from stripfold.analysis.release import TIME_OPTIONS, Fall, Motion, ReleaseState, simulate_fall
 from stripfold.analysis.static import StripModel
 from stripfold.errors import SolveError
-from stripfold.solve.schemes import EnergyMomentum, GeneralisedAlpha, Scheme
+from stripfold.solve.schemes import EnergyMomentum, Scheme
 from studies.common import Progress, blank, dataset, timed
+from studies.integrators import GeneralisedAlpha
 
 SCHEMES: dict[str, Scheme] = {
     "energy-momentum": EnergyMomentum(),

@@ -21,16 +21,9 @@ from stripfold.errors import SolveError
 from stripfold.solve import dynamics
 from stripfold.solve.dynamics import Moving, TimeEvent, TimeOptions, TimeState
 from stripfold.solve.linear import Band, BandPattern
-from stripfold.solve.schemes import (
-    Bathe,
-    Damping,
-    DynamicProblem,
-    EnergyMomentum,
-    GeneralisedAlpha,
-    Scheme,
-    WithoutMemory,
-)
+from stripfold.solve.schemes import Damping, DynamicProblem, EnergyMomentum, Scheme, WithoutMemory
 from studies.common import blank, dataset
+from studies.integrators import Bathe, GeneralisedAlpha
 from studies.modes import HeldStrip
 
 DEFAULT = "energy-momentum"

@@ -10,20 +10,12 @@ from collections.abc import Callable
 from types import SimpleNamespace
 from typing import NamedTuple
 
-from studies.summary import facts
+from studies.summary import facts, facts_paths
 from studies.summary.facts import Facts
 
 
 class Number(NamedTuple):
-    """A number, or one for each of its source's facts where there are several.
-
-    Attributes
-    ----------
-    key, value
-        Its name, and the name of the fact that it is.
-    unit, digits
-        "count" makes it an integer; significant digits.
-    """
+    """A number, or one for each of its source's facts where there are several; the unit "count" makes it an integer."""
 
     key: str
     value: str
@@ -46,7 +38,7 @@ class Source(NamedTuple):
 # fmt: off
 SOURCES = (
     # The repository itself: whoever summarises supplies this dataset.
-    Source("project", facts.project, (
+    Source("project", facts_paths.project, (
         Number("stale_studies", "stale", "count", 4, "= 0",
             "stored studies, of {studies}, whose code, configuration or libraries have changed since: {names}"),
         Number("package_lines", "package_lines", "count", 9, "no criterion; about 15000 is the aim",
@@ -200,7 +192,7 @@ SOURCES = (
         Number("memory_fall", "memory", "MB", 3, "<= 500 MB", "peak memory of that process"),
     )),
     # Folding paths and internal friction.
-    Source("tangency", facts.tangency, (
+    Source("tangency", facts_paths.tangency, (
         Number("tangency_error_max", "error", "L*", 2, "< 1e-3 L* for at least five lengths, none missing",
             "largest distance of the solid's critical point on the R-path from its lambda_c(z), {lengths} L*, "
             "{d.sizes[thickness]} thicknesses, {missing} missing; on the elastica {elastica:.0e} L*",
@@ -211,12 +203,12 @@ SOURCES = (
         Number("rpath_plan_error", "plan", "1", 2, "< 1e-8",
             "largest error of the first integral in the planned states of the R-paths"),
     )),
-    Source("assessment", facts.assessment, (
+    Source("assessment", facts_paths.assessment, (
         Number("first_touch_{path}", "value", "L*", 4, "{bound} 0",
             "first touch less the landing place of the folded state, {path} path, the {which} of the {falls} strips "
             "that fall: {each} (the paper: {side} it); strips laid down without a fall do not count: {laid}"),
     )),
-    Source("friction", facts.friction, (
+    Source("friction", facts_paths.friction, (
         Number("rpath_two_ways", "two", "count", 4, ">= 1",
             "materials, of {d.sizes[material]}, whose unstable planned state has two outcomes without friction, on "
             "the lower layer or at rest above it ({two_lengths} L* long; not: {one_lengths})"),
@@ -230,14 +222,14 @@ SOURCES = (
             "largest sufficient M_0 / rho_a g L*^2 of bending hysteresis, all {d.sizes[material]} materials; the "
             "smallest {least_moment:.1e}"),
     )),
-    Source("friction_steps", facts.friction_steps, (
+    Source("friction_steps", facts_paths.friction_steps, (
         Number("friction_step_k_f", "k_f", "1", 3, "k_f times the step within a factor 1.2",
             "smallest sufficient k_f, largest over smallest for steps of {steps} L*; k_f times the step is "
             "{products} g", lambda f: f.spread < 1.2),
         Number("friction_step_M_0", "M_0", "1", 3, "< 1.2",
             "smallest sufficient M_0 of bending hysteresis, largest over smallest for the same steps"),
     )),
-    Source("random_paths", facts.random_paths, (
+    Source("random_paths", facts_paths.random_paths, (
         Number("random_paths", "paths", "count", 4, ">= 200",
             "random gripper paths ({seed}), each assessed twice ({counts}); critical points of both runs at most "
             "{apart:.1e} L* apart"),
@@ -254,7 +246,7 @@ SOURCES = (
             lambda f: f.error <= 5e-3),
     )),
     # Pictures and recordings.
-    Source("calibration", facts.calibration, (
+    Source("calibration", facts_paths.calibration, (
         Number("calibration_rms", "rms", "pixel", 3, "< 0.25 pixel, no view over 3 times the median",
             "reprojection error of the public chessboard set, all {views} views, the worst {worst:.1f} times the "
             "median", lambda f: f.worst <= 3.0),
@@ -263,12 +255,12 @@ SOURCES = (
         Number("charuco_rms", "rms", "pixel", 3, "< 0.25 pixel",
             "reprojection error of the public ChArUco picture with its published camera, {corners} corners"),
     )),
-    Source("centrelines", facts.centrelines, (
+    Source("centrelines", facts_paths.centrelines, (
         Number("centreline_rms", "rms", "mm", 3, "< 0.25 mm",
             "rms distance of the centreline in the photograph of a textile from its authors' midline"),
         Number("centreline_span", "span", "mm", 4, ">= 222 mm", "horizontal extent of that centreline"),
     )),
-    Source("recordings_accuracy", facts.recordings_accuracy, (
+    Source("recordings_accuracy", facts_paths.recordings_accuracy, (
         Number("recordings", "cases", "count", 4, ">= 200", "synthetic recordings of the design ({seed})"),
         Number("lambda_coverage", "share", "1", 3, "0.93 to 0.97, of 200 recordings or more",
             "share of the 95 % intervals of lambda that contain the truth, {measured} measured of {cases} synthetic "
@@ -285,20 +277,20 @@ SOURCES = (
             "measured lambda more than 1 mm off without a flag, of {measured} ({seed}); {flagged} are flagged and do "
             "not count, {flagged_wrong} of them as far off", lambda f: f.measured > 0),
     )),
-    Source("recordings", facts.recordings, (
+    Source("recordings", facts_paths.recordings, (
         Number("recordings_measured", "measured", "count", 4, ">= 40",
             "recordings, of {all} of the configured materials, in which a snap was measured"),
         Number("measured_above_model", "above", "1", 3, "> 0.9, as in the paper",
             "share of the {measured} snaps measured on strips with friction that are above the frictionless model's "
             "lambda_c; extrapolated to zero speed {zero:.2f}; recordings without a snap do not count"),
     )),
-    Source("video_benchmark", facts.video_benchmark, (
+    Source("video_benchmark", facts_paths.video_benchmark, (
         Number("tracking_rate", "rate", "1/s", 3, ">= 60",
             "frames of 1280 x 720 per second on one core, h264 ({others}), median of {d.sizes[run]} runs"),
         Number("tracking_memory", "memory", "1", 3, "<= 1.05",
             "peak memory with four times as many frames over that with {frames}"),
     )),
-    Source("peers", facts.peers, (
+    Source("peers", facts_paths.peers, (
         Number("peer_ratio_{key}", "ratio", "1", 2, "both reach 0.001 L*",
             "{program}'s time for {task} ({seconds:.2g} s) over that of our {ours}, both to 0.001 L*{note}",
             lambda f: f.both),

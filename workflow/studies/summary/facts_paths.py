@@ -1,0 +1,164 @@
+"""Facts about the studies of folding paths, of pictures and recordings, and of other programs; see :mod:`.facts`."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from stripfold.errors import CoarseMeshError
+from stripfold.vision.measure import Z_95
+from studies import peers as of_peers
+from studies.peers import CRITICAL, EQUILIBRIUM
+from studies.random_paths import CONTRADICTED
+from studies.recordings_accuracy import BOUND, MEASURED, REFUSED, error
+from studies.summary.facts import Facts, seed_of, share
+
+WRONG_RECORDING = 1.0
+"""Error of lambda from which a measured value is wrong, mm."""
+
+
+def tangency(d: xr.Dataset) -> Facts:
+    error, thin, thick = np.abs(d.boundary_error), d.thickness.values.argmin(), d.thickness.values.argmax()
+    return {
+        "error": error.max(),
+        "missing": np.isnan(error).sum(),
+        "lengths": f"{d.sizes['length']} lengths from {float(d.length.min()):g} to {float(d.length.max()):g}",
+        "elastica": np.abs(d.elastica_error).max(),
+        "plan": d.plan_error.max(),
+        "thinnest": d.thickness[thin],
+        "thickest": d.thickness[thick],
+        "angle": d.angle[:, thin].max(),
+        "angle_thick": d.angle[:, thick].max(),
+    }
+
+
+def assessment(d: xr.Dataset) -> list[Facts]:
+    """First touch less the landing place of the folded state, L*, of the strips that fall; one for each path."""
+    out = []
+    for path, which, side, bound in (
+        ("triangular", "largest", "short of", "<"),
+        ("circular", "smallest", "beyond", ">"),
+    ):
+        error = (d.touch_error / d.gravity_length).sel(path=path).values
+        fell = d.fell.sel(path=path).values == 1.0
+        fallen = error[fell] if fell.any() else np.array([np.nan])
+        worst = fallen.max() if which == "largest" else fallen.min()
+        each, laid = (", ".join(f"{x:+.2f}" for x in error[one]) or "none" for one in (fell, ~fell))
+        words = {"path": path, "which": which, "side": side, "bound": bound, "each": each, "laid": laid}
+        out.append({**words, "value": worst, "falls": fell.sum()})
+    return out
+
+
+def friction(d: xr.Dataset) -> Facts:
+    pull, moment = d.sel(law="pull"), d.suffices.sel(law="hysteresis")
+    end = d.deviation_end / d.gravity_length
+    both, long = d.two_ways.values == 1.0, d.relative_length.values
+    two, one = (", ".join(f"{x:.0f}" for x in long[chosen]) or "none" for chosen in (both, ~both))
+    return {
+        "two": both.sum(),
+        "two_lengths": two,
+        "one_lengths": one,
+        "completed": (end < 0.05).all("law").sum(),
+        "farthest": end.max(),
+        "ratio": pull.ratio_max.max(),
+        "medians": f"{float(pull.ratio_median.min()):.1e} to {float(pull.ratio_median.max()):.1e}",
+        "moment": moment.max(),
+        "least_moment": moment.min(),
+    }
+
+
+def friction_steps(d: xr.Dataset) -> Facts:
+    pull, moment = (d.suffices.sel(law=law) for law in ("pull", "hysteresis"))
+    product = (pull * d.step).values
+    return {
+        "steps": f"{float(d.step.min()):g} to {float(d.step.max()):g}",
+        "k_f": pull.max() / pull.min(),
+        "products": f"{product.min():.4f} to {product.max():.4f}",
+        "spread": product.max() / product.min(),
+        "M_0": moment.max() / moment.min(),
+    }
+
+
+def random_paths(d: xr.Dataset) -> Facts:
+    outcome = d.outcome.values
+    messages = d.message.values[outcome == "undecided"]
+    names = ("stable", "critical", "close", "refused", "undecided")
+    return {
+        "paths": len(outcome),
+        "seed": seed_of(d),
+        "counts": ", ".join(f"{np.sum(outcome == name)} {name}" for name in names),
+        "apart": np.abs(d.critical - d.again).values[outcome == "critical"].max(initial=0.0),
+        "undecided": len(messages),
+        "coarse": sum(text.startswith(CoarseMeshError.__name__) for text in messages),
+        "contradicted": np.sum(messages == CONTRADICTED),
+        "typed": sum("Error: " in text for text in messages),
+    }
+
+
+def calibration(d: xr.Dataset) -> Facts:
+    views = d.view_rms.sel(way="scaled")
+    return {"rms": d.rms.sel(way="scaled"), "views": views.size, "worst": views.max() / views.median()}
+
+
+def centrelines(d: xr.Dataset) -> Facts:
+    return {"rms": 1e3 * d.centreline_rms, "span": 1e3 * d.centreline_span}
+
+
+def recordings_accuracy(d: xr.Dataset) -> Facts:
+    """In mm; nan where nothing was measured, so that no criterion holds."""
+    outcome, off = d.outcome.values, 1e3 * error(d)
+    flags, sd = (d[name].values[outcome == MEASURED] for name in ("flags", "sd"))
+    flagged, wrong = flags != "", np.abs(off) > WRONG_RECORDING
+    some = off if off.size else np.array([np.nan])
+    median = np.median(some)
+    return {
+        "cases": d.sizes["case"],
+        "seed": seed_of(d),
+        "measured": off.size,
+        "share": share(np.abs(off) <= 1e3 * Z_95 * sd),
+        "median": median,
+        "mean": some.mean(),
+        "rms": np.sqrt(np.mean(some**2)),
+        "sd": 1.4826 * np.median(np.abs(some - median)),
+        "refused_share": share(outcome == REFUSED),
+        "refused": np.sum(outcome == REFUSED),
+        "unseen": np.sum(outcome == BOUND),
+        "wrong": np.sum(wrong & ~flagged),
+        "flagged": flagged.sum(),
+        "flagged_wrong": np.sum(wrong & flagged),
+    }
+
+
+def recordings(d: xr.Dataset) -> Facts:
+    found = d.snapped.values == 1.0
+    event, zero, model = (d[name].values[found] for name in ("lambda_event", "lambda_zero", "lambda_model"))
+    above = (zero > model)[np.isfinite(zero)]
+    return {"all": len(found), "measured": found.sum(), "above": share(event > model), "zero": share(above)}
+
+
+def video_benchmark(d: xr.Dataset) -> Facts:
+    rates = d.rate.median("run").isel(length=-1)
+    memory = d.memory.median("run").sel(codec="h264")
+    others = ", ".join(f"{name} {float(rates.sel(codec=name)):.0f}" for name in d.codec.values if name != "h264")
+    ratio = memory[-1] / memory[0]
+    return {"rate": rates.sel(codec="h264"), "others": others, "memory": ratio, "frames": d["length"][0]}
+
+
+def peers(d: xr.Dataset) -> list[Facts]:
+    """One for every question that both a program and our model beside it answered."""
+    out = []
+    for question, suffix, task in ((EQUILIBRIUM, "", "one equilibrium"), (CRITICAL, "_critical", "one critical point")):
+        for name, ours in of_peers.COUNTERPARTS.items():
+            (seconds, error), (own, own_error) = (of_peers.fastest(d, one, question) for one in (name, ours))
+            if np.isfinite(seconds / own):
+                reached = [e <= of_peers.RATIO_TOLERANCE for e in (error, own_error)]
+                words = {"key": name + suffix, "program": of_peers.TITLES[name], "task": task, "ours": ours}
+                note = "" if reached[0] else f"; it reached {error:.0e} only"
+                out.append({**words, "seconds": seconds, "ratio": seconds / own, "note": note, "both": all(reached)})
+    return out
+
+
+def project(d: xr.Dataset) -> Facts:
+    """From attributes: ``stale`` (names with commas between), ``studies``, ``package_lines`` and ``ci_seconds``."""
+    stale = [name.strip() for name in d.attrs["stale"].split(",") if name.strip()]
+    return {**d.attrs, "stale": len(stale), "names": ", ".join(stale) or "none"}
