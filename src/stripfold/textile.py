@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from stripfold.arrays import Array
 from stripfold.errors import InvalidInputError
 from stripfold.material import GRAVITY
 
@@ -38,7 +38,7 @@ class Secant(NamedTuple):
     eta_b: float
 
 
-def read_table(path: str | os.PathLike[str]) -> NDArray[np.float64]:
+def read_table(path: str | os.PathLike[str]) -> Array:
     """Moment-curvature table, shape (m, 2): curvature, m^-1, and moment per width, N.
 
     Raises
@@ -59,7 +59,7 @@ def read_table(path: str | os.PathLike[str]) -> NDArray[np.float64]:
     return table
 
 
-def secant(table: NDArray[np.float64], load: float, dimensionless_curvature: float, gravity: float = GRAVITY) -> Secant:
+def secant(table: Array, load: float, dimensionless_curvature: float, gravity: float = GRAVITY) -> Secant:
     """The secant stiffness at ``kappa = dimensionless_curvature / L*``, where ``L* = (D / load)^(1/3)``.
 
     Parameters

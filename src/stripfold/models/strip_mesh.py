@@ -18,9 +18,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import skfem
-from numpy.typing import NDArray
 
-from stripfold.arrays import Array, Index
+from stripfold.arrays import Array, Index, Mask
 from stripfold.errors import InvalidInputError
 
 CORNERS = np.array([[0.0, 1.0, 0.0, 1.0], [0.0, 0.0, 1.0, 1.0]])
@@ -191,7 +190,7 @@ def _element_unknowns(basis: skfem.Basis, nodal_of: Index) -> tuple[Index, Index
     return np.take_along_axis(dofs, pick, axis=1), pick
 
 
-def _relative(derivative: Array, middle: NDArray[np.bool_], order: int, thickness: float) -> Array:
+def _relative(derivative: Array, middle: Mask, order: int, thickness: float) -> Array:
     """Turn derivatives by nodal displacements into derivatives by our unknowns.
 
     ``derivative`` has shape (n_elements, n_quadrature, unknowns_per_element, ...).  Within an element the unknowns of

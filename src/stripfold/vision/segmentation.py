@@ -18,7 +18,7 @@ from skimage.graph import pixel_graph
 from skimage.measure import label, regionprops
 from skimage.morphology import skeletonize
 
-from stripfold.arrays import Array, Mask, Picture
+from stripfold.arrays import Array, Index, Mask, Picture
 from stripfold.vision.cross_sections import arc_length
 
 WORKING_SIZE = 1300
@@ -128,7 +128,7 @@ def _pieces(mask: Mask, difference: Array, bright: bool) -> Iterator[RoughPath]:
         )
 
 
-def _longest_path(skeleton: Mask) -> NDArray[np.intp]:
+def _longest_path(skeleton: Mask) -> Index:
     """Rows and columns, shape (n, 2), along the longest of the shortest paths between two pixels of a skeleton."""
     graph, nodes = pixel_graph(skeleton, connectivity=2)
     end = 0
