@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 import stripfold as sf
-from stripfold import elastica, inputs, store
+from stripfold import elastica, inputs, measured, results, store
 from stripfold.results import Result
 
 STRIP = sf.Strip(length=0.6, eta_b=3780)
@@ -143,9 +143,8 @@ def test_examples_in_docstrings(name):
 
 
 def test_every_result_says_units_and_source():
-    import stripfold.results as results
-
-    for _, kind in inspect.getmembers(results, inspect.isclass):
+    found = [kind for module in (measured, results) for _, kind in inspect.getmembers(module, inspect.isclass)]
+    for kind in found:
         if issubclass(kind, Result) and kind is not Result:
             text = inspect.getdoc(kind) or ""
             assert "Source:" in text, kind

@@ -10,13 +10,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stripfold import cli_paths
 from stripfold.analysis import verdict
 from stripfold.analysis.static import StripModel
 from stripfold.cli import main
-from stripfold.cli_common import as_json
+from stripfold.cli_commands import as_json
 from stripfold.material import Material
-from stripfold.paths import geometric, table
+from stripfold.paths import PLANS, geometric, table
 
 STRIP = ["--length", "0.45", "--eta-b", "3780"]
 UNIT = Material(3780.0).gravity_length
@@ -37,7 +36,7 @@ def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
     )
 
 
-@pytest.mark.parametrize("kind", cli_paths.KINDS)
+@pytest.mark.parametrize("kind", list(PLANS))
 def test_path_is_printed_and_written_alike(here: Path, kind: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["path", kind, *STRIP]) == 0
     printed = capsys.readouterr().out

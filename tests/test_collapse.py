@@ -16,7 +16,7 @@ from stripfold.analysis.contact import contact_positions, touch_position, touche
 from stripfold.analysis.release import TIME_OPTIONS, Fall
 from stripfold.analysis.static import StripModel
 from stripfold.errors import NewtonError, SolveError, TimeStepError
-from stripfold.inputs import Simulation
+from stripfold.simulation import Simulation
 from stripfold.solve import continuation, dynamics
 from stripfold.solve.dynamics import TimeEvent, TimeOptions, TimeState
 from stripfold.solve.schemes import Damping

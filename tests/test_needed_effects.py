@@ -11,7 +11,7 @@ import xarray as xr
 from stripfold import store
 from stripfold.analysis import needed_effects
 from stripfold.errors import InvalidInputError
-from stripfold.inputs import Effects, Simulation
+from stripfold.simulation import Effects, Simulation
 from studies import effects
 
 STRIP = {"length": 0.6, "height": 0.15, "eta_b": 3780.0}

@@ -25,8 +25,9 @@ from stripfold.analysis.static import End, StripModel
 from stripfold.cli import main
 from stripfold.effects import Effect, Hysteresis, Pull
 from stripfold.errors import InvalidInputError
-from stripfold.inputs import Scene, Simulation
+from stripfold.inputs import Scene
 from stripfold.models.rod import Rod
+from stripfold.simulation import Simulation
 from stripfold.solve.schemes import Damping
 
 LENGTH, THICKNESS, HEIGHT = 16.0, 0.0594, 3.0

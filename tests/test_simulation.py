@@ -8,7 +8,7 @@ import pytest
 
 from stripfold.analysis.collapse_data import fall_of
 from stripfold.errors import InvalidInputError
-from stripfold.inputs import Release, Simulation
+from stripfold.simulation import Release, Simulation
 
 STRIP = {"length": 0.6, "height": 0.15, "eta_b": 3780.0}
 

@@ -19,10 +19,10 @@ from stripfold.inputs import (
     Length,
     MovingModel,
     Nu,
-    Release,
     RhoA,
 )
 from stripfold.material import GRAVITY
+from stripfold.simulation import Release
 from stripfold.validation import Input, Number, Text, Whole, quantity
 
 T = TypeVar("T")

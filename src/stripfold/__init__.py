@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from stripfold import paths
     from stripfold.errors import InvalidInputError, MeasurementError, SolveError, StripfoldError
-    from stripfold.inputs import Release
+    from stripfold.simulation import Release
     from stripfold.strip import Hysteresis, Pull, Strip, eta_b, measure
 
 __version__ = "0.1.0"
@@ -39,7 +39,7 @@ __all__ = [
 
 _MODULES = {
     "errors": ("InvalidInputError", "MeasurementError", "SolveError", "StripfoldError"),
-    "inputs": ("Release",),
+    "simulation": ("Release",),
     "strip": ("Hysteresis", "Pull", "Strip", "eta_b", "measure"),
 }
 

@@ -6,8 +6,7 @@ import os
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields
-from math import isfinite, nan
-from pathlib import Path
+from math import isfinite
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, Self
 
@@ -15,19 +14,18 @@ import numpy as np
 import xarray as xr
 
 from stripfold import store
-from stripfold.analysis.critical_point import CriticalResult, find
-from stripfold.analysis.verdict import Verdict, assess_path
-from stripfold.errors import InvalidInputError
-from stripfold.inputs import EtaRequest, Scene, Simulation
+from stripfold.analysis import critical_point, verdict
+from stripfold.analysis.critical_point import CriticalResult
+from stripfold.analysis.verdict import Verdict
 from stripfold.inputs import PathAssessment as Asked
+from stripfold.inputs import Scene
 from stripfold.paths import FoldPath
 from stripfold.plots import results as figures
+from stripfold.simulation import Simulation
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from stripfold.vision.eta import EtaB as PictureEtaB
-    from stripfold.vision.measure import Measurement
 
 Progress = Callable[[str], None]
 Rows = list[tuple[str, str]]
@@ -109,7 +107,7 @@ class CriticalPoint(CriticalResult, Result):
     @classmethod
     def of(cls, scene: Scene, progress: Progress | None = None) -> Self:
         """Find it."""
-        found = find(scene, progress)
+        found = critical_point.find(scene, progress)
         return cls(**{item.name: getattr(found, item.name) for item in fields(found)}, scene=scene)
 
     def rows(self) -> Rows:
@@ -193,7 +191,7 @@ class PathAssessment(Verdict, Result):
     @classmethod
     def of(cls, asked: Asked, path: FoldPath, began: float, progress: Progress | None = None) -> Self:
         """Assess it; ``began`` is when that started."""
-        found = assess_path(
+        found = verdict.assess_path(
             asked.material,
             asked.length,
             path.curve,
@@ -352,172 +350,3 @@ class StripCollapse(Result):
 
     def config(self) -> dict[str, Any]:
         return self.simulation.as_config()
-
-
-@dataclass(frozen=True, eq=False)
-class EtaB(Result):
-    """A measured weight-to-bending-stiffness ratio.
-
-    Source: docs/measuring.md.
-
-    Attributes
-    ----------
-    eta_b, interval
-        m^-4 s^2; the 95 % interval is known from a picture only, else nan.
-    gravity_length
-        L*, m.
-    fit
-        Details of the fit to a picture; None without one.
-    """
-
-    eta_b: float
-    gravity_length: float
-    interval: tuple[float, float] = (nan, nan)
-    fit: PictureEtaB | None = field(default=None, repr=False)
-    image: Any = field(default=None, repr=False)
-    title = "a weight-to-bending-stiffness ratio"
-
-    @classmethod
-    def of(cls, asked: EtaRequest) -> Self:
-        """Measure it."""
-        from stripfold.material import Material
-
-        if asked.image is None or asked.scale is None or asked.method is None:
-            assert asked.fold_height is not None  # the request has one of both
-            from stripfold import elastica
-
-            eta_b = elastica.eta_b_from_fold_height(asked.fold_height)
-            return cls(eta_b, Material(eta_b).gravity_length)
-        from stripfold.vision.eta import from_image
-        from stripfold.vision.pictures import read_grey
-
-        image = read_grey(asked.image)
-        fit = from_image(image, asked.scale, asked.method, Path(asked.image).name)
-        return cls(fit.eta_b, fit.gravity_length, fit.interval, fit, image)
-
-    def rows(self) -> Rows:
-        rows = [("eta_b", f"{self.eta_b:.6g} m^-4 s^2")]
-        fit = self.fit
-        if fit is None:
-            return [*rows, ("L*", f"{self.gravity_length:.6g} m")]
-        low, high = self.interval
-        rows += [
-            ("  95 %", f"{low:.6g} to {high:.6g} m^-4 s^2, with the scale as given"),
-            ("L*", f"{self.gravity_length:.6g} m"),
-            ("residual", metres(fit.residual, "root mean square of measured less fitted")),
-        ]
-        if fit.fold is not None:
-            rows.append(("height", metres(fit.fold.height * fit.scale, "of the loop, between the layers' middles")))
-        if fit.line is not None:
-            rows.append(("length", metres(fit.line.length * fit.scale, "that hangs in the picture")))
-        if (exponent := fit.exponent) is not None:
-            n, lower, upper = exponent
-            text = "yes" if fit.linear else "no: one eta_b does not describe it"
-            rows.append(("linear", f"{text}; M ~ curvature^n with n = {n:.3g} ({lower:.3g} to {upper:.3g})"))
-            ends = (fit.secant(0.25), fit.secant(1.0))
-            text = "from a quarter of the largest curvature to all of it"
-            rows.append(("  secant", f"eta_b {ends[0]:.6g} to {ends[1]:.6g} m^-4 s^2, {text}"))
-        return rows
-
-    def to_dict(self) -> dict[str, Any]:
-        if self.fit is not None:
-            return self.fit.fields()
-        return {"eta_b": self.eta_b, "gravity_length": self.gravity_length}
-
-    def to_dataset(self) -> xr.Dataset:
-        low, high = self.interval
-        values = {"eta_b": self.eta_b, "eta_b_lower": low, "eta_b_upper": high}
-        data = {
-            name: store.variable((), value, "m-4 s2", "weight-to-bending-stiffness ratio")
-            for name, value in values.items()
-        }
-        data["gravity_length"] = store.variable((), self.gravity_length, "m", "L*")
-        return xr.Dataset(data)
-
-    def plot(self) -> Figure:
-        """The fit over the picture."""
-        if self.fit is None:
-            raise InvalidInputError("image", None, "a picture", "without one there is nothing to draw")
-        from stripfold.vision import eta_figure
-
-        return eta_figure.draw(self.image, self.fit)
-
-
-@dataclass(frozen=True, eq=False)
-class RecordingMeasurement(Result):
-    """lambda at the onset of the snap in a recording, with its uncertainty.
-
-    Source: docs/measuring.md.
-
-    Attributes
-    ----------
-    details
-        All that was measured: tracks, speeds, clocks, parts of the uncertainty.
-    """
-
-    details: Measurement
-
-    @classmethod
-    def of(cls, folder: str | os.PathLike[str], progress: Progress | None = None) -> Self:
-        """Measure it."""
-        from stripfold.vision import measure, recording
-
-        return cls(measure.measure(recording.read(folder), progress))
-
-    @property
-    def snap(self) -> bool:
-        """Whether there was a snap; without one ``lambda_event`` is the farthest lambda, a lower bound."""
-        return self.details.snapped
-
-    @property
-    def lambda_event(self) -> float:
-        """lambda at the onset of the snap, m."""
-        return self.details.event
-
-    @property
-    def interval(self) -> tuple[float, float]:
-        """95 % interval of ``lambda_event``, m."""
-        return self.details.interval
-
-    @property
-    def flags(self) -> tuple[str, ...]:
-        """Warnings in words; empty where all is well."""
-        return self.details.flags
-
-    def rows(self) -> Rows:
-        from stripfold.vision import report
-
-        return [
-            ("result", report.result(self.details)),
-            *report.rows(self.details),
-            *(("flag", flag) for flag in self.flags),
-        ]
-
-    def __str__(self) -> str:
-        return "\n".join(f"{name:<30} {text}" for name, text in self.rows())
-
-    def to_dict(self) -> dict[str, Any]:
-        from stripfold.vision import results
-
-        return results.fields(self.details)
-
-    def to_dataset(self) -> xr.Dataset:
-        from stripfold.vision import results
-
-        return results.as_dataset(self.details)
-
-    def plot(self) -> Figure:
-        """Gripper, speed of the strip and confidence over time."""
-        from stripfold.vision import report
-
-        return report.curves(self.details)
-
-    def to_netcdf(self, file: str | os.PathLike[str]) -> None:
-        entries = self.details.recording.entries
-        store.write(self.to_dataset(), file, title=f"measured: {entries['title']}", config=entries)
-
-    def report(self, file: str | os.PathLike[str]) -> None:
-        """Write one HTML page with film, curves and numbers."""
-        from stripfold.vision import report
-
-        store.write_text(report.html(self.details), file)

@@ -16,9 +16,11 @@ from stripfold.errors import InvalidInputError
 from stripfold.material import GRAVITY
 
 if TYPE_CHECKING:
-    from stripfold.inputs import Law, Model, MovingModel, Release
+    from stripfold.inputs import Law, Model, MovingModel
+    from stripfold.measured import EtaB, RecordingMeasurement
     from stripfold.paths import FoldPath
-    from stripfold.results import CriticalPoint, EtaB, PathAssessment, RecordingMeasurement, StripCollapse
+    from stripfold.results import CriticalPoint, PathAssessment, StripCollapse
+    from stripfold.simulation import Release
 
 Progress = Callable[[str], None]
 
@@ -177,7 +179,7 @@ class Strip:
         SolveError, TimeStepError
             A part could not be computed.
         """
-        from stripfold.inputs import Simulation
+        from stripfold.simulation import Simulation
 
         given: dict[str, Any] = {**asdict(self), "height": height, "accuracy": accuracy}
         given |= release.model_dump() if release is not None else {}
@@ -266,7 +268,7 @@ def eta_b(
     3774.6
     """
     from stripfold.inputs import EtaRequest
-    from stripfold.results import EtaB
+    from stripfold.measured import EtaB
 
     picture = None if image is None else os.fspath(image)
     return EtaB.of(EtaRequest(fold_height=fold_height, image=picture, scale=scale, method=method))
@@ -289,6 +291,6 @@ def measure(folder: str | os.PathLike[str], *, progress: Progress | None = None)
     MeasurementError
         The files can be read but not measured.
     """
-    from stripfold.results import RecordingMeasurement
+    from stripfold.measured import RecordingMeasurement
 
     return RecordingMeasurement.of(folder, progress)

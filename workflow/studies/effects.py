@@ -12,7 +12,7 @@ import xarray as xr
 from stripfold.analysis import collapse_data
 from stripfold.analysis.needed_effects import INERTIA, MEMBRANE, SELF_CONTACT, SOLID
 from stripfold.errors import SolveError
-from stripfold.inputs import Simulation
+from stripfold.simulation import Simulation
 from studies.common import Progress, blank, dataset, variables
 
 SWITCHED = (SELF_CONTACT, INERTIA, SOLID, MEMBRANE)

@@ -8,8 +8,8 @@ from pathlib import Path
 import xarray as xr
 
 from stripfold.analysis import collapse_data
-from stripfold.inputs import Simulation
 from stripfold.plots import film as films
+from stripfold.simulation import Simulation
 
 
 def collapse(scene: Path, progress: Callable[[str], None]) -> xr.Dataset:

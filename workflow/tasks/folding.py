@@ -10,7 +10,7 @@ import xarray as xr
 
 from stripfold.analysis import assess_data, collapse_data, friction_data
 from stripfold.analysis import plans as planned
-from stripfold.inputs import Release
+from stripfold.simulation import Release
 from tasks.materials import material_of
 
 

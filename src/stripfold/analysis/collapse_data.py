@@ -18,9 +18,9 @@ from stripfold.analysis.states import of_material
 from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
 from stripfold.errors import TimeStepError
-from stripfold.inputs import Release, Simulation
 from stripfold.material import Material
 from stripfold.models.model import Model
+from stripfold.simulation import Release, Simulation
 from stripfold.solve.dynamics import Energy, TimeState
 from stripfold.solve.problem import Point
 from stripfold.solve.schemes import Damping

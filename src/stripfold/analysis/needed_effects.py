@@ -16,8 +16,8 @@ import xarray as xr
 from stripfold import schema
 from stripfold.analysis.collapse import Collapse
 from stripfold.effects.self_contact import SelfContact
-from stripfold.inputs import Simulation
 from stripfold.models.model_error import model_error
+from stripfold.simulation import Simulation
 from stripfold.solve.problem import Point
 
 CONTACT, SELF_CONTACT, INERTIA = "contact", "self_contact", "inertia"

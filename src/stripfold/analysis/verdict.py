@@ -16,11 +16,11 @@ from stripfold.analysis.path_friction import Step, load_incrementally
 from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
 from stripfold.errors import InvalidInputError, LostStabilityError
-from stripfold.inputs import Release
 from stripfold.material import Material
 from stripfold.paths.curve import GripperPath
 from stripfold.paths.rpath import plan_r_path
 from stripfold.problem import StripProblem
+from stripfold.simulation import Release
 from stripfold.solve.problem import Point
 
 STEP = 0.1

@@ -1,0 +1,266 @@
+"""The commands: options from the input models, and the functions that run them.  Heavy imports wait until needed."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from math import isfinite
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
+
+from stripfold.errors import InvalidInputError, SolveError, TimeStepError
+
+if TYPE_CHECKING:
+    from stripfold.results import Result
+    from stripfold.validation import Input
+
+Say = Callable[[str], None]
+STRIP = ("length", "eta_b")
+SHEET = ("eta_m", "nu")
+
+
+def _option(parser: argparse._ActionsContainer, model: type[Input], name: str, **more: Any) -> None:
+    """An option from the field of an input model: its help, unit, choices and default."""
+    field = model.model_fields[name]
+    extra = field.json_schema_extra
+    unit = extra.get("unit", "") if isinstance(extra, dict) else ""
+    kinds = [kind for kind in (field.annotation, *get_args(field.annotation)) if get_origin(kind) is Literal]
+    text = f"{field.description}, {unit}" if unit else f"{field.description}"
+    if field.is_required():
+        more["required"] = True
+    elif field.default is not None:
+        default = field.default if isinstance(field.default, str) else f"{field.default:g}"
+        more["default"], text = field.default, f"{text} [{default}]"
+    if kinds:
+        more["choices"] = get_args(kinds[0])
+    elif field.annotation is not str and "metavar" not in more:
+        more |= {"type": float, "metavar": "M" if unit == "m" else "X"}
+    parser.add_argument(f"--{name.replace('_', '-')}", help=text.replace("%", "%%"), **more)
+
+
+def _options(parser: argparse.ArgumentParser, model: type[Input], names: Sequence[str]) -> None:
+    for name in names:
+        _option(parser, model, name)
+
+
+def _given(arguments: argparse.Namespace, model: type[Input]) -> dict[str, Any]:
+    """The options that were given for the fields of a model."""
+    return {key: value for key, value in vars(arguments).items() if key in model.model_fields and value is not None}
+
+
+def _output(given: str | None, source: str, suffix: str) -> Path:
+    """Where to write: as given, or in the working folder under the name of the source."""
+    path = Path(given or Path(source).with_suffix(suffix).name)
+    if path.suffix != suffix:
+        raise InvalidInputError("output", str(path), f"a name that ends in {suffix}")
+    return _in_folder(path)
+
+
+def _in_folder(path: Path) -> Path:
+    if not path.parent.is_dir():
+        raise InvalidInputError("output", str(path), "a path in an existing folder", f"make {path.parent} first")
+    return path
+
+
+def _lines(rows: Sequence[tuple[str, str]]) -> str:
+    return "\n".join(f"{name:<12} {text}" for name, text in rows)
+
+
+def _said(result: Result, arguments: argparse.Namespace) -> str:
+    return as_json(result.to_dict()) if arguments.json else str(result)
+
+
+def as_json(values: Mapping[str, Any]) -> str:
+    """One JSON object; JSON has no nan: null stands for no number."""
+
+    def plain(value: Any) -> Any:
+        if isinstance(value, Mapping):
+            return {key: plain(item) for key, item in value.items()}
+        if isinstance(value, list | tuple):
+            return [plain(item) for item in value]
+        return None if isinstance(value, float) and not isfinite(value) else value
+
+    return json.dumps(plain(values), allow_nan=False)
+
+
+def _json_option(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+
+
+def critical_options(parser: argparse.ArgumentParser) -> None:
+    from stripfold.inputs import Scene
+
+    _options(parser, Scene, (*STRIP, "height", *SHEET, "model", "accuracy"))
+    _json_option(parser)
+
+
+def critical(arguments: argparse.Namespace, say: Say) -> str:
+    from stripfold.inputs import Scene
+
+    scene = Scene(**_given(arguments, Scene))
+    scene.require_long_enough()
+    from stripfold.results import CriticalPoint
+
+    return _said(CriticalPoint.of(scene, say), arguments)
+
+
+def eta_options(parser: argparse.ArgumentParser) -> None:
+    from stripfold.inputs import EtaRequest
+
+    source = parser.add_mutually_exclusive_group(required=True)
+    _option(source, EtaRequest, "fold_height")
+    _option(source, EtaRequest, "image", metavar="FILE")
+    _options(parser, EtaRequest, ("scale", "method"))
+    parser.add_argument("--picture", metavar="OUT.png", help="where to draw the fit over the picture")
+    _json_option(parser)
+
+
+def eta(arguments: argparse.Namespace, say: Say) -> str:
+    from stripfold.inputs import EtaRequest
+
+    asked = EtaRequest(**_given(arguments, EtaRequest))
+    target = None
+    if arguments.picture is not None:
+        if asked.image is None:
+            raise InvalidInputError("picture", arguments.picture, "this only together with image")
+        # Where to write is checked before anything is measured.
+        target = _output(arguments.picture, arguments.picture, ".png")
+    from stripfold.measured import EtaB
+
+    found = EtaB.of(asked)
+    if target is not None:
+        from stripfold.plots.save import save_as
+
+        save_as(found.plot(), target)
+    return _said(found, arguments)
+
+
+def simulate_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("scene", metavar="SCENE.yaml", help="the strip, the height, and how it is released")
+    parser.add_argument("--output", metavar="RESULT.nc", help="where to write [the scene's name with .nc, here]")
+
+
+def simulate(arguments: argparse.Namespace, say: Say) -> str:
+    from stripfold.simulation import Simulation
+
+    simulation = Simulation.read(arguments.scene)
+    path = _output(arguments.output, arguments.scene, ".nc")
+    from stripfold import store
+    from stripfold.analysis import collapse_data
+    from stripfold.results import StripCollapse
+
+    try:
+        found = StripCollapse.of(simulation, say)
+    except TimeStepError as error:
+        rescue = path.with_suffix(".last-good.nc")
+        state = collapse_data.last_good(simulation, error)
+        store.write(state, rescue, title="last good state", config=simulation.as_config())
+        raise SolveError(f"{error}; the last good state is in {rescue}") from error
+    found.to_netcdf(path)
+    for warning in found.warnings:
+        print(f"stripfold: warning: {warning}", file=sys.stderr)
+    return _lines([*found.rows(), ("written", str(path))])
+
+
+def film_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("result", metavar="RESULT.nc", help="from stripfold simulate")
+    parser.add_argument("--output", metavar="FILM.mp4", help="where to write [the result's name with .mp4, here]")
+
+
+def film(arguments: argparse.Namespace, say: Say) -> str:
+    path = _output(arguments.output, arguments.result, ".mp4")
+    from stripfold import store
+    from stripfold.plots.film import film
+
+    film(store.read(arguments.result), path, progress=say)
+    return _lines([("written", str(path))])
+
+
+def path_options(parser: argparse.ArgumentParser) -> None:
+    from stripfold.inputs import Strip
+
+    parser.add_argument("kind", choices=("r-path", "triangular", "circular"), help="which path")
+    _options(parser, Strip, STRIP)
+    parser.add_argument("--csv", metavar="FILE.csv", help="write it there instead of printing it")
+
+
+def path(arguments: argparse.Namespace, say: Say) -> str:
+    from stripfold.inputs import UNSTRETCHED, Strip
+    from stripfold.paths import PLANS
+
+    # A path is planned for a strip that hardly stretches: this command has no eta_m.
+    planned = PLANS[arguments.kind](Strip(**_given(arguments, Strip), eta_m=UNSTRETCHED))
+    if arguments.csv is None:
+        return planned.as_text().rstrip()
+    target = _output(arguments.csv, arguments.csv, ".csv")
+    planned.to_csv(target)
+    return _lines([("written", f"{target}, {len(planned.places)} rows")])
+
+
+def assess_options(parser: argparse.ArgumentParser) -> None:
+    from stripfold.inputs import PathAssessment
+
+    parser.add_argument("path", metavar="PATH.csv", help="t,x,z as stripfold path writes it")
+    _options(parser, PathAssessment, (*STRIP, *SHEET, "rho_a", "model"))
+    law = parser.add_mutually_exclusive_group()
+    _option(law, PathAssessment, "friction")
+    _option(law, PathAssessment, "hysteresis")
+    _option(parser, PathAssessment, "step")
+    _json_option(parser)
+
+
+def assess(arguments: argparse.Namespace, say: Say) -> str:
+    from time import perf_counter
+
+    from stripfold import inputs
+
+    began = perf_counter()
+    asked = inputs.PathAssessment(**_given(arguments, inputs.PathAssessment))
+    from stripfold import paths
+    from stripfold.results import PathAssessment
+
+    path = paths.read(arguments.path, asked)
+    return _said(PathAssessment.of(asked, path, began, say), arguments)
+
+
+def record_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("scene", metavar="SCENE.yaml", help="strip, gripper, filming, and the source of the motion")
+    parser.add_argument("--output", metavar="FOLDER", help="where to write [the scene's name, here]")
+
+
+def record(arguments: argparse.Namespace, say: Say) -> str:
+    from stripfold.synthetic import recording, scene
+
+    asked = scene.read(arguments.scene)
+    folder = Path(arguments.output or Path(arguments.scene).stem)
+    if folder.exists():
+        raise InvalidInputError("output", str(folder), "a folder that is not there yet", "remove it, or choose another")
+    _in_folder(folder)
+    say("motion")
+    history = recording.history_of(asked)
+    say("film")
+    recording.write_recording(history, asked, folder)
+    critical = history.lambda_c
+    known = "-" if critical is None else f"{critical:.6g} m  (static, known)"
+    length = f"{history.t[-1]:.4g} s"
+    return _lines([("written", f"{folder} (synthetic)"), ("length", length), ("lambda_c", known)])
+
+
+def measure_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("folder", metavar="FOLDER", help="with recording.yaml, film and calibration: docs/measuring.md")
+    _json_option(parser)
+
+
+def measure(arguments: argparse.Namespace, say: Say) -> str:
+    from stripfold.measured import RecordingMeasurement
+
+    found = RecordingMeasurement.of(arguments.folder, say)
+    folder = Path(arguments.folder) / "result"
+    say("writing the report")
+    found.to_netcdf(folder / "measurement.nc")
+    found.report(folder / "report.html")
+    if arguments.json:
+        return as_json(found.to_dict())
+    return f"{found}\n{'written':<30} {folder / 'report.html'}, {folder / 'measurement.nc'}"
