@@ -86,7 +86,7 @@ def test_the_factor_is_that_measured() -> None:
 
 def made_up() -> xr.Dataset:
     over = ("scene", "effect")
-    names = {name: (over, np.zeros((1, 4))) for name in effects.TEXTS}
+    names = {name: (over, np.zeros((1, 4))) for name in effects.NUMBERS}
     data = xr.Dataset(names, {"scene": ["calm"], "effect": list(effects.SWITCHED)}, {"repeats": 1})
     data["seconds_on"], data["message"] = data["seconds_on"] + 2.0, (over, np.full((1, 4), "", dtype=object))
     data["needed"].loc[{"effect": "inertia"}] = data["reported"].loc[{"effect": "inertia"}] = 1.0
