@@ -1,4 +1,4 @@
-"""What an accuracy costs: error of the end of the advance against time, over models, meshes and settings.
+"""Accuracy versus run time: error of the end of the advance over models, meshes and settings.
 
 Scenes are strips of one length and thickness at several gripper heights: lambda_c where they snap, and at a low gripper
 lambda at the first touch.  All in L*.
@@ -31,13 +31,13 @@ Shape = Callable[[Array], Array]
 """The strip's mid-surface: from distances from the grasped end, shape (n,), to places, shape (n, 2)."""
 
 OF_ELASTICA = 25
-"""Calls of the elastica for one of another model: it takes hundredths of a second."""
+"""Calls of the elastica per call of another model: one takes hundredths of a second."""
 ETA_B = 3780.0
-"""Of the strips whose presets are measured, m^-4 s^2; in L* it is of no matter."""
+"""Of the strips whose presets are measured, m^-4 s^2; results in L* do not depend on it."""
 COMPARED_PLACES = 400
 """Places along the strip at which two states are compared."""
 PRESETS = ("auto", "solid")
-"""Models that are asked for an accuracy."""
+"""Models that are requested with an accuracy."""
 
 
 class Answer(NamedTuple):
@@ -77,7 +77,7 @@ class Strategy(NamedTuple):
         return self.kind.split(",")[0]
 
     def answer(self, length: float, thickness: float, height: float) -> Answer:
-        """Go there."""
+        """Follow it."""
         prediction = locate_rod.ElasticaPrediction.at(height)
         if self.kind == "elastica":
             return Answer(
@@ -108,7 +108,7 @@ def run(
     repeats: int,
     progress: Progress | None = None,
 ) -> xr.Dataset:
-    """Errors and times of all strategies at all heights, and of what is chosen for an accuracy.
+    """Errors and times of all strategies at all heights, and of the model chosen for an accuracy.
 
     Parameters
     ----------
@@ -119,9 +119,9 @@ def run(
     strategies
         Fields of :class:`Strategy`, each.
     reference
-        Refinement of the solid that stands for the truth; the same at twice it, Richardson's check, is stored beside.
+        Refinement of the solid that is the reference; its change from twice this refinement is stored too.
     accuracies
-        For which the models of :data:`PRESETS` are asked.
+        Requested of each model of :data:`PRESETS`.
     repeats
         Calls after an uncounted one of which the median time is taken, in this process.
 
@@ -265,7 +265,7 @@ def _of_places(along: Array, place: Array, length: float) -> Shape:
 
 
 def presets(times: xr.Dataset) -> str:
-    """One row per accuracy and model asked for, as a table in Markdown: what was chosen, its time and its error.
+    """One row per requested accuracy and model, as a table in Markdown: the chosen model, its time and its error.
 
     Times and errors are the largest over the heights with a snap.
     """

@@ -50,7 +50,7 @@ def of_sections(printed: str, wall: float, cores: int) -> xr.Dataset:
 def _row(path: Path) -> dict[str, float]:
     with path.open(encoding="utf-8", newline="") as file:
         (row,) = csv.DictReader(file, delimiter="\t")
-    # A job too short to be looked at has no memory.
+    # A job that was too short to be sampled has no memory.
     return {key: float(row[key]) if row[key] not in ("-", "NA") else 0.0 for key in ("s", "max_rss")}
 
 

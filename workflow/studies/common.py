@@ -47,7 +47,7 @@ def table(
 
 
 def blank(*shape: int) -> Array:
-    """An array to be filled; what is not has nan."""
+    """An array of nan, to be filled."""
     return np.full(shape, np.nan)
 
 

@@ -1,4 +1,4 @@
-"""What each effect does to a scene and what it costs: every scene with an effect on and off, the rest on"""
+"""Effect and cost of each effect in a scene: every scene with an effect on and off, the others on demand."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from stripfold.simulation import Simulation
 from studies.common import Progress, blank, dataset, variables
 
 SWITCHED = (SELF_CONTACT, INERTIA, SOLID, MEMBRANE)
-"""What can be on and off in a simulation: the floor is what the strip begins on, and internal friction it has none."""
+"""Effects that can be on or off in a simulation: the floor is always there, and it has no internal friction."""
 NUMBERS = tuple(name for name in variables("effects") if name not in ("scene", "effect", "message"))
 
 
@@ -28,7 +28,7 @@ def run(scenes: Sequence[Mapping[str, Any]], repeats: int, progress: Progress | 
     scenes
         Keys of :class:`.Simulation` without ``effects`` and ``model``, and a ``name``.
     repeats
-        How often each pair is timed, with and without in turns: a machine's mood then meets both.
+        How often each pair is timed, with and without in turns, so that both see the same load of the machine.
 
     Returns
     -------
@@ -66,7 +66,7 @@ def compare(given: Mapping[str, Any], effect: str, repeats: int) -> dict[str, fl
     seconds: dict[str, list[float]] = {s: [] for s in asked}
     found: dict[str, xr.Dataset] = {}
     for repeat in range(repeats):
-        # In turns, and the other one first each time: what runs second finds a warmer or a hotter machine.
+        # In turns, and the other one first each time: the second run finds warm caches and a hotter processor.
         for setting in sorted(asked, reverse=bool(repeat % 2)):
             began = process_time()
             found[setting] = collapse_data.run(asked[setting])
@@ -75,13 +75,13 @@ def compare(given: Mapping[str, Any], effect: str, repeats: int) -> dict[str, fl
     unit = on.attrs["gravity_length"]
     change = abs(on.attrs["lambda_c"] / off.attrs["lambda_c"] - 1.0)
     touch = abs(on.attrs["touch_x"] - off.attrs["touch_x"]) / unit
-    # What else the machine does makes a run longer, never shorter.
+    # Other load of the machine makes a run longer, never shorter.
     least = {setting: min(taken) for setting, taken in seconds.items()}
     accuracy = asked["on"].accuracy
     return {
         "needed": float(on["needed"].sel(effect=effect)),
         "reported": float(effect in off.attrs["missing"].split(", ")),
-        # What a model leaves out shows in lambda_c; what happens in the fall, in where it ends.
+        # An omission of the model shows in lambda_c; one during the fall shows in the first touch.
         "matters": float(change > accuracy if effect in (SOLID, MEMBRANE) else not touch <= accuracy),
         "change": change,
         "touch_change": touch,
@@ -93,7 +93,7 @@ def compare(given: Mapping[str, Any], effect: str, repeats: int) -> dict[str, fl
 
 
 def _clocked(on: xr.Dataset, off: xr.Dataset, effect: str) -> float:
-    """What an effect's own clock says, more with it than without, over the time of all else."""
+    """Time by the effect's own clock, with it less without it, over the time of everything else."""
     own, watched = (float(found["seconds"].sel(effect=effect)) for found in (on, off))
     return (own - watched) / (float(on["computing"]) - own)
 

@@ -1,7 +1,7 @@
 """Does the true error of lambda_c stay within its estimate?  Random scenes, each against a much finer solution.
 
-The truth of a scene that asks for the solid or the rod is that model's on a much finer mesh; of one that leaves the
-model open it is the solid's, so that the estimate includes the model's error.
+The reference of a scene with the solid or the rod is the same model on a much finer mesh; where the model is left open
+it is the solid, so that the estimate includes the model's error.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ LONGER = (0.3, 10.0)
 THICKNESS = (0.005, 0.2)
 NU = (0.0, 0.45)
 ACCURACY = {"auto": (1e-4, 1e-2), "solid": (3e-4, 1e-2), "rod": (1e-6, 1e-2)}
-"""Accuracies that are asked for; a solid to 1e-4 would take long."""
+"""Requested accuracies; a solid to 1e-4 would take long."""
 TRUTH = {"solid": 0.35, "rod": 0.2}
-"""Factor on the element lengths of the truth."""
+"""Refinement of the reference."""
 
 
 def run(cases: int, seed: int, threads: int = 1, progress: Progress | None = None) -> xr.Dataset:
@@ -73,7 +73,7 @@ def case(number: int, seed: int) -> dict[str, Any]:
         locate = locate_rod.run if kind == "rod" else locate_solid.run
         truth = locate(strip, prediction, TRUTH[kind])
         if truth.end is not End.SNAP:
-            raise SolveError(f"the truth is no snap: {truth.end.reason}")
+            raise SolveError(f"the reference is no snap: {truth.end.reason}")
     except SolveError as failure:
         return row | {"message": f"{type(failure).__name__}: {failure}"}
     if found.snap:

@@ -1,6 +1,6 @@
-"""What the accuracy of a fall costs: where the strip first touches, over models, meshes, time steps and integrators.
+"""Accuracy of a fall versus run time: the first touch over models, meshes, time steps and integrators.
 
-Every way finds its own critical state and is let go from there, undamped; timed is the fall alone.  All in units of L*,
+Every way finds its own critical state and falls from there, undamped; only the fall is timed.  All in units of L*,
 sqrt(L*/g).
 """
 
@@ -27,7 +27,7 @@ SCHEMES: dict[str, Scheme] = {
     "energy-momentum, conserving": EnergyMomentum(dissipation=0.0),
     "generalised-alpha": GeneralisedAlpha(),
 }
-"""The integrators, the first is the one that is used; Bathe's method is for grippers that do not move at all."""
+"""The integrators; the first is the one that is used.  Bathe's method needs a gripper at rest throughout."""
 
 
 class Way(NamedTuple):
@@ -62,7 +62,7 @@ def run(
     ways
         Fields of :class:`Way`, each.
     reference
-        Two more: what stands for the truth, and a cheaper one by which it is checked.
+        Two more: the reference, and a cheaper one that estimates its error.
     repeats
         Falls after an uncounted one of which the median time is taken.
 

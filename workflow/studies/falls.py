@@ -1,6 +1,6 @@
 """Hard and easy falls: does the motion stay bounded, above the floor and free of energy gain, and where does it end?
 
-Every case differs from the base in what its name says.  All in units of L*.
+The name of a case says how it differs from the base.  All in units of L*.
 """
 
 from __future__ import annotations

@@ -78,7 +78,7 @@ class Fold:
         push = -float(mode @ (tangent @ rate))
         near = [p for p in run.points if found.lam - p.lam < NEARBY_NEWTON]
         x = np.array([row @ (p.q - at.q) for p in near])
-        # A parabola whose summit is where it fits best: a tooth of the contact holds the located one a little aside.
+        # A parabola whose summit is fitted too: contact switching displaces the located one a little.
         fall = -float(np.polyfit(x, [p.lam for p in near], 2)[0])
         return cls(run, row, push, push * fall)
 

@@ -1,8 +1,8 @@
 """Small vibrations of a clamped strip: frequencies of the motion in time against the beam's.
 
 A strip clamped at one end, without gravity and hanging under it, is struck along each of its lowest modes; the
-frequency is read from the zero crossings of the motion.  The truth is that of an inextensible Euler-Bernoulli beam,
-``w'''' - (T w')' = omega^2 w`` with the tension ``T = l - s`` of what hangs below, from a computation of its own.
+frequency is read from the zero crossings of the motion.  The reference is an inextensible Euler-Bernoulli beam,
+``w'''' - (T w')' = omega^2 w`` with the tension ``T = l - s`` of the part below, solved by Ritz's method.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from studies.common import dataset
 STRIKE = 1e-4
 """Largest velocity of the strip's free end after the strike, over its frequency, in lengths of the strip: small."""
 TERMS = 16
-"""Polynomials of the beam's truth: its three lowest frequencies have then converged to ten digits."""
+"""Polynomials of the beam's solution: its three lowest frequencies have then converged to ten digits."""
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,6 @@
 """Other programs on the same strip: time against error for one equilibrium and, where they can, one critical point.
 
-Each runs in a process and an environment of its own (``workflow/peers``).  Whatever keeps one from answering is a
-result too, and stored as a reason.  Errors are against this package's converged solution of the model that the peer
+Each runs in a process and an environment of its own (``workflow/peers``).  If one has no answer, the reason is stored.  Errors are against this package's converged solution of the model that the peer
 solves: of the solid, of the rod, or of the elastica.  All in L*.
 """
 
@@ -30,7 +29,7 @@ Settings = list[dict[str, Any]]
 EQUILIBRIUM, CRITICAL = "equilibrium", "critical"
 QUESTIONS = (EQUILIBRIUM, CRITICAL)
 TOLERANCES = (1e-2, 1e-3, 1e-4)
-"""Errors to which times are told, L*."""
+"""Errors at which times are given, L*."""
 COUNTERPARTS = {"felupe": "solid", "mujoco": "rod", "pyelastica": "rod", "auto": "elastica"}
 """The one of our models with whose time a program's is compared."""
 TITLES = {"felupe": "felupe", "mujoco": "MuJoCo", "pyelastica": "PyElastica", "auto": "AUTO-07p"}
@@ -93,7 +92,7 @@ def run(
     folder: str | os.PathLike[str],
     progress: Progress | None = None,
 ) -> xr.Dataset:
-    """Ask everyone.
+    """Run every program on every question.
 
     Parameters
     ----------

@@ -1,6 +1,6 @@
-"""What the paper's printed constitutive law does to a strip that turns: stress and bending stiffness.
+"""The paper's printed constitutive law on a strip that turns: stress and bending stiffness.
 
-A strip that is folded turns by up to 180 degrees.  An objective law does not notice; the printed one does
+A strip that is folded turns by up to 180 degrees.  An objective law is not affected by the rotation; the printed one is
 (``docs/physics.md``, section 2).
 """
 

@@ -1,8 +1,8 @@
 """Where the time of one lambda_c of the solid goes, of one of the elastica, and of one R-path assessed on the rod.
 
 Functions are wrapped with timers while it is computed: each has its own time, without that of other wrapped ones, and
-the time of a call with all in it.  The measure for a step of any kind is one assembly plus one factorisation: nothing
-that solves the problem takes less.
+the time of a call with all in it.  The unit of a step of any kind is one assembly plus one factorisation: no solution
+takes less.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""Random gripper paths: each gets a verdict or a clear error, and a verdict does not hang on the steps.
+"""Random gripper paths: each gets a verdict or a clear error, and the verdict does not depend on the steps.
 
-Smooth ones and ones with corners, some out of the strip's reach, some below the floor.  Every verdict is reached a
-second time with shorter steps on another mesh: a branch taken by mistake would show.
+Smooth ones and ones with corners, some out of the strip's reach, some below the floor.  Every assessment is repeated
+with shorter steps on another mesh, which would reveal a wrong branch.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The rod against the solid and the elastica: lambda_c over thickness and height, and over the element length.
 
-What the rod lacks shows in the first, what its mesh costs in the second.  All in L*.
+The first shows the error of the model, the second that of its mesh.  All in L*.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """The comparison that chooses the time integrator.
 
 Three measures, each for every scheme: the order on a linear oscillator and on a smooth swing of the strip, with fixed
-steps; what Newton iterations an accuracy costs there; and the fall to the first touch with floor and adaptive steps,
-where the balance of energy shows what a scheme makes or takes.  A scheme that fails has nan and says why.
+steps; the Newton iterations for a given accuracy there; and the fall to the first touch with floor and adaptive steps,
+where the balance of energy shows the gain or loss of a scheme.  A scheme that fails has nan and says why.
 """
 
 from __future__ import annotations
@@ -39,15 +39,15 @@ SCHEMES: dict[str, Scheme] = {
 SWING = 0.05
 """Velocity with which the swing begins, as a factor on the mode of unit mass norm.
 
-Its square stretches the strip, in a vibration far faster than the steps: with more, that and not the swing is what is
-left of the error at fine steps.
+Its square stretches the strip, in a vibration far faster than the steps; a larger velocity would make this vibration
+the dominant error at fine steps.
 """
 PUSH = 1e-2
-"""The same of the fall: more than a tooth of the contact holds back, a hundredth of the energy released."""
+"""The same of the fall: enough to pass the spurious limit points of the contact, a hundredth of the energy released."""
 FINER = 8
-"""The truth of the swing is from steps this many times shorter than the shortest."""
+"""The reference of the swing has steps this many times shorter than the shortest."""
 LOOSE = TimeOptions(largest_gain=np.inf)
-"""Schemes that make energy are to be seen making it."""
+"""Without a limit on energy gain, so that schemes that gain energy show it."""
 LATEST = 200.0
 """A strip that has not touched by then, sqrt(L*/g), has failed to fall."""
 OF_FALL = ("touch_time", "touch_steps", "touch_iterations", "touch_seconds", "released", "lost_share")
@@ -118,7 +118,7 @@ def swing_start(run: XRun) -> tuple[HeldStrip, TimeState]:
     """A swing of the strip that is smooth in time: no contact changes, nothing starts with a jerk.
 
     It begins at the last, unstable equilibrium past the critical point, with a velocity along the mode that is
-    unstable there; what lies stays held and there is no other floor.
+    unstable there; the lying part stays held and there is no other floor.
     """
     problem, point = run.problem, run.points[-1]
     held = np.concatenate([problem.prescribed, point.state.active])
