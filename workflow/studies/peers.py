@@ -1,7 +1,8 @@
 """Other programs on the same strip: time against error for one equilibrium and, where they can, one critical point.
 
-Each runs in a process and an environment of its own (``workflow/peers``).  If one has no answer, the reason is stored.  Errors are against this package's converged solution of the model that the peer
-solves: of the solid, of the rod, or of the elastica.  All in L*.
+Each runs in a process and an environment of its own (``workflow/peers``).  If one has no answer, the reason is stored.
+Errors are against this package's converged solution of the model that the program solves: the solid, the rod or the
+elastica.  All in L*.
 """
 
 from __future__ import annotations
