@@ -156,7 +156,8 @@ class TestAccuracy:
             folder.mkdir()
 
         monkeypatch.setattr(design.Case, "write", write)
-        data = recordings_accuracy.run(range(2), 1, 0.0, tmp_path)
+        monkeypatch.setattr(recordings_accuracy, "write_calibration", lambda *_: None)
+        data = recordings_accuracy.run(2, 1, 0.0)
         assert list(data["outcome"].values) == [recordings_accuracy.REFUSED] * 2
         assert "recording.yaml" in data["message"].values[0]
         assert len(recordings_accuracy.error(data)) == 0

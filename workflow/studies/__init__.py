@@ -46,7 +46,7 @@ STUDIES = {
     "friction_steps": Study("studies.friction_steps:run", "smallest friction against the step size"),
     "random_paths": Study("studies.random_paths:run", "random gripper paths, each assessed twice", pooled=True),
     "recordings_accuracy": Study(
-        "studies.pool:recordings_accuracy",
+        "studies.recordings_accuracy:run",
         "synthetic recordings measured, each with its truth",
         pooled=True,
         memory=4000,

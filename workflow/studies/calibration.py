@@ -7,18 +7,17 @@ window used here is proportional to the distance between corners.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 
 from stripfold.errors import CalibrationError
-from stripfold.store import variable
 from stripfold.vision import intrinsics
 from stripfold.vision.boards import Board, Refinement, detect, spacing
 from stripfold.vision.camera import read_camera, read_opencv_yaml
 from stripfold.vision.pictures import read_calibration_picture
+from studies.common import Progress, dataset
 
 CHESSBOARD = Board(type="chessboard", columns=9, rows=6, square=0.025)
 CHARUCO = Board(type="charuco", columns=5, rows=7, square=0.04, marker=0.02, dictionary="6x6_250")
@@ -30,7 +29,7 @@ WAYS = {SCALED: None, EARLY: Refinement(11, iterations=30, change=0.1)}
 """How corners are refined: by default, and as for the published calibration."""
 
 
-def run(images: str | Path, progress: Callable[[str], None] | None = None) -> xr.Dataset:
+def run(images: str | Path, progress: Progress | None = None) -> xr.Dataset:
     """Calibrations over ``way`` and ``view``, from the two folders of boards in ``images``.
 
     Raises
@@ -65,27 +64,23 @@ def run(images: str | Path, progress: Callable[[str], None] | None = None) -> xr
         raise CalibrationError(CHARUCO_PICTURE, "no board", "the ChArUco board")
     charuco_rms = intrinsics.reprojection_error(read_camera(other / PUBLISHED_CHARUCO), charuco)
     data = {
-        "view_rms": variable(("way", "view"), view_rms, "pixel", "reprojection error of a view, RMS"),
-        "rms": variable("way", rms, "pixel", "reprojection error, RMS"),
-        "value": variable(("way", "parameter"), value, "1", "intrinsics; the first four in pixels"),
-        "left_out_focal": variable(("way", "view"), left_out_focal, "pixel", "change of fx without a view"),
-        "left_out_rms": variable(("way", "view"), left_out_rms, "pixel", "RMS without a view"),
-        "coverage": variable(
-            (), intrinsics.calibrate(views, size).coverage, "1", "share of the picture covered by boards"
-        ),
-        "spacing": variable("view", [spacing(seen) for seen in pixels], "pixel", "smallest distance between corners"),
-        "pixels": variable(("view", "corner", "axis"), pixels, "pixel", "corners in the pictures"),
-        "size": variable("axis", np.array(size, dtype=np.float64), "pixel", "width and height of the pictures"),
-        "published_rms": variable((), float(published["avg_reprojection_error"]), "pixel", "published RMS"),
-        "published_view_rms": variable("view", published_rms, "pixel", "published RMS of a view"),
-        "published_value": variable(
-            "parameter", published_value, "1", "published intrinsics, the first four in pixels"
-        ),
-        "charuco_rms": variable((), charuco_rms, "pixel", "ChArUco, published camera: RMS"),
-        "charuco_corners": variable((), float(len(charuco.ids)), "1", "corners found on the ChArUco board"),
-        "way": variable("way", list(WAYS), "1", "how corners were refined"),
-        "view": variable("view", names, "1", "picture"),
-        "parameter": variable("parameter", intrinsics.PARAMETERS, "1", "intrinsic parameter"),
-        "axis": variable("axis", ["x", "y"], "1", "axis of the pictures"),
+        "view_rms": (("way", "view"), view_rms),
+        "rms": ("way", rms),
+        "value": (("way", "parameter"), value),
+        "left_out_focal": (("way", "view"), left_out_focal),
+        "left_out_rms": (("way", "view"), left_out_rms),
+        "coverage": ((), intrinsics.calibrate(views, size).coverage),
+        "spacing": ("view", [spacing(seen) for seen in pixels]),
+        "pixels": (("view", "corner", "axis"), pixels),
+        "size": ("axis", np.array(size, dtype=np.float64)),
+        "published_rms": ((), float(published["avg_reprojection_error"])),
+        "published_view_rms": ("view", published_rms),
+        "published_value": ("parameter", published_value),
+        "charuco_rms": ((), charuco_rms),
+        "charuco_corners": ((), float(len(charuco.ids))),
+        "way": ("way", list(WAYS)),
+        "view": ("view", names),
+        "parameter": ("parameter", intrinsics.PARAMETERS),
+        "axis": ("axis", ["x", "y"]),
     }
-    return xr.Dataset(data)
+    return dataset("calibration", data)

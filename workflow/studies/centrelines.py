@@ -12,8 +12,8 @@ compared between the pictures; it varies with the yarn and with the exposure, an
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -21,12 +21,10 @@ import xarray as xr
 
 from stripfold.arrays import Array, Picture
 from stripfold.errors import InvalidInputError
-from stripfold.store import variable
 from stripfold.vision import eta
 from stripfold.vision.centreline import find
 from stripfold.vision.pictures import read_grey
-
-Variables = dict[str, xr.Variable]
+from studies.common import Progress, dataset
 
 TEXTILE = "bendstiff/test_image.jpg"
 MIDLINE = "bendstiff/test_reference_midline.csv"
@@ -43,7 +41,7 @@ SHARES = np.linspace(0.1, 1.0, 10)
 """Curvatures, relative to the largest, at which the secant of the fitted law is stored."""
 
 
-def run(images: Path, progress: Callable[[str], None] | None = None) -> xr.Dataset:
+def run(images: Path, progress: Progress | None = None) -> xr.Dataset:
     """Measure all pictures in ``images``.
 
     Raises
@@ -55,15 +53,15 @@ def run(images: Path, progress: Callable[[str], None] | None = None) -> xr.Datas
     """
     data = _textile(images) | _yarn(images)
     if progress:
-        progress(f"textile: {1e3 * float(data['centreline_rms'].values):.3f} mm from the authors' midline")
+        progress(f"textile: {1e3 * data['centreline_rms'][1]:.3f} mm from the authors' midline")
     attrs = {
         "textile_source": "P. H. Broberg et al., Composites Part B (2023), 110763; github.com/phbroberg/bendstiff, MIT",
         "yarn_source": "K. Singal et al., github.com/sabetta/stitch-by-stitch, MIT",
     }
-    return xr.Dataset(data, attrs=attrs)
+    return dataset("centrelines", data, attrs)
 
 
-def _textile(images: Path) -> Variables:
+def _textile(images: Path) -> dict[str, tuple[Any, Any]]:
     found = eta.from_image(read_grey(images / TEXTILE), SCALE, "cantilever", TEXTILE)
     line, power, exponent = found.line, found.power, found.exponent
     assert line is not None
@@ -78,44 +76,44 @@ def _textile(images: Path) -> Variables:
 
     rms = float(np.sqrt(np.mean(distance**2)))
     return {
-        "centreline_rms": variable((), rms, "m", "RMS distance of the authors' midline from the centreline"),
-        "centreline_span": variable((), np.ptp(line.points[:, 0]) * SCALE, "m", "horizontal extent of the centreline"),
-        "reference_covered": variable((), covered, "1", "share of the authors' midline with a centreline next to it"),
-        "eta_b": variable((), found.eta_b, "m-4 s2", "weight-to-bending-stiffness ratio of the linear fit"),
-        "eta_b_lower": variable((), low, "m-4 s2", "lower end of the 95 % interval of eta_b"),
-        "eta_b_upper": variable((), high, "m-4 s2", "upper end of the 95 % interval of eta_b"),
-        "eta_b_secant": variable((), secants[-1], "m-4 s2", "secant eta_b of M ~ kappa^n at largest_curvature"),
-        "fit_rms": variable((), found.residual, "m", "RMS residual of the linear strip"),
-        "fit_power_rms": variable((), power.rms * SCALE, "m", "RMS residual with the law M ~ kappa^n"),
-        "exponent": variable((), exponent[0], "1", "n of the law M ~ kappa^n"),
-        "exponent_lower": variable((), exponent[1], "1", "lower end of the 95 % interval of n"),
-        "exponent_upper": variable((), exponent[2], "1", "upper end of the 95 % interval of n"),
-        "linear": variable((), float(bool(found.linear)), "1", "1 if the interval of n contains 1"),
-        "largest_curvature": variable((), power.curvature / SCALE, "m-1", "largest curvature of that fit"),
-        "x": variable("point", line.points[:, 0] * SCALE, "m", "centreline, horizontal"),
-        "z": variable("point", -line.points[:, 1] * SCALE, "m", "centreline, upwards from the top of the picture"),
-        "sd": variable("point", line.sd * SCALE, "m", "standard deviation of the centreline, normal to it"),
-        "reference_x": variable("reference", reference[:, 0], "m", "the authors' midline, horizontal"),
-        "reference_z": variable("reference", -reference[:, 1] - shift, "m", "the same, upwards, shifted to the line"),
-        "reference_distance": variable("beside", distance, "m", "distance of the authors' midline, normal to the line"),
-        "reference_curvature": variable("law", curvature, "m-1", "curvature of the authors' moment-curvature law"),
-        "reference_eta_b": variable("law", AREAL_LOAD / GRAVITY * curvature / moment, "m-4 s2", "secant of that law"),
-        "share": variable("share", SHARES, "1", "curvature / largest curvature of the fitted law"),
-        "secant_eta_b": variable("share", np.array(secants), "m-4 s2", "eta_b of the secant of the law M ~ kappa^n"),
+        "centreline_rms": ((), rms),
+        "centreline_span": ((), np.ptp(line.points[:, 0]) * SCALE),
+        "reference_covered": ((), covered),
+        "eta_b": ((), found.eta_b),
+        "eta_b_lower": ((), low),
+        "eta_b_upper": ((), high),
+        "eta_b_secant": ((), secants[-1]),
+        "fit_rms": ((), found.residual),
+        "fit_power_rms": ((), power.rms * SCALE),
+        "exponent": ((), exponent[0]),
+        "exponent_lower": ((), exponent[1]),
+        "exponent_upper": ((), exponent[2]),
+        "linear": ((), float(bool(found.linear))),
+        "largest_curvature": ((), power.curvature / SCALE),
+        "x": ("point", line.points[:, 0] * SCALE),
+        "z": ("point", -line.points[:, 1] * SCALE),
+        "sd": ("point", line.sd * SCALE),
+        "reference_x": ("reference", reference[:, 0]),
+        "reference_z": ("reference", -reference[:, 1] - shift),
+        "reference_distance": ("beside", distance),
+        "reference_curvature": ("law", curvature),
+        "reference_eta_b": ("law", AREAL_LOAD / GRAVITY * curvature / moment),
+        "share": ("share", SHARES),
+        "secant_eta_b": ("share", np.array(secants)),
     }
 
 
-def _yarn(images: Path) -> Variables:
+def _yarn(images: Path) -> dict[str, tuple[Any, Any]]:
     pictures = [read_grey(images / YARN.format(round(100 * length))) for length in YARN_LENGTHS]
     lines = [find(image, points=eta.POINTS, source=YARN) for image in pictures]
     pixels = np.array([line.length for line in lines])
     thickness = np.array([np.median(line.width) for line in lines]) * YARN_LENGTHS / pixels
     by_rows = [_length_by_rows(image) for image in pictures]
     return {
-        "yarn": variable("yarn", YARN_LENGTHS, "m", "free length of the yarn, by its name"),
-        "yarn_pixels": variable("yarn", pixels, "1", "yarn: length of the centreline, pixels"),
-        "yarn_rows_pixels": variable("yarn", by_rows, "1", "yarn: length by the rows of Otsu's mask, pixels"),
-        "yarn_thickness": variable("yarn", thickness, "m", "yarn: median width, if its length is the named one"),
+        "yarn": ("yarn", YARN_LENGTHS),
+        "yarn_pixels": ("yarn", pixels),
+        "yarn_rows_pixels": ("yarn", by_rows),
+        "yarn_thickness": ("yarn", thickness),
     }
 
 

@@ -17,8 +17,8 @@ from stripfold.analysis import critical_point
 from stripfold.arrays import Array
 from stripfold.inputs import Scene as StripScene
 from stripfold.material import Material
-from stripfold.store import variable
 from stripfold.synthetic.scene import Scene
+from studies.common import dataset
 
 SIZE = (480, 360)
 FIELD = 8.0
@@ -101,40 +101,19 @@ def table(
     materials
         Entries of the configuration by name, for eta_m; a recording with none of their eta_b has the paper's eta_m.
     """
-
-    def column(values: Sequence[float] | Array, units: str, long_name: str) -> xr.Variable:
-        return variable("recording", np.asarray(values, dtype=np.float64), units, long_name)
-
-    def stored(name: str, units: str, long_name: str) -> xr.Variable:
-        return column([float(data[name]) for data in measured], units, long_name)
-
-    found = xr.Dataset(
-        {
-            "eta_b": stored("eta_b", "m-4 s2", "weight-to-bending-stiffness ratio"),
-            "height": stored("height", "m", "height of the gripper"),
-            "speed": stored("gripper_speed", "m s-1", "speed of the gripper"),
-            "lambda_event": stored("lambda_event", "m", "lambda at the onset of the snap, measured"),
-            "lambda_low": stored("lambda_low", "m", "lower end of its 95 % interval"),
-            "lambda_high": stored("lambda_high", "m", "upper end of its 95 % interval"),
-            "lambda_static": stored("lambda_static", "m", "end of the quasi-static branch, measured"),
-            "snapped": stored("snapped", "1", "1 if there was a snap"),
-            "synthetic": column([data.attrs["synthetic"] for data in measured], "1", "1 if computed, not filmed"),
-            "flagged": column([bool(data.attrs["flags"]) for data in measured], "1", "1 if the measurement has flags"),
-            "lambda_model": column(
-                [_model(data, materials) for data in measured], "m", "lambda_c of the model without friction"
-            ),
-            "track": variable(
-                ("recording", "sample", "axis"),
-                np.array([_track(data) for data in measured]).reshape(-1, SAMPLES, 2),
-                "m",
-                "lambda and height of the gripped end at equally spaced times, by the video",
-            ),
-            "recording": variable("recording", list(names), "1", "name"),
-            "axis": variable("axis", ["lambda", "z"], "1", "coordinate"),
-        }
-    )
-    text = "onset extrapolated to zero speed, from the recordings at this height"
-    return found.assign(lambda_zero=column(zero_speed(found), "m", text))
+    stored = ("eta_b", "height", "lambda_event", "lambda_low", "lambda_high", "lambda_static", "snapped")
+    columns = {name: np.array([float(data[name]) for data in measured]) for name in stored}
+    columns |= {
+        "speed": np.array([float(data["gripper_speed"]) for data in measured]),
+        "synthetic": np.array([float(data.attrs["synthetic"]) for data in measured]),
+        "flagged": np.array([float(bool(data.attrs["flags"])) for data in measured]),
+        "lambda_model": np.array([_model(data, materials) for data in measured]),
+    }
+    columns["lambda_zero"] = zero_speed(columns)
+    values: dict[str, tuple[Any, Any]] = {name: ("recording", column) for name, column in columns.items()}
+    tracks = np.array([_track(data) for data in measured]).reshape(-1, SAMPLES, 2)
+    values |= {"track": (("recording", "sample", "axis"), tracks), "axis": ("axis", ["lambda", "z"])}
+    return dataset("recordings", values | {"recording": ("recording", list(names))})
 
 
 def _track(data: xr.Dataset) -> Array:
@@ -154,17 +133,18 @@ def _model(data: xr.Dataset, materials: Mapping[str, Mapping[str, Any]]) -> floa
     return critical_point.find(strip).lambda_c
 
 
-def zero_speed(data: xr.Dataset) -> Array:
+def zero_speed(columns: Mapping[str, Array]) -> Array:
     """lambda at the onset extrapolated to speed zero, m, shape (n,); nan where there is one speed only.
 
     The lag grows with the speed to the power 2/3 (damped) or 4/5 (inertial): the mean of both, whose difference is less
     than the lag that is left.
     """
-    zero = np.full(data.sizes["recording"], np.nan)
-    key = np.round(np.column_stack([data["eta_b"], data["height"]]), 6)
+    speeds, events, snapped = columns["speed"], columns["lambda_event"], columns["snapped"] == 1.0
+    zero = np.full(len(speeds), np.nan)
+    key = np.round(np.column_stack([columns["eta_b"], columns["height"]]), 6)
     for group in np.unique(key, axis=0):
-        rows = np.flatnonzero(np.all(key == group, axis=1) & (data["snapped"].values == 1.0))
-        speed, lam = data["speed"].values[rows], data["lambda_event"].values[rows]
+        rows = np.flatnonzero(np.all(key == group, axis=1) & snapped)
+        speed, lam = speeds[rows], events[rows]
         if len(rows) > 1 and np.ptp(speed) > 0.1 * speed.max():
             zero[rows] = np.mean([np.polyfit(speed**power, lam, 1)[1] for power in EXPONENTS])
     return zero

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import tempfile
-from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -17,55 +17,34 @@ import xarray as xr
 
 from stripfold.arrays import Array
 from stripfold.errors import StripfoldError
-from stripfold.store import variable
 from stripfold.vision import measure, recording, snap
 from stripfold.vision.measure import Measurement
-from studies.recordings_design import Case, case
+from studies.common import Progress, pooled, table
+from studies.recordings_design import case, write_calibration
 
 MEASURED, BOUND, REFUSED = "measured", "bound", "refused"
 """Outcomes: a value; a bound, since no snap was seen; an error."""
+_NUMBERS = ("event", "truth", "static", "static_sd", "static_truth", "sd", "ratio", "speed", "seconds_off", "tracked")
 
 
-_COLUMNS = {
-    "event": ("m", "lambda measured at the event; the largest if no snap was seen"),
-    "truth": ("m", "lambda at the event of the motion itself; its static lambda_c if no snap was seen"),
-    "static": ("m", "end of the quasi-static branch, measured"),
-    "static_sd": ("m", "its standard deviation by the fit"),
-    "static_truth": ("m", "static lambda_c of the motion"),
-    "sd": ("m", "standard deviation of lambda by the measurement"),
-    "ratio": ("1", "speed of the snap over that before it"),
-    "speed": ("m s-1", "speed of the gripper"),
-    "seconds_off": ("s", "error of the event's time by the video's clock"),
-    "tracked": ("1", "share of the frames in which the strip was found"),
-}
+def run(cases: int, seed: int, dynamics: float, threads: int = 1, progress: Progress | None = None) -> xr.Dataset:
+    """Render and measure the first cases of a design, see :func:`.recordings_design.case`; a dataset over ``case``."""
+    with tempfile.TemporaryDirectory() as folder:
+        # Before the processes start: two of them would render the same calibration.
+        for camera in {case(number, seed).factors["camera"] for number in range(cases)}:
+            write_calibration(camera, Path(folder))
+        one = partial(measured, seed=seed, dynamics=dynamics, calibrations=Path(folder))
+        rows = pooled(one, range(cases), threads, progress)
+    return table("recordings_accuracy", "case", rows, {"seed": seed, "dynamics": dynamics})
 
 
-def run(
-    numbers: range, seed: int, dynamics: float, calibrations: Path, progress: Callable[[str], None] | None = None
-) -> xr.Dataset:
-    """Render and measure the cases with these numbers, see :func:`.recordings_design.case`; a dataset over ``case``.
-
-    ``calibrations`` is a folder for the calibrations that cases share.
-    """
-    rows = []
-    for number in numbers:
-        rows.append(_measured(case(number, seed, dynamics), calibrations))
-        if progress:
-            progress(f"{number}: {rows[-1]['outcome']} {rows[-1]['message']}")
-    data = {"case": variable("case", numbers, "1", "number of the case")}
-    for name, value in rows[0].items():
-        units, text = _COLUMNS.get(name, ("1", name.replace("_", " ")))
-        values = np.array([row[name] for row in rows], dtype=object if isinstance(value, str) else np.float64)
-        data[name] = variable("case", values, units, text)
-    return xr.Dataset(data)
-
-
-def _measured(case: Case, calibrations: Path) -> dict[str, Any]:
-    """The row of a case."""
-    row: dict[str, Any] = dict.fromkeys(_COLUMNS, np.nan) | {"message": "", "flags": ""} | dict(case.factors)
+def measured(number: int, seed: int, dynamics: float, calibrations: Path) -> dict[str, Any]:
+    """The case of this number, rendered and measured; ``calibrations`` is a folder that cases share."""
+    asked = case(number, seed, dynamics)
+    row = {"case": number, **dict.fromkeys(_NUMBERS, np.nan), "message": "", "flags": "", **asked.factors}
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary) / "recording"
-        case.write(folder, calibrations)
+        asked.write(folder, calibrations)
         try:
             found = measure.measure(recording.read(folder))
         except StripfoldError as error:

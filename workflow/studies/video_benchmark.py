@@ -22,7 +22,6 @@ from av.video.stream import VideoStream
 
 from stripfold.arrays import Picture
 from stripfold.errors import StripfoldError
-from stripfold.store import variable
 from stripfold.synthetic.recording import history_of
 from stripfold.synthetic.render import Renderer
 from stripfold.synthetic.scene import Scene
@@ -32,6 +31,7 @@ from stripfold.vision.gripper import GripperTracker
 from stripfold.vision.mapping import Mapping, fit_homography
 from stripfold.vision.strip_tracker import StripTracker
 from stripfold.vision.video import read
+from studies.common import ONE_CORE, dataset
 
 CODECS = {"h264": ("libx264", "mp4"), "mpeg4": ("mpeg4", "mp4"), "mjpeg": ("mjpeg", "avi"), "ffv1": ("ffv1", "mkv")}
 """Encoder and container of each codec."""
@@ -62,23 +62,24 @@ def run(frames: int, repeats: int) -> xr.Dataset:
                     seconds[i, j, k] = np.array(found["seconds"]) / length
     over = ("codec", "length", "run")
     per_frame = seconds[:, -1].swapaxes(1, 2)
-    return xr.Dataset(
+    return dataset(
+        "video_benchmark",
         {
-            "rate": variable(over, rate, "s-1", "frames per second, on one core"),
-            "memory": variable(over, memory, "MB", "peak memory of the tracking process and its decoder together"),
-            "seconds": variable(("codec", "stage", "run"), per_frame, "s", "time per frame of a stage, longer video"),
-            "codec": variable("codec", list(CODECS), "1", "codec of the video"),
-            "length": variable("length", lengths, "1", "number of frames"),
-            "stage": variable("stage", STAGES, "1", "stage of the work on a frame"),
+            "rate": (over, rate),
+            "memory": (over, memory),
+            "seconds": (("codec", "stage", "run"), per_frame),
+            "codec": ("codec", list(CODECS)),
+            "length": ("length", lengths),
+            "stage": ("stage", STAGES),
         },
-        attrs={"size": f"{SIZE[0]} x {SIZE[1]}"},
+        {"size": f"{SIZE[0]} x {SIZE[1]}"},
     )
 
 
 def _in_own_process(path: Path) -> dict[str, Any]:
     """The result of :func:`measure` in a process of its own."""
     command = [sys.executable, "-m", "studies.video_benchmark", str(path)]
-    environment = os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    environment = os.environ | ONE_CORE
     done = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
     if done.returncode:
         raise StripfoldError(f"the benchmark's process failed: {done.stderr.strip()}")
