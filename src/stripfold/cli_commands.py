@@ -170,6 +170,9 @@ def film_options(parser: argparse.ArgumentParser) -> None:
 
 
 def film(arguments: argparse.Namespace, say: Say) -> str:
+    from stripfold.extras import require
+
+    require("vision")
     path = _output(arguments.output, arguments.result, ".mp4")
     from stripfold import store
     from stripfold.plots.film import film

@@ -43,6 +43,17 @@ class InvalidInputError(StripfoldError, ValueError):
         super().__init__(f"{found}; allowed: {allowed}{tail}")
 
 
+class MissingExtraError(StripfoldError, ImportError):
+    """An optional part of the package is not installed."""
+
+    exit_code = 2
+
+    def __init__(self, extra: str, missing: Sequence[str]) -> None:
+        self.extra = extra
+        needed = f"this needs the optional dependencies of stripfold[{extra}] ({', '.join(missing)} missing)"
+        super().__init__(f'{needed}; install them: pip install "stripfold[{extra}]"')
+
+
 class SolveError(StripfoldError):
     """A solve that did not reach its tolerance.
 

@@ -344,6 +344,9 @@ class StripCollapse(Result):
 
     def film(self, file: str | os.PathLike[str], progress: Progress | None = None) -> None:
         """Draw it as an MP4 film."""
+        from stripfold.extras import require
+
+        require("vision")
         from stripfold.plots.film import film
 
         film(self.dataset, file, progress=progress)

@@ -1,0 +1,51 @@
+"""The package as it is installed: the wheel is whole, and works without its extras where it can."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import zipfile
+from importlib import util
+from pathlib import Path
+
+import pytest
+
+from stripfold import cli, extras
+from stripfold.errors import MissingExtraError
+
+ROOT = Path(__file__).parents[1]
+
+
+@pytest.mark.slow
+def test_every_file_of_the_package_is_in_the_wheel(tmp_path: Path):
+    line = ["-m", "pip", "wheel", "--quiet", "--no-deps", "--no-build-isolation", "--wheel-dir", str(tmp_path)]
+    # From a copy: a build leaves files beside the sources.
+    files = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True).stdout.split("\n")
+    copy = tmp_path / "copy"
+    for name in filter(None, files):
+        if name.startswith("src/") or "/" not in name:
+            (copy / name).parent.mkdir(parents=True, exist_ok=True)
+            (copy / name).write_bytes((ROOT / name).read_bytes())
+    subprocess.run([sys.executable, *line, str(copy)], check=True, cwd=tmp_path)
+    (wheel,) = tmp_path.glob("*.whl")
+    there = {name for name in zipfile.ZipFile(wheel).namelist() if name.startswith("stripfold/")}
+    assert there == {name.removeprefix("src/") for name in files if name.startswith("src/stripfold/")}
+
+
+def test_a_missing_extra_is_named(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
+    found = util.find_spec
+    monkeypatch.setattr(extras, "find_spec", lambda name: None if name == "av" else found(name))
+    with pytest.raises(MissingExtraError, match=r"stripfold\[vision\]"):
+        extras.require("vision")
+    assert cli.main(["film", "result.nc"]) == 2
+    assert 'pip install "stripfold[vision]"' in capsys.readouterr().err
+
+
+def test_what_needs_no_extra():
+    """In a process in which the optional modules cannot be imported; pillow comes with matplotlib."""
+    blocked = [module for modules in extras.MODULES.values() for module in modules if module != "PIL"]
+    names = ("strip", "results", "cli", "analysis.collapse_data", "plots.collapse_curve")
+    code = f"import sys; sys.modules |= dict.fromkeys({[*blocked, 'snakemake']!r})\n"
+    code += "\n".join(f"import stripfold.{name}" for name in names)
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
