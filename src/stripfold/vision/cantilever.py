@@ -41,18 +41,14 @@ class Fit:
 
     Attributes
     ----------
-    ratio
-        ``(length / L*)^3``, of the secant stiffness at the largest curvature where the law is not linear.
-    exponent
-        n of ``m ~ kappa^n``; 1 where it was not fitted.
+    ratio, exponent
+        ``(length / L*)^3``, of the secant stiffness at the largest curvature where the law is not linear; n of
+        ``m ~ kappa^n``, 1 where it was not fitted.
     ratios, exponents
-        Shape (k,): bootstrap samples of both.
-    points
-        Shape (n, 2), pixels: the fitted curve beside the measured points.
-    residual
-        Shape (n,): measured minus fitted, normal to the curve, pixels.
-    sd
-        Shape (n,): of the fitted curve, normal to itself, pixels.
+        Bootstrap samples of both, shape (k,).
+    points, residual, sd
+        The fitted curve beside the n measured points, shape (n, 2); measured minus fitted, and standard deviation of
+        the fitted curve, both normal to it, shape (n,); pixels.
     curvature
         Largest curvature of the fitted curve, 1 / pixel.
     """
@@ -73,20 +69,15 @@ class Fit:
 
 
 def fit(points: Array, sd: Array, tip_sd: float, *, linear: bool = True, source: str = "picture") -> Fit:
-    """Fit the shape of a strip whose free end is the last of ``points``.
+    """Fit the shape of a strip; ``linear`` sets n = 1, otherwise n is fitted.
 
     Parameters
     ----------
-    points
-        Shape (n, 2), pixels, equally spaced, y downwards, from the clamp to the free end.
-    sd
-        Shape (n,): their standard deviations; those above the median reduce a point's weight.
+    points, sd
+        Equally spaced points from the clamp to the free end, y downwards, shape (n, 2), and their standard
+        deviations, shape (n,), pixels; a point's weight is reduced where ``sd`` is above its median.
     tip_sd
         Uncertainty of the free end along the strip, pixels.
-    linear
-        Whether n = 1; otherwise it is fitted.
-    source
-        Name for errors.
 
     Raises
     ------

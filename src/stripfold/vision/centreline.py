@@ -52,20 +52,10 @@ MIN_SD = 0.01
 class Centreline:
     """A strip's centreline in a picture, from the gripper's end along the strip.
 
-    Attributes
-    ----------
-    points
-        Shape (n, 2), pixels, equally spaced along the arc.
-    sd
-        Shape (n,): standard deviation normal to the curve, pixels; nan in a film, where nothing depends on it.
-    width, contrast
-        Shape (n,): of the visible band, pixels and grey levels.
-    score
-        Shape (n,): 0 (hidden) to 1 (as clear as the strip typically is).
-    bright
-        Whether the strip is brighter than its surroundings.
-    open_ends
-        Whether the strip leaves the picture at its first and at its last point.
+    ``points``, shape (n, 2), pixels, are equally spaced.  At each, shape (n,): ``sd`` normal to the curve, pixels (nan
+    in a film, where nothing depends on it); ``width``, pixels, and ``contrast``, grey levels, of the visible band;
+    ``score``, from 0 (hidden) to 1 (as clear as the strip typically is).  ``bright``: whether the strip is brighter
+    than its surroundings; ``open_ends``: whether it leaves the picture at its first and at its last point.
     """
 
     points: Array
@@ -120,19 +110,11 @@ class _Band(NamedTuple):
 
 
 def find(image: Picture, start: ArrayLike | None = None, *, points: int = 80, source: str = "picture") -> Centreline:
-    """The longest and clearest strip in a picture.
+    """The longest and clearest strip in a picture, grey values of shape (h, w).
 
-    Parameters
-    ----------
-    image
-        Grey values, shape (h, w).
-    start
-        Pixel of the gripper's end: the line leads away from it, to the side on which more of the strip is.  Without
-        it the line starts at the strip's end further left.
-    points
-        How many points to return.
-    source
-        Name for errors.
+    ``start`` is the pixel of the gripper's end: the line leads away from it, to the side on which more of the strip
+    is.  Without it the line starts at the strip's end further left.  ``points`` is their number, ``source`` the
+    picture's name for errors.
 
     Raises
     ------

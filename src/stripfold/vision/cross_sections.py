@@ -142,12 +142,8 @@ def measure_edges(profiles: Grey, width: Array | float) -> Edges:
     Each edge is where the grey value is half-way between the band's and that beside it, on its own side: a strip
     often has its dimmer face on one side and the background on the other.
 
-    Parameters
-    ----------
-    profiles
-        Shape (n, 2 r + 1), with r at least the largest :func:`search_range`.
-    width
-        Approximate width of the band on each section, shape (n,), or on all, pixels.
+    ``profiles`` has shape (n, 2 r + 1), with r at least the largest :func:`search_range`; ``width`` is the band's
+    approximate width on each section, shape (n,), or on all, pixels.
     """
     width = np.broadcast_to(np.asarray(width, dtype=np.float64), len(profiles))
     middle = profiles.shape[1] // 2
@@ -234,18 +230,8 @@ def smooth_centres(
 ) -> tuple[Array, Array]:
     """Robustly smoothed centres, shape (n, 2), and their weights, shape (n,).
 
-    Parameters
-    ----------
-    centres
-        Shape (n, 2), pixels.
-    noise
-        Of :class:`Edges`.
-    across
-        Normals, shape (n, 2).
-    cutoff
-        In spacings.
-    expected
-        Weight of a centre that was not measured, relative to that of a measured one.
+    ``noise`` is that of :class:`Edges`, ``across`` are the normals, ``cutoff`` is in spacings, and ``expected`` the
+    weight of a centre that was not measured, relative to that of a measured one.
     """
     good = score >= GOOD
     spread = np.clip(noise / median(noise[good]), 0.5, 3.0)

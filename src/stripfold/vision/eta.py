@@ -40,15 +40,12 @@ class EtaB:
         "fold" or "cantilever".
     eta_b, interval
         Weight-to-bending-stiffness ratio and its 95 % interval, m^-4 s^2.
-    residual
-        Root mean square of the distances between measured and fitted points, m.
-    scale
-        m per pixel.
+    residual, scale
+        Root mean square of the distances between measured and fitted points, m; m per pixel.
     fold
-        The loop, with the method "fold".
+        The loop; None with the method "cantilever".
     line, shape, power
-        With the method "cantilever": the centreline from the clamp, the linear elastica's fit, and that of a law
-        ``M ~ kappa^n``.
+        The centreline from the clamp, the linear elastica's fit, and that of ``M ~ kappa^n``; None with "fold".
     """
 
     method: str

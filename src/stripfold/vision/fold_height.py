@@ -39,14 +39,7 @@ class Fold:
 
 
 def measure_fold(image: Picture, source: str = "picture") -> Fold:
-    """The loop of a folded strip; the table is where the lower layer lies straight.
-
-    Parameters
-    ----------
-    image
-        Grey values, shape (h, w), upright.
-    source
-        Name for errors.
+    """The loop of a folded strip in an upright picture; the table is where the lower layer lies straight.
 
     Raises
     ------

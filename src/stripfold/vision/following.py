@@ -77,16 +77,8 @@ def with_appearance(image: Picture, line: Centreline) -> Centreline:
 def follow(image: Picture, guess: Centreline, ends: Array, reach: float) -> Followed | None:
     """The strip next to where it is expected, or None where hardly any of it is seen.
 
-    Parameters
-    ----------
-    image
-        Grey values, shape (h, w).
-    guess
-        Where it is expected, and what it looks like.
-    ends
-        Shape (2, 2): the line's first point, by the gripper's marker, and its last one, pixels.
-    reach
-        How far from ``guess`` it may be, pixels.
+    ``guess`` says where it is expected and what it looks like, ``ends``, shape (2, 2), where its first point is, by
+    the gripper's marker, and its last one; it may be up to ``reach`` from ``guess``; pixels.
     """
     arc = guess.arc
     typical = median(guess.width)
@@ -158,9 +150,15 @@ def _end_offsets(curve: Array, across: Array, ends: Array) -> Array:
 
 
 def _on_own_layer(places: Array, curve: Array, layer: int) -> Mask:
-    """Which places are nearest to their own part of a curve, up to ``layer`` points away, and not to another layer."""
-    _, nearest = cKDTree(curve).query(places)
-    return np.asarray(np.abs(nearest - np.arange(len(curve))) <= layer)
+    """Which places are nearest to their own part of a curve, up to ``layer`` points away, and not to another layer.
+
+    Those within a pixel of their own point are; to ask only for the others takes half the time.
+    """
+    own = np.hypot(*(places - curve).T) < 1.0
+    moved = np.flatnonzero(~own)
+    if moved.size:
+        own[moved] = np.abs(cKDTree(curve).query(places[moved])[1] - moved) <= layer
+    return np.asarray(own)
 
 
 def _rounded(width: Array) -> Array:

@@ -40,15 +40,10 @@ FRAME_SD = 0.2
 MIN_FRAMES, MIN_STATIONS = snap.FRAMES_BEFORE, 5
 FIT_WINDOW = 0.5
 """Half the time over which the gripper's motion is fitted, s."""
-# From here on a quality flag is set.
-MAX_HEIGHT_DRIFT = 0.002
-"""Of the gripper, m."""
-MAX_SPEED_ERROR, MAX_LENGTH_ERROR = 0.2, 0.02
-"""Differences between measurement and description, as a share."""
-MAX_LOG_DEVIATION = 3.0
-"""Difference between x by the log and by the video at the event, in standard deviations."""
-MISSING_FRAME = 1.5
-"""Interval between the frames around the event, in usual ones."""
+MAX_HEIGHT_DRIFT, MAX_SPEED_ERROR, MAX_LENGTH_ERROR = 0.002, 0.2, 0.02
+"""Limits of the quality flags: drift of the gripper's height, m; speed and length off the description, as a share."""
+MAX_LOG_DEVIATION, MISSING_FRAME = 3.0, 1.5
+"""The same: x by the log off that by the video, in standard deviations; interval at the event, in usual ones."""
 
 PARTS = ("shape", "level", "frames", "mapping", "gripper", "clock")
 """Causes of uncertainty: noise of the strip's points, peak of its speed, time between frames, calibration, noise of the
@@ -61,26 +56,21 @@ class Measurement:
 
     Attributes
     ----------
-    motion
-        Speed of the strip.
-    clock
-        Of the robot against the video; None without a log.
-    snapped
-        Whether there was a snap.  Otherwise ``event``, the farthest advance of the gripper, is a lower bound.
-    event_time, event
-        Onset of the snap, and lambda then.
+    motion, clock
+        Speed of the strip; the robot's clock against the video's, None without a log.
+    snapped, event_time, event
+        Whether there was a snap, its onset, and lambda then.  Without a snap ``event`` is a lower bound: the farthest
+        advance of the gripper.
     parts
         Standard deviations of ``event`` by cause, see :data:`PARTS`.
     by_video, by_log
-        lambda from the video alone and from the log; nan where there is none.
+        lambda at the event from the video alone and from the log; nan without a log.
     static
         End of the quasi-static branch; None where it does not bend enough to tell.
     speed
         Of the gripper around the event, m/s.
-    flags
-        Quality flags, in words; empty where all is well.
-    manual
-        Why the onset was set by hand; empty where it was not.
+    flags, manual
+        Quality flags in words; why the onset was set by hand, empty where it was not.
     """
 
     recording: Recording
@@ -283,10 +273,10 @@ def _mapping_sd(calibration: Calibration, tracks: Tracks, random: np.random.Gene
 
 
 def _static_end(recording: Recording, tracks: Tracks, motion: Speed) -> StaticFit | None:
-    gripper = recording.entries["gripper"]
     slow = np.flatnonzero(motion.u[: motion.peak] < motion.level(snap.FIT_END))
     if not len(slow):
         return None
+    gripper = recording.entries["gripper"]
     before = tracks.seen & (tracks.strip_time < motion.t[slow[-1]])
     lam = gripper["direction"] * (tracks.gripped_end[:, 0] - gripper["flat_end"])
     return snap.static_fit(lam[before], tracks.points[before])

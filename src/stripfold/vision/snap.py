@@ -58,14 +58,8 @@ FIT_MAX_SD = 0.2
 class Speed:
     """The strip's speed over time.
 
-    Attributes
-    ----------
-    t, u
-        Shape (m,): times, s, and the speed in the window around each, m/s.
-    following
-        u_0: median while the strip followed its gripper, m/s.
-    peak
-        Index of the peak.
+    ``t``, s, and ``u``, the speed in the window around it, m/s, have shape (m,); ``following`` is u_0, the median while
+    the strip followed its gripper, m/s; ``peak`` is the index of the peak.
     """
 
     t: Array
@@ -208,17 +202,8 @@ def static_fit(lam: Array, points: Array) -> StaticFit | None:
 
     The remaining lag raises it, the more the faster the gripper.
 
-    Parameters
-    ----------
-    lam
-        Shape (n,): advance of the gripper, m, in the frames before the snap.
-    points
-        Shape (n, k, 2), m.
-
-    Returns
-    -------
-    StaticFit or None
-        None where the branch does not bend enough to tell its end.
+    ``lam``, shape (n,), is the advance of the gripper in the frames before the snap, ``points`` has shape (n, k, 2);
+    m.  None where the branch does not bend enough to tell its end.
     """
     if len(lam) < FIT_MIN_FRAMES:
         return None

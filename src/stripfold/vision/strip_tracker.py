@@ -45,17 +45,7 @@ MAX_GRIP_DISTANCE = 0.03
 
 
 class StripTracker:
-    """Follows the strip from frame to frame: call it with each in turn and the pixel of its gripped end.
-
-    Parameters
-    ----------
-    mapping
-        From pixels to the robot.
-    length
-        Of the strip, m.
-    source
-        Name of the film, for errors.
-    """
+    """Follows a strip of ``length``, m; to be called with each frame in turn and the pixel of its gripped end."""
 
     def __init__(self, mapping: Mapping, length: float, source: str) -> None:
         self._mapping, self._strip_length, self._source = mapping, length, source

@@ -30,28 +30,20 @@ VISIBLE_WEIGHT = 0.05
 
 @dataclass(frozen=True, eq=False)
 class Tracks:
-    """The measured motion in a film of n frames.
+    """The measured motion in a film of n frames; what belongs to the strip is nan where it was lost.
 
     Attributes
     ----------
-    timing, report
-        Times of the frames and irregularities of the video.
-    gripper
-        The marker, pixels.
-    grip_time
-        Shape (n,): when the marker's row was exposed, s.
-    gripped_end
-        Shape (n, 2): the strip's gripped end, x and z of the robot, m.
-    strip_time
-        Shape (n,): when the strip's rows were exposed, s; nan where the strip was lost.
-    points
-        Shape (n, stations, 2): material points of the strip, x and z, m; nan where it was lost.
+    timing, report, gripper
+        Times of the frames, irregularities of the video, and the marker, pixels.
+    grip_time, gripped_end
+        When the marker's row was exposed, shape (n,), s; the strip's gripped end, x and z, shape (n, 2), m.
+    strip_time, points
+        When the strip's rows were exposed, shape (n,), s; its material points, x and z, shape (n, stations, 2), m.
     stations
-        Shape (stations,): their arc lengths from the gripped end, m.
-    score
-        Shape (n,): mean over the strip, 0 where it was lost.
-    visible_length
-        Shape (n,): of the strip, m; nan where it was lost.
+        Arc lengths of the material points from the gripped end, shape (stations,), m.
+    score, visible_length
+        Of the strip, shape (n,): mean score, 0 where it was lost, and length, m.
     complete
         Whether both ends of the strip are in the picture.
     size
