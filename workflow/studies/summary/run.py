@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from studies.summary.facts import Facts
-from studies.summary.table import SOURCES, Number
+from studies.summary.table import SOURCES, Number, Source
 
 Entry = dict[str, Any]
 
@@ -37,15 +37,20 @@ def summarise(data: Mapping[str, xr.Dataset], sources: Mapping[str, str]) -> dic
     (the names of all datasets that it is from).
     """
     out: dict[str, Entry] = {}
-    for names, facts_of, numbers in SOURCES:
-        datasets = names.split()
-        if datasets[0] in OPTIONAL and datasets[0] not in data:
-            continue
-        for facts in _each(facts_of(*(data[name] for name in datasets))):
-            facts["d"] = data[datasets[0]]
-            for number in numbers:
-                entry = _evaluate(number, facts)
-                out[number.key.format(**facts)] = entry | {"source": sources[datasets[0]], "datasets": datasets}
+    for source in SOURCES:
+        names = source.names.split()
+        if names[0] in data or names[0] not in OPTIONAL:
+            found = evaluate(source, *(data[name] for name in names))
+            out |= {key: entry | {"source": sources[names[0]], "datasets": names} for key, entry in found.items()}
+    return out
+
+
+def evaluate(source: Source, *data: xr.Dataset) -> dict[str, Entry]:
+    """The numbers of one source by key, from its datasets."""
+    out: dict[str, Entry] = {}
+    for facts in _each(source.facts(*data)):
+        facts["d"] = data[0]
+        out |= {number.key.format(**facts): _evaluate(number, facts) for number in source.numbers}
     return out
 
 
