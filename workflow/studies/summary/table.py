@@ -274,8 +274,8 @@ SOURCES = (
         Number("recordings_failed", "refused_share", "1", 2, "<= 0.1",
             "share of the {cases} synthetic recordings that end in an error; in {unseen} more no snap is seen"),
         Number("recordings_wrong", "wrong", "count", 4, "= 0 of at least one",
-            "measured lambda more than 1 mm off without a flag, of {measured} ({seed}); flagged values ({flagged}) do not "
-            "count, {flagged_wrong} of them are as far off", lambda f: f.measured > 0),
+            "measured lambda more than 1 mm off without a flag, of {measured} ({seed}); flagged values ({flagged}) do "
+            "not count, {flagged_wrong} of them are as far off", lambda f: f.measured > 0),
     )),
     Source("recordings", facts_paths.recordings, (
         Number("recordings_measured", "measured", "count", 4, ">= 40",
