@@ -12,7 +12,7 @@ import numpy as np
 
 from stripfold.analysis import planning
 from stripfold.analysis.collapse import SIZES
-from stripfold.analysis.contact import lift_off, touches
+from stripfold.analysis.contact import LEAST_LYING, lift_off, touches
 from stripfold.analysis.path_friction import Step, load_incrementally_from
 from stripfold.analysis.path_statics import BEYOND
 from stripfold.analysis.static import ROBUST_NEWTON, StripModel, lift, no_horizontal_force, transfer
@@ -135,7 +135,7 @@ def static_limit(strip: StripModel, height: float, friction: float, refinement: 
                         break  # it snapped in this step
                     raise SolveError("the sag touches before the strip snaps", parameter=step.point.lam)
                 steps.append(step)
-                if lift_off(model, step.point) > model.length - 0.5:
+                if lift_off(model, step.point) > model.length - LEAST_LYING:
                     raise SolveError("the whole strip is lifted before it snaps", parameter=step.point.lam)
         except LostStabilityError:
             if not steps:

@@ -1,7 +1,6 @@
-"""Recordings that are computed, not filmed: a strip's motion through a real camera model, and everything around it.
+"""Synthetic recordings: a computed motion seen by a camera model, with calibration, robot log and known truth.
 
-They are what the measurement is judged by, since their truth is known.  Whatever is written here says that it is
-synthetic: in its title, in its files and in each of its pictures.
+They test the measurement of lambda.  Title, files and every picture of a recording say that it is synthetic.
 """
 
 from stripfold.extras import require

@@ -1,4 +1,4 @@
-"""What a synthetic recording is made of: the strip, the gripper, how it is filmed, and its motion; in SI units."""
+"""The scene of a synthetic recording, in SI units: strip, gripper, filming and motion."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from stripfold.material import GRAVITY
 from stripfold.validation import Flag, Input, Number, Text, Whole, quantity, read_yaml, within
 
 CONTAINERS = {"ffv1": ("mkv",), "mjpeg": ("mkv", "avi"), "mpeg4": ("mp4",)}
-MOST_PIXELS = 4096 * 2160
+MAX_PIXELS = 4096 * 2160
 
 Grey = Annotated[Number, quantity("grey, as a share of white", ge=0.0, le=1.0)]
 Share = Annotated[Number, quantity("share", ge=0.0, le=0.5)]
@@ -48,7 +48,7 @@ class Strip(Input):
 
     @property
     def flat_end(self) -> float:
-        """x of the gripped end while the strip lay flat, m: the origin is mid-strip."""
+        """x of the gripped end of the flat strip, m: the origin is mid-strip."""
         return -self.length / 2.0
 
 
@@ -65,9 +65,9 @@ class Gripper(Input):
 
 
 class Filming(Input):
-    """How a motion is filmed.
+    """The camera, its film, and the robot log.
 
-    The picture's centre looks at ``target``, x and z in the folding plane, from ``distance``.  ``field`` is the width
+    The centre of the picture shows ``target``, x and z in the folding plane, from ``distance``.  ``field`` is the width
     of the folding plane that an undistorted picture would show.  A frame's time stamp is the middle of the exposure of
     its first row.
     """
@@ -76,22 +76,22 @@ class Filming(Input):
     frame_rate: Annotated[Number, quantity("frames per second", "s^-1", ge=1.0, le=1000.0)] = 30.0
     target: tuple[Place, Place] = (0.08, 0.085)
     distance: Annotated[Number, quantity("distance of the camera", "m", ge=0.05, le=20.0)] = 0.9
-    field: Annotated[Number, quantity("width that is seen", "m", ge=0.01, le=20.0)] = 0.32
-    tilt: Annotated[Number, quantity("how far the camera looks down", "degrees", ge=0.0, le=30.0)] = 4.0
+    field: Annotated[Number, quantity("width of the field of view", "m", ge=0.01, le=20.0)] = 0.32
+    tilt: Annotated[Number, quantity("downward tilt of the camera", "degrees", ge=0.0, le=30.0)] = 4.0
     yaw: Angle = 0.0
     roll: Angle = 0.0
     behind: Flag = False
-    """Whether the camera looks from the other side: robot x grows to the left."""
+    """Whether the camera is on the other side: robot x increases to the left."""
     distortion: tuple[Lens, Lens, Lens, Lens] = (-0.1, 0.03, 0.0, 0.0)
     """k1, k2, p1, p2."""
     exposure: Duration = 0.004
     rolling_shutter: Duration = 0.0
-    """From the exposure of the first row to that of the last."""
+    """Exposure of the last row after that of the first."""
     defocus: Annotated[Number, quantity("standard deviation of the blur", "pixels", ge=0.0, le=10.0)] = 0.5
     shot_noise: Noise = 0.5
-    """At white, of the part that grows with the square root of the light."""
+    """At white, of the part proportional to the square root of the light."""
     read_noise: Noise = 1.0
-    """Of the part that is everywhere."""
+    """Of the part independent of the light."""
     light: Annotated[Number, quantity("grey of white paper in the middle, share of 255", ge=0.02, le=1.0)] = 0.8
     gradient: Annotated[Number, quantity("share by which light falls from left to right", ge=0.0, le=0.8)] = 0.1
     flicker: Annotated[Number, quantity("amplitude of a flicker at 100 Hz, share", ge=0.0, le=0.5)] = 0.0
@@ -104,14 +104,14 @@ class Filming(Input):
     quality: Annotated[Whole, quantity("quantiser of mjpeg and mpeg4: 2 is the best", ge=2, le=31)] = 3
     jitter: Annotated[Number, quantity("standard deviation of the frame interval, share", ge=0.0, le=0.3)] = 0.0
     dropped: Share = 0.0
-    """Of frames that are missing."""
+    """Of missing frames."""
     dropped_at_event: Annotated[Whole, quantity("frames missing from where the snap begins", ge=0, le=100)] = 0
     doubled: Share = 0.0
-    """Of frames that show the one before again."""
+    """Of frames that repeat the one before."""
     timestamps: Flag = False
-    """Whether the times are in timestamps.csv; the container's are then those of a constant rate."""
+    """Whether the times are in timestamps.csv; those of the container then have a constant rate."""
     log_rate: Annotated[Number, quantity("rows of the robot's log per second", "s^-1", ge=5.0, le=1000.0)] = 100.0
-    log_offset: Annotated[Number, quantity("robot's clock where the video's shows 0", "s", ge=-1e4, le=1e4)] = 0.0
+    log_offset: Annotated[Number, quantity("robot's clock at time 0 of the video", "s", ge=-1e4, le=1e4)] = 0.0
     log_noise: PlaceNoise = 2e-5
     stop_noise: PlaceNoise = 5e-5
     """Of the calibration of the robot."""
@@ -124,8 +124,8 @@ class Filming(Input):
             words = " or ".join(CONTAINERS[self.codec])
             raise InvalidInputError("container", self.container, f"{words} with codec {self.codec}")
         width, height = self.size
-        if width * height > MOST_PIXELS or width % 2 or height % 2:
-            raise InvalidInputError("size", [width, height], f"two even numbers, together {MOST_PIXELS} pixels")
+        if width * height > MAX_PIXELS or width % 2 or height % 2:
+            raise InvalidInputError("size", [width, height], f"two even numbers, together {MAX_PIXELS} pixels")
         uneven = self.jitter or self.dropped or self.dropped_at_event
         if self.container == "avi" and uneven and not self.timestamps:
             raise InvalidInputError("container", "avi", "mkv or mp4", "avi keeps no time stamps: set timestamps, too")
@@ -133,7 +133,7 @@ class Filming(Input):
 
 
 class ShapesMotion(Input):
-    """A motion that knows no mechanics: shapes drawn with bends, moved by a made-up law (the generator "shapes")."""
+    """A motion without mechanics: arcs and straight pieces moved by a law of one variable (the generator "shapes")."""
 
     law: Literal["parabolic", "cubic", "power", "two_modes"] = "parabolic"
     before: Annotated[Number, quantity("start of the film before lambda_c", "m", ge=1e-3, le=1.0)] = 0.02
@@ -144,7 +144,9 @@ class ShapesMotion(Input):
     amplitude: Annotated[Number, quantity("distance from critical one L* before it", ge=0.1, le=3.0)] = 0.6
     cubic: Annotated[Number, quantity("factor of the cubic law", ge=0.01, le=1.0)] = 0.3
     exponent: Annotated[Number, quantity("exponent of the power law", ge=0.3, le=0.8)] = 0.5
-    drift: Annotated[Number, quantity("rise of the sag before lambda_c beside the law's", ge=0.0, le=2.0)] = 0.15
+    drift: Annotated[Number, quantity("rise of the sag before lambda_c in addition to the law's", ge=0.0, le=2.0)] = (
+        0.15
+    )
 
 
 class DynamicsMotion(Input):
@@ -158,14 +160,14 @@ class DynamicsMotion(Input):
     eta_m: Annotated[Number, quantity("weight-to-membrane-stiffness ratio", "m^-2 s^2", ge=1e-8, le=1.0)] = 1e-3
     model: MovingModel = "solid"
     refinement: Annotated[Number, quantity("factor on the element lengths", ge=0.25, le=4.0)] = 2.0
-    """A rod's elements have half the nodes: for a rod the factor is half as large."""
+    """Half of it is equivalent for a rod, whose elements have half the nodes."""
 
 
 MOTIONS: dict[str, type[ShapesMotion] | type[DynamicsMotion]] = {"shapes": ShapesMotion, "dynamics": DynamicsMotion}
 
 
 class Scene(Input):
-    """A whole synthetic recording; its title always says that it is synthetic."""
+    """A synthetic recording; its title always says that it is synthetic."""
 
     strip: Strip = Strip()
     gripper: Gripper = Gripper()
@@ -194,7 +196,7 @@ class Scene(Input):
         return self
 
     def as_config(self) -> dict[str, Any]:
-        """The resolved keys and values, as they could be given."""
+        """All keys and values, defaults included."""
         return self.model_dump(mode="json")
 
 
