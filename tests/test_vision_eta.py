@@ -92,7 +92,7 @@ def saturating(exponent: float = 0.5, load: float = 12.0) -> drawn.Array:
     return np.asarray(found.sol(s)[2:].T)
 
 
-def test_a_law_that_is_not_linear_is_told() -> None:
+def test_nonlinear_law_is_detected() -> None:
     points = SPAN * saturating(0.5, 1.5)
     fit = cantilever.fit(points, np.full(100, 0.1), 1.0, linear=False)
     assert fit.exponent == pytest.approx(0.5, abs=0.01)
@@ -102,7 +102,8 @@ def test_a_law_that_is_not_linear_is_told() -> None:
     found = eta.from_image(drawn.picture(drawn.coverage(curve, 6.0, SIZE)), SCALE, "cantilever")
     assert found.linear is False
     n, low, high = found.exponent or (0.0, 0.0, 0.0)
-    assert low < 0.5 < high or n == pytest.approx(0.5, abs=0.05)
+    assert low < 0.5 < high
+    assert n == pytest.approx(0.5, abs=0.01)
     # The secant at the largest curvature: M / kappa = kappa^(n - 1) = M_0^((n - 1) / n).
     moment = float(np.trapezoid(1.5 * (saturating(0.5, 1.5)[:, 0]), dx=1.0 / 99.0))
     expected = 1.5 / moment ** ((0.5 - 1.0) / 0.5) / 9.81 / (SPAN * SCALE) ** 3
@@ -152,7 +153,7 @@ def test_folded_strip(unit: float, right: bool, look: dict[str, float]) -> None:
     assert found.linear is None
 
 
-def test_a_tilted_camera_does_not_change_the_fold() -> None:
+def test_fold_does_not_depend_on_the_tilt_of_the_camera() -> None:
     angle = np.radians(8.0)
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
     curve = (folded(100.0) - [320.0, 250.0]) @ turn.T + [320.0, 250.0]
@@ -160,7 +161,7 @@ def test_a_tilted_camera_does_not_change_the_fold() -> None:
     assert found.eta_b == pytest.approx(true_eta(100.0), rel=0.02)
 
 
-def test_what_the_thickness_of_a_folded_strip_does() -> None:
+def test_effect_of_the_thickness_of_a_folded_strip() -> None:
     """The number in the module's text: the landing layer lies its thickness higher."""
     loop = elastica.folded_loop()
     profile = loop.state.at(np.linspace(0.0, loop.arc, 200))
@@ -185,24 +186,24 @@ def test_what_the_thickness_of_a_folded_strip_does() -> None:
     ("curve", "method", "message"),
     [
         (hanging(2.0), "fold", "no loop"),
-        (folded(100.0), "cantilever", "heavy elastica|eta_b anywhere"),
+        (folded(100.0), "cantilever", "no heavy elastica has this shape"),
         (hanging(2.0) + np.array([0.0, 230.0]), "cantilever", "lower end is cut"),
-        (folded(100.0) + np.array([-360.0, 0.0]), "fold", "no loop inside|border cuts"),
-        (folded(100.0) + np.array([0.0, 188.0]), "fold", "no loop inside|border cuts"),
+        (folded(100.0) + np.array([-360.0, 0.0]), "fold", "no loop inside"),
+        (folded(100.0) + np.array([0.0, 188.0]), "fold", "border cuts"),
         (np.column_stack([np.linspace(60, 560, 300), np.linspace(60, 62, 300)]), "fold", "no loop"),
     ],
 )
-def test_pictures_that_show_something_else(curve: drawn.Array, method: str, message: str) -> None:
+def test_picture_without_the_strip_is_refused(curve: drawn.Array, method: str, message: str) -> None:
     with pytest.raises(TrackingError, match=message):
         eta.from_image(drawn.picture(drawn.coverage(curve, 6.0, SIZE)), SCALE, method, "it.png")
 
 
-def test_what_is_no_hanging_strip() -> None:
+def test_shape_that_is_no_heavy_elastica_is_refused() -> None:
     with pytest.raises(TrackingError, match=r"the best heavy elastica is \d"):
         cantilever.fit(drawn.arc()[::8], np.full(100, 0.1), 1.0)
 
 
-def test_neighbours_that_are_off_together() -> None:
+def test_correlation_length() -> None:
     noise = np.random.default_rng(3).normal(size=2000)
     assert cantilever._correlation_length(noise) <= 3
     together = np.convolve(noise, np.ones(10) / 10.0, "valid")
@@ -249,18 +250,18 @@ def test_command_line(photo: dict[str, str], tmp_path: Path, capsys: pytest.Capt
 
 
 @pytest.mark.parametrize(
-    ("more", "words"),
+    ("more", "code", "words"),
     [
-        (["--scale", "1e-4"], "method is missing"),
-        (["--method", "fold"], "scale is missing"),
-        (["--scale", "1e-4", "--method", "cantilever"], "folded.png: "),
-        (["--scale", "1e-4", "--method", "fold", "--picture", "out.jpg"], "ends in .png"),
+        (["--scale", "1e-4"], 2, "method is missing"),
+        (["--method", "fold"], 2, "scale is missing"),
+        (["--scale", "1e-4", "--method", "cantilever"], 4, "folded.png: no heavy elastica"),
+        (["--scale", "1e-4", "--method", "fold", "--picture", "out.jpg"], 2, "ends in .png"),
     ],
 )
 def test_command_line_refuses(
-    photo: dict[str, str], capsys: pytest.CaptureFixture[str], more: list[str], words: str
+    photo: dict[str, str], capsys: pytest.CaptureFixture[str], more: list[str], code: int, words: str
 ) -> None:
-    assert main(["eta", "--image", photo["folded"], *more]) in (2, 4)
+    assert main(["eta", "--image", photo["folded"], *more]) == code
     out, err = capsys.readouterr()
     assert out == ""
     assert err.startswith("stripfold: error: ")

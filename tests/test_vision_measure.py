@@ -112,7 +112,7 @@ def test_lambda_counts_from_the_flat_end_in_the_direction_of_the_advance(snappin
     assert other.event == pytest.approx(found.event)
 
 
-def test_the_clock_of_rows_counts(snapping: Made, found: Measurement):
+def test_rolling_shutter_delays_the_rows(snapping: Made, found: Measurement):
     """The same film of a camera that takes 30 ms from its first row to its last: its rows are later."""
     asked, calibration, _ = snapping
     entries = {**asked.entries, "camera": {**asked.entries["camera"], "rolling_shutter": 0.03}}
@@ -122,7 +122,7 @@ def test_the_clock_of_rows_counts(snapping: Made, found: Measurement):
     assert np.all(later.strip_time[later.seen] > later.grip_time[later.seen])
 
 
-def test_a_manual_onset_is_taken_and_recorded(snapping: Made, found: Measurement, tmp_path: Path):
+def test_manual_onset_is_used_and_recorded(snapping: Made, found: Measurement, tmp_path: Path):
     manual = ManualOnset(event_time=found.event_time - 0.2, sd=0.05, reason="the loop is hidden")
     by_hand = evaluated(snapping, manual=manual)
     assert by_hand.event == pytest.approx(found.event - 0.2 * found.speed, abs=1e-4)
@@ -147,12 +147,12 @@ def test_a_manual_onset_is_taken_and_recorded(snapping: Made, found: Measurement
         ({"strip": {"length": 0.7}}, "its length is 700.0 mm"),
     ],
 )
-def test_what_differs_from_the_description_is_flagged(snapping: Made, entries: dict[str, Any], words: str):
+def test_difference_from_the_description_is_flagged(snapping: Made, entries: dict[str, Any], words: str):
     tracks = replace(snapping[2], complete=True)
     assert any(words in flag for flag in evaluated(snapping, tracks, **entries).flags)
 
 
-def test_a_height_that_is_not_the_described_one_is_refused(snapping: Made):
+def test_wrong_height_is_refused(snapping: Made):
     with pytest.raises(MeasurementError, match=r"gripper\.height = 0\.12 m, the video shows 0\.10"):
         evaluated(snapping, gripper={"height": 0.12})
 
@@ -167,7 +167,7 @@ def test_drift_and_missing_frames_are_flagged(snapping: Made, found: Measurement
     assert abs(fewer.event - found.event) < 3.0 * fewer.sd
 
 
-def test_a_strip_that_only_follows_has_a_bound(snapping: Made):
+def test_strip_without_a_snap_gives_a_bound(snapping: Made):
     early = some_frames(snapping[2], snapping[2].timing.time < 1.6)
     none = without_log(snapping, early)
     assert not none.snapped
@@ -176,7 +176,7 @@ def test_a_strip_that_only_follows_has_a_bound(snapping: Made):
     assert "more than" in report.result(none)
 
 
-def test_hardly_faster_than_following_is_refused(snapping: Made, monkeypatch: pytest.MonkeyPatch):
+def test_unclear_snap_is_refused(snapping: Made, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(snap, "MIN_RATIO", 50.0)
     with pytest.raises(MeasurementError, match="move the gripper more slowly"):
         evaluated(snapping)
@@ -192,7 +192,7 @@ def test_several_bursts_are_flagged(snapping: Made, found: Measurement):
     assert any("several bursts" in flag for flag in twice.flags)
 
 
-def test_frames_of_another_size_than_the_calibration(snapping: Made):
+def test_frames_of_another_size_than_the_calibration_are_refused(snapping: Made):
     asked, calibration, _ = snapping
     mapping = calibration.mapping
     other = replace(mapping, camera=replace(mapping.camera, size=(320, 200)))
@@ -200,7 +200,7 @@ def test_frames_of_another_size_than_the_calibration(snapping: Made):
         track(asked, replace(calibration, mapping=other))
 
 
-def test_too_little_film_is_refused(snapping: Made):
+def test_too_few_frames_are_refused(snapping: Made):
     tracks = snapping[2]
     lost = np.full_like(tracks.strip_time, np.nan)
     lost[:5] = tracks.strip_time[:5]
@@ -208,7 +208,7 @@ def test_too_little_film_is_refused(snapping: Made):
         evaluated(snapping, replace(tracks, strip_time=lost))
 
 
-def test_the_dataset_and_the_report_tell_all(found: Measurement, tmp_path: Path):
+def test_dataset_and_report_hold_the_result(found: Measurement, tmp_path: Path):
     data = results.as_dataset(found)
     store.write(data, tmp_path / "measured.nc", title="test")
     with xr.open_dataset(tmp_path / "measured.nc") as stored:
@@ -228,7 +228,7 @@ def test_the_dataset_and_the_report_tell_all(found: Measurement, tmp_path: Path)
     assert "<script" not in page
 
 
-def test_a_title_cannot_break_the_page(snapping: Made):
+def test_title_is_escaped_in_the_page(snapping: Made):
     page = report.html(evaluated(snapping, title="<b>bold</b>"))
     assert "<b>bold</b>" not in page
     assert "&lt;b&gt;bold" in page

@@ -63,7 +63,7 @@ def write(folder: Path, entries: Any) -> Path:
     return folder
 
 
-def test_a_whole_folder_is_read_and_completed(tmp_path: Path) -> None:
+def test_folder_is_read_with_defaults(tmp_path: Path) -> None:
     found = recording.read(write(tmp_path / "one", ENTRIES))
     assert found.entries["synthetic"] is False
     assert found.entries["gripper"]["direction"] == 1
@@ -95,7 +95,7 @@ def test_a_whole_folder_is_read_and_completed(tmp_path: Path) -> None:
         ("video", "camera", "timestamps", "beside a folder of frames"),
     ],
 )
-def test_what_is_wrong_is_named(tmp_path: Path, path: str, value: Any, key: str, words: str) -> None:
+def test_error_names_the_entry(tmp_path: Path, path: str, value: Any, key: str, words: str) -> None:
     with pytest.raises(InvalidInputError) as caught:
         recording.read(write(tmp_path / "one", entries_with(path, value)))
     assert caught.value.key == key
@@ -113,20 +113,20 @@ def test_what_is_wrong_is_named(tmp_path: Path, path: str, value: Any, key: str,
         (b"#" * (MOST_BYTES + 1), "at most"),
     ],
 )
-def test_a_file_that_is_no_recording(tmp_path: Path, content: bytes, words: str) -> None:
+def test_unreadable_recording_is_refused(tmp_path: Path, content: bytes, words: str) -> None:
     folder = write(tmp_path / "one", ENTRIES)
     (folder / recording.NAME).write_bytes(content)
     with pytest.raises(InvalidInputError, match=words):
         recording.read(folder)
 
 
-def test_a_folder_without_one(tmp_path: Path) -> None:
+def test_folder_without_a_recording_is_refused(tmp_path: Path) -> None:
     for folder in (tmp_path, tmp_path / "missing"):
         with pytest.raises(InvalidInputError, match=r"a folder with a recording\.yaml"):
             recording.read(folder)
 
 
-def test_yaml_bombs_stay_small(tmp_path: Path) -> None:
+def test_yaml_aliases_are_refused(tmp_path: Path) -> None:
     """Aliases that would unfold to billions of entries are refused, and soon."""
     lines = ["a0: &a0 [x, x, x, x, x, x, x, x, x]"]
     lines += [f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 9)}]" for i in range(1, 12)]

@@ -51,15 +51,14 @@ def test_onset_does_not_depend_on_the_scale():
     assert snap.speed(t, moving(t, 7.0)).onset == pytest.approx(wanted, abs=1e-9)
 
 
-def test_a_few_points_that_go_elsewhere_do_not_count():
+def test_onset_ignores_a_few_outlying_points():
     t = np.arange(0.0, 4.0, 1.0 / 30.0)
     points = moving(t)
     points[t > 1.0, :6] += 0.1
     assert snap.speed(t, points).onset == pytest.approx(HALF, abs=0.02)
 
 
-def test_the_raised_part_ends_where_the_strip_lies_down():
-    """A sag that nearly touches belongs to it."""
+def test_raised_part_includes_a_sag_that_nearly_touches():
     stations = np.linspace(0.0, 0.4, 41)
     z = np.interp(stations, [0.0, 0.1, 0.2, 0.25, 0.4], [0.1, 0.012, 0.03, 0.0, 0.0])
     points = np.stack([stations, z], axis=1)[None].repeat(6, axis=0)
@@ -68,7 +67,7 @@ def test_the_raised_part_ends_where_the_strip_lies_down():
     assert not chosen[25:].any()
 
 
-def test_under_way():
+def test_steady_advance():
     t = np.linspace(0.0, 6.0, 181)
     x = 0.01 * np.clip(t - 1.0, 0.0, 4.0)
     start, stop = snap.steady_advance(t, -x)
@@ -83,14 +82,14 @@ def test_following_alone_is_no_snap():
     assert found.ratio < snap.MIN_RATIO
 
 
-def test_a_ripple_before_the_snap_is_none():
+def test_ripple_before_the_snap_is_ignored():
     """A burst three times as fast as following, and irreversible, but a tenth of what comes later."""
     t = np.arange(0.0, 4.0, 1.0 / 30.0)
     ripple = 0.004 * np.clip((t - 1.0) / 0.2, 0.0, 1.0)
     assert snap.speed(t, moving(t) + ripple[:, None, None] * SHAPE).onset == pytest.approx(HALF, abs=0.01)
 
 
-def test_a_level_passed_several_times_is_passed_in_the_middle():
+def test_onset_is_the_middle_of_several_crossings():
     """Noise of a slow rise makes the speed pass its half many times; the onset is not the last of them."""
     t = np.linspace(0.0, 6.0, 601)
     rise = np.clip(t - 1.0, 0.0, 4.0) / 4.0
@@ -103,7 +102,7 @@ def test_a_level_passed_several_times_is_passed_in_the_middle():
     assert found.onset == pytest.approx(middle, abs=0.1)
 
 
-def test_what_is_taken_along_and_given_back_within_one_burst_is_no_snap():
+def test_displacement_that_is_reversed_in_one_burst_is_no_snap():
     """Something passes for half a second; by then following alone has gone half as far."""
     t = np.arange(0.0, 4.0, 1.0 / 30.0)
     points = moving(t)
@@ -111,14 +110,14 @@ def test_what_is_taken_along_and_given_back_within_one_burst_is_no_snap():
     assert snap.speed(t, points).onset == pytest.approx(HALF, abs=0.01)
 
 
-def test_two_snaps_are_told_from_one():
+def test_second_snap_is_detected():
     t = np.arange(0.0, 6.0, 1.0 / 30.0)
     twice = moving(t) + moving(np.maximum(t - 1.8, 0.0))
     assert snap.speed(t, twice).several
     assert not snap.speed(t, moving(t)).several
 
 
-def test_what_returns_is_no_snap():
+def test_displacement_that_is_reversed_is_no_snap():
     """Something passes and takes the points along for a moment, faster than the snap behind it."""
     t = np.arange(0.0, 4.0, 1.0 / 30.0)
     points = moving(t)
@@ -126,7 +125,7 @@ def test_what_returns_is_no_snap():
     assert snap.speed(t, points).onset == pytest.approx(HALF, abs=0.01)
 
 
-def test_between_moments_the_speed_is_a_line():
+def test_crossing_is_interpolated_linearly():
     """By hand: it rises by one per second, from nothing to two."""
     rising = snap.Speed(np.array([0.0, 1.0, 2.0]), np.array([0.0, 1.0, 2.0]), 0.0, 2)
     assert rising.crossing(1.3) == pytest.approx(1.3)
@@ -135,7 +134,7 @@ def test_between_moments_the_speed_is_a_line():
     assert np.isnan(rising.crossing(-0.5))
 
 
-def test_noise_of_a_slow_gripper_is_no_snap():
+def test_noise_at_a_low_gripper_speed_is_no_snap():
     """Following at 2 mm/s the noise of the points is as fast as the strip; the snap is far above both."""
     random = np.random.default_rng(5)
     t = np.arange(0.0, 4.0, 1.0 / 30.0)
@@ -153,12 +152,12 @@ class TestStaticFit:
         points = q[:, None, None] * SHAPE
         return points + noise * np.random.default_rng(seed).normal(size=points.shape)
 
-    def test_a_square_root_is_continued_to_its_end(self):
+    def test_end_of_a_square_root(self):
         found = snap.static_fit(self.LAM, self.branch())
         assert found is not None
         assert found.lam == pytest.approx(self.END, abs=1e-6)
 
-    def test_its_standard_deviation_is_that_of_the_error(self):
+    def test_standard_deviation_matches_the_error(self):
         errors = []
         for seed in range(60):
             found = snap.static_fit(self.LAM, self.branch(5e-5, seed))
@@ -167,9 +166,9 @@ class TestStaticFit:
         assert 0.7 < np.std(errors) < 1.4
         assert abs(np.mean(errors)) < 0.5
 
-    def test_a_straight_branch_has_no_end_in_sight(self):
+    def test_straight_branch_has_no_end(self):
         points = (self.LAM - 0.29)[:, None, None] * SHAPE
         assert snap.static_fit(self.LAM, points + 1e-5 * np.random.default_rng(0).normal(size=points.shape)) is None
 
-    def test_too_few_frames_tell_nothing(self):
+    def test_too_few_frames(self):
         assert snap.static_fit(self.LAM[:8], self.branch()[:8]) is None
