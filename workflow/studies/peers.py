@@ -80,6 +80,8 @@ PEERS: Mapping[str, dict[str, Any]] = {
     },
 }
 """The peers: the model that each solves, and per question its settings, coarse to fine, or why it cannot pose it."""
+FOLDER = Path(__file__).parents[1] / "peers"
+"""The programs' scripts and their environment."""
 LONGEST = 1800.0
 """Time that one peer may take in all, s."""
 
@@ -90,7 +92,7 @@ def run(
     height: float,
     advance: float,
     repeats: int,
-    folder: str | os.PathLike[str],
+    folder: str | os.PathLike[str] = FOLDER,
     progress: Progress | None = None,
 ) -> xr.Dataset:
     """Run every program on every question.
@@ -104,7 +106,7 @@ def run(
     repeats
         Counted runs of each setting.
     folder
-        With the peers' scripts and their environment.
+        With the programs' scripts and their environment.
 
     Raises
     ------
