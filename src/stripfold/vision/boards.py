@@ -74,7 +74,9 @@ class Board(Input):
     @property
     def window(self) -> float:
         """Half-window of the refinement over the distance between corners; it does not reach the markers' edges."""
-        return WINDOW if self.marker is None else min(WINDOW, 0.5 * (1.0 - self.marker / self.square))
+        if self.type == "chessboard" or self.marker is None:
+            return WINDOW
+        return min(WINDOW, 0.5 * (1.0 - self.marker / self.square))
 
     @property
     def points(self) -> Array:
