@@ -59,20 +59,13 @@ def jacobian(e, conditions):
 
 
 @pytest.mark.parametrize("conditions", CONDITIONS.values(), ids=CONDITIONS)
-def test_taylor_of_the_jacobian(conditions):
+def test_jacobian_is_the_derivative_of_the_residual(conditions):
     rng = np.random.default_rng(7)
-    n = 24
-    y = np.concatenate([rng.normal(size=n), [0.4, -1.3, 3.1]])
-    direction = rng.normal(size=n + 3)
-    e = system.evaluate(y)
-    start, slope = residual(e, conditions), jacobian(e, conditions) @ direction
-    steps = 10.0 ** np.arange(-1, -5, -1)
-    rest = [np.linalg.norm(residual(system.evaluate(y + h * direction), conditions) - start - h * slope) for h in steps]
-    orders = np.diff(np.log10(rest)) / np.diff(np.log10(steps))
-    np.testing.assert_allclose(orders[1:], 2.0, atol=0.05)
-    # Row by row: the norm is dominated by the equilibrium rows and would hide a wrong side condition.
-    h = 1e-5
+    y = np.concatenate([rng.normal(size=24), [0.4, -1.3, 3.1]])
+    direction, h = rng.normal(size=27), 1e-5
     sides = [residual(system.evaluate(y + d * direction), conditions) for d in (-h, h)]
+    slope = jacobian(system.evaluate(y), conditions) @ direction
+    # Row by row: the norm is dominated by the equilibrium rows and would hide a wrong side condition.
     np.testing.assert_allclose((sides[1] - sides[0]) / (2 * h), slope, rtol=1e-6, atol=1e-8)
 
 
