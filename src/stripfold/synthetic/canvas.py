@@ -22,11 +22,6 @@ class Layer:
 
     Agg computes the covered area of each pixel to 1/256.  OpenCV's ``fillPoly`` also draws the outline: each polygon is
     half a sample larger, which shows in a strip that is two pixels thin.
-
-    Parameters
-    ----------
-    size
-        Width and height, pixels.
     """
 
     def __init__(self, size: tuple[int, int]) -> None:
@@ -93,16 +88,10 @@ class Canvas(Layer):
         self.pixels[slice(*rows), :, :3] = background[slice(*rows), :, None]
 
     def ribbon(self, pieces: Array, greys: Array) -> None:
-        """Draw the pieces of a ribbon, each with its grey, by the share that all of them together cover.
+        """Draw the pieces of a ribbon, each with its grey, shape (n,), by the share that all of them together cover.
 
+        ``pieces``, shape (n, 4, 2), pixels: the first two corners are along the ribbon, the others opposite to these.
         Drawn one by one, the background would show at their seams.
-
-        Parameters
-        ----------
-        pieces
-            Shape (n, 4, 2): corners, pixels; the first two along the ribbon, the others opposite to these.
-        greys
-            Shape (n,).
         """
         seen = self.visible(pieces)
         if not np.any(seen):

@@ -28,15 +28,7 @@ _SHADOW = (0.25, 0.35)
 
 
 class Renderer:
-    """Draws one scene.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    first
-        Shape (n, 2): the strip's curve at some time, from which the arc lengths of its points are taken.
-    """
+    """Draws one scene; ``first``, shape (n, 2), m, is a curve of the strip, for the arc lengths of its points."""
 
     def __init__(self, scene: Scene, first: Array) -> None:
         self.scene = scene
@@ -84,22 +76,11 @@ class Renderer:
     def picture(
         self, curve: Array | None, gripper: Array, occluder: float | None = None, rows: tuple[int, int] | None = None
     ) -> Picture:
-        """The picture at one time.
+        """The picture at one time, shape (height, width), 255 for white in full light; the next call overwrites it.
 
-        Parameters
-        ----------
-        curve
-            Shape (n, 2): the mid-surface from the gripped end to the held end, m; None for no strip.
-        gripper
-            Shape (2,): the gripped end, or where it would be, m.
-        occluder
-            x of the object in front of the strip, m; None for none.
-        rows
-            First and end of the rows to be drawn; None for all.
-
-        Returns
-        -------
-        Shape (height, width): 255 is white in full light.  A view that the next call overwrites.
+        ``curve``, shape (n, 2), is the mid-surface from the gripped end to the held end, m, or None for no strip;
+        ``gripper``, shape (2,), the gripped end, m; ``occluder`` the x of the object in front of the strip, m.  Only
+        the ``rows`` from first to end are drawn.
         """
         self._canvas.clear(self.background, rows or (0, self.scene.filming.size[1]))
         if curve is not None:
@@ -186,20 +167,11 @@ class Renderer:
 
 
 def visible_runs(curve: Array, eye: Array) -> list[tuple[slice, int]]:
-    """The parts of a cross-section of which the eye sees one side, in the order in which to draw them.
+    """The parts of a cross-section of which the eye sees one side, the farthest first: the order in which to draw them.
 
-    Seen from the eye, a part never overlaps itself, and of two that do not cross one is behind wherever both are.
-
-    Parameters
-    ----------
-    curve
-        Shape (n, 2).
-    eye
-        Shape (2,).
-
-    Returns
-    -------
-    Segments of each part, and 1 where the eye is on its left, else 0; the farthest first.
+    Seen from the eye, a part never overlaps itself, and of two that do not cross one is behind wherever both are.  For
+    a ``curve``, shape (n, 2), and an ``eye``, shape (2,): the segments of each part, and 1 if the eye is on its left,
+    else 0.
     """
     ray = curve - eye
     angle, distance = np.arctan2(ray[:, 0], -ray[:, 1]), np.hypot(*ray.T)

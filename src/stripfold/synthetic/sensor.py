@@ -22,16 +22,9 @@ _MAX_PARTS, _MAX_BANDS = 16, 32
 
 
 class Sensor:
-    """The camera that films a scene.
+    """The camera that films a scene; ``rng`` is for its noise.
 
-    Parameters
-    ----------
-    renderer
-        Draws the scene.
-    span
-        Duration of the film, s: shadow and occluder cross the picture once in that time.
-    rng
-        For the noise.
+    Shadow and occluder cross the picture once in ``span``, the duration of the film, s.
     """
 
     def __init__(self, renderer: Renderer, span: float, rng: np.random.Generator) -> None:
@@ -70,14 +63,8 @@ class Sensor:
     def delivered(self, seen: Light, t: float | None, free: Array | None = None) -> Picture:
         """The frame, shape (height, width): lit, out of focus, with noise, labelled.
 
-        Parameters
-        ----------
-        seen
-            Shape (height, width), 255 for white in full light.
-        t
-            Time, s; None for a picture taken at rest in steady light.
-        free
-            Shape (n, 2): pixels that the label keeps away from.
+        ``seen`` has 255 for white in full light; ``t`` is the time, s, None for steady light at rest; the label keeps
+        away from the pixels ``free``, shape (n, 2).
         """
         filming = self._filming
         light = seen * self._lighting(t)

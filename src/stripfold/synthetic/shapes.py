@@ -50,12 +50,8 @@ class Family:
     def curves(self, advance: Array, gap: Array, flat: Array, bulge: Array) -> Array:
         """Mid-surfaces from the gripped end to the held end, shape (m, :data:`STATIONS`, 2), m.
 
-        Parameters
-        ----------
-        advance, gap, flat
-            Shape (m,): lambda, lowest height of the sag's mid-surface, and length over which the sag lies flat, m.
-        bulge
-            Shape (m,): relative excess length of the bend.
+        For each of m states: lambda, the lowest height of the sag's mid-surface, the length over which the sag lies
+        flat, m, and the relative excess length of the bend.
 
         Raises
         ------

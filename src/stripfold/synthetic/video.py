@@ -65,19 +65,7 @@ def timeline(filming: Filming, end: float, fall: float | None, rng: np.random.Ge
 
 
 def encode(path: Path, frames: Iterable[Picture], stamps: Iterable[int], filming: Filming) -> None:
-    """Write a video; the suffix of ``path`` decides the container.
-
-    Parameters
-    ----------
-    path
-        Where to.
-    frames
-        Shape (height, width) each.
-    stamps
-        Time of each, in units of :func:`tick`.
-    filming
-        Size, rate, codec and quality.
-    """
+    """Write frames, shape (height, width) each, with their time stamps in :func:`tick`, to a video file."""
     rate = Fraction(filming.frame_rate).limit_denominator(1001)
     options = {"qmin": str(filming.quality), "qmax": str(filming.quality)} if filming.codec != "ffv1" else {}
     # No date and no version of the library: the same scene gives the same bytes.

@@ -104,12 +104,8 @@ class Rays:
     def on_plane(self, axes: Array, origin: Array) -> tuple[Light, Light]:
         """Coordinates on a plane at each sample, m; nan behind the camera.
 
-        Parameters
-        ----------
-        axes
-            Shape (3, 2 or 3): the first two columns are the plane's axes in the camera frame.
-        origin
-            Shape (3,): the plane's origin in the camera frame, m.
+        The first two columns of ``axes`` are the axes of the plane, ``origin``, shape (3,), m, its origin, both in the
+        camera frame.
         """
         # The point (u, v) is seen at depth * (x, y, 1): the last coordinate of the inverse is 1 / depth.
         h = np.linalg.inv(np.column_stack([axes[:, 0], axes[:, 1], origin])).astype(np.float32)
