@@ -13,6 +13,7 @@ from stripfold.vision.centreline import Centreline, find
 from stripfold.vision.cross_sections import GOOD, arc_length
 from stripfold.vision.following import Followed, between_ends, follow, with_appearance
 from stripfold.vision.mapping import Mapping
+from stripfold.vision.smoothing import median
 from stripfold.vision.video import Frame
 
 POINTS = 80
@@ -127,7 +128,7 @@ class StripTracker:
         elapsed = frame.time - self._last_time
         moved = replace(last, points=last.points + elapsed * self._motion)
         ends = np.stack([end + self._end_offset, self._lying_end])
-        width = float(np.median(last.width))
+        width = median(last.width)
         fast = float(np.quantile(np.hypot(*self._motion.T), 0.9))
         near = 0.25 * width + 1.5 + SPEED_MARGIN * fast * elapsed
         far = min(4.0 * near + width, 4.0 * width + 16.0)
