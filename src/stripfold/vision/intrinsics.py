@@ -65,8 +65,6 @@ class Intrinsics:
         Shape (9, 9): of :data:`PARAMETERS`, as if the residuals were independent.
     coverage
         Share of the picture's area that the boards cover.
-    left_out
-        Shape (n, 9): the parameters fitted without each view.
     split_half
         See :func:`split_half`, pixels.
     inflation
@@ -79,7 +77,6 @@ class Intrinsics:
     rms: float
     covariance: Array
     coverage: float
-    left_out: Array
     split_half: float
     inflation: float
 
@@ -174,8 +171,7 @@ def calibrate(views: Sequence[View], size: tuple[int, int]) -> Intrinsics:
     require(covered >= MIN_COVERAGE, _SOURCE, found, f"{MIN_COVERAGE:.0%} or more", _ADVICE)
     whole = fit(views, size)
     _refuse_bad_views(views, whole)
-    left_out = np.array([parameters(other.camera) for other in fit_without_each(views, whole)])
-    spread, inflation = _spread(views, whole, left_out)
+    spread, inflation = _uncertainty(views, whole)
     focal_sd = inflation * np.sqrt(np.diag(spread)[:2].max()) / whole.camera.matrix[0, 0]
     require(
         focal_sd < MAX_FOCAL_SD,
@@ -185,17 +181,20 @@ def calibrate(views: Sequence[View], size: tuple[int, int]) -> Intrinsics:
         f"the views are too similar: {_ADVICE}",
     )
     half = split_half(views, whole)
-    return Intrinsics(whole.camera, whole.view_rms, whole.rms, spread, covered, left_out, half, inflation)
+    return Intrinsics(whole.camera, whole.view_rms, whole.rms, spread, covered, half, inflation)
 
 
-def _spread(views: Sequence[View], whole: Fit, left_out: Array) -> tuple[Array, float]:
-    """Covariance of :data:`PARAMETERS` and the inflation of their standard deviations."""
+def _uncertainty(views: Sequence[View], whole: Fit) -> tuple[Array, float]:
+    """Covariance of :data:`PARAMETERS` and the inflation of their standard deviations; see :class:`Intrinsics`."""
+    n = len(views)
+    left_out = np.array([parameters(other.camera) for other in fit_without_each(views, whole)])
+    jackknife = (n - 1) * left_out.var(axis=0)
     try:
         with np.errstate(invalid="raise", divide="raise"):
             spread = covariance(views, whole)
             sd = np.sqrt(np.diag(spread))
             np.linalg.cholesky(spread / np.outer(sd, sd))  # raises unless positive definite
-            inflation = float(np.sqrt(np.mean((jackknife_sd(left_out) / sd) ** 2)))
+            inflation = float(np.sqrt(np.mean(jackknife / sd**2)))
     except (np.linalg.LinAlgError, FloatingPointError):
         inflation = float("nan")
     require(np.isfinite(inflation), _SOURCE, "views that do not determine a camera", "views that differ", _ADVICE)
@@ -251,12 +250,6 @@ def covariance(views: Sequence[View], whole: Fit) -> Array:
     scale = np.sqrt(np.diag(normal))
     inverse = np.linalg.inv(normal / np.outer(scale, scale)) / np.outer(scale, scale)
     return np.asarray((inverse + inverse.T) / 2.0 * (squares / freedom))
-
-
-def jackknife_sd(left_out: Array) -> Array:
-    """Jackknife standard deviation of each column; row i is the estimate without view i."""
-    n = len(left_out)
-    return np.asarray(np.sqrt((n - 1) / n * np.sum((left_out - left_out.mean(axis=0)) ** 2, axis=0)))
 
 
 def reprojection_error(camera: Camera, corners: Corners) -> float:
