@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from stripfold.analysis import assess_data, friction_data
+from stripfold.analysis import assess_data, friction
 
 LENGTH, HEIGHT = 0.6, 0.15
 LAMBDA_0, LAMBDA_C, LAMBDA_END = 0.12, 0.36, 0.6
@@ -148,7 +148,7 @@ def without_ways() -> xr.Dataset:
 
 def with_friction(suffices: tuple[float, float] = (0.08, 0.009), attrs: dict[str, float] | None = None) -> xr.Dataset:
     """A path followed with both laws; from 0.5 to 0.6 friction alone holds the strip; the first touch is at 0.6."""
-    laws = friction_data.LAWS
+    laws = friction.LAWS
     time = np.linspace(0.0, 1.0, 41)
     alone = (time > 0.499) & (time < 0.601)
     s, x, z = _leg(time, 0.02)
@@ -210,7 +210,7 @@ def frictions() -> xr.Dataset:
         values = (ETAS[i], UNITS[i], LENGTHS[i] / UNITS[i], 0.1 * UNITS[i], 25.0, 7e-5, 0.08)
         attrs = {name: float(value) for name, value in zip(names, values, strict=True)}
         files[material] = with_friction((0.08 + 0.02 * i, 0.009 - 0.002 * i), attrs)
-    return friction_data.table(files, dict.fromkeys(LABELS, xr.Dataset()), LABELS)
+    return friction.table(files, dict.fromkeys(LABELS, xr.Dataset()), LABELS)
 
 
 TOUCH_LIMIT = 1.6

@@ -16,12 +16,9 @@ from stripfold import elastica, schema
 from stripfold.analysis import assess as assessing
 from stripfold.analysis import (
     assess_data,
-    friction_data,
     path_statics,
+    post_critical,
     release,
-)
-from stripfold.analysis import (
-    post_critical as directions,
 )
 from stripfold.analysis.assess import BIFURCATION, SNAP, Assessment, assess, mesh_for
 from stripfold.analysis.contact import contact_positions, touches
@@ -92,14 +89,15 @@ WAYS_LENGTH = 17.0
 def ways() -> tuple[xr.Dataset, PostCriticalBranches, RPath]:
     """Both ways out of an R-path: stored, and as they were found."""
     kept: list[PostCriticalBranches] = []
+    follow_both_branches = post_critical.follow_both_branches
 
     def keep(*given: object) -> PostCriticalBranches:
-        kept.append(directions.follow_both_branches(*given))  # type: ignore[arg-type]
+        kept.append(follow_both_branches(*given))  # type: ignore[arg-type]
         return kept[-1]
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(friction_data, "follow_both_branches", keep)
-        data = friction_data.two_ways(MATERIAL, WAYS_LENGTH * MATERIAL.gravity_length, FALL, 3.0)
+        patch.setattr(post_critical, "follow_both_branches", keep)
+        data = post_critical.two_ways(MATERIAL, WAYS_LENGTH * MATERIAL.gravity_length, FALL, 3.0)
     return data, kept[0], rpath.plan_r_path(WAYS_LENGTH)
 
 
@@ -597,7 +595,7 @@ class TestTwoWays:
         assert [float(start["gripper_x"]), float(start["gripper_z"])] == pytest.approx(list(place))
 
     def test_a_short_strip_has_no_unstable_planned_state(self):
-        data = friction_data.two_ways(MATERIAL, 13.0 * MATERIAL.gravity_length, FALL, 3.0)
+        data = post_critical.two_ways(MATERIAL, 13.0 * MATERIAL.gravity_length, FALL, 3.0)
         assert "no unstable planned state" in data.attrs["reason"]
         assert data.attrs["length"] == pytest.approx(13.0 * MATERIAL.gravity_length)
         assert data.attrs["eta_b"] == MATERIAL.eta_b
@@ -608,19 +606,19 @@ class TestTwoWays:
     ):
         _, found, plan = ways
         strip = StripModel(WAYS_LENGTH, MATERIAL.relative_thickness)
-        monkeypatch.setattr(directions, "along_x", lambda *_, **__: None)
-        monkeypatch.setattr(directions, "_at", lambda *_: found.start)
+        monkeypatch.setattr(post_critical, "along_x", lambda *_, **__: None)
+        monkeypatch.setattr(post_critical, "_at", lambda *_: found.start)
         travelled = plan.path.pieces[1].end - 0.15
-        assert directions.planned_unstable(found.model, strip, plan, travelled).negatives == 1
+        assert post_critical.planned_unstable(found.model, strip, plan, travelled).negatives == 1
         touching = lambda *_: True  # noqa: E731
-        monkeypatch.setattr(directions, "touches", touching)
+        monkeypatch.setattr(post_critical, "touches", touching)
         with pytest.raises(SolveError, match="hangs free"):
-            directions.planned_unstable(found.model, strip, plan, travelled)
+            post_critical.planned_unstable(found.model, strip, plan, travelled)
         monkeypatch.undo()
-        monkeypatch.setattr(directions, "along_x", lambda *_, **__: None)
-        monkeypatch.setattr(directions, "_at", lambda *_: found.branches[1].after.points[0])
+        monkeypatch.setattr(post_critical, "along_x", lambda *_, **__: None)
+        monkeypatch.setattr(post_critical, "_at", lambda *_: found.branches[1].after.points[0])
         with pytest.raises(SolveError, match="not an unstable one"):
-            directions.planned_unstable(found.model, strip, plan, travelled)
+            post_critical.planned_unstable(found.model, strip, plan, travelled)
 
 
 def test_a_mesh_whose_contact_decides_is_refined() -> None:

@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 
 from stripfold import elastica
-from stripfold.analysis import collapse, collapse_data, release
+from stripfold.analysis import collapse, release
 from stripfold.analysis.collapse import Collapse
 from stripfold.analysis.contact import contact_positions, touch_position, touches
 from stripfold.analysis.release import TIME_OPTIONS, Fall
@@ -33,7 +33,7 @@ def found() -> Collapse:
 @pytest.fixture(scope="module")
 def stored() -> tuple[Simulation, xr.Dataset]:
     asked = Simulation(length=0.3, height=0.054, eta_b=3780.0, disturbance=0.01, air=5.0)
-    return asked, collapse_data.run(asked)
+    return asked, collapse.run(asked)
 
 
 def test_it_goes_from_the_critical_point_to_the_end(found: Collapse) -> None:
@@ -296,10 +296,10 @@ def test_the_parts_join(stored: tuple[Simulation, xr.Dataset]) -> None:
     assert int(fall["contacts"][touch]) > int(fall["contacts"][touch - 1])
     down = (fall["z"].values[touch] == 0.0) & (fall["z"].values[touch - 1] > 0.0)
     assert data.attrs["touch_x"] == pytest.approx(float(fall["x"].values[touch][down].mean()), abs=5e-3)
-    for name in collapse_data.ENERGIES:
+    for name in collapse.ENERGIES:
         assert np.isfinite(fall[name]).all(), name
         for statics in (before, after):
-            expected = np.isfinite if name in collapse_data.IN_STATICS else np.isnan
+            expected = np.isfinite if name in collapse.IN_STATICS else np.isnan
             assert expected(statics[name]).all(), name
     for statics in (before, after):
         assert (statics["kinetic"] == 0.0).all()
@@ -317,11 +317,11 @@ def test_the_strip_that_is_simulated_is_the_one_asked_for(monkeypatch: pytest.Mo
         seen.append(given)
         raise SolveError("seen")
 
-    monkeypatch.setattr(collapse_data, "simulate", simulate)
+    monkeypatch.setattr(collapse, "simulate", simulate)
     with pytest.raises(SolveError, match="seen"):
-        collapse_data.run(asked)
+        collapse.run(asked)
     star = (3780.0 * 9.81) ** (-1.0 / 3.0)
     ((strip, height, fall),) = seen
     assert strip == StripModel(pytest.approx(0.3 / star), asked.material.relative_thickness, 0.3, kind=model)
     assert height == pytest.approx(0.054 / star)
-    assert fall == collapse_data.fall_of(asked)
+    assert fall == collapse.fall_of(asked)

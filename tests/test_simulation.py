@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from stripfold.analysis.collapse_data import fall_of
+from stripfold.analysis.collapse import fall_of
 from stripfold.errors import InvalidInputError
 from stripfold.simulation import Release, Simulation
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from stripfold.analysis import friction, friction_data, path_friction, path_statics
+from stripfold.analysis import friction, path_friction, path_statics
 from stripfold.analysis.assess import mesh_for
 from stripfold.analysis.contact import touches
 from stripfold.analysis.friction import Run
@@ -79,14 +79,17 @@ def walked(low_model: Solid) -> list[Step]:
 def stored() -> tuple[xr.Dataset, list[Run]]:
     """What friction an R-path needs, and the runs that were stored."""
     runs: list[Run] = []
+    follow = friction.follow
 
     def keep(*given: object, **more: object) -> Run:
-        runs.append(friction.follow(*given, **more))  # type: ignore[arg-type]
-        return runs[-1]
+        run = follow(*given, **more)  # type: ignore[arg-type]
+        if more.get("to_end"):
+            runs.append(run)
+        return run
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(friction_data, "follow", keep)
-        return friction_data.run(MATERIAL, LENGTH * MATERIAL.gravity_length, STEP, 3.0), runs
+        patch.setattr(friction, "follow", keep)
+        return friction.run(MATERIAL, LENGTH * MATERIAL.gravity_length, STEP, 3.0), runs
 
 
 class TestSteps:
@@ -349,10 +352,10 @@ class TestFriction:
         assert (run.lost, run.touch, len(run.steps)) == ("planted", None, 1)
         assert np.isnan(run.touch_x)
         assert not run.followed(plan)
-        monkeypatch.setattr(friction_data, "follow", lambda *_, **__: run)
-        monkeypatch.setattr(friction_data, "smallest", lambda *_: (0.1, 0.2))
+        monkeypatch.setattr(friction, "follow", lambda *_, **__: run)
+        monkeypatch.setattr(friction, "smallest", lambda *_: (0.1, 0.2))
         with pytest.raises(SolveError, match="planted"):
-            friction_data.run(MATERIAL, LENGTH * MATERIAL.gravity_length, STEP, 3.0)
+            friction.run(MATERIAL, LENGTH * MATERIAL.gravity_length, STEP, 3.0)
 
     def test_laws(self, low_model: Solid):
         q = path_statics.from_flat(low_model, LOW).q
@@ -461,10 +464,10 @@ class TestFrictionData:
             seen.append((model.length, model.thickness if hasattr(model, "thickness") else 0.0))
             return brackets[law]
 
-        monkeypatch.setattr(friction_data, "smallest", smallest)
+        monkeypatch.setattr(friction, "smallest", smallest)
         by_law = {run.law: run for run in runs}
-        monkeypatch.setattr(friction_data, "follow", lambda m, p, law, *_, **__: by_law[law])
-        other = friction_data.run(OTHER, LENGTH * OTHER.gravity_length, STEP, 3.0)
+        monkeypatch.setattr(friction, "follow", lambda m, p, law, *_, **__: by_law[law])
+        other = friction.run(OTHER, LENGTH * OTHER.gravity_length, STEP, 3.0)
         assert seen[0][0] == pytest.approx(LENGTH)
         factors = {
             "m": 0.5,
@@ -482,10 +485,10 @@ class TestFrictionData:
 
         nan = float("nan")
         ways = {"a": xr.Dataset(attrs={"touch_x": [nan, 0.08]}), "b": xr.Dataset(attrs={"touch_x": [0.08, 0.07]})}
-        table = friction_data.table({"b": other, "a": data}, ways, {"a": "A", "b": "B"})
+        table = friction.table({"b": other, "a": data}, ways, {"a": "A", "b": "B"})
         assert table["two_ways"].values.tolist() == [1.0, 0.0]
         ways["a"] = xr.Dataset(attrs={"reason": "there is none"})
-        table = friction_data.table({"b": other, "a": data}, ways, {"a": "A", "b": "B"})
+        table = friction.table({"b": other, "a": data}, ways, {"a": "A", "b": "B"})
         assert table["two_ways"].values.tolist() == [0.0, 0.0]
         assert table["material"].values.tolist() == ["a", "b"]
         assert table["label"].values.tolist() == ["A", "B"]

@@ -293,9 +293,9 @@ class StripCollapse(Result):
     @classmethod
     def of(cls, simulation: Simulation, progress: Progress | None = None) -> Self:
         """Simulate it."""
-        from stripfold.analysis import collapse_data
+        from stripfold.analysis import collapse
 
-        return cls(collapse_data.run(simulation, progress), simulation)
+        return cls(collapse.run(simulation, progress), simulation)
 
     @property
     def lambda_c(self) -> float:

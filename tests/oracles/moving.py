@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 
 from stripfold.arrays import Array, Index
 from stripfold.solve.linear import Dense
-from stripfold.solve.schemes import WithoutMemory
+from studies.integrators import WithoutMemory
 
 NONE = np.zeros(0, dtype=np.intp)
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from stripfold.analysis import collapse_data
+from stripfold.analysis import collapse
 from stripfold.analysis.needed_effects import INERTIA, MEMBRANE, SELF_CONTACT, SOLID
 from stripfold.errors import SolveError
 from stripfold.simulation import Simulation
@@ -69,7 +69,7 @@ def compare(given: Mapping[str, Any], effect: str, repeats: int) -> dict[str, fl
         # In turns, and the other one first each time: the second run finds warm caches and a hotter processor.
         for setting in sorted(asked, reverse=bool(repeat % 2)):
             began = process_time()
-            found[setting] = collapse_data.run(asked[setting])
+            found[setting] = collapse.run(asked[setting])
             seconds[setting].append(process_time() - began)
     on, off = found["on"], found["off"]
     unit = on.attrs["gravity_length"]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -15,6 +15,18 @@ from stripfold.solve.schemes import Damping, DynamicProblem, StepResult, StepSta
 
 AT_REST = 1e-12
 """A gripper that moves by less in a step is taken to be at rest."""
+
+
+class WithoutMemory:
+    """The part of a :class:`.DynamicProblem` that concerns effects with a memory, for one without."""
+
+    def friction_work(self, q0: Array, q1: Array) -> float:
+        """Nothing."""
+        return 0.0
+
+    def accepted(self, q: Array) -> Self:
+        """The same problem."""
+        return self
 
 
 @dataclass(frozen=True, slots=True)

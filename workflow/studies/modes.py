@@ -21,8 +21,9 @@ from stripfold.models.solid import Solid
 from stripfold.solve import dynamics, newton
 from stripfold.solve.dynamics import Moving
 from stripfold.solve.linear import Band
-from stripfold.solve.schemes import Damping, EnergyMomentum, WithoutMemory
+from stripfold.solve.schemes import Damping, EnergyMomentum
 from studies.common import dataset
+from studies.integrators import WithoutMemory
 
 STRIKE = 1e-4
 """Largest velocity of the strip's free end after the strike, over its frequency, in lengths of the strip: small."""

@@ -21,9 +21,9 @@ from stripfold.errors import SolveError
 from stripfold.solve import dynamics
 from stripfold.solve.dynamics import Moving, TimeEvent, TimeOptions, TimeState
 from stripfold.solve.linear import Band, BandPattern
-from stripfold.solve.schemes import Damping, DynamicProblem, EnergyMomentum, Scheme, WithoutMemory
+from stripfold.solve.schemes import Damping, DynamicProblem, EnergyMomentum, Scheme
 from studies.common import blank, dataset
-from studies.integrators import Bathe, GeneralisedAlpha
+from studies.integrators import Bathe, GeneralisedAlpha, WithoutMemory
 from studies.modes import HeldStrip
 
 DEFAULT = "energy-momentum"

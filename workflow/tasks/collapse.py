@@ -7,14 +7,14 @@ from pathlib import Path
 
 import xarray as xr
 
-from stripfold.analysis import collapse_data
+from stripfold.analysis import collapse as analysis
 from stripfold.plots import film as films
 from stripfold.simulation import Simulation
 
 
 def collapse(scene: Path, progress: Callable[[str], None]) -> xr.Dataset:
     """One strip through its collapse."""
-    return collapse_data.run(Simulation.read(scene), progress)
+    return analysis.run(Simulation.read(scene), progress)
 
 
 def film(data: xr.Dataset, output: Sequence[str]) -> None:

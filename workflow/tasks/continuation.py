@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from stripfold import elastica
-from stripfold.analysis import combine, x_axis
+from stripfold.analysis import x_axis
 from stripfold.analysis.checks import check_branch
 from tasks.materials import material_of
 
@@ -34,9 +34,9 @@ def run_x_axis(
 
 def critical_points(runs: Sequence[xr.Dataset], labels: Mapping[str, str]) -> xr.Dataset:
     """The critical points of all materials."""
-    return combine.critical_points(dict(zip(labels, runs, strict=True)), labels)
+    return x_axis.critical_points(dict(zip(labels, runs, strict=True)), labels)
 
 
 def master_curve(top: float) -> xr.Dataset:
     """The elastica's master curve from the touch limit to beyond the height ``top``, L*."""
-    return combine.master_curve([elastica.touch_limit() + 1e-6, *np.arange(1.65, top + 0.25, 0.05)])
+    return x_axis.master_curve([elastica.touch_limit() + 1e-6, *np.arange(1.65, top + 0.25, 0.05)])

@@ -8,7 +8,8 @@ from typing import Any
 
 import xarray as xr
 
-from stripfold.analysis import assess_data, collapse_data, friction_data
+from stripfold.analysis import assess_data, collapse, post_critical
+from stripfold.analysis import friction as needed_friction
 from stripfold.analysis import plans as planned
 from stripfold.simulation import Release
 from tasks.materials import material_of
@@ -29,7 +30,7 @@ def assess(
 ) -> list[xr.Dataset]:
     """A material along each of the paper's folding paths."""
     strip = material_of(material, gravity)
-    fall = collapse_data.in_solver_units(Release(), strip)
+    fall = collapse.in_solver_units(Release(), strip)
     found = [assess_data.run(strip, material["length"], path, fall, refinement, progress) for path in paths]
     return [
         data.assign_attrs(title=f"{path} path, {material['label']}") for path, data in zip(paths, found, strict=True)
@@ -45,7 +46,7 @@ def friction(
     material: Mapping[str, Any], gravity: float, refinement: float, step: float, progress: Callable[[str], None]
 ) -> xr.Dataset:
     """The smallest internal friction with which a material follows its R-path."""
-    data = friction_data.run(material_of(material, gravity), material["length"], step, refinement, progress)
+    data = needed_friction.run(material_of(material, gravity), material["length"], step, refinement, progress)
     return data.assign_attrs(title=f"R-path with friction, {material['label']}")
 
 
@@ -54,11 +55,11 @@ def two_ways(
 ) -> xr.Dataset:
     """The two post-critical branches of a material's R-path without friction."""
     strip = material_of(material, gravity)
-    fall = collapse_data.in_solver_units(Release(), strip)
-    data = friction_data.two_ways(strip, material["length"], fall, refinement, progress)
+    fall = collapse.in_solver_units(Release(), strip)
+    data = post_critical.two_ways(strip, material["length"], fall, refinement, progress)
     return data.assign_attrs(title=f"two ways out of an R-path, {material['label']}")
 
 
 def friction_table(runs: Sequence[xr.Dataset], ways: Sequence[xr.Dataset], labels: Mapping[str, str]) -> xr.Dataset:
     """The table of the friction that R-paths need."""
-    return friction_data.table(dict(zip(labels, runs, strict=True)), dict(zip(labels, ways, strict=True)), labels)
+    return needed_friction.table(dict(zip(labels, runs, strict=True)), dict(zip(labels, ways, strict=True)), labels)

@@ -1,23 +1,37 @@
 """One strip past its critical point: statics to lambda_c, dynamics to rest, statics again (the paper's section IV).
 
-All in units of L*, sqrt(L*/g) and rho_a g L*; :mod:`.collapse_data` stores it in SI.
+In units of L*, sqrt(L*/g) and rho_a g L*; :func:`dataset` converts to SI.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from time import perf_counter
 
-from stripfold.analysis import planning
+import numpy as np
+import xarray as xr
+
+from stripfold import schema
+from stripfold.analysis import needed_effects, planning
 from stripfold.analysis.advance import LIMIT, follow_to_event
 from stripfold.analysis.contact import whole_strip_lifts
+from stripfold.analysis.diagnostics import node_weights
+from stripfold.analysis.phases import AFTER, BEFORE, FALL
 from stripfold.analysis.release import Fall, Motion, Progress, ReleaseState, simulate_fall, state_at_rest
+from stripfold.analysis.states import of_material
 from stripfold.analysis.static import X_STEPS, End, StripModel, XRun, along_x, lift
+from stripfold.arrays import Array
 from stripfold.effects.self_contact import SelfContact
-from stripfold.errors import SolveError
+from stripfold.errors import SolveError, TimeStepError
+from stripfold.material import Material
+from stripfold.models.model import Model
 from stripfold.problem import StripProblem
-from stripfold.solve.dynamics import TimeState
+from stripfold.simulation import Release, Simulation
+from stripfold.solve.dynamics import Energy, TimeState
 from stripfold.solve.events import Event
 from stripfold.solve.problem import Point
+from stripfold.solve.schemes import Damping
 
 SIZES = planning.Sizes(free=0.15, lying=0.15)
 """The loop rolls over all of the strip: no part may be coarse."""
@@ -107,3 +121,118 @@ def go_on(problem: StripProblem, rest: TimeState) -> tuple[tuple[Point, ...], st
     if found.critical is not None:
         return found.points[: found.points.index(found.critical.after) + 1], "another critical point"
     return (*found.points, found.end.after), End.LIFTED.value if found.end.event is lifted else above.name
+
+
+ENERGIES = ("kinetic", "elastic", "gravity", "work", "air", "viscous", "contact", "numerical", "closing")
+"""What is stored of the energy balance."""
+IN_STATICS = ("kinetic", "elastic", "gravity")
+
+
+def fall_of(simulation: Simulation) -> Fall:
+    """How the strip is released, in solver units."""
+    return in_solver_units(simulation, simulation.material)
+
+
+def in_solver_units(release: Release, material: Material) -> Fall:
+    """How a strip of a material is released, in units of L* and sqrt(L*/g)."""
+    time = float(np.sqrt(material.gravity_length / material.gravity))
+    speed = material.gravity_length / time
+    return Fall(
+        disturbance=release.disturbance / speed,
+        speed=release.speed / speed,
+        damping=Damping(release.air * time, release.stiffness / time),
+        to_rest=release.until == "rest",
+    )
+
+
+def run(simulation: Simulation, progress: Progress | None = None) -> xr.Dataset:
+    """Simulate and collect; see :func:`.collapse.simulate` for the errors raised."""
+    asked, thickness = simulation.effects, simulation.material.relative_thickness
+    stretched = thickness if asked.membrane != "off" else min(thickness, needed_effects.UNSTRETCHED)
+    strip = StripModel(simulation.length_star, stretched, simulation.nu, kind=simulation.model)
+    fall = fall_of(simulation) if asked.inertia != "off" else None
+    layers = thickness if asked.self_contact != "off" else None
+    began = perf_counter()
+    found = simulate(strip, simulation.height_star, fall, progress=progress, self_contact=layers)
+    record = needed_effects.record(simulation, found, perf_counter() - began)
+    return dataset(simulation, found).merge(record).assign_attrs(record.attrs)
+
+
+def dataset(simulation: Simulation, found: Collapse) -> xr.Dataset:
+    """All states of a collapse.
+
+    Returns
+    -------
+    Dataset over ``state`` and ``node``; ``phase`` says of each state whether it is static before lambda_c, in the fall,
+    or static after it.
+    """
+    material, problem = simulation.material, found.run.problem
+    model = problem.model
+    model = problem.model
+    run, motion = found.run, found.motion
+    stable = run.points[: run.points.index(run.last) + 1]
+    states: list[tuple[str, Point | TimeState]] = [(BEFORE, p) for p in stable]
+    states += [(FALL, m) for m in motion.states] if motion else []
+    states += [(AFTER, p) for p in found.after]
+
+    def each(get: Callable[[Point | TimeState], float]) -> Array:
+        return np.array([get(state) for _, state in states], dtype=float)
+
+    def energy_of(state: Point | TimeState) -> Energy:
+        return state.energy if isinstance(state, TimeState) else Energy(0.0, *problem.energies(state.q))
+
+    def of_balance(phase: str, energy: Energy, name: str) -> float:
+        return float(getattr(energy, name)) if phase == FALL or name in IN_STATICS else np.nan
+
+    middle = np.stack([model.mid_surface(state.q) for _, state in states])
+    moved = np.sqrt(_mean(model, np.sum((middle - middle[0]) ** 2, axis=2)))
+    energies = [(phase, energy_of(state)) for phase, state in states]
+    columns = {
+        "time": each(lambda s: s.t if isinstance(s, TimeState) else np.nan),
+        "lambda": each(lambda s: s.lam),
+        "deflection": moved,
+        "contacts": each(lambda s: len(s.active)),
+        "minimal_gap": each(lambda s: float(np.min(s.q[problem.bounded]))),
+        "negatives": each(lambda s: s.negatives if isinstance(s, Point) else np.nan),
+        **{name: np.array([of_balance(phase, e, name) for phase, e in energies]) for name in ENERGIES},
+    }
+    scales, nan = material.scales, float("nan")
+    touched = ended = nan
+    if motion:
+        assert motion.touch is not None  # else there is no collapse
+        touched, ended = motion.states[motion.touch].t, motion.states[-1].t
+    attrs = {
+        **of_material(material),
+        "thickness": material.thickness,
+        "length": simulation.length,
+        "height": simulation.height,
+        "lambda_0": scales["m"] * run.lambda_0,
+        "lambda_c": scales["m"] * run.last.lam,
+        "touch_time": scales["s"] * touched,
+        "touch_x": scales["m"] * motion.touch_x if motion else nan,
+        "settle_time": scales["s"] * ended if simulation.until == "rest" else nan,
+        "end": found.end,
+    }
+    nodes = ("state", "node")
+    return schema.dataset(
+        {
+            **{name: ("state", values) for name, values in columns.items()},
+            **{"x": (nodes, middle[..., 0]), "z": (nodes, middle[..., 1]), "arc": ("node", model.s)},
+            "phase": ("state", [phase for phase, _ in states]),
+        },
+        attrs,
+        scales,
+    )
+
+
+def _mean(model: Model, values: Array) -> Array:
+    """Mean along the strip of nodal values, shape (..., columns)."""
+    return np.asarray(values @ node_weights(model.s) / model.length)
+
+
+def last_good(simulation: Simulation, error: TimeStepError) -> xr.Dataset:
+    """The last good moment of a motion that could not be followed, for a look at what went wrong; SI."""
+    last: TimeState = error.last
+    x, z = error.details["mid_surface"].T
+    values = {"x": ("node", x), "z": ("node", z), "time": ((), last.t), "lambda": ((), last.lam)}
+    return schema.dataset(values, {"error": str(error)}, simulation.material.scales)

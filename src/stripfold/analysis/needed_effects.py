@@ -8,17 +8,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from time import perf_counter
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
 
 from stripfold import schema
-from stripfold.analysis.collapse import Collapse
 from stripfold.effects.self_contact import SelfContact
 from stripfold.models.model_error import model_error
 from stripfold.simulation import Simulation
 from stripfold.solve.problem import Point
+
+if TYPE_CHECKING:
+    from stripfold.analysis.collapse import Collapse
 
 CONTACT, SELF_CONTACT, INERTIA = "contact", "self_contact", "inertia"
 FRICTION, SOLID, MEMBRANE = "friction", "solid", "membrane"

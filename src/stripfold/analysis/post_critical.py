@@ -11,13 +11,19 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import inf
 
+import xarray as xr
+
+from stripfold import schema
 from stripfold.analysis.contact import touches
+from stripfold.analysis.friction import model_for
 from stripfold.analysis.path_statics import STEPS, StaticSegment, follow, problem_on
 from stripfold.analysis.release import Fall, Motion, Progress, ReleaseState, simulate_fall, state_at_rest
+from stripfold.analysis.states import dataset, of_material, rows_of_motion, rows_of_segment
 from stripfold.analysis.static import StripModel, XRun, along_x, lift
 from stripfold.errors import SolveError
+from stripfold.material import Material
 from stripfold.models.model import Model
-from stripfold.paths.rpath import RPath
+from stripfold.paths.rpath import RPath, plan_r_path
 from stripfold.solve import continuation
 from stripfold.solve.continuation import step_to
 from stripfold.solve.problem import Point
@@ -100,3 +106,38 @@ def _at(run: XRun, lam: float) -> Point:
         if before.lam >= lam >= after.lam and before.tangent.lam < 0.0:
             return step_to(run.problem, before, lam, STEPS)
     raise SolveError("there is no unstable planned state: the path lies outside the stability boundary", parameter=lam)
+
+
+def two_ways(
+    material: Material, length: float, fall: Fall, refinement: float, progress: Progress | None = None
+) -> xr.Dataset:
+    """The two ways out of an R-path, over ``state`` and ``node`` as :func:`.states.dataset`, with ``way``: 0 or 1.
+
+    Where there is no unstable planned state the dataset is empty and its attribute ``reason`` says so.
+    """
+    unit = material.gravity_length
+    strip = StripModel(length / unit, material.relative_thickness, material.nu)
+    plan = plan_r_path(strip.length)
+    model = model_for(strip, plan, refinement)
+    try:
+        ways = follow_both_branches(model, strip, plan, fall, progress)
+    except SolveError as error:
+        return xr.Dataset(attrs={**of_material(material), "length": length, "reason": str(error)})
+    rows, way, touches = [], [], []
+    for i, direction in enumerate(ways.branches):
+        new = rows_of_motion(direction.motion, direction.after.problem(0), 2 * i)
+        new += rows_of_segment(direction.after, 2 * i + 1)
+        rows += new
+        way += [float(i)] * len(new)
+        touches.append(direction.motion.touch_x)
+    data = dataset(rows, model, plan.path, material)
+    data["way"] = ("state", way, schema.variables()["way"].attributes)
+    return data.assign_attrs(
+        length=length,
+        reason="",
+        signs=[direction.sign for direction in ways.branches],
+        touch_x=[unit * x for x in touches],
+        ends=[unit * direction.after.points[-1].lam for direction in ways.branches],
+        landing_x=unit * plan.landing,
+        planned_touch_x=unit * plan.first_touch,
+    )

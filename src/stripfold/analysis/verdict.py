@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from stripfold.analysis.assess import SNAP, assess_strip, lying_length, mesh_for, peak_forces, shape_error
-from stripfold.analysis.collapse_data import in_solver_units
+from stripfold.analysis.collapse import in_solver_units
 from stripfold.analysis.contact import touch_position, touches
 from stripfold.analysis.friction import effects_of
 from stripfold.analysis.path_friction import Step, load_incrementally

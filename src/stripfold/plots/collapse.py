@@ -37,7 +37,7 @@ def draw(data: xr.Dataset) -> Figure:
 
     The states of each part are even in how far the strip moved; in the fall up to the touch and from there to rest.
 
-    ``data`` is from :func:`stripfold.analysis.collapse_data.run`.
+    ``data`` is from :func:`stripfold.analysis.collapse.run`.
     """
     found = collapse(data)
     states, travel, critical = found.states, found.travel, found.critical

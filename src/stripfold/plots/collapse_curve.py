@@ -21,7 +21,7 @@ COLOURS = {BEFORE: CRITICAL, FALL: FALLING, AFTER: SETTLED}
 def draw(data: xr.Dataset) -> Figure:
     """Draw lambda over the deflection: black to lambda_c, red in the fall, green after it.
 
-    ``data`` is from :func:`stripfold.analysis.collapse_data.run`.
+    ``data`` is from :func:`stripfold.analysis.collapse.run`.
     """
     found = collapse(data)
     right, low, high = CM * float(found.deflection.max()), CM * found.lambda_0, CM * float(found.advance.max())

@@ -76,7 +76,7 @@ def film(
     Parameters
     ----------
     data
-        From :func:`stripfold.analysis.collapse_data.run`.
+        From :func:`stripfold.analysis.collapse.run`.
     path
         Output file with the suffix .mp4.  Missing folders are made.
     fps

@@ -87,7 +87,7 @@ def parts(data: xr.Dataset) -> list[Part]:
 def post_critical(data: xr.Dataset) -> list[PostCriticalBranch]:
     """The post-critical branches of an R-path, the one that touches first; none without an unstable planned state.
 
-    ``data`` is from :func:`stripfold.analysis.friction_data.two_ways`.
+    ``data`` is from :func:`stripfold.analysis.post_critical.two_ways`.
 
     Raises
     ------
@@ -114,7 +114,7 @@ def planned(data: xr.Dataset, path: str) -> Part:
 def with_friction(data: xr.Dataset, law: str = "pull") -> tuple[Part, Array]:
     """States on a path with a law of friction, and the smallest eigenvalue without it, 1/s^2.
 
-    ``data`` is from :func:`stripfold.analysis.friction_data.run`.
+    ``data`` is from :func:`stripfold.analysis.friction.run`.
     """
     require(data, ("eigenvalue",), _ALLOWED)
     one = chosen(data, "law", law)

@@ -110,7 +110,7 @@ class Collapse:
 
 
 def collapse(data: xr.Dataset) -> Collapse:
-    """The collapse that a dataset from :func:`stripfold.analysis.collapse_data.run` holds.
+    """The collapse that a dataset from :func:`stripfold.analysis.collapse.run` holds.
 
     Raises
     ------

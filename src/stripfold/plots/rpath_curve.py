@@ -37,9 +37,9 @@ def draw(r_path: xr.Dataset, ways: xr.Dataset, friction: xr.Dataset, plans: xr.D
     r_path
         From :func:`stripfold.analysis.assess_data.run`.
     ways
-        From :func:`stripfold.analysis.friction_data.two_ways`.
+        From :func:`stripfold.analysis.post_critical.two_ways`.
     friction
-        From :func:`stripfold.analysis.friction_data.run`; the paper's pull is drawn.
+        From :func:`stripfold.analysis.friction.run`; the paper's pull is drawn.
     plans
         From :func:`stripfold.analysis.plans.dataset`, for the same strip.
     """

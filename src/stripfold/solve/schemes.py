@@ -1,6 +1,6 @@
-"""Time integration schemes: each turns one time step into an equilibrium problem for :mod:`.newton`.
+"""One time step as an equilibrium problem for :mod:`.newton`: the energy-momentum method.
 
-The energy-momentum method is the one that is used; the study ``schemes`` compares others with it (docs/method.md).
+The study ``schemes`` compares others with it (docs/method.md).
 """
 
 from __future__ import annotations
@@ -51,18 +51,6 @@ class DynamicProblem(Problem, Protocol):
     def accepted(self, q: Array) -> Self:
         """The problem after a step to ``q``, which its effects then remember."""
         ...
-
-
-class WithoutMemory:
-    """What a problem without effects that remember has in their place."""
-
-    def friction_work(self, q0: Array, q1: Array) -> float:
-        """Nothing."""
-        return 0.0
-
-    def accepted(self, q: Array) -> Self:
-        """The same problem."""
-        return self
 
 
 @dataclass(frozen=True, slots=True)
