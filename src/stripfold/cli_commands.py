@@ -148,14 +148,14 @@ def simulate(arguments: argparse.Namespace, say: Say) -> str:
     simulation = Simulation.read(arguments.scene)
     path = _output(arguments.output, arguments.scene, ".nc")
     from stripfold import store
-    from stripfold.analysis import collapse_data
+    from stripfold.analysis import collapse
     from stripfold.results import StripCollapse
 
     try:
         found = StripCollapse.of(simulation, say)
     except TimeStepError as error:
         rescue = path.with_suffix(".last-good.nc")
-        state = collapse_data.last_good(simulation, error)
+        state = collapse.last_good(simulation, error)
         store.write(state, rescue, title="last good state", config=simulation.as_config())
         raise SolveError(f"{error}; the last good state is in {rescue}") from error
     found.to_netcdf(path)
