@@ -126,15 +126,7 @@ class ManualOnset(Input):
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """A recording that can be read.
-
-    Attributes
-    ----------
-    folder
-        Where it is.
-    entries
-        The content of recording.yaml with its defaults.
-    """
+    """A recording: its folder, and the entries of recording.yaml with their defaults."""
 
     folder: Path
     entries: Mapping[str, Any]
@@ -158,15 +150,7 @@ class Recording:
         return ManualOnset(**read_yaml(path, path.name, "event_time: 3.5")) if path.exists() else None
 
 
-FILES = (
-    ("video",),
-    ("timestamps",),
-    ("robot_log",),
-    ("camera", "images"),
-    ("camera", "intrinsics"),
-    ("plane", "image"),
-    ("robot", "grid"),
-)
+FILES = ("video", "timestamps", "robot_log", "camera.images", "camera.intrinsics", "plane.image", "robot.grid")
 """Entries that name a file or folder."""
 
 
@@ -183,8 +167,15 @@ def read(folder: str | os.PathLike[str]) -> Recording:
     if not path.is_file():
         raise InvalidInputError("recording", str(folder), f"a folder with a {NAME}", "docs/measuring.md shows one")
     recording = Recording(folder, checked(read_yaml(path, NAME, "title: a strip")))
-    for keys in FILES:
-        _require(recording, keys)
+    for key in FILES:
+        file = recording.file(*key.split("."))
+        if file is None:
+            continue
+        name = os.path.relpath(file, folder) if folder in file.parents else str(file)
+        if folder.resolve() not in file.resolve().parents:
+            raise InvalidInputError(key, name, "a path inside the recording's folder", "copy the file there")
+        if not file.exists():
+            raise InvalidInputError(key, name, "an existing file or folder of the recording", f"looked in {folder}")
     video = recording.file("video")
     if video is not None and video.is_dir() and recording.file("timestamps") is None:
         allowed = "a file beside a folder of frames"
@@ -193,24 +184,5 @@ def read(folder: str | os.PathLike[str]) -> Recording:
 
 
 def checked(given: Any) -> dict[str, Any]:
-    """The entries of a recording with their defaults.
-
-    Raises
-    ------
-    InvalidInputError
-        An unknown or missing key, or a value that cannot be used.
-    """
+    """The entries of a recording with their defaults; an unusable one raises :class:`.InvalidInputError`."""
     return Entries.of(given).model_dump(mode="json", exclude_none=True)
-
-
-def _require(recording: Recording, keys: tuple[str, ...]) -> None:
-    path = recording.file(*keys)
-    if path is None:
-        return
-    key, name = ".".join(keys), str(path.relative_to(recording.folder)) if not Path(path).is_absolute() else str(path)
-    if recording.folder.resolve() not in path.resolve().parents:
-        raise InvalidInputError(key, name, "a path inside the recording's folder", "copy the file there")
-    if not path.exists():
-        raise InvalidInputError(
-            key, name, "an existing file or folder of the recording", f"looked in {recording.folder}"
-        )
