@@ -47,6 +47,8 @@ BAD = "no state of this strip: an error"
 # fmt: off
 CASES = tuple(Case(*row) for row in (
     ("very thin", "thin, h / L = 1e-5", "lambda_c, elastica", lambda r: strips.thin(0.5 * r)),
+    ("very thin", "thin, h / L = 1e-5, coarse mesh", "the mesh is too coarse: an error",
+     lambda r: strips.thin_on_one_mesh(2.0 * r), CoarseMeshError),
     ("very thin", "thin rod, h / L = 1e-5", "lambda_c, elastica",
      lambda r: strips.rod(9e-5, elastica.critical(HEIGHT).advance)),
     ("thick", "thick, h = 0.2 L*", "lambda_c, two elements across", lambda r: strips.thick(0.5 * r)),

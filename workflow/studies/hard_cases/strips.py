@@ -66,12 +66,19 @@ def end(strip: StripModel, height: float, refinement: float) -> Finding:
     return Finding(run.lam if same else nan, rod.lam, error, model_error("rod", strip.thickness, 0.0) * rod.lam)
 
 
-def thin(refinement: float) -> Finding:
+def _thin_run(refinement: float) -> XRun:
     """Lifted fifty times thicker: without horizontal force the thickness hardly changes the state."""
     (_, model, state) = next(lift(StripModel(LENGTH, 5e-3), [HEIGHT]))
-    strip = StripModel(LENGTH, 9e-5)
-    run, error = located(lambda r: along_x(strip, HEIGHT, (model, state), r, past=0.0), refinement)
+    return along_x(StripModel(LENGTH, 9e-5), HEIGHT, (model, state), refinement, past=0.0)
+
+
+def thin(refinement: float) -> Finding:
+    run, error = located(_thin_run, refinement)
     return Finding(run.lam if run.end is End.SNAP else nan, elastica.critical(HEIGHT).advance, error)
+
+
+def thin_on_one_mesh(refinement: float) -> Finding:
+    return Finding(_thin_run(refinement).lam, elastica.critical(HEIGHT).advance, 0.0)
 
 
 def rod(thickness: float, reference: float, reference_error: float = 0.0) -> Finding:
