@@ -1,4 +1,4 @@
-"""The study of what a fall's accuracy costs, its figure, and the memory of a call."""
+"""The accuracy of a fall versus run time, and its figure."""
 
 from __future__ import annotations
 
@@ -7,8 +7,7 @@ import pytest
 import xarray as xr
 
 from stripfold import store
-from stripfold.errors import StripfoldError
-from studies import common, fall_accuracy
+from studies import fall_accuracy
 from studies.plots import fall_precision
 
 ROD = {"model": "rod", "refinement": 2.0}
@@ -54,15 +53,3 @@ def test_units_and_figure(found: xr.Dataset, tmp_path):
     fig = fall_precision.draw(store.read(tmp_path / "a.nc"))
     assert len(fig.axes) == 1
     assert len(fig.legends[0].get_texts()) == 2
-
-
-def test_memory_of_a_process():
-    """A hundred megabytes are seen; a process that fails is reported."""
-    _, _, least = common.timed_process("import numpy")
-    seconds, printed, peak = common.timed_process("import numpy\nnumpy.ones(12_500_000)\nprint(7)", 2)
-    assert peak == pytest.approx(least + 100.0, abs=10.0)
-    assert printed == ["7\n", "7\n"]
-    assert len(seconds) == 2
-    for code, message in (("1 / 0", "ZeroDivisionError"), (common.command("nonsense"), "nonsense")):
-        with pytest.raises(StripfoldError, match=message):
-            common.timed_process(code)

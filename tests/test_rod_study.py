@@ -1,4 +1,4 @@
-"""The study of the rod, its figure, and how its times are taken."""
+"""The study of the rod, and its figure."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import xarray as xr
 from stripfold import elastica, store
 from stripfold.analysis import locate_rod, static
 from stripfold.errors import SolveError
-from studies import common, rod
+from studies import rod
 from studies.plots import rod as figure
 
 LENGTH, HEIGHT, THICKNESS = 12.0, 3.0, 0.06
@@ -69,9 +69,3 @@ def test_figure(found: xr.Dataset):
     drawn = [line.get_ydata() for line in bottom.get_lines()]
     np.testing.assert_array_equal(drawn[0], np.abs(found["model_error"].sel(height=HEIGHT)))
     np.testing.assert_array_equal(drawn[1], np.abs(found["thickness_effect"].sel(height=HEIGHT)))
-
-
-def test_calls_are_timed_after_one_that_is_not():
-    clock = iter([10.0, 11.0, 20.0, 23.0])
-    calls = iter(range(9))
-    assert common.timed(lambda: next(calls), 2, lambda: next(clock)) == ([1.0, 3.0], 2)
