@@ -12,6 +12,7 @@ from stripfold.synthetic.view import Rays
 from stripfold.vision.boards import Board, Corners, dictionary
 from stripfold.vision.camera import Camera
 from stripfold.vision.intrinsics import View
+from stripfold.vision.recording import Entries
 from stripfold.vision.robot_grid import Stops
 
 SIZE = (640, 480)
@@ -136,8 +137,8 @@ def write_intrinsics(path: Path, **changes: object) -> Path:
     return path
 
 
-def write_folder(folder: Path, random: np.random.Generator) -> dict:
-    """Render the calibration of a recording; returns the matching entries of its recording.yaml."""
+def write_folder(folder: Path, random: np.random.Generator) -> Entries:
+    """Render the calibration of a recording; returns the entries of its recording.yaml."""
     for part in ("camera", "grid"):
         (folder / part).mkdir()
     for i, pose in enumerate(poses(9, random, CHESS.points.mean(axis=0))):
@@ -151,11 +152,14 @@ def write_folder(folder: Path, random: np.random.Generator) -> dict:
         cv2.imwrite(str(folder / "grid" / f"{i}.png"), marker_picture("4x4_50", 7, place, random))
         rows.append(f"{i}.png,{place[0]},{place[1]}")
     (folder / "grid" / "robot.csv").write_text("\n".join(rows) + "\n", encoding="utf-8")
+    marker = {"dictionary": "4x4_50", "id": 7, "size": SIDE, "offset": [0.0, 0.0]}
     chess = {"type": "chessboard", "columns": 9, "rows": 6, "square": 0.025}
-    plane = {"type": "charuco", "columns": 7, "rows": 5, "square": 0.05, "marker": 0.037, "dictionary": "5x5_100"}
-    return {
-        "gripper": {"marker": {"dictionary": "4x4_50", "id": 7, "size": SIDE, "offset": [0.0, 0.0]}},
-        "camera": {"images": "camera", "board": chess},
-        "plane": {"image": "plane.png", "board": plane},
-        "robot": {"grid": "grid/robot.csv"},
-    }
+    return Entries(
+        title="calibration",
+        strip={"length": 0.3, "eta_b": 3780.0},
+        gripper={"height": 0.1, "speed": 0.005, "flat_end": 0.0, "marker": marker},
+        video="none",
+        camera={"images": "camera", "board": chess},
+        plane={"image": "plane.png", "board": held},
+        robot={"grid": "grid/robot.csv"},
+    )

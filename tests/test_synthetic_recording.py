@@ -21,7 +21,7 @@ from stripfold.synthetic.recording import history_of, write_recording
 from stripfold.synthetic.render import Renderer
 from stripfold.synthetic.scene import Scene, ShapesMotion, read
 from stripfold.synthetic.sensor import Sensor
-from stripfold.vision.recording import checked
+from stripfold.vision.recording import Entries
 
 
 @pytest.mark.parametrize("law", ["parabolic", "cubic", "power", "two_modes"])
@@ -124,7 +124,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_a_folder_can_be_read_and_says_that_it_is_synthetic(folder: Path) -> None:
     config = yaml.safe_load((folder / "recording.yaml").read_text(encoding="utf-8"))
-    checked(config)
+    Entries.of(config)
     assert config["synthetic"] is True
     assert "synthetic" in config["title"]
     named = [config["video"], config["robot_log"], config["plane"]["image"], config["robot"]["grid"]]

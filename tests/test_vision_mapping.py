@@ -14,12 +14,13 @@ import pytest
 import boards_seen as seen
 from stripfold.arrays import Array
 from stripfold.errors import CalibrationError, InvalidInputError
-from stripfold.vision import calibration, intrinsics
+from stripfold.vision import calibration, intrinsics, recording
 from stripfold.vision.boards import Board
 from stripfold.vision.calibration import Calibration, assemble, calibrate_folder
 from stripfold.vision.camera import Camera
 from stripfold.vision.mapping import Mapping, fit_similarity, scale, transform
 from stripfold.vision.marker import Marker
+from stripfold.vision.recording import Entries
 from stripfold.vision.robot_grid import Stops, find_stops
 
 PLACES = np.array([[0.2, 0.12], [0.4, 0.22], [0.6, 0.35], [0.5, 0.08], [0.25, 0.4]])
@@ -184,17 +185,17 @@ def test_corners_of_a_marker(name: str) -> None:
 
 
 @pytest.fixture(scope="module")
-def filmed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, Any]]:
+def filmed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Entries]:
     folder = tmp_path_factory.mktemp("recording")
     return folder, seen.write_folder(folder, np.random.default_rng(11))
 
 
-FROM_FILE = {"camera": {"intrinsics": "camera.yml"}}
+FROM_FILE = {"camera": recording.Camera(intrinsics="camera.yml")}
 
 
-def test_a_rendered_calibration(filmed: tuple[Path, dict[str, Any]]) -> None:
-    folder, recording = filmed
-    found = calibrate_folder(folder, recording)
+def test_a_rendered_calibration(filmed: tuple[Path, Entries]) -> None:
+    folder, entries = filmed
+    found = calibrate_folder(folder, entries)
     pixels = seen.pixels_of(PLACES)
     assert np.abs(found.mapping.to_robot(pixels) - PLACES).max() < 3e-4
     random = np.random.default_rng(12)
@@ -205,7 +206,7 @@ def test_a_rendered_calibration(filmed: tuple[Path, dict[str, Any]]) -> None:
     assert 6 <= found.quality["camera_views"] <= 9
     assert found.quality["stops"] == 9
     # The same with the camera from a file.
-    given = calibrate_folder(folder, recording | FROM_FILE)
+    given = calibrate_folder(folder, entries.model_copy(update=FROM_FILE))
     assert given.intrinsics is None
     assert np.abs(given.mapping.to_robot(pixels) - PLACES).max() < 3e-4
     assert given.resample(random).camera is given.mapping.camera
@@ -233,7 +234,7 @@ GRID = "grid/robot.csv"
     ],
 )
 def test_calibrations_with_unusable_files(
-    filmed: tuple[Path, dict[str, Any]],
+    filmed: tuple[Path, Entries],
     tmp_path: Path,
     spoil: Callable[[Path], object],
     error: type[Exception],
@@ -242,7 +243,7 @@ def test_calibrations_with_unusable_files(
     folder = copytree(filmed[0], tmp_path / "recording")
     spoil(folder)
     with pytest.raises(error, match=message):
-        calibrate_folder(folder, filmed[1] | FROM_FILE)
+        calibrate_folder(folder, filmed[1].model_copy(update=FROM_FILE))
 
 
 @pytest.mark.parametrize(
@@ -271,7 +272,7 @@ def test_a_table_without_stops(tmp_path: Path) -> None:
         assemble(seen.LENS, seen.plane_board(0.0, np.random.default_rng(0)), stops, seen.SIDE)
 
 
-def test_a_bad_picture_among_the_views(filmed: tuple[Path, dict[str, Any]], tmp_path: Path) -> None:
+def test_a_bad_picture_among_the_views(filmed: tuple[Path, Entries], tmp_path: Path) -> None:
     folder = copytree(filmed[0], tmp_path / "recording")
     blank(folder, "camera/3.png", (320, 240))
     with pytest.raises(CalibrationError, match=r"3\.png: 320 x 240"):

@@ -20,7 +20,7 @@ from stripfold.synthetic.scene import Scene
 from stripfold.vision import measure, recording, report, results, snap
 from stripfold.vision.calibration import Calibration, calibrate_folder
 from stripfold.vision.measure import Measurement
-from stripfold.vision.recording import ManualOnset, Recording
+from stripfold.vision.recording import Entries, ManualOnset, Recording
 from stripfold.vision.tracking import Tracks, track
 from studies import recordings_accuracy
 
@@ -51,21 +51,18 @@ def found(snapping: Made) -> Measurement:
     return measure.evaluate(*snapping, None)
 
 
-def evaluated(snapping: Made, tracks: Tracks | None = None, manual: ManualOnset | None = None, **entries: Any):
-    """The measurement with other tracks, a manual onset, or changed entries of gripper and strip."""
-    asked, calibration, known = snapping
-    changed = {
-        **asked.entries,
-        **{part: {**asked.entries[part], **entries.get(part, {})} for part in ("gripper", "strip")},
-        **{key: value for key, value in entries.items() if key not in ("gripper", "strip")},
-    }
-    return measure.evaluate(Recording(asked.folder, changed), calibration, tracks or known, manual)
+def changed(entries: Entries, **parts: Any) -> Entries:
+    """The entries of a recording with others in their place; those of a part are merged."""
+    known = entries.model_dump(exclude_none=True)
+    merged = {key: {**known[key], **new} if isinstance(new, dict) else new for key, new in parts.items()}
+    return Entries.of({**known, **merged})
 
 
-def without_log(snapping: Made, tracks: Tracks | None = None) -> Measurement:
+def evaluated(snapping: Made, tracks: Tracks | None = None, manual: ManualOnset | None = None, **parts: Any):
+    """The measurement with other tracks, a manual onset, or changed entries."""
     asked, calibration, known = snapping
-    entries = {key: value for key, value in asked.entries.items() if key != "robot_log"}
-    return measure.evaluate(Recording(asked.folder, entries), calibration, tracks or known)
+    recording = Recording(asked.folder, changed(asked.entries, **parts))
+    return measure.evaluate(recording, calibration, tracks or known, manual)
 
 
 def some_frames(tracks: Tracks, keep: Mask) -> Tracks:
@@ -94,7 +91,7 @@ def test_video_and_log_agree_and_without_a_log_the_video_serves(
 ):
     assert found.by_log == found.event
     assert found.by_video == pytest.approx(found.event, abs=3e-4)
-    alone = without_log(snapping)
+    alone = evaluated(snapping, robot_log=None)
     assert alone.event == alone.by_video == pytest.approx(found.by_video)
     assert np.isnan(alone.by_log)
     assert alone.parts["mapping"] > 0.0 == alone.parts["clock"]
@@ -104,7 +101,7 @@ def test_video_and_log_agree_and_without_a_log_the_video_serves(
 
 
 def test_lambda_counts_from_the_flat_end_in_the_direction_of_the_advance(snapping: Made, found: Measurement):
-    flat_end = snapping[0].entries["gripper"]["flat_end"]
+    flat_end = snapping[0].entries.gripper.flat_end
     moved = evaluated(snapping, gripper={"flat_end": flat_end + 0.01})
     assert moved.event == pytest.approx(found.event - 0.01)
     x = flat_end + found.event
@@ -115,8 +112,7 @@ def test_lambda_counts_from_the_flat_end_in_the_direction_of_the_advance(snappin
 def test_rolling_shutter_delays_the_rows(snapping: Made, found: Measurement):
     """The same film of a camera that takes 30 ms from its first row to its last: its rows are later."""
     asked, calibration, _ = snapping
-    entries = {**asked.entries, "camera": {**asked.entries["camera"], "rolling_shutter": 0.03}}
-    later = track(Recording(asked.folder, entries), calibration)
+    later = track(Recording(asked.folder, changed(asked.entries, camera={"rolling_shutter": 0.03})), calibration)
     rows = later.gripper.centre[:, 1] / 239.0
     np.testing.assert_allclose(later.grip_time - later.timing.time, 0.03 * rows, atol=2e-4)
     assert np.all(later.strip_time[later.seen] > later.grip_time[later.seen])
@@ -169,9 +165,9 @@ def test_drift_and_missing_frames_are_flagged(snapping: Made, found: Measurement
 
 def test_strip_without_a_snap_gives_a_bound(snapping: Made):
     early = some_frames(snapping[2], snapping[2].timing.time < 1.6)
-    none = without_log(snapping, early)
+    none = evaluated(snapping, early, robot_log=None)
     assert not none.snapped
-    assert none.event == pytest.approx(early.gripped_end[-1, 0] - snapping[0].entries["gripper"]["flat_end"], abs=2e-4)
+    assert none.event == pytest.approx(early.gripped_end[-1, 0] - snapping[0].entries.gripper.flat_end, abs=2e-4)
     assert any("no snap" in flag for flag in none.flags)
     assert "more than" in report.result(none)
 

@@ -65,12 +65,12 @@ def write(folder: Path, entries: Any) -> Path:
 
 def test_folder_is_read_with_defaults(tmp_path: Path) -> None:
     found = recording.read(write(tmp_path / "one", ENTRIES))
-    assert found.entries["synthetic"] is False
-    assert found.entries["gripper"]["direction"] == 1
-    assert found.entries["camera"]["rolling_shutter"] == 0.0
-    assert found.file("camera", "images") == tmp_path / "one" / "camera"
-    assert found.file("robot_log") is None
-    assert found.file("camera", "intrinsics") is None
+    assert found.entries.synthetic is False
+    assert found.entries.gripper.direction == 1
+    assert found.entries.camera.rolling_shutter == 0.0
+    assert found.video == tmp_path / "one" / "video.mkv"
+    assert found.robot_log is None
+    assert found.timestamps is None
 
 
 @pytest.mark.parametrize(

@@ -182,7 +182,8 @@ class RecordingMeasurement(Result):
 
     def to_netcdf(self, file: str | os.PathLike[str]) -> None:
         entries = self.details.recording.entries
-        store.write(self.to_dataset(), file, title=f"measured: {entries['title']}", config=entries)
+        config = entries.model_dump(mode="json", exclude_none=True)
+        store.write(self.to_dataset(), file, title=f"measured: {entries.title}", config=config)
 
     def report(self, file: str | os.PathLike[str]) -> None:
         """Write one HTML page with film, curves and numbers."""

@@ -74,7 +74,7 @@ def _truth(folder: Path, found: Measurement) -> tuple[float, float, float]:
     start, stop = snap.steady_advance(t, truth["gripper"].values[:, 0])
     within = (t >= start) & (t <= stop)
     t, lam, curve = t[within], lam[within], curve[within]
-    raised = snap.raised(curve, float(found.recording.entries["gripper"]["height"]))
+    raised = snap.raised(curve, found.recording.entries.gripper.height)
     motion = snap.speed(t, curve[:, raised])
     static = json.loads((folder / "truth.json").read_text(encoding="utf-8"))["lambda_c"]
     return motion.onset, float(np.interp(motion.onset, t, lam)), float("nan") if static is None else float(static)

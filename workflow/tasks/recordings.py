@@ -37,4 +37,4 @@ def measure(folder: Path, output: Any, progress: Callable[[str], None]) -> xr.Da
 
     found = measuring.measure(recording.read(folder), progress)
     store.write_text(report.html(found), output.report)
-    return results.as_dataset(found).assign_attrs(title=f"measured: {found.recording.entries['title']}")
+    return results.as_dataset(found).assign_attrs(title=f"measured: {found.recording.entries.title}")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping as Entries
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,11 +11,12 @@ import numpy as np
 from stripfold.arrays import Array
 from stripfold.errors import CalibrationError
 from stripfold.vision import intrinsics
-from stripfold.vision.boards import Board, Corners, detect
+from stripfold.vision.boards import Corners, detect
 from stripfold.vision.camera import Camera, read_camera
 from stripfold.vision.intrinsics import Intrinsics, require
 from stripfold.vision.mapping import Mapping, fit_homography, fit_similarity, rms, scale, transform
 from stripfold.vision.pictures import read_calibration_picture
+from stripfold.vision.recording import Entries
 from stripfold.vision.robot_grid import MIN_STOPS, Stops, find_stops, fit_robot
 
 MAX_PLANE_RMS = 0.35
@@ -64,8 +64,8 @@ def _noise(residual_rms: float, n: int, unknowns: int, random: np.random.Generat
     return np.asarray(random.normal(0.0, 1.0, (n, 2)) * sd)
 
 
-def calibrate_folder(folder: Path, recording: Entries[str, Any]) -> Calibration:
-    """The calibration of a recording, given the validated content of its ``recording.yaml``.
+def calibrate_folder(folder: Path, entries: Entries) -> Calibration:
+    """The calibration of a recording, given the content of its ``recording.yaml``.
 
     Raises
     ------
@@ -74,15 +74,17 @@ def calibrate_folder(folder: Path, recording: Entries[str, Any]) -> Calibration:
     CalibrationError
         Not good enough to measure with; the message says which part, and what to do.
     """
-    described = recording["camera"]
+    described = entries.camera
     source: Intrinsics | Camera
-    if "intrinsics" in described:
-        source = camera = read_camera(folder / described["intrinsics"])
+    if described.intrinsics is not None:
+        source = camera = read_camera(folder / described.intrinsics)
     else:
-        source = intrinsics.calibrate(*intrinsics.find_views(folder / described["images"], Board(**described["board"])))
+        assert described.images is not None
+        assert described.board is not None
+        source = intrinsics.calibrate(*intrinsics.find_views(folder / described.images, described.board))
         camera = source.camera
-    path = folder / recording["plane"]["image"]
-    board = detect(read_calibration_picture(path, camera.size), Board(**recording["plane"]["board"]))
+    path = folder / entries.plane.image
+    board = detect(read_calibration_picture(path, camera.size), entries.plane.board)
     if board is None:
         raise CalibrationError(
             path.name,
@@ -90,9 +92,9 @@ def calibrate_folder(folder: Path, recording: Entries[str, Any]) -> Calibration:
             "a picture of the board in the folding plane",
             "compare its columns and rows with the description; it must be in focus, a chessboard entirely visible",
         )
-    marker = recording["gripper"]["marker"]
-    stops = find_stops(folder / recording["robot"]["grid"], marker["dictionary"], marker["id"], camera.size)
-    return assemble(source, board, stops, marker["size"], path.name)
+    marker = entries.gripper.marker
+    stops = find_stops(folder / entries.robot.grid, marker.dictionary, marker.id, camera.size)
+    return assemble(source, board, stops, marker.size, path.name)
 
 
 def assemble(
@@ -165,7 +167,7 @@ def assemble(
     return Calibration(mapping, known, board, stops, quality)
 
 
-def _check(mapping: Mapping, board: Corners, quality: Entries[str, Any], side: float) -> None:
+def _check(mapping: Mapping, board: Corners, quality: dict[str, Any], side: float) -> None:
     """Raise :class:`CalibrationError` unless scale, marker size and orientation are plausible."""
     magnified = quality["robot_scale"]
     require(

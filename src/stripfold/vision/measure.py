@@ -122,8 +122,8 @@ def evaluate(
     recording: Recording, calibration: Calibration, tracks: Tracks, manual: ManualOnset | None = None
 ) -> Measurement:
     """The result of a recording whose film has been tracked; see :func:`measure`."""
-    gripper = recording.entries["gripper"]
-    sign, flat_end = gripper["direction"], gripper["flat_end"]
+    gripper = recording.entries.gripper
+    sign, flat_end = gripper.direction, gripper.flat_end
     flags = [*tracks.report.problems, *tracks.timing.problems, *_compared_with_description(recording, tracks)]
     random = np.random.default_rng(SEED)
     t, points = _raised_part(recording, tracks)
@@ -145,7 +145,7 @@ def evaluate(
     else:
         time_sd = {}
     parts = dict.fromkeys(PARTS, 0.0) | {name: speed * sd for name, sd in time_sd.items()}
-    clock, path = None, recording.file("robot_log")
+    clock, path = None, recording.robot_log
     if path is None:
         parts |= {"mapping": mapping_sd, "gripper": gripper_sd}
     else:
@@ -157,8 +157,8 @@ def evaluate(
         parts["clock"] = speed * clock.sd
         if abs(by_log - by_video) > MAX_LOG_DEVIATION * hypot(mapping_sd, parts["clock"], gripper_sd):
             flags.append(f"log and video differ by {(by_log - by_video) * 1e3:.2f} mm at the event")
-    if abs(speed / gripper["speed"] - 1.0) > MAX_SPEED_ERROR:
-        flags.append(f"the gripper moves at {speed * 1e3:.2f} mm/s, described are {gripper['speed'] * 1e3:.2f}")
+    if abs(speed / gripper.speed - 1.0) > MAX_SPEED_ERROR:
+        flags.append(f"the gripper moves at {speed * 1e3:.2f} mm/s, described are {gripper.speed * 1e3:.2f}")
     if not snapped:
         flags.append("no snap: lambda_c lies beyond the farthest place of the gripper")
     return Measurement(
@@ -183,7 +183,7 @@ def evaluate(
 def _compared_with_description(recording: Recording, tracks: Tracks) -> list[str]:
     """Flags where the film differs from its description; a wrong height is an error."""
     flags = []
-    height, length = recording.entries["gripper"]["height"], recording.entries["strip"]["length"]
+    height, length = recording.entries.gripper.height, recording.entries.strip.length
     z = tracks.gripped_end[tracks.gripper.tracked, 1]
     middle, drift = float(np.median(z)), float(np.ptp(np.percentile(z, [2.0, 98.0])))
     if abs(middle - height) > MAX_HEIGHT_ERROR * height:
@@ -208,7 +208,7 @@ def _raised_part(recording: Recording, tracks: Tracks) -> tuple[Array, Array]:
     points = tracks.points[used]
     if len(points) < MIN_FRAMES:
         raise MeasurementError("video", f"the strip in {len(points)} frames", f"at least {MIN_FRAMES}", "film longer")
-    raised = snap.raised(points, recording.entries["gripper"]["height"])
+    raised = snap.raised(points, recording.entries.gripper.height)
     if raised.sum() < MIN_STATIONS:
         raise MeasurementError(
             "video",
@@ -276,9 +276,9 @@ def _static_end(recording: Recording, tracks: Tracks, motion: Speed) -> StaticFi
     slow = np.flatnonzero(motion.u[: motion.peak] < motion.level(snap.FIT_END))
     if not len(slow):
         return None
-    gripper = recording.entries["gripper"]
+    gripper = recording.entries.gripper
     before = tracks.seen & (tracks.strip_time < motion.t[slow[-1]])
-    lam = gripper["direction"] * (tracks.gripped_end[:, 0] - gripper["flat_end"])
+    lam = gripper.direction * (tracks.gripped_end[:, 0] - gripper.flat_end)
     return snap.static_fit(lam[before], tracks.points[before])
 
 

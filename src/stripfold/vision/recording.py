@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -126,17 +125,25 @@ class ManualOnset(Input):
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """A recording: its folder, and the entries of recording.yaml with their defaults."""
+    """A recording: its folder, and the entries of recording.yaml."""
 
     folder: Path
-    entries: Mapping[str, Any]
+    entries: Entries
 
-    def file(self, *keys: str) -> Path | None:
-        """The file or folder that an entry names, for instance ``("camera", "images")``; None where it names none."""
-        value: Any = self.entries
-        for key in keys:
-            value = value.get(key) if isinstance(value, Mapping) else None
-        return None if value is None else self.folder / value
+    @property
+    def video(self) -> Path:
+        """The film, or a folder of frames."""
+        return self.folder / self.entries.video
+
+    @property
+    def timestamps(self) -> Path | None:
+        """The times of the frames in a folder."""
+        return None if self.entries.timestamps is None else self.folder / self.entries.timestamps
+
+    @property
+    def robot_log(self) -> Path | None:
+        """The robot's log; None where there is none."""
+        return None if self.entries.robot_log is None else self.folder / self.entries.robot_log
 
     def manual_onset(self) -> ManualOnset | None:
         """The onset set by hand; None where there is none.
@@ -148,10 +155,6 @@ class Recording:
         """
         path = self.folder / ManualOnset.file_name
         return ManualOnset(**read_yaml(path, path.name, "event_time: 3.5")) if path.exists() else None
-
-
-FILES = ("video", "timestamps", "robot_log", "camera.images", "camera.intrinsics", "plane.image", "robot.grid")
-"""Entries that name a file or folder."""
 
 
 def read(folder: str | os.PathLike[str]) -> Recording:
@@ -166,23 +169,25 @@ def read(folder: str | os.PathLike[str]) -> Recording:
     path = folder / NAME
     if not path.is_file():
         raise InvalidInputError("recording", str(folder), f"a folder with a {NAME}", "docs/measuring.md shows one")
-    recording = Recording(folder, checked(read_yaml(path, NAME, "title: a strip")))
-    for key in FILES:
-        file = recording.file(*key.split("."))
-        if file is None:
+    entries = Entries.of(read_yaml(path, NAME, "title: a strip"))
+    named = {
+        "video": entries.video,
+        "timestamps": entries.timestamps,
+        "robot_log": entries.robot_log,
+        "camera.images": entries.camera.images,
+        "camera.intrinsics": entries.camera.intrinsics,
+        "plane.image": entries.plane.image,
+        "robot.grid": entries.robot.grid,
+    }
+    for key, name in named.items():
+        if name is None:
             continue
-        name = os.path.relpath(file, folder) if folder in file.parents else str(file)
-        if folder.resolve() not in file.resolve().parents:
+        if folder.resolve() not in (folder / name).resolve().parents:
             raise InvalidInputError(key, name, "a path inside the recording's folder", "copy the file there")
-        if not file.exists():
+        if not (folder / name).exists():
             raise InvalidInputError(key, name, "an existing file or folder of the recording", f"looked in {folder}")
-    video = recording.file("video")
-    if video is not None and video.is_dir() and recording.file("timestamps") is None:
+    found = Recording(folder, entries)
+    if found.video.is_dir() and found.timestamps is None:
         allowed = "a file beside a folder of frames"
         raise InvalidInputError("timestamps", MISSING, allowed, "frames have no time stamps of their own")
-    return recording
-
-
-def checked(given: Any) -> dict[str, Any]:
-    """The entries of a recording with their defaults; an unusable one raises :class:`.InvalidInputError`."""
-    return Entries.of(given).model_dump(mode="json", exclude_none=True)
+    return found

@@ -45,8 +45,8 @@ def html(found: Measurement) -> str:
         for name, value in found.calibration.quality.items()
     ]
     return template.render(
-        title=found.recording.entries["title"],
-        synthetic=found.recording.entries["synthetic"],
+        title=found.recording.entries.title,
+        synthetic=found.recording.entries.synthetic,
         result=result(found),
         manual=found.manual,
         flags=found.flags,
@@ -98,7 +98,7 @@ def curves(found: Measurement) -> Figure:
     x.plot(tracks.grip_time, 1e3 * tracks.gripped_end[:, 0], color=BLACK)
     x.set_ylabel("$x$ [mm]")
     z.plot(tracks.grip_time, 1e3 * tracks.gripped_end[:, 1], color=BLACK)
-    z.axhline(1e3 * found.recording.entries["gripper"]["height"], color=GREY, linewidth=0.8, linestyle="--")
+    z.axhline(1e3 * found.recording.entries.gripper.height, color=GREY, linewidth=0.8, linestyle="--")
     z.set_ylabel("$z$ [mm]")
     speed.plot(motion.t, 1e3 * motion.u, color=RED)
     speed.axhline(1e3 * motion.following, color=GREY, linewidth=0.8, linestyle="--")
@@ -162,11 +162,9 @@ def _film_size(found: Measurement) -> tuple[int, int]:
 def _annotated(found: Measurement) -> Iterator[Picture]:
     """Each frame in the film's size, with the strip and its gripped end."""
     tracks, mapping = found.tracks, found.calibration.mapping
-    path = found.recording.file("video")
-    assert path is not None
     size = _film_size(found)
     scale = np.array(size) / tracks.size
-    with video.read(path, found.recording.file("timestamps")) as frames:
+    with video.read(found.recording.video, found.recording.timestamps) as frames:
         for frame in frames:
             small = cv2.resize(frame.image, size, interpolation=cv2.INTER_AREA)
             picture = np.asarray(cv2.cvtColor(small, cv2.COLOR_GRAY2BGR), dtype=np.uint8)

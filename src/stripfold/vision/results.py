@@ -19,7 +19,7 @@ def fields(found: Measurement) -> dict[str, Any]:
         "speed": found.speed,
         "flags": list(found.flags),
         "manual_onset": found.manual,
-        "synthetic": bool(found.recording.entries["synthetic"]),
+        "synthetic": bool(found.recording.entries.synthetic),
     }
 
 
@@ -54,9 +54,9 @@ def as_dataset(found: Measurement) -> xr.Dataset:
         "speed_ratio": motion.ratio,
         "following": motion.following,
         "clock_offset": found.clock.offset if found.clock else np.nan,
-        "height": entries["gripper"]["height"],
-        "eta_b": entries["strip"]["eta_b"],
-        "length": entries["strip"]["length"],
+        "height": entries.gripper.height,
+        "eta_b": entries.strip.eta_b,
+        "length": entries.strip.length,
     }
     values: Values = {name: ((), value) for name, value in scalars.items()} | {
         "t": ("t", tracks.timing.time),
@@ -72,8 +72,8 @@ def as_dataset(found: Measurement) -> xr.Dataset:
         "strip": (("t", "station", "axis"), tracks.points.astype(np.float32)),
     }
     attrs = {
-        "recording": entries["title"],
-        "synthetic": int(entries["synthetic"]),
+        "recording": entries.title,
+        "synthetic": int(entries.synthetic),
         "flags": "; ".join(found.flags),
         "manual_onset": found.manual,
         **{f"calibration_{name}": value for name, value in found.calibration.quality.items()},

@@ -81,18 +81,17 @@ def track(recording: Recording, calibration: Calibration, progress: Callable[[st
     TrackingError
         The gripper or the strip was lost.
     """
-    path = recording.file("video")
-    assert path is not None
+    path = recording.video
     mapping = calibration.mapping
-    marker = recording.entries["gripper"]["marker"]
-    offset = np.array(marker["offset"])
-    follow_gripper = GripperTracker(marker["dictionary"], marker["id"], path.name)
-    follow_strip = StripTracker(mapping, recording.entries["strip"]["length"], path.name)
+    marker = recording.entries.gripper.marker
+    offset = np.array(marker.offset)
+    follow_gripper = GripperTracker(marker.dictionary, marker.id, path.name)
+    follow_strip = StripTracker(mapping, recording.entries.strip.length, path.name)
     grips: list[Grip] = []
     lines: list[Centreline | None] = []
     doubled: list[bool] = []
     size = mapping.camera.size
-    with video.read(path, recording.file("timestamps")) as frames:
+    with video.read(path, recording.timestamps) as frames:
         for frame in frames:
             if frame.image.shape[::-1] != size:
                 raise MeasurementError(
@@ -111,7 +110,7 @@ def track(recording: Recording, calibration: Calibration, progress: Callable[[st
         report = frames.report
     gripper = interpolate_gaps(grips, path.name)
     rows = np.array([np.nan if line is None else line.points[:, 1].mean() for line in lines])
-    shutter = recording.entries["camera"]["rolling_shutter"]
+    shutter = recording.entries.camera.rolling_shutter
     stations, points, visible_length = material_points(lines, mapping)
     return Tracks(
         timing=timing(gripper.time, np.array(doubled)),
