@@ -5,8 +5,6 @@ from __future__ import annotations
 import json
 import os
 import resource
-import subprocess
-import sys
 import tempfile
 from fractions import Fraction
 from functools import cache
@@ -31,7 +29,7 @@ from stripfold.vision.gripper import GripperTracker
 from stripfold.vision.mapping import Mapping, fit_homography
 from stripfold.vision.strip_tracker import StripTracker
 from stripfold.vision.video import read
-from studies.common import ONE_CORE, dataset
+from studies.common import dataset, timed_process
 
 CODECS = {"h264": ("libx264", "mp4"), "mpeg4": ("mpeg4", "mp4"), "mjpeg": ("mjpeg", "avi"), "ffv1": ("ffv1", "mkv")}
 """Encoder and container of each codec."""
@@ -54,8 +52,12 @@ def run(frames: int, repeats: int) -> xr.Dataset:
             with tempfile.TemporaryDirectory() as folder:
                 path = Path(folder) / f"video.{suffix}"
                 _make(path, codec, length)
+                call = f"json.dumps(measure({str(path)!r}))"
                 for k in range(repeats):
-                    found = _in_own_process(path)
+                    _, (told,), _ = timed_process(
+                        f"import json\nfrom studies.video_benchmark import measure\nprint({call})"
+                    )
+                    found = json.loads(told)
                     if found["frames"] != length:
                         raise StripfoldError(f"the benchmark's video has {found['frames']} frames instead of {length}")
                     rate[i, j, k], memory[i, j, k] = length / found["wall"], found["memory"]
@@ -76,17 +78,7 @@ def run(frames: int, repeats: int) -> xr.Dataset:
     )
 
 
-def _in_own_process(path: Path) -> dict[str, Any]:
-    """The result of :func:`measure` in a process of its own."""
-    command = [sys.executable, "-m", "studies.video_benchmark", str(path)]
-    environment = os.environ | ONE_CORE
-    done = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
-    if done.returncode:
-        raise StripfoldError(f"the benchmark's process failed: {done.stderr.strip()}")
-    return cast("dict[str, Any]", json.loads(done.stdout))
-
-
-def measure(path: Path) -> dict[str, Any]:
+def measure(path: str) -> dict[str, Any]:
     """Track a video to its end: frames, wall time, s, of all but the first, time of each stage, s, and memory, MB.
 
     The first frame, with the start of the decoder and the search for everything, is not counted.
@@ -143,7 +135,3 @@ def _pictures() -> list[Picture]:
     times = START + np.arange(DRAWN) / RATE
     sensor = Sensor(Renderer(_SCENE, history.curve[0]), float(times[-1]), np.random.default_rng(1))
     return list(sensor.film(history, times))
-
-
-if __name__ == "__main__":
-    print(json.dumps(measure(Path(sys.argv[1]))))
