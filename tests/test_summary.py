@@ -330,6 +330,9 @@ def test_recordings_that_are_flagged_refused_or_all_refused() -> None:
     assert found["holds"] is True
     assert "of 201" in found["statement"]
     assert "flagged values (1) do not count, 1 of them" in found["statement"]
+    data["flags"][:101] = "too fast"
+    assert numbers_of("recordings_accuracy", data)["recordings_wrong"]["holds"] is False
+    data["flags"][:101] = ""
     data["outcome"][:30] = "refused"
     assert numbers_of("recordings_accuracy", data)["recordings_failed"]["holds"] is False
     data["outcome"][:] = "refused"
