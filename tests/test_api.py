@@ -16,7 +16,7 @@ import pytest
 
 import stripfold as sf
 from stripfold import elastica, inputs, measured, results, store
-from stripfold.results import Result
+from stripfold.reporting import Result
 
 STRIP = sf.Strip(length=0.6, eta_b=3780)
 SHORT = sf.Strip(length=0.36, eta_b=3780)

@@ -63,8 +63,8 @@ def test_assess_says_where_the_strip_leaves(here: Path, coarse: None, capsys: py
     # On the way down, at 45 degrees from the apex.
     assert event["x"] + event["z"] == pytest.approx(0.225, abs=1e-9)
     assert event["t"] == pytest.approx(0.5 + event["x"] / 0.45, abs=1e-6)
-    assert found["planned_touch_x"] == pytest.approx(3.584045 * UNIT, abs=1e-6)
-    assert found["touch_error"] == pytest.approx(found["first_touch_x"] - found["planned_touch_x"])
+    assert found["landing_x"] == pytest.approx(3.584045 * UNIT, abs=1e-6)
+    assert found["touch_error"] == pytest.approx(found["touch_x"] - found["landing_x"])
     assert found["touch_error"] < -0.02
     assert 0.0 < found["shape_error"] < 0.02 * UNIT
     assert found["seconds"] > 0.0

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
 from stripfold.errors import InvalidInputError, SolveError, TimeStepError
 
 if TYPE_CHECKING:
-    from stripfold.results import Result
+    from stripfold.reporting import Result
     from stripfold.validation import Input
 
 Say = Callable[[str], None]

@@ -1,4 +1,4 @@
-"""Results that are measured in pictures and recordings, in the form of :mod:`.results`."""
+"""Results that are measured in pictures and recordings, in the form of :mod:`.reporting`."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any, Self
 
 import xarray as xr
 
-from stripfold import store
+from stripfold import schema, store
 from stripfold.errors import InvalidInputError
 from stripfold.inputs import EtaRequest
-from stripfold.results import Progress, Result, Rows, metres
+from stripfold.reporting import Progress, Result, Rows, metres
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -94,13 +94,8 @@ class EtaB(Result):
 
     def to_dataset(self) -> xr.Dataset:
         low, high = self.interval
-        values = {"eta_b": self.eta_b, "eta_b_lower": low, "eta_b_upper": high}
-        data = {
-            name: store.variable((), value, "m-4 s2", "weight-to-bending-stiffness ratio")
-            for name, value in values.items()
-        }
-        data["gravity_length"] = store.variable((), self.gravity_length, "m", "L*")
-        return xr.Dataset(data)
+        values = {"eta_b": self.eta_b, "eta_b_lower": low, "eta_b_upper": high, "gravity_length": self.gravity_length}
+        return schema.dataset({name: ((), value) for name, value in values.items()})
 
     def plot(self) -> Figure:
         """The fit over the picture."""

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import os
-from abc import ABC, abstractmethod
-from collections.abc import Callable
 from dataclasses import dataclass, field, fields
 from math import isfinite
 from time import perf_counter
@@ -13,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 import xarray as xr
 
-from stripfold import store
+from stripfold import schema
 from stripfold.analysis import critical_point, verdict
 from stripfold.analysis.critical_point import CriticalResult
 from stripfold.analysis.verdict import Verdict
@@ -21,54 +19,11 @@ from stripfold.inputs import PathAssessment as Asked
 from stripfold.inputs import Scene
 from stripfold.paths import FoldPath
 from stripfold.plots import results as figures
+from stripfold.reporting import Progress, Result, Rows, metres
 from stripfold.simulation import Simulation
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-
-Progress = Callable[[str], None]
-Rows = list[tuple[str, str]]
-WIDTH = 12
-"""Width of the names in a printed result."""
-
-
-class Result(ABC):
-    """What all results can do."""
-
-    title = ""
-
-    @abstractmethod
-    def rows(self) -> Rows:
-        """Names and values in words, as printed."""
-
-    @abstractmethod
-    def to_dict(self) -> dict[str, Any]:
-        """The numbers by name, SI; those that the command line prints with ``--json``."""
-
-    @abstractmethod
-    def to_dataset(self) -> xr.Dataset:
-        """All of it as a dataset, every variable with its unit."""
-
-    @abstractmethod
-    def plot(self) -> Figure:
-        """A figure of it; ``.savefig(file)`` stores it."""
-
-    def config(self) -> dict[str, Any]:
-        """The resolved inputs, stored with the result."""
-        return {}
-
-    def to_netcdf(self, file: str | os.PathLike[str]) -> None:
-        """Store :meth:`to_dataset` with the inputs, the code's version and those of the libraries."""
-        store.write(self.to_dataset(), file, title=self.title, config=self.config())
-
-    def __str__(self) -> str:
-        return "\n".join(f"{name:<{WIDTH}} {text}" for name, text in self.rows())
-
-
-def metres(value: float, what: str) -> str:
-    """A length with what it is; "-" for none."""
-    return f"{value:.6g} m  ({what})" if isfinite(value) else "-"
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,20 +88,11 @@ class CriticalPoint(CriticalResult, Result):
         return {name: getattr(self, name) for name in names + more}
 
     def to_dataset(self) -> xr.Dataset:
-        lengths = {
-            "lambda_c": "advance of the gripper past the flat end at the snap",
-            "error": "estimated error of lambda_c by mesh and bracket",
-            "lambda_c_lower": "lower end of the bracket of lambda_c",
-            "lambda_c_upper": "upper end of the bracket of lambda_c",
-            "lambda_0": "advance of the gripper without horizontal force",
-            "model_error": "estimated distance from the solid's lambda_c",
-            "free_length": "length off the floor where the advance ends",
-        }
-        data = {name: store.variable((), getattr(self, name), "m", text) for name, text in lengths.items()}
-        data["x"] = store.variable("node", self.state[:, 0], "m", "mid-surface, horizontal; origin mid-strip")
-        data["z"] = store.variable("node", self.state[:, 1], "m", "mid-surface, height over the floor")
+        names = ("lambda_c", "lambda_c_lower", "lambda_c_upper", "error", "lambda_0", "model_error", "free_length")
+        values: dict[str, Any] = {name: ((), getattr(self, name)) for name in names}
+        values |= {"x": ("node", self.state[:, 0]), "z": ("node", self.state[:, 1])}
         attrs = {"model": self.model, "snap": int(self.snap), "reason": self.reason, "height": self.scene.height}
-        return xr.Dataset(data, attrs=attrs)
+        return schema.dataset(values, attrs)
 
     def plot(self) -> Figure:
         """The strip where the advance ends."""
@@ -169,7 +115,7 @@ class PathAssessment(Verdict, Result):
     critical
         Its critical points: ``t``, ``x``, ``z`` of the gripper, ``kind``, and the ``angle`` with the stability
         boundary in degrees.
-    first_touch_x, planned_touch_x, touch_error
+    touch_x, landing_x, touch_error
         Where the upper layer first touches, where the folded state lands, and the difference.
     shape_error
         Largest distance of the last state from the folded one; nan for a path that ends elsewhere.
@@ -215,8 +161,8 @@ class PathAssessment(Verdict, Result):
         return [
             ("stable", "yes" if self.stable else "no"),
             *events,
-            ("first touch", metres(self.first_touch_x, "x, origin mid-strip")),
-            ("  planned", metres(self.planned_touch_x, "x where the folded state lands")),
+            ("first touch", metres(self.touch_x, "x, origin mid-strip")),
+            ("  planned", metres(self.landing_x, "x where the folded state lands")),
             ("  error", metres(self.touch_error, "negative: short of it")),
             ("shape error", metres(self.shape_error, "largest distance of the last state from the folded one")),
             ("lying", metres(self.lying_length, "length from the held end in the last state")),
@@ -232,29 +178,20 @@ class PathAssessment(Verdict, Result):
         return values | {"critical": [dict(event) for event in self.critical]}
 
     def to_dataset(self) -> xr.Dataset:
-        units = {"peak_force": "N m-1", "peak_hold": "N m-1"}
-        texts = {
-            "first_touch_x": "first touch, horizontal; origin mid-strip",
-            "planned_touch_x": "landing place of the folded state",
-            "touch_error": "first touch less the landing place of the folded state",
-            "shape_error": "largest distance of the last state from the folded one",
-            "lying_length": "length from the held end in the last state",
-            "peak_force": "largest force of the gripper, statics",
-            "peak_hold": "largest horizontal force at the held end, statics",
-        }
-        data = {
-            name: store.variable((), getattr(self, name), units.get(name, "m"), text) for name, text in texts.items()
-        }
+        numbers = ("touch_x", "landing_x", "touch_error", "shape_error", "lying_length", "peak_force", "peak_hold")
+        values: dict[str, Any] = {name: ((), getattr(self, name)) for name in numbers}
         states = self._mid_surfaces()
-        t = np.array([self.path.curve.pseudo_time(point.lam) for _, point in self.states])
-        data["t"] = store.variable("state", t, "1", "pseudo time of the path")
-        data["x"] = store.variable(("state", "node"), states[..., 0], "m", "mid-surface, horizontal; origin mid-strip")
-        data["z"] = store.variable(("state", "node"), states[..., 1], "m", "mid-surface, height over the floor")
-        for key, unit in (("t", "1"), ("x", "m"), ("z", "m"), ("angle", "degree")):
-            values = [event[key] for event in self.critical]
-            data[f"critical_{key}"] = store.variable("event", np.array(values, float), unit, f"critical point, {key}")
-        kinds = ", ".join(event["kind"] for event in self.critical)
-        return xr.Dataset(data, attrs={"stable": int(self.stable), "completed": int(self.completed), "kinds": kinds})
+        values |= {
+            "pseudo_time": ("state", [self.path.curve.pseudo_time(point.lam) for _, point in self.states]),
+            "x": (("state", "node"), states[..., 0]),
+            "z": (("state", "node"), states[..., 1]),
+            "kind": ("event", [event["kind"] for event in self.critical]),
+        }
+        values |= {
+            f"critical_{key}": ("event", np.array([event[key] for event in self.critical], dtype=float))
+            for key in ("t", "x", "z", "angle")
+        }
+        return schema.dataset(values, {"stable": int(self.stable), "completed": int(self.completed)})
 
     def _mid_surfaces(self) -> np.ndarray[Any, np.dtype[np.float64]]:
         """Shape (states, nodes, 2), m."""

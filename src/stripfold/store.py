@@ -80,11 +80,6 @@ def write_json(mapping: Mapping[str, Any], path: str | os.PathLike[str]) -> None
     write_text(_json(mapping, indent=2) + "\n", path)
 
 
-def variable(dims: str | tuple[str, ...], values: Any, units: str, long_name: str) -> xr.Variable:
-    """A variable or coordinate with the attributes that :func:`write` requires; units "1" for numbers and names."""
-    return xr.Variable(dims, np.asarray(values), {"units": units, "long_name": long_name})
-
-
 def write(
     dataset: xr.Dataset, path: str | os.PathLike[str], *, title: str, config: Mapping[str, Any] | None = None
 ) -> None:

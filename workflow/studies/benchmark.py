@@ -61,7 +61,7 @@ def run_assess(repeats: int, length: float) -> xr.Dataset:
         walls, answers, peak = timed_process(command("assess", path, *strip, "--json"), repeats)
         finer = assess_path(material, length, read(path, length / unit, unit), refinement=0.5)
     found = json.loads(answers[0])
-    error = _apart(found["critical"][0], found["first_touch_x"], finer) / length
+    error = _apart(found["critical"][0], found["touch_x"], finer) / length
     values = {"wall": ("repeat", walls), "memory": ((), peak), "error": ((), error)}
     return dataset("assess_benchmark", values, {"command": "stripfold assess r-path.csv " + " ".join(strip)})
 
@@ -77,7 +77,7 @@ def run_rod(repeats: int, length: float) -> xr.Dataset:
     seconds, found = timed(partial(critical_point.find, Scene(**strip)), repeats)
     truth = critical_point.find(Scene(**strip, accuracy=1e-4)).lambda_c
     seconds_assess, verdict = timed(partial(assess_path, material, length, path, model="rod"), repeats)
-    apart = _apart(verdict.critical[0], verdict.first_touch_x, assess_path(material, length, path))
+    apart = _apart(verdict.critical[0], verdict.touch_x, assess_path(material, length, path))
     return dataset(
         "rod_benchmark",
         {
@@ -97,6 +97,4 @@ def run_rod(repeats: int, length: float) -> xr.Dataset:
 def _apart(critical: Any, touch_x: float, other: Any) -> float:
     """Largest distance of the critical point and the first touch from those of another verdict, m."""
     again = other.critical[0]
-    return max(
-        float(np.hypot(critical["x"] - again["x"], critical["z"] - again["z"])), abs(touch_x - other.first_touch_x)
-    )
+    return max(float(np.hypot(critical["x"] - again["x"], critical["z"] - again["z"])), abs(touch_x - other.touch_x))

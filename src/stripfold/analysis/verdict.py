@@ -40,7 +40,7 @@ class Verdict:
     critical
         Its critical points: ``t``, ``x``, ``z`` of the gripper, ``kind``, and the ``angle`` with the stability
         boundary in degrees.
-    first_touch_x, planned_touch_x, touch_error
+    touch_x, landing_x, touch_error
         Where it first touches, where the folded state lands, the difference.
     shape_error
         Largest distance of the last state from the folded one; nan for a path that ends elsewhere.
@@ -56,8 +56,8 @@ class Verdict:
 
     stable: bool
     critical: tuple[Mapping[str, Any], ...]
-    first_touch_x: float
-    planned_touch_x: float
+    touch_x: float
+    landing_x: float
     touch_error: float
     shape_error: float
     lying_length: float
@@ -161,8 +161,8 @@ def _verdict(
     return Verdict(
         stable=not events,
         critical=tuple(critical),
-        first_touch_x=unit * touch,
-        planned_touch_x=unit * landing,
+        touch_x=unit * touch,
+        landing_x=unit * landing,
         touch_error=unit * (touch - landing),
         shape_error=unit * shape,
         lying_length=unit * lying_length(problem.model, last),

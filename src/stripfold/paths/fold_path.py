@@ -67,15 +67,12 @@ class FoldPath:
         write_text(self.as_text(), file)
 
     def to_dataset(self) -> xr.Dataset:
-        """x and z, m, over the pseudo time t."""
-        import xarray as xr
-
-        from stripfold import store
+        """x and z of the gripper, m, over the pseudo time."""
+        from stripfold import schema
 
         t, x, z = self.places.T
-        coords = {"t": store.variable("t", t, "1", "pseudo time")}
-        data = {"x": store.variable("t", x, "m", "gripper, x"), "z": store.variable("t", z, "m", "gripper, height")}
-        return xr.Dataset(data, coords, {"path": self.name, "length": self.length})
+        values = {"pseudo_time": ("pseudo_time", t), "gripper_x": ("pseudo_time", x), "gripper_z": ("pseudo_time", z)}
+        return schema.dataset(values, {"path": self.name, "length": self.length})
 
     def plot(self) -> Figure:
         """The path."""
