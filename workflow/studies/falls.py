@@ -18,6 +18,7 @@ from stripfold.analysis.static import StripModel, XRun
 from stripfold.arrays import Array
 from stripfold.errors import SolveError
 from stripfold.solve import dynamics
+from stripfold.solve.dynamics import TimeEvent
 from stripfold.solve.schemes import Damping
 from studies.common import Progress, table, variables
 
@@ -82,10 +83,9 @@ def _measure(
     states = list(motion.states)
     if not damped:
         _, drive = initial_state(release_of(branch), fall)
-        rest = dynamics.march(branch.problem, states[-1], drive, damping, options=options)
-        states += [next(rest)]
-        while states[-1].t < motion.states[-1].t + FREE_RUN:
-            states.append(next(rest))
+        later = TimeEvent(lambda state: state.t >= motion.states[-1].t + FREE_RUN)
+        rest = dynamics.march(branch.problem, states[-1], drive, damping, options=options, until=[later])
+        states += list(rest)[1:]
     model, end = branch.problem.model, states[-1]
     closing = np.array([m.energy.closing for m in states])
     first = states[0].energy

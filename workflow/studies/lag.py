@@ -38,7 +38,7 @@ The second is the first zero of Ai'(-T); the first is from an integration begun 
 """
 AHEAD = 10.0
 """The motion starts this many expected lags before lambda_c, on the branch."""
-NEARBY_NEWTON = 0.1
+NEAR_FOLD = 0.1
 """Distance from lambda_c, L*, within which the branch is taken for a parabola."""
 STEPS = TimeOptions(largest=200.0)
 MOST_STEPS = 20000
@@ -76,7 +76,7 @@ class Fold:
         rate = np.zeros(problem.size)
         rate[problem.prescribed] = problem.prescribed_rates(at.lam)
         push = -float(mode @ (tangent @ rate))
-        near = [p for p in run.points if found.lam - p.lam < NEARBY_NEWTON]
+        near = [p for p in run.points if found.lam - p.lam < NEAR_FOLD]
         x = np.array([row @ (p.q - at.q) for p in near])
         # A parabola whose summit is fitted too: contact switching displaces the located one a little.
         fall = -float(np.polyfit(x, [p.lam for p in near], 2)[0])
