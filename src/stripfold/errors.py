@@ -85,7 +85,7 @@ class NewtonError(SolveError):
 
 
 class CrushedError(NewtonError):
-    """Newton's method converged to what is no strip: turned inside out, or pressed past what its law can bear."""
+    """Newton's method converged to an inadmissible state: turned inside out, or compressed beyond its law."""
 
 
 class ContinuationError(SolveError):
@@ -93,7 +93,7 @@ class ContinuationError(SolveError):
 
 
 class CoarseMeshError(SolveError):
-    """A mesh's own contact decided over the strip's stability: a finer mesh is needed."""
+    """Contact on this mesh decided the stability of the strip: a finer mesh is needed."""
 
 
 class LostStabilityError(SolveError):
@@ -101,7 +101,7 @@ class LostStabilityError(SolveError):
 
 
 class TimeStepError(SolveError):
-    """A motion could not be followed: the time step became smaller than allowed; ``last`` is the last good moment."""
+    """A motion could not be followed: the time step became too small; ``last`` is the last accepted state."""
 
     def __init__(self, message: str, *, last: Any, **details: Any) -> None:
         super().__init__(message, **details)

@@ -184,7 +184,7 @@ class PathAssessment(Strip):
     hysteresis: Annotated[
         Number | None, quantity("largest moment M_0 of a bending hysteresis, per width", "N", ge=0.0, le=1e3)
     ] = None
-    step: Annotated[Number | None, quantity("size of the steps with friction [0.1 L*]", "m", ge=1e-9, le=1e6)] = None
+    step: Annotated[Number | None, quantity("step size with friction; by default 0.1 L*", "m", ge=1e-9, le=1e6)] = None
 
     @model_validator(mode="after")
     def _check_friction(self) -> Self:
@@ -200,7 +200,7 @@ class EtaRequest(Input):
 
     fold_height: Annotated[Number | None, quantity("largest height of the loop of a strip folded in half", "m")] = None
     image: Annotated[Text | None, Field(description="picture of the strip from the side, upright")] = None
-    scale: Annotated[Number | None, quantity("metres per pixel of the picture", "m")] = None
+    scale: Annotated[Number | None, quantity("size of a pixel of the picture", "m")] = None
     method: Annotated[
         Literal["fold", "cantilever"] | None, Field(description="what the picture shows: a folded or a hanging strip")
     ] = None

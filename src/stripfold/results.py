@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 class CriticalPoint(CriticalResult, Result):
     """Where a strip snaps when its gripper advances at constant height; lengths in m, nan where there is none.
 
-    Source: the paper's section III; docs/physics.md, section 4.
+    Source: the paper's section III; docs/physics.md, sections 4 and 5.
 
     Attributes
     ----------
@@ -106,7 +106,7 @@ class CriticalPoint(CriticalResult, Result):
 class PathAssessment(Verdict, Result):
     """What a gripper path does to a strip; lengths in m, forces in N per m of width, nan where there is no such thing.
 
-    Source: the paper's section IV; docs/physics.md, sections 7 to 9.
+    Source: the paper's section IV; docs/physics.md, sections 5, 8 and 9.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What is asked: sound input passes, and a wrong unit by a factor 1000 does not."""
+"""Input models: sound input passes; a wrong unit by a factor 1000, no number and no strip are refused."""
 
 from __future__ import annotations
 
@@ -156,3 +156,25 @@ def test_long_enough_is_longer_than_the_free_length_where_the_advance_ends(heigh
         scene.require_long_enough()
     assert caught.value.key == "length"
     assert float(caught.value.allowed.split()[2]) == pytest.approx(end.length * STAR, rel=1e-3)
+
+
+def test_the_generated_schema_has_units_limits_and_words():
+    schema = Scene.model_json_schema()
+    assert schema["additionalProperties"] is False
+    length = schema["properties"]["length"]
+    assert (length["unit"], length["minimum"], length["maximum"]) == ("m", 1e-6, 1e6)
+    assert all("description" in rules for rules in schema["properties"].values())
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({**TYPICAL, "heigth": 0.1}, "heigth = 0.1 cannot be used; allowed: only the keys .*; did you mean height"),
+        ({"length": 0.6, "eta_b": 3780.0}, "height is missing; allowed: a number from 1e-06 to 1e\\+06 m"),
+        ({**TYPICAL, "eta_b": "3e3"}, "eta_b = '3e3' cannot be used; .*write 1.0e-3"),
+        ({**TYPICAL, "model": "shell"}, "model = 'shell' cannot be used; allowed: one of solid, rod, elastica, auto"),
+    ],
+)
+def test_messages(given: dict[str, object], message: str):
+    with pytest.raises(InvalidInputError, match=f"^{message}"):
+        Scene(**given)
