@@ -31,9 +31,9 @@ LENGTHS, THICKNESSES = (9.0, 20.0), (0.04, 0.1)
 SAME_PLACE = 0.05
 """Largest distance between the critical points of both runs, L*."""
 SHORTER = 0.5
-"""Factor on the steps of the second run; its mesh has other elements by this factor's root."""
+"""Factor on the steps of the second run; the factor on its element lengths is the root of this one."""
 FINER = (1.0, 2.0, 4.0)
-"""How many times finer elements an undecided case gets, in turn."""
+"""Factors by which the elements of an undecided case are refined, in turn."""
 CONTRADICTED = "the second run contradicts the first"
 SEGMENTS = (3, 6)
 ROWS_PER_SEGMENT = 40
@@ -96,7 +96,7 @@ def numbered(number: int, seed: int, refinement: float) -> dict[str, Any]:
 
 
 def outcome(asked: Case, refinement: float) -> dict[str, Any]:
-    """What became of one case; undecided ones are tried on finer elements, unless they were."""
+    """The outcome of one case; an undecided one is repeated on finer elements, unless the assessment has done so."""
     for finer in FINER:
         row = _outcome(asked, refinement / finer)
         if row["outcome"] != "undecided" or row["message"].startswith(CoarseMeshError.__name__):
