@@ -119,6 +119,13 @@ def test_folders_of_pictures(tmp_path: Path) -> None:
     assert intrinsics.find_views(tmp_path, seen.CHESS) == ([], (64, 48))
 
 
+def test_fit_is_reproducible() -> None:
+    threads, views = cv2.getNumThreads(), seen.views(12, 0.2, np.random.default_rng(6))
+    found = [intrinsics.parameters(intrinsics.fit(views, seen.SIZE).camera) for _ in range(6)]
+    assert np.ptp(found, axis=0).max() == 0.0
+    assert cv2.getNumThreads() == threads
+
+
 def test_calibration_finds_the_camera() -> None:
     exact = intrinsics.calibrate(seen.views(9, 0.0, np.random.default_rng(0)), seen.SIZE)
     true = intrinsics.parameters(seen.LENS)

@@ -121,6 +121,9 @@ def fit(views: Sequence[View], size: tuple[int, int], start: Camera | None = Non
     matrix = np.eye(3) if start is None else start.matrix.copy()
     distortion = np.zeros(5) if start is None else start.distortion.copy()
     stop = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_COUNT, 50, 1e-10)
+    # Several threads add up in an order that changes from run to run, and so do the last digits of the result.
+    threads = cv2.getNumThreads()
+    cv2.setNumThreads(1)
     try:
         total, matrix, distortion, rotations, translations, *_, view_rms = cv2.calibrateCameraExtended(
             points, pixels, size, matrix, distortion, flags=flags, criteria=stop
@@ -129,6 +132,8 @@ def fit(views: Sequence[View], size: tuple[int, int], start: Camera | None = Non
         raise CalibrationError(
             _SOURCE, "views that no camera fits", "views of one flat board", "is the board as described?"
         ) from error
+    finally:
+        cv2.setNumThreads(threads)
     poses = np.column_stack([np.reshape(rotations, (-1, 3)), np.reshape(translations, (-1, 3))])
     camera = Camera(np.asarray(matrix), np.asarray(distortion).ravel()[:5], size)
     return Fit(camera, poses, np.asarray(view_rms).ravel(), float(total))
