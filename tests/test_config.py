@@ -35,101 +35,13 @@ from studies import (
 ROOT = Path(__file__).parents[1]
 SHIPPED = ["paper", "quick"]
 
+QUICK = yaml.safe_load((ROOT / "workflow/config/quick.yaml").read_text(encoding="utf-8"))
 MINIMAL: dict[str, Any] = {
     "materials": [
         {"name": "a", "label": "A", "source": "-", "eta_b": 3780, "length": 0.6, "heights": [2.0, 3.0]},
         {"name": "b", "label": "B", "source": "-", "eta_b": 820, "length": 0.6, "heights": [3]},
     ],
-    "studies": {
-        "limit": {"eta_b": 3780, "length_star": 20, "height": 3.0, "eta_m": [1e-3, 1e-4], "refinements": [2, 1]},
-        "order": {
-            "length_star": 16,
-            "thickness": 0.05,
-            "height": 3.0,
-            "sizes": [0.2, 0.1],
-            "phases": 2,
-            "reference": 1,
-        },
-        "rod": {
-            "length_star": 16,
-            "heights": [3.0],
-            "thicknesses": [0.05],
-            "refinement": 1,
-            "thickness": 0.05,
-            "height": 3.0,
-            "refinements": [2, 1],
-        },
-        "branches": {"cases": 20, "seed": 1, "refinement": 2, "eta_m": 1e-3},
-        "benchmark": {"repeats": 1},
-        "assess_benchmark": {"repeats": 1, "length": 0.4},
-        "accuracy": {
-            "length_star": 12,
-            "thickness": 0.05,
-            "heights": [3.0],
-            "strategies": [{"kind": "rod"}],
-            "reference": 1,
-            "accuracies": [1e-2],
-            "repeats": 1,
-        },
-        "profiling": {"length": 0.4, "height": 0.09, "eta_b": 3780, "accuracy": 1e-2, "path_length": 0.4, "repeats": 1},
-        "fall_accuracy": {
-            "length_star": 12,
-            "thickness": 0.05,
-            "heights": [3.0],
-            "disturbance": 0.01,
-            "ways": [{"model": "rod"}],
-            "reference": [{"model": "solid"}, {"model": "rod"}],
-            "repeats": 1,
-        },
-        "estimates": {"cases": 3, "seed": 1},
-        "schemes": {
-            "length_star": 12,
-            "thickness": 0.05,
-            "height": 5.0,
-            "refinement": 2,
-            "oscillator_steps": [0.2, 0.1],
-            "oscillator_until": 2,
-            "swing_steps": [0.2, 0.1],
-            "swing_until": 2,
-        },
-        "modes": {
-            "length_star": 3,
-            "thickness": 0.02,
-            "elements": 12,
-            "modes": 2,
-            "periods": 2,
-            "steps": [25],
-        },
-        "lag": {
-            "length_star": 12,
-            "thickness": 0.05,
-            "height": 5.0,
-            "refinement": 2,
-            "speeds": [0.01, 0.02, 0.03],
-            "air": 1,
-            "damped_speeds": [0.001, 0.002, 0.003],
-        },
-        "falls": {
-            "base": {
-                "length": 10,
-                "thickness": 0.05,
-                "height": 1.8,
-                "disturbance": -0.01,
-                "air": 0,
-                "stiffness": 0.1,
-                "refinement": 2,
-                "tolerance": 1e-5,
-            },
-            "cases": [{"name": "other sign", "disturbance": 0.01}],
-        },
-        "tangency": {"lengths": [15.0], "thicknesses": [0.05], "refinement": 2},
-        "friction_steps": {"length": 12, "thickness": 0.05, "steps": [0.2], "refinement": 3},
-        "random_paths": {"cases": 2, "seed": 1, "refinement": 2},
-        "hard_cases": {"refinement": 2},
-        "recordings_accuracy": {"cases": 2, "seed": 1, "dynamics": 0.5},
-        "video_benchmark": {"frames": 20, "repeats": 1},
-        "effects": {"scenes": [{"name": "a", "length": 0.6, "height": 0.1, "eta_b": 3780}], "repeats": 1},
-    },
+    "studies": {**QUICK["studies"], "limit": {**QUICK["studies"]["limit"], "length_star": 20}},
 }
 
 
