@@ -52,8 +52,7 @@ SOURCES = (
             "heights of that study at which the sag touches the floor layer before lambda has a maximum: no snap"),
         Number("lambda_c_error_max", "error", "1", 2, "< 1e-3",
             "largest estimated relative discretisation error of lambda_c, all {found} critical points"),
-        Number("bracket_max", "bracket", "L*", 2, "<= 1e-6 L*",
-            "widest bracket of lambda_c, all {found} critical points"),
+        Number("bracket_max", "bracket", "L*", 2, "<= 1e-6 L*", "widest bracket of lambda_c, all {found} of them"),
     )),
     Source("points master", facts.deviation, (
         Number("collapse_deviation", "deviation", "1", 2, "< 1e-2",
