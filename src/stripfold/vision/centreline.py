@@ -88,6 +88,11 @@ class Centreline:
         return replace(self, points=points, **values)
 
 
+DECAY = 0.6
+"""Decay of the search for the strip in an unknown picture, as a share of its reach: with 0.7 a sag just above the lying
+layer was taken for it."""
+
+
 class _Band(NamedTuple):
     """Typical appearance of a strip: width, pixels; whether it is bright; contrast, grey levels."""
 
@@ -192,7 +197,7 @@ def _located(image: Picture, curve: Array, band: _Band, source: str) -> Array:
     # Where it moved by more than its width the normals were not its own: located again from there.
     while reach:
         across = normals(curve)
-        offset = locate(image, curve, across, width, reach, band.bright, max(round(band.width / h), 2))
+        offset = locate(image, curve, across, width, reach, band.bright, max(round(band.width / h), 2), DECAY)
         there = curve + offset[:, None] * across
         score = band.score(edges_at(image, there, across, band.width, band.bright)) * inside(curve, image.shape)
         good = score >= GOOD

@@ -102,12 +102,14 @@ def sample(image: Picture, points: Array, across: Array, reach: int, bright: boo
     return np.asarray(values if bright else 255.0 - values, dtype=np.float32)
 
 
-def locate(image: Picture, points: Array, across: Array, width: Array, reach: float, bright: bool, along: int) -> Array:
+def locate(
+    image: Picture, points: Array, across: Array, width: Array, reach: float, bright: bool, along: int, decay: float
+) -> Array:
     """Roughly where a band is on each section, shape (n,): whole pixels from the middle, at most ``reach``.
 
     The response to a template (the band minus what is beside it) is smoothed over ``along`` neighbours and decays
     from the middle: another part of the strip close by may be as clear, but only the strip itself is near everywhere.
-    ``width``, shape (n,), has few distinct values.
+    ``width``, shape (n,), has few distinct values; ``decay`` is the length of the decay, as a share of ``reach``.
     """
     limit = int(np.ceil(reach))
     half = limit + int(np.ceil(width.max())) + 1
@@ -122,7 +124,7 @@ def locate(image: Picture, points: Array, across: Array, width: Array, reach: fl
         response[rows] = inner - outer
     response = cv2.GaussianBlur(response, (1, 2 * along + 1), 0.0, sigmaY=max(along / 2.0, 0.5))
     t = np.arange(-half, half + 1)
-    near = np.exp(-0.5 * (t / max(0.7 * reach, 1.0)) ** 2) * (np.abs(t) <= limit)
+    near = np.exp(-0.5 * (t / max(decay * reach, 1.0)) ** 2) * (np.abs(t) <= limit)
     return np.asarray(t[np.argmax((np.maximum(response, 0.0) + 1e-6) * near, axis=1)], dtype=np.float64)
 
 

@@ -48,6 +48,8 @@ CONVERGED = 1.0
 """Largest offset, pixels, after which a line is not measured again."""
 WIDTH_STEP = 0.25
 """Widths are rounded to steps of this logarithm: sections of one width are processed together."""
+DECAY = 0.7
+"""Decay of the search for the strip next to where it is expected, as a share of its reach."""
 LAYER_DISTANCE = 5.0
 """Distance along the strip, in widths, from which another part of it is another layer."""
 
@@ -94,7 +96,7 @@ def follow(image: Picture, guess: Centreline, ends: Array, reach: float) -> Foll
 
     curve = resampled(guess.points, s)
     across = normals(curve)
-    offset = locate(image, curve, across, sizes, reach, guess.bright, max(round(typical / h), 2))
+    offset = locate(image, curve, across, sizes, reach, guess.bright, max(round(typical / h), 2), DECAY)
     centres = curve + offset[:, None] * across
     score = scored(curve, centres, edges_at(image, centres, across, sizes, guess.bright))
     score *= inside(centres, image.shape)
