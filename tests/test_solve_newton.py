@@ -296,7 +296,7 @@ class TestFailure:
     def test_a_contact_that_opens_and_closes(self):
         """Truth: pushed up when it lies and pulled down when it does not, the unknown has no equilibrium at all."""
         problem = linear(np.diag([-1.0, 2.0]), np.array([1.0, 1.0]), np.array([0]), np.zeros(1))
-        with pytest.raises(NewtonError, match="goes in circles") as caught:
+        with pytest.raises(NewtonError, match="active-set cycling") as caught:
             newton.solve(problem, np.array([0.0, 0.5]), 0.25, np.array([0]), options=FREE)
         assert len(caught.value.residuals) <= 6
         assert caught.value.parameter == 0.25

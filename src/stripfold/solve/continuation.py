@@ -1,8 +1,7 @@
 """Pseudo-arclength continuation: a generator of accepted points of a branch.
 
-The step that marches is the step that bisects (:func:`step`).  Every accepted point has passed the guards against
-jumping to another branch; a point that has not is never yielded.  What can still be missed is said in
-``docs/method.md``.
+One function, :func:`step`, serves marching and bracketing.  Only points that pass the guards against jumping to
+another branch are yielded; ``docs/method.md`` says what can still be missed.
 """
 
 from __future__ import annotations
@@ -23,7 +22,7 @@ from stripfold.solve.problem import Equilibrium, Point, Problem, Tangent, inner
 from stripfold.solve.stability import nearest_eigenvalues
 
 CONTACT_CHANGE_RANGE = 1e-4
-"""Arc length within which a contact has to change for a branch to be turned there; many times the smallest step."""
+"""Arc length within which a contact must change for a branch to be continued with it switched."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,42 +33,28 @@ class StepOptions:
     smallest: float = 1e-6
     largest: float = 0.3
     slow_below: float = 0.0
-    """Share of lambda in the tangent below which steps are shortened in proportion, down to a tenth of the largest:
-    near a fold, so that no step passes over it and what lies behind it."""
+    """Slope of lambda below which steps shorten in proportion, down to a tenth of the largest: near a limit point,
+    so that no step passes over it."""
     target_iterations: int = 6
-    """Newton iterations of a step that is neither lengthened nor shortened."""
+    """Newton iterations at which the step length is kept."""
     min_cosine: float = 0.9
     """Guard: smallest cosine between the tangents at both ends of a step."""
     max_correction: float = 0.3
     """Guard: largest distance between prediction and point, as a share of the step."""
     kink: float = 0.01
-    """Distance below which the two guards above rest: where a contact opens the tangent jumps, however short the
-    step, but no other branch is so near."""
+    """Distance below which the two guards above are off: where a contact opens the tangent jumps, however short the
+    step, but no other branch is so close."""
     max_inertia_change: int = 1
     """Guard: largest change of the number of negative eigenvalues in one step."""
     max_attempts: int = 100_000
-    """Steps that may be tried along one branch, failed ones included: where each is tiny there is no end to it."""
+    """Largest number of steps along one branch, rejected ones included."""
     newton: newton.NewtonOptions = field(default_factory=newton.NewtonOptions)
 
 
 def evaluate(
     problem: Problem, state: Equilibrium, towards: Tangent, arc: float = 0.0, mode: Array | None = None
 ) -> Point:
-    """Tangent and stability of an equilibrium.
-
-    Parameters
-    ----------
-    problem
-        The problem the state solves.
-    state
-        A converged state.
-    towards
-        The tangent is oriented along this direction.
-    arc
-        Arc length to record.
-    mode
-        Start vector for the eigenvalue solver.
-    """
+    """Tangent, oriented along ``towards``, and stability of an equilibrium; ``mode`` starts the eigenvalue solver."""
     _, k, load_rate = problem.linearise(state.q, state.lam)
     held = np.concatenate([problem.prescribed, state.active])
     rate = np.zeros(problem.size)
@@ -78,7 +63,7 @@ def evaluate(
     column[held] = 0.0
     kept = k.with_fixed(held)
     solve = kept.factor()
-    # Bordered with the direction we come from, the system stays regular at a fold.
+    # Bordered with the direction of travel, the system stays regular at a limit point.
     row = problem.metric * towards.q
     corner = towards.lam + float(row @ rate)
     row[held] = 0.0
@@ -102,7 +87,7 @@ def step(problem: Problem, point: Point, ds: float, options: StepOptions) -> Poi
     Raises
     ------
     NewtonError
-        When Newton does not converge, or what it converged to fails a guard: in both cases the step was too long.
+        When Newton's method does not converge, or its result fails a guard: the step is too long.
     """
     t = point.tangent
     q0, lam0 = point.q + ds * t.q, point.lam + ds * t.lam
@@ -117,7 +102,7 @@ def step(problem: Problem, point: Point, ds: float, options: StepOptions) -> Poi
     try:
         new = evaluate(problem, state, t, point.arc + ds, point.mode)
     except SolveError as error:
-        # A step that hits a singular tangent to the last figure: a little shorter it does not.
+        # The tangent is singular to rounding; with a slightly shorter step it is not.
         raise NewtonError(str(error), parameter=state.lam, step=ds) from error
     cosine = inner(problem.metric, t, new.tangent)
     if cosine < options.min_cosine and ds > options.kink:

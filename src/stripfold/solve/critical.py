@@ -1,8 +1,8 @@
 """Locating the critical point: the first maximum of lambda along a branch, between two accepted points.
 
-Three detectors look at it: the sign of the tangent's lambda component, the number of negative eigenvalues, and the
-smallest eigenvalue.  On a branch whose contact set does not change they vanish together; where they do not agree the
-record says so.  A failure of Newton is never one of them.
+Three detectors: the sign of the tangent's lambda component, the number of negative eigenvalues, and the smallest
+eigenvalue.  While the contact set stays the same they change together; :attr:`CriticalPoint.agree` says whether they
+do.  A failure of Newton's method is never a detector.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """Motion in time: a generator of accepted states, with adaptive steps, one-sided contact and an energy balance.
 
-A step is an equilibrium problem of its own (:mod:`.schemes`) and is solved by the Newton iteration of the statics,
-bounds included: at the end of a step nothing has penetrated and nothing pulls.  What lands loses its normal velocity
-in an inelastic impact.  Source: docs/physics.md, section 6; what was measured: docs/method.md.
+Each step is an equilibrium problem (:mod:`.schemes`) that Newton's method solves with its bounds: at the end of a step
+there is no penetration and no adhesion.  Impacts are inelastic.  Source: docs/physics.md, section 6.
 """
 
 from __future__ import annotations
@@ -20,19 +19,15 @@ from stripfold.solve.newton import NewtonOptions, rounding
 from stripfold.solve.schemes import Damping, DynamicProblem, EnergyMomentum, Scheme, StepStart
 
 SAME_VELOCITY = 1e-12
-"""Velocities that differ by less are not made equal by an impact."""
+"""Difference of velocities below which there is no impact."""
 
 
 class Drive(Protocol):
-    """How the control parameter moves in time."""
+    """The control parameter and its rate as functions of time."""
 
-    def lam(self, t: float) -> float:
-        """Its value."""
-        ...
+    def lam(self, t: float) -> float: ...
 
-    def rate(self, t: float) -> float:
-        """Its derivative."""
-        ...
+    def rate(self, t: float) -> float: ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +46,7 @@ class Moving:
 
 @dataclass(frozen=True, slots=True)
 class Nudge:
-    """By ``rise``, smoothly within ``duration``, and held there."""
+    """Smoothly by ``rise`` within ``duration``, then held."""
 
     start: float
     rise: float = 0.0
@@ -68,19 +63,17 @@ class Nudge:
 
 @dataclass(frozen=True, slots=True)
 class Energy:
-    """The balance at a moment; all in rho_a g L*^2 per width.
+    """The energy balance, in rho_a g L*^2 per width: present energies, and work and losses since the start.
 
     Attributes
     ----------
-    kinetic, elastic, gravity
-        What is there.
     work
-        StepResult by the gripper since the start.
+        Done by the gripper.
     air, viscous, friction, contact, numerical
-        Lost since the start: to mass-proportional and to stiffness-proportional damping, to effects that remember
-        (their springs may give a little back), in impacts, by the scheme.
+        Lost to mass-proportional damping, to stiffness-proportional damping, to effects with a memory (their springs
+        may return a little), in impacts, and by the scheme.
     closing
-        What the balance lacks since the start; zero but for the tolerance of Newton's method.
+        Defect of the balance; zero but for the tolerance of Newton's method.
     """
 
     kinetic: float
@@ -107,28 +100,18 @@ class Energy:
 
 @dataclass(frozen=True, eq=False)
 class TimeState:
-    """A state of the motion.
+    """A state of the motion; arrays of shape (n,).
 
     Attributes
     ----------
-    t, lam
-        Time and control parameter.
-    q, v
-        Unknowns and their rates, shape (n,).
-    a
-        Acceleration as the scheme carries it on, shape (n,).
-    mean_v
-        Displacement over duration of the step that led here; at the start v.
-    mean_a
-        How fast that changed since the step before; at the start a.
+    q, v, a
+        Unknowns, their rates, and the acceleration used by the scheme.
+    mean_v, mean_a
+        Displacement over duration of the step that led here, and its rate of change; at the start v and a.
     active
         Bounded unknowns on their bound.
-    energy
-        The balance.
-    dt
-        The step that led here; 0 at the start.
-    iterations
-        Newton iterations it took.
+    dt, iterations
+        The step that led here and its Newton iterations; 0 at the start.
     """
 
     t: float
@@ -170,13 +153,10 @@ class TimeEvent:
 
 
 def start(problem: DynamicProblem, q: Array, v: Array, lam: float, active: Index) -> TimeState:
-    """The first moment of a motion, at time zero.
-
-    The acceleration is what the unbalanced forces give to what is neither held nor on its bound.
-    """
+    """The first state of a motion, at time zero; unbalanced forces accelerate the free unknowns."""
     held = np.concatenate([problem.prescribed, active])
     force, tangent, _ = problem.linearise(q, lam)
-    # In a thin strip the rounding of an equilibrium would accelerate its light thickness unknowns enormously.
+    # In a thin strip the rounding of an equilibrium would accelerate the thickness unknowns, which have little mass.
     force = np.where(np.abs(force) <= rounding(tangent, q), 0.0, -force)
     force[held] = 0.0
     a = problem.mass.with_fixed(held).factor()(force)
@@ -193,12 +173,12 @@ def step(
     scheme: Scheme,
     options: TimeOptions,
 ) -> TimeState:
-    """The moment ``dt`` after ``before``.
+    """The state ``dt`` after ``before``.
 
     Raises
     ------
     NewtonError
-        When the step was too long: no convergence, or a gain of energy.
+        The step is too long: no convergence, or a gain of energy.
     """
     t = before.t + dt
     lam = drive.lam(t)
@@ -216,12 +196,12 @@ def step(
         kinetic,
         elastic,
         gravity,
-        old.work + done.work + (kinetic - after_impact),
-        old.air + done.air,
-        old.viscous + done.viscous,
-        old.friction + done.friction,
-        old.contact + done.contact + impact,
-        old.numerical + done.numerical,
+        work=old.work + done.work + (kinetic - after_impact),
+        air=old.air + done.air,
+        viscous=old.viscous + done.viscous,
+        friction=old.friction + done.friction,
+        contact=old.contact + done.contact + impact,
+        numerical=old.numerical + done.numerical,
     )
     gain = energy.total - old.total - (energy.work - old.work) + (energy.lost - old.lost)
     if not gain <= options.largest_gain:
@@ -314,10 +294,9 @@ def _located(
 
 
 def error_of(problem: DynamicProblem, before: TimeState, after: TimeState) -> float:
-    """Estimated error of a step: ``dt^3/12`` of the rate of the acceleration, root mean square over the metric.
+    """Estimated error of a step: ``dt^3/12`` times the rate of the acceleration, root mean square over the metric.
 
-    That of the trapezoidal rule.  From displacements, not from velocities: what is faster than the step lets these
-    flicker from step to step without moving anything.
+    This is the error of the trapezoidal rule, from displacements: unresolved vibrations disturb the velocities only.
     """
     jerk = (after.mean_a - before.mean_a) / (0.5 * (after.dt + before.dt))
     return after.dt**3 / 12.0 * sqrt(float(problem.metric @ jerk**2))
@@ -328,7 +307,7 @@ def _kinetic(problem: DynamicProblem, v: Array) -> float:
 
 
 def _with_velocities(problem: DynamicProblem, v: Array, at: Index, values: Array, still: Index) -> Array:
-    """``v`` after the impulse that gives the unknowns ``at`` these velocities and does not move ``still``."""
+    """``v`` after the impulse that gives the unknowns ``at`` these velocities, with ``still`` held."""
     change = np.zeros(problem.size)
     change[at] = values - v[at]
     if np.abs(change).max(initial=0.0) <= SAME_VELOCITY:

@@ -1,8 +1,7 @@
-"""Matrices the algorithms work with, and the bordered systems of continuation.
+"""Matrices of the algorithms, and the bordered systems of continuation.
 
-Three storages with one interface: :class:`Band` for a strip, :class:`Sparse` for one of which distant parts touch,
-:class:`Dense` for a handful of unknowns.
-The factorisation is LAPACK's; choices are measured in ``docs/method.md``.
+Three storages with one interface: :class:`Band` for a strip, :class:`Sparse` for a strip in contact with itself,
+:class:`Dense` for a few unknowns.  LAPACK and SuperLU factorise; measurements are in ``docs/method.md``.
 """
 
 from __future__ import annotations
@@ -23,7 +22,7 @@ Solve = Callable[[Array], Array]
 
 
 class Matrix(Protocol):
-    """What the algorithms need of a matrix."""
+    """The interface that the algorithms use."""
 
     def __matmul__(self, x: Array) -> Array: ...
 
@@ -113,8 +112,8 @@ class Band:
 
     def __matmul__(self, x: Array) -> Array:
         n, w = self.size, self.width
-        # The rows above the band, which `gbtrf` fills, are zero: with them the array need not be copied.  The wrapper
-        # takes no band wider than the matrix.
+        # The rows above the band, filled by `gbtrf`, are zero: including them avoids a copy.  The wrapper accepts no band
+        # wider than the matrix.
         above = 2 * w if 3 * w < n else w
         return np.asarray(blas.dgbmv(n, n, w, above, 1.0, self.ab[2 * w - above :], x))
 
@@ -150,7 +149,7 @@ class Band:
         return lambda b: np.asarray(lapack.dgbtrs(lu, w, w, b, piv)[0])
 
     def negatives(self) -> int:
-        # Cholesky answers the common case, a positive definite tangent, at a fifth of the cost.
+        # Cholesky factorisation covers the common case, a positive definite tangent, at a fifth of the cost.
         if lapack.dpbtrf(self.ab[self.width : 2 * self.width + 1])[1] == 0:
             return 0
         return _negatives(self.to_sparse())
@@ -213,8 +212,8 @@ def solve_bordered(
 ) -> tuple[Array, float]:
     """Solve ``[[K, b], [c^T, d]] [x, y] = [f, g]`` given a factorisation of K, also where K is nearly singular.
 
-    Block elimination, then one step of iterative refinement of the whole system: the elimination alone loses all
-    figures along the near-null vector, the refined one does not (Govaerts and Pryce, 1993).
+    Block elimination, then one step of iterative refinement of the whole system: without it all digits along the
+    near-null vector are lost (Govaerts and Pryce, 1993).
 
     Parameters
     ----------

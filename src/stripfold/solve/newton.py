@@ -1,8 +1,8 @@
 """Newton's method for equilibria with bounds: a primal-dual active-set (semismooth) iteration.
 
-Each iteration solves the linearised problem with the active unknowns held on their bounds, then drops from the active
-set what would be pulled and adds what would penetrate.  At the end the bounds hold exactly, no bound pulls, and every
-force not predicted_stress by a bound is below the tolerance: a small update alone never counts as convergence.
+Each iteration solves the linearised problem with the active unknowns held on their bounds, then releases those with a
+tensile reaction and adds those that penetrate.  At convergence the bounds hold exactly, no reaction is tensile, and all
+other forces are below the tolerance; a small update alone never counts as convergence.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from stripfold.solve.problem import Equilibrium, Problem
 
 EPS = float(np.finfo(float).eps)
 REPEATED = 1e-2
-"""Relative change of the largest unbalanced force below which Newton's method is where it was two iterations ago."""
+"""Relative change of the largest unbalanced force over two iterations below which the active set is cycling."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,12 +30,12 @@ class NewtonOptions:
     force_tolerance: float = 1e-8
     """Largest unbalanced force of an equilibrium."""
     gap_tolerance: float = 1e-12
-    """Largest violation of a bound while iterating that is put right without a further iteration."""
+    """Largest violation of a bound at convergence."""
     largest_step: float = 0.3
-    """Largest move of one unknown of positive metric per iteration: full steps from far away leave the basin."""
+    """Largest change of one unknown of positive metric per iteration, by damping."""
     max_iterations: int = 25
     max_distance: float = np.inf
-    """Largest distance of the state from the guess, in any unknown of positive metric: farther away lies another."""
+    """Largest distance of the state from the guess, in any unknown of positive metric: beyond, it is another state."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ def solve(
     problem
         What to solve.
     q, lam, active
-        Guess: unknowns of shape (n,), control parameter, and the bounded unknowns thought to be on their bounds.
+        Guess: unknowns of shape (n,), control parameter, and the bounded unknowns on their bounds.
     constraint
         Point of the branch to find; by default the control parameter stays as it is.
     options
@@ -78,7 +78,7 @@ def solve(
     NewtonError
         With the residual history, when it does not converge, or not near enough to the guess.
     CrushedError
-        When what it converges to is in equilibrium, and no state.
+        When the equilibrium found is inadmissible.
     """
     options = options or NewtonOptions()
     guess, q = q, q.copy()
@@ -99,26 +99,26 @@ def solve(
         history.append(worst)
         if not np.isfinite(worst):
             raise NewtonError("Newton's method met a value that is not finite", parameter=lam, residuals=history)
-        # A residual cannot be smaller than what the rounding of q alone changes in it; in a thin strip that is far
-        # above any fixed tolerance, and far below anything that moves the strip.
-        settled = worst <= options.force_tolerance
-        if not settled and worst < 1.0:
-            settled = bool(np.all(np.abs(unbalanced) <= np.maximum(rounding(k, q), options.force_tolerance)))
-        if settled:
+        # The rounding of q limits the residual: in a thin strip far above any fixed tolerance, and far below any force
+        # that moves the strip.
+        converged = worst <= options.force_tolerance
+        if not converged and worst < 1.0:
+            converged = bool(np.all(np.abs(unbalanced) <= np.maximum(rounding(k, q), options.force_tolerance)))
+        if converged:
             gap = q[bounded] - lower
-            settled = (
+            converged = (
                 np.abs(fix).max(initial=0.0) <= options.gap_tolerance
                 and (constraint is None or abs(constraint.defect(q, lam)) <= 1e-10)
                 and not np.any(~is_active & (gap < -options.gap_tolerance))
                 and not np.any(is_active & (r[bounded] < -options.force_tolerance))
             )
-            if settled:
+            if converged:
                 _check_solution(problem, guess, q, lam, options, history)
                 return Equilibrium(q, lam, bounded[is_active], tuple(history), r)
         sets.append(is_active)
         if _is_cycling(sets, history):
             raise NewtonError(
-                f"Newton's method goes in circles: a contact opens and closes, largest unbalanced force {worst:.1e}",
+                f"active-set cycling: a contact opens and closes in turn, largest unbalanced force {worst:.1e}",
                 parameter=lam,
                 residuals=history,
                 advice="take a smaller step",
@@ -145,8 +145,8 @@ def solve(
                 dq = dq + fix + rate * dlam
         except SolveError as error:
             raise NewtonError(str(error), parameter=lam, residuals=history) from error
-        reach = float(np.abs(dq[movable]).max(initial=0.0))
-        damping = min(1.0, options.largest_step / reach) if reach > 0.0 else 1.0
+        longest = float(np.abs(dq[movable]).max(initial=0.0))
+        damping = min(1.0, options.largest_step / longest) if longest > 0.0 else 1.0
         predicted_force = (r + k @ dq + load_rate * dlam)[bounded]
         predicted_stress = problem.predict_stress(q, damping * dq)
         q = q + damping * dq
@@ -162,10 +162,9 @@ def solve(
 
 
 def _is_cycling(sets: list[NDArray[np.bool_]], history: list[float]) -> bool:
-    """Whether a contact or two have been opened and closed in turn, four times, each time with the same forces.
+    """Whether one or two contacts have opened and closed in turn four times with the same forces.
 
-    A step past which no state lies ends so; more of the same would not help.  Larger circles are broken by
-    :func:`_next_active`.
+    This happens where no state exists, for example past a limit point.  :func:`_next_active` breaks larger cycles.
     """
     if len(sets) < 4:
         return False
@@ -177,10 +176,10 @@ def _is_cycling(sets: list[NDArray[np.bool_]], history: list[float]) -> bool:
 def _check_solution(
     problem: Problem, guess: Array, q: Array, lam: float, options: NewtonOptions, history: list[float]
 ) -> None:
-    """Raise where ``q`` is in equilibrium, but not what was asked for."""
-    flaw = problem.admissibility(q)
-    if flaw:
-        raise CrushedError(flaw, parameter=lam, residuals=history, advice="take a smaller step or a thinner strip")
+    """Raise where the equilibrium ``q`` is inadmissible or too far from the guess."""
+    violation = problem.admissibility(q)
+    if violation:
+        raise CrushedError(violation, parameter=lam, residuals=history, advice="take a smaller step or a thinner strip")
     moved = float(np.abs(q - guess)[problem.metric > 0.0].max(initial=0.0))
     if moved > options.max_distance:
         raise NewtonError(
@@ -192,8 +191,8 @@ def _check_solution(
 
 
 def rounding(k: Matrix, q: Array) -> Array:
-    """What the rounding of ``q`` alone changes in the forces, shape (n,), given their derivative ``k``."""
-    # One is the size of what q is added to, so that a state near the origin is rounded as well.
+    """Change of the forces due to the rounding of ``q``, shape (n,), given their derivative ``k``."""
+    # The unknowns are added to lengths and directors of order one.
     return 4.0 * EPS * (abs(k) @ (np.abs(q) + 1.0))
 
 
@@ -202,7 +201,7 @@ def _next_active(is_active: NDArray[np.bool_], force: Array, gap: Array, iterati
     release = is_active & (force < 0.0)
     add = ~is_active & (gap < 0.0)
     if iteration >= 8:
-        # Late changes of many members at once can cycle: from here on one at a time, the worst.
+        # Many changes at once can cycle: from here on only the worst one.
         for change, size in ((release, -force), (add, -gap)):
             if np.count_nonzero(change) > 1:
                 worst = int(np.argmax(np.where(change, size, -np.inf)))

@@ -1,8 +1,4 @@
-"""What an algorithm may ask of a problem, and the small frozen states it hands around.
-
-``solve/`` knows vectors and callables only: the same code runs on a strip of thousands of unknowns and on a
-two-variable toy.
-"""
+"""The problem protocol of the algorithms and their frozen states; no algorithm knows of strips."""
 
 from __future__ import annotations
 
@@ -61,11 +57,11 @@ class Problem(Protocol):
         ...
 
     def predict_stress(self, q: Array, dq: Array) -> Any:
-        """What the next tangent should know of the step from ``q`` by ``dq``; None where that is nothing."""
+        """Stress predicted for ``q + dq``, used in the next tangent only; None where there is none."""
         ...
 
     def admissibility(self, q: Array) -> str:
-        """What makes ``q`` no state at all, whatever its forces, in words; empty where nothing does."""
+        """Why ``q`` is inadmissible whatever its forces, in words; empty for an admissible state."""
         ...
 
     def prescribed_values(self, lam: float) -> Array:
@@ -89,8 +85,8 @@ class Tangent:
 class Equilibrium:
     """A converged state.
 
-    ``active`` are the bounded unknowns that sit on their bound; ``residuals`` is Newton's history of the largest
-    unbalanced force; ``force`` is ``r``, shape (n,), what carries the strip included.
+    ``active`` are the bounded unknowns on their bound; ``residuals`` is the history of the largest unbalanced force;
+    ``force`` is ``r``, shape (n,), reactions included.
     """
 
     q: Array
@@ -102,12 +98,12 @@ class Equilibrium:
 
 @dataclass(frozen=True, eq=False)
 class Point:
-    """An accepted point of a branch: an equilibrium and what tells its stability apart.
+    """An accepted point of a branch: an equilibrium with its tangent and stability.
 
     Attributes
     ----------
     tangent
-        Unit tangent, pointing the way the branch is being followed.
+        Unit tangent in the direction of travel.
     negatives
         Number of negative eigenvalues of the tangent matrix with prescribed and active unknowns held.
     eigenvalues

@@ -19,7 +19,7 @@ from stripfold.solve.problem import Equilibrium, Problem
 
 
 class DynamicProblem(Problem, Protocol):
-    """What a motion asks of a problem beside what an equilibrium does."""
+    """A problem that can be integrated in time."""
 
     @property
     def mass(self) -> Band: ...
@@ -45,11 +45,11 @@ class DynamicProblem(Problem, Protocol):
         ...
 
     def friction_work(self, q0: Array, q1: Array) -> float:
-        """What effects that remember took on the way: heat, and what their springs keep."""
+        """Work done on effects with a memory: heat, and energy in their springs."""
         ...
 
     def accepted(self, q: Array) -> Self:
-        """The problem after a step to ``q``, which its effects then remember."""
+        """The problem after an accepted step to ``q``: its effects have updated their memory."""
         ...
 
 
@@ -71,10 +71,10 @@ class Damping:
 
 @dataclass(frozen=True, eq=False)
 class StepStart:
-    """Where a step begins: unknowns, rates, accelerations, shape (n,); active unknowns; its length in time.
+    """The start of a step: unknowns, rates, accelerations, shape (n,); active unknowns; duration of the step.
 
-    ``mean_v``, shape (n,), is that of the step before: Newton starts where it leads.  Unlike ``v`` and ``a`` it is free
-    of the flicker that an impact leaves.
+    ``mean_v``, the mean velocity of the previous step, predicts the next state: unlike ``v`` and ``a`` it does not
+    oscillate after an impact.
     """
 
     q: Array
@@ -87,7 +87,7 @@ class StepStart:
 
 @dataclass(frozen=True, eq=False)
 class StepResult:
-    """Where a step ends, the gripper's work in it, and what was lost to what; ``a`` is for the scheme's next step."""
+    """The end of a step, the gripper's work in it and the losses; ``a`` is for the scheme's next step."""
 
     q: Array
     v: Array
@@ -103,12 +103,12 @@ class StepResult:
 
 
 class Scheme(Protocol):
-    """A way to get from one moment to the next."""
+    """A time integration scheme."""
 
     def step(
         self, problem: DynamicProblem, begin: StepStart, lam: float, damping: Damping, options: NewtonOptions
     ) -> StepResult:
-        """The end of the step; raises :class:`.NewtonError` when it is too long."""
+        """Take one step; raises :class:`.NewtonError` when it is too long."""
         ...
 
 
@@ -117,7 +117,7 @@ Evaluate = Callable[[Array, Any], tuple[Array, Band | Sparse]]
 
 @dataclass(frozen=True, eq=False)
 class _Implicit:
-    """One step as an equilibrium problem: the strip's, with other forces."""
+    """One step as an equilibrium problem: the given one with other forces."""
 
     problem: DynamicProblem
     evaluate: Evaluate
@@ -143,16 +143,16 @@ def solve_step(
 class EnergyMomentum:
     """The energy-momentum method (Simo and Tarnow, 1992), with the velocity's dissipation of Armero and Romero (2001).
 
-    Without damping it keeps the energy to the tolerance of Newton's method, however long the step and however
-    nonlinear the motion; what ``dissipation`` takes is never negative and is known.
+    Without damping it conserves energy to the tolerance of Newton's method at any step size; the loss due to
+    ``dissipation`` is computed exactly and never negative.
 
     Attributes
     ----------
     dissipation
-        r, one per time.  The velocity is weighted towards the end of the step by chi = r dt (at most 1).  Velocities of
-        what is faster than the step, which the method alone would let flicker for ever, decay as exp(-2 r t);
-        the scheme stays of second order, for slow motion of frequency omega gets the damping ratio r omega dt^2 / 4.
-        The displacement's weight is left alone: it would brake a slow fall as well.
+        r, one per time.  The velocity is weighted towards the end of the step by chi = r dt (at most 1).  Vibrations
+        that the step does not resolve decay as exp(-2 r t); the scheme stays of second order, and a slow motion of
+        frequency omega has the damping ratio r omega dt^2 / 4.  The displacement is not weighted: that would brake a
+        slow fall as well.
     """
 
     dissipation: float = 1.0

@@ -1,7 +1,7 @@
 """Eigenvalues of the tangent that decide stability.
 
-Near a fold of the strip one eigenvalue crosses zero almost flat and stays a hundred times smaller than the next
-(``docs/physics.md``, section 5): inverse iteration about zero finds it, a shifted one may not.
+Near a fold one eigenvalue crosses zero and is a hundred times smaller than the next (``docs/physics.md``, section 5):
+inverse iteration about zero finds it, a shifted one may not.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ def nearest_eigenvalues(
 def _lanczos(times_mass: Solve, solve: Solve, start: Array, count: int) -> tuple[Array, Array]:
     """Largest eigenvalues, in size, of ``K^-1 M``, inverted; by Lanczos with full reorthogonalisation.
 
-    A few steps with their vectors kept: a library's restarts and callbacks cost several times as much as the solves.
+    Few steps are needed and all vectors are kept: ARPACK's restarts and callbacks cost several times the solves.
     """
     vectors = np.empty((MOST_VECTORS + 1, len(start)))
     massive = np.empty_like(vectors)  # M times each
