@@ -121,7 +121,7 @@ def test_it_goes_through_equilibria_to_the_end(followed: StaticSegment) -> None:
     assert lam[-1] == PATH.length
     assert len(followed.points) == len(followed.pieces)
     assert np.all(np.diff(lam) >= 0.0)
-    assert followed.contact_folds == 0
+    assert followed.spurious_limit_points == 0
     np.testing.assert_allclose(followed.points[-1].q[followed.model.middle[0]], [STRIP.length, 0.0], atol=1e-9)
 
 
@@ -156,7 +156,7 @@ def test_corners_that_are_none_change_nothing(followed: StaticSegment, monkeypat
 
     monkeypatch.setattr(path_statics, "_along_piece", one_tooth_more)
     other = path_statics.follow(followed.model, path)
-    assert other.contact_folds == 6
+    assert other.spurious_limit_points == 6
     assert other.points[0].lam == 0.005
     assert sorted(set(other.pieces)) == [0, 1, 2, 3, 4, 5]
     assert_points_are_equilibria(other)
@@ -192,7 +192,7 @@ def test_a_thin_strip_follows_its_plan(plan: RPath, planned: StaticSegment) -> N
     # All but the teeth of the contact, which are passed.
     stable = [i for i, point in enumerate(planned.points[:-1]) if not point.negatives]
     assert len(stable) > 0.85 * len(planned.points)
-    assert planned.contact_folds
+    assert planned.spurious_limit_points
     pieces = tuple(planned.pieces[i] for i in stable)
     assert_points_are_equilibria(replace(planned, points=tuple(planned.points[i] for i in stable), pieces=pieces))
     assert planned.critical is not None
@@ -243,7 +243,7 @@ def test_constant_height_is_the_run_along_x(x_run: static.XRun) -> None:
     assert all(p.lam <= segment.critical.upper for p in segment.points)
     assert distance(segment, segment.points[-1], x_run.last) < 0.01
     assert_points_are_equilibria(segment)
-    assert segment.contact_folds == x_run.contact_folds
+    assert segment.spurious_limit_points == x_run.spurious_limit_points
 
 
 def test_a_touch_right_behind_the_maximum_is_no_tooth(x_run: static.XRun) -> None:

@@ -213,7 +213,7 @@ class TestWalk:
         self, low_model: Solid, monkeypatch: pytest.MonkeyPatch, moved: float, negatives: int, lost: bool, found: bool
     ):
         """Not stable; or ten times the step of 0.5 L*, and no states between that show how it went there."""
-        step, closely = path_friction._step, path_friction._closely
+        step, closely = path_friction._step, path_friction._in_substeps
 
         def planted(problem, before, guess, travelled):  # type: ignore[no-untyped-def]
             point = step(problem, before, guess, travelled)
@@ -230,7 +230,7 @@ class TestWalk:
             looked.append(travelled)
             return closely(problem, before, travelled) if found else None
 
-        monkeypatch.setattr(path_friction, "_closely", look)
+        monkeypatch.setattr(path_friction, "_in_substeps", look)
         path = polygon((-6.0, 0.0), (-5.2, 1.2), (5.0, 1.2))
         size = 10.2 / 20
         steps = load_incrementally(low_model, path, none, size)
@@ -244,7 +244,7 @@ class TestWalk:
             # Where states between were found, the last of them counts.
             expected = moved if not looked_at(moved, size) or not found else None
             moved_on = next(steps).moved
-            assert moved_on == pytest.approx(expected) if expected else moved_on < path_friction.QUICK * size
+            assert moved_on == pytest.approx(expected) if expected else moved_on < path_friction.RATIO_TO_CHECK * size
         assert bool(looked) == looked_at(moved, size)
         assert new.moved < 5.0
 
@@ -267,7 +267,7 @@ class TestWalk:
 
             return solve
 
-        count, way = path_friction.LOOKED_AT, 0.5 / path_friction.LOOKED_AT
+        count, way = path_friction.SUBSTEPS, 0.5 / path_friction.SUBSTEPS
         for ways, lost in (
             ([9.0 * way] * count, False),
             ([*[way] * 8, 11.0 * way, *[way] * 7], True),
@@ -276,15 +276,17 @@ class TestWalk:
         ):
             monkeypatch.setattr(path_friction.newton, "solve", solving(ways))
             if lost:
-                with pytest.raises(LostStabilityError, match="went by itself"):
-                    path_friction._closely(problem, before, before.lam + 0.5)
+                with pytest.raises(LostStabilityError, match="it snaps"):
+                    path_friction._in_substeps(problem, before, before.lam + 0.5)
             else:
-                assert path_friction._closely(problem, before, before.lam + 0.5).lam == pytest.approx(before.lam + 0.5)
+                assert path_friction._in_substeps(problem, before, before.lam + 0.5).lam == pytest.approx(
+                    before.lam + 0.5
+                )
 
 
 def looked_at(moved: float, size: float) -> bool:
     """Whether a step of this way is looked at again."""
-    return moved > path_friction.QUICK * size
+    return moved > path_friction.RATIO_TO_CHECK * size
 
 
 class TestFriction:

@@ -1,4 +1,4 @@
-"""What a gripper path does to a strip: where it is unstable, where it lands, how well it folds (the paper's section V).
+"""Assessment of a gripper path: critical points, first touch, quality of the fold (the paper's section V).
 
 Statics along the path to a critical point, the fall from there to rest, statics on, until the path ends.  All in units
 of L*, sqrt(L*/g) and rho_a g L*.  Source: docs/physics.md, section 5.
@@ -37,15 +37,15 @@ from stripfold.solve.events import Crossing
 from stripfold.solve.problem import Point
 
 SNAP, BIFURCATION = KINDS = "snap-through", "bifurcation"
-"""The state ceases to exist, or two states meet."""
-TANGENT = 15.0
-"""Angle between path and stability boundary, degrees, below which two states meet.
+"""At a snap-through the state ceases to exist, at a bifurcation two states meet."""
+LARGEST_BIFURCATION_ANGLE = 15.0
+"""Angle between path and stability boundary, degrees, below which a critical point is a bifurcation.
 
-At a snap the path crosses the boundary, at 75 degrees or more on the paper's paths.  A path of states that touches it
-does so at zero; planned on the elastica and followed by a strip of thickness h it crosses at an angle that goes to zero
-with h (measured: the study tangency, up to 13 degrees), an unfolded bifurcation.
+At a snap the path crosses the boundary, at 75 degrees or more on the paper's paths.  A path planned on the elastica
+touches it; for a strip of thickness h it crosses at an angle that vanishes with h, up to 13 degrees in the study
+tangency: an unfolded bifurcation.
 """
-MOST_FALLS = 5
+MAX_FALLS = 5
 FINEST = 0.5
 """Smallest factor on the element lengths."""
 
@@ -165,7 +165,7 @@ def assess(
 ) -> Assessment:
     """Follow a path; ``fall`` says how the strip is let go at critical points, without it the first one is the end.
 
-    After :data:`MOST_FALLS` falls the next critical point is the end.
+    After :data:`MAX_FALLS` falls the next critical point is the end.
 
     Raises
     ------
@@ -182,7 +182,7 @@ def assess(
         segment = segments[-1]
         problem, piece = segment.problem(-1), segment.pieces[-1]
         events.append(_event(problem, path, found))
-        if fall is None or len(events) > MOST_FALLS:
+        if fall is None or len(events) > MAX_FALLS:
             break
         say(f"falling at {found.lam / path.length:.0%} of the path")
         motion = simulate_fall(ReleaseState.at(problem, found), fall)
@@ -198,7 +198,7 @@ def assess(
 
 def _event(problem: StripProblem, path: GripperPath, found: CriticalPoint) -> CriticalEvent:
     angle = boundary_angle(problem, found)
-    kind = BIFURCATION if angle < TANGENT else SNAP
+    kind = BIFURCATION if angle < LARGEST_BIFURCATION_ANGLE else SNAP
     return CriticalEvent(found.lam, path.position(found.lam), kind, angle, found)
 
 

@@ -1,8 +1,8 @@
-"""A path followed in steps of a given size, with effects that remember: internal friction.
+"""A path followed in steps of a given size, with effects that have a memory: internal friction.
 
-Each step is one equilibrium, and what the effects remember changes after it.  With the paper's pull the result depends
-on the size of the steps, so that is fixed and stated; it is never shortened behind the caller's back.  All in units
-of L*; lambda is the length travelled.  Source: docs/physics.md, section 8.
+Each step is one equilibrium; the effects update their memory after it.  With the paper's pull the result depends on the
+step size, which is therefore never changed silently.  In units of L*; lambda is the length travelled.  Source:
+docs/physics.md, section 8.
 """
 
 from __future__ import annotations
@@ -24,19 +24,18 @@ from stripfold.solve import continuation, newton
 from stripfold.solve.problem import Equilibrium, Point, Tangent
 
 Effects = Callable[[Model, Array], tuple[Effect, ...]]
-"""The effects on a strip, slack or at rest in the state given."""
+"""The effects on a strip, without force in the given state."""
 
 SMALLEST_SHARE = 1.0 / 64.0
-"""Shortest way on which a step is searched for, as a share of the step."""
-QUICK = 3.0
-"""A step in which some place moves this many times farther than the gripper is looked at again, in shorter ones."""
-LOOKED_AT = 16
-"""Into how many."""
-SWEEP = 10.0
-"""A strip of which some place moves this many times farther than the gripper in one of those has not followed: it went.
-Where it only hurries, shorter ways of the gripper mean shorter ways of the strip."""
+"""Smallest substep, as a share of the step."""
+RATIO_TO_CHECK = 3.0
+"""Ratio of the strip's largest displacement to the gripper's above which a step is checked with substeps."""
+SUBSTEPS = 16
+"""Number of substeps of that check."""
+RATIO_OF_A_SNAP = 10.0
+"""The same ratio in a substep above which the strip has snapped: a strip that follows moves less in shorter steps."""
 SETTLING = 0.5
-"""How far it may settle at most when its memory is renewed, L*, in steps however short."""
+"""Largest displacement in the first substep, which also equilibrates the updated memory, L*."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,13 +45,13 @@ class Step:
     Attributes
     ----------
     point
-        The state; its eigenvalues are those with the effects' tangent, before they remember this state.
+        The state; its eigenvalues include the effects' tangent, before they update their memory.
     piece
         Index of the path's piece.
     problem
-        What it solves, the effects remembering the state before.
+        Its problem, with the memory of the previous state.
     moved
-        Farthest way of a place of the mid-surface in this step.
+        Largest displacement of the mid-surface in this step.
     """
 
     point: Point
@@ -75,7 +74,7 @@ def load_incrementally(model: Model, path: GripperPath, effects: Effects, size: 
     Raises
     ------
     InvalidInputError
-        A step that is no length.
+        A step size that cannot be used.
     LostStabilityError
         The strip did not follow; the steps before have been yielded.
     """
@@ -107,12 +106,12 @@ def load_incrementally_from(
         guess = state.q + change if piece == last_piece else state.q
         point = _step(problem, state, guess, travelled)
         moved = model.largest_move(state.q, point.q)
-        if moved > QUICK * (travelled - state.lam):
-            nearer = _closely(problem, state, travelled)
+        if moved > RATIO_TO_CHECK * (travelled - state.lam):
+            nearer = _in_substeps(problem, state, travelled)
             if nearer is not None:
                 point = continuation.evaluate(problem, nearer, point.tangent)
-            elif moved > SWEEP * (travelled - state.lam):
-                raise LostStabilityError("the strip does not follow its gripper: it went far", parameter=travelled)
+            elif moved > RATIO_OF_A_SNAP * (travelled - state.lam):
+                raise LostStabilityError("the strip does not follow its gripper: it snaps", parameter=travelled)
             moved = model.largest_move(state.q, point.q)
         if point.negatives:
             raise LostStabilityError("the strip does not follow its gripper: it is unstable", parameter=travelled)
@@ -122,39 +121,43 @@ def load_incrementally_from(
 
 
 def _step(problem: StripProblem, before: Equilibrium, guess: Array, travelled: float) -> Point:
-    """The state at ``travelled``: by one solve, or on a way of several with the memory kept."""
+    """The state at ``travelled`` by one solve, or by several with the memory kept."""
     try:
         state = newton.solve(problem, guess, travelled, before.active)
     except NewtonError:
-        state = _on_a_way(problem, before, travelled)
+        state = _with_shorter_steps(problem, before, travelled)
     return continuation.evaluate(problem, state, Tangent(np.zeros(problem.size), 1.0))
 
 
-def _closely(problem: StripProblem, before: Equilibrium, travelled: float) -> Equilibrium | None:
-    """The state at ``travelled`` by way of many between, each near the last; None where one of them is not found.
+def _in_substeps(problem: StripProblem, before: Equilibrium, travelled: float) -> Equilibrium | None:
+    """The state at ``travelled`` in substeps; None where one of them does not converge.
 
     Raises
     ------
     LostStabilityError
-        One of them is far from the last: the strip went by itself.
+        The strip moves too far in a substep: it snaps.
     """
     state, change = before, np.zeros(problem.size)
-    for to in np.linspace(before.lam, travelled, LOOKED_AT + 1)[1:]:
+    for to in np.linspace(before.lam, travelled, SUBSTEPS + 1)[1:]:
         try:
             new = newton.solve(problem, state.q + change, float(to), state.active, options=ROBUST_NEWTON)
         except NewtonError:
             return None
-        # The first state is that of the memory before: it may settle, by as much as a whole step moves it.
-        most = SWEEP * (new.lam - state.lam) if state is not before else max(QUICK * (travelled - before.lam), SETTLING)
+        # The first substep also equilibrates the updated memory, by as much as a whole step.
+        most = (
+            RATIO_OF_A_SNAP * (new.lam - state.lam)
+            if state is not before
+            else max(RATIO_TO_CHECK * (travelled - before.lam), SETTLING)
+        )
         if problem.model.largest_move(state.q, new.q) > most:
-            raise LostStabilityError("the strip does not follow its gripper: it went by itself", parameter=float(to))
-        # How far the first one settled says nothing about the next.
+            raise LostStabilityError("the strip does not follow its gripper: it snaps", parameter=float(to))
+        # The displacement of the first one does not predict the next.
         change = new.q - state.q if state is not before else change
         state = new
     return state
 
 
-def _on_a_way(problem: StripProblem, before: Equilibrium, travelled: float) -> Equilibrium:
+def _with_shorter_steps(problem: StripProblem, before: Equilibrium, travelled: float) -> Equilibrium:
     whole = travelled - before.lam
     q, active, at, share = before.q, before.active, before.lam, 0.5
     while at < travelled:
@@ -165,7 +168,7 @@ def _on_a_way(problem: StripProblem, before: Equilibrium, travelled: float) -> E
             share /= 2.0
             if share < SMALLEST_SHARE:
                 raise LostStabilityError(
-                    f"no state was found behind lambda = {at:.6g}: {error}", parameter=at, residuals=error.residuals
+                    f"no state was found past lambda = {at:.6g}: {error}", parameter=at, residuals=error.residuals
                 ) from error
             continue
         q, active, at = state.q, state.active, to

@@ -25,32 +25,32 @@ from stripfold.solve.events import Event
 from stripfold.solve.problem import Point
 
 SIZES = planning.Sizes(free=0.15, lying=0.15, grasp=0.05)
-"""The lift-off sweeps the whole strip, and what is laid down rolls over it: no part may be coarse."""
+"""The lift-off point sweeps the whole strip, and the fold rolls over it: no part may be coarse."""
 STEPS = StepOptions(first=0.05, largest=0.5, slow_below=0.4, target_iterations=10, max_attempts=600)
 ROBUST_STEPS = replace(STEPS, newton=ROBUST_NEWTON)
 FIRST_HEIGHT = 0.01
-"""Length travelled at the first state, L*: nearer to the flat strip every contact would be about to change."""
+"""Length travelled at the first state, L*: closer to the flat strip every contact is about to change."""
 NEAR_ZERO = 0.2
-"""Eigenvalue, g/L*, below which a critical point is the strip's own whatever came before."""
+"""Eigenvalue, g/L*, below which a critical point is never spurious."""
 NEXT = 1e-4
-"""How far behind a critical point of the strip's own, as it is located, its least eigenvalue may go to zero, L*.
+"""Largest distance from a located critical point to the extrapolated zero of its smallest eigenvalue, L*.
 
-Before a fold the square of that eigenvalue falls linearly to zero. Where it would do so farther away, or does not fall
-at all, a single contact of the mesh has opened (docs/method.md)."""
+Before a fold the square of that eigenvalue falls linearly to zero.  If the extrapolated zero is farther away, a single
+contact of the mesh has opened: a spurious limit point (docs/method.md)."""
 LARGEST_LOCAL_SNAP = 0.3
-"""Largest way by which the strip may pop when that happens, L*, and go on from there."""
+"""Largest displacement of the strip in a local snap, L*, from which it is followed on."""
 LARGEST_SPURIOUS_MOVE = 0.05
-"""Largest way by which a place of the strip goes through a tooth of the contact, L*: one that is longer may be the
-strip's own small snap, and whether it is passed hangs on the mesh."""
-NEARLY = 10.0
-"""Eigenvalue, g/L*, to which the least one must not dip while the strip is all but flat: on another mesh such a strip
-snaps, since the ripple that decides is no longer than a few elements."""
+"""Largest displacement of the strip at a spurious limit point, L*: a larger one may be a real, small
+snap."""
+NEAR_CRITICAL = 10.0
+"""Eigenvalue, g/L*, that marks a near-critical dip of a nearly flat strip: on another mesh it snaps, since the critical
+mode is no longer than a few elements."""
 DIP = 2.0
-"""How many times larger it is again behind a dip: a long strip that rises passes a shallow minimum as low."""
-ALL_BUT_FLAT = 0.7
-"""Height of the highest place of such a strip, L*: higher up a sound path may well pass a minimum of that depth."""
+"""Factor by which the eigenvalue rises again after a dip: a long strip passes shallow minima as low."""
+NEARLY_FLAT = 0.7
+"""Largest height of a nearly flat strip, L*."""
 BEYOND = (0.01, 0.03, 0.1)
-"""How far behind such a point the strip is looked for, L*."""
+"""Distances past a spurious limit point at which an equilibrium is searched for, L*."""
 
 
 @dataclass(frozen=True)
@@ -64,9 +64,9 @@ class StaticSegment:
     pieces
         For each point the index of its piece.
     critical
-        What ended it: the critical point, or None at the end of the path.
-    contact_folds
-        Maxima of lambda that were the mesh's own (docs/method.md), passed: one contact held the strip back.
+        The critical point that ends it, or None at the end of the path.
+    spurious_limit_points
+        Number of those passed (docs/method.md).
     """
 
     model: Model
@@ -74,10 +74,10 @@ class StaticSegment:
     points: tuple[Point, ...]
     pieces: tuple[int, ...]
     critical: CriticalPoint | None
-    contact_folds: int
+    spurious_limit_points: int
 
     def problem(self, i: int) -> StripProblem:
-        """What the point ``i`` solves."""
+        """The problem of the point ``i``."""
         return problem_on(self.model, self.path, self.pieces[i])
 
 
@@ -109,20 +109,20 @@ def follow(
         When a state or the branch cannot be computed.
     """
     point = first or from_flat(model, path)
-    points, pieces, folds = [point], [piece], 0
+    points, pieces, spurious = [point], [piece], 0
     for i in range(piece, len(path.pieces)):
         problem = problem_on(model, path, i)
         while points[-1].lam < path.pieces[i].end:
-            points_on_piece, found, contact_folds = _along_piece(
+            points_on_piece, found, spurious_limit_points = _along_piece(
                 problem, points[-1], path.pieces[i].end, options, max_spurious_move
             )
             snapped = _local_snap(problem, found, points_on_piece) if found is not None else None
             points_on_piece += [snapped] if snapped is not None else []
             points += points_on_piece[1:]
             pieces += [i] * (len(points_on_piece) - 1)
-            folds += contact_folds + (snapped is not None)
+            spurious += spurious_limit_points + (snapped is not None)
             if found is not None and snapped is None:
-                return StaticSegment(model, path, tuple(points), tuple(pieces), found, folds)
+                return StaticSegment(model, path, tuple(points), tuple(pieces), found, spurious)
         if i + 1 < len(path.pieces):
             onward = problem_on(model, path, i + 1)
             corner = points[-1].state
@@ -131,16 +131,16 @@ def follow(
             pieces.append(i + 1)
             if point.negatives:
                 raise SolveError("the strip is not stable at a corner of the path", parameter=point.lam)
-    return StaticSegment(model, path, tuple(points), tuple(pieces), None, folds)
+    return StaticSegment(model, path, tuple(points), tuple(pieces), None, spurious)
 
 
 def _local_snap(problem: StripProblem, found: CriticalPoint, points_on_piece: list[Point]) -> Point | None:
-    """The state just behind a place where one contact opened and the strip snapped; None at other critical points.
+    """The state past a spurious critical point, where one contact opened; None at other critical points.
 
     Raises
     ------
     CoarseMeshError
-        It snapped far: that is not the strip's doing.
+        The strip moves too far: the mesh is too coarse.
     """
     before = found.before
     if before.eigenvalues[0] < NEAR_ZERO or _to_zero(before, points_on_piece) < NEXT:
@@ -153,17 +153,17 @@ def _local_snap(problem: StripProblem, found: CriticalPoint, points_on_piece: li
         if problem.model.largest_move(before.q, point.q) < LARGEST_LOCAL_SNAP and not critical.is_past(point):
             return point
     if touches(problem.model, before):
-        # The part that touched comes off: what it held is let go at once, on any mesh.
+        # The upper layer lifts off the lower one and is released at once, on any mesh.
         return None
     raise CoarseMeshError(
-        f"one contact's opening lets the strip go at lambda = {before.lam:.6g}",
+        f"the strip is released by one contact that opens at lambda = {before.lam:.6g}",
         parameter=before.lam,
         advice="refine the mesh",
     )
 
 
 def _to_zero(point: Point, points_on_piece: list[Point]) -> float:
-    """How much farther on the least eigenvalue of a state near a fold is zero, by the points before it; in lambda."""
+    """Distance in lambda to the extrapolated zero of the smallest eigenvalue near a fold, from the points before."""
     earlier = [p for p in points_on_piece if p.lam < point.lam - LAMBDA_TOLERANCE]
     now = float(point.eigenvalues[0]) ** 2
     fallen = float(earlier[-1].eigenvalues[0]) ** 2 - now if earlier else 0.0
@@ -211,8 +211,8 @@ def _along_piece(
 
 
 def _near_critical_dip(model: Model, points: list[Point]) -> Point | None:
-    """Where a strip, all but flat, was nearest to losing its hold, if it came near that and recovered."""
+    """The point of smallest eigenvalue of a nearly flat strip, if it came near zero and has risen again."""
     least = min(points, key=lambda point: float(point.eigenvalues[0]))
     value, now = float(least.eigenvalues[0]), points[-1]
-    recovered = value < NEARLY and float(now.eigenvalues[0]) > DIP * value
-    return least if recovered and model.mid_surface(now.q)[:, 1].max() < ALL_BUT_FLAT else None
+    recovered = value < NEAR_CRITICAL and float(now.eigenvalues[0]) > DIP * value
+    return least if recovered and model.mid_surface(now.q)[:, 1].max() < NEARLY_FLAT else None

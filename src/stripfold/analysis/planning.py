@@ -1,8 +1,7 @@
-"""Meshes planned with the elastica: fine where the strip lifts off when it becomes critical.
+"""Meshes graded with the elastica: fine at the lift-off point of the critical state.
 
-The floor holds nodes, so the lift-off point moves in steps of one node and lambda of a branch is smooth in pieces
-only; the fold must not be lost in those steps (``docs/method.md``).  The elastica says beforehand where along the
-strip the lift-off will be at lambda_0 and at the critical point, and the mesh is graded accordingly.
+Contact is at nodes, so the lift-off point moves by one node at a time and lambda is only piecewise smooth along a
+branch (``docs/method.md``).  The elastica predicts the lift-off point at lambda_0 and at the critical point.
 """
 
 from __future__ import annotations
@@ -19,15 +18,15 @@ from stripfold.arrays import Array
 from stripfold.paths.curve import GripperPath
 
 SCAN = 0.5
-"""Spacing at which a path is looked at, L*."""
+"""Spacing of the places on a path at which it is compared with the stability boundary, L*."""
 HIGHEST = 60.0
-"""Height up to which lambda_c is asked for, L*."""
+"""Largest height at which lambda_c is used, L*."""
 NEAR = 0.1
-"""How near the stability boundary a path may come without being taken to meet it, L*."""
+"""Distance from the stability boundary within which a path is taken to meet it, L*."""
 LOWEST = 6.7
-"""Less than lambda_c - z is at any height, L*: a path that is far before that needs no lambda_c (a test holds it)."""
+"""Lower bound of lambda_c - z at any height, L*."""
 FAR = 1e3
-"""Stands for a place at whose height nothing snaps, L*."""
+"""Stands for a place at a height without snap, L*."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,41 +34,39 @@ class Sizes:
     """Element lengths in L* at refinement one; all are multiplied by the refinement."""
 
     free: float = 0.2
-    """In the part that hangs free all the time."""
+    """In the part that is always free."""
     sweep: float = 0.1
-    """Where the lift-off passes."""
+    """Where the lift-off point passes."""
     critical: float = 0.01
-    """Where the lift-off is near the critical point."""
+    """At the lift-off point of the critical state."""
     lying: float = 0.4
-    """In the part that lies all the time."""
+    """In the part that always lies."""
     grasp: float = inf
-    """At the grasped end: a strip that lies and is pushed bends within a fifth of L* (docs/method.md)."""
+    """At the grasped end: a lying strip that is pushed bends within a fifth of L*."""
     growth: float = 0.4
     """Growth of the element length per length travelled away from a fine zone."""
 
 
 @dataclass(frozen=True, slots=True)
 class Sweep:
-    """Distances from the grasped end: the least that the lift-off point reaches, and that at the critical point; L*."""
+    """Smallest distance of the lift-off point from the grasped end, and that at the critical point, L*."""
 
     first: float
     critical: float
 
 
 def lift_off_sweep(height: float) -> Sweep:
-    """Where the elastica lifts off on its way from lambda_0 to the end of its advance, at a height in L*.
+    """Lift-off points of the elastica from lambda_0 to the end of its advance, at a height in L*.
 
-    The free length first falls, turns, and then grows to the critical point (or to where the sag lands).
+    The free length first falls and then grows.
     """
     last = elastica.critical(height).state
     return Sweep(min(state.length for state in elastica.x_axis_branch(height)), last.length)
 
 
 def sweep_on_path(path: GripperPath, length: float) -> Sweep:
-    """Where the elastica lifts off when a path first meets the stability boundary lambda_c(z).
-
-    It crosses it, or comes within :data:`NEAR` of it: the R-path touches it only.  Where it does neither, half the
-    strip: then no state of the path has to be fine anywhere.
+    """Lift-off point of the elastica where a path first crosses the stability boundary lambda_c(z), or comes within
+    :data:`NEAR` of it as the R-path does; mid-strip for a path that does neither.
     """
     travelled = path.sampled(SCAN)[0]
 
@@ -79,7 +76,7 @@ def sweep_on_path(path: GripperPath, length: float) -> Sweep:
             return -FAR
         least = float(x + length / 2.0 - z) - LOWEST
         if least < -1.0:
-            # Farther before the boundary than anything below looks for.
+            # Too far before the boundary to matter below.
             return least
         return float(x + length / 2.0 - elastica.critical(float(z)).advance)
 

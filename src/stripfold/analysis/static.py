@@ -30,19 +30,19 @@ from stripfold.solve.problem import Equilibrium, Point
 LIFT_STEPS = StepOptions(first=0.05, largest=1.0, target_iterations=12)
 X_STEPS = StepOptions(first=0.1, largest=0.5, slow_below=0.4, target_iterations=10)
 ROBUST_NEWTON = replace(LIFT_STEPS.newton, max_iterations=100)
-"""For states whose guess has a wrong contact set: it settles node by node."""
+"""For guesses with a wrong contact set, which is corrected node by node."""
 NEARBY_NEWTON = replace(ROBUST_NEWTON, max_distance=0.3)
-"""For states that are known but for the mesh: what lies farther is another state (L*)."""
+"""For states known from another mesh; at a larger distance lies another state (L*)."""
 CLOSE = 0.15
-"""A touch this near behind a maximum (arc length, L*), or at a slope of lambda this small, is a close call."""
+"""Arc length between a maximum and a touch (L*), or slope of lambda at a touch, below which the mesh may decide."""
 FINEST_FOR_ORDER = 0.3
-"""Smallest factor on the element lengths to which close calls are refined."""
+"""Smallest factor on the element lengths to which the mesh is then refined."""
 ROD_SIZES = planning.Sizes(free=0.2, sweep=0.2, critical=0.03, lying=0.3)
 """Element lengths of the rod at refinement one, L* (docs/method.md)."""
 
 
 class End(StrEnum):
-    """What ended the advance of the gripper."""
+    """The end of the gripper's advance."""
 
     SNAP = "snap"
     TOUCH = "touch"
@@ -50,7 +50,7 @@ class End(StrEnum):
 
     @property
     def reason(self) -> str:
-        """The same in words."""
+        """In words."""
         return {
             End.SNAP: "lambda has a maximum: the strip snaps through",
             End.TOUCH: "the sag touches the lower layer before lambda has a maximum: it is laid down, no snap",
@@ -60,7 +60,7 @@ class End(StrEnum):
 
 @dataclass(frozen=True)
 class StripModel:
-    """A strip in solver units, and how it is discretised.
+    """A strip in solver units and its discretisation.
 
     ``length`` and ``thickness`` in L*; ``kind`` is "solid" or "rod", the rest is for the solid:
     :meth:`.Solid.of`.
@@ -101,17 +101,17 @@ class XRun:
     Attributes
     ----------
     problem
-        What was solved.
+        The problem solved.
     points
         Accepted points, from lambda_0; those before the end are ``points[:n_before]``.
     end
-        What ended the advance.
+        The end of the advance.
     critical
         The located critical point where ``end`` is a snap.
     last
         The state at the end of the advance: critical, at first touch, or just before lift-off of the whole strip.
-    contact_folds
-        Maxima of lambda before ``critical`` that are the mesh's own; 0 on a mesh fine enough.
+    spurious_limit_points
+        Number of those before ``critical``; 0 on a mesh fine enough.
     close
         Whether maximum and touch of the sag are such near neighbours that the mesh may have decided between them.
     fallback
@@ -123,7 +123,7 @@ class XRun:
     end: End
     critical: CriticalPoint | None
     last: Point
-    contact_folds: int
+    spurious_limit_points: int
     close: bool = False
     fallback: str = ""
 
@@ -138,9 +138,9 @@ class XRun:
 
     @property
     def slack(self) -> float:
-        """What this mesh leaves open in lambda at the end of the advance, L*.
+        """Uncertainty of lambda at the end of the advance on this mesh, L*.
 
-        The bracket's width, and by how much lambda rises again behind a maximum that a tooth of the contact split.
+        The bracket's width, plus the rise of lambda above a maximum split by a spurious limit point.
         """
         width = self.critical.width if self.critical else 0.0
         return width + max(p.lam for p in self.points) - self.last.lam
@@ -153,7 +153,7 @@ class XRun:
 
 def lift(strip: StripModel, heights: Sequence[float]) -> Iterator[tuple[float, Model, Equilibrium]]:
     """Lift the flat strip and yield its state at each height, ascending: the gripper is free along x (lambda_0)."""
-    # A mesh good enough to start from: each run along x has one of its own.
+    # Good enough as a start: each run along x has its own mesh.
     model = strip.model(max(24, round(4 * strip.length)))
     problem = StripProblem(model, Lift())
     flat = continuation.start(
@@ -187,7 +187,7 @@ def transfer(model: Model, q: Array, to: Model) -> Array:
     spline = CubicSpline(model.s, middle)
     position = spline(to.s)
     slope = spline(to.s, 1)
-    # A spline overshoots where the strip begins to lie; what lies stays lying.
+    # A spline overshoots at the lift-off point; the lying part stays flat.
     lying = to.s >= model.s[np.flatnonzero(middle[:, 1] > 0.0).max(initial=0) + 1]
     position[lying] = np.stack([to.s[lying] - to.length / 2.0, np.zeros(lying.sum())], axis=1)
     position[:, 1] = np.maximum(position[:, 1], 0.0)
@@ -246,10 +246,7 @@ def along_x(
 
 
 def two_agree(on_mesh: Callable[[float], XRun], refinement: float, finest: float) -> XRun:
-    """A run on a mesh of this refinement; where maximum and touch are neighbours, on ever finer ones.
-
-    There the mesh says which comes first: two meshes in a row have to agree.
-    """
+    """A run with this refinement; where the mesh may decide between maximum and touch, until two meshes agree."""
     run = on_mesh(refinement)
     while run.close and refinement > finest:
         refinement /= 2.0

@@ -126,7 +126,7 @@ def dataset(material: Material, length: float, results: Sequence[HeightResult]) 
         "lambda_c_eigenvalue": critical(lambda c: c.eigenvalue_lam),
         "detectors_agree": critical(lambda c: float(c.agree)),
         "lambda_error": per_height(lambda r: r.discretisation_error),
-        "contact_folds": per_height(lambda r: r.run.contact_folds),
+        "spurious_limit_points": per_height(lambda r: r.run.spurious_limit_points),
         "free_length": per_height(lambda r: r.run.free_length),
         "elements": per_height(lambda r: len(r.run.problem.model.ends) - 1),
     }
@@ -205,7 +205,7 @@ PER_HEIGHT = (
     "lambda_end",
     "lambda_error",
     "free_length",
-    "contact_folds",
+    "spurious_limit_points",
     "height",
 )
 PER_MATERIAL = ("eta_b", "eta_m", "gravity_length", "thickness", "length")

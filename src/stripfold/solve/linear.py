@@ -112,8 +112,8 @@ class Band:
 
     def __matmul__(self, x: Array) -> Array:
         n, w = self.size, self.width
-        # The rows above the band, filled by `gbtrf`, are zero: including them avoids a copy.  The wrapper accepts no band
-        # wider than the matrix.
+        # The rows above the band, filled by `gbtrf`, are zero: including them avoids a copy.  The wrapper accepts no
+        # band wider than the matrix.
         above = 2 * w if 3 * w < n else w
         return np.asarray(blas.dgbmv(n, n, w, above, 1.0, self.ab[2 * w - above :], x))
 
