@@ -105,7 +105,7 @@ def test_units_of_friction(monkeypatch: pytest.MonkeyPatch) -> None:
         asked.append((law, strength, size))
         raise RuntimeError
 
-    monkeypatch.setattr(verdict, "_walked", walked)
+    monkeypatch.setattr(verdict, "_with_friction", walked)
     material = Material(3780.0, rho_a=0.2)
     path = geometric.triangular(15.0)
     for given in ({"friction": 25.0, "step": 0.003}, {"hysteresis": 1e-5}):

@@ -317,7 +317,7 @@ class TestProblem:
         model = strip()
         q = np.zeros(model.size)
         problem = StripProblem(model, Lift(), (Pull(model, 0.0, q),))
-        with pytest.raises(ValueError, match="size of the steps"):
+        with pytest.raises(ValueError, match="depend on the step size"):
             problem.force_over_step(q, q, 0.0)
 
     @pytest.mark.parametrize(

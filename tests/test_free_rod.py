@@ -107,7 +107,7 @@ class TestState:
     def test_a_guess_too_far(self, prediction: locate_rod.ElasticaPrediction):
         part = free_rod(0.1)
         guess = part.from_elastica(prediction.last)
-        with pytest.raises(SolveError, match="near what was foretold"):
+        with pytest.raises(SolveError, match="near the prediction"):
             part.solve(Guess(guess.state, 0.0 * guess.predicted_stress), length=0.3 * prediction.last.length)
 
 

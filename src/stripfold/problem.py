@@ -1,4 +1,4 @@
-"""A strip with its effects and the motion of its gripper: what the algorithms solve.
+"""The problem that the algorithms solve: a strip with its effects and the motion of its gripper.
 
 The holding pin and the grasp are prescribed unknowns, the floor is a bound on unknowns, gravity a force
 (``docs/physics.md``, section 3).  Lengths in L*, forces in rho_a g L*.
@@ -21,7 +21,7 @@ from stripfold.solve.linear import Band, Sparse
 
 @dataclass(frozen=True)
 class Lift:
-    """The gripper rises: lambda is its height; it is free along x, so the strip carries no horizontal force."""
+    """The gripper rises: lambda is its height; it is free along x, so the horizontal force is zero."""
 
     def grasped(self, model: Model) -> Index:
         return np.asarray(model.middle[0, 1:])
@@ -74,8 +74,8 @@ Motion = Lift | AlongX | AlongPiece
 class StripProblem:
     """A strip on the floor, held at one end and moved at the other.
 
-    ``effects`` act on it besides; what they remember changes in :meth:`accepted` only.  With ``self_contact`` layers do
-    not go through each other above the floor either; the tangent is no band while they touch.
+    The memory of ``effects`` changes in :meth:`accepted` only.  ``self_contact`` acts between layers above the floor;
+    while they touch the tangent is not a band matrix.
     """
 
     model: Model
@@ -126,7 +126,7 @@ class StripProblem:
         return *_with(force, tangent, touching), np.zeros(self.size)
 
     def accepted(self, q: Array) -> StripProblem:
-        """The problem after an accepted step to ``q``: its effects remember that state."""
+        """The problem after an accepted step to ``q``: its effects have updated their memory."""
         if not self.effects:
             return self
         return replace(self, effects=tuple(effect.committed(q) for effect in self.effects))
@@ -144,8 +144,8 @@ class StripProblem:
         force = force + self.model.weight
         for effect in self.effects:
             if effect.step_dependent:
-                raise ValueError("motion in time is for effects that do not depend on the size of the steps")
-            # That at the end of the step: what is at rest then is an equilibrium, and the work is never too small.
+                raise ValueError("motion in time needs effects that do not depend on the step size")
+            # The force at the end of the step: a state at rest is an equilibrium, and the work is never too small.
             more, stiffness = effect.force_and_tangent(q1)
             force, tangent = force + more, tangent + stiffness
         return _with(force, tangent, self.self_contact.over_step(q0, q1) if self.self_contact else None)

@@ -1,4 +1,4 @@
-"""One critical point: what the command line prints.  SI in, SI out."""
+"""One critical point, as the command line prints it.  SI in, SI out."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ from stripfold.models.model_error import model_error as of_model
 Progress = Callable[[str], None]
 
 ELASTICA_ERROR = 1e-9
-"""Error of the elastica's lambda_c, L*: its own tests hold it to that."""
+"""Error of the elastica's lambda_c, L*, held by its tests."""
 CONTACT_NOISE = 1e-5
-"""What the contact's teeth leave open in the solid's lambda_c, relative, times the refinement: two meshes may agree by
-chance (study `rod`)."""
+"""Smallest relative error estimate of the solid's lambda_c over the refinement, for contact at nodes: two meshes may
+agree by chance (study `rod`)."""
 POINTS = 200
 """Points of the elastica's mid-surface."""
 BRACKET = 0.01
-"""Share of the accuracy that the bracket of lambda_c may take up."""
+"""Width of the bracket of lambda_c as a share of the accuracy."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,17 +45,17 @@ class CriticalResult:
     lambda_c_lower, lambda_c_upper
         Bracket of lambda_c on the mesh used.
     error
-        Estimate of what the mesh and the bracket leave open in lambda_c of this model.
+        Estimated error of lambda_c of this model, due to mesh and bracket.
     free_length
         Length of the part off the floor when the advance ends.
     snap, reason
-        Whether lambda has a maximum, and what ends the advance.
+        Whether lambda has a maximum, and how the advance ends.
     seconds
         Time taken.
     model
         "solid", "rod" or "elastica": the one that was used.
     model_error
-        Estimate of how far this model's lambda_c is from the solid's; 0 for the solid.
+        Estimated distance of this model's lambda_c from the solid's; 0 for the solid.
     state
         Shape (n, 2): x and z of the mid-surface where the advance ends, from the grasped end; empty where the strip is
         too short for such a state.
@@ -79,8 +79,8 @@ class CriticalResult:
 def find(scene: Scene, progress: Progress | None = None) -> CriticalResult:
     """Find the critical point of a scene to its accuracy.
 
-    Where the scene leaves the model open ("auto"), that is the accuracy against the solid, and the cheapest model that
-    meets it is taken; else it is that of the model asked for.
+    With the model "auto" the cheapest model is used whose lambda_c is within the accuracy of the solid's; otherwise the
+    accuracy is that of the given model.
 
     Raises
     ------
@@ -149,7 +149,7 @@ class _Found(NamedTuple):
 
 
 def _auto(scene: Scene, prediction: locate_rod.ElasticaPrediction, progress: Progress) -> tuple[_Found, Scene]:
-    """By the cheapest model that does it: what was found, and the scene with that model."""
+    """The end of the advance by the cheapest model that succeeds, and the scene with that model."""
     thickness, nu = scene.material.relative_thickness, scene.material.nu
     models = select_model.candidates(prediction, scene.length_star, thickness, nu, scene.accuracy)
     for model in models:
@@ -170,7 +170,7 @@ def _model_error(scene: Scene) -> float:
 
 
 def _find(scene: Scene, prediction: locate_rod.ElasticaPrediction, progress: Progress) -> _Found:
-    """By the scene's model."""
+    """The end of the advance by the scene's model."""
     first, last = prediction.first, prediction.last
     end = prediction.end(scene.length_star)
     if end is End.LIFTED:
@@ -235,10 +235,10 @@ def _fine_enough(
     share: float = 1.0,
     contact_noise: float = 0.0,
 ) -> tuple[Run, float]:
-    """The run on the first mesh that is known to the scene's accuracy, and its error, L*.
+    """The run on the first mesh within the scene's accuracy, and its error, L*.
 
-    ``share`` of the change from the mesh half as fine is taken for the error that is left, and ``tooth`` times the
-    refinement, relative, at least.
+    The error is ``share`` of the change from the mesh half as fine, the run's slack, and at least ``contact_noise`` times
+    the refinement of lambda_c.
     """
 
     def followed(r: float) -> Run:
@@ -252,7 +252,7 @@ def _fine_enough(
             return fine, error
         if refinement / 2.0 < select_model.FINEST:
             raise SolveError(
-                f"lambda_c is known to {error / fine.lam:.1e} only, asked for was {scene.accuracy:.1e}",
+                f"the error of lambda_c is {error / fine.lam:.1e}, allowed {scene.accuracy:.1e}",
                 advice="ask for less accuracy",
             )
         refinement /= 2.0

@@ -1,4 +1,4 @@
-"""What is recorded of every accepted point of a branch, in solver units.
+"""Diagnostics of the accepted points of a branch, in solver units.
 
 Forces follow ``docs/physics.md``, section 4: X points from the lying part to the free part, towards -x, and
 ``(F_x, F_z)`` is the force across a section that the part nearer the gripper exerts on the rest.
@@ -36,7 +36,7 @@ class Record:
 
 
 def record(problem: StripProblem, point: Point) -> Record:
-    """Evaluate everything that is stored of a point."""
+    """The diagnostics of a point."""
     model, q = problem.model, point.q
     middle = model.mid_surface(q)
     # The gripper's force on the strip, in the paper's frame.

@@ -34,7 +34,7 @@ from stripfold.solve.problem import Tangent
 LAWS = ("pull", "hysteresis")
 """The paper's pull towards the state before, and the bending hysteresis."""
 FOLLOWED = 0.1
-"""A strip follows its plan when it first touches this near to the planned place, L*."""
+"""Largest distance of the first touch from the planned one for a strip that follows its plan, L*."""
 FIRST_GUESS = {"pull": 0.01, "hysteresis": 0.01}
 """Strength to begin the search with: k_f times the step, g; M_0, rho_a g L*^2."""
 NARROW = 1.1
@@ -57,7 +57,7 @@ class Run:
     touch_x
         Where, L*; nan without a touch.
     lost
-        Why it ended before its end; empty if it did not.
+        Why it ended early; empty if it did not.
     """
 
     law: str
@@ -69,12 +69,12 @@ class Run:
     lost: str
 
     def followed(self, plan: RPath) -> bool:
-        """Whether it first touches where it was planned to."""
+        """Whether it first touches at the planned place."""
         return abs(self.touch_x - plan.first_touch) < FOLLOWED
 
 
 def effects_of(law: str, strength: float) -> Callable[[Model, Array], tuple[Effect, ...]]:
-    """The effects of a law, slack in the state given; none for strength 0."""
+    """The effects of a law, without force in the given state; none for strength 0."""
     if strength == 0.0:
         return lambda model, q: ()
     if law == "pull":
@@ -83,7 +83,7 @@ def effects_of(law: str, strength: float) -> Callable[[Model, Array], tuple[Effe
 
 
 def model_for(strip: StripModel, plan: RPath, refinement: float) -> Model:
-    """A mesh fine where the plan lifts off."""
+    """A mesh that is fine at the planned lift-off point."""
     free = strip.length - plan.lying_length
     return strip.model(planning.boundaries(strip.length, planning.Sweep(0.0, free), refinement, SIZES))
 
@@ -105,7 +105,7 @@ def follow(model: Model, plan: RPath, law: str, strength: float, step: float, to
 
 
 def smallest(model: Model, plan: RPath, law: str, step: float) -> tuple[float, float]:
-    """Bracket of the smallest strength with which the plan is followed to its first touch: fails, suffices.
+    """Bracket of the smallest strength with which the plan is followed to its first touch: too weak, sufficient.
 
     Raises
     ------

@@ -1,7 +1,7 @@
-"""One critical point of the rod in a small part of a second: its free part alone, from the elastica's state on.
+"""The end of the rod's advance from the elastica's state, with the lift-off as an unknown.
 
-Near the end of its advance the free length l grows steadily, so lambda is a smooth function of it and lambda_c where
-its derivative vanishes.  Whether the sag touches first shows its clearance there.  Lengths in L*.
+Near the end lambda is a smooth function of the free length l; lambda_c is where its derivative vanishes, unless the
+clearance of the sag does so first.  Lengths in L*.
 """
 
 from __future__ import annotations
@@ -23,19 +23,19 @@ from stripfold.models.free_rod import FreeRod, FreeState, Guess
 SIZE = 0.1
 """Element length at refinement one, L*."""
 MESH_ERROR = 4e-5
-"""What is then usually taken for the relative error of lambda_c (docs/method.md)."""
+"""Usual relative error of lambda_c with these elements (docs/method.md)."""
 LEFT = 0.2
-"""Share of the change from a mesh half as fine that is taken for the error: of order four, a fifteenth is left."""
+"""Error estimate as a share of the change from a mesh half as fine; a fifteenth at order four."""
 LEAST = 8
-"""Fewest elements."""
+"""Smallest number of elements."""
 STEP = 0.1
-"""Steps in which the end is searched for, L*."""
+"""Steps of the free length in the search for the end, L*."""
 FARTHEST = 2.0
-"""How far from where the elastica's is, L*: a strip as thick as is allowed has it half of that before."""
+"""Largest distance of the free length from the elastica's, L*; twice that of the thickest strip allowed."""
 TOLERANCE = 1e-5
-"""Of the free length at the end, L*: lambda_c is off by about its square."""
+"""Tolerance of the free length at the end, L*: the error of lambda_c is about its square."""
 THICKER = 0.05
-"""Thickness up to which the elastica's state is a good guess, L*; thicker strips are come to in such steps."""
+"""Thickness up to which the elastica's state is a good guess, L*; thicker rods are computed in such steps."""
 SHORTER = (8.0, 0.05)
 """The rod's free length at the end is less than the elastica's by up to (a + b z^2) h^2, L*."""
 
@@ -68,11 +68,11 @@ class Found:
     Attributes
     ----------
     end
-        What ends it.
+        How it ends.
     lam
         Advance there: lambda_c where ``end`` is a snap.
     upper
-        A bound of lambda_c from above, by the slope beside the maximum: lambda is concave there.
+        Upper bound of lambda_c, from the slope beside the maximum: lambda is concave there.
     lambda_0
         Advance without horizontal force.
     free_length
@@ -93,7 +93,7 @@ class Found:
 
     @property
     def slack(self) -> float:
-        """What is left open in lambda on this mesh, L*."""
+        """Width of the bracket of lambda on this mesh, L*."""
         return self.upper - self.lam
 
 
@@ -103,8 +103,8 @@ def run(strip: StripModel, prediction: ElasticaPrediction, refinement: float) ->
     Raises
     ------
     SolveError
-        When a state cannot be computed, as of rods thicker than about a quarter of L*, or no end is near the one that
-        the elastica foretells.
+        When a state cannot be computed, as for rods thicker than about a quarter of L*, or no end is near the
+        predicted one.
     """
     count = max(round(prediction.last.length / (SIZE * refinement)), LEAST)
     ends = np.linspace(0.0, 1.0, count + 1)
@@ -137,7 +137,7 @@ def _thickened(
     thickness: float,
     given: Callable[[float], dict[str, float]],
 ) -> FreeState:
-    """The state of a rod with this free length or force, from the elastica's by way of those of thinner rods."""
+    """The state of a rod with this free length or force, from the elastica's through those of thinner rods."""
     guess: Guess | None = None
     for h in (*np.arange(THICKER, thickness, THICKER), thickness):
         rod = rod_of(h)
@@ -147,7 +147,7 @@ def _thickened(
 
 
 class _Branch:
-    """States by their free length, each found from the one before."""
+    """States by their free length, each computed from the previous one."""
 
     def __init__(self, rod: FreeRod, state: FreeState) -> None:
         self._rod, self._state = rod, state
@@ -162,12 +162,12 @@ class _Branch:
         return self._rod.slope(self.state(length))
 
     def clearance(self, length: float) -> float:
-        """Of the sag; where a sag appears, it is at the gripper, at its height."""
+        """Height of the sag; a sag appears at the gripper, at its height."""
         return min(self._rod.clearance(self.state(length)), self._rod.height)
 
     def zero(self, falling: Callable[[float], float], start: float) -> float:
-        """Where a function of the length falls through zero, searched for from ``start``."""
-        # Each length once: next to its zero a function found from another state may have the other sign.
+        """The zero of a falling function of the length, searched for from ``start``."""
+        # Evaluate each length once: computed from another state, the sign next to the zero may differ.
         falling = cache(falling)
         sign = 1.0 if falling(start) > 0.0 else -1.0
         length = start

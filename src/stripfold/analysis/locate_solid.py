@@ -1,7 +1,4 @@
-"""The end of the solid's advance from a state shortly before it, which the elastica foretells: no branch from lambda_0.
-
-The elastica's state says which branch is meant, so there is nothing on the way to be lost on.  Lengths in L*.
-"""
+"""The end of the solid's advance from a state shortly before it, predicted by the elastica.  Lengths in L*."""
 
 from __future__ import annotations
 
@@ -30,11 +27,11 @@ from stripfold.problem import AlongX, StripProblem
 from stripfold.solve import continuation, newton
 
 BEFORE = 0.25
-"""Free length by which the run begins before the elastica's end, L*: lambda is then about 0.06 L* lower."""
+"""Distance in free length before the elastica's end at which the run begins, L*: lambda is about 0.06 L* lower."""
 SHORTER = 10.0
-"""Of a thick strip it ends earlier than the elastica's by up to this times h^2 L*: so much more before."""
+"""Thick strips begin earlier by this times h^2 L*: their advance ends earlier by up to that."""
 LOWER = 0.65
-"""A thick strip's lambda is lower, by about this times h^2 of itself (docs/method.md)."""
+"""The relative difference of lambda from the elastica's is about this times h^2 (docs/method.md)."""
 
 
 def run(

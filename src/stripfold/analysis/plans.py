@@ -1,4 +1,4 @@
-"""The paper's three paths and the states each takes for granted, as a dataset in SI: what the figures of plans draw."""
+"""The paper's three paths and the states they assume, as a dataset in SI for the figures."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def assumed(name: str, plan: RPath, length: float, travelled: float, s: Array) -
         turned = np.stack([-arm * np.cos(angle), arm * np.sin(angle)], axis=1)
         return np.where(upper[:, None], turned, flat)
     x, z = triangular(length).position(travelled)
-    # What hangs is as long as the gripper is high; what does not lies where it lay, or on it behind the fold line.
+    # The hanging part is as long as the gripper is high; the rest lies flat, or on the lower layer past the fold line.
     hanging = np.stack([np.full_like(s, x), np.maximum(z - s, 0.0)], axis=1)
     folded = np.stack([np.minimum(length / 2.0 - s, x), np.maximum(z - s, 0.0)], axis=1)
     return np.where(((s < z) if x <= 0.0 else upper)[:, None], hanging if x <= 0.0 else folded, flat)

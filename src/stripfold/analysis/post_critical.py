@@ -1,8 +1,8 @@
-"""The two ways in which a strip can leave an R-path: its planned state, unstable, disturbed with either sign.
+"""The two post-critical branches of an R-path: the unstable planned state, disturbed with either sign.
 
-Behind the place where the R-path meets the stability boundary two equilibria share each place of the gripper: the
-planned one, by then unstable, and another.  The planned one is reached along x, past the maximum of lambda at the same
-height.  All in units of L*.  Source: docs/physics.md, section 5.
+Past the critical point of the R-path two equilibria exist for each place of the gripper: the planned one, which is
+unstable, and another.  The planned one is computed along x, past the maximum of lambda at the same height.  In units
+of L*.  Source: docs/physics.md, section 5.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from stripfold.solve.continuation import step_to
 from stripfold.solve.problem import Point
 
 BEFORE_TOUCH = 0.15
-"""How far before the planned touch the strip is let go, L*: there the two equilibria are farthest apart."""
+"""Distance before the planned touch at which the strip is released, L*: there the two equilibria are farthest apart."""
 PAST = 3.0
 """Arc length to follow past the maximum of lambda, L*."""
 CARRY = 1
@@ -38,7 +38,7 @@ CARRY = 1
 
 @dataclass(frozen=True, eq=False)
 class PostCriticalBranch:
-    """One way out: the fall, and what follows along the path from where it rests."""
+    """One branch: the fall, and the statics along the path from the state at rest."""
 
     sign: float
     motion: Motion
@@ -47,7 +47,7 @@ class PostCriticalBranch:
 
 @dataclass(frozen=True, eq=False)
 class PostCriticalBranches:
-    """The unstable planned state, and the two ways it can go."""
+    """The unstable planned state and both branches."""
 
     model: Model
     start: Point
@@ -57,7 +57,7 @@ class PostCriticalBranches:
 def follow_both_branches(
     model: Model, strip: StripModel, plan: RPath, fall: Fall, progress: Progress | None = None
 ) -> PostCriticalBranches:
-    """Let the planned state go in both directions, with the gripper held, and follow the path from where it rests.
+    """Release the planned state in both directions, gripper held, and follow the path from the states at rest.
 
     Raises
     ------
@@ -73,7 +73,7 @@ def follow_both_branches(
     for sign in (1.0, -1.0):
         release = ReleaseState(problem, start, start.mode, 0.0)
         motion = simulate_fall(release, replace(fall, disturbance=sign * abs(fall.disturbance)), progress=say)
-        # It has left the plan: how it pops on the way to the end decides nothing.
+        # The plan is lost: local snaps on the rest of the path do not matter.
         rest = state_at_rest(problem, motion.states[-1])
         ways.append(PostCriticalBranch(sign, motion, follow(model, plan.path, rest, CARRY, max_spurious_move=inf)))
     return PostCriticalBranches(model, start, tuple(ways))
@@ -111,7 +111,7 @@ def _at(run: XRun, lam: float) -> Point:
 def two_ways(
     material: Material, length: float, fall: Fall, refinement: float, progress: Progress | None = None
 ) -> xr.Dataset:
-    """The two ways out of an R-path, over ``state`` and ``node`` as :func:`.states.dataset`, with ``way``: 0 or 1.
+    """Both branches, over ``state`` and ``node`` as :func:`.states.dataset`, with ``way``: 0 or 1.
 
     Where there is no unstable planned state the dataset is empty and its attribute ``reason`` says so.
     """

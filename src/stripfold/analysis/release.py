@@ -1,4 +1,4 @@
-"""A strip let go from an unstable state: dynamics to its first touch and to rest, and back to statics.
+"""A strip released from an unstable state: dynamics to the first touch and to rest, and back to statics.
 
 All in units of L*, sqrt(L*/g) and rho_a g L*.  Source: docs/physics.md, section 6.
 """
@@ -25,39 +25,38 @@ from stripfold.solve.schemes import Damping, Scheme
 Progress = Callable[[str], None]
 
 NUDGE = 0.01
-"""How far a held gripper is moved past lambda_c, smoothly within one time unit, L*: there no equilibrium is near, also
-not one that a tooth of the contact would hold (docs/method.md)."""
+"""Distance by which a held gripper is moved past lambda_c, smoothly within one time unit, L*: there no equilibrium is
+near, not even one between two spurious limit points (docs/method.md)."""
 TIME_OPTIONS = TimeOptions(first=0.02, tolerance=1e-5)
 TOUCH_TOLERANCE = 1e-3
-"""Time within which the first touch is located."""
+"""Time to which the first touch is located."""
 LONGEST_FALL = 400.0
-"""Time after which a strip that has not touched is taken to stay; longer with damping, which slows the start."""
+"""Longest duration of a fall; longer with damping, which slows its start."""
 REST = 1e-6
-"""Kinetic energy, as a share of what has been released, of a strip at rest."""
+"""Kinetic energy, as a share of the energy released, below which a strip is at rest."""
 QUIET = 2.0
-"""Time for which it has to stay below: an oscillation turns faster."""
+"""Time for which it must stay below: longer than between two turning points of an oscillation."""
 AWAY = 0.1
-"""How far a strip has to have moved for a rest without a touch to be its motion's end, L*: a slow start is no rest."""
+"""Smallest displacement of a strip that rests without a touch, L*: a slow start is not rest."""
 SAME_STATE = 0.1
-"""Largest distance between the strip at rest and the equilibrium it is handed over to, L*."""
+"""Largest distance between the strip at rest and the equilibrium found from it, L*."""
 
 
 @dataclass(frozen=True, slots=True)
 class Fall:
-    """How the strip is let go.
+    """How the strip is released.
 
     Attributes
     ----------
     disturbance
-        Largest speed of the mid-surface in the initial velocity along the critical eigenvector; positive in the
-        direction in which the branch goes on, negative against it.  A velocity and not a displacement: that would
-        stretch a thin strip by its square.
+        Largest initial speed of the mid-surface, along the critical eigenvector; positive in the direction of the
+        branch.  A velocity, because a displacement would stretch a thin strip by its square.
     speed
         Speed of the gripper; with 0 it is held just past lambda_c.
     damping
         Physical damping.
     to_rest
-        Whether to go on from the first touch until the strip is at rest.
+        Whether to continue from the first touch to rest.
     """
 
     disturbance: float = 1e-3
@@ -68,16 +67,16 @@ class Fall:
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """The dynamic part.
+    """A motion in time.
 
     Attributes
     ----------
     states
         All accepted states, from lambda_c on.
     touch
-        Index of the first state at which the falling part touches; None where it came to rest without.
+        Index of the first state at which the falling part touches; None where it rests without a touch.
     touch_x
-        Where it touches, x in the frame of the model (origin mid-strip); nan without a touch.
+        x of the touch, origin mid-strip; nan without a touch.
     """
 
     states: tuple[TimeState, ...]
@@ -87,14 +86,14 @@ class Motion:
 
 @dataclass(frozen=True, eq=False)
 class ReleaseState:
-    """The state from which a strip is let go.
+    """The state from which a strip is released.
 
     Attributes
     ----------
     problem, point, mode
-        The state, what it solves, and the eigenvector along which it is disturbed.
+        The state, its problem, and the eigenvector along which it is disturbed.
     nudge
-        How far a held gripper is moved on first, L*; 0 from a state that is unstable itself.
+        Distance by which a held gripper is moved first, L*; 0 from an unstable state.
     """
 
     problem: StripProblem
@@ -104,12 +103,12 @@ class ReleaseState:
 
     @classmethod
     def at(cls, problem: StripProblem, found: CriticalPoint) -> ReleaseState:
-        """Let go at a critical point."""
+        """Release at a critical point."""
         return cls(problem, found.before, found.mode)
 
 
 def initial_state(release: ReleaseState, fall: Fall) -> tuple[TimeState, Drive]:
-    """The first state of a fall, and how the gripper moves in it."""
+    """The first state of a fall, and the motion of the gripper."""
     problem, point = release.problem, release.point
     middle = problem.model.middle
     mode = release.mode / np.linalg.norm(release.mode[middle], axis=1).max()
@@ -130,7 +129,7 @@ def simulate_fall(
 ) -> Motion:
     """From an unstable state to the first touch and, if asked for, to rest.
 
-    A strip that comes to rest elsewhere without touching has its motion end there.
+    The motion also ends where the strip rests elsewhere without a touch.
 
     Raises
     ------
@@ -198,7 +197,7 @@ class _Rest:
 
 
 def state_at_rest(problem: StripProblem, state: TimeState) -> Point:
-    """The equilibrium that a strip at rest is handed over to.
+    """The equilibrium of a strip at rest.
 
     Raises
     ------

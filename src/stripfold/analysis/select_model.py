@@ -1,4 +1,4 @@
-"""Which model and mesh give lambda_c to an accuracy for the least time: what is known before anything is solved."""
+"""The cheapest model and mesh for an accuracy of lambda_c, chosen a priori."""
 
 from __future__ import annotations
 
@@ -10,18 +10,15 @@ from stripfold.models.model_error import model_error
 FINEST = 0.1
 """Smallest factor on the element lengths that is tried."""
 COARSEST = 1.6
-"""Largest one of the solid: on twice that, which its estimate needs, a node of the floor can hold the strip back."""
+"""Largest one of the solid: its error estimate needs twice that, where spurious limit points appear."""
 MARGIN = 0.1
-"""How near the touch limit a gripper may be for a model that is not the solid to say what ends the advance, L*."""
+"""Distance from the touch limit within which only the solid decides how the advance ends, L*."""
 SPARE = 0.5
-"""Share of the accuracy that a model may use up; the mesh has the rest."""
+"""Share of the accuracy allotted to the model error; the mesh has the rest."""
 
 
 def undecided(prediction: ElasticaPrediction, length: float, thickness: float) -> bool:
-    """Whether the strip's thickness may decide what ends the advance: the elastica then does not know.
-
-    So it is near the touch limit, and where little of the strip lies at the end.
-    """
+    """Whether the thickness may decide how the advance ends: near the touch limit, or if little of the strip lies."""
     room = MARGIN + 10.0 * thickness**2
     return abs(prediction.height - elastica.touch_limit()) < room or length - prediction.last.length < room
 
@@ -31,7 +28,7 @@ def candidates(
 ) -> tuple[Model, ...]:
     """The models that may meet an accuracy, cheapest first; the last is the solid, which always may.
 
-    Near the touch limit, and where little of the strip lies at the end, the solid alone says what ends the advance.
+    Where the end of the advance is :func:`undecided` it is the solid alone.
     """
     if undecided(prediction, length, thickness):
         return ("solid",)

@@ -1,4 +1,4 @@
-"""States of a strip that follows a path, static or falling, as one dataset in SI: what the figures draw."""
+"""States of a strip that follows a path, static or falling, as one dataset in SI for the figures."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ MAX_STATES = 60
 
 @dataclass(frozen=True, eq=False)
 class Row:
-    """One state: the point or state, its problem, and in which part of the motion (0, 1, ...) it is."""
+    """One state, its problem, and the part of the motion (0, 1, ...) it belongs to."""
 
     state: Point | TimeState
     problem: StripProblem

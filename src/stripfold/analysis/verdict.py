@@ -1,4 +1,4 @@
-"""The verdict on a path, in SI: what ``stripfold assess`` prints."""
+"""The verdict on a path, in SI, as ``stripfold assess`` prints it."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ from stripfold.solve.problem import Point
 STEP = 0.1
 """Size of the steps with friction where none is given, L*."""
 AT_END = 1e-3
-"""How near to the fold's own end a path has to end for the last state to be compared with the folded one, L*."""
+"""Largest distance of a path's end from the folded strip's end at which their shapes are compared, L*."""
 
 
 @dataclass(frozen=True, eq=False)
 class Verdict:
-    """What a path does to a strip; lengths in m, forces in N per m of width, nan where there is no such thing.
+    """The assessment of a path; lengths in m, forces in N per m of width, nan where undefined.
 
     Attributes
     ----------
@@ -117,7 +117,7 @@ def assess_path(
         assert hysteresis is not None
         law, strength = "hysteresis", hysteresis / (material.rho_a * material.gravity * unit**2)
     size = STEP if step is None else step / unit
-    steps, lost = _walked(strip, path, law, strength, size, refinement)
+    steps, lost = _with_friction(strip, path, law, strength, size, refinement)
     touch = next(
         (touch_position(s.problem.model, s.point) for s in steps if touches(s.problem.model, s.point)), float("nan")
     )
@@ -125,7 +125,7 @@ def assess_path(
     return _verdict(strip, material, path, events, touch, [(s.problem, s.point) for s in steps])
 
 
-def _walked(
+def _with_friction(
     strip: StripModel, path: GripperPath, law: str, strength: float, size: float, refinement: float
 ) -> tuple[list[Step], float | None]:
     """The steps with friction, and the length travelled at which the strip was lost, if it was."""

@@ -1,10 +1,9 @@
-"""How far each element is bent: the angle between the sections at its two ends, and its derivatives.
+"""The bend of each element: the angle between the sections at its two ends, and its derivatives.
 
-The director of a section is a vector that turns with it.  In the solid it is that across the section per thickness,
-D = (-sin phi, cos phi) times the stretch: a middle node carries its displacement and the others theirs relative to it,
-per thickness (:mod:`.strip_mesh`), so D is (0, 1) plus the difference of two relative unknowns.  In the rod it is the
-tangent, (1, 0) plus the slopes among the unknowns.  Either way no length of the strip is subtracted from another, and
-the rounding of an angle is that of numbers of the size of one.
+The director of a section is a vector that turns with it.  In the solid it is the vector across the section per
+thickness, D = (-sin phi, cos phi) times the stretch, which is (0, 1) plus the difference of two relative unknowns
+(:mod:`.strip_mesh`).  In the rod it is the tangent, (1, 0) plus the slopes.  No length of the strip is subtracted from
+another, so the rounding error of an angle is that of numbers of order one.
 """
 
 from __future__ import annotations
@@ -27,16 +26,15 @@ class Directors:
     Attributes
     ----------
     unknowns
-        Shape (n_elements, 2 ends, n_points, 2 components): the unknowns that an element's directors are made of, the
-        ends from left to right.  In the solid the points are the corner nodes from bottom to top, in the rod there is
-        one: the slope.
+        Shape (n_elements, 2 ends, n_points, 2 components): the unknowns of an element's directors, left end first.
+        The points are the corner nodes from bottom to top in the solid, the slope in the rod.
     local
-        Shape (4 n_points,): where they stand among the element's own unknowns.
+        Shape (4 n_points,): their positions among the element's own unknowns.
     n_local
         Number of these.
     factor
-        Shape (n_elements, 2 ends, n_points): derivative of the director by them.  With two elements across each has
-        half the section for its own: its director is the vector from the mid-surface to the face, times two.
+        Shape (n_elements, 2 ends, n_points): derivative of the director by them.  With two elements across, each
+        spans half the section: its director is twice the vector from the mid-surface to the face.
     straight
         Shape (2,): the director where all unknowns are zero.
     length
@@ -74,7 +72,7 @@ class Directors:
     def turn(self, directors: Array) -> Array:
         """Angle from the left to the right director of each element, rad, in (-pi, pi], shape (n_elements,).
 
-        Taken between neighbours, not as a difference of angles with an axis: a strip may turn as often as it likes.
+        Between neighbours, not from angles with an axis: the number of turns of the strip is not limited.
         """
         left, right = directors[:, 0], directors[:, 1]
         return np.arctan2(left[:, 0] * right[:, 1] - left[:, 1] * right[:, 0], np.sum(left * right, axis=1))
@@ -86,8 +84,7 @@ class Directors:
         return np.asarray((self.factor[..., None] * by_director[:, :, None, :]).reshape(len(directors), -1))
 
     def hessian(self, directors: Array) -> Array:
-        """Second derivative of the turn, shape (n_elements, 4 n_points, 4 n_points); an angle's own at either end, no
-        end with the other."""
+        """Second derivative of the turn, shape (n_elements, 4 n_points, 4 n_points); the two ends do not couple."""
         x, z = directors[..., 0], directors[..., 1]
         xz, difference = 2.0 * x * z, z**2 - x**2
         by_director = np.stack([np.stack([xz, difference], -1), np.stack([difference, -xz], -1)], -2)

@@ -1,10 +1,9 @@
-"""The free part of a rod with its lift-off as an unknown: no contact to be found node by node.
+"""The free part of a rod with its lift-off as an unknown, instead of contact at nodes.
 
-A strip that lies flat up to its lift-off point needs no elements there: it is a bar under the horizontal force H, of
-length L - l and stretch e.  The free part, of length l, is a :class:`.Rod` of length one: with lengths in units of l
-its energies scale by powers of l, and l is an unknown like the others.  The strip lifts off where its moment vanishes,
-as the elastica does (docs/physics.md, section 4): that is its equation.  What the advance does is then smooth, and a
-critical point is the root of a derivative; the contact of :class:`.StripProblem` moves in steps of a node.
+The lying part is a bar under the horizontal force H, of length L - l and stretch e.  The free part, of length l, is a
+:class:`.Rod` of length one: in units of l its energies scale by powers of l, which is an unknown.  Its equation is that
+the moment vanishes at the lift-off (docs/physics.md, section 4).  The advance is then a smooth function of l, and a
+critical point is a root of its derivative.
 
 Lengths in L*, forces per width in rho_a g L*.
 """
@@ -22,11 +21,11 @@ from stripfold.errors import SolveError
 from stripfold.models.rod import AT_STRETCH, W_STRETCH, Rod, hermite
 from stripfold.solve.linear import Band
 
-MOST_ITERATIONS = 15
+MAX_ITERATIONS = 15
 CONVERGED = 1e-8
-"""Largest step of an unknown at which Newton has converged: the next one is about its square."""
-FARTHEST = 0.3
-"""Longest step of a node, free lengths: other branches are farther."""
+"""Largest step of an unknown at convergence: the next one is about its square."""
+MAX_STEP = 0.3
+"""Largest step of a node, free lengths: beyond, it is another branch."""
 
 
 class FreeState(NamedTuple):
@@ -45,14 +44,14 @@ class Guess(NamedTuple):
 
 
 POWER = np.repeat([1.0, -1.0], [3, 6])
-"""Of the free length, in the energy of each strain."""
+"""Power of the free length in the energy of each strain."""
 
 
 class Linearised(NamedTuple):
     """Forces in a state and their derivatives, all of shape (size,) but the tangent.
 
-    ``force`` is what the nodes lack to equilibrium, and at the lift-off the moment, which is the equation of the free
-    length; the rest are its derivatives by the nodes, by the free length and by H.
+    ``force`` is the unbalanced force, with the moment at the lift-off as the equation of the free length; the others
+    are its derivatives by the nodes, by the free length and by H.
     """
 
     force: Array
@@ -83,7 +82,7 @@ class FreeRod:
         """A strip whose free part has elements with these ends, shares of it from the grasped end, shape (m,)."""
         unit = Rod.of(1.0, thickness, elements=ends)
         last = 4 * (len(ends) - 1)
-        # The height of the gripper is given, and the lift-off's place and its slope, which is that of the floor.
+        # The gripper's height, and at the lift-off place and slope are prescribed.
         return cls(unit, length, height, np.array([1, last, last + 1, last + 3]))
 
     @property
@@ -99,7 +98,7 @@ class FreeRod:
         return e
 
     def advance(self, state: FreeState) -> float:
-        """lambda: of the gripper past its place when the strip is flat."""
+        """lambda: advance of the gripper from its place when the strip is flat."""
         q, force, length = state
         return (self.length - length) * (1.0 - self.stretch(force)) + length * float(q[0])
 
@@ -157,7 +156,7 @@ class FreeRod:
         place = np.stack([1.0 - sigma - at.x / length, at.z / length], axis=1)
         slope = np.stack([np.cos(at.theta) - 1.0, -np.sin(at.theta)], axis=1)
         q = np.concatenate([place, slope], axis=1).ravel()
-        # What its strains on this mesh would be as stress is the mesh's: its tension is known.
+        # Its tension is known; the strains on this mesh would give that of the mesh.
         predicted_stress = self._rod(length).predict_stress(q, np.zeros_like(q))
         share = sigma[:-1, None] + np.diff(sigma)[:, None] * AT_STRETCH
         at = state.at(length * (1.0 - share))
@@ -187,7 +186,7 @@ class FreeRod:
         return Guess(FreeState(q, state.force + ahead * by_force, length), predicted_stress)
 
     def _rates(self, state: FreeState) -> tuple[Array, float]:
-        """Of nodes and of H along the branch, per free length."""
+        """Derivatives of the unknowns and of H by the free length along the branch."""
         at = self.linearised(*self.guess(state))._replace(force=np.zeros(self.unit.size))
         step, _, by_force = self._step(at, length=1.0)
         return step, by_force
@@ -198,27 +197,26 @@ class FreeRod:
         Raises
         ------
         SolveError
-            Newton does not converge, or the state is farther from the guess than the same branch can be.
+            Newton's method does not converge, or finds another branch.
         """
         state, predicted_stress = guess
-        for _ in range(MOST_ITERATIONS):
+        for _ in range(MAX_ITERATIONS):
             q = state.q.copy()
             q[1] = self.height / state.length
             state = state._replace(q=q)
-            # What is given of each is the way to it.
             to_length = None if length is None else length - state.length
             to_force = None if force is None else force - state.force
             step, dl, dh = self._step(self.linearised(state, predicted_stress), length=to_length, force=to_force)
             new = FreeState(q + step, state.force + dh, state.length + dl)
             moved = float(np.abs(step).max())
-            if not 0.0 < new.length < np.inf or not moved < FARTHEST:
+            if not 0.0 < new.length < np.inf or not moved < MAX_STEP:
                 break
             new.q[1] = self.height / new.length
             if max(moved, abs(dl), abs(dh)) < CONVERGED:
                 return new
             predicted_stress = self._rod(new.length).predict_stress(q, new.q - q)
             state = new
-        raise SolveError("no equilibrium of the free rod is near what was foretold", parameter=state.length)
+        raise SolveError("no equilibrium of the free rod is near the prediction", parameter=state.length)
 
     def _step(
         self, at: Linearised, *, length: float | None = None, force: float | None = None
@@ -233,7 +231,7 @@ class FreeRod:
         last = right[moment].copy()
         right[self._held] = 0.0
         nodes, by_length, by_force = at.tangent.with_fixed(self._held).factor()(right).T
-        # The moment of the lift-off by what is left to choose.
+        # The moment at the lift-off determines the unknown that is not given.
         lack, of_length, of_force = last - np.array([row @ nodes, row @ by_length, row @ by_force])
         if force is None:
             dl = float(length or 0.0)

@@ -32,8 +32,7 @@ class Lame:
         return cls(lam=young * nu / ((1.0 + nu) * (1.0 - 2.0 * nu)), mu=young / (2.0 * (1.0 + nu)))
 
 
-# Products of 2 x 2 matrices are written out: a library's matrix product takes several times as long for so small ones
-# (docs/method.md).
+# Products of 2 x 2 matrices are written out: NumPy's matrix product takes several times as long (docs/performance.md).
 
 
 def times(a: Array, b: Array) -> Array:
@@ -174,7 +173,7 @@ def _cofactor(f: Array) -> Array:
 
 @dataclass(frozen=True, slots=True)
 class Law:
-    """A law as the kernels use it: stress and tangent; where there is an energy, that and the stress of a time step."""
+    """A law: stress and tangent; if it has an energy, that and the stress over a time step."""
 
     name: str
     stress: Callable[[Array, Lame], Array]

@@ -1,4 +1,4 @@
-"""What problems, effects and studies may ask of a strip in space, whichever way it is discretised.
+"""The protocol of a discretised strip.
 
 Units: lengths in L*, forces per width in rho_a g L* (``docs/physics.md``, section 1): the bending stiffness is one.
 """
@@ -67,7 +67,7 @@ class Model(Protocol):
 
     @property
     def directors(self) -> Directors:
-        """How far each element is bent."""
+        """The bend of each element."""
         ...
 
     def energy(self, q: Array) -> float:
@@ -100,7 +100,7 @@ class Model(Protocol):
         ...
 
     def admissibility(self, q: Array) -> str:
-        """What makes ``q`` no state of a strip, whatever its forces; empty where nothing does."""
+        """Why ``q`` is inadmissible whatever its forces, in words; empty for an admissible state."""
         ...
 
     def mid_surface(self, q: Array) -> Array:
@@ -125,7 +125,7 @@ class Model(Protocol):
 
 
 class OnNodes:
-    """What follows from a model's mid-surface nodes alone, the same for all."""
+    """Quantities that depend on the mid-surface nodes only."""
 
     def mid_surface(self: Model, q: Array) -> Array:
         """Positions of the mid-surface nodes, shape (columns, 2), in the paper's frame (origin mid-strip)."""

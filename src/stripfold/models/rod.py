@@ -1,7 +1,7 @@
 """The strip as a planar rod that bends and stretches: the fast model beside the solid.
 
-A cubic (Hermite) mid-line with a continuous slope, so there are no sections to carry along, and no shear.  Its strains
-are quadratic in the unknowns at most, which is what the energy-momentum step and :meth:`Rod.predict_stress` live on::
+A cubic (Hermite) mid-line with a continuous slope, without shear.  Its strains are at most quadratic in the unknowns,
+as the energy-momentum step and :meth:`Rod.predict_stress` require::
 
     eps = (r'.r' - 1) / 2,    kappa = r' x r'',    energy = integral of (12 eps^2 / h^2 + B) / 2 ds,
     B = 3/4 kappa^2 + 1/4 r''.r''
@@ -37,19 +37,18 @@ AT_BEND, W_BEND = 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3.0), np.array([0.5, 0.5
 BENDING = (0.75, 0.25)
 """Shares of kappa^2 and of r''.r'' in the bending energy: it grows with the stretch as 1 + 3.5 eps.
 
-A section of St Venant-Kirchhoff material that stays plane has 1 + 3 eps.  The solid's shear, which a rod has not, acts
-like half an eps more: measured, not derived.  It counts: with kappa^2 alone lambda_c of the rod is as far below the
-solid's as with 1 + 3 eps above, with these shares it is several times nearer (docs/method.md).
+A plane section of St Venant-Kirchhoff material has 1 + 3 eps.  The solid's shear acts like another half eps: measured,
+not derived.  With kappa^2 alone, or with 1 + 3 eps, lambda_c is several times farther from the solid's.
 """
 VISCOUS = np.array([1.0, 1.0, 1.0, 1.0 / BENDING[0], 1.0 / BENDING[0], 0.0, 0.0, 0.0, 0.0])
-"""What a strain's rate counts in viscosity, over what it counts in energy: all bending is kappa's.
+"""Weight of each strain in viscosity over its weight in energy: only kappa counts in bending.
 
-A strip that turns without bending further dissipates nothing; r'' changes as it turns, kappa does not.
+A rotation dissipates nothing; it changes r'' but not kappa.
 """
 FULL = tuple(0.5 * a for a in np.polynomial.legendre.leggauss(4))
-"""A rule that is exact for mass and weight; points from the middle."""
+"""Gauss rule that is exact for mass and weight; points from the middle of the element."""
 X, Z = np.array([0, 2, 4, 6]), np.array([1, 3, 5, 7])
-"""Where an element's unknowns along x and z stand among its eight: displacement, slope; left end, right end."""
+"""Positions of an element's x and z unknowns: displacement, slope; left end, right end."""
 
 
 def hermite(t: Array) -> tuple[Array, Array, Array]:
@@ -84,7 +83,7 @@ LINEAR, QUADRATIC = _strains()
 """The strains of any element (see :meth:`Rod.strain`) as functions of its scaled unknowns."""
 
 CRUSHED = -1.0 / 3.0
-"""Membrane strain at which the force of the law, ``eps sqrt(1 + 2 eps)``, is largest: pressed further it gives way."""
+"""Membrane strain at which the force of the law, ``eps sqrt(1 + 2 eps)``, is largest in compression."""
 
 
 @dataclass(frozen=True)
@@ -196,7 +195,7 @@ class Rod(OnNodes):
         return self._at(q)[0]
 
     def admissibility(self, q: Array) -> str:
-        """Whether it is pressed so short somewhere that its law gives way."""
+        """Not empty where the rod is compressed past the largest force of its law."""
         least = float(self.strain(q)[:, :3].min())
         return "" if least > CRUSHED else f"the rod is crushed: its strain is {least:.2g}, least allowed is -1/3"
 

@@ -121,7 +121,7 @@ class Solid(OnNodes):
         return f
 
     def admissibility(self, q: Array) -> str:
-        """Whether it is turned inside out somewhere: the law has equilibria there, a strip has none."""
+        """Not empty where an element is inverted: the law has such equilibria."""
         f = self.deformation_gradient(q)
         least = float((f[..., 0, 0] * f[..., 1, 1] - f[..., 0, 1] * f[..., 1, 0]).min())
         return "" if least > 0.0 else f"the strip is turned inside out: its volume changes by a factor of {least:.2g}"
@@ -169,10 +169,9 @@ class Solid(OnNodes):
     def predict_stress(self, q: Array, dq: Array) -> Array:
         """Stress at ``q + dq`` by the strain linearised at ``q``, shape (n_elements, n_quadrature, 2, 2).
 
-        In a thin strip a step of Newton that bends it right stretches it wrong, by the square of the step times a huge
-        stiffness; the geometric stiffness of that false stress is what makes Newton slow.  Used in its place for the
-        next tangent, this stress lets steps be many times longer; the equilibrium found is the same
-        (mixed integration points: Magisano, Leonetti, Garcea, 2017).
+        In a thin strip a Newton step that bends it also stretches it, by the square of the step; the geometric
+        stiffness of that spurious stress slows convergence.  With this stress in the next tangent steps can be many times longer;
+        the equilibrium is the same (mixed integration points: Magisano, Leonetti, Garcea, 2017).
         """
         f = self.deformation_gradient(q)
         df = np.matmul(self.gradient_t, dq[self.mesh.element_unknowns][:, :, None]).reshape(f.shape)

@@ -1,4 +1,4 @@
-"""What was computed for the last few states, for whoever asks again."""
+"""Results for the last states, kept for further calls."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from stripfold.arrays import Array
 T = TypeVar("T")
 
 CACHE_SIZE = 2
-"""Newton's method asks for the same state several times, a time step for its two ends."""
+"""Newton's method evaluates a state several times, a time step its two ends."""
 
 
 class StateCache(Generic[T]):
-    """A function of a state that remembers its last :data:`CACHE_SIZE` results, which nobody may change in place."""
+    """A function of a state that keeps its last :data:`CACHE_SIZE` results, which must not be changed in place."""
 
     def __init__(self, compute: Callable[[Array], T]) -> None:
         self._compute = compute
         self._known: deque[tuple[Array, T]] = deque(maxlen=CACHE_SIZE)
 
     def __call__(self, q: Array) -> T:
-        """The result for ``q``, which is compared by value: an array changed in place is another state."""
+        """The result for ``q``, compared by value."""
         for known, result in self._known:
             if np.array_equal(known, q):
                 return result

@@ -1,14 +1,14 @@
 """The strip's mesh and the numbering of its unknowns.
 
-scikit-fem supplies mesh, element and quadrature.  Three things are our own, each for a measured reason:
+scikit-fem supplies mesh, element and quadrature.  Three choices differ, for measured reasons:
 
 * unknowns are numbered column by column along the strip: the tangent is then a narrow band, and a banded
   factorisation is four times faster than a general sparse one;
 * in a column the middle node carries its displacement and the other nodes their displacement *relative to it*,
-  divided by the thickness.  A thin strip that folds moves by many lengths while its thickness changes by a hair:
-  with plain nodal unknowns the rounding of the former drowns the latter (``docs/method.md``);
-* along the strip one Gauss point fewer than usual is taken, which samples the membrane strain where a quadratic
-  element has it right: no membrane locking however thin the strip.
+  divided by the thickness: with nodal displacements the rounding of large displacements hides the change of a small
+  thickness (``docs/method.md``);
+* along the strip there is one Gauss point fewer than for full integration, where the membrane strain of a quadratic
+  element is accurate: no membrane locking however thin the strip.
 """
 
 from __future__ import annotations
