@@ -237,7 +237,7 @@ def _fine_enough(
 ) -> tuple[Run, float]:
     """The run on the first mesh within the scene's accuracy, and its error, L*.
 
-    The error is ``share`` of the change from the mesh half as fine, the run's slack, and at least ``contact_noise`` times
+    The error is ``share`` of the change from the mesh half as fine, plus the run's slack and ``contact_noise`` times
     the refinement of lambda_c.
     """
 

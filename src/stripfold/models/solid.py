@@ -170,8 +170,8 @@ class Solid(OnNodes):
         """Stress at ``q + dq`` by the strain linearised at ``q``, shape (n_elements, n_quadrature, 2, 2).
 
         In a thin strip a Newton step that bends it also stretches it, by the square of the step; the geometric
-        stiffness of that spurious stress slows convergence.  With this stress in the next tangent steps can be many times longer;
-        the equilibrium is the same (mixed integration points: Magisano, Leonetti, Garcea, 2017).
+        stiffness of that spurious stress slows convergence.  With this stress in the next tangent, steps can be many
+        times longer; the equilibrium is the same (mixed integration points: Magisano, Leonetti, Garcea, 2017).
         """
         f = self.deformation_gradient(q)
         df = np.matmul(self.gradient_t, dq[self.mesh.element_unknowns][:, :, None]).reshape(f.shape)
