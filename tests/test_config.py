@@ -13,7 +13,8 @@ import pytest
 import yaml
 
 import configuration as config
-from config_models import Configuration, FallWay, Strategy, Studies
+from config_models import Configuration
+from config_studies import FallWay, Strategy, Studies
 from stripfold import elastica
 from stripfold.errors import InvalidInputError
 from stripfold.inputs import Scene

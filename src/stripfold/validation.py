@@ -8,9 +8,9 @@ from contextlib import contextmanager
 from difflib import get_close_matches
 from numbers import Real
 from pathlib import Path
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Self, TypeVar
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 from pydantic_core import ErrorDetails, PydanticCustomError
 
 from stripfold.errors import MISSING, InvalidInputError
@@ -82,6 +82,21 @@ Number = Annotated[float, BeforeValidator(_real)]
 Whole = Annotated[int, Field(strict=True)]
 Flag = Annotated[bool, Field(strict=True)]
 Text = Annotated[str, Field(pattern=r"\S")]
+T = TypeVar("T")
+
+
+def _no_two_alike(values: list[Any]) -> list[Any]:
+    if any(value in values[:i] for i, value in enumerate(values)):
+        raise PydanticCustomError("unique", "two entries are alike")
+    return values
+
+
+# Lists without repeated entries.
+_UNIQUE = {"uniqueItems": True}
+Distinct = Annotated[list[T], Field(json_schema_extra=_UNIQUE), AfterValidator(_no_two_alike)]
+AtLeastOne = Annotated[list[T], Field(min_length=1, json_schema_extra=_UNIQUE), AfterValidator(_no_two_alike)]
+AtLeastTwo = Annotated[list[T], Field(min_length=2, json_schema_extra=_UNIQUE), AfterValidator(_no_two_alike)]
+AtLeastThree = Annotated[list[T], Field(min_length=3, json_schema_extra=_UNIQUE), AfterValidator(_no_two_alike)]
 
 
 def quantity(what: str, unit: str = "", **limits: float) -> Any:
