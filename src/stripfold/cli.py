@@ -26,44 +26,44 @@ class Command(NamedTuple):
 
 COMMANDS = {
     "critical": Command(
-        "where a strip snaps when its gripper advances at constant height",
-        "Where a strip that lies flat, is lifted at one end and then drawn over itself, snaps through.",
+        "critical point of a strip whose gripper advances at constant height",
+        "Find where a strip snaps through that lies flat, is lifted at one end and is then drawn over itself.",
         commands.critical_options,
         commands.critical,
     ),
     "eta": Command(
         "eta_b from the height of a folded strip, or from a picture",
-        "The weight-to-bending-stiffness ratio from the height of the loop of a strip folded in half, or from a picture"
+        "Measure the weight-to-bending-stiffness ratio from the height of the loop of a strip folded in half, or from a picture"
         " of such a loop or of a strip that hangs out of a clamp.",
         commands.eta_options,
         commands.eta,
     ),
     "simulate": Command(
-        "one strip through its collapse: statics, fall, statics again",
+        "simulation of a collapse: statics, fall, statics again",
         "Move a strip's gripper to the critical point, let the strip fall to rest, and move on.",
         commands.simulate_options,
         commands.simulate,
     ),
     "film": Command(
-        "a film of a simulated collapse",
+        "film of a simulated collapse",
         "Draw the result of `stripfold simulate` as an MP4 film.",
         commands.film_options,
         commands.film,
     ),
     "path": Command(
-        "the gripper's path of a half fold",
+        "gripper path of a half fold",
         "Plan a folding path and print it as t,x,z: pseudo time, metres, origin mid-strip on the floor.",
         commands.path_options,
         commands.path,
     ),
     "assess": Command(
-        "what a path does to a strip",
+        "assessment of a gripper path: critical points, falls, touch, forces",
         "Follow a path statically to its critical points, let the strip fall there, and go on to its end.",
         commands.assess_options,
         commands.assess,
     ),
     "record": Command(
-        "a synthetic recording: film, calibration, log and truth",
+        "synthetic recording: film, calibration, log and truth",
         "Render a strip's motion as a camera would film it, with the calibration of that camera.",
         commands.record_options,
         commands.record,

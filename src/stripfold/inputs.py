@@ -1,4 +1,4 @@
-"""Everything a user asks for of a strip, validated once; names, units, limits and help texts have their source here.
+"""Inputs about a strip, validated once; names, units, limits and help texts have their source here.
 
 All numbers in SI; what goes together is checked in L*, where the limits are much sharper.
 """
@@ -196,13 +196,13 @@ class PathAssessment(Strip):
 
 
 class EtaRequest(Input):
-    """What eta_b is to be measured from: the height of a fold, or a picture with its scale."""
+    """The source of a measured eta_b: the height of a fold, or a picture with its scale."""
 
     fold_height: Annotated[Number | None, quantity("largest height of the loop of a strip folded in half", "m")] = None
     image: Annotated[Text | None, Field(description="picture of the strip from the side, upright")] = None
     scale: Annotated[Number | None, quantity("size of a pixel of the picture", "m")] = None
     method: Annotated[
-        Literal["fold", "cantilever"] | None, Field(description="what the picture shows: a folded or a hanging strip")
+        Literal["fold", "cantilever"] | None, Field(description="content of the picture: a folded or a hanging strip")
     ] = None
 
     @model_validator(mode="after")

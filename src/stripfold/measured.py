@@ -129,7 +129,7 @@ class RecordingMeasurement(Result):
 
     @property
     def snap(self) -> bool:
-        """Whether there was a snap; without one ``lambda_event`` is the farthest lambda, a lower bound."""
+        """True if there was a snap; without one ``lambda_event`` is the largest lambda, a lower bound."""
         return self.details.snapped
 
     @property

@@ -22,7 +22,7 @@ WIDTH = 12
 
 
 class Result(ABC):
-    """What all results can do."""
+    """Base of all results."""
 
     title = ""
 

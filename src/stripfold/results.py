@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class CriticalPoint(CriticalResult, Result):
-    """Where a strip snaps when its gripper advances at constant height; lengths in m, nan where there is none.
+    """The critical point of a strip whose gripper advances at constant height; lengths in m, nan where there is none.
 
     Source: the paper's section III; docs/physics.md, sections 4 and 5.
 
@@ -104,7 +104,7 @@ class CriticalPoint(CriticalResult, Result):
 
 @dataclass(frozen=True, eq=False)
 class PathAssessment(Verdict, Result):
-    """What a gripper path does to a strip; lengths in m, forces in N per m of width, nan where there is no such thing.
+    """A gripper path assessed for a strip; lengths in m, forces in N per m of width, nan where there is no such thing.
 
     Source: the paper's section IV; docs/physics.md, sections 5, 8 and 9.
 

@@ -1,4 +1,4 @@
-"""What a simulation of a collapse is asked for: a scene, how the strip is released, and the effects; in SI."""
+"""Inputs of a simulated collapse: the strip and the height, its release, and the effects; in SI."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from stripfold.validation import Input, Number, quantity, read_yaml
 
 
 class Release(Input):
-    """How the strip is released at its critical point, and what damps its fall.
+    """Release of the strip at its critical point, and damping of its fall.
 
     The default of ``air`` is the drag of air, about 0.3 kg m^-2 s^-1 at the 0.3 m/s of a falling layer, on a light
     fabric of 0.15 kg m^-2; that of ``stiffness`` a loss tangent of 0.1, usual for fabrics in bending, at the 5 Hz of a
@@ -38,7 +38,7 @@ class Release(Input):
     )
     air: Air = 2.0
     stiffness: Stiffness = 3e-3
-    until: Annotated[Literal["rest", "touch"], Field(description="what ends the fall")] = "rest"
+    until: Annotated[Literal["rest", "touch"], Field(description="end of the fall")] = "rest"
 
 
 def _on_or_off(value: Any) -> Any:
@@ -50,7 +50,7 @@ EffectSetting = Annotated[Literal["auto", "on", "off"], BeforeValidator(_on_or_o
 
 
 class Effects(Input):
-    """Which effects a simulation has: "on", "off", or "auto" for on where the scene needs it (docs/effects.md)."""
+    """Effects of a simulation: "on", "off", or "auto", on where the scene needs it (docs/effects.md)."""
 
     contact: EffectSetting = "auto"
     self_contact: EffectSetting = "auto"

@@ -162,7 +162,7 @@ class Strip:
         height
             Height of the gripper, m.
         release
-            How the strip is released, and what damps its fall.
+            Release of the strip and damping of its fall.
         model
             "solid" or "rod"; without it the solid, or with ``effects`` the model that those say or need.
         effects
@@ -198,7 +198,7 @@ class Strip:
         model: MovingModel = "solid",
         progress: Progress | None = None,
     ) -> PathAssessment:
-        """What a gripper path does to the strip: critical points, falls, first touch, final shape, forces.
+        """Assess a gripper path: critical points, falls, first touch, final shape, forces.
 
         Parameters
         ----------
