@@ -33,8 +33,8 @@ COMMANDS = {
     ),
     "eta": Command(
         "eta_b from the height of a folded strip, or from a picture",
-        "Measure the weight-to-bending-stiffness ratio from the height of the loop of a strip folded in half, or from a "
-        "picture of such a loop or of a strip that hangs out of a clamp.",
+        "Measure the weight-to-bending-stiffness ratio from the height of the loop of a strip folded in half, or from "
+        "a picture of such a loop or of a strip that hangs out of a clamp.",
         commands.eta_options,
         commands.eta,
     ),
