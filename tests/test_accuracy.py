@@ -40,7 +40,7 @@ class TestNear:
         late = locate_solid.run(strip, prediction, 2.0)
         whole = static.solve_height(strip, HEIGHT, late.problem.model.ends, past=0.0)
         assert late.end is whole.end is End.SNAP
-        # Which of the teeth near the maximum is met first may differ, the slack tells.
+        # The first spurious limit point near the maximum may differ; the slack covers it.
         assert late.lam == pytest.approx(whole.lam, abs=2e-4)
         assert locate_solid.lambda_0(late, prediction) == pytest.approx(whole.lambda_0, abs=1e-9)
         assert len(late.points) < len(whole.points)

@@ -332,7 +332,7 @@ class TestFallen:
         assert abs(hold) > 0.01
 
     def test_no_more_falls_than_allowed(self, stored: tuple[xr.Dataset, Assessment], monkeypatch: pytest.MonkeyPatch):
-        """A strip that would fall for ever is let go five times."""
+        """A strip that would fall for ever is released five times."""
         _, found = stored
         first = found.segments[0]
         let_go: list[object] = []
@@ -622,7 +622,7 @@ class TestTwoWays:
 
 
 def test_a_mesh_whose_contact_decides_is_refined() -> None:
-    """Pushed at 45 degrees, this strip pops up on coarse elements; on finer ones it is laid down without a snap."""
+    """Pushed at 45 degrees, this strip snaps on coarse elements; on finer ones it is laid down without a snap."""
     strip, path = StripModel(9.0, THICKNESS), geometric.triangular(9.0)
     with pytest.raises(CoarseMeshError, match="refine the mesh"):
         assess(mesh_for(strip, path, 2.0), path)

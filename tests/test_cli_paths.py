@@ -101,11 +101,11 @@ def test_a_lost_strip_is_a_verdict(coarse: None) -> None:
 def test_units_of_friction(monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[tuple[str, float, float]] = []
 
-    def walked(strip: StripModel, path: object, law: str, strength: float, size: float, refinement: float) -> Any:
+    def followed(strip: StripModel, path: object, law: str, strength: float, size: float, refinement: float) -> Any:
         asked.append((law, strength, size))
         raise RuntimeError
 
-    monkeypatch.setattr(verdict, "_with_friction", walked)
+    monkeypatch.setattr(verdict, "_with_friction", followed)
     material = Material(3780.0, rho_a=0.2)
     path = geometric.triangular(15.0)
     for given in ({"friction": 25.0, "step": 0.003}, {"hysteresis": 1e-5}):

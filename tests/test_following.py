@@ -150,11 +150,11 @@ def test_corners_that_are_none_change_nothing(followed: StaticSegment, monkeypat
     path = split(PATH, 0.02, 3.0, 12.5)
     along_piece = path_statics._along_piece
 
-    def one_tooth_more(*given: object) -> tuple[object, ...]:
+    def one_spurious_more(*given: object) -> tuple[object, ...]:
         points, found, folds = along_piece(*given)  # type: ignore[arg-type]
         return points, found, folds + 1
 
-    monkeypatch.setattr(path_statics, "_along_piece", one_tooth_more)
+    monkeypatch.setattr(path_statics, "_along_piece", one_spurious_more)
     other = path_statics.follow(followed.model, path)
     assert other.spurious_limit_points == 6
     assert other.points[0].lam == 0.005
@@ -189,7 +189,7 @@ def test_a_table_of_a_path_is_the_path(followed: StaticSegment, tmp_path: Path) 
 @pytest.mark.slow
 def test_a_thin_strip_follows_its_plan(plan: RPath, planned: StaticSegment) -> None:
     """Truth: the elastica's states, up to where two states meet: there any thickness opens a gap between them."""
-    # All but the teeth of the contact, which are passed.
+    # Except at spurious limit points, which are passed.
     stable = [i for i, point in enumerate(planned.points[:-1]) if not point.negatives]
     assert len(stable) > 0.85 * len(planned.points)
     assert planned.spurious_limit_points
@@ -246,7 +246,7 @@ def test_constant_height_is_the_run_along_x(x_run: static.XRun) -> None:
     assert segment.spurious_limit_points == x_run.spurious_limit_points
 
 
-def test_a_touch_right_behind_the_maximum_is_no_tooth(x_run: static.XRun) -> None:
+def test_a_touch_right_behind_the_maximum_is_not_spurious(x_run: static.XRun) -> None:
     """At this height the floor stops the sag 0.2 L* of arc behind it, and lambda rises again, higher, in 0.1 more."""
     assert x_run.critical is not None
     problem, before = x_run.problem, x_run.points[x_run.points.index(x_run.last) - 1]
@@ -294,7 +294,7 @@ def test_step_to(x_run: static.XRun) -> None:
         solved = newton.solve(problem, point.q, lam, point.active)
         np.testing.assert_allclose(there.q, solved.q, atol=1e-6)
     assert x_run.critical is not None
-    # Well behind the maximum: on its top the teeth of the contact turn lambda back and forth.
+    # Well behind the maximum: on its top lambda has spurious limit points.
     before = next(p for p in x_run.points if p.negatives and p.tangent.lam < 0.0 and p.lam < x_run.critical.lam - 2e-3)
     down = continuation.step_to(problem, before, before.lam - 1e-4, path_statics.STEPS)
     assert down.lam == before.lam - 1e-4
@@ -327,7 +327,7 @@ def test_step_to_goes_round_a_failure(x_run: static.XRun, monkeypatch: pytest.Mo
 
 
 @pytest.mark.parametrize(("again", "folds"), [(0.2, 1), (0.45, 1), (0.9, None)])
-def test_a_tooth_is_passed_and_a_maximum_is_not(
+def test_a_spurious_limit_point_is_passed_and_a_maximum_is_not(
     x_run: static.XRun, monkeypatch: pytest.MonkeyPatch, again: float, folds: int | None
 ) -> None:
     """A branch made up: lambda falls at arc 1 and is higher again, and stable, at an arc of 1 + ``again``."""
@@ -365,7 +365,7 @@ def test_a_tooth_is_passed_and_a_maximum_is_not(
 
 
 @pytest.mark.parametrize(("moved", "passed"), [(0.04, True), (0.06, False)])
-def test_a_long_pop_is_no_tooth(
+def test_a_large_move_is_not_spurious(
     x_run: static.XRun, monkeypatch: pytest.MonkeyPatch, moved: float, passed: bool
 ) -> None:
     """The same branch made up, with a strip that goes some way from the maximum to where lambda is above it again."""
@@ -400,7 +400,7 @@ def test_a_fold_is_told_from_a_contact_that_opens_by_where_its_eigenvalue_would_
         return at(lam, np.sqrt(3.4e5 * (1.0 - lam)))
 
     assert path_statics._to_zero(near_fold(1.0 - 4e-7), [near_fold(0.9), near_fold(0.99)]) == pytest.approx(4e-7)
-    # The point itself may be the last of those walked.
+    # The point itself may be the last one.
     last = near_fold(0.995)
     assert path_statics._to_zero(last, [near_fold(0.9), last]) == pytest.approx(0.005)
     assert path_statics._to_zero(at(1.0, 59.7), [at(0.99, 59.9)]) > 1.0
@@ -430,7 +430,7 @@ def test_a_strip_all_but_flat_that_is_nearly_let_go(
 
 
 def test_what_nearly_happens_on_coarse_elements_happens_on_fine_ones() -> None:
-    """A thick strip whose gripper sets out low over the floor: on coarse elements it nearly pops and goes on."""
+    """A thick strip whose gripper sets out low over the floor: on coarse elements it nearly snaps and goes on."""
     case = random_paths.case(16, 20180701)
     path = random_paths.as_table(case)
     with pytest.raises(CoarseMeshError, match="nearly snaps"):

@@ -131,11 +131,11 @@ class TestFriction:
         model, start = run.problem.model, run.points[0].state
         with_friction = Pull(model, 1.0, start.q) if law == "pull" else Hysteresis.of(model, 0.02, slack=start.q)
 
-        def walked(*effects: Effect) -> list[path_friction.Step]:
+        def steps_with(*effects: Effect) -> list[path_friction.Step]:
             places = [(0, start.lam + 0.1 * n) for n in range(1, 9)]
             return list(path_friction.load_incrementally_from(model, start, effects, [run.problem.motion], places))
 
-        last, bare = walked(with_friction)[-1], walked()[-1]
+        last, bare = steps_with(with_friction)[-1], steps_with()[-1]
         free = np.ones(model.size, dtype=bool)
         free[last.problem.prescribed] = free[last.point.active] = False
         assert np.abs(last.problem.residual(last.point.q, last.point.lam)[free]).max() < 1e-7

@@ -23,11 +23,11 @@ STEPS = StepOptions(first=0.02, largest=0.05)
 FRAME = StepOptions(first=1.0, largest=8.0, smallest=1e-4, kink=0.05, newton=NewtonOptions(largest_step=30.0))
 
 
-def walk(problem: Problem, options: StepOptions, until: Callable[[Point], bool], most: int = 600) -> list[Point]:
+def points_until(problem: Problem, options: StepOptions, until: Callable[[Point], bool], n: int = 600) -> list[Point]:
     """Accepted points from rest, lambda rising, until ``until(point)``."""
     first = continuation.start(problem, np.zeros(problem.size), 0.0, NONE, 1.0, options)
     points = []
-    for point in islice(continuation.follow(problem, first, options), most):
+    for point in islice(continuation.follow(problem, first, options), n):
         points.append(point)
         if until(point):
             return points
@@ -50,7 +50,7 @@ class TestTruss:
     def test_the_whole_snap(self):
         """From rest through both limit points to the mirrored shape; every point on the path, inertia right."""
         truss = Truss(1.0, 0.3)
-        points = walk(truss.problem(), STEPS, lambda p: p.lam > truss.limit_load)
+        points = points_until(truss.problem(), STEPS, lambda p: p.lam > truss.limit_load)
         fold = truss.b / sqrt(3.0)
         for p in points:
             w = truss.b + p.q[1]
@@ -67,7 +67,7 @@ class TestTruss:
         """Truth: dlambda/dw of the closed form, unit length; the arc length is the sum of the steps asked for."""
         truss = Truss(1.0, 0.3)
         problem = truss.problem()
-        for p in walk(problem, STEPS, lambda p: p.arc > 1.0):
+        for p in points_until(problem, STEPS, lambda p: p.arc > 1.0):
             w = truss.b + p.q[1]
             slope = truss.stiffness * (truss.b**2 - 3.0 * w**2) / truss.bar**3
             assert p.tangent.lam / p.tangent.q[1] == pytest.approx(slope, rel=1e-6, abs=1e-6)
@@ -79,7 +79,7 @@ class TestTruss:
         """Truth: the new point lies on the plane at ``ds`` along the tangent, off the line by O(ds^2)."""
         truss = Truss(1.0, 0.3)
         problem = truss.problem()
-        start = walk(problem, STEPS, lambda p: p.arc > 0.3)[-1]
+        start = points_until(problem, STEPS, lambda p: p.arc > 0.3)[-1]
         new = continuation.step(problem, start, ds, STEPS)
         moved = Tangent(new.q - start.q, new.lam - start.lam)
         assert inner(problem.metric, start.tangent, moved) == pytest.approx(ds, abs=1e-11)
@@ -107,7 +107,7 @@ class TestTruss:
         fork, fold = truss.pitchfork, truss.b / sqrt(3.0)
         assert fork is not None
         assert fork > fold
-        points = walk(truss.problem(), STEPS, lambda p: truss.b + p.q[1] < 0.5 * fold)
+        points = points_until(truss.problem(), STEPS, lambda p: truss.b + p.q[1] < 0.5 * fold)
         for p in points:
             w = truss.b + p.q[1]
             assert p.q[0] == 0.0
@@ -124,7 +124,7 @@ class TestLeeFrame:
     def test_the_whole_path(self):
         """Load up to 18.6 EI / L^2, down to -9.5, up again; the loaded point goes back in between."""
         frame = LeeFrame(10)
-        points = walk(frame, FRAME, lambda p: p.lam > 2.5)
+        points = points_until(frame, FRAME, lambda p: p.lam > 2.5)
         rising = np.array([p.tangent.lam for p in points]) > 0.0
         sinking = np.array([p.tangent.q[frame.loaded] for p in points]) < 0.0
         assert np.count_nonzero(np.diff(rising.astype(int))) == 2
@@ -211,7 +211,7 @@ class TestGuards:
         assert caught.value.advice
         assert {p.negatives for p in points} == {0}
         more = replace(STEPS, max_inertia_change=2)
-        assert walk(problem, more, lambda p: p.lam > 1.5)[-1].negatives == 2
+        assert points_until(problem, more, lambda p: p.lam > 1.5)[-1].negatives == 2
 
 
 class TestTurn:
@@ -268,7 +268,7 @@ class TestStepControl:
     def test_no_step_is_longer_than_allowed_and_easy_ones_grow(self):
         problem = Truss(1.0, 0.3).problem()
         options = StepOptions(first=1e-3, largest=0.04)
-        steps = np.diff([p.arc for p in walk(problem, options, lambda p: p.arc > 0.5)])
+        steps = np.diff([p.arc for p in points_until(problem, options, lambda p: p.arc > 0.5)])
         assert steps[0] == pytest.approx(1e-3)
         assert steps.max() == pytest.approx(0.04)
         assert np.all(steps[1:] <= 2.0 * steps[:-1] + 1e-15)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 from math import sqrt
 
@@ -14,7 +14,7 @@ from stripfold.errors import CoarseMeshError
 from stripfold.solve import continuation
 from stripfold.solve.continuation import StepOptions
 from stripfold.solve.critical import critical_point
-from stripfold.solve.events import Crossing, Event
+from stripfold.solve.events import Crossing, Event, always, never
 from stripfold.solve.newton import NewtonOptions
 from stripfold.solve.problem import Point
 
@@ -23,7 +23,7 @@ STEPS = StepOptions(first=0.02, largest=0.05, newton=NewtonOptions(force_toleran
 LONG = StepOptions(first=0.2, largest=0.2, min_cosine=-1.0, max_correction=np.inf)
 
 
-def sinks(depth: float, tolerance: float = 1e-6, located: bool = True) -> Event:
+def sinks(depth: float, tolerance: float = 1e-6, located: Callable[[Point], bool] = always) -> Event:
     """The event that the loaded point is this far down."""
     return Event(f"depth {depth}", lambda point, _: point.q[1] < -depth, tolerance, located=located)
 
@@ -65,7 +65,7 @@ def test_the_order_is_that_of_the_branch() -> None:
 
 
 def test_what_is_not_located_is_reported_with_its_step() -> None:
-    found = followed([sinks(0.1, located=False)], depth=0.2)
+    found = followed([sinks(0.1, located=never)], depth=0.2)
     at = next(i for i, item in enumerate(found) if isinstance(item, Crossing))
     crossing = found[at]
     assert isinstance(crossing, Crossing)

@@ -70,7 +70,7 @@ def low_model() -> Solid:
 
 
 @pytest.fixture(scope="module")
-def walked(low_model: Solid) -> list[Step]:
+def low_steps(low_model: Solid) -> list[Step]:
     """The low path with both laws, as far as the second corner."""
     return list(load_incrementally(low_model, replace(LOW, pieces=LOW.pieces[:2]), both, 0.4))
 
@@ -128,8 +128,8 @@ class TestWalk:
         for step, other in zip(steps[:6], weak, strict=False):
             np.testing.assert_allclose(step.point.q, other.point.q, atol=1e-9)
 
-    def test_each_step_is_an_equilibrium_with_its_friction(self, walked: list[Step], low_model: Solid):
-        for step in walked:
+    def test_each_step_is_an_equilibrium_with_its_friction(self, low_steps: list[Step], low_model: Solid):
+        for step in low_steps:
             residual = step.problem.residual(step.point.q, step.point.lam)
             assert residual[step.point.active].min() > -1e-7
             residual[step.problem.prescribed] = residual[step.point.active] = 0.0
@@ -138,27 +138,27 @@ class TestWalk:
             np.testing.assert_allclose(place, LOW.position(step.point.lam), atol=1e-9)
             assert step.point.negatives == 0
 
-    def test_effects_remember_the_step_before(self, walked: list[Step], low_model: Solid):
+    def test_effects_remember_the_step_before(self, low_steps: list[Step], low_model: Solid):
         first = path_statics.from_flat(low_model, LOW)
-        np.testing.assert_array_equal(walked[0].problem.effects[0].q_prev, first.q)
-        for before, step in pairwise(walked):
+        np.testing.assert_array_equal(low_steps[0].problem.effects[0].q_prev, first.q)
+        for before, step in pairwise(low_steps):
             pull, hysteresis = step.problem.effects
             np.testing.assert_array_equal(pull.q_prev, before.point.q)
             way = np.linalg.norm((step.point.q - before.point.q)[low_model.middle], axis=1).max()
             assert step.moved == pytest.approx(way)
             lost = before.problem.effects[1].dissipation(before.point.q)
             assert hysteresis.dissipated == pytest.approx(before.problem.effects[1].dissipated + lost)
-        assert walked[-1].problem.effects[1].dissipated > 1e-3
+        assert low_steps[-1].problem.effects[1].dissipated > 1e-3
         # What is reported of a step's stability is with the friction: without it the eigenvalue is lower by k_f.
-        step = walked[len(walked) // 2]
+        step = low_steps[len(low_steps) // 2]
         bare = without_friction(step)
         assert step.point.eigenvalues[0] > bare.eigenvalues[0] + 0.04
 
     def test_a_state_is_found_on_a_way_of_several(
-        self, low_model: Solid, walked: list[Step], monkeypatch: pytest.MonkeyPatch
+        self, low_model: Solid, low_steps: list[Step], monkeypatch: pytest.MonkeyPatch
     ):
         """The memory is kept on it: the state is the same as by one solve."""
-        before, step = walked[-3:-1]
+        before, step = low_steps[-3:-1]
         whole = step.point.lam - before.point.lam
         solve, tried = newton.solve, []
 
@@ -175,8 +175,8 @@ class TestWalk:
         assert there.lam == step.point.lam
         np.testing.assert_allclose(there.q, step.point.q, atol=1e-7)
 
-    def test_no_state_is_an_error(self, walked: list[Step], monkeypatch: pytest.MonkeyPatch):
-        before, step = walked[-3:-1]
+    def test_no_state_is_an_error(self, low_steps: list[Step], monkeypatch: pytest.MonkeyPatch):
+        before, step = low_steps[-3:-1]
         shortest = []
 
         def fails(problem, q, lam, *rest, **more):  # type: ignore[no-untyped-def]

@@ -14,14 +14,14 @@ from stripfold.problem import StripProblem
 from stripfold.solve import continuation, critical
 from stripfold.solve.continuation import StepOptions
 from stripfold.solve.critical import CriticalPoint, is_past
-from stripfold.solve.events import Crossing, Event
+from stripfold.solve.events import Crossing, Event, never
 from stripfold.solve.problem import Point
 
 LAMBDA_TOLERANCE = 1e-6
 """Width of the bracket of lambda_c, L*."""
 LOOK_AHEAD = 0.6
 """Arc length followed past a maximum of lambda before it is taken for the strip's own, L*."""
-LIMIT = critical.critical_point(LAMBDA_TOLERANCE, located=False)
+LIMIT = critical.critical_point(LAMBDA_TOLERANCE, located=never)
 """The event that ends an advance when it is not spurious.  It is located only then."""
 
 

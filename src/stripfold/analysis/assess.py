@@ -163,7 +163,7 @@ def assess(
     progress: Progress | None = None,
     options: StepOptions = STEPS,
 ) -> Assessment:
-    """Follow a path; ``fall`` says how the strip is let go at critical points, without it the first one is the end.
+    """Follow a path; at critical points the strip is released as ``fall`` says; without it the first one is the end.
 
     After :data:`MAX_FALLS` falls the next critical point is the end.
 

@@ -29,7 +29,7 @@ from stripfold.models.model import Model
 from stripfold.problem import StripProblem
 from stripfold.simulation import Release, Simulation
 from stripfold.solve.dynamics import Energy, TimeState
-from stripfold.solve.events import Event
+from stripfold.solve.events import Event, never
 from stripfold.solve.problem import Point
 from stripfold.solve.schemes import Damping
 
@@ -114,7 +114,7 @@ def release_of(run: XRun) -> ReleaseState:
 def go_on(problem: StripProblem, rest: TimeState) -> tuple[tuple[Point, ...], str]:
     """Follow the settled strip until its gripper is above the held end; the points, and what ended the motion."""
     model = problem.model
-    above = Event("the gripper is above the held end", lambda point, _: point.lam >= model.length, located=False)
+    above = Event("the gripper is above the held end", lambda point, _: point.lam >= model.length, located=never)
     lifted = whole_strip_lifts(model)
     options = replace(X_STEPS, max_attempts=MAX_STEPS)
     found = follow_to_event(problem, state_at_rest(problem, rest), (above, lifted, LIMIT), options)

@@ -6,8 +6,9 @@ import numpy as np
 
 from stripfold.arrays import Array
 from stripfold.models.model import Model
+from stripfold.solve.critical import is_past
 from stripfold.solve.dynamics import TimeState
-from stripfold.solve.events import Event
+from stripfold.solve.events import Event, never
 from stripfold.solve.problem import Point
 
 APART = 1.0
@@ -51,11 +52,15 @@ def touch_position(model: Model, state: TimeState | Point) -> float:
 
 
 def touch(model: Model, located: bool = True) -> Event:
-    """The event that the sag touches the floor."""
-    return Event("touch of the sag", lambda point, _: touches(model, point), TOUCH_TOLERANCE, located=located)
+    """The event that the sag touches the floor; past a limit point it is never located."""
+
+    def locate_from(point: Point) -> bool:
+        return located and not is_past(point)
+
+    return Event("touch of the sag", lambda point, _: touches(model, point), TOUCH_TOLERANCE, located=locate_from)
 
 
 def whole_strip_lifts(model: Model) -> Event:
     """The event that nothing but the held end is left lying."""
     most = model.length - LEAST_LYING
-    return Event("lift-off of the whole strip", lambda point, _: lift_off(model, point) > most, located=False)
+    return Event("lift-off of the whole strip", lambda point, _: lift_off(model, point) > most, located=never)

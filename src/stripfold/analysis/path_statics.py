@@ -21,7 +21,7 @@ from stripfold.problem import AlongPiece, StripProblem
 from stripfold.solve import continuation, critical
 from stripfold.solve.continuation import StepOptions, step_to
 from stripfold.solve.critical import CriticalPoint
-from stripfold.solve.events import Event
+from stripfold.solve.events import Event, never
 from stripfold.solve.problem import Point
 
 SIZES = planning.Sizes(free=0.15, lying=0.15, grasp=0.05)
@@ -195,7 +195,7 @@ def _along_piece(
     found = follow_to_event(
         problem,
         first,
-        (LIMIT, Event("end of the piece", lambda point, _: point.lam >= end, located=False)),
+        (LIMIT, Event("end of the piece", lambda point, _: point.lam >= end, located=never)),
         options,
         # The floor under the sag stops the fall: no spurious limit point, however soon lambda rises again.
         confirm=(touch(model, located=False),),

@@ -178,7 +178,7 @@ def _crossings(
     for event in events:
         if event.passed(after, before):
             crossing = Crossing(event, before, after)
-            if event.located:
+            if event.located(before):
                 crossing = locate(problem, crossing, options)
                 # Another event can only come first in the part before it.
                 after = crossing.before

@@ -19,6 +19,16 @@ def half(before: Point, after: Point, evaluation: int) -> float:
     return 0.5
 
 
+def always(point: Point) -> bool:
+    """True."""
+    return True
+
+
+def never(point: Point) -> bool:
+    """False."""
+    return False
+
+
 @dataclass(frozen=True, eq=False)
 class Event:
     """Something that happens along a branch, such as a limit point.
@@ -36,7 +46,7 @@ class Event:
     share
         Where in the bracket, from 0 to 1, to compute the next point; counts the evaluations.
     located
-        Whether :func:`.continuation.follow` locates it, or only reports the step in which it happens.
+        Whether :func:`.continuation.follow` locates it in a step from this point; otherwise it reports the step.
     """
 
     name: str
@@ -44,7 +54,7 @@ class Event:
     tolerance: float = 1e-4
     width: Callable[[Point, Point], float] = arc_length
     share: Callable[[Point, Point, int], float] = half
-    located: bool = True
+    located: Callable[[Point], bool] = always
 
 
 @dataclass(frozen=True, eq=False)
