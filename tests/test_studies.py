@@ -11,7 +11,7 @@ import yaml
 from scipy.interpolate import CubicSpline
 
 from stripfold import elastica
-from stripfold.analysis import static
+from stripfold.analysis import critical_point, static
 from stripfold.analysis import x_axis as xaxis
 from stripfold.analysis.checks import check_branch
 from stripfold.analysis.contact import contact_positions
@@ -19,7 +19,7 @@ from stripfold.analysis.critical_point import find
 from stripfold.analysis.diagnostics import node_weights, record
 from stripfold.analysis.planning import Sweep, boundaries, lift_off_sweep
 from stripfold.analysis.static import End, StripModel
-from stripfold.errors import InvalidInputError, NewtonError, SolveError, StripfoldError
+from stripfold.errors import CoarseMeshError, InvalidInputError, NewtonError, SolveError, StripfoldError
 from stripfold.inputs import Scene
 from stripfold.material import Material
 from stripfold.problem import AlongX, StripProblem
@@ -259,6 +259,16 @@ def test_find_says_why_there_is_no_snap(model: str) -> None:
     assert not short.snap
     assert np.isnan(short.lambda_c)
     assert "too short" in short.reason
+
+
+@pytest.mark.parametrize(("height", "end"), [(0.036, End.SNAP), (0.09, End.TOUCH)])
+def test_an_end_that_the_elastica_rules_out_is_refused(
+    monkeypatch: pytest.MonkeyPatch, height: float, end: End
+) -> None:
+    """A snap at 1.2 L*, a touch at 3 L*: the solver's run is as it is, the answer to a user is cross-checked."""
+    monkeypatch.setattr(critical_point, "_find", lambda *_: critical_point._Found(end, 0.1, 5.0, np.empty((0, 2)), 8.4))
+    with pytest.raises(CoarseMeshError, match=f"ends in a {end.value}"):
+        find(Scene(length=0.6, height=height, eta_b=3780.0, model="solid"))
 
 
 def test_printed_law_cannot_hold_an_upright_strip() -> None:
