@@ -14,7 +14,8 @@ from stripfold.analysis.static import StripModel
 from stripfold.errors import NewtonError, TimeStepError
 from stripfold.models.solid import Solid
 from stripfold.solve import dynamics
-from stripfold.solve.dynamics import Drive, Moving, Nudge, TimeOptions, TimeState
+from stripfold.solve.drive import Drive, Moving, Nudge
+from stripfold.solve.dynamics import TimeOptions, TimeState
 from stripfold.solve.schemes import Damping, EnergyMomentum, Scheme, StepResult, StepStart
 from studies.integrators import Bathe, GeneralisedAlpha
 from studies.modes import HeldStrip

@@ -13,7 +13,7 @@ from stripfold.analysis.moving_gripper import DynamicSnap, static_limit
 from stripfold.analysis.static import StripModel, solve_height
 from stripfold.errors import SolveError
 from stripfold.solve import dynamics
-from stripfold.solve.dynamics import Nudge
+from stripfold.solve.drive import Nudge
 from stripfold.solve.schemes import Damping
 
 STRIP, HEIGHT, REFINEMENT = StripModel(16.0, 0.08), 5.0, 3.0

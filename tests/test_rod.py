@@ -15,7 +15,8 @@ from stripfold.errors import InvalidInputError
 from stripfold.models.rod import Rod
 from stripfold.models.solid import Solid
 from stripfold.solve import dynamics, newton
-from stripfold.solve.dynamics import Moving, TimeOptions
+from stripfold.solve.drive import Moving
+from stripfold.solve.dynamics import TimeOptions
 from stripfold.solve.schemes import Damping, EnergyMomentum
 from studies.modes import HeldStrip
 

@@ -15,7 +15,8 @@ from stripfold.errors import NewtonError
 from stripfold.models.rod import Rod
 from stripfold.problem import AlongX, StripProblem
 from stripfold.solve import dynamics
-from stripfold.solve.dynamics import Moving, TimeOptions
+from stripfold.solve.drive import Moving
+from stripfold.solve.dynamics import TimeOptions
 from stripfold.solve.linear import Sparse
 from stripfold.solve.schemes import Damping, EnergyMomentum
 

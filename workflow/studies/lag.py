@@ -25,7 +25,8 @@ from stripfold.analysis.static import StripModel, XRun, solve_height
 from stripfold.arrays import Array
 from stripfold.errors import SolveError
 from stripfold.solve import dynamics
-from stripfold.solve.dynamics import Moving, TimeEvent, TimeOptions
+from stripfold.solve.drive import Moving
+from stripfold.solve.dynamics import TimeEvent, TimeOptions
 from stripfold.solve.schemes import Damping
 from studies.common import dataset
 

@@ -19,7 +19,7 @@ from stripfold.arrays import Array, Index
 from stripfold.models.model import Model
 from stripfold.models.solid import Solid
 from stripfold.solve import dynamics, newton
-from stripfold.solve.dynamics import Moving
+from stripfold.solve.drive import Moving
 from stripfold.solve.linear import Band
 from stripfold.solve.schemes import Damping, EnergyMomentum
 from studies.common import dataset

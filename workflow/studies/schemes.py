@@ -19,7 +19,8 @@ from stripfold.analysis.static import StripModel, XRun, solve_height
 from stripfold.arrays import Array, Index
 from stripfold.errors import SolveError
 from stripfold.solve import dynamics
-from stripfold.solve.dynamics import Moving, TimeEvent, TimeOptions, TimeState
+from stripfold.solve.drive import Moving
+from stripfold.solve.dynamics import TimeEvent, TimeOptions, TimeState
 from stripfold.solve.linear import Band, BandPattern
 from stripfold.solve.schemes import Damping, DynamicProblem, EnergyMomentum, Scheme
 from studies.common import blank, dataset

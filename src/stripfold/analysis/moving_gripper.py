@@ -21,7 +21,8 @@ from stripfold.errors import LostStabilityError, NewtonError, SolveError
 from stripfold.models.model import Model
 from stripfold.problem import AlongX, StripProblem
 from stripfold.solve import continuation, dynamics, newton
-from stripfold.solve.dynamics import Moving, TimeOptions, TimeState
+from stripfold.solve.drive import Moving
+from stripfold.solve.dynamics import TimeOptions, TimeState
 from stripfold.solve.schemes import Damping
 
 STEP = 0.1

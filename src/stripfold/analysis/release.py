@@ -18,7 +18,8 @@ from stripfold.errors import SolveError, TimeStepError
 from stripfold.problem import StripProblem
 from stripfold.solve import continuation, dynamics
 from stripfold.solve.critical import CriticalPoint
-from stripfold.solve.dynamics import Drive, Moving, Nudge, TimeEvent, TimeOptions, TimeState
+from stripfold.solve.drive import Drive, Moving, Nudge
+from stripfold.solve.dynamics import TimeEvent, TimeOptions, TimeState
 from stripfold.solve.problem import Point
 from stripfold.solve.schemes import Damping, Scheme
 
