@@ -287,27 +287,27 @@ class Lag(OneStrip):
 
 
 class Studies(Input):
-    """The studies: benchmarks, verification, other programs."""
+    """Benchmarks, verification, other programs; of a study that is left out the stored result is used."""
 
-    limit: Limit
-    order: Order
-    rod: Rod
-    branches: Branches
-    accuracy: AccuracyStudy
-    profiling: Profiling
-    estimates: Estimates
-    tangency: Tangency
-    friction_steps: FrictionSteps
-    random_paths: RandomPaths
-    hard_cases: HardCases
-    effects: EffectsStudy
-    recordings_accuracy: RecordingsAccuracy
-    video_benchmark: VideoBenchmark
+    limit: Limit | None = None
+    order: Order | None = None
+    rod: Rod | None = None
+    branches: Branches | None = None
+    accuracy: AccuracyStudy | None = None
+    profiling: Profiling | None = None
+    estimates: Estimates | None = None
+    tangency: Tangency | None = None
+    friction_steps: FrictionSteps | None = None
+    random_paths: RandomPaths | None = None
+    hard_cases: HardCases | None = None
+    effects: EffectsStudy | None = None
+    recordings_accuracy: RecordingsAccuracy | None = None
+    video_benchmark: VideoBenchmark | None = None
     peers: Peers | None = None
-    falls: Falls
-    benchmark: Benchmark
-    assess_benchmark: AssessBenchmark
-    fall_accuracy: FallAccuracy
-    schemes: Schemes
-    modes: Modes
-    lag: Lag
+    falls: Falls | None = None
+    benchmark: Benchmark | None = None
+    assess_benchmark: AssessBenchmark | None = None
+    fall_accuracy: FallAccuracy | None = None
+    schemes: Schemes | None = None
+    modes: Modes | None = None
+    lag: Lag | None = None

@@ -133,7 +133,8 @@ def _check_recordings(config: Config) -> None:
 
 
 def _check_studies(config: Config) -> None:
-    limit = config["studies"]["limit"]
+    if (limit := config["studies"].get("limit")) is None:
+        return
     star = Material(limit["eta_b"], gravity=config["gravity"]).gravity_length
     strip = {"eta_b": limit["eta_b"], "nu": 0.0, "rho_a": 1.0, "length": limit["length_star"] * star}
     for eta_m in limit["eta_m"]:

@@ -8,7 +8,7 @@ from configuration import load
 from evidence import code_digest, stale_studies
 from snakemake.logging import logger
 from stripfold import plots
-from studies import FRESH_CLONE, STUDIES, parameters
+from studies import FRESH_CLONE, STUDIES, configured, parameters
 from studies import plots as study_plots
 
 # Checked and completed first: an unknown key or a value that cannot be used ends here. Stored with every result.
@@ -23,7 +23,7 @@ LABELS = {name: material["label"] for name, material in MATERIALS.items()}
 # The material whose single runs are drawn: the second, or the only one.
 SHOWN = list(MATERIALS)[min(1, len(MATERIALS) - 1)]
 # A timed study runs alone on the machine, so that nothing else is in the times; a single run is no measurement anyway.
-ALONE = workflow.cores if config["studies"]["benchmark"]["repeats"] > 1 else 1
+ALONE = workflow.cores if config["studies"].get("benchmark", {}).get("repeats", 1) > 1 else 1
 
 FILMED = config["recordings"]
 # Name of a synthetic recording, and what it shows.
@@ -60,7 +60,7 @@ def kept(study):
         "centrelines": config["images"],
         "peers": "workflow/peers/.venv",
     }
-    there = study not in FRESH_CLONE and Path(needs.get(study, ".")).is_dir()
+    there = configured(study, config) and Path(needs.get(study, ".")).is_dir()
     return f"{RESULTS if there else 'results'}/studies/{study}.nc"
 
 

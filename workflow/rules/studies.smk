@@ -2,8 +2,8 @@
 # them: it says which are stale. `make studies` redoes those.
 
 for study_name, study in STUDIES.items():
-    if study_name in FRESH_CLONE or (study_name == "peers" and "peers" not in config["studies"]):
-        continue  # made by `workflow/fresh_clone.py`; not configured
+    if not configured(study_name, config):
+        continue
 
     rule:
         name:
@@ -27,7 +27,7 @@ for study_name, study in STUDIES.items():
             "../script.py"
 
 
-STUDY_FILES = {name: kept(name) for name in STUDIES if name != "peers" or "peers" in config["studies"]}
+STUDY_FILES = {name: kept(name) for name in STUDIES}
 # A run in a fresh clone may not have been timed yet.
 STUDY_FILES = {
     name: file for name, file in STUDY_FILES.items() if name not in FRESH_CLONE or Path(file).is_file()
@@ -36,4 +36,4 @@ STUDY_FILES = {
 
 rule studies:
     input:
-        [file for name, file in STUDY_FILES.items() if name not in ("peers", *FRESH_CLONE)],
+        [file for name, file in STUDY_FILES.items() if name != "peers" and configured(name, config)],

@@ -89,11 +89,18 @@ STUDIES = {
 }
 
 
+def configured(name: str, config: Mapping[str, Any]) -> bool:
+    """Whether a configuration has a study run; otherwise the result that the repository keeps is used."""
+    if name in ("calibration", "centrelines"):
+        return True
+    return name not in FRESH_CLONE and config["studies"].get(STUDIES[name].config or name) is not None
+
+
 def parameters(name: str, config: Mapping[str, Any]) -> dict[str, Any]:
     """The arguments of a study's function under a configuration."""
     if name in ("calibration", "centrelines"):
         return {"images": config["images"]}
     if name in FRESH_CLONE:
         return {}
-    found = dict(config["studies"].get(STUDIES[name].config or name, {}))
+    found = dict(config["studies"].get(STUDIES[name].config or name) or {})
     return found | ({"scene": config["collapse"]} if name == "fall_benchmark" else {})
