@@ -1,4 +1,4 @@
-"""What the scripts of all peers share: a scene as JSON on standard input, what came out as JSON on standard output.
+"""Shared by the scripts of all peers: a scene as JSON on standard input, the result as JSON on standard output.
 
 Times are processor times of this process and its children, so a busy machine does not lengthen them much.  Imports and
 one uncounted run of the first setting, with all compilation, are not in them.

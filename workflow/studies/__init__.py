@@ -25,7 +25,7 @@ class Study(NamedTuple):
 
 
 COMMAND = ("src/stripfold/**/*.py",)
-"""What a study depends on that runs the command line in a process of its own."""
+"""Dependencies of a study that runs the command line in a process of its own."""
 
 EVERYTHING = ("src/stripfold/**/*.py", "workflow/*.py", "workflow/[st]*/**/*.py")
 FRESH_CLONE = ("cold_run", "ci_run")

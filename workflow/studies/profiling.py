@@ -84,7 +84,7 @@ OF_ELASTICA = (
     Part(branch, "polish", "place of the event"),
 )
 UNITS = ("assembly", "factorisation")
-"""What a step is compared with."""
+"""The work that a step is compared with."""
 REST = "the rest"
 
 
@@ -146,7 +146,7 @@ def clock(parts: Sequence[Part]) -> Iterator[Clock]:
 
 
 LAMBDA_C, ELASTICA, R_PATH = SUBJECTS = "lambda_c", "the elastica", "R-path on the rod"
-"""What is profiled."""
+"""Subjects of the profiles."""
 
 
 def run(length: float, height: float, eta_b: float, accuracy: float, path_length: float, repeats: int) -> xr.Dataset:

@@ -124,7 +124,7 @@ def go_on(problem: StripProblem, rest: TimeState) -> tuple[tuple[Point, ...], st
 
 
 ENERGIES = ("kinetic", "elastic", "gravity", "work", "air", "viscous", "contact", "numerical", "closing")
-"""What is stored of the energy balance."""
+"""Terms of the energy balance that are stored."""
 IN_STATICS = ("kinetic", "elastic", "gravity")
 
 

@@ -238,7 +238,7 @@ def _eigenvalue(step: Step) -> float:
 
 
 def table(files: Mapping[str, xr.Dataset], ways: Mapping[str, xr.Dataset], labels: Mapping[str, str]) -> xr.Dataset:
-    """What friction each material needs, over ``material`` and ``law``, and whether it has two ways out without.
+    """The friction that each material needs, over ``material`` and ``law``, and its post-critical branches without.
 
     ``files`` are of :func:`run` and ``ways`` of :func:`two_ways`, by the material's name.
     """

@@ -55,7 +55,7 @@ class ElasticaPrediction(NamedTuple):
         return cls(height, elastica.state_no_horizontal_force(height), end.state, end.snap)
 
     def end(self, length: float) -> End:
-        """What ends the advance of a strip of this length, L*."""
+        """The event that ends the advance of a strip of this length, L*."""
         if self.last.length >= length:
             return End.LIFTED
         return End.SNAP if self.snap else End.TOUCH

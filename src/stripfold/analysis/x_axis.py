@@ -40,7 +40,7 @@ RECORDED = (
 
 @dataclass(frozen=True)
 class HeightResult:
-    """What one height gave, in solver units: the run, its records, and the same end on a mesh half as fine."""
+    """Result at one height, in solver units: the run, its records, and the same end on a mesh half as fine."""
 
     height: float
     run: XRun

@@ -104,7 +104,7 @@ class TimeOptions:
 
 @dataclass(frozen=True, eq=False)
 class TimeEvent:
-    """What ends a march: ``happened`` is true of a state past it.
+    """An event that ends a march: ``happened`` is true of a state past it.
 
     It is located to ``tolerance`` in time; infinite: the state at the end of the step is good enough.
     """

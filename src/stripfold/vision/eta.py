@@ -32,7 +32,7 @@ PERCENTILES = (2.5, 97.5)
 
 @dataclass(frozen=True, eq=False)
 class EtaB:
-    """What one picture says about a strip.
+    """eta_b of a strip from one picture.
 
     Attributes
     ----------

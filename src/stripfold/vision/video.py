@@ -60,7 +60,7 @@ class Frame:
 
 @dataclass
 class VideoReport:
-    """What was found while reading: numbers of frames, and packets that could not be decoded.
+    """Statistics of the reading: numbers of frames, and packets that could not be decoded.
 
     ``declared`` is the number of frames by the header, 0 if it does not say.
     """
