@@ -41,7 +41,7 @@ SHARES = np.linspace(0.1, 1.0, 10)
 """Curvatures, relative to the largest, at which the secant of the fitted law is stored."""
 
 
-def run(images: Path, progress: Progress | None = None) -> xr.Dataset:
+def run(images: str | Path, progress: Progress | None = None) -> xr.Dataset:
     """Measure all pictures in ``images``.
 
     Raises
@@ -51,7 +51,7 @@ def run(images: Path, progress: Progress | None = None) -> xr.Dataset:
     TrackingError
         A strip was not found.
     """
-    data = _textile(images) | _yarn(images)
+    data = _textile(Path(images)) | _yarn(Path(images))
     if progress:
         progress(f"textile: {1e3 * data['centreline_rms'][1]:.3f} mm from the authors' midline")
     attrs = {
