@@ -12,6 +12,8 @@ import sys
 # One core per process: Snakemake tells the numerical libraries to use all of the rule's threads, which on systems as
 # small as these wait for each other, and count double in the processor time. Before anything imports them.
 os.environ |= dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+# OpenCV's threads do not survive the fork of a pool's processes: these waited for them for ever.
+os.environ["OPENCV_FOR_THREADS_NUM"] = "1"
 # The studies are beside this file; processes that they start find them too.
 WORKFLOW = os.path.dirname(os.path.abspath(__file__))
 sys.path.insert(0, WORKFLOW)
