@@ -11,20 +11,20 @@ regular branch) changes.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from math import prod, sqrt
+from math import sqrt
 
 import numpy as np
 from scipy.optimize import brentq
 
 from stripfold.arrays import Array
+from stripfold.elastica._events import Event
 from stripfold.elastica._system import (
     FORCE_0,
     FORCE_X,
     LENGTH,
     ROUNDING,
-    TOLERANCE,
     Condition,
     Evaluation,
     angle_change,
@@ -36,6 +36,7 @@ from stripfold.elastica._system import (
     next_count,
     on_plane,
     refine,
+    solve,
 )
 from stripfold.errors import ContinuationError, NewtonError
 
@@ -48,8 +49,6 @@ MIN_STEP = 1e-7
 MAX_POINTS = 5000
 MAX_CORRECTOR_ITERATIONS = 7
 RESIDUAL_SHARE = 0.1  # tolerance of Newton's method over the truncation error allowed
-COARSE_LOCATION = 1e-3  # accuracy of `locate` before the grid is refined
-FIRST_SECANT, MAX_SECANT, SECANT_TOLERANCE = 1e-3, 0.05, 1e-10  # first, largest and last step of `polish`
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,13 +72,7 @@ class Point:
     tangent: Array  # of unit length in the local metric, towards growing arc length
     normal: Array  # metric times tangent: the row that defines the plane of a step
     orientation: float  # sign of the bordered determinant
-    rate: float  # d lambda / d (arc length): changes sign at the critical point
     arc: float = 0.0  # arc length from the start of the branch
-
-    @property
-    def length_rate(self) -> float:
-        """d l / d (arc length)."""
-        return float(self.tangent[LENGTH])
 
 
 def metric_times(e: Evaluation, v: Array) -> Array:
@@ -91,13 +84,6 @@ def metric_times(e: Evaluation, v: Array) -> Array:
         out[force] = v[force] / (1.0 + abs(y[force])) ** 2
     out[LENGTH] = v[LENGTH] / e.length**2
     return out
-
-
-def advance_rate(e: Evaluation, v: Array) -> float:
-    """Derivative of lambda = l - X(l) in the direction ``v``."""
-    quadrature = e.grid.integral[-1]
-    by_length = v[LENGTH] * (1.0 - quadrature @ e.cos)
-    return float(by_length + e.length * (quadrature @ (e.sin * angle_change(v))))
 
 
 def point_at(e: Evaluation, family: Family, forward: Array, arc: float = 0.0) -> Point:
@@ -112,7 +98,7 @@ def point_at(e: Evaluation, family: Family, forward: Array, arc: float = 0.0) ->
     row = metric_times(e, v)
     size = sqrt(float(row @ v))
     tangent = v / size
-    return Point(e, tangent, row / size, factors.sign, advance_rate(e, tangent), arc)
+    return Point(e, tangent, row / size, factors.sign, arc)
 
 
 def correct(guess: Array, base: Point, family: Family, step: float, tolerance: float = ROUNDING) -> Point:
@@ -181,68 +167,37 @@ def march(point: Point, family: Family, *, step: float, max_step: float, toleran
     )
 
 
-def zero_between(before: Point, after: Point, family: Family, function: Callable[[Point], float]) -> Point:
-    """The resolved point between two successive points of a branch where ``function`` changes sign."""
-    return polish(locate(before, after, family, function, COARSE_LOCATION), family, function)
+def until(points: Iterable[Point], event: Event) -> Iterator[Point]:
+    """The points of a branch before an event, and the one after it."""
+    for point in points:
+        yield point
+        if event.sign(point.e, point.tangent) < 0.0:
+            return
 
 
-def locate(
-    before: Point, after: Point, family: Family, function: Callable[[Point], float], tolerance: float = 1e-7
-) -> Point:
-    """The point between two successive points where ``function`` changes sign, by Brent's method on the branch."""
-    base = before if before.e.grid.n == after.e.grid.n else regrid(before, family, after.e.grid.n)
-    span = after.arc - before.arc
-    known = {0.0: base, span: after}
+def between(before: Point, after: Point, family: Family, event: Event) -> Point:
+    """The resolved point with an event, from cubic interpolation between two successive points of the branch."""
+    n, span = max(before.e.grid.n, after.e.grid.n), after.arc - before.arc
+    y0, y1, v0, v1 = (refine(y, n) for y in (before.e.y, after.e.y, span * before.tangent, span * after.tangent))
+    coefficients = np.array([2.0 * (y0 - y1) + v0 + v1, 3.0 * (y1 - y0) - 2.0 * v0 - v1, v0, y0])
 
-    def value(arc: float) -> float:
-        if arc not in known:
-            known[arc] = correct(_interpolate(known, arc), base, family, arc)
-        return function(known[arc])
+    def at(share: float) -> tuple[Array, Array]:
+        """Unknowns and their derivative."""
+        return [share**3, share**2, share, 1.0] @ coefficients, [3.0 * share**2, 2.0 * share, 1.0, 0.0] @ coefficients
 
-    ends = value(0.0), value(span)
-    if ends[0] * ends[1] >= 0.0:
-        # The change of grid moved the zero out of the bracket: it is at an end, and `polish` finds it.
-        return base if abs(ends[0]) < abs(ends[1]) else after
-    root = brentq(value, 0.0, span, xtol=tolerance, rtol=1e-10)
-    return known[min(known, key=lambda arc: abs(arc - root))]
+    def sign(share: float) -> float:
+        y, along = at(share)
+        return event.sign(evaluate(y), along)
 
-
-def polish(point: Point, family: Family, function: Callable[[Point], float]) -> Point:
-    """The zero of ``function`` close to ``point`` on the resolved branch: the secant method."""
-    base = resolve(point, family, TOLERANCE)
-    known, values = {0.0: base}, [function(base)]
-    previous, arc = 0.0, FIRST_SECANT
-    for _ in range(12):
-        known[arc] = correct(_interpolate(known, arc), base, family, arc)
-        values.append(function(known[arc]))
-        change = values[-1] - values[-2]
-        step = 0.0 if change == 0.0 else -values[-1] * (arc - previous) / change
-        if abs(step) < SECANT_TOLERANCE:
-            return resolve(known[arc], family, TOLERANCE)
-        previous, arc = arc, arc + step
-        if not abs(arc) < MAX_SECANT:
-            break
-    raise ContinuationError(
-        f"an event near arc length {point.arc:.6g} {family.name} could not be located",
-        parameter=point.arc,
-        step=arc,
-        residuals=values,
-        advice="the coarse search and the resolved branch disagree; report the height",
-        details={"family": family.name},
-    )
+    ends = sign(0.0), sign(1.0)
+    if ends[0] * ends[1] < 0.0:
+        share = float(brentq(sign, 0.0, 1.0, xtol=1e-6))
+    else:
+        share = float(abs(ends[1]) < abs(ends[0]))  # interpolation moved the event out of the bracket
+    y, along = at(share)
+    e = solve(y, (*family.conditions, event.condition))
+    return point_at(e, family, metric_times(e, refine(along, e.grid.n)), before.arc + share * span)
 
 
 def _newton_tolerance(truncation: float) -> float:
     return max(RESIDUAL_SHARE * truncation, ROUNDING)
-
-
-def _interpolate(known: Mapping[float, Point], arc: float) -> Array:
-    """Lagrange interpolation of the unknowns in the arc length from the nearest four points; from one, its tangent."""
-    nearest = sorted(known, key=lambda a: abs(a - arc))[:4]
-    if len(nearest) == 1:
-        (a,) = nearest
-        return known[a].e.y + (arc - a) * known[a].tangent
-    total = np.zeros_like(known[nearest[0]].e.y)
-    for a in nearest:
-        total += prod((arc - b) / (a - b) for b in nearest if b != a) * known[a].e.y
-    return total

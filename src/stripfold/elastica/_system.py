@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from math import sqrt
+from math import log, sqrt
 
 import numpy as np
 from scipy.linalg.lapack import dgetrf, dgetrs
@@ -24,7 +24,7 @@ from stripfold.errors import NewtonError
 
 SCALARS = 3
 FORCE_X, FORCE_0, LENGTH = -3, -2, -1  # indices in the vector of unknowns
-NODE_COUNTS = (24, 32, 48, 64, 96, 128, 192, 256, 384)
+NODE_COUNTS = (24, 32, 40, 48, 56, 64, 72, 80, 96, 112, 128, 160, 192, 256, 320)
 TOLERANCE = 1e-11  # of the tail of the coefficients of u, relative, in a returned state
 ROUNDING = 1e-12  # of its residual, relative
 MAX_ROTATION, MAX_LENGTH_CHANGE = 0.6, 0.3  # of theta, rad, and of l, relative, in one Newton update: a trust region
@@ -42,7 +42,7 @@ class Evaluation:
 
     @property
     def length(self) -> float:
-        return float(self.y[LENGTH])
+        return self.y.item(LENGTH)
 
     @property
     def tail(self) -> float:
@@ -100,15 +100,21 @@ def fixed(index: int, value: float) -> Condition:
     return linear(value, scalars=(index,))
 
 
+def height_of(e: Evaluation, weights: Array) -> ValueAndGradient:
+    """Z at a point of the strip, from the quadrature weights of the integral from lift-off to there."""
+    rise = weights @ e.sin
+    row = np.zeros_like(e.y)
+    row[: e.grid.n] = (e.length * weights * e.cos) @ e.grid.angle
+    row[LENGTH] = rise
+    return e.length * rise, row
+
+
 def end_height(z: float) -> Condition:
     """Condition Z(l) = z."""
 
     def condition(e: Evaluation) -> ValueAndGradient:
-        rise = e.grid.integral[-1] @ e.sin
-        row = np.zeros(e.y.size)
-        row[: e.grid.n] = (e.length * e.grid.integral[-1] * e.cos) @ e.grid.angle
-        row[LENGTH] = rise
-        return float(e.length * rise - z), row
+        value, row = height_of(e, e.grid.integral[-1])
+        return value - z, row
 
     return condition
 
@@ -132,20 +138,31 @@ def residual(e: Evaluation, side_values: Sequence[float]) -> Array:
     return out
 
 
+def _linearised(e: Evaluation) -> tuple[Array, Array]:
+    """Derivatives of the equilibrium equations at the nodes: by theta there, shape (n,), and by the scalars, (n, 3)."""
+    y, length, nodes = e.y, e.length, e.grid.nodes
+    horizontal, vertical = y[FORCE_X] * length**2, length**2 * (y[FORCE_0] + length * nodes)
+    by_length = -2.0 / length * (horizontal * e.sin - vertical * e.cos) + length**2 * nodes * e.cos
+    by_scalars = np.stack([-(length**2) * e.sin, length**2 * e.cos, by_length], axis=1)
+    return -(horizontal * e.cos + vertical * e.sin), by_scalars
+
+
 def jacobian(e: Evaluation, side_rows: Sequence[Array]) -> Array:
     """Derivative of :func:`residual`, shape (n + 3, n + 3), given the gradients of the side conditions."""
-    y, g, l2 = e.y, e.grid, e.length**2
-    n, nodes = g.n, g.nodes
-    vertical = y[FORCE_0] + e.length * nodes
-    stiffness = -l2 * (y[FORCE_X] * e.cos + vertical * e.sin)
-    out = np.empty((y.size, y.size))
-    np.multiply(stiffness[:, None], g.angle, out=out[:n, :n])
-    out.ravel()[: n * (y.size + 1) : y.size + 1] += 1.0  # the first n entries of the diagonal
-    out[:n, FORCE_X] = -l2 * e.sin
-    out[:n, FORCE_0] = l2 * e.cos
-    out[:n, LENGTH] = -2.0 * e.length * (y[FORCE_X] * e.sin - vertical * e.cos) + l2 * nodes * e.cos
+    n = e.grid.n
+    by_angle, by_scalars = _linearised(e)
+    out = np.empty((e.y.size, e.y.size), order="F")
+    np.multiply(by_angle[:, None], e.grid.angle, out=out[:n, :n])
+    out.ravel(order="F")[: n * (e.y.size + 1) : e.y.size + 1] += 1.0  # the first n entries of the diagonal
+    out[:n, n:] = by_scalars
     out[n:] = side_rows
     return out
+
+
+def weighted(e: Evaluation, weights: Array) -> Array:
+    """Gradient of the sum of the equilibrium equations with ``weights``, shape (n,), without the Jacobian."""
+    by_angle, by_scalars = _linearised(e)
+    return np.concatenate([weights + (weights * by_angle) @ e.grid.angle, weights @ by_scalars])
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,14 +181,14 @@ class Factors:
         swaps = np.count_nonzero(self.pivots != np.arange(self.pivots.size))
         return -1.0 if (swaps + np.count_nonzero(diagonal < 0.0)) % 2 else 1.0
 
-    def solve(self, right: Array) -> Array:
-        """Solution for one right-hand side."""
-        return np.asarray(dgetrs(self.lu, self.pivots, right)[0])
+    def solve(self, right: Array, *, transposed: bool = False) -> Array:
+        """Solution for one right-hand side, with the matrix or its transpose."""
+        return np.asarray(dgetrs(self.lu, self.pivots, right, trans=int(transposed))[0])
 
 
 def factor(matrix: Array) -> Factors:
-    """LU factors with partial pivoting."""
-    return Factors(*dgetrf(matrix)[:2])
+    """LU factors with partial pivoting; the matrix is overwritten if in Fortran order."""
+    return Factors(*dgetrf(matrix, overwrite_a=1)[:2])
 
 
 def newton(y: Array, conditions: tuple[Condition, ...], *, limit: int = 25, tolerance: float = ROUNDING) -> Evaluation:
@@ -234,6 +251,8 @@ def next_count(n: int) -> int:
 def solve(y: Array, conditions: tuple[Condition, ...], tolerance: float = TOLERANCE) -> Evaluation:
     """Solve from the guess ``y`` and add nodes until the tail of ``u`` is below ``tolerance``."""
     e = newton(y, conditions)
-    while e.tail >= tolerance:
-        e = newton(refine(e.y, next_count(e.grid.n)), conditions)
+    while (tail := e.tail) >= tolerance:
+        # The coefficients decay geometrically, or faster.
+        wanted = 0.9 * e.grid.n * min(2.0, log(tolerance) / log(min(tail, 0.1)))
+        e = newton(refine(e.y, next_count(max(e.grid.n, int(wanted)))), conditions)
     return e

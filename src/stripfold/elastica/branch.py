@@ -10,7 +10,8 @@ import numpy as np
 from stripfold.arrays import Array
 from stripfold.elastica._chebyshev import grid
 from stripfold.elastica._checks import height, positive
-from stripfold.elastica._continuation import Point, at_height, locate, march, point_at
+from stripfold.elastica._continuation import Point, at_height, between, march, point_at, until
+from stripfold.elastica._events import LONGEST, SHORTEST, at_length
 from stripfold.elastica._system import FORCE_X, LENGTH, TOLERANCE, Evaluation, evaluate, fixed, gripper_at, solve
 from stripfold.elastica.state import State
 from stripfold.errors import InvalidInputError
@@ -145,21 +146,17 @@ def state_at(z: float, length: float, guess: State | None = None) -> State:
         y[LENGTH] = length
         return State._from(solve(y, conditions))
 
-    def length_rate(point: Point) -> float:
-        return point.length_rate
-
-    family, branch = at_height(z), pairwise(coarse_branch(z))
-    before, after = next(pair for pair in branch if pair[1].length_rate > 0.0)
-    shortest = locate(before, after, family, length_rate)
+    family, branch = at_height(z), coarse_branch(z)
+    *_, before, after = until(branch, SHORTEST)
+    shortest = between(before, after, family, SHORTEST)
     if shortest.e.length > length:
         allowed = f"at least {shortest.e.length:.9g} at z = {z:g}"
         raise InvalidInputError("length", length, allowed, "give a guess for a state before the minimum")
-    for start, end in chain([(shortest, after)], branch):
-        if end.length_rate < 0.0:
-            end = locate(start, end, family, length_rate)
+    for start, end in pairwise(chain([shortest, after], branch)):
+        if LONGEST.sign(end.e, end.tangent) < 0.0:
+            end = between(start, end, family, LONGEST)
             if end.e.length < length:
                 raise InvalidInputError("length", length, f"at most {end.e.length:.9g} at z = {z:g}")
         if end.e.length >= length:
-            near = locate(start, end, family, lambda point: point.e.length - length)
-            return State._from(solve(near.e.y, conditions))
+            return State._from(between(start, end, family, at_length(length)).e)
     raise AssertionError("march does not end without raising")

@@ -12,23 +12,19 @@ Results for heights of 0.1 to 100 L* (docs/physics.md, section 4):
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import lru_cache
-from itertools import pairwise
 
 import numpy as np
-from scipy.optimize import brentq
 
 from stripfold.arrays import Array, Mask
 from stripfold.elastica._checks import height
-from stripfold.elastica._continuation import Point, at_height, polish, regrid, zero_between
-from stripfold.elastica._system import next_count
-from stripfold.elastica.branch import coarse_branch
+from stripfold.elastica._events import SNAP, SNAP_AT_HEIGHT, TOUCH, clearance
+from stripfold.elastica._starts import START_OF_SNAPS, start
+from stripfold.elastica._system import gripper_at, newton, next_count, no_lift_off_moment, refine, solve
 from stripfold.elastica.state import State
-
-Event = Callable[[Point], float]
-"""A test function: positive on the branch up to the event."""
+from stripfold.errors import ContinuationError
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,14 +63,15 @@ class CriticalPoint:
 def critical(z: float) -> CriticalPoint:
     """First maximum of the advance at gripper height ``z`` (0.1 to 100 L*), or contact of the sag if that comes first.
 
-    Located to 1e-10 in arc length of the branch.
+    By Newton's method on the equilibrium and the event, from a stored approximation (:mod:`._starts`). At the maximum
+    the sag must be clear of the lower layer, at contact the advance must still grow.
 
     Raises
     ------
     InvalidInputError
         ``z`` outside its range or not a number.
     SolveError
-        The branch could not be followed, or the event not located.
+        The event was not found.
 
     Examples
     --------
@@ -85,16 +82,19 @@ def critical(z: float) -> CriticalPoint:
     False
     """
     z = height(z)
-    event, point = _first_event(z)
-    return CriticalPoint(z, event is _rate, State._from(point.e))
+    expected = z > START_OF_SNAPS
+    for snap in (expected, not expected):
+        e = solve(start(z, snap), (*gripper_at(z), (SNAP if snap else TOUCH).condition))
+        if (clearance(e) if snap else SNAP_AT_HEIGHT.sign(e, e.y)) > 0.0:
+            return CriticalPoint(z, snap, State._from(e))
+    raise ContinuationError(f"neither a maximum of the advance nor contact was found at z = {z:g}", parameter=z)
 
 
 def advance_on_finer_grid(point: CriticalPoint) -> float:
-    """The advance at the same event, solved with about twice the nodes, for an estimate of the discretisation error."""
-    event, located = _first_event(point.z)
-    family = at_height(point.z)
-    finer = regrid(located, family, next_count(next_count(located.e.grid.n)))
-    return State._from(polish(finer, family, event).e).advance
+    """The advance at the same event, solved with more nodes, for an estimate of the discretisation error."""
+    y = point.state._unknowns()
+    finer = refine(y, next_count(next_count(y.size)))
+    return State._from(newton(finer, (*gripper_at(point.z), (SNAP if point.snap else TOUCH).condition))).advance
 
 
 @lru_cache(maxsize=1)
@@ -108,12 +108,9 @@ def touch_limit() -> float:
     >>> round(touch_limit(), 6)
     1.586171
     """
-
-    def gap(z: float) -> float:
-        before, after = _bracket(z, lambda point: point.rate < 0.0)
-        return State._from(zero_between(before, after, at_height(z), _rate).e).clearance
-
-    return float(brentq(gap, 1.5, 1.7, xtol=1e-11, rtol=1e-12))
+    return State._from(
+        solve(start(START_OF_SNAPS, True), (no_lift_off_moment, TOUCH.condition, SNAP.condition))
+    ).gripper[1]
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,38 +136,3 @@ def master_curve(z: Iterable[float]) -> MasterCurve:
     points = [critical(value) for value in z]
     names = ("z", "snap", "advance", "length", "x", "clearance")
     return MasterCurve(*(np.array([getattr(point, name) for point in points]) for name in names))
-
-
-def clearance(point: Point) -> float:
-    """Clearance of a state, without a jump where a sag appears, which is at the gripper."""
-    state = State._from(point.e)
-    return min(state.gripper[1], state.clearance)
-
-
-def _rate(point: Point) -> float:
-    return point.rate
-
-
-def _touches(point: Point) -> bool:
-    """Whether the sag has reached the lower layer."""
-    e = point.e
-    minima = np.flatnonzero((e.sin[:-1] < 0.0) & (e.sin[1:] >= 0.0))
-    # A lower bound of Z at each minimum, from the slope at the node before it: cheap, and mostly positive.
-    fall = 2.0 * np.diff(e.grid.nodes)[minima] * e.sin[minima]
-    lower_bound = e.length * (e.grid.integral[minima] @ e.sin + fall)
-    return bool(np.any(lower_bound <= 0.0)) and clearance(point) <= 0.0
-
-
-def _bracket(z: float, passed: Callable[[Point], bool]) -> tuple[Point, Point]:
-    """The first two successive points of the branch between which the event occurs."""
-    return next(pair for pair in pairwise(coarse_branch(z)) if passed(pair[1]))
-
-
-def _first_event(z: float) -> tuple[Event, Point]:
-    """The event that ends the advance, zero rate or zero clearance, and its point."""
-    before, after = _bracket(z, lambda point: point.rate < 0.0 or _touches(point))
-    if _rate(after) < 0.0:
-        point = zero_between(before, after, at_height(z), _rate)
-        if clearance(point) > 0.0:
-            return _rate, point
-    return clearance, zero_between(before, after, at_height(z), clearance)

@@ -12,10 +12,10 @@ from itertools import chain, pairwise
 
 import numpy as np
 
-from stripfold.elastica._continuation import Family, Point, at_height, march, point_at, resolve, zero_between
+from stripfold.elastica._continuation import Family, Point, between, march, point_at, resolve, until
+from stripfold.elastica._events import SNAP_AT_HEIGHT, TOUCH
 from stripfold.elastica._system import FORCE_X, LENGTH, TOLERANCE, fixed, no_lift_off_moment, solve
 from stripfold.elastica.branch import no_force_guess
-from stripfold.elastica.critical_point import clearance
 from stripfold.elastica.state import State
 from stripfold.errors import SolveError
 
@@ -42,11 +42,9 @@ def states_fixed_lift_off(length: float) -> Iterator[State]:
     By continuation in arc length: gripper position and force have turning points on the way.
     """
     family, points = _fixed_length_branch(length)
-    for before, after in pairwise(points):
-        yield State._from(before.e)
-        if clearance(after) <= 0.0:
-            yield State._from(zero_between(before, after, family, clearance).e)
-            return
+    *free, before, after = until(points, TOUCH)
+    for point in (*free, before, between(before, after, family, TOUCH)):
+        yield State._from(point.e)
 
 
 def critical_state_fixed_lift_off(length: float) -> State:
@@ -60,11 +58,9 @@ def critical_state_fixed_lift_off(length: float) -> State:
         The strip is stable up to contact.
     """
     family, points = _fixed_length_branch(length)
-    for before, after in pairwise(points):
-        if _rate_at_height(before) * _rate_at_height(after) <= 0.0:
-            return State._from(zero_between(before, after, family, _rate_at_height).e)
-        if clearance(after) <= 0.0:
-            break
+    for before, after in pairwise(until(points, TOUCH)):
+        if SNAP_AT_HEIGHT.sign(before.e, before.tangent) > 0.0 > SNAP_AT_HEIGHT.sign(after.e, after.tangent):
+            return State._from(between(before, after, family, SNAP_AT_HEIGHT).e)
     raise SolveError(f"with a free length of {length:g} L* the strip touches before it becomes unstable")
 
 
@@ -78,14 +74,3 @@ def _fixed_length_branch(length: float) -> tuple[Family, Iterator[Point]]:
     e = solve(y, (*family.conditions, fixed(FORCE_X, 0.0)))
     first = resolve(point_at(e, family, forward), family, TOLERANCE)
     return family, chain([first], march(first, family, step=SPACING, max_step=SPACING, tolerance=TOLERANCE))
-
-
-def _rate_at_height(point: Point) -> float:
-    """Rate of lambda along the branch of constant height through a point, up to a sign common to all points.
-
-    The sign of the bordered determinant gives the branches at neighbouring points the same direction.
-    """
-    forward = np.zeros(point.e.y.size)
-    forward[LENGTH] = 1.0
-    along = point_at(point.e, at_height(State._from(point.e).gripper[1]), forward)
-    return along.rate * along.orientation

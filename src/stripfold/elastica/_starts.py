@@ -1,0 +1,60 @@
+"""Stored approximations of the critical and touching states, from which Newton's method starts.
+
+``python -m stripfold.elastica._starts`` computes them anew, by continuation from the state without horizontal force.
+Results do not depend on them: Newton's method corrects a start to rounding.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+
+from stripfold.arrays import Array
+from stripfold.elastica._chebyshev import grid
+from stripfold.elastica._continuation import at_height, between, until
+from stripfold.elastica._events import SNAP, TOUCH
+from stripfold.elastica._system import LENGTH, SCALARS, refine
+from stripfold.elastica.branch import coarse_branch
+
+TABLE = Path(__file__).with_name("starts.csv")
+START_OF_SNAPS = 1.586
+"""Height up to which contact is expected to come first."""
+RANGES = (0.1, 1.7), (1.5, 100.0)
+"""Heights of the touching and of the critical states."""
+HEIGHTS, NODES = 10, 32
+"""Numbers of heights in each range, at Chebyshev nodes of the logarithm, and of nodes of each state."""
+
+
+def start(z: float, snap: bool) -> Array:
+    """Approximate unknowns, shape (NODES + 3,), of the critical state at height ``z``, or of the touching one."""
+    low, high = np.log(RANGES[snap])
+    y = grid(HEIGHTS).interpolate(_table()[int(snap)], (np.log(z) - low) / (high - low))
+    y[:-SCALARS] *= y[LENGTH] ** 2
+    return y
+
+
+@lru_cache(maxsize=1)
+def _table() -> Array:
+    """d^2 theta / ds^2 at the nodes and the three scalars: of each range, height and unknown."""
+    return np.loadtxt(TABLE, delimiter=",").reshape(2, HEIGHTS, NODES + SCALARS)
+
+
+def computed(z: float, snap: bool) -> Array:
+    """The unknowns by continuation, of d^2 theta / ds^2 at the stored number of nodes."""
+    event = SNAP if snap else TOUCH
+    *_, before, after = until(coarse_branch(z), event)
+    y = refine(between(before, after, at_height(z), event).e.y, NODES)
+    y[:-SCALARS] /= y[LENGTH] ** 2
+    return y
+
+
+def compute() -> Array:
+    """The table, shape (2 HEIGHTS, NODES + 3)."""
+    heights = (np.exp(low + grid(HEIGHTS).nodes * (high - low)) for low, high in np.log(RANGES))
+    return np.array([computed(z, snap) for snap, at in zip((False, True), heights, strict=True) for z in at])
+
+
+if __name__ == "__main__":
+    np.savetxt(TABLE, compute(), fmt="%.5g", delimiter=",")
