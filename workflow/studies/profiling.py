@@ -20,9 +20,8 @@ from stripfold import elastica
 from stripfold.analysis import contact, locate_solid, planning
 from stripfold.analysis import critical_point as critical
 from stripfold.analysis.verdict import assess_path
-from stripfold.elastica import _continuation as branch
+from stripfold.elastica import _events as events
 from stripfold.elastica import _system as system
-from stripfold.elastica import branch as elastica_branch
 from stripfold.elastica import critical_point
 from stripfold.errors import StripfoldError
 from stripfold.inputs import Scene
@@ -71,17 +70,14 @@ PARTS = (
     Part(dynamics, "error_of", "error of a time step"),
 )
 OF_ELASTICA = (
-    *(Part(module, "jacobian", "assembly") for module in (system, branch)),
-    *(Part(module, "factor", "factorisation") for module in (system, branch)),
+    *(Part(module, "jacobian", "assembly") for module in (system, events)),
+    *(Part(module, "factor", "factorisation") for module in (system, events)),
     Part(system, "residual", "residual"),
-    *(Part(module, "evaluate", "angles of a state") for module in (system, branch)),
-    *(Part(module, "newton", "Newton") for module in (system, branch)),
-    Part(branch, "point_at", "tangent and orientation of a point"),
-    Part(branch, "correct", "step"),
-    Part(branch, "regrid", "more nodes"),
-    Part(elastica_branch, "first_point", "state without horizontal force"),
-    Part(branch, "locate", "place of the event, roughly"),
-    Part(branch, "polish", "place of the event"),
+    *(Part(module, "evaluate", "angles of a state") for module in (system, events)),
+    Part(system, "newton", "Newton"),
+    Part(events, "slope", "condition of the limit point"),
+    Part(events, "clearance", "clearance of the sag"),
+    Part(critical_point, "start", "stored start"),
 )
 UNITS = ("assembly", "factorisation")
 """The work that a step is compared with."""

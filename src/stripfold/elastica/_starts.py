@@ -15,7 +15,7 @@ from stripfold.arrays import Array
 from stripfold.elastica._chebyshev import grid
 from stripfold.elastica._continuation import at_height, between, until
 from stripfold.elastica._events import SNAP, TOUCH
-from stripfold.elastica._system import LENGTH, SCALARS, refine
+from stripfold.elastica._system import LENGTH, SCALARS, next_count, refine
 from stripfold.elastica.branch import coarse_branch
 
 TABLE = Path(__file__).with_name("starts.csv")
@@ -23,16 +23,16 @@ START_OF_SNAPS = 1.586
 """Height up to which contact is expected to come first."""
 RANGES = (0.1, 1.7), (1.5, 100.0)
 """Heights of the touching and of the critical states."""
-HEIGHTS, NODES = 10, 32
+HEIGHTS, NODES = 14, 40
 """Numbers of heights in each range, at Chebyshev nodes of the logarithm, and of nodes of each state."""
 
 
 def start(z: float, snap: bool) -> Array:
-    """Approximate unknowns, shape (NODES + 3,), of the critical state at height ``z``, or of the touching one."""
+    """Approximate unknowns of the critical state at height ``z``, or of the touching one, with about enough nodes."""
     low, high = np.log(RANGES[snap])
     y = grid(HEIGHTS).interpolate(_table()[int(snap)], (np.log(z) - low) / (high - low))
     y[:-SCALARS] *= y[LENGTH] ** 2
-    return y
+    return refine(y, next_count(int(61.5 + 1.6 * z)))
 
 
 @lru_cache(maxsize=1)

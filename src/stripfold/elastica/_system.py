@@ -102,7 +102,7 @@ def fixed(index: int, value: float) -> Condition:
 
 def height_of(e: Evaluation, weights: Array) -> ValueAndGradient:
     """Z at a point of the strip, from the quadrature weights of the integral from lift-off to there."""
-    rise = weights @ e.sin
+    rise = (weights @ e.sin).item()
     row = np.zeros_like(e.y)
     row[: e.grid.n] = (e.length * weights * e.cos) @ e.grid.angle
     row[LENGTH] = rise
@@ -139,12 +139,14 @@ def residual(e: Evaluation, side_values: Sequence[float]) -> Array:
 
 
 def _linearised(e: Evaluation) -> tuple[Array, Array]:
-    """Derivatives of the equilibrium equations at the nodes: by theta there, shape (n,), and by the scalars, (n, 3)."""
-    y, length, nodes = e.y, e.length, e.grid.nodes
-    horizontal, vertical = y[FORCE_X] * length**2, length**2 * (y[FORCE_0] + length * nodes)
-    by_length = -2.0 / length * (horizontal * e.sin - vertical * e.cos) + length**2 * nodes * e.cos
-    by_scalars = np.stack([-(length**2) * e.sin, length**2 * e.cos, by_length], axis=1)
-    return -(horizontal * e.cos + vertical * e.sin), by_scalars
+    """Derivatives of the equilibrium equations at the nodes: by theta there, shape (n,), and by the scalars, (3, n)."""
+    horizontal, start, length = e.y[-SCALARS:].tolist()
+    l2, vertical = length**2, start + length * e.grid.nodes
+    by_scalars = np.empty((SCALARS, e.grid.n), e.y.dtype)
+    by_scalars[FORCE_X] = -l2 * e.sin
+    by_scalars[FORCE_0] = l2 * e.cos
+    by_scalars[LENGTH] = -2.0 * length * (horizontal * e.sin - vertical * e.cos) + l2 * e.grid.nodes * e.cos
+    return -l2 * (horizontal * e.cos + vertical * e.sin), by_scalars
 
 
 def jacobian(e: Evaluation, side_rows: Sequence[Array]) -> Array:
@@ -154,7 +156,7 @@ def jacobian(e: Evaluation, side_rows: Sequence[Array]) -> Array:
     out = np.empty((e.y.size, e.y.size), order="F")
     np.multiply(by_angle[:, None], e.grid.angle, out=out[:n, :n])
     out.ravel(order="F")[: n * (e.y.size + 1) : e.y.size + 1] += 1.0  # the first n entries of the diagonal
-    out[:n, n:] = by_scalars
+    out[:n, n:] = by_scalars.T
     out[n:] = side_rows
     return out
 
@@ -162,7 +164,7 @@ def jacobian(e: Evaluation, side_rows: Sequence[Array]) -> Array:
 def weighted(e: Evaluation, weights: Array) -> Array:
     """Gradient of the sum of the equilibrium equations with ``weights``, shape (n,), without the Jacobian."""
     by_angle, by_scalars = _linearised(e)
-    return np.concatenate([weights + (weights * by_angle) @ e.grid.angle, weights @ by_scalars])
+    return np.concatenate([weights + (weights * by_angle) @ e.grid.angle, by_scalars @ weights])
 
 
 @dataclass(frozen=True, slots=True)

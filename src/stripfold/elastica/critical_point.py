@@ -20,7 +20,7 @@ import numpy as np
 
 from stripfold.arrays import Array, Mask
 from stripfold.elastica._checks import height
-from stripfold.elastica._events import SNAP, SNAP_AT_HEIGHT, TOUCH, clearance
+from stripfold.elastica._events import SNAP, SNAP_AT_HEIGHT, TOUCH
 from stripfold.elastica._starts import START_OF_SNAPS, start
 from stripfold.elastica._system import gripper_at, newton, next_count, no_lift_off_moment, refine, solve
 from stripfold.elastica.state import State
@@ -85,7 +85,7 @@ def critical(z: float) -> CriticalPoint:
     expected = z > START_OF_SNAPS
     for snap in (expected, not expected):
         e = solve(start(z, snap), (*gripper_at(z), (SNAP if snap else TOUCH).condition))
-        if (clearance(e) if snap else SNAP_AT_HEIGHT.sign(e, e.y)) > 0.0:
+        if (TOUCH if snap else SNAP_AT_HEIGHT).sign(e, e.y) > 0.0:
             return CriticalPoint(z, snap, State._from(e))
     raise ContinuationError(f"neither a maximum of the advance nor contact was found at z = {z:g}", parameter=z)
 
