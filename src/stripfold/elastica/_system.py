@@ -11,9 +11,10 @@ distinguish one problem from another.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from math import log, sqrt
+from types import MappingProxyType
 
 import numpy as np
 from scipy.linalg.lapack import dgetrf, dgetrs
@@ -69,24 +70,27 @@ def angle_change(change: Array) -> Array:
 
 
 def linear(
-    value: float = 0.0, *, nodal: Callable[[Grid], Array] | None = None, scalars: tuple[int, ...] = ()
+    value: float = 0.0,
+    *,
+    nodal: Callable[[Grid], Array] | None = None,
+    scalars: Mapping[int, float] = MappingProxyType({}),
 ) -> Condition:
-    """Condition that weighted nodal values plus the scalars at these indices add up to ``value``."""
+    """Condition that weighted nodal values plus weighted scalars, by their index, add up to ``value``."""
 
     def condition(e: Evaluation) -> ValueAndGradient:
         row = np.zeros(e.y.size)
         if nodal is not None:
             row[: e.grid.n] = nodal(e.grid)
-        for index in scalars:
-            row[index] = 1.0
-        return float(row @ e.y) - value, row
+        for index, weight in scalars.items():
+            row[index] = weight
+        return (row @ e.y).item() - value, row
 
     return condition
 
 
 no_lift_off_moment = linear(nodal=lambda g: g.slope[0])
 """Condition k(0) = 0."""
-no_end_force = linear(scalars=(FORCE_0, LENGTH))
+no_end_force = linear(scalars={FORCE_0: 1.0, LENGTH: 1.0})
 """Condition F_0 + l = 0: no vertical force at s = l."""
 
 
@@ -97,7 +101,7 @@ def end_angle(angle: float) -> Condition:
 
 def fixed(index: int, value: float) -> Condition:
     """Condition that the scalar at ``index`` has this value."""
-    return linear(value, scalars=(index,))
+    return linear(value, scalars={index: 1.0})
 
 
 def height_of(e: Evaluation, weights: Array) -> ValueAndGradient:

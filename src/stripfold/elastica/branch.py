@@ -21,9 +21,9 @@ FIRST_STEP, MAX_STEP = 0.1, 0.5  # in arc length, along a branch that is searche
 COARSE = 1e-5  # tail of the coefficients during such a search
 
 
-def no_force_guess(z: float, n: int) -> Array:
+def no_force_guess(z: float) -> Array:
     """Initial guess of the unknowns of the state without horizontal force."""
-    nodes = grid(n).nodes
+    nodes = grid(24 if z < 5.0 else 48).nodes
     if z < 0.6:
         # Beam theory: EI Z'''' = -1 with Z = Z' = Z'' = 0 at lift-off and no moment at the gripper.
         length = (24.0 * z) ** 0.25
@@ -38,8 +38,7 @@ def no_force_guess(z: float, n: int) -> Array:
 
 
 def _no_force(z: float, tolerance: float) -> Evaluation:
-    guess = no_force_guess(z, 24 if z < 5 else 48)
-    y = solve(guess, (*gripper_at(z), fixed(FORCE_X, 0.0)), tolerance).y.copy()
+    y = solve(no_force_guess(z), (*gripper_at(z), fixed(FORCE_X, 0.0)), tolerance).y
     y[FORCE_X] = 0.0  # remove rounding
     return evaluate(y)
 

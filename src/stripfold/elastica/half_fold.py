@@ -7,33 +7,54 @@ with the lift-off point fixed until the sag touches the lower layer. The contact
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import chain, pairwise
 
 import numpy as np
 
+from stripfold.arrays import Array
 from stripfold.elastica._continuation import Family, Point, between, march, point_at, resolve, until
 from stripfold.elastica._events import SNAP_AT_HEIGHT, TOUCH
-from stripfold.elastica._system import FORCE_X, LENGTH, TOLERANCE, fixed, no_lift_off_moment, solve
-from stripfold.elastica.branch import no_force_guess
+from stripfold.elastica._system import (
+    FORCE_X,
+    LENGTH,
+    SCALARS,
+    TOLERANCE,
+    evaluate,
+    fixed,
+    no_lift_off_moment,
+    refine,
+    solve,
+)
+from stripfold.elastica.branch import LIMIT_REACTION, no_force_guess
 from stripfold.elastica.state import State
 from stripfold.errors import SolveError
 
 SHORTEST = 0.2  # free length, L*, below which a lifted strip counts as flat: its gripper is 7e-5 L* high
 SPACING = 0.1  # largest distance of successive states, in free length or arc length
+EXTRAPOLATION = np.array([4.0, -6.0, 4.0, -1.0])  # by a cubic, from equally spaced states, the last first
 
 
 def states_no_horizontal_force(length: float) -> Iterator[State]:
     """States without horizontal force, the free length growing from :data:`SHORTEST` to ``length``, L* (up to 80)."""
     if length <= SHORTEST:
         return
-    y = no_force_guess(SHORTEST**4 / 24.0, 24)
-    for free in np.linspace(SHORTEST, length, int(np.ceil((length - SHORTEST) / SPACING)) + 1):
-        y = y.copy()
-        y[LENGTH] = free
-        e = solve(y, (no_lift_off_moment, fixed(FORCE_X, 0.0), fixed(LENGTH, free)))
-        y = e.y
-        yield State._from(e)
+    known: list[Array] = []
+    for free in np.linspace(SHORTEST, length, int(np.ceil((length - SHORTEST) / SPACING)) + 1).tolist():
+        y = _no_force(free, known)
+        known = [y, *(refine(before, y.size - SCALARS) for before in known[: len(EXTRAPOLATION) - 1])]
+        yield State._from(evaluate(y))
+
+
+def _no_force(length: float, before: Sequence[Array] = ()) -> Array:
+    """Unknowns of the state without horizontal force; ``before`` are those of equally spaced lengths, last first."""
+    conditions = (no_lift_off_moment, fixed(FORCE_X, 0.0), fixed(LENGTH, length))
+    if len(before) == len(EXTRAPOLATION):
+        guess = EXTRAPOLATION @ np.array(before)
+    else:
+        guess = no_force_guess(min(length**4 / 24.0, max(length - LIMIT_REACTION, 0.6)))
+    guess[LENGTH] = length
+    return solve(guess, conditions).y
 
 
 def states_fixed_lift_off(length: float) -> Iterator[State]:
@@ -67,10 +88,8 @@ def critical_state_fixed_lift_off(length: float) -> State:
 def _fixed_length_branch(length: float) -> tuple[Family, Iterator[Point]]:
     """The family of states with this free length, and its points from the one without horizontal force on."""
     family = Family((no_lift_off_moment, fixed(LENGTH, length)), f"a free length of {length:g}")
-    *_, state = states_no_horizontal_force(length)
-    y = state._unknowns()
-    forward = np.zeros(y.size)
+    e = evaluate(_no_force(length))
+    forward = np.zeros(e.y.size)
     forward[FORCE_X] = -1.0  # as the gripper moves over, it compresses the strip
-    e = solve(y, (*family.conditions, fixed(FORCE_X, 0.0)))
     first = resolve(point_at(e, family, forward), family, TOLERANCE)
     return family, chain([first], march(first, family, step=SPACING, max_step=SPACING, tolerance=TOLERANCE))

@@ -10,18 +10,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.optimize import root
 
-from stripfold.arrays import Array
-from stripfold.elastica._chebyshev import grid, resample
-from stripfold.elastica._system import NODE_COUNTS, TOLERANCE, next_count
+from stripfold.elastica._chebyshev import grid
+from stripfold.elastica._system import FORCE_X, LENGTH, Condition, end_angle, fixed, linear, solve
 from stripfold.elastica.state import State
-from stripfold.errors import NewtonError, SolveError
+from stripfold.errors import SolveError
 
 SPACING = 0.1  # largest difference of the curvature at the contact between successive states, 1/L*
-MAX_NODES = NODE_COUNTS[-3]
-COMPLEX_STEP = 1e-30
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,88 +52,40 @@ def states_point_contact(first: State) -> Iterator[PointContact]:
     if sag is None:
         raise SolveError("the state does not sag: it cannot touch")
     start = float(first.at(sag.s).curvature)
-    y = _guess(first, sag.s, 48)
-    for share in np.linspace(1.0, 0.0, int(np.ceil(abs(start) / SPACING)) + 1):
-        y = _solve(y, first.length, share * start)
-        yield _state(y, first.length)
+    loop, upper = _reversed(_cut(first, 0.0, sag.s), -np.pi), _mirrored(_cut(first, sag.s, first.length))
+    for bend in start * np.linspace(1.0, 0.0, int(np.ceil(abs(start) / SPACING)) + 1):
+        loop = _solve(loop, bend, end_angle(-np.pi))
+        upper = _solve(upper, bend, fixed(LENGTH, first.length - loop.length))
+        before = _reversed(loop, np.pi)
+        yield PointContact(before, _mirrored(upper, before.gripper), -loop.force_0 - upper.force_0)
 
 
-# The unknowns y: u = d^2 theta / d sigma^2 at the n nodes of the loop, the same of the upper part, then F_x, F_0, the
-# reaction R at the contact, the length of the loop. At the contact theta = pi, Z = 0, and the curvature is continuous
-# and given.
+# Seen from the contact, with X reversed, both parts are free parts that begin horizontally with a moment: the loop is
+# turned by pi, so that its weight acts upwards, and its arc length is reversed, so that F_0 + s is that of the weight.
 
 
-def _nodes(y: NDArray) -> int:
-    return (len(y) - 4) // 2
+def _solve(guess: State, bend: float, last: Condition) -> State:
+    """A part seen from the contact, of curvature ``-bend`` there, with one more condition.
+
+    By the first integral, F_x is bend^2 / 4 in the loop's frame, as theta = pi and Z = 0 at the contact.
+    """
+    y = guess._unknowns()
+    moment = linear(nodal=lambda g: g.slope[0], scalars={LENGTH: bend})
+    return State._from(solve(y, (moment, fixed(FORCE_X, -(bend**2) / 4.0), last)))
 
 
-def _angles(y: NDArray) -> tuple[NDArray, NDArray, NDArray, NDArray]:
-    """theta and d theta / d sigma of loop and upper part; the angles at their ends are built in."""
-    n = _nodes(y)
-    g, u, w = grid(n), y[:n], y[n : 2 * n]
-    rate = g.integral @ u
-    twice = g.integral @ rate
-    theta = twice + np.multiply.outer(g.nodes, np.pi - twice[-1])
-    return theta, rate - twice[-1] + np.pi, np.pi + g.angle @ w, g.slope @ w
+def _cut(state: State, start: float, end: float) -> State:
+    """The part between two arc lengths."""
+    part = state.at(start + (end - start) * grid(state.s.size).nodes)
+    return State.of(part.theta, part.curvature, state.force_x, state.force_0 + start, end - start)
 
 
-def _residual(y: NDArray, length: float, curvature: float) -> NDArray:
-    """Residual of the equilibrium of both parts and of the four conditions; ``y`` may be an array of columns."""
-    n = _nodes(y)
-    g = grid(n)
-    force_x, force_0, reaction, loop = y[2 * n :]
-    upper = length - loop
-    theta, slope, phi, phi_slope = _angles(y)
-    vertical = force_0 + np.multiply.outer(g.nodes, loop)
-    vertical_upper = force_0 + loop - reaction + np.multiply.outer(g.nodes, upper)
-    return np.concatenate(
-        [
-            y[:n] - loop**2 * (force_x * np.sin(theta) - vertical * np.cos(theta)),
-            y[n : 2 * n] - upper**2 * (force_x * np.sin(phi) - vertical_upper * np.cos(phi)),
-            [slope[0], loop * (g.integral[-1] @ np.sin(theta))],
-            [slope[-1] / loop - curvature, phi_slope[0] / upper - curvature],
-        ]
-    )
+def _mirrored(state: State, start: tuple[float, float] = (0.0, 0.0)) -> State:
+    """The state with the direction of X reversed."""
+    return State.of(np.pi - state.theta, -state.curvature, -state.force_x, state.force_0, state.length, start)
 
 
-def _jacobian(y: Array, length: float, curvature: float) -> Array:
-    """Derivative of the residual by complex steps: exact to rounding."""
-    columns = y[:, None] + 1j * COMPLEX_STEP * np.eye(y.size)
-    return np.asarray(_residual(columns, length, curvature).imag / COMPLEX_STEP)
-
-
-def _guess(first: State, contact: float, n: int) -> Array:
-    """Unknowns of the state at first contact, at the arc length ``contact``."""
-    parts = []
-    for start, length in ((0.0, contact), (contact, first.length - contact)):
-        s = start + length * grid(n).nodes
-        theta = first.at(s).theta
-        parts.append(length**2 * (first.force_x * np.sin(theta) - (first.force_0 + s) * np.cos(theta)))
-    return np.concatenate([*parts, [first.force_x, first.force_0, 0.0, contact]])
-
-
-def _solve(y: Array, length: float, curvature: float) -> Array:
-    """Solve, and add nodes until both parts are resolved."""
-    y = root(_residual, y, args=(length, curvature), jac=_jacobian, tol=1e-13).x
-    residual = float(np.abs(_residual(y, length, curvature)).max())
-    if not residual < 1e-9 * max(1.0, float(np.abs(y).max())):
-        raise NewtonError(
-            "the strip in contact with the lower layer was not found",
-            residuals=[residual],
-            details={"length": length, "curvature": curvature},
-        )
-    n = _nodes(y)
-    parts = y[:n], y[n : 2 * n]
-    if max(grid(n).tail(part) for part in parts) < TOLERANCE or n >= MAX_NODES:
-        return y
-    finer = next_count(n)
-    return _solve(np.concatenate([*(resample(part, finer) for part in parts), y[2 * n :]]), length, curvature)
-
-
-def _state(y: Array, length: float) -> PointContact:
-    force_x, force_0, reaction, loop = (float(value) for value in y[-4:])
-    upper = length - loop
-    theta, slope, phi, phi_slope = _angles(y)
-    first = State.of(theta, slope / loop, force_x, force_0, loop)
-    second = State.of(phi, phi_slope / upper, force_x, force_0 + loop - reaction, upper, first.gripper)
-    return PointContact(first, second, reaction)
+def _reversed(state: State, turn: float) -> State:
+    """The state turned by pi, ``turn`` of either sign, and followed from its other end."""
+    back = state.at(state.length - state.s)
+    return State.of(back.theta + turn, -back.curvature, -state.force_x, -state.force_0 - state.length, state.length)
