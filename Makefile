@@ -20,7 +20,7 @@ unexport PYTHONPATH PYTHONHOME VIRTUAL_ENV
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: all studies peers cold time-ci readme test lint quick env lock clean help
+.PHONY: all studies peers cold time-ci readme test starts lint quick env lock clean help
 
 all: $(STAMP) ## Redo every run, figure and number of the paper (set CORES=n to use fewer cores)
 	$(SNAKEMAKE) all --cores $(CORES)
@@ -52,6 +52,9 @@ readme: $(STAMP) ## Bring the tables of the README and of docs in line with what
 
 test: $(STAMP) ## Run the tests (set PYTEST_ARGS="-k fold" to choose, "-m slow" for the slow ones)
 	$(IN_VENV) python -m pytest --numprocesses $(CORES:all=auto) --dist loadfile $(PYTEST_ARGS)
+
+starts: $(STAMP) ## Compute the elastica's stored starts anew
+	$(IN_VENV) python -c 'from stripfold.elastica import _starts; _starts.store()'
 
 # Into a folder of its own, so that it neither uses nor touches what `make all` stored. Kept when the run fails.
 quick: $(STAMP) ## Run the whole chain small, in minutes, into a temporary folder

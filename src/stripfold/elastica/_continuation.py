@@ -101,25 +101,14 @@ def point_at(e: Evaluation, family: Family, forward: Array, arc: float = 0.0) ->
     return Point(e, tangent, row / size, factors.sign, arc)
 
 
-def correct(guess: Array, base: Point, family: Family, step: float, tolerance: float = ROUNDING) -> Point:
-    """The point at distance ``step`` from ``base`` along its tangent, from a guess."""
-    plane = on_plane(base.normal, base.e.y + step * base.tangent)
-    e = newton(guess, (*family.conditions, plane), limit=MAX_CORRECTOR_ITERATIONS, tolerance=tolerance)
-    return point_at(e, family, base.normal, base.arc + step)
-
-
-def regrid(point: Point, family: Family, n: int, tolerance: float = ROUNDING) -> Point:
-    """The same point with ``n`` nodes."""
-    guess, tangent = refine(point.e.y, n), refine(point.tangent, n)
-    normal = metric_times(evaluate(guess), tangent)
-    e = newton(guess, (*family.conditions, on_plane(normal, guess)), tolerance=tolerance)
-    return point_at(e, family, normal, point.arc)
-
-
 def resolve(point: Point, family: Family, tolerance: float) -> Point:
     """The same point with enough nodes for a tail of ``u`` below ``tolerance``."""
     while point.e.tail > tolerance:
-        point = regrid(point, family, next_count(point.e.grid.n), _newton_tolerance(tolerance))
+        n = next_count(point.e.grid.n)
+        guess = refine(point.e.y, n)
+        normal = metric_times(evaluate(guess), refine(point.tangent, n))
+        e = newton(guess, (*family.conditions, on_plane(normal, guess)), tolerance=_newton_tolerance(tolerance))
+        point = point_at(e, family, normal, point.arc)
     return point
 
 
@@ -138,9 +127,15 @@ def march(point: Point, family: Family, *, step: float, max_step: float, toleran
                 )
             guess = point.e.y + step * point.tangent + 0.5 * step**2 * curvature
             try:
-                new = correct(guess, point, family, step, _newton_tolerance(tolerance))
-                correction = float(np.abs(angle_change(new.e.y - guess)).max())
-                new = resolve(new, family, tolerance)
+                plane = on_plane(point.normal, point.e.y + step * point.tangent)
+                e = newton(
+                    guess,
+                    (*family.conditions, plane),
+                    limit=MAX_CORRECTOR_ITERATIONS,
+                    tolerance=_newton_tolerance(tolerance),
+                )
+                correction = float(np.abs(angle_change(e.y - guess)).max())
+                new = resolve(point_at(e, family, point.normal, point.arc + step), family, tolerance)
             except NewtonError:
                 step /= 2
                 continue

@@ -1,7 +1,7 @@
 """Stored approximations of the critical and touching states, from which Newton's method starts.
 
-``python -m stripfold.elastica._starts`` computes them anew, by continuation from the state without horizontal force.
-Results do not depend on them: Newton's method corrects a start to rounding.
+``make starts`` computes them anew, by continuation from the state without horizontal force. Results do not depend on
+them: Newton's method corrects a start to rounding.
 """
 
 from __future__ import annotations
@@ -41,20 +41,18 @@ def _table() -> Array:
     return np.loadtxt(TABLE, delimiter=",").reshape(2, HEIGHTS, NODES + SCALARS)
 
 
-def computed(z: float, snap: bool) -> Array:
-    """The unknowns by continuation, of d^2 theta / ds^2 at the stored number of nodes."""
-    event = SNAP if snap else TOUCH
-    *_, before, after = until(coarse_branch(z), event)
-    y = refine(between(before, after, at_height(z), event).e.y, NODES)
-    y[:-SCALARS] /= y[LENGTH] ** 2
-    return y
-
-
 def compute() -> Array:
     """The table, shape (2 HEIGHTS, NODES + 3)."""
-    heights = (np.exp(low + grid(HEIGHTS).nodes * (high - low)) for low, high in np.log(RANGES))
-    return np.array([computed(z, snap) for snap, at in zip((False, True), heights, strict=True) for z in at])
+    rows = []
+    for event, (low, high) in zip((TOUCH, SNAP), np.log(RANGES), strict=True):
+        for z in np.exp(low + grid(HEIGHTS).nodes * (high - low)).tolist():
+            *_, before, after = until(coarse_branch(z), event)
+            y = refine(between(before, after, at_height(z), event).e.y, NODES)
+            y[:-SCALARS] /= y[LENGTH] ** 2
+            rows.append(y)
+    return np.array(rows)
 
 
-if __name__ == "__main__":
+def store() -> None:
+    """Compute the table and store it."""
     np.savetxt(TABLE, compute(), fmt="%.5g", delimiter=",")
