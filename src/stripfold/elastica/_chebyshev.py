@@ -76,7 +76,7 @@ def grid(n: int) -> Grid:
 
     Examples
     --------
-    >>> g = grid(20)
+    >>> g = grid(40)
     >>> bool(abs(g.integral[-1] @ g.nodes**3 - 0.25) < 1e-15)
     True
     """
