@@ -16,7 +16,7 @@ import stripfold
 from stripfold import elastica
 from stripfold.analysis import critical_point as critical
 from stripfold.analysis.critical_point import CriticalResult
-from stripfold.cli import main
+from stripfold.cli import COMMANDS, main
 from stripfold.errors import SolveError
 from stripfold.inputs import Scene
 from stripfold.material import Material
@@ -185,9 +185,24 @@ def test_version(capsys):
     assert run(capsys, "--version") == (0, f"stripfold {stripfold.__version__}\n", "")
 
 
-def test_help_imports_nothing_heavy():
-    code = "import sys, stripfold.cli\ntry: stripfold.cli.main(['--help'])\nexcept SystemExit: pass\n"
-    check = "print([name for name in ('numpy', 'scipy', 'skfem', 'xarray', 'tqdm') if name in sys.modules])"
+HEAVY = ("cv2", "matplotlib", "netCDF4", "numba", "pandas", "skfem", "snakemake", "xarray")
+SOLVING = ("numpy", "scipy")
+MAIN = "import stripfold.cli\ntry: stripfold.cli.main({!r})\nexcept SystemExit: pass"
+
+
+@pytest.mark.parametrize(
+    ("code", "modules"),
+    [
+        ("import stripfold", (*HEAVY, *SOLVING, "pydantic", "yaml")),
+        (MAIN.format(["--help"]), (*HEAVY, *SOLVING, "pydantic", "yaml", "tqdm")),
+        *((MAIN.format([name, "--help"]), (*HEAVY, *SOLVING)) for name in COMMANDS),
+        (MAIN.format([*STRIP, "--model", "rod"]), HEAVY),
+        (MAIN.format(["eta", "--fold-height", "0.0272"]), HEAVY),
+        (MAIN.format(["path", "r-path", *STRIP[1:5]]), HEAVY),
+    ],
+)
+def test_what_is_heavy_is_imported_where_it_is_used(code, modules):
+    check = f"\nimport sys; print([name for name in {modules!r} if name in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code + check], capture_output=True, text=True, check=True)
     assert done.stdout.splitlines()[-1] == "[]"
 

@@ -8,14 +8,13 @@ from math import nan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
-import xarray as xr
-
 from stripfold import schema, store
 from stripfold.errors import InvalidInputError
 from stripfold.inputs import EtaRequest
 from stripfold.reporting import Progress, Result, Rows, metres
 
 if TYPE_CHECKING:
+    import xarray as xr
     from matplotlib.figure import Figure
 
     from stripfold.vision.eta import EtaB as PictureEtaB

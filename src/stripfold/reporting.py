@@ -8,11 +8,10 @@ from collections.abc import Callable
 from math import isfinite
 from typing import TYPE_CHECKING, Any
 
-import xarray as xr
-
 from stripfold import store
 
 if TYPE_CHECKING:
+    import xarray as xr
     from matplotlib.figure import Figure
 
 Progress = Callable[[str], None]

@@ -9,7 +9,6 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
-import xarray as xr
 
 from stripfold import schema
 from stripfold.analysis import critical_point, verdict
@@ -18,11 +17,11 @@ from stripfold.analysis.verdict import Verdict
 from stripfold.inputs import PathAssessment as Asked
 from stripfold.inputs import Scene
 from stripfold.paths import FoldPath
-from stripfold.plots import results as figures
 from stripfold.reporting import Progress, Result, Rows, metres
 from stripfold.simulation import Simulation
 
 if TYPE_CHECKING:
+    import xarray as xr
     from matplotlib.figure import Figure
 
 
@@ -96,7 +95,9 @@ class CriticalPoint(CriticalResult, Result):
 
     def plot(self) -> Figure:
         """The strip where the advance ends."""
-        return figures.draw_strip([self.state])
+        from stripfold.plots.results import draw_strip
+
+        return draw_strip([self.state])
 
     def config(self) -> dict[str, Any]:
         return self.scene.model_dump()
@@ -200,10 +201,12 @@ class PathAssessment(Verdict, Result):
 
     def plot(self) -> Figure:
         """The strip along the path, the last static state black; critical points are crosses."""
+        from stripfold.plots.results import draw_strip
+
         states = self._mid_surfaces()
         chosen = np.unique(np.linspace(0, len(states) - 1, 12).astype(int))
         marks = np.array([(event["x"], event["z"]) for event in self.critical]).reshape(-1, 2)
-        return figures.draw_strip(list(states[chosen]), self.path.places[:, 1:], marks)
+        return draw_strip(list(states[chosen]), self.path.places[:, 1:], marks)
 
     def config(self) -> dict[str, Any]:
         return {**self.asked.model_dump(), "path": self.path.name}

@@ -6,12 +6,14 @@ import csv
 from collections.abc import Mapping
 from functools import cache
 from importlib.resources import files
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-import xarray as xr
 
 from stripfold.errors import StripfoldError
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 Values = Mapping[str, tuple[Any, Any]]
 """Dimensions and values of variables, by name."""
@@ -62,6 +64,8 @@ def dataset(
     StripfoldError
         A name is not in the table.
     """
+    import xarray as xr
+
     table = variables() if table is None else table
     if unknown := [name for name in values if name not in table]:
         raise StripfoldError(f"the table of variables does not have {', '.join(unknown)}")

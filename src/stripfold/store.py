@@ -12,13 +12,15 @@ from contextlib import contextmanager
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 import stripfold
 from stripfold.errors import InvalidInputError, StripfoldError
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 CONVENTIONS = "CF-1.11"
 PACKAGES = ("numpy", "scipy", "scikit-fem", "xarray", "netCDF4")
@@ -139,6 +141,8 @@ def read(path: str | os.PathLike[str], require: Iterable[str] = ()) -> xr.Datase
     InvalidInputError
         No such file, not netCDF, damaged, or not what was expected.
     """
+    import xarray as xr
+
     path = Path(path)
     if not path.is_file():
         raise InvalidInputError("file", str(path), "an existing netCDF file", "run the rule that makes it")

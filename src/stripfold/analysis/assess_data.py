@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from stripfold import schema
 from stripfold.analysis.assess import (
@@ -22,6 +22,9 @@ from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
 from stripfold.material import Material
 from stripfold.paths.rpath import path_of, plan_r_path
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 PATHS = ("r-path", "triangular", "circular")
 

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-import xarray as xr
 
 from stripfold.errors import StripfoldError
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 GAP = 1e-9
 """Largest penetration of the floor, L*."""

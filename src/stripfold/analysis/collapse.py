@@ -8,9 +8,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from time import perf_counter
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from stripfold import schema
 from stripfold.analysis import needed_effects, planning
@@ -32,6 +32,9 @@ from stripfold.solve.dynamics import Energy, TimeState
 from stripfold.solve.events import Event, never
 from stripfold.solve.problem import Point
 from stripfold.solve.schemes import Damping
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 SIZES = planning.Sizes(free=0.15, lying=0.15)
 """The loop rolls over all of the strip: no part may be coarse."""

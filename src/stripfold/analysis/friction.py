@@ -8,10 +8,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from math import inf, sqrt
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from stripfold import schema
 from stripfold.analysis import planning
@@ -30,6 +29,9 @@ from stripfold.paths.rpath import RPath, plan_r_path
 from stripfold.problem import StripProblem
 from stripfold.solve import continuation
 from stripfold.solve.problem import Tangent
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 LAWS = ("pull", "hysteresis")
 """The paper's pull towards the state before, and the bending hysteresis."""

@@ -11,7 +11,6 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray as xr
 
 from stripfold import schema
 from stripfold.effects.self_contact import SelfContact
@@ -20,6 +19,8 @@ from stripfold.simulation import Simulation
 from stripfold.solve.problem import Point
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from stripfold.analysis.collapse import Collapse
 
 CONTACT, SELF_CONTACT, INERTIA = "contact", "self_contact", "inertia"

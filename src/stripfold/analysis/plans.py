@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-import xarray as xr
 
 from stripfold import schema
 from stripfold.analysis.assess_data import PATHS
@@ -13,6 +14,9 @@ from stripfold.material import Material
 from stripfold.paths.curve import GripperPath
 from stripfold.paths.geometric import circular, triangular
 from stripfold.paths.rpath import RPath, plan_r_path
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 PLACES = 201
 """Gripper places on each path: as many segments on each of its pieces, so that every corner is among them."""

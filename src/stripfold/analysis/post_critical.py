@@ -10,8 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import inf
-
-import xarray as xr
+from typing import TYPE_CHECKING
 
 from stripfold import schema
 from stripfold.analysis.contact import touches
@@ -27,6 +26,9 @@ from stripfold.paths.rpath import RPath, plan_r_path
 from stripfold.solve import continuation
 from stripfold.solve.continuation import step_to
 from stripfold.solve.problem import Point
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 BEFORE_TOUCH = 0.15
 """Distance before the planned touch at which the strip is released, L*: there the two equilibria are farthest apart."""
@@ -122,7 +124,7 @@ def two_ways(
     try:
         ways = follow_both_branches(model, strip, plan, fall, progress)
     except SolveError as error:
-        return xr.Dataset(attrs={**of_material(material), "length": length, "reason": str(error)})
+        return schema.dataset({}, {**of_material(material), "length": length, "reason": str(error)})
     rows, way, touches = [], [], []
     for i, direction in enumerate(ways.branches):
         new = rows_of_motion(direction.motion, direction.after.problem(0), 2 * i)

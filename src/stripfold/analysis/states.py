@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from stripfold import schema
 from stripfold.analysis.path_statics import StaticSegment
@@ -19,6 +19,9 @@ from stripfold.paths.curve import GripperPath
 from stripfold.problem import StripProblem
 from stripfold.solve.dynamics import TimeState
 from stripfold.solve.problem import Point
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 STATIC, FALL = PHASES = "static", "fall"
 """Values of ``phase``."""

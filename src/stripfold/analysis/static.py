@@ -11,7 +11,6 @@ from enum import StrEnum
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from stripfold.analysis import planning
 from stripfold.analysis.advance import LAMBDA_TOLERANCE, LIMIT, follow_to_event
@@ -183,6 +182,8 @@ def lift(strip: StripModel, heights: Sequence[float]) -> Iterator[tuple[float, M
 
 def transfer(model: Model, q: Array, to: Model) -> Array:
     """Unknowns on another mesh of the same strip: the mid-surface by cubic splines, sections normal to it."""
+    from scipy.interpolate import CubicSpline
+
     middle = model.mid_surface(q)
     spline = CubicSpline(model.s, middle)
     position = spline(to.s)

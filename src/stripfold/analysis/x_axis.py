@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from operator import attrgetter
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from stripfold import elastica, schema
 from stripfold.analysis.diagnostics import Record, node_weights, record
@@ -22,6 +22,9 @@ from stripfold.arrays import Array
 from stripfold.material import Material
 from stripfold.schema import Variable
 from stripfold.solve.critical import CriticalPoint
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 RECORDED = (
     "negatives",

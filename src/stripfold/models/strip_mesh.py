@@ -15,16 +15,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-import skfem
 
 from stripfold.arrays import Array, Index, Mask
 from stripfold.errors import InvalidInputError
 
+if TYPE_CHECKING:
+    import skfem
+
 CORNERS = np.array([[0.0, 1.0, 0.0, 1.0], [0.0, 0.0, 1.0, 1.0]])
 """Of skfem's unit square, shape (2, 4)."""
-ELEMENTS = {1: skfem.ElementQuad1, 2: skfem.ElementQuad2}
 
 
 @dataclass(frozen=True)
@@ -118,7 +120,10 @@ def build(
     InvalidInputError
         Order, counts or boundaries that cannot be used.
     """
-    if order not in ELEMENTS:
+    import skfem
+
+    elements_of = {1: skfem.ElementQuad1, 2: skfem.ElementQuad2}
+    if order not in elements_of:
         raise InvalidInputError("order", order, "1 or 2")
     if across not in (1, 2) or order * across % 2:
         raise InvalidInputError(
@@ -134,7 +139,7 @@ def build(
     mesh = skfem.MeshQuad.init_tensor(
         boundaries - length / 2.0, np.linspace(-thickness / 2.0, thickness / 2.0, across + 1)
     )
-    element = skfem.ElementVector(ELEMENTS[order]())
+    element = skfem.ElementVector(elements_of[order]())
     rule = _tensor_rule(order, order + 1)
     basis = skfem.Basis(mesh, element, quadrature=rule)
     nodal_of, unknowns, s = _number(basis, order * across + 1)

@@ -10,7 +10,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import make_interp_spline
 
 from stripfold.arrays import Array
 
@@ -38,6 +37,8 @@ class Piece:
     @classmethod
     def through(cls, points: Array, start: float, name: str) -> Piece:
         """A cubic spline through ``points``, shape (n, 2), over :func:`polygon_length`; a line through two."""
+        from scipy.interpolate import make_interp_spline
+
         travelled = polygon_length(points, start)
         spline = make_interp_spline(travelled, points, k=min(3, len(points) - 1))
         rate = spline.derivative()
