@@ -84,6 +84,7 @@ def datasets() -> dict[str, xr.Dataset]:
         "rod_benchmark": ({
             "seconds": ("repeat", [0.09]), "estimated_error": 8e-4, "seconds_assess": ("repeat", [0.9]),
             "apart": 1e-3},),
+        "cli_benchmark": ({"wall": ("repeat", [0.8]), "solving": 0.1, "error": 1e-4},),
         "cold_run": ({"seconds": ("rule", [300.0, 200.0, 60.0, 1.0]), "jobs": ("rule", [40.0, 40.0, 5.0, 1.0])},
             {"rule": texts("record", "measure", "assess", "plans")}, {"wall": 290.0, "cores": 2}),
         "accuracy": ({
@@ -202,6 +203,8 @@ def test_a_sample_is_named_by_its_seed() -> None:
         ("benchmark", "relative_error", 6e-3, "time_solid_lambda_c"),
         ("benchmark", "memory", 500.0, "memory_solid_lambda_c"),
         ("rod", "model_error", 2e-3, "rod_model_error"),
+        ("cli_benchmark", "wall", 1.2, "time_cli"),
+        ("cli_benchmark", "error", 2e-3, "time_cli"),
         ("rod_benchmark", "seconds", 0.2, "time_rod_1e-3"),
         ("rod_benchmark", "estimated_error", 2e-3, "time_rod_1e-3"),
         ("rod_benchmark", "seconds_assess", 2.0, "time_assess_rod"),

@@ -54,6 +54,9 @@ STUDIES = {
     "benchmark": Study(
         "studies.benchmark:run", "time and memory of one lambda_c of the solid", alone=True, files=COMMAND
     ),
+    "cli_benchmark": Study(
+        "studies.benchmark:run_cli", "time of one command of the rod", "benchmark", alone=True, files=COMMAND
+    ),
     "rod_benchmark": Study(
         "studies.benchmark:run_rod",
         "time of one lambda_c and one assessment of the rod",

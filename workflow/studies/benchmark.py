@@ -21,13 +21,15 @@ from studies.common import command, dataset, timed, timed_process
 
 ETA_B = 3780.0
 """Of the strip whose R-path is assessed, m^-4 s^2."""
-CRITICAL = ("critical", "--length", "0.6", "--eta-b", "3780", "--height", "0.09", "--accuracy", "5e-3", "--json")
-"""The paper's material in the middle of the range, to a relative error of 5e-3."""
+STRIP = ("critical", "--length", "0.6", "--eta-b", "3780", "--height", "0.09")
+"""The paper's material in the middle of the range."""
+SOLID = (*STRIP, "--accuracy", "5e-3", "--json")
+ROD = (*STRIP, "--model", "rod", "--json")
 
 
 def run(repeats: int) -> xr.Dataset:
     """One lambda_c of the solid, ``repeats`` times after one uncounted run."""
-    walls, answers, peak = timed_process(command(*CRITICAL), repeats)
+    walls, answers, peak = timed_process(command(*SOLID), repeats)
     found = [json.loads(answer) for answer in answers]
     values = {
         "seconds": ("repeat", [one["seconds"] for one in found]),
@@ -35,7 +37,20 @@ def run(repeats: int) -> xr.Dataset:
         "relative_error": ("repeat", [one["error"] / one["lambda_c"] for one in found]),
         "memory": ((), peak),
     }
-    return dataset("benchmark", values, {"command": "stripfold " + " ".join(CRITICAL)})
+    return dataset("benchmark", values, {"command": "stripfold " + " ".join(SOLID)})
+
+
+def run_cli(repeats: int) -> xr.Dataset:
+    """One ``stripfold critical --model rod``, ``repeats`` times after one uncounted run: mostly the start of Python."""
+    walls, answers, peak = timed_process(command(*ROD), repeats)
+    found = json.loads(answers[0])
+    values = {
+        "wall": ("repeat", walls),
+        "solving": ((), found["seconds"]),
+        "error": ((), found["error"] / found["lambda_c"]),
+        "memory": ((), peak),
+    }
+    return dataset("cli_benchmark", values, {"command": "stripfold " + " ".join(ROD)})
 
 
 def run_fall(repeats: int, scene: str) -> xr.Dataset:

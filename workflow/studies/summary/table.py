@@ -108,6 +108,11 @@ SOURCES = (
             "median time of one R-path assessed on the rod with its fall, one core, warm process; critical point and "
             "first touch differ from the solid's by {apart:.0e} of the length", lambda f: f.apart <= 5e-3),
     )),
+    Source("cli_benchmark", lambda d: {"seconds": d.wall.median(), "solving": d.solving, "error": d.error}, (
+        Number("time_cli", "seconds", "s", 3, "<= 1 s, error <= 1e-3",
+            "median time of one `stripfold critical --model rod` ({error:.0e} relative), one core, new process; the "
+            "solver takes {solving:.2g} s of it", lambda f: f.error <= 1e-3),
+    )),
     Source("accuracy", facts.accuracy, (
         Number("time_solid_1e-3", "seconds", "s", 3, "<= 1 s, estimate and true errors <= 1e-3",
             "median time of one solid lambda_c with its error estimate ({estimate:.0e} relative) at z = {z:g} L*, one "
