@@ -48,8 +48,9 @@ def stored(inputs=()):
 
 
 def _clear():
-    for cached in (evidence.libraries, evidence.closure, evidence.source_digest, evidence.input_digest):
-        cached.cache_clear()
+    for value in vars(evidence).values():
+        if hasattr(value, "cache_clear"):
+            value.cache_clear()
 
 
 def edit(path, old, new):

@@ -13,7 +13,7 @@ import hashlib
 import json
 import re
 import sys
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -42,7 +42,11 @@ ATTRIBUTE = "evidence"
 
 
 def evidence(
-    call: str, params: Mapping[str, Any], inputs: Iterable[str | Path], files: Iterable[str] = ()
+    call: str,
+    params: Mapping[str, Any],
+    inputs: Iterable[str | Path],
+    files: Iterable[str] = (),
+    code: str | None = None,
 ) -> dict[str, Any]:
     """Digests of everything that the result of a call depends on.
 
@@ -56,11 +60,13 @@ def evidence(
         Its input files.  A dataset with evidence of its own counts by its digest.
     files
         Patterns, relative to the repository, of further source files.
+    code
+        The :func:`code_digest`, where it is known.
     """
     return {
         "call": call,
         "files": sorted(files),
-        "code": code_digest(call, tuple(files)),
+        "code": code or code_digest(call, tuple(files)),
         "params": _hash(json.dumps(params, sort_keys=True, default=str)),
         "libraries": libraries(),
         "inputs": {str(path): input_digest(path) for path in inputs},
@@ -151,7 +157,7 @@ def source_digest(path: Path) -> str:
     if path.suffix != ".py":
         return _hash(path.read_bytes())
     tree = ast.parse(path.read_text(encoding="utf-8"))
-    for node in ast.walk(tree):
+    for node in _statements(tree):
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
             node.body = [statement for statement in node.body if not _is_text(statement)]
     return _hash(ast.dump(tree))
@@ -173,6 +179,7 @@ def input_digest(path: str | Path) -> str:
     return _hash(path.read_bytes())
 
 
+@cache
 def _file(name: str) -> Path | None:
     """The source file of a module, None if it is not the project's."""
     if name.partition(".")[0] not in PACKAGES:
@@ -182,25 +189,33 @@ def _file(name: str) -> Path | None:
     return next((p for p in (path.with_suffix(".py"), path / "__init__.py") if p.is_file()), None)
 
 
-def _imported(name: str) -> set[str]:
+@cache
+def _imported(name: str) -> frozenset[str]:
     """The project's modules that a module imports, and the packages around them; not those for types only."""
     path = _file(name)
     if path is None:
         raise FileNotFoundError(f"no module {name}")
     found: set[str] = set()
-    waiting: list[ast.AST] = [ast.parse(path.read_text(encoding="utf-8"))]
-    while waiting:
-        node = waiting.pop()
-        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
-            waiting += node.orelse
-            continue
-        waiting += ast.iter_child_nodes(node)
+    for node in _statements(ast.parse(path.read_text(encoding="utf-8")), types=False):
         if isinstance(node, ast.Import):
             found |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
             found |= {node.module} | {f"{node.module}.{alias.name}" for alias in node.names}
     found |= {name.rpartition(".")[0] for name in [*found, name]}
-    return {name for name in found if _file(name)}
+    return frozenset(name for name in found if _file(name))
+
+
+def _statements(tree: ast.Module, types: bool = True) -> Iterator[ast.AST]:
+    """A module and its statements, those inside others too; without ``types`` not those for type checkers only."""
+    waiting: list[ast.AST] = [tree]
+    while waiting:
+        node = waiting.pop()
+        yield node
+        if not types and isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
+            waiting += node.orelse
+            continue
+        for block in ("body", "orelse", "finalbody", "handlers", "cases"):
+            waiting += getattr(node, block, ())
 
 
 def _is_text(statement: ast.stmt) -> bool:

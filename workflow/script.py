@@ -1,7 +1,7 @@
 """The workflow's only script: call one function and store what it returns.
 
-A rule's ``params`` name the function, ``call="module:function"``, the ``title`` of its dataset, and its arguments; the
-digests in ``evidence`` are for Snakemake's eyes.  Inputs with a name are arguments too: a netCDF file as the dataset in
+A rule's ``params`` name the function, ``call="module:function"``, the ``title`` of its dataset, its arguments, and in
+``evidence`` the digest of its code.  Inputs with a name are arguments too: a netCDF file as the dataset in
 it, a list of them as a list, everything else as a path.  A function may also take ``progress``, called with a line for
 the rule's log, ``threads``, and ``output``, the rule's outputs, which it then writes itself.
 """
@@ -33,8 +33,8 @@ def main(snakemake):
     store.running_commit()
     given = dict(snakemake.params.items())
     call, title, files = given.pop("call"), given.pop("title", ""), given.pop("files", ())
-    given.pop("evidence", None)
-    found = evidence(call, given, [str(path) for path in snakemake.input], files)
+    code = given.pop("evidence", None)
+    found = evidence(call, given, [str(path) for path in snakemake.input], files, code)
     with open(snakemake.log[0], "w", encoding="utf-8") as log:
 
         def progress(line):
@@ -48,11 +48,8 @@ def main(snakemake):
             given |= {key: value for key, value in extra.items() if key in signature(function).parameters}
             result = function(**given)
             if result is not None:
-                pairs = (
-                    zip(result, snakemake.output, strict=True)
-                    if isinstance(result, list)
-                    else [(result, snakemake.output[0])]
-                )
+                paths = snakemake.output.get("data", snakemake.output)
+                pairs = zip(result, paths, strict=True) if isinstance(result, list) else [(result, snakemake.output[0])]
                 for data, path in pairs:
                     stamped = data.assign_attrs({ATTRIBUTE: json.dumps(found, sort_keys=True)})
                     store.write(stamped, path, title=data.attrs.get("title") or title, config=snakemake.config)

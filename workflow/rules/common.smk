@@ -62,14 +62,3 @@ def kept(study):
     }
     there = configured(study, config) and Path(needs.get(study, ".")).is_dir()
     return f"{RESULTS if there else 'results'}/studies/{study}.nc"
-
-
-def folder_of(wildcards):
-    """The folder of a recording; a synthetic one is made."""
-    made = wildcards.recording in SYNTHETIC
-    return (f"{RESULTS}/recordings/" if made else "data/recordings/") + wildcards.recording
-
-
-def drawing(wildcards):
-    """The function that draws a figure."""
-    return f"{DRAWN[wildcards.name].module}:draw"

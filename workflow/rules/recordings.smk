@@ -1,49 +1,64 @@
-# lambda measured in recordings: in those of data/recordings, one folder each, and in synthetic ones made here.
+# lambda measured in recordings: in those of data/recordings, one folder each, and in synthetic ones made here, of which
+# those of a material share a process.
+
+FOLDERS = {name: f"{RESULTS}/recordings/{name}" for name in SYNTHETIC}
+BATCHES = {
+    material: [name for name, recording in SYNTHETIC.items() if recording["material"] == material]
+    for material in FILMED["materials"]
+}
 
 
-rule record:
-    output:
-        directory(f"{RESULTS}/recordings/{{synthetic}}"),
-    log:
-        f"{LOGS}/record_{{synthetic}}.log",
-    benchmark:
-        f"{BENCHMARKS}/record/{{synthetic}}.tsv"
-    wildcard_constraints:
-        synthetic="|".join(SYNTHETIC),
-    resources:
-        mem_mb=1000,
-        runtime=20,
-    params:
-        **calls(
-            "tasks.recordings:record",
-            of=lambda wildcards: SYNTHETIC[wildcards.synthetic],
-            material=lambda wildcards: MATERIALS[SYNTHETIC[wildcards.synthetic]["material"]],
-            friction=FILMED["friction"],
-            length=FILMED["length_star"],
-        ),
-    script:
-        "../script.py"
+for material in BATCHES:
+
+    rule:
+        name:
+            f"record_{material}"
+        output:
+            [directory(FOLDERS[name]) for name in BATCHES[material]],
+        log:
+            f"{LOGS}/record_{material}.log",
+        benchmark:
+            f"{BENCHMARKS}/record/{material}.tsv"
+        resources:
+            mem_mb=1000,
+            runtime=60,
+        params:
+            **calls(
+                "tasks.recordings:record",
+                recordings=[SYNTHETIC[name] for name in BATCHES[material]],
+                material=MATERIALS[material],
+                friction=FILMED["friction"],
+                length=FILMED["length_star"],
+            ),
+        script:
+            "../script.py"
 
 
-rule measure:
-    input:
-        folder=folder_of,
-    output:
-        data=f"{RESULTS}/measured/{{recording}}.nc",
-        report=f"{RESULTS}/measured/{{recording}}.html",
-    log:
-        f"{LOGS}/measure_{{recording}}.log",
-    benchmark:
-        f"{BENCHMARKS}/measure/{{recording}}.tsv"
-    wildcard_constraints:
-        recording="|".join([*SYNTHETIC, *REAL]),
-    resources:
-        mem_mb=2000,
-        runtime=20,
-    params:
-        **calls("tasks.recordings:measure"),
-    script:
-        "../script.py"
+FOLDERS |= {name: f"data/recordings/{name}" for name in REAL}
+BATCHES |= {name: [name] for name in REAL}
+
+
+for batch, names in BATCHES.items():
+
+    rule:
+        name:
+            f"measure_{batch}"
+        input:
+            folders=[FOLDERS[name] for name in names],
+        output:
+            data=expand(f"{RESULTS}/measured/{{recording}}.nc", recording=names),
+            report=expand(f"{RESULTS}/measured/{{recording}}.html", recording=names),
+        log:
+            f"{LOGS}/measure_{batch}.log",
+        benchmark:
+            f"{BENCHMARKS}/measure/{batch}.tsv"
+        resources:
+            mem_mb=2000,
+            runtime=60,
+        params:
+            **calls("tasks.recordings:measure"),
+        script:
+            "../script.py"
 
 
 rule recordings:

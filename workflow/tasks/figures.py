@@ -3,15 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import cache
 from importlib import import_module
 from typing import Any
 
-import xarray as xr
-
+from stripfold import store
 from stripfold.plots.save import save
 
 
-def figure(drawing: str, data: Sequence[xr.Dataset], options: Mapping[str, Any], output: Any) -> None:
-    """Draw a figure with the function ``drawing``, "module:name", and store it as PNG and SVG."""
-    module, _, name = drawing.partition(":")
-    save(getattr(import_module(module), name)(*data, **options), output.png.removesuffix(".png"))
+def figures(drawings: Sequence[Mapping[str, Any]], output: Any) -> None:
+    """Draw figures and store them as PNG and SVG.
+
+    Parameters
+    ----------
+    drawings
+        For each figure the ``module`` whose ``draw`` draws it, the ``files`` of the datasets that this takes, and
+        ``options``.
+    output
+        Its ``png`` are the names of the files.
+    """
+    read = cache(store.read)
+    for drawing, path in zip(drawings, output.png, strict=True):
+        draw = import_module(drawing["module"]).draw
+        save(draw(*(read(file) for file in drawing["files"]), **drawing["options"]), path.removesuffix(".png"))

@@ -1,4 +1,4 @@
-"""Synthetic recordings, and the measurement of any recording."""
+"""Synthetic recordings, and the measurement of any recordings."""
 
 from __future__ import annotations
 
@@ -9,32 +9,37 @@ from typing import Any
 import xarray as xr
 
 from stripfold import store
-from stripfold.synthetic.recording import history_of, write_recording
-from stripfold.vision import measure as measuring
-from stripfold.vision import recording, report, results
-from studies.recordings import scene_of
 
 
 def record(
     material: Mapping[str, Any],
-    of: Mapping[str, Any],
+    recordings: Sequence[Mapping[str, Any]],
     friction: float,
     length: float,
     output: Sequence[str],
     progress: Callable[[str], None],
 ) -> None:
-    """A synthetic recording of a material, as a folder."""
+    """Synthetic recordings of a material, as a folder each."""
+    from stripfold.synthetic.recording import history_of, write_recording
+    from studies.recordings import scene_of
 
-    scene = scene_of(material, of["height"], of["speed"], friction, length, of["number"])
-    progress("motion")
-    history = history_of(scene)
-    progress("film")
-    write_recording(history, scene, Path(output[0]))
+    for of, folder in zip(recordings, output, strict=True):
+        progress(f"{folder}: motion")
+        scene = scene_of(material, of["height"], of["speed"], friction, length, of["number"])
+        history = history_of(scene)
+        progress(f"{folder}: film")
+        write_recording(history, scene, Path(folder))
 
 
-def measure(folder: Path, output: Any, progress: Callable[[str], None]) -> xr.Dataset:
-    """A recording measured; its page is written beside."""
+def measure(folders: Sequence[Path], output: Any, progress: Callable[[str], None]) -> list[xr.Dataset]:
+    """Recordings measured; the page of each is written beside."""
+    from stripfold.vision import measure as measuring
+    from stripfold.vision import recording, report, results
 
-    found = measuring.measure(recording.read(folder), progress)
-    store.write_text(report.html(found), output.report)
-    return results.as_dataset(found).assign_attrs(title=f"measured: {found.recording.entries.title}")
+    made = []
+    for folder, page in zip(folders, output.report, strict=True):
+        progress(str(folder))
+        found = measuring.measure(recording.read(folder), progress)
+        store.write_text(report.html(found), page)
+        made.append(results.as_dataset(found).assign_attrs(title=f"measured: {found.recording.entries.title}"))
+    return made
