@@ -16,6 +16,7 @@ from stripfold.errors import InvalidInputError
 from stripfold.plots import colours, readers
 from stripfold.plots import film as module
 from stripfold.plots.film import clock, default_slowdown, film, frames
+from stripfold.plots.style import styled
 
 FPS, SLOW, STATIC = 10, 0.5, 1.2
 """A short film: 1.2 s of statics and 2 s of fall at double speed, 2.2 s in all."""
@@ -103,6 +104,7 @@ class TestFilm:
             for frame in decoded[1:]:
                 assert np.abs(frame[region].astype(int) - decoded[0][region]).max() < 60
 
+    @styled
     def test_colours_are_those_of_hdtv(self, made):
         with av.open(str(made)) as container:
             context = container.streams.video[0].codec_context
@@ -115,16 +117,17 @@ class TestFilm:
         x, z = stage.gripper.axes.transData.transform((100.0 * (made_up.LAMBDA_0 - made_up.LENGTH / 2.0), 15.0))
         assert luma[frame.height - int(z), int(x)] == pytest.approx(16.0 + 219.0 * expected, abs=2.0)
 
+    @styled
     def test_what_a_frame_shows(self):
         stage = module._Stage(FOUND, 2.0)
         first = made_up.COUNTS["before"]
         frame = stage.frame(first + 9.5)
-        assert frame.shape == (stage.size[1], stage.size[0], 3)
+        assert frame.shape == (stage.size[1], stage.size[0], 4)
         states = 100.0 * FOUND.states
         np.testing.assert_allclose(np.transpose(stage.strip.get_data()), 0.5 * (states[first + 9] + states[first + 10]))
         # Times are 2 s (i / 40)^2.
-        assert stage.said.get_text() == "fall, slowed down 2 times: $t$ = 0.11 s"
-        assert stage.position.get_text() == r"$\lambda$ = 36.0 cm"
+        assert stage.said.get_text() == "fall, slowed down 2 times: 𝑡 = 0.11 s"
+        assert stage.position.get_text() == "𝜆 = 36.0 cm"
         assert stage.critical.get_visible()
         np.testing.assert_allclose(np.transpose(stage.critical.get_data()), states[FOUND.critical])
         (way,) = [line for line in stage.critical.axes.lines if line.get_linestyle() == ":"]
@@ -132,7 +135,7 @@ class TestFilm:
         assert [one.get_color() for one in (stage.strip, stage.said)] == [colours.RED, colours.RED]
         stage.frame(15.0)
         assert stage.said.get_text() == "static"
-        assert stage.position.get_text() == r"$\lambda$ = 24.0 cm"
+        assert stage.position.get_text() == "𝜆 = 24.0 cm"
         assert not stage.critical.get_visible()
         assert [one.get_color() for one in (stage.strip, stage.said)] == [colours.BLACK, colours.BLACK]
 

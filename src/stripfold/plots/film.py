@@ -11,7 +11,7 @@ from typing import cast
 import av
 import numpy as np
 import xarray as xr
-from av.video.reformatter import ColorPrimaries, ColorRange, Colorspace, ColorTrc
+from av.video.reformatter import ColorPrimaries, ColorRange, Colorspace, ColorTrc, VideoReformatter
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from numpy.typing import NDArray
 
@@ -31,7 +31,7 @@ SLOWDOWNS = (1, 2, 5, 10, 20, 50, 100)
 LEAST_SECONDS = 4.0
 """Least duration of the fall in the film with the default slowdown, s."""
 # Constant quality; one thread, because the number of threads changes the file.
-_ENCODER = {"crf": "18", "preset": "medium", "threads": "1"}
+_ENCODER = {"crf": "18", "preset": "veryfast", "threads": "1"}
 # The index in front, to play before all is loaded; neither date nor version.
 _CONTAINER = {"movflags": "+faststart", "fflags": "+bitexact"}
 
@@ -60,6 +60,7 @@ def frames(times: Array, fps: int) -> Array:
     return np.interp(np.arange(count) / fps, times, np.arange(len(times)))
 
 
+@styled
 def film(
     data: xr.Dataset,
     path: str | os.PathLike[str],
@@ -112,12 +113,16 @@ def film(
         context.time_base = Fraction(1, fps)
         context.colorspace, context.color_range = Colorspace.ITU709, ColorRange.MPEG
         context.color_primaries, context.color_trc = ColorPrimaries.BT709, ColorTrc.BT709
+        reformatter = VideoReformatter()
         # One frame at a time: memory does not grow with the length of the film.
         for i, position in enumerate(shown):
             if progress:
                 progress(f"drawing frame {i + 1} of {len(shown)}")
-            picture = av.VideoFrame.from_ndarray(stage.frame(float(position)), format="rgb24").reformat(
-                format="yuv420p", dst_colorspace=Colorspace.ITU709, dst_color_range=ColorRange.MPEG
+            picture = reformatter.reformat(
+                av.VideoFrame.from_numpy_buffer(stage.frame(float(position)), format="rgba"),
+                format="yuv420p",
+                dst_colorspace=Colorspace.ITU709,
+                dst_color_range=ColorRange.MPEG,
             )
             picture.pts, picture.time_base = i, Fraction(1, fps)
             container.mux(stream.encode(picture))
@@ -131,7 +136,6 @@ _LOOKS = {BEFORE: (BLACK, "static"), FALL: (FALLING, "fall"), AFTER: (SETTLED, "
 class _Stage:
     """A figure whose background is drawn once; only the strip, the gripper and the texts are drawn for each frame."""
 
-    @styled
     def __init__(self, found: Collapse, slowdown: float) -> None:
         self.found, self.slowdown = found, slowdown
         fig, (ax,) = equal_panels([limits(found)], above=0.3)
@@ -153,9 +157,8 @@ class _Stage:
         self.canvas.draw()
         self.background = self.canvas.copy_from_bbox(fig.bbox)  # type: ignore[no-untyped-call]
 
-    @styled
     def frame(self, position: float) -> Frame:
-        """The picture at a position among the states, linear in between."""
+        """The picture at a position among the states, linear in between: red, green, blue, alpha; the canvas's own."""
         found = self.found
         before = min(int(position), len(found.states) - 2)
         share = position - before
@@ -171,14 +174,15 @@ class _Stage:
         self.gripper.set_data(*state[:1].T)
         self.critical.set_visible(phase == FALL)
         if phase == FALL:
-            text = f"{text}, {_pace(self.slowdown)}: $t$ = {float(between(found.time)):.2f} s"
+            text = f"{text}, {_pace(self.slowdown)}: 𝑡 = {float(between(found.time)):.2f} s"
         self.said.set_text(text)
         self.said.set_color(colour)
-        self.position.set_text(rf"$\lambda$ = {CM * float(between(found.advance)):.1f} cm")
+        # Letters in italics: parsing mathematics in the text took longer than drawing the frame.
+        self.position.set_text(f"𝜆 = {CM * float(between(found.advance)):.1f} cm")
         self.canvas.restore_region(self.background)  # type: ignore[attr-defined]
         for artist in (self.critical, self.strip, self.gripper, self.said, self.position):
             self.canvas.figure.draw_artist(artist)
-        return cast(Frame, np.ascontiguousarray(np.asarray(self.canvas.buffer_rgba())[..., :3]))
+        return cast(Frame, np.asarray(self.canvas.buffer_rgba()))
 
 
 def _pace(slowdown: float) -> str:
