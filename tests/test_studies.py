@@ -238,6 +238,14 @@ def test_broken_branches_are_refused(stored: xr.Dataset, name: str, index: tuple
         check_branch(broken)
 
 
+def test_unbalanced_forces_are_judged_at_the_runs_own_gravity(stored: xr.Dataset) -> None:
+    changed = stored.copy(deep=True)
+    changed["residual"].values[1, 3] = 5e-5 * stored.attrs["rho_a"] * 9.81 * stored.attrs["gravity_length"]
+    check_branch(changed)
+    with pytest.raises(StripfoldError, match="equilibrium"):
+        check_branch(changed.assign_attrs(gravity=1.62))
+
+
 @pytest.mark.parametrize("model", ["solid", "elastica"])
 def test_find(model: str) -> None:
     found = find(Scene(length=0.6, height=0.09, eta_b=3780.0, model=model, accuracy=5e-3))

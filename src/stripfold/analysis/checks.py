@@ -25,7 +25,8 @@ def check_branch(run: xr.Dataset) -> None:
     StripfoldError
         With the list of what is broken, and at which heights.
     """
-    unit, force = run.attrs["gravity_length"], run.attrs["rho_a"] * 9.81 * run.attrs["gravity_length"]
+    unit = run.attrs["gravity_length"]
+    force = run.attrs["rho_a"] * run.attrs["gravity"] * unit
     snap = run["snap"].values > 0
     lam, negatives = run["lambda"].values, run["negatives"].values
     exists = np.isfinite(lam)
