@@ -81,6 +81,17 @@ def test_what_counts(project, name, old, new, reason):
     assert evidence.why_stale(data, PARAMS) == reason
 
 
+@pytest.mark.parametrize(
+    ("today", "reason"),
+    [(("numpy",), ""), (("numpy", "scipy"), ""), (("numpy", "scipy", "rich"), "a library has changed")],
+)
+def test_libraries_that_are_watched_today_count(project, monkeypatch, today, reason):
+    monkeypatch.setattr(evidence, "LIBRARIES", ("numpy", "scipy"))
+    data = stored()
+    monkeypatch.setattr(evidence, "LIBRARIES", today)
+    assert evidence.why_stale(data, PARAMS) == reason
+
+
 def test_code_that_is_gone(project):
     data = stored()
     (project / "workflow/studies/limit.py").unlink()

@@ -28,15 +28,15 @@ PACKAGES = ("stripfold", "studies", "tasks")
 LIBRARIES = (
     "av",
     "matplotlib",
-    "netcdf4",
     "numba",
     "numpy",
     "opencv-python-headless",
+    "pillow",
     "scikit-fem",
     "scikit-image",
     "scipy",
 )
-"""Libraries whose version can change a number; those of them that the lock names."""
+"""Libraries whose version can change a number; matplotlib draws the synthetic recordings, pillow decodes pictures."""
 ATTRIBUTE = "evidence"
 """Global attribute of a stored dataset that holds its evidence, as JSON."""
 
@@ -97,7 +97,7 @@ def why_stale(dataset: xr.Dataset, params: Mapping[str, Any] | None = None) -> s
         return "the code that made it is gone"
     if stored["code"] != code:
         return "the code has changed"
-    if stored["libraries"] != libraries():
+    if any(stored["libraries"].get(name) != versions for name, versions in libraries().items()):
         return "a library has changed"
     if params is not None and stored["params"] != _hash(json.dumps(params, sort_keys=True, default=str)):
         return "the configuration has changed"
