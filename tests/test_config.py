@@ -14,7 +14,8 @@ import yaml
 
 import configuration as config
 from config_models import Configuration
-from config_studies import FallWay, Strategy, Studies
+from config_motion import FallWay
+from config_studies import Strategy, Studies
 from stripfold import elastica
 from stripfold.errors import InvalidInputError
 from stripfold.inputs import Scene

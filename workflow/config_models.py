@@ -6,7 +6,8 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
-from config_studies import HeightStar, LengthStar, OneOrTwo, Refinement, Speed, Step, Studies
+from config_quantities import HeightStar, LengthStar, OneOrTwo, Refinement, Speed, Step
+from config_studies import Studies
 from stripfold.errors import MISSING, InvalidInputError
 from stripfold.inputs import Accuracy, EtaB, EtaM, Gravity, Law, Length, Nu, RhoA
 from stripfold.material import GRAVITY
