@@ -34,7 +34,7 @@ def prediction() -> locate_rod.ElasticaPrediction:
     return locate_rod.ElasticaPrediction.at(HEIGHT)
 
 
-class TestNear:
+class TestLocateSolid:
     def test_same_end_as_the_whole_branch(self, prediction: locate_rod.ElasticaPrediction):
         strip = StripModel(LENGTH, THICKNESS)
         late = locate_solid.run(strip, prediction, 2.0)
@@ -67,7 +67,7 @@ class TestNear:
         )
 
 
-class TestChoice:
+class TestSelectModel:
     @pytest.mark.parametrize("thickness", [0.06, 0.1, 0.2])
     def test_bounds_hold_in_the_study_of_the_rod(self, thickness: float):
         with xr.open_dataset("results/studies/rod.nc") as stored:
@@ -103,9 +103,9 @@ class TestChoice:
             scene = scene_of(LENGTH, THICKNESS, HEIGHT, "auto", accuracy_asked)
             found = critical.find(scene)
             assert found.model == model
-            told = (found.error + found.model_error) / found.lambda_c
+            stated = (found.error + found.model_error) / found.lambda_c
             truth = locate_solid.run(StripModel(LENGTH, THICKNESS), prediction, 1.0).lam * scene.material.gravity_length
-            assert abs(found.lambda_c / truth - 1.0) <= told <= accuracy_asked
+            assert abs(found.lambda_c / truth - 1.0) <= stated <= accuracy_asked
 
     def test_a_failure_is_the_next_models(self, monkeypatch: pytest.MonkeyPatch):
         def fails(*_: object) -> locate_rod.Found:

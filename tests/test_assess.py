@@ -145,7 +145,7 @@ class TestCriticalPoints:
             assert event.kind == SNAP
             assert event.angle == pytest.approx({"triangular": 89.0, "circular": 76.4}[name], abs=0.8)
 
-    def test_angle_is_that_of_the_way(self, statics: dict[str, Assessment]):
+    def test_angle_is_that_of_the_path(self, statics: dict[str, Assessment]):
         """The same critical state come upon along its boundary, across it, and in between."""
         found = statics["circular"]
         (event,) = found.events
@@ -524,7 +524,7 @@ class TestTwoWays:
         away = model.mid_surface(start.q) - plan.mid_surface(travelled, model.s)
         assert np.linalg.norm(away, axis=1).max() < 0.2
 
-    def test_it_goes_either_way(self, ways: tuple[xr.Dataset, PostCriticalBranches, RPath]):
+    def test_the_strip_falls_to_either_side(self, ways: tuple[xr.Dataset, PostCriticalBranches, RPath]):
         """One touches near the planned place, the other comes to rest without a touch."""
         _, found, plan = ways
         down, up = found.branches

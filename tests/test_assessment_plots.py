@@ -57,7 +57,7 @@ class TestReaders:
         assert path_readers.post_critical(made_up.without_ways()) == []
 
     @pytest.mark.parametrize(
-        ("break_it", "told"),
+        ("break_it", "message"),
         [
             (lambda data: data.drop_vars("phase"), "without phase"),
             (lambda data: data.drop_vars(["x", "arc"]), "without x, arc"),
@@ -67,8 +67,8 @@ class TestReaders:
             (lambda data: data.assign_coords(phase=("state", ["after"] * data.sizes["state"])), "phases after"),
         ],
     )
-    def test_other_data_are_refused(self, break_it, told):
-        with pytest.raises(InvalidInputError, match=told):
+    def test_other_data_are_refused(self, break_it, message):
+        with pytest.raises(InvalidInputError, match=message):
             path_readers.parts(break_it(made_up.assessment().assign_coords(state=np.arange(45))))
 
     def test_half_a_branch_and_unknown_names_are_refused(self):

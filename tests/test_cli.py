@@ -122,7 +122,7 @@ def test_json_has_null_where_there_is_no_number(capsys, fake):
         (["eta", "--fold-height", "nan"], ["fold_height = nan"]),
     ],
 )
-def test_bad_input_is_told_in_one_line(capsys, fake, arguments, parts):
+def test_bad_input_is_reported_in_one_line(capsys, fake, arguments, parts):
     code, out, err = run(capsys, *arguments)
     assert (code, out) == (2, "")
     assert err.startswith("stripfold: error: ")
@@ -174,7 +174,7 @@ def test_eta(capsys):
     assert f"{values['eta_b']:.6g} m^-4 s^2" in text
 
 
-def test_blas_gets_one_thread_unless_told_otherwise(capsys, monkeypatch):
+def test_blas_gets_one_thread_by_default(capsys, monkeypatch):
     monkeypatch.delenv("OMP_NUM_THREADS", raising=False)
     monkeypatch.setenv("OPENBLAS_NUM_THREADS", "3")
     run(capsys, "eta", "--fold-height", "0.0272")

@@ -308,7 +308,7 @@ def test_the_parts_join(stored: tuple[Simulation, xr.Dataset]) -> None:
 
 
 @pytest.mark.parametrize("model", ["solid", "rod"])
-def test_the_strip_that_is_simulated_is_the_one_asked_for(monkeypatch: pytest.MonkeyPatch, model: str) -> None:
+def test_the_inputs_reach_the_model(monkeypatch: pytest.MonkeyPatch, model: str) -> None:
     given = {"length": 0.3, "height": 0.054, "eta_b": 3780.0, "eta_m": 2e-3, "nu": 0.3, "until": "touch"}
     asked = Simulation(**given, model=model)
     seen: list[tuple[object, ...]] = []

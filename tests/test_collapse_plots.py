@@ -40,7 +40,7 @@ class TestReader:
         np.testing.assert_allclose(readers.collapse(data).travel, 0.005 * np.arange(len(steps)), atol=1e-15)
 
     @pytest.mark.parametrize(
-        ("break_it", "told"),
+        ("break_it", "message"),
         [
             (lambda data: data.drop_vars("phase"), "without phase"),
             (lambda data: data.drop_vars(["x", "arc"]), "without x, arc"),
@@ -54,8 +54,8 @@ class TestReader:
             (lambda data: data.assign(time=-data["time"]), "unusable times"),
         ],
     )
-    def test_other_data_are_refused(self, data, break_it, told):
-        with pytest.raises(InvalidInputError, match=told):
+    def test_other_data_are_refused(self, data, break_it, message):
+        with pytest.raises(InvalidInputError, match=message):
             collapse.draw(break_it(data))
 
 

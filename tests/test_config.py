@@ -145,7 +145,7 @@ def test_the_keys_are_the_parameters_of_the_studies(name, study):
     assert all(field.is_required() for field in fields.values())
 
 
-def test_the_ways_of_the_studies():
+def test_the_methods_of_the_studies():
     assert set(Strategy.model_fields) == set(accuracy.Strategy._fields)
     assert tuple(FallWay.model_fields) == fall_accuracy.Way._fields
     assert set(get_args(get_args(FallWay.model_fields["scheme"].annotation)[0])) == set(fall_accuracy.SCHEMES)
@@ -177,7 +177,7 @@ def test_unknown_keys(path, named, near):
     assert error.allowed.startswith("only the keys ")
 
 
-def test_a_misspelt_key_is_told_before_the_missing_one():
+def test_a_misspelt_key_is_reported_before_the_missing_one():
     content = changed("materials.0.heights", ...)
     content["materials"][0]["heigths"] = [3.0]
     assert refused(content).key == "materials[0].heigths"

@@ -374,7 +374,7 @@ def test_what_is_held_does_not_accelerate_at_the_start(cantilever: tuple[HeldStr
     problem, q = cantilever
     first = dynamics.start(problem, q, q, 0.0, NONE)
     assert np.all(first.a[problem.prescribed] == 0.0)
-    # The first step's error is told from the change of this: a start in motion is no jerk.
+    # The first step's error is estimated from the change of mean_a: a start in motion is no jerk.
     np.testing.assert_array_equal(first.mean_a, first.a)
     # Free fall of all the rest, on the whole: two Gauss points along an element leave its nodes room to alternate.
     assert problem.model.weight @ first.a == pytest.approx(-problem.model.length, rel=0.02)

@@ -55,7 +55,7 @@ def test_the_conserving_scheme_conserves(compared: xr.Dataset) -> None:
     complete(compared)
 
 
-def test_failures_are_told(compared: xr.Dataset, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_failures_are_reported(compared: xr.Dataset, monkeypatch: pytest.MonkeyPatch) -> None:
     assert not compared["failure"].sel(scheme=schemes.DEFAULT).item()
     monkeypatch.setattr(schemes, "SCHEMES", {schemes.CONSERVING: EnergyMomentum(0.0), "bad": GeneralisedAlpha(0.8)})
 

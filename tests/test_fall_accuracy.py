@@ -31,7 +31,7 @@ def test_errors_are_from_the_reference(found: xr.Dataset):
     assert (found["seconds"] > 0.0).all()
 
 
-def test_a_way_that_fails_has_no_number(monkeypatch: pytest.MonkeyPatch):
+def test_a_method_that_fails_has_no_number(monkeypatch: pytest.MonkeyPatch):
     """A motion that comes to rest without a touch has no first touch."""
     truth = fall_accuracy.simulate_fall
 

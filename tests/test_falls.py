@@ -43,7 +43,7 @@ def test_every_case_is_there(found: xr.Dataset) -> None:
     assert all(variable.attrs["units"] and variable.attrs["long_name"] for variable in found.variables.values())
 
 
-def test_a_failure_is_told(found: xr.Dataset) -> None:
+def test_a_failure_is_reported(found: xr.Dataset) -> None:
     failed = found.sel(case="too low to snap")
     assert "no fall to follow" in str(failed["message"].values)
     assert np.isnan(float(failed["touch_x"]))

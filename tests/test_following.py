@@ -390,7 +390,7 @@ def test_a_large_move_is_not_spurious(
             path_statics._along_piece(problem, at(0.0), first.lam + 2.5, path_statics.STEPS, 0.05)
 
 
-def test_a_fold_is_told_from_a_contact_that_opens_by_where_its_eigenvalue_would_be_zero() -> None:
+def test_a_fold_differs_from_a_contact_that_opens_by_where_its_eigenvalue_would_be_zero() -> None:
     """Its square falls linearly before a fold: how large it still is at the last state found does not matter."""
 
     def at(lam: float, value: float) -> Any:
@@ -419,7 +419,7 @@ def test_a_fold_is_told_from_a_contact_that_opens_by_where_its_eigenvalue_would_
         (0.8, (56.0, 9.0, 4.3, 6.2, 10.6), False),  # higher up
     ],
 )
-def test_a_strip_all_but_flat_that_is_nearly_let_go(
+def test_an_almost_flat_strip_near_its_critical_point(
     height: float, eigenvalues: tuple[float, ...], nearly: bool
 ) -> None:
     """Its least eigenvalue dips towards zero, early on the path."""
@@ -429,7 +429,7 @@ def test_a_strip_all_but_flat_that_is_nearly_let_go(
     assert path_statics._near_critical_dip(model, points[:2]) is None
 
 
-def test_what_nearly_happens_on_coarse_elements_happens_on_fine_ones() -> None:
+def test_a_near_snap_on_coarse_elements_is_a_snap_on_fine_ones() -> None:
     """A thick strip whose gripper sets out low over the floor: on coarse elements it nearly snaps and goes on."""
     case = random_paths.case(16, 20180701)
     path = random_paths.as_table(case)

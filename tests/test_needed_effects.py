@@ -38,7 +38,7 @@ def test_yamls_on_and_off() -> None:
     assert Effects(**{"inertia": False, "solid": True}) == Effects(inertia="off", solid="on")
 
 
-def test_the_model_is_as_asked_or_on_demand() -> None:
+def test_the_model_is_the_given_one_or_chosen_by_accuracy() -> None:
     assert Simulation(**STRIP).model == "solid"
     assert Simulation(**STRIP, effects="auto").model == "rod"
     assert Simulation(**STRIP, effects="auto", accuracy=1e-5).model == "solid"

@@ -141,7 +141,7 @@ def test_a_touch_where_the_other_run_is_critical_is_a_close_call(monkeypatch: py
     assert random_paths._outcome(case, 2.0)["outcome"] == "undecided"
 
 
-def test_what_is_undecided_is_tried_once_more(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_undecided_case_is_tried_once_more(monkeypatch: pytest.MonkeyPatch) -> None:
     asked = []
 
     def assess_strip(strip: StripModel, path: object, **given: float) -> Assessed:

@@ -174,7 +174,7 @@ def test_figure_has_a_line_for_everyone_who_answered() -> None:
         assert len(bold) == len(names & {"solid", "rod", "elastica"})
 
 
-def test_who_is_not_there_or_fails_is_told(tmp_path: Path) -> None:
+def test_a_program_that_is_missing_or_fails_is_reported(tmp_path: Path) -> None:
     said, answer = peers._ask("felupe", dict(SCENE), tmp_path)
     assert "not installed" in said
     assert answer["runs"] == []

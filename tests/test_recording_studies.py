@@ -84,7 +84,7 @@ def test_a_motion_from_dynamics_in_metres_and_seconds():
 
 
 @pytest.mark.parametrize("motion", [{"frictoin": 0.1}, {"friction": -1.0}, {"before": 0.0}, {"model": "beam"}])
-def test_a_motion_that_cannot_be_asked_for(motion: dict[str, Any]):
+def test_a_motion_outside_the_limits_is_refused(motion: dict[str, Any]):
     with pytest.raises(InvalidInputError, match=rf"^motion\.{next(iter(motion))} "):
         Scene(strip={"length": 0.5, "eta_b": 3780.0}, generator="dynamics", motion=motion)
 

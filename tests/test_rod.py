@@ -73,7 +73,7 @@ class TestDerivatives:
         assert np.abs(by_force - dense).max() < 1e-8 * np.abs(dense).max()
         assert np.abs(dense - dense.T).max() < 1e-14 * np.abs(dense).max()
 
-    def test_carried_stress(self):
+    def test_predicted_stress(self):
         """That of the strain linearised at ``q``; after a step of zero the tangent with it is the true one."""
         model = rod()
         q, dq = crooked(model), crooked(model, seed=2)
@@ -101,7 +101,7 @@ class TestDerivatives:
         assert float(force @ (q1 - q0)) == pytest.approx(gain + kappa * distance, rel=1e-11)
 
 
-def test_what_it_remembers_is_of_the_state_asked_for():
+def test_cached_strains_are_those_of_the_given_state():
     """Strains are kept for states asked again: also of an array changed in place, and of the last but two."""
     model, states = rod(), [crooked(rod(), seed=seed) for seed in range(4)]
     fresh = [rod().strain(q) for q in states]

@@ -66,7 +66,7 @@ class TestCriticalPoint:
         fine = locate_rod.run(rod(), locate_rod.ElasticaPrediction.at(HEIGHT), 1.0)
         assert fine.lam == pytest.approx(solid.lam, rel=1e-4)
 
-    def test_the_short_way_is_the_long_one(self, run: static.XRun):
+    def test_the_moving_lift_off_agrees_with_contact_at_nodes(self, run: static.XRun):
         """With the lift-off as an unknown the rod ends where it does with contact node by node, to that mesh."""
         short = locate_rod.run(rod(), locate_rod.ElasticaPrediction.at(HEIGHT), 1.0)
         assert short.end is run.end
@@ -98,7 +98,7 @@ class TestCriticalPoint:
         assert (found.snap, found.reason) == (False, End.LIFTED.reason)
 
 
-def test_what_planning_need_not_ask():
+def test_lowest_advance_over_height_used_in_planning():
     """lambda_c - z is above what planning takes for certain; the least of it is near z = 5.6."""
     curve = elastica.master_curve(np.array([1.6, 3.0, 5.0, 5.6, 6.2, 9.0, 25.0, 60.0]))
     assert planning.LOWEST < (curve.advance - curve.z).min() < planning.LOWEST + 0.2
@@ -143,7 +143,7 @@ class TestFriction:
         assert 1e-4 < model.largest_move(bare.point.q, last.point.q) < 0.5
 
 
-class TestAsked:
+class TestCommand:
     def test_critical(self, capsys: pytest.CaptureFixture[str]):
         arguments = ["--length", "0.6", "--eta-b", "3780", "--height", "0.09", "--model", "rod", "--json"]
         assert main(["critical", *arguments]) == 0

@@ -184,7 +184,7 @@ def test_very_thin_strips_are_lifted(thickness):
     assert model.mid_surface(state.q)[0, 0] + 4.0 == pytest.approx(truth.advance, abs=3e-4)
 
 
-def test_every_height_asked_for_is_given():
+def test_every_requested_height_is_returned():
     """One lift yields all heights, ascending, each converged with the gripper exactly there."""
     heights = [0.3, 0.31, 1.7, 2.5]
     found = list(static.lift(static.StripModel(8.0, 0.05), heights))

@@ -268,7 +268,7 @@ class TestDerivatives:
         dense = k.to_sparse().toarray()
         assert np.abs(dense - dense.T).max() > 1e-3 * np.abs(dense).max()
 
-    def test_the_carried_stress(self):
+    def test_predicted_stress(self):
         """``predict_stress(q, dq)`` is the stress at q + dq up to dq^2, and the own stress for dq = 0."""
         model = strip(2, 1)
         rng = np.random.default_rng(4)

@@ -123,7 +123,7 @@ def test_lame_parameters_give_the_papers_matrix(nu):
         assert s[0, 1] == s[1, 0]
 
 
-def test_a_stress_carried_into_the_tangent():
+def test_tangent_with_a_predicted_stress():
     """With its own stress handed in the tangent is the same; another stress changes the geometric part only."""
     own = laws.stress_of_strain(laws.green_lagrange(F), LAME)
     a = laws.svk_tangent(F, LAME)

@@ -97,17 +97,17 @@ class TestRate:
         assert slopes[-1] == pytest.approx([2.0, 4.0], abs=0.3)
         assert np.all(errors[-1] < [1e-3, 1e-6])
 
-    def test_the_carried_stress_is_what_makes_it_fast(self):
+    def test_the_predicted_stress_saves_iterations(self):
         """A thin strip that drops from straight to hanging: few iterations with, many or none without."""
         model = Solid.of(2.0, 0.01, elements=20)
         problem = clamped(model, np.zeros(model.size), 0)
         with_it = len(problem.solve(np.zeros(model.size)).residuals)
 
-        class Forgets(type(problem)):
+        class WithoutPrediction(type(problem)):
             def predict_stress(self, q, dq):
                 return None
 
-        plain = Forgets(problem.model, problem.prescribed, problem.values, problem.load)
+        plain = WithoutPrediction(problem.model, problem.prescribed, problem.values, problem.load)
         try:
             without = len(plain.solve(np.zeros(model.size)).residuals)
         except NewtonError as error:

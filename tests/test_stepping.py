@@ -111,7 +111,7 @@ class TestSteps:
             next(load_incrementally(low_model, LOW, none, size))
 
 
-class TestWalk:
+class TestLoadingIncrementally:
     """The states."""
 
     def test_without_effects_it_is_the_arc_length_result(self, low_model: Solid):
@@ -154,7 +154,7 @@ class TestWalk:
         bare = without_friction(step)
         assert step.point.eigenvalues[0] > bare.eigenvalues[0] + 0.04
 
-    def test_a_state_is_found_on_a_way_of_several(
+    def test_a_state_is_found_in_several_substeps(
         self, low_model: Solid, low_steps: list[Step], monkeypatch: pytest.MonkeyPatch
     ):
         """The memory is kept on it: the state is the same as by one solve."""
@@ -248,7 +248,9 @@ class TestWalk:
         assert bool(looked) == looked_at(moved, size)
         assert new.moved < 5.0
 
-    def test_states_between_tell_haste_from_a_jump(self, low_model: Solid, monkeypatch: pytest.MonkeyPatch):
+    def test_intermediate_states_distinguish_fast_motion_from_a_jump(
+        self, low_model: Solid, monkeypatch: pytest.MonkeyPatch
+    ):
         """Equal ways to all of them are haste; one far from the last is a jump, wherever in the step it is."""
         path = polygon((-6.0, 0.0), (-5.2, 1.2), (5.0, 1.2))
         before = next(load_incrementally(low_model, path, none, 0.5)).point.state

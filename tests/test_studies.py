@@ -51,7 +51,7 @@ def test_critical_point_is_the_elasticas(run: static.XRun) -> None:
     assert run.free_length == pytest.approx(elastica.critical(3.0).length, abs=0.05)
 
 
-def test_bracket_is_as_narrow_as_asked(run: static.XRun) -> None:
+def test_bracket_is_within_the_tolerance(run: static.XRun) -> None:
     assert run.critical is not None
     assert 0.0 <= run.critical.width <= static.LAMBDA_TOLERANCE
     assert run.critical.lower == run.critical.lam

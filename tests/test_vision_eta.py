@@ -59,7 +59,7 @@ def share(kind: str, size: float, right: bool = True) -> drawn.Array:
 
 @pytest.mark.parametrize("length", [0.8, 2.0, 4.0, 7.0])
 def test_exact_shapes(length: float) -> None:
-    """The collocation's cantilever, whose clamp the fit is not told of."""
+    """The collocation's cantilever, whose clamp the fit does not know."""
     profile = elastica.cantilever(length).at(np.linspace(0.0, length, 100))
     points = 100.0 * np.column_stack([profile.x, -profile.z])
     for linear in (True, False):
@@ -292,7 +292,7 @@ def test_figure_of_a_fit() -> None:
     np.testing.assert_allclose(above["centreline"], 1e3 * SCALE * found.line.points)
     np.testing.assert_allclose(above["linear strip"], 1e3 * SCALE * found.shape.points)
     np.testing.assert_allclose(below["_linear"][:, 1], 1e3 * SCALE * found.shape.residual)
-    # Of a strip that is told to be linear, the other law is not drawn.
+    # Of a strip with a linear law, the other law is not drawn.
     assert "_power" not in below
     image = drawn.picture(share("folded", 100.0))
     loop = eta.from_image(image, SCALE, "fold")

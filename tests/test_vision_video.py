@@ -163,7 +163,7 @@ def test_frames_of_two_sizes(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("turn", [90, 180, 270])
-def test_rotated_as_the_file_asks(films: dict[str, Path], tmp_path: Path, turn: int) -> None:
+def test_rotated_as_the_header_says(films: dict[str, Path], tmp_path: Path, turn: int) -> None:
     data = bytearray(films["libx264"].read_bytes())
     one, angle = 65536, np.deg2rad(turn)
     c, s = round(np.cos(angle)) * one, round(np.sin(angle)) * one
