@@ -434,6 +434,9 @@ def test_texts_quote_what_is_stored() -> None:
         for name, table in tables.items():
             assert fill_table(text, name, table) == text, "run `snakemake readme`"
     assert gallery_markdown() == (ROOT / "docs/figures.md").read_text(encoding="utf-8"), "run `snakemake readme`"
+    examples = (ROOT / "docs/examples.md").read_text(encoding="utf-8")
+    assert numbers.examples_markdown() == examples, "run `snakemake readme`"
+    assert examples.count("```python") == len(list((ROOT / "examples").glob("*.py")))
 
 
 def test_readme_and_material_examples_run() -> None:

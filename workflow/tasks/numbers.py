@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -107,3 +108,17 @@ def fill_tables(summary: Path, **data: xr.Dataset) -> None:
             text = run.fill_table(text, key, content)
         store.write_text(text, Path(name))
     store.write_text(gallery_markdown(), Path("docs/figures.md"))
+    store.write_text(examples_markdown(), Path("docs/examples.md"))
+
+
+def examples_markdown() -> str:
+    """The page ``docs/examples.md``: the programs of ``examples``, in the order of their own page."""
+    blocks = [
+        "# Examples\n\n<!-- Made by `snakemake readme` from `examples/`. -->\n\n"
+        "Each program runs alone and in seconds, in any folder; those that need an extra say so."
+    ]
+    listed = (ROOT / "examples/README.md").read_text(encoding="utf-8")
+    for name, question in re.findall(r"^\| \[(\w+\.py)\]\(\1\) \| (.+) \|$", listed, re.M):
+        code = (ROOT / "examples" / name).read_text(encoding="utf-8")
+        blocks.append(f"## {question}\n\n[{name}](../examples/{name})\n\n```python\n{code}```")
+    return "\n\n".join(blocks) + "\n"
