@@ -33,25 +33,8 @@ AT_END = 1e-3
 class Verdict:
     """The assessment of a path; lengths in m, forces in N per m of width, nan where undefined.
 
-    Attributes
-    ----------
-    stable
-        Whether the strip follows all of the path.
-    critical
-        Its critical points: ``t``, ``x``, ``z`` of the gripper, ``kind``, and the ``angle`` with the stability
-        boundary in degrees.
-    touch_x, landing_x, touch_error
-        Where it first touches, where the folded state lands, the difference.
-    shape_error
-        Largest distance of the last state from the folded one; nan for a path that ends elsewhere.
-    lying_length
-        Length that lies from the held end in the last state.
-    peak_force, peak_hold
-        Largest force of the gripper and horizontal force of the held end, statics.
-    completed
-        Whether the path was followed to its end.
-    states
-        The static states followed, in L*, each with the problem that it solves.
+    :class:`.results.PathAssessment` describes the attributes; ``states`` are the static states followed, in L*, each
+    with the problem that it solves.
     """
 
     stable: bool
@@ -115,7 +98,7 @@ def assess_path(
         law, strength = "pull", friction * unit / material.gravity
     else:
         assert hysteresis is not None
-        law, strength = "hysteresis", hysteresis / (material.rho_a * material.gravity * unit**2)
+        law, strength = "hysteresis", hysteresis / (material.force_scale * unit)
     size = STEP if step is None else step / unit
     steps, lost = _with_friction(strip, path, law, strength, size, refinement)
     touch = next(
@@ -148,7 +131,7 @@ def _verdict(
     touch: float,
     states: list[tuple[StripProblem, Point]],
 ) -> Verdict:
-    unit, force = material.gravity_length, material.rho_a * material.gravity * material.gravity_length
+    unit, force = material.gravity_length, material.force_scale
     problem, last = states[-1]
     peak_force, peak_hold = peak_forces(states)
     completed = abs(last.lam - path.length) < 1e-6
