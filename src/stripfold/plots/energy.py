@@ -19,7 +19,7 @@ STACKED = {
     "contact": ("dissipated: impacts", PINK),
     "numerical": ("dissipated: scheme", GREY),
 }
-TITLES = ("(a) elastic and gravity energy since the start", "(b) energy that they released", "(c) error of the balance")
+TITLES = ("(a) elastic and gravity energy since the start", "(b) the energy released", "(c) error of the balance")
 
 
 @styled
@@ -48,7 +48,7 @@ def draw(data: xr.Dataset) -> Figure:
     middle.stackplot(time, *(e[name] for name in STACKED), colors=colours, labels=labels, lw=0.0)
     middle.plot(time, released, color=BLACK, lw=0.9, label="released")
     bottom.semilogy(time, np.where(error > 0.0, error, np.nan), color=BLACK, lw=0.8, label="_closing")
-    bottom.set(xlabel="time since the start of the fall [s]", ylabel="share of (a)", xlim=(0.0, 1.03 * time[-1]))
+    bottom.set(xlabel="time since the start of the fall [s]", ylabel="relative to (a)", xlim=(0.0, 1.03 * time[-1]))
     top.legend(loc="upper left")
     middle.legend(loc="upper left", reverse=True, fontsize=7, labelspacing=0.3)
     for ax, title in zip(axes, TITLES, strict=True):

@@ -61,4 +61,4 @@ def draw_coverage(ax: Axes, data: xr.Dataset) -> None:
     ax.plot(*pixels.reshape(-1, 2).T, ".", color=BLUE, ms=1.5, zorder=2, label="_corners")
     ax.set(aspect="equal", xlim=(0.0, width), ylim=(height, 0.0), xlabel="x [px]", ylabel="y [px]")
     ax.grid(False)
-    note(ax, f"{float(data['coverage']):.0%} of the picture", "upper right")
+    note(ax, f"{100.0 * float(data['coverage']):.0f} % of the picture covered", "upper right")

@@ -27,11 +27,12 @@ def draw(data: xr.Dataset) -> Figure:
     colours = np.where(inside, GREY, VERMILLION)
     fig = figure(4.4)
     top, bottom = fig.subplots(2, 1, height_ratios=(1.5, 1.0))
-    limit = 1.1 * float(np.quantile(np.abs(off) + half, 0.97)) if len(off) else 1.0
+    # Of the widest intervals only the ends are cut off.
+    limit = 1.1 * max(float(np.quantile(np.abs(off) + half, 0.97)), float(np.abs(off).max())) if len(off) else 1.0
     top.vlines(rank, off - half, off + half, colors=colours, lw=0.7)
-    top.scatter(rank, np.clip(off, -limit, limit), s=3.0, c=np.where(inside, BLACK, VERMILLION), zorder=3)
+    top.scatter(rank, off, s=3.0, c=np.where(inside, BLACK, VERMILLION), zorder=3)
     top.axhline(0.0, color=BLACK, lw=0.8)
-    top.set(ylim=(-limit, limit), ylabel=r"error of $\lambda$ [mm]", xlabel="recordings, by their standard deviation")
+    top.set(ylim=(-limit, limit), ylabel=r"error of $\lambda$ [mm]", xlabel="recordings, ordered by standard deviation")
     held = f"{100.0 * inside.mean():.1f} % of " if len(off) else ""
     note(top, f"95 % intervals: {held}{len(off)} hold the truth")
     z, bins = np.clip(off / sd, -5.0, 5.0), np.linspace(-5.0, 5.0, 41)

@@ -48,6 +48,7 @@ def draw(data: xr.Dataset) -> Figure:
         ax.set_axis_off()
     for ax in panels[1:count]:
         ax.sharex(panels[0])
+    panels[0].autoscale(axis="x")  # to what all of them show
     headroom(panels[0], 0.12)
     fig.supylabel(r"error of $\lambda$, relative", fontsize=9.0)
     legend_above(fig, ncols=len(KINDS), fontsize=7.0)
