@@ -21,6 +21,7 @@ import xarray as xr
 
 from stripfold.arrays import Array, Picture
 from stripfold.errors import InvalidInputError
+from stripfold.material import GRAVITY
 from stripfold.vision import eta
 from stripfold.vision.centreline import find
 from stripfold.vision.pictures import read_grey
@@ -34,7 +35,6 @@ SCALE = 1.101e-4
 """Metres per pixel of the textile's picture, from its authors."""
 AREAL_LOAD = 13.6
 """Weight per area of the textile, N m^-2, from its authors."""
-GRAVITY = 9.81
 YARN_LENGTHS = (0.10, 0.15, 0.20, 0.25)
 """Free lengths of the yarn, m, in the names of its pictures."""
 SHARES = np.linspace(0.1, 1.0, 10)
