@@ -53,7 +53,7 @@ _HEAD = """\
 <!-- Made by `studies.plots.gallery_markdown`: edit the captions there and in `stripfold.plots`. -->
 
 All figures of `figures/`, drawn from stored results; each is there as PNG and SVG. The collapse is also a
-[film](../figures/collapse.mp4): static states quickly, the fall slowed down.
+[film](../figures/collapse.mp4): static states quickly, a short fall slowed down.
 
 A colour means the same in all figures. As in the paper, purple is the gripper; blue the held end, the fold line and the
 way out of an R-path without a touch; red the mid-surface and the strip in motion; grey static states; black the
