@@ -42,7 +42,8 @@ FIGURES = table(__name__, {
         "Static states (grey) lead to the critical state (black), the strip falls (red) until its upper layer rests on "
         "the lower one, and static states (green) follow until the gripper (purple) is above the held end (blue).",
     "collapse_curve":
-        "In the fall (red) the deflection jumps at constant lambda (inset); static states continue after it (green).",
+        "The gripper is held slightly past lambda_c (inset): in the fall (red) the deflection jumps at constant "
+        "lambda; static states continue after it (green).",
     "energy":
         "Gravity releases energy in the fall (a), most of it to bending; air and fabric dissipate the rest (b), and "
         "the balance closes to rounding (c).",
