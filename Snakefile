@@ -34,6 +34,9 @@ rule all:
     default_target: True
     input:
         rules.critical_points.output,
+        rules.printed_law.output,
+        rules.collapse.output,
+        rules.plans.output,
         rules.film.output,
         rules.assessment.output,
         rules.friction_table.output,
