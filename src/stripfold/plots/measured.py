@@ -43,5 +43,5 @@ def draw(data: xr.Dataset) -> Figure:
         handles.append(entry(f"{MILLI * speed:.2g} mm/s", BLACK, "none", marker="o", mfc=fill, ms=3.5))
     legend_above(fig, handles, ncols=3, title=ETA_TITLE)
     if np.all(data["synthetic"].values == 1.0):
-        note(top, "synthetic recordings")
+        note(top, "synthetic recordings; lines: $\\lambda_c$ without friction")
     return fig

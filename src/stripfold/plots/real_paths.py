@@ -26,16 +26,17 @@ def draw(data: xr.Dataset) -> Figure:
         for track in part["track"].values:
             ax.plot(*(CM * track).T, color=GRIPPER, lw=0.8)
         snapped = part.isel(recording=part["snapped"].values == 1.0)
-        ax.plot(CM * snapped["lambda_event"], CM * snapped["height"], look.marker, color=look.color, ms=3.5)
+        ax.plot(CM * snapped["lambda_event"], CM * snapped["height"], look.marker, color=look.color, mfc="none", ms=3.5)
         z, first = np.unique(part["height"].values, return_index=True)
         ax.plot(CM * part["lambda_model"].values[first], CM * z, ":", color=CRITICAL)
-        ax.set(xlabel=r"$\lambda$ [cm]", ylabel="$z$ [cm]", ylim=(0.0, 1.2 * CM * float(part["height"].max())))
+        ax.set(xlabel=r"$\lambda$ [cm]", ylabel="$z$ [cm]")
+        ax.margins(y=0.2)
         note(ax, rf"$\eta_b$ = {eta:.5g} m$^{{-4}}$ s$^2$")
     for ax in axes[len(groups) :]:
         ax.set_visible(False)
     handles = [
         entry("gripper, by the video", GRIPPER, lw=0.8),
-        entry("onset of the snap", BLACK, "none", marker="o", ms=3.5),
+        entry("onset of the snap", BLACK, "none", marker="o", mfc="none", ms=3.5),
         entry(r"$\lambda_c$ without friction", CRITICAL, ":"),
     ]
     legend_above(fig, handles)
