@@ -17,6 +17,7 @@ from stripfold.effects.self_contact import SelfContact
 from stripfold.models.model import Model
 from stripfold.paths.curve import Piece
 from stripfold.solve.linear import Band, Sparse
+from stripfold.solve.problem import FixedUnknowns
 
 
 @dataclass(frozen=True)
@@ -71,7 +72,7 @@ Motion = Lift | AlongX | AlongPiece
 
 
 @dataclass(frozen=True)
-class StripProblem:
+class StripProblem(FixedUnknowns):
     """A strip on the floor, held at one end and moved at the other.
 
     The memory of ``effects`` changes in :meth:`accepted` only.  ``self_contact`` acts between layers above the floor;

@@ -15,7 +15,7 @@ Units: lengths in L*, forces per width in rho_a g L*.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -82,6 +82,15 @@ def _strains() -> tuple[Array, Array]:
 LINEAR, QUADRATIC = _strains()
 """The strains of any element (see :meth:`Rod.strain`) as functions of its scaled unknowns."""
 
+
+
+@lru_cache(maxsize=64)
+def _numbering(elements: int) -> tuple[Index, BandPattern]:
+    """The unknowns of each element, shape (elements, 8), and the pattern of their matrices."""
+    unknowns = 4 * np.arange(elements)[:, None] + np.arange(8)
+    return unknowns, BandPattern.of(unknowns, 4 * (elements + 1))
+
+
 CRUSHED = -1.0 / 3.0
 """Membrane strain at which the force of the law, ``eps sqrt(1 + 2 eps)``, is largest in compression."""
 
@@ -112,8 +121,6 @@ class Rod(OnNodes):
     scale: Array = field(repr=False)
     stiffness: Array = field(repr=False)
     pattern: BandPattern = field(repr=False)
-    mass: Band = field(repr=False)
-    weight: Array = field(repr=False)
 
     @classmethod
     def of(cls, length: float, thickness: float, *, elements: int | Array = 100) -> Rod:
@@ -134,22 +141,37 @@ class Rod(OnNodes):
             # Fewer make a matrix smaller than its band.
             raise InvalidInputError("elements", elements, "at least 3 elements, boundaries increasing")
         size = np.diff(s)
-        unknowns = 4 * np.arange(len(size))[:, None] + np.arange(8)
-        pattern = BandPattern.of(unknowns, 4 * len(s))
+        unknowns, pattern = _numbering(len(size))
         scale = np.where([True, True, False, False] * 2, 1.0 / size[:, None], 1.0)
         stretching = size[:, None] * (12.0 / thickness**2 * W_STRETCH)
         bending = np.concatenate([share * W_BEND for share in (BENDING[0], BENDING[1], BENDING[1])]) / size[:, None]
         stiffness = np.concatenate([stretching, bending], axis=1)
+        return cls(length, thickness, s, unknowns, scale, stiffness, pattern)
+
+    @cached_property
+    def mass(self) -> Band:
+        """Consistent mass matrix, one per length."""
         points, w = FULL
+        size = np.diff(self.s)
         # A length times the scaled unknowns.
-        value = size[:, None, None] * scale[:, None, X] * hermite(0.5 + points)[0]
-        w_mass = size[:, None] * w
-        scalar = np.einsum("ep,epa,epb->eab", w_mass, value, value)
+        value = size[:, None, None] * self.scale[:, None, X] * hermite(0.5 + points)[0]
+        scalar = np.einsum("ep,epa,epb->eab", size[:, None] * w, value, value)
         mass = np.zeros((len(size), 8, 8))
         mass[:, X[:, None], X] = mass[:, Z[:, None], Z] = scalar
-        weight = np.zeros(4 * len(s))
-        np.add.at(weight, unknowns[:, Z], np.einsum("ep,epa->ea", w_mass, value))
-        return cls(length, thickness, s, unknowns, scale, stiffness, pattern, pattern.assemble(mass), weight)
+        return self.pattern.assemble(mass)
+
+    @cached_property
+    def element_weight(self) -> Array:
+        """Force of gravity on each element with its sign turned, shape (n_elements, 8)."""
+        size = np.diff(self.s)
+        weight = np.zeros((len(size), 8))
+        weight[:, Z] = np.stack([size / 2.0, size**2 / 12.0, size / 2.0, -(size**2) / 12.0], axis=1)
+        return weight
+
+    @cached_property
+    def weight(self) -> Array:
+        """Force of gravity with its sign turned, shape (size,)."""
+        return np.bincount(self.element_unknowns.ravel(), self.element_weight.ravel(), self.size)
 
     @property
     def size(self) -> int:
@@ -242,6 +264,12 @@ class Rod(OnNodes):
         change = np.matmul(rate, (dq[self.element_unknowns] * self.scale)[:, :, None])[:, :, 0]
         return np.asarray(self.stiffness * (strain + change))
 
+    def stress_on(self, other: Rod, stress: Array) -> Array:
+        """A predicted stress for a rod of as many elements, of other lengths."""
+        factor = np.ones_like(stress)
+        factor[:, :3] = (np.diff(other.s) / np.diff(self.s))[:, None]
+        return factor * stress
+
     def _scatter(self, stress: Array, rate: Array) -> Array:
         local = np.matmul(stress[:, None, :], rate)[:, 0, :] * self.scale
         return np.asarray(np.bincount(self.element_unknowns.ravel(), local.ravel(), minlength=self.size), float)
@@ -253,6 +281,17 @@ class Rod(OnNodes):
         matrices *= self.scale[:, :, None]
         matrices *= self.scale[:, None, :]
         return self.pattern.assemble(matrices)
+
+    def resampled(self, q: Array, s: Array) -> Array:
+        """The unknowns of the same shape on nodes at the distances ``s`` from the grasped end, shape (4 len(s),)."""
+        e = np.clip(np.searchsorted(self.s, s, side="right") - 1, 0, len(self.s) - 2)
+        size = self.s[e + 1] - self.s[e]
+        value, rate, _ = hermite((s - self.s[e]) / size)
+        nodes = q.reshape(-1, 4)
+        slope = size[:, None] * nodes[:, 2:][e], size[:, None] * nodes[:, 2:][e + 1]
+        terms = np.stack([nodes[e, :2], slope[0], nodes[e + 1, :2], slope[1]], axis=1)
+        place, along = np.einsum("ea,eai->ei", value, terms), np.einsum("ea,eai->ei", rate, terms)
+        return np.concatenate([place, along / size[:, None]], axis=1).ravel()
 
     def unknowns_of(self, position: Array, angle: Array) -> Array:
         """Unknowns of a rod of these nodes and tangents, unstretched there; see :meth:`.Model.unknowns_of`."""

@@ -7,7 +7,7 @@ in L*, forces per width in rho_a g L* (``docs/physics.md``, section 1); the bend
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -36,8 +36,6 @@ class Solid(OnNodes):
     lame: laws.Lame
     pattern: BandPattern = field(repr=False)
     gradient_t: Array = field(repr=False)
-    mass: Band = field(repr=False)
-    weight: Array = field(repr=False)
 
     @classmethod
     def of(
@@ -60,10 +58,6 @@ class Solid(OnNodes):
         # Row (quadrature point, component pair iJ), column (local unknown): the displacement gradient's matrix.
         n_el, n_q, n_loc = mesh.gradients.shape[:3]
         gradient = np.ascontiguousarray(mesh.gradients.transpose(0, 1, 3, 4, 2).reshape(n_el, n_q * 4, n_loc))
-        w = mesh.value_weights / thickness
-        mass = np.einsum("eq,eqai,eqbi->eab", w, mesh.values, mesh.values, optimize=True)
-        weight = np.zeros(mesh.size)
-        np.add.at(weight, mesh.element_unknowns, np.einsum("eq,eqa->ea", w, mesh.values[..., 1]))
         return cls(
             mesh,
             length,
@@ -73,14 +67,43 @@ class Solid(OnNodes):
             laws.Lame.from_young(young, nu),
             pattern,
             gradient,
-            pattern.assemble(mass),
-            weight,
         )
+
+    def with_ends(self, ends: Array) -> Solid:
+        """The same strip with as many elements that end elsewhere, shape (n_elements + 1,); for straight meshes."""
+        factor = np.diff(self.ends) / np.diff(ends)
+        n_el, n_q = self.mesh.weights.shape
+        # The rows are the quadrature points' components iJ; only derivatives along the strip change.
+        gradient = self.gradient_t.reshape(n_el, n_q, 2, 2, -1).copy()
+        gradient[:, :, :, 0] *= factor[:, None, None, None]
+        return replace(self, mesh=self.mesh.stretched(ends), gradient_t=gradient.reshape(self.gradient_t.shape))
+
+    @cached_property
+    def mass(self) -> Band:
+        """Consistent mass matrix, one per length."""
+        w, values = self.mesh.value_weights / self.thickness, self.mesh.values
+        return self.pattern.assemble(np.einsum("eq,eqai,eqbi->eab", w, values, values, optimize=True))
+
+    @cached_property
+    def element_weight(self) -> Array:
+        """Force of gravity on each element with its sign turned, shape (n_elements, n_local)."""
+        w = self.mesh.value_weights / self.thickness
+        return np.asarray(np.einsum("eq,eqa->ea", w, self.mesh.values[..., 1]))
+
+    @cached_property
+    def weight(self) -> Array:
+        """Force of gravity with its sign turned, shape (size,)."""
+        return np.bincount(self.mesh.element_unknowns.ravel(), self.element_weight.ravel(), self.size)
 
     @property
     def size(self) -> int:
         """Number of unknowns."""
         return self.mesh.size
+
+    @property
+    def element_unknowns(self) -> Index:
+        """Shape (n_elements, n_local)."""
+        return self.mesh.element_unknowns
 
     @property
     def middle(self) -> Index:
@@ -136,6 +159,10 @@ class Solid(OnNodes):
         """Internal force, shape (size,): the energy's derivative where there is an energy."""
         return self._scatter(self.law.stress(self.deformation_gradient(q), self.lame))
 
+    def force_of(self, q: Array, stress: Array) -> Array:
+        """Force of a second Piola-Kirchhoff stress, shape (n_elements, n_quadrature, 2, 2), in a state, (size,)."""
+        return self._scatter(laws.times(self.deformation_gradient(q), stress))
+
     def force_and_tangent(self, q: Array, predicted_stress: Array | None = None) -> tuple[Array, Band]:
         """Internal force and its derivative; the latter with ``predicted_stress``: :meth:`predict_stress`."""
         f = self.deformation_gradient(q)
@@ -179,6 +206,10 @@ class Solid(OnNodes):
         strain = laws.green_lagrange(f) + 0.5 * (ft_df + np.swapaxes(ft_df, -1, -2))
         return laws.stress_of_strain(strain, self.lame)
 
+    def stress_on(self, other: Solid, stress: Array) -> Array:
+        """A predicted stress for a strip of as many elements, of other lengths: the same."""
+        return stress
+
     @cached_property
     def _weighted(self) -> Array:
         """The gradient's matrix times the quadrature weights, shape (n_elements, n_local, 4 n_quadrature)."""
@@ -196,6 +227,17 @@ class Solid(OnNodes):
         n_el, n_q = self.mesh.weights.shape
         local = np.matmul(self._weighted, stress.reshape(n_el, n_q * 4, 1))[:, :, 0]
         return np.asarray(np.bincount(self.mesh.element_unknowns.ravel(), local.ravel(), minlength=self.size), float)
+
+    def resampled(self, q: Array, s: Array) -> Array:
+        """The unknowns of the same shape on columns at the distances ``s`` from the grasped end, shape (n,)."""
+        ends = self.ends
+        order = (len(self.s) - 1) // (len(ends) - 1)
+        e = np.clip(np.searchsorted(ends, s, side="right") - 1, 0, len(ends) - 2)
+        t = (s - ends[e]) / (ends[e + 1] - ends[e])
+        value = np.stack([1.0 - t, t]) if order == 1 else np.stack([(1 - t) * (1 - 2 * t), 4 * t * (1 - t), t * (2 * t - 1)])
+        columns = q[self.mesh.unknowns].reshape(len(self.s), -1)
+        # The unknowns are numbered by column.
+        return np.asarray(np.einsum("ae,aei->ei", value, columns[order * e + np.arange(order + 1)[:, None]])).ravel()
 
     def unknowns_of(self, position: Array, angle: Array) -> Array:
         """Unknowns of a strip bent to a given mid-surface, sections normal and unstretched.

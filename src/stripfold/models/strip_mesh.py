@@ -14,7 +14,7 @@ scikit-fem supplies mesh, element and quadrature.  Three choices differ, for mea
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -79,6 +79,21 @@ class StripMesh:
     def middle(self) -> Index:
         """Shape (columns, 2): unknowns of the mid-surface nodes (their x and z displacement)."""
         return np.asarray(self.unknowns[:, self.unknowns.shape[1] // 2, :])
+
+    def stretched(self, ends: Array) -> StripMesh:
+        """This mesh, if straight, with elements that end elsewhere; ``basis`` and ``full`` stay those of the first."""
+        order = round((self.element_unknowns.shape[1] // 2) ** 0.5) - 1
+        factor = np.diff(ends) / np.diff(self.s[::order])
+        s = np.interp(np.arange(len(self.s)), order * np.arange(len(ends)), ends)
+        gradients = self.gradients.copy()
+        gradients[..., 0] /= factor[:, None, None, None]
+        return replace(
+            self,
+            gradients=gradients,
+            weights=factor[:, None] * self.weights,
+            value_weights=factor[:, None] * self.value_weights,
+            s=s,
+        )
 
     def to_nodal(self, q: Array) -> Array:
         """Nodal displacements in scikit-fem's numbering, shape (n,), from the unknowns ``q``, shape (n,)."""

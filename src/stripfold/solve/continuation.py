@@ -71,7 +71,10 @@ def evaluate(
     direction = Tangent(dq + rate * dlam, dlam)
     length = sqrt(inner(problem.metric, direction, direction))
     tangent = Tangent(direction.q / length, direction.lam / length)
-    eigenvalues, vector = nearest_eigenvalues(problem, kept, solve, held, mode)
+    # Stability is that at fixed contact coordinates, where there are any.
+    block = kept.block
+    mass, at_rest = problem.mass_at(state.q), solve if block is kept else block.factor()
+    eigenvalues, vector = nearest_eigenvalues(mass, block, at_rest, held, mode)
     return Point(state, tangent, kept.negatives(), eigenvalues, vector, arc)
 
 
@@ -90,11 +93,9 @@ def step(problem: Problem, point: Point, ds: float, options: StepOptions) -> Poi
         When Newton's method does not converge, or its result fails a guard: the step is too long.
     """
     t = point.tangent
-    q0, lam0 = point.q + ds * t.q, point.lam + ds * t.lam
+    (q0, stress), lam0 = problem.stepped(point.q, ds * t.q), point.lam + ds * t.lam
     constraint = newton.Constraint(problem.metric * t.q, t.lam, q0, lam0)
-    state = newton.solve(
-        problem, q0, lam0, point.state.active, constraint, options.newton, problem.predict_stress(point.q, ds * t.q)
-    )
+    state = newton.solve(problem, q0, lam0, point.state.active, constraint, options.newton, stress)
     moved = Tangent(state.q - q0, state.lam - lam0)
     correction = sqrt(inner(problem.metric, moved, moved))
     if correction > max(options.max_correction * abs(ds), options.kink):

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -23,6 +24,16 @@ Solve = Callable[[Array], Array]
 
 class Matrix(Protocol):
     """The interface that the algorithms use."""
+
+    @property
+    def size(self) -> int:
+        """Number of rows."""
+        ...
+
+    @property
+    def block(self) -> Matrix:
+        """The part without the border of a bordered matrix; otherwise the matrix itself."""
+        ...
 
     def __matmul__(self, x: Array) -> Array: ...
 
@@ -48,6 +59,14 @@ class Dense:
     """A small dense matrix."""
 
     a: Array
+
+    @property
+    def size(self) -> int:
+        return int(self.a.shape[0])
+
+    @property
+    def block(self) -> Dense:
+        return self
 
     def __matmul__(self, x: Array) -> Array:
         return np.asarray(self.a @ x)
@@ -110,6 +129,10 @@ class Band:
     def size(self) -> int:
         return int(self.ab.shape[1])
 
+    @property
+    def block(self) -> Band:
+        return self
+
     def __matmul__(self, x: Array) -> Array:
         n, w = self.size, self.width
         # The rows above the band, filled by `gbtrf`, are zero: including them avoids a copy.  The wrapper accepts no
@@ -128,6 +151,14 @@ class Band:
 
     def scaled(self, factor: float) -> Band:
         return Band(factor * self.ab, self.width)
+
+    def row(self, i: int) -> Array:
+        """One row, shape (size,)."""
+        w = self.width
+        cols = np.arange(max(i - w, 0), min(i + w + 1, self.size))
+        out = np.zeros(self.size)
+        out[cols] = self.ab[2 * w + i - cols, cols]
+        return out
 
     def with_fixed(self, fixed: Index) -> Band:
         ab = self.ab.copy(order="F")
@@ -168,6 +199,14 @@ class Sparse:
 
     a: sparse.csc_matrix
 
+    @property
+    def size(self) -> int:
+        return int(self.a.shape[0])
+
+    @property
+    def block(self) -> Sparse:
+        return self
+
     def __matmul__(self, x: Array) -> Array:
         return np.asarray(self.a @ x)
 
@@ -194,6 +233,62 @@ class Sparse:
 
     def negatives(self) -> int:
         return _negatives(self.a)
+
+
+@dataclass(frozen=True)
+class Bordered:
+    """A band matrix with a few more unknowns and equations: ``[[block, columns], [rows, corner]]``."""
+
+    block: Band
+    columns: Array
+    rows: Array
+    corner: Array
+
+    @property
+    def size(self) -> int:
+        return self.block.size + len(self.corner)
+
+    def __matmul__(self, x: Array) -> Array:
+        n = self.block.size
+        return np.concatenate([self.block @ x[:n] + self.columns @ x[n:], self.rows @ x[:n] + self.corner @ x[n:]])
+
+    def __abs__(self) -> Bordered:
+        return Bordered(abs(self.block), np.abs(self.columns), np.abs(self.rows), np.abs(self.corner))
+
+    def with_fixed(self, fixed: Index) -> Bordered:
+        columns, rows = self.columns.copy(), self.rows.copy()
+        columns[fixed] = 0.0
+        rows[:, fixed] = 0.0
+        return Bordered(self.block.with_fixed(fixed), columns, rows, self.corner)
+
+    @cached_property
+    def _eliminated(self) -> tuple[Solve, Array, Array]:
+        """The block's solver, its solutions for the columns, and the Schur complement."""
+        solve = self.block.factor()
+        response = solve(self.columns)
+        return solve, response, self.corner - self.rows @ response
+
+    def factor(self) -> Solve:
+        solve, response, schur = self._eliminated
+        n = self.block.size
+
+        def solved(b: Array) -> Array:
+            x = solve(b[:n])
+            y = np.linalg.solve(schur, b[n:] - self.rows @ x)
+            return np.concatenate([x - response @ y, y])
+
+        return solved
+
+    def negatives(self) -> int:
+        """Number of negative eigenvalues of the block, corrected by one where its parity is not the determinant's.
+
+        The equations of contact are scaled for a positive Schur complement, so that the determinant has the block's
+        sign but for the discretisation: it changes where the branch has its limit point.
+        """
+        count = self.block.negatives()
+        if np.linalg.det(self._eliminated[2]) > 0.0:
+            return count
+        return count - 1 if count else 1
 
 
 def _negatives(matrix: sparse.csc_matrix) -> int:

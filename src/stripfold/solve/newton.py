@@ -84,7 +84,6 @@ def solve(
     guess, q = q, q.copy()
     prescribed, bounded, lower = problem.prescribed, problem.bounded, problem.lower
     is_active = np.isin(bounded, active)
-    movable = problem.metric > 0.0
     history: list[float] = []
     sets: list[NDArray[np.bool_]] = []
     for iteration in range(options.max_iterations):
@@ -145,11 +144,10 @@ def solve(
                 dq = dq + fix + rate * dlam
         except SolveError as error:
             raise NewtonError(str(error), parameter=lam, residuals=history) from error
-        longest = float(np.abs(dq[movable]).max(initial=0.0))
+        longest = problem.largest_change(q, dq)
         damping = min(1.0, options.largest_step / longest) if longest > 0.0 else 1.0
         predicted_force = (r + k @ dq + load_rate * dlam)[bounded]
-        predicted_stress = problem.predict_stress(q, damping * dq)
-        q = q + damping * dq
+        q, predicted_stress = problem.stepped(q, damping * dq)
         lam = lam + damping * dlam
         is_active = _next_active(is_active, predicted_force, q[bounded] - lower, iteration)
     raise NewtonError(

@@ -43,11 +43,6 @@ class Problem(Protocol):
         """Weights of the inner product that measures steps, shape (n,), >= 0."""
         ...
 
-    @property
-    def mass(self) -> Matrix:
-        """Matrix M of the eigenvalue problem ``K v = mu M v``."""
-        ...
-
     def residual(self, q: Array, lam: float) -> Array:
         """``r``, shape (n,)."""
         ...
@@ -56,8 +51,19 @@ class Problem(Protocol):
         """``r``, ``dr/dq`` and ``dr/dlambda`` at fixed q; ``predicted_stress`` may change the tangent only."""
         ...
 
-    def predict_stress(self, q: Array, dq: Array) -> Any:
-        """Stress predicted for ``q + dq``, used in the next tangent only; None where there is none."""
+    def stepped(self, q: Array, dq: Array) -> tuple[Array, Any]:
+        """The unknowns after a step, and the stress predicted for them, None where there is none.
+
+        The stress is used in the next tangent only.
+        """
+        ...
+
+    def largest_change(self, q: Array, dq: Array) -> float:
+        """Size of a step that damping limits."""
+        ...
+
+    def mass_at(self, q: Array) -> Matrix:
+        """Matrix M of the eigenvalue problem ``K v = mu M v``."""
         ...
 
     def admissibility(self, q: Array) -> str:
@@ -71,6 +77,26 @@ class Problem(Protocol):
     def prescribed_rates(self, lam: float) -> Array:
         """Their derivatives by lambda."""
         ...
+
+
+class FixedUnknowns:
+    """The methods of a problem whose unknowns mean the same in every state: a step adds to them."""
+
+    def stepped(self: Any, q: Array, dq: Array) -> tuple[Array, Any]:
+        """The unknowns after a step, and the stress predicted for them."""
+        return q + dq, self.predict_stress(q, dq)
+
+    def predict_stress(self, q: Array, dq: Array) -> Any:
+        """None: no stress is predicted."""
+        return None
+
+    def largest_change(self: Any, q: Array, dq: Array) -> float:
+        """Largest change of an unknown of positive metric."""
+        return float(np.abs(dq[self.metric > 0.0]).max(initial=0.0))
+
+    def mass_at(self: Any, q: Array) -> Matrix:
+        """The mass matrix, the same in every state."""
+        return self.mass
 
 
 @dataclass(frozen=True, eq=False)

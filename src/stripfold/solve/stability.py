@@ -14,7 +14,6 @@ import scipy.linalg
 from stripfold.arrays import Array, Index
 from stripfold.errors import SolveError
 from stripfold.solve.linear import Matrix, Solve
-from stripfold.solve.problem import Problem
 
 MOST_VECTORS = 60
 TOLERANCE = 1e-8
@@ -23,14 +22,14 @@ TINY = 1e-300
 
 
 def nearest_eigenvalues(
-    problem: Problem, kept: Matrix, solve: Solve, held: Index, guess: Array | None = None, count: int = 2
+    mass: Matrix, kept: Matrix, solve: Solve, held: Index, guess: Array | None = None, count: int = 2
 ) -> tuple[Array, Array]:
     """The ``count`` eigenvalues of ``K v = mu M v`` nearest zero, and the vector of the smallest.
 
     Parameters
     ----------
-    problem
-        Supplies the mass matrix.
+    mass
+        M, of size n.
     kept, solve
         The tangent with the unknowns ``held`` taken out, and its factorisation.
     held
@@ -43,7 +42,7 @@ def nearest_eigenvalues(
     eigenvalues, mode
         Shapes (count,), ascending, and (n,), with unit mass norm.
     """
-    mass, n = problem.mass, problem.size
+    n = kept.size
     free = np.ones(n)
     free[held] = 0.0
 
