@@ -16,7 +16,7 @@ import numpy as np
 
 from stripfold.arrays import Array, Index
 from stripfold.effects import Effect
-from stripfold.models.contact_mesh import ContactMesh, Topology, is_rod
+from stripfold.models.contact_mesh import ContactMesh, Topology
 from stripfold.models.model import Model
 from stripfold.problem import Motion, StripProblem
 from stripfold.solve.linear import Band, Bordered
@@ -40,6 +40,10 @@ class _Mesh:
     @property
     def model(self) -> Model:
         return self.problem.model
+
+    def on(self, model: Model) -> tuple[Effect, ...]:
+        """The effects on other elements of the same strip."""
+        return tuple(effect.on(self.model, model) for effect in self.problem.effects)
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,17 +79,16 @@ class MovingContact:
         left = np.maximum((column - 1) // per_element, 0)
         lies = self.mesh.on_floor[left] | self.mesh.on_floor[right]
         if self.mesh.topology is Topology.POINT:
-            lies[self._columns[0]] = True
+            lies[self.columns[0]] = True
         held = model.middle[lies, 1]
-        if not is_rod(model):
+        if model.slopes is None:
             return held
-        slopes = 4 * np.flatnonzero(lies) + 3
         if self.mesh.topology is Topology.POINT:
-            slopes = slopes[slopes != 4 * self._columns[0] + 3]
-        return np.concatenate([held, slopes])
+            lies[self.columns[0]] = False
+        return np.concatenate([held, model.slopes[lies]])
 
     @cached_property
-    def _columns(self) -> Index:
+    def columns(self) -> Index:
         """Columns at the contact coordinates."""
         return self._per_element * self.mesh.elements_at
 
@@ -99,7 +102,7 @@ class MovingContact:
     def _released(self) -> Index:
         """For each contact coordinate at an interval's end the unknown whose reaction vanishes; -1 at a point."""
         model = self._planned.model
-        unknowns = 4 * self._columns + 3 if is_rod(model) else model.middle[self._columns, 1]
+        unknowns = (model.middle[:, 1] if model.slopes is None else model.slopes)[self.columns]
         if self.mesh.topology is Topology.POINT:
             unknowns = unknowns.copy()
             unknowns[0] = -1
@@ -114,7 +117,7 @@ class MovingContact:
         element = int(self.mesh.elements_at[0])
         unknowns, factor = directors.unknowns[element, 0], directors.factor[element, 0]
         # Along the strip the tangent is (1, 0) plus the slopes; across it the director is (0, 1) plus theirs.
-        np.add.at(row, unknowns[:, 1 if is_rod(model) else 0], factor)
+        np.add.at(row, unknowns[:, 0 if model.slopes is None else 1], factor)
         return row
 
     def at(self, contact: Array) -> _Mesh:
@@ -123,10 +126,10 @@ class MovingContact:
         if key in self._meshes:
             self._meshes.move_to_end(key)
             return self._meshes[key]
-        model = self.mesh.model(contact)
+        model = self.mesh.at(contact)
         effects = self.effects
         if effects and self.remembered is not None:
-            before = self.mesh.model(self.remembered)
+            before = self.mesh.at(self.remembered)
             effects = tuple(effect.on(before, model) for effect in effects)
         # The floor carries the weight of what lies.
         bent = ~self.mesh.on_floor
@@ -141,11 +144,11 @@ class MovingContact:
     @property
     def n(self) -> int:
         """Number of unknowns of the model."""
-        return self.size - self.mesh.topology.coordinates
+        return self.size - len(self.mesh.planned)
 
     @cached_property
     def size(self) -> int:
-        return self._planned.model.size + self.mesh.topology.coordinates
+        return self._planned.model.size + len(self.mesh.planned)
 
     @cached_property
     def bounded(self) -> Index:
@@ -190,8 +193,12 @@ class MovingContact:
     @cached_property
     def _sign(self) -> Array:
         """Signs of the equations for which their own coordinate's derivative is positive on a stable branch."""
-        # A moment's reaction falls as the lift-off moves away from the grasp, a force's grows.
-        return np.where(self._released < 0, 1.0, -1.0 if is_rod(self._planned.model) else 1.0)
+        lies_behind = np.where(self.mesh.topology.value[1:], 1.0, -1.0)
+        # A reaction force grows where more of the strip is taken for free; a moment falls at either end of an interval.
+        # The section at a point turns with the slope on the rod, against it on the solid.
+        is_rod = self._planned.model.slopes is not None
+        at_point = self._released < 0
+        return np.where(at_point, 1.0 if is_rod else -1.0, -1.0 if is_rod else lies_behind)
 
     def linearise(self, q: Array, lam: float, predicted_stress: Array | None = None) -> tuple[Array, Bordered, Array]:
         u, contact = q[: self.n], q[self.n :].copy()

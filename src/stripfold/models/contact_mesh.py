@@ -8,18 +8,16 @@ Lengths in L*, distances along the strip from the grasped end.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 
 import numpy as np
 
-from stripfold.arrays import Array, Index
+from stripfold.arrays import Array, Index, Mask
 from stripfold.models.model import Model
-from stripfold.models.rod import Rod
-from stripfold.models.solid import Solid
 
-DRIFT = 1.6
-"""Ratio of the elements' lengths to those planned at which a mesh is made anew."""
+DRIFT, LYING_DRIFT = 1.25, 2.0
+"""Ratio of the elements' lengths to those planned at which a mesh is planned anew, off the floor and on it."""
 
 
 class Topology(Enum):
@@ -33,11 +31,6 @@ class Topology(Enum):
     POINT = (False, False, True)
     INTERVAL = (False, True, False, True)
     FOLDED = (True, False, True)
-
-    @property
-    def coordinates(self) -> int:
-        """Number of contact coordinates."""
-        return len(self.value) - 1
 
 
 @dataclass(frozen=True)
@@ -64,21 +57,22 @@ class Sizes:
 
     def scaled(self, factor: float) -> Sizes:
         """All lengths times a factor."""
-        growth = 1.0 + (self.growth - 1.0) * factor
         return Sizes(
-            factor * self.free, factor * self.lying, factor * self.at_contact, growth, round(self.least / factor)
+            factor * self.free,
+            factor * self.lying,
+            factor * self.at_contact,
+            self.growth**factor,
+            max(round(self.least / factor), 3),
         )
 
     def shares(self, length: float, on_floor: bool, contacts: tuple[bool, bool]) -> Array:
         """Ends of the elements of a part, as shares of it from 0 to 1; ``contacts``: which ends are at a contact."""
         longest = self.lying if on_floor else min(self.free, length / self.least)
-        shortest = min(self.at_contact, longest)
-        left, right = (shortest if at_contact else longest for at_contact in contacts)
-        front, back = [left], [right]
-        while sum(front) + sum(back) < length:
-            side = front if front[-1] <= back[-1] else back
+        sides = [[min(self.at_contact, longest) if at_contact else longest] for at_contact in contacts]
+        while sum(map(sum, sides)) < length:
+            side = min(sides, key=lambda side: side[-1])
             side.append(min(self.growth * side[-1], longest))
-        lengths = np.array(front + back[::-1])
+        lengths = np.array(sides[0] + sides[1][::-1])
         return np.concatenate([[0.0], np.cumsum(lengths)]) / lengths.sum()
 
 
@@ -90,46 +84,49 @@ class ContactMesh:
     ----------
     topology
         Which parts lie.
+    planned
+        The contact coordinates for which the elements have the planned sizes.
     shares
         For each part the ends of its elements as shares of it.
-    planned
-        The contact coordinates for which it was planned.
+    model
+        The strip with ``planned``.
     """
 
     length: float
     topology: Topology
-    shares: tuple[Array, ...]
     planned: Array
-    make: Callable[[Array], Model]
+    sizes: Sizes
+    make: Callable[[Array], Model] = field(repr=False)
+    shares: tuple[Array, ...] = field(repr=False)
+    model: Model = field(repr=False)
 
     @classmethod
-    def of(cls, length: float, topology: Topology, contact: Array, sizes: Sizes, make: Callable[[Array], Model]) -> ContactMesh:
-        """Plan a mesh for contact coordinates near ``contact``; ``make`` is the strip with given ends of elements."""
-        parts = topology.value
-        at = np.concatenate([[0.0], contact, [length]])
-        shares = tuple(
-            sizes.shares(float(at[i + 1] - at[i]), parts[i], (i > 0, i + 1 < len(parts))) for i in range(len(parts))
-        )
-        mesh = cls(length, topology, shares, contact, make)
-        model = make(mesh.ends(contact))
-        if isinstance(model, Solid):
-            return cls(length, topology, shares, contact, model.with_ends)
-        return mesh
+    def of(
+        cls, length: float, topology: Topology, contact: Array, sizes: Sizes, make: Callable[[Array], Model]
+    ) -> ContactMesh:
+        """Plan elements for contact coordinates near ``contact``; ``make`` is the strip with given ends of elements."""
+        parts = np.diff(contact, prepend=0.0, append=length)
+        on_floor = topology.value
+        last = len(parts) - 1
+        shares = tuple(sizes.shares(float(part), on_floor[i], (i > 0, i < last)) for i, part in enumerate(parts))
+        ends = _ends(shares, contact, length)
+        return cls(length, topology, contact, sizes, make, shares, make(ends))
 
-    def ends(self, contact: Array) -> Array:
-        """Ends of the elements, shape (n_elements + 1,)."""
-        at = np.concatenate([[0.0], contact, [self.length]])
-        parts = [at[i] + (at[i + 1] - at[i]) * share[:-1] for i, share in enumerate(self.shares)]
-        return np.concatenate([*parts, [self.length]])
+    def replanned(self, contact: Array, topology: Topology | None = None) -> ContactMesh:
+        """The same strip with elements planned for other contact coordinates."""
+        return ContactMesh.of(self.length, topology or self.topology, contact, self.sizes, self.make)
 
-    def model(self, contact: Array) -> Model:
+    def at(self, contact: Array) -> Model:
         """The strip with this contact."""
-        return self.make(self.ends(contact))
+        return self.model.with_ends(_ends(self.shares, contact, self.length))
 
     def drifted(self, contact: Array) -> bool:
         """Whether the elements are no longer as long as planned."""
-        ratio = np.diff(contact, prepend=0.0) / np.diff(self.planned, prepend=0.0)
-        return bool(np.any(ratio > DRIFT) or np.any(ratio * DRIFT < 1.0))
+        ratio = np.diff(contact, prepend=0.0, append=self.length) / np.diff(
+            self.planned, prepend=0.0, append=self.length
+        )
+        allowed = np.where(self.topology.value, LYING_DRIFT, DRIFT)
+        return bool(np.any(ratio > allowed) or np.any(ratio * allowed < 1.0))
 
     @property
     def elements_at(self) -> Index:
@@ -137,11 +134,13 @@ class ContactMesh:
         return np.cumsum([len(share) - 1 for share in self.shares])[:-1]
 
     @property
-    def on_floor(self) -> Array:
+    def on_floor(self) -> Mask:
         """Whether each element lies, shape (n_elements,)."""
         return np.concatenate([np.full(len(s) - 1, on) for s, on in zip(self.shares, self.topology.value, strict=True)])
 
 
-def is_rod(model: Model) -> bool:
-    """Whether the contact of this model holds slopes, too."""
-    return isinstance(model, Rod)
+def _ends(shares: tuple[Array, ...], contact: Array, length: float) -> Array:
+    """Ends of the elements, shape (n_elements + 1,)."""
+    at = np.concatenate([[0.0], contact, [length]])
+    parts = [at[i] + (at[i + 1] - at[i]) * share[:-1] for i, share in enumerate(shares)]
+    return np.concatenate([*parts, [length]])

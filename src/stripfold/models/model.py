@@ -5,7 +5,7 @@ Units: lengths in L*, forces per width in rho_a g L* (``docs/physics.md``, secti
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import Protocol, Self
 
 import numpy as np
 
@@ -61,6 +61,29 @@ class Model(Protocol):
         ...
 
     @property
+    def element_unknowns(self) -> Index:
+        """Unknowns of each element, shape (n_elements, n_local)."""
+        ...
+
+    @property
+    def element_weight(self) -> Array:
+        """Force of gravity on each element with its sign turned, shape (n_elements, n_local)."""
+        ...
+
+    @property
+    def slopes(self) -> Index | None:
+        """The unknown of each column that is the slope's z component, None where slopes are no unknowns."""
+        ...
+
+    def with_ends(self, ends: Array) -> Self:
+        """The same strip with as many elements that end elsewhere, shape (n_elements + 1,)."""
+        ...
+
+    def resampled(self, q: Array, s: Array) -> Array:
+        """The unknowns of the same shape on columns at the distances ``s`` from the grasped end."""
+        ...
+
+    @property
     def pattern(self) -> BandPattern:
         """Where entries of element matrices go."""
         ...
@@ -99,12 +122,24 @@ class Model(Protocol):
         """Stress at ``q + dq`` from the strain linearised at ``q``; see :meth:`.Solid.predict_stress`."""
         ...
 
+    def stress_on(self, other: Self, stress: Array) -> Array:
+        """A predicted stress for the strip :meth:`with_ends`."""
+        ...
+
+    def force_of(self, q: Array, stress: Array) -> Array:
+        """Force of a predicted stress in a state, shape (size,)."""
+        ...
+
     def admissibility(self, q: Array) -> str:
         """Why ``q`` is inadmissible whatever its forces, in words; empty for an admissible state."""
         ...
 
     def mid_surface(self, q: Array) -> Array:
         """Positions of the mid-surface nodes, shape (columns, 2), in the paper's frame (origin mid-strip)."""
+        ...
+
+    def resampled_mid_surface(self, q: Array, s: Array) -> Array:
+        """Places of the mid-surface at the distances ``s`` from the grasped end, shape (len(s), 2), in that frame."""
         ...
 
     def largest_move(self, q0: Array, q1: Array) -> float:
@@ -132,6 +167,12 @@ class OnNodes:
         position = q[self.middle]
         position[:, 0] += self.s - self.length / 2.0
         return position
+
+    def resampled_mid_surface(self: Model, q: Array, s: Array) -> Array:
+        """Places of the mid-surface at the distances ``s`` from the grasped end, shape (len(s), 2)."""
+        per_column = self.size // len(self.s)
+        place = self.resampled(q, s).reshape(len(s), -1)[:, self.middle[0] % per_column]
+        return place + np.stack([s - self.length / 2.0, np.zeros_like(s)], axis=1)
 
     def largest_move(self: Model, q0: Array, q1: Array) -> float:
         """Largest distance between the places of one mid-surface node in two states, L*."""

@@ -83,7 +83,6 @@ LINEAR, QUADRATIC = _strains()
 """The strains of any element (see :meth:`Rod.strain`) as functions of its scaled unknowns."""
 
 
-
 @lru_cache(maxsize=64)
 def _numbering(elements: int) -> tuple[Index, BandPattern]:
     """The unknowns of each element, shape (elements, 8), and the pattern of their matrices."""
@@ -147,6 +146,15 @@ class Rod(OnNodes):
         bending = np.concatenate([share * W_BEND for share in (BENDING[0], BENDING[1], BENDING[1])]) / size[:, None]
         stiffness = np.concatenate([stretching, bending], axis=1)
         return cls(length, thickness, s, unknowns, scale, stiffness, pattern)
+
+    def with_ends(self, ends: Array) -> Rod:
+        """The same strip with as many elements that end elsewhere, shape (n_elements + 1,)."""
+        return Rod.of(self.length, self.thickness, elements=ends)
+
+    @property
+    def slopes(self) -> Index:
+        """Unknowns of the nodes that are the z component of the slope, shape (nodes,); a floor holds them too."""
+        return 4 * np.arange(len(self.s)) + 3
 
     @cached_property
     def mass(self) -> Band:

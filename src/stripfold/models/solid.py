@@ -78,6 +78,11 @@ class Solid(OnNodes):
         gradient[:, :, :, 0] *= factor[:, None, None, None]
         return replace(self, mesh=self.mesh.stretched(ends), gradient_t=gradient.reshape(self.gradient_t.shape))
 
+    @property
+    def slopes(self) -> None:
+        """None: a floor holds no slopes of a solid."""
+        return None
+
     @cached_property
     def mass(self) -> Band:
         """Consistent mass matrix, one per length."""
@@ -234,7 +239,11 @@ class Solid(OnNodes):
         order = (len(self.s) - 1) // (len(ends) - 1)
         e = np.clip(np.searchsorted(ends, s, side="right") - 1, 0, len(ends) - 2)
         t = (s - ends[e]) / (ends[e + 1] - ends[e])
-        value = np.stack([1.0 - t, t]) if order == 1 else np.stack([(1 - t) * (1 - 2 * t), 4 * t * (1 - t), t * (2 * t - 1)])
+        value = (
+            np.stack([1.0 - t, t])
+            if order == 1
+            else np.stack([(1 - t) * (1 - 2 * t), 4 * t * (1 - t), t * (2 * t - 1)])
+        )
         columns = q[self.mesh.unknowns].reshape(len(self.s), -1)
         # The unknowns are numbered by column.
         return np.asarray(np.einsum("ae,aei->ei", value, columns[order * e + np.arange(order + 1)[:, None]])).ravel()

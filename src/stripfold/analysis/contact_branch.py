@@ -1,0 +1,276 @@
+"""Branches of a strip on the floor, through the changes of its contact.
+
+The strip starts flat or from a state of the elastica.  Along the branch elements are planned anew as its parts become
+longer or shorter, and the contact changes at events: the sag touches in a point, the point becomes an interval, the
+gripper comes down to the floor; and back.  Lengths in L*.  Source: docs/physics.md, section 5.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stripfold import elastica
+from stripfold.arrays import Array
+from stripfold.models.contact_mesh import ContactMesh, Topology
+from stripfold.moving_contact import MovingContact
+from stripfold.problem import Motion
+from stripfold.solve import continuation, newton
+from stripfold.solve.continuation import StepOptions
+from stripfold.solve.events import Crossing, Event
+from stripfold.solve.newton import Constraint
+from stripfold.solve.problem import Point, Tangent
+
+STEPS = StepOptions(first=0.05, largest=0.7, max_correction=0.5)
+FIRST_INTERVAL = 0.05
+"""Length of an interval of contact when it is first solved for, L*."""
+SAMPLES = np.linspace(0.0, 1.0, 5)[:-1]
+"""Places in an element where the height over the floor is looked at."""
+
+
+@dataclass(frozen=True, eq=False)
+class BranchPoint:
+    """A point of a branch and its problem."""
+
+    problem: MovingContact
+    point: Point
+
+    @property
+    def contact(self) -> Array:
+        """The contact coordinates."""
+        return self.problem.contact(self.point.q)
+
+    @property
+    def topology(self) -> Topology:
+        """Which parts lie."""
+        return self.problem.mesh.topology
+
+
+def from_flat(
+    mesh: Callable[[Array], ContactMesh], motion: Motion, lam: float, options: StepOptions = STEPS
+) -> BranchPoint:
+    """A state with the gripper just lifted: the start is a beam under its weight, without tension.
+
+    Parameters
+    ----------
+    mesh
+        Plans a mesh with one lift-off.
+    motion, lam
+        Where the gripper is: above the floor by much less than L*.
+    """
+    place = motion.values(lam)
+    dx, height = (0.0, *place)[-2:]
+    free = (24.0 * height) ** 0.25
+    planned = mesh(np.array([free]))
+    model = planned.model
+    a = np.clip(free - model.s, 0.0, None)
+    position = np.stack([model.s - model.length / 2.0, free * a**3 / 12.0 - a**4 / 24.0], axis=1)
+    u = model.unknowns_of(position, -(free * a**2 / 4.0 - a**3 / 6.0))
+    # The gripper's advance compresses the strip evenly.
+    u[model.middle[:, 0]] += dx * (1.0 - model.s / model.length)
+    return solved(MovingContact(planned, motion), np.append(u, free), lam, options)
+
+
+def from_elastica(
+    mesh: Callable[[Array], ContactMesh],
+    motion: Motion,
+    lam: float,
+    state: elastica.State,
+    options: StepOptions = STEPS,
+) -> BranchPoint:
+    """The state at ``lam`` near one of the elastica."""
+    planned = mesh(np.array([state.length]))
+    model = planned.model
+    at = state.at(np.clip(state.length - model.s, 0.0, None))
+    lies = model.s >= state.length
+    # The elastica's X points from the lift-off to the gripper, and so does its arc length.
+    x = np.where(lies, model.s, state.length - at.x) - model.length / 2.0
+    u = model.unknowns_of(np.stack([x, np.where(lies, 0.0, at.z)], axis=1), np.where(lies, 0.0, -at.theta))
+    return solved(MovingContact(planned, motion), np.append(u, state.length), lam, options)
+
+
+def solved(problem: MovingContact, q: Array, lam: float, options: StepOptions = STEPS) -> BranchPoint:
+    """The state at ``lam`` near a guess, with lambda rising."""
+    return BranchPoint(problem, continuation.start(problem, q, lam, problem.bounded, 1.0, options))
+
+
+def transferred(
+    at: BranchPoint,
+    contact: Array | None = None,
+    topology: Topology | None = None,
+    constraint: tuple[Array, float] | None = None,
+    motion: Motion | None = None,
+) -> BranchPoint:
+    """The state near another one on elements planned anew.
+
+    Parameters
+    ----------
+    at
+        The other state.
+    contact, topology
+        Contact of the new state, by default the same.
+    constraint
+        Row over the contact coordinates and factor of lambda of the equation that picks the state; by default the
+        normal plane of the branch.  Of the state guessed, its value is kept.
+    motion
+        Motion of the gripper; by default the same.
+    """
+    problem, point = at.problem, at.point
+    here = at.contact
+    to = here if contact is None else contact
+    mesh = problem.mesh.replanned(to, topology)
+    before = problem.at(here)
+    new = MovingContact(mesh, motion or problem.motion, before.on(mesh.model), to)
+    q = np.concatenate([before.model.resampled(point.q[: problem.n], mesh.model.s), to])
+    row, corner = constraint or (point.tangent.q[problem.n :], point.tangent.lam)
+    rows = np.concatenate([np.zeros(new.n), row])
+    state = newton.solve(new, q, point.lam, new.bounded, Constraint(rows, corner, q, point.lam))
+    along = point.tangent.q[problem.n :] if len(to) == len(here) else row
+    towards = Tangent(np.concatenate([np.zeros(new.n), along]), point.tangent.lam)
+    return BranchPoint(new, continuation.evaluate(new, state, towards, point.arc))
+
+
+def clearance(problem: MovingContact, q: Array) -> tuple[float, float]:
+    """The smallest height over the floor where the strip sags, inf where it does not, and its place along the strip."""
+    mesh, n = problem.mesh, problem.n
+    model = problem.at(q[n:]).model
+    ends = model.ends
+    s = np.append((ends[:-1, None] + np.diff(ends)[:, None] * SAMPLES).ravel(), ends[-1])
+    z = model.resampled_mid_surface(q[:n], s)[:, 1]
+    least = np.flatnonzero((z[1:-1] < z[:-2]) & (z[1:-1] < z[2:])) + 1
+    bent = ~mesh.on_floor[np.clip(np.searchsorted(ends, s[least], side="right") - 1, 0, len(ends) - 2)]
+    touching = np.isin(s[least], ends[mesh.elements_at])
+    least = least[bent & ~touching]
+    if not len(least):
+        return np.inf, np.nan
+    i = least[np.argmin(z[least])]
+    # The lowest point of a parabola through three samples.
+    curve, slope, height = np.polyfit(s[i - 1 : i + 2] - s[i], z[i - 1 : i + 2], 2)
+    lowest = float(np.clip(-slope / (2.0 * curve), s[i - 1] - s[i], s[i + 1] - s[i]))
+    return float(np.polyval((curve, slope, height), lowest)), float(s[i] + lowest)
+
+
+def root_of(value: Callable[[Point], float]) -> Callable[[Point, Point, int], float]:
+    """Where to compute the next point of a bracket of the value's zero: by linear interpolation, from both sides."""
+
+    def share(before: Point, after: Point, evaluation: int) -> float:
+        a, b = value(before), value(after)
+        if not np.isfinite(a) or not np.isfinite(b) or a == b or evaluation % 4 == 0:
+            return 0.5
+        guess = a / (a - b)
+        return min(max(guess + (0.01 if evaluation % 2 else -0.01), 0.01), 0.99)
+
+    return share
+
+
+def zero(name: str, value: Callable[[Point], float], tolerance: float = 1e-4) -> Event:
+    """The event that a value, positive before, becomes negative."""
+    return Event(name, lambda point, _: value(point) < 0.0, tolerance, share=root_of(value))
+
+
+def touch(problem: MovingContact) -> Event:
+    """The event that the sag touches the floor."""
+    return zero("touch of the sag", lambda point: clearance(problem, point.q)[0])
+
+
+def reaction(problem: MovingContact, point: Point) -> float:
+    """Reaction of the floor in a point contact."""
+    column = problem.columns[0]
+    return float(point.state.force[problem.mesh.model.middle[column, 1]])
+
+
+def curvature(problem: MovingContact, point: Point) -> float:
+    """Curvature of the strip over the floor in a point contact, 1/L*."""
+    model = problem.at(point.q[problem.n :]).model
+    element = problem.mesh.elements_at[0]
+    distance = float(np.diff(model.ends)[element - 1 : element + 1].min())
+    at = model.ends[element] + np.array([-distance, distance])
+    height = model.resampled_mid_surface(point.q[: problem.n], at)[:, 1].sum()
+    # The reaction is the jump of the shear force, and so of the third derivative.
+    return float(height / distance**2 - reaction(problem, point) * distance / 6.0)
+
+
+def contact_changes(problem: MovingContact) -> dict[Event, Callable[[BranchPoint], BranchPoint]]:
+    """The events that change the contact, and the states behind them."""
+    topology = problem.mesh.topology
+
+    def to_point(at: BranchPoint) -> BranchPoint:
+        """The sag's lowest point, or the middle of an interval, is held on the floor."""
+        *interval, lift_off = at.contact
+        place = np.mean(interval) if interval else clearance(problem, at.point.q)[1]
+        return transferred(at, np.array([place, lift_off]), Topology.POINT, constraint=(np.zeros(2), 1.0))
+
+    def to_lying(at: BranchPoint) -> BranchPoint:
+        return transferred(at, at.contact[1:], Topology.LYING, constraint=(np.zeros(1), 1.0))
+
+    def to_interval(at: BranchPoint) -> BranchPoint:
+        place, lift_off = at.contact
+        ends = place + FIRST_INTERVAL * np.array([-0.5, 0.5])
+        return transferred(
+            at, np.array([*ends, lift_off]), Topology.INTERVAL, constraint=(np.array([-1.0, 1.0, 0.0]), 0.0)
+        )
+
+    def length(point: Point) -> float:
+        ends = problem.contact(point.q)
+        return float(ends[1] - ends[0]) - 0.5 * FIRST_INTERVAL
+
+    if topology is Topology.LYING:
+        return {touch(problem): to_point}
+    if topology is Topology.POINT:
+        return {
+            zero("release of the sag", lambda point: reaction(problem, point)): to_lying,
+            zero("flattening of the sag", lambda point: curvature(problem, point)): to_interval,
+        }
+    if topology is Topology.INTERVAL:
+        return {zero("end of the interval of contact", length): to_point}
+    return {}
+
+
+def follow(
+    first: BranchPoint,
+    options: StepOptions,
+    stops: Callable[[MovingContact], Sequence[Event]],
+    through_contact: bool = True,
+) -> Iterator[BranchPoint | BranchCrossing]:
+    """Yield ``first``, then point after point along its branch, and the events of ``stops`` as they happen.
+
+    Raises
+    ------
+    SolveError
+        The branch could not be followed, or its contact is none of :class:`.Topology`.
+    """
+    at = first
+    yield at
+    while True:
+        problem = at.problem
+        changes = contact_changes(problem) if through_contact else {}
+        branch = continuation.follow(problem, at.point, options, [*stops(problem), *changes])
+        next(branch)
+        for item in branch:
+            if isinstance(item, Crossing):
+                before, after = (BranchPoint(problem, p) for p in (item.before, item.after))
+                if item.event not in changes:
+                    yield BranchCrossing(item.event, before, after)
+                    continue
+                if before.point is not at.point:
+                    yield before
+                at = changes[item.event](after)
+                yield at
+                break
+            step = item.arc - at.point.arc
+            at = BranchPoint(problem, item)
+            yield at
+            if problem.mesh.drifted(at.contact):
+                at, options = transferred(at), replace(options, first=step)
+                break
+
+
+@dataclass(frozen=True, eq=False)
+class BranchCrossing:
+    """An event between two points of a branch."""
+
+    event: Event
+    before: BranchPoint
+    after: BranchPoint
