@@ -186,7 +186,7 @@ class TestEigenvalues:
         n = len(k)
         problem = Toy(n, lambda q, lam: (k @ q, k, np.zeros(n)))
         kept = Dense(k).with_fixed(held)
-        found, mode = nearest_eigenvalues(problem, kept, kept.factor(), held, guess)
+        found, mode = nearest_eigenvalues(problem.mass, kept, kept.factor(), held, guess)
         free = np.setdiff1d(np.arange(n), held)
         values = scipy.linalg.eigh(k[np.ix_(free, free)], eigvals_only=True)
         nearest = np.sort(values[np.argsort(np.abs(values))[:2]])
@@ -244,7 +244,7 @@ class TestEigenvalues:
                 return Dense(np.diag(mass))
 
         problem = Light(n, lambda q, lam: (k @ q, k, np.zeros(n)))
-        found, _ = nearest_eigenvalues(problem, Dense(k), Dense(k).factor(), np.array([], dtype=np.intp))
+        found, _ = nearest_eigenvalues(problem.mass, Dense(k), Dense(k).factor(), np.array([], dtype=np.intp))
         heavy = np.arange(20)
         schur = k[np.ix_(heavy, heavy)] - k[np.ix_(heavy, light)] @ np.linalg.solve(
             k[np.ix_(light, light)], k[np.ix_(light, heavy)]

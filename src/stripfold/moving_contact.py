@@ -1,8 +1,9 @@
-"""The problem of a strip whose contact with the floor is found by its ends: they are unknowns.
+"""The problem of a strip on the floor with the ends of its contact as unknowns.
 
-All that lies is held on the floor, and each contact coordinate (:mod:`.contact_mesh`) has an equation of its own.  At the
-end of an interval the floor's last reaction is zero: on the rod the moment, on the solid the force on the last node.  At
-a point contact the section is upright.  Along a branch lambda is then a smooth function of the contact coordinates.
+All that lies is held on the floor, and each contact coordinate (:mod:`.contact_mesh`) has an equation of its own.  At
+the end of an interval the floor's last reaction is zero: on the rod the moment, on the solid the force on the last
+node.  At a point contact the section is upright.  Along a branch lambda is then a smooth function of the contact
+coordinates.
 Lengths in L*, forces in rho_a g L*.  Source: docs/physics.md, sections 4 and 5; docs/method.md.
 """
 
@@ -95,7 +96,7 @@ class MovingContact:
     @cached_property
     def _per_element(self) -> int:
         """Columns of an element beside its first."""
-        model = self._planned.model
+        model = self.mesh.model
         return (len(model.s) - 1) // (len(model.ends) - 1)
 
     @cached_property
@@ -132,10 +133,10 @@ class MovingContact:
             before = self.mesh.at(self.remembered)
             effects = tuple(effect.on(before, model) for effect in effects)
         # The floor carries the weight of what lies.
-        bent = ~self.mesh.on_floor
-        weight = np.bincount(
-            model.element_unknowns[bent].ravel(), model.element_weight[bent].ravel(), minlength=model.size
-        )
+        first = model.element_unknowns[:, 0] // (model.size // len(model.s))
+        bent = ~self.mesh.on_floor[first // self._per_element]
+        weight = np.zeros(model.size)
+        np.add.at(weight, model.element_unknowns[bent], model.element_weight[bent])
         new = self._meshes[key] = _Mesh(StripProblem(model, self.motion, effects), weight)
         while len(self._meshes) > KEPT_MESHES:
             self._meshes.popitem(last=False)

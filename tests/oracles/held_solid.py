@@ -10,12 +10,12 @@ from stripfold.arrays import Array, Index
 from stripfold.models.solid import Solid
 from stripfold.solve import newton
 from stripfold.solve.linear import Band
-from stripfold.solve.problem import Equilibrium
+from stripfold.solve.problem import Equilibrium, FixedUnknowns
 from stripfold.solve.stability import nearest_eigenvalues
 
 
 @dataclass(frozen=True)
-class HeldSolid:
+class HeldSolid(FixedUnknowns):
     """A solid with prescribed unknowns and a dead load; lambda scales the load.
 
     Parameters
@@ -84,7 +84,7 @@ class HeldSolid:
     def stability(self, q: Array) -> tuple[Array, Array, int]:
         """Eigenvalues nearest zero, the vector of the smallest, and the number of negative ones."""
         kept = self.model.force_and_tangent(q)[1].with_fixed(self.prescribed)
-        values, mode = nearest_eigenvalues(self, kept, kept.factor(), self.prescribed)
+        values, mode = nearest_eigenvalues(self.mass, kept, kept.factor(), self.prescribed)
         return values, mode, kept.negatives()
 
 

@@ -15,12 +15,13 @@ from scipy.integrate import solve_ivp
 from oracles.toys import NONE
 from stripfold.arrays import Array, Index
 from stripfold.solve.linear import Dense
+from stripfold.solve.problem import FixedUnknowns
 
 LEG, LOAD_AT, BENDING, AXIAL = 120.0, 24.0, 1440.0, 4320.0
 
 
 @dataclass(frozen=True)
-class LeeFrame:
+class LeeFrame(FixedUnknowns):
     """The frame of ``per_leg`` elements in each leg (a multiple of five); unknowns (u, v, rotation) by node."""
 
     per_leg: int = 10

@@ -11,12 +11,13 @@ import numpy as np
 
 from stripfold.arrays import Array, Index
 from stripfold.solve.linear import Dense
+from stripfold.solve.problem import FixedUnknowns
 
 NONE = np.zeros(0, dtype=np.intp)
 
 
 @dataclass(frozen=True)
-class Toy:
+class Toy(FixedUnknowns):
     """A problem from a function ``(q, lam) -> (r, dr/dq, dr/dlam)``; unit mass, nothing predicted.
 
     ``moved`` are prescribed unknowns that take the value lambda.

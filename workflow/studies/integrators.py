@@ -10,14 +10,14 @@ import numpy as np
 from stripfold.arrays import Array
 from stripfold.solve.linear import Band, Sparse
 from stripfold.solve.newton import NewtonOptions
-from stripfold.solve.problem import Equilibrium
+from stripfold.solve.problem import Equilibrium, FixedUnknowns
 from stripfold.solve.schemes import Damping, DynamicProblem, StepResult, StepStart, solve_step
 
 AT_REST = 1e-12
 """A gripper that moves by less in a step is taken to be at rest."""
 
 
-class WithoutMemory:
+class WithoutMemory(FixedUnknowns):
     """The part of a :class:`.DynamicProblem` that concerns effects with a memory, for one without."""
 
     def friction_work(self, q0: Array, q1: Array) -> float:

@@ -48,9 +48,11 @@ class BranchPoint:
         return self.problem.mesh.topology
 
 
-def from_flat(
-    mesh: Callable[[Array], ContactMesh], motion: Motion, lam: float, options: StepOptions = STEPS
-) -> BranchPoint:
+Planned = Callable[[Array], ContactMesh]
+"""A mesh of a strip with one lift-off, planned for its place."""
+
+
+def from_flat(mesh: Planned, motion: Motion, lam: float) -> BranchPoint:
     """A state with the gripper just lifted: the start is a beam under its weight, without tension.
 
     Parameters
@@ -70,16 +72,10 @@ def from_flat(
     u = model.unknowns_of(position, -(free * a**2 / 4.0 - a**3 / 6.0))
     # The gripper's advance compresses the strip evenly.
     u[model.middle[:, 0]] += dx * (1.0 - model.s / model.length)
-    return solved(MovingContact(planned, motion), np.append(u, free), lam, options)
+    return solved(MovingContact(planned, motion), np.append(u, free), lam)
 
 
-def from_elastica(
-    mesh: Callable[[Array], ContactMesh],
-    motion: Motion,
-    lam: float,
-    state: elastica.State,
-    options: StepOptions = STEPS,
-) -> BranchPoint:
+def from_elastica(mesh: Planned, motion: Motion, lam: float, state: elastica.State) -> BranchPoint:
     """The state at ``lam`` near one of the elastica."""
     planned = mesh(np.array([state.length]))
     model = planned.model
@@ -88,12 +84,12 @@ def from_elastica(
     # The elastica's X points from the lift-off to the gripper, and so does its arc length.
     x = np.where(lies, model.s, state.length - at.x) - model.length / 2.0
     u = model.unknowns_of(np.stack([x, np.where(lies, 0.0, at.z)], axis=1), np.where(lies, 0.0, -at.theta))
-    return solved(MovingContact(planned, motion), np.append(u, state.length), lam, options)
+    return solved(MovingContact(planned, motion), np.append(u, state.length), lam)
 
 
-def solved(problem: MovingContact, q: Array, lam: float, options: StepOptions = STEPS) -> BranchPoint:
+def solved(problem: MovingContact, q: Array, lam: float) -> BranchPoint:
     """The state at ``lam`` near a guess, with lambda rising."""
-    return BranchPoint(problem, continuation.start(problem, q, lam, problem.bounded, 1.0, options))
+    return BranchPoint(problem, continuation.start(problem, q, lam, problem.bounded, 1.0, STEPS))
 
 
 def transferred(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Protocol, Self
 
 from stripfold.arrays import Array
+from stripfold.models.model import Model
 from stripfold.solve.linear import Band
 
 
@@ -26,6 +27,10 @@ class Effect(Protocol):
 
     def force_and_tangent(self, q: Array) -> tuple[Array, Band]:
         """The same and its derivative, in the model's band."""
+        ...
+
+    def on(self, before: Model, model: Model) -> Self:
+        """The effect with its memory, on ``before``, on other elements of the same strip."""
         ...
 
     def committed(self, q: Array) -> Self:

@@ -140,6 +140,15 @@ class Hysteresis:
         curvature = self.curvature(q)
         return curvature - self._spring(curvature)
 
+    def on(self, before: Model, model: Model) -> Self:
+        """The same friction on other elements of the same strip: kappa_p is interpolated between their middles."""
+        old, new = (0.5 * (strip.ends[1:] + strip.ends[:-1]) for strip in (before, model))
+        across = self.directors.across
+        slip = self.slip.reshape(-1, len(old)) if across > 1 else self.slip[None]
+        directors = model.directors
+        moved = np.concatenate([np.interp(new, old, row) for row in slip])
+        return replace(self, model=model, slip=moved, directors=directors)
+
     def committed(self, q: Array) -> Self:
         """The friction after an accepted step to ``q``: every element then counts as sticking."""
         return replace(self, slip=self._slip_at(q), dissipated=self.dissipated + self.dissipation(q))

@@ -56,6 +56,10 @@ class Pull:
         """The force and ``k_f M``."""
         return self.force(q), self.model.mass.scaled(self.k_f)
 
+    def on(self, before: Model, model: Model) -> Self:
+        """The same pull on other elements of the same strip."""
+        return replace(self, model=model, q_prev=before.resampled(self.q_prev, model.s))
+
     def committed(self, q: Array) -> Self:
         """The pull towards ``q``."""
         return replace(self, q_prev=q.copy())

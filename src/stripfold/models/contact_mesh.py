@@ -122,9 +122,8 @@ class ContactMesh:
 
     def drifted(self, contact: Array) -> bool:
         """Whether the elements are no longer as long as planned."""
-        ratio = np.diff(contact, prepend=0.0, append=self.length) / np.diff(
-            self.planned, prepend=0.0, append=self.length
-        )
+        now, planned = (np.diff(c, prepend=0.0, append=self.length) for c in (contact, self.planned))
+        ratio = now / planned
         allowed = np.where(self.topology.value, LYING_DRIFT, DRIFT)
         return bool(np.any(ratio > allowed) or np.any(ratio * allowed < 1.0))
 

@@ -98,7 +98,7 @@ class Solid(OnNodes):
     @cached_property
     def weight(self) -> Array:
         """Force of gravity with its sign turned, shape (size,)."""
-        return np.bincount(self.mesh.element_unknowns.ravel(), self.element_weight.ravel(), self.size)
+        return np.asarray(np.bincount(self.element_unknowns.ravel(), self.element_weight.ravel(), self.size), float)
 
     @property
     def size(self) -> int:

@@ -22,7 +22,13 @@ class DynamicProblem(Problem, Protocol):
     """A problem that can be integrated in time."""
 
     @property
-    def mass(self) -> Band: ...
+    def mass(self) -> Band:
+        """Mass matrix."""
+        ...
+
+    def predict_stress(self, q: Array, dq: Array) -> Any:
+        """The stress predicted for ``q + dq``, used in the next tangent only."""
+        ...
 
     def linearise(self, q: Array, lam: float, predicted_stress: Any = None) -> tuple[Array, Band | Sparse, Array]: ...
 

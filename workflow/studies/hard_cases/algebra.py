@@ -31,7 +31,7 @@ def bordered() -> Finding:
     k = problem.linearise(found.before.q, found.lam)[1]
     for _ in range(3):
         kept = k.with_fixed(held)
-        values, mode = nearest_eigenvalues(problem, kept, kept.factor(), held, found.mode)
+        values, mode = nearest_eigenvalues(problem.mass, kept, kept.factor(), held, found.mode)
         k = k + problem.mass.scaled(-float(values[0]))
     kept = k.with_fixed(held)
     free = np.setdiff1d(np.arange(problem.size), held)
@@ -72,7 +72,7 @@ def double_eigenvalue() -> Finding:
         k = model.force_and_tangent(np.zeros(model.size))[1]
         above = (k + model.mass.scaled(-1.01 * truth)).with_fixed(held)
         kept = k.with_fixed(held)
-        values, _ = nearest_eigenvalues(problem, kept, kept.factor(), held)
+        values, _ = nearest_eigenvalues(problem.mass, kept, kept.factor(), held)
         return float(values[1]) if above.negatives() == 2 else nan
 
     return refined(value_at, 1.0, truth)
