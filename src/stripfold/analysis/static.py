@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,8 @@ from stripfold.analysis.advance import LAMBDA_TOLERANCE, LIMIT, follow_to_event
 from stripfold.analysis.contact import lift_off, touch, touches, whole_strip_lifts
 from stripfold.arrays import Array
 from stripfold.errors import SolveError
+from stripfold.models import contact_mesh
+from stripfold.models.contact_mesh import ContactMesh, Topology
 from stripfold.models.model import Model
 from stripfold.models.rod import Rod
 from stripfold.models.solid import Solid
@@ -77,6 +80,17 @@ class StripModel:
     def sizes(self) -> planning.Sizes:
         """Element lengths at refinement one."""
         return ROD_SIZES if self.kind == "rod" else planning.Sizes()
+
+    def contact_mesh(self, refinement: float = 1.0, memory: bool = False) -> Callable[[Array], ContactMesh]:
+        """Plans meshes that move with the lift-off; ``memory``: what lies has a history, and elements to keep it."""
+        lying = 0.15 if memory else 4.0
+        at_contact, free = (inf, 0.12) if self.kind == "rod" else (0.15 * self.thickness, 0.24)
+        sizes = contact_mesh.Sizes(free, lying, at_contact).scaled(refinement)
+
+        def plan(contact: Array) -> ContactMesh:
+            return ContactMesh.of(self.length, Topology.LYING, contact, sizes, self.model)
+
+        return plan
 
     def model(self, elements: int | Array) -> Model:
         """The strip with this number of elements, or with these ends of elements."""
