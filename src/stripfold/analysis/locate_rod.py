@@ -12,13 +12,13 @@ from functools import cache
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq
 
 from stripfold import elastica
 from stripfold.analysis.static import End, StripModel
 from stripfold.arrays import Array
 from stripfold.errors import SolveError
 from stripfold.models.free_rod import FreeRod, FreeState, Guess
+from stripfold.roots import root
 
 SIZE = 0.1
 """Element length at refinement one, L*."""
@@ -174,5 +174,5 @@ class _Branch:
         while abs(length - start) < FARTHEST:
             before, length = length, length + sign * STEP
             if sign * falling(length) <= 0.0:
-                return float(brentq(falling, before, length, xtol=TOLERANCE))
+                return root(falling, before, length, TOLERANCE)
         raise SolveError("the advance does not end near where that of the elastica does", parameter=start)

@@ -11,11 +11,11 @@ from dataclasses import dataclass
 from math import inf
 
 import numpy as np
-from scipy.optimize import brentq, minimize_scalar
 
 from stripfold import elastica
 from stripfold.arrays import Array
 from stripfold.paths.curve import GripperPath
+from stripfold.roots import root
 
 SCAN = 0.5
 """Spacing of the places on a path at which it is compared with the stability boundary, L*."""
@@ -68,6 +68,8 @@ def sweep_on_path(path: GripperPath, length: float) -> Sweep:
     """Lift-off point of the elastica where a path first crosses the stability boundary lambda_c(z), or comes within
     :data:`NEAR` of it as the R-path does; mid-strip for a path that does neither.
     """
+    from scipy.optimize import minimize_scalar  # a quarter of a command's start
+
     travelled = path.sampled(SCAN)[0]
 
     def beyond(s: float) -> float:
@@ -84,7 +86,7 @@ def sweep_on_path(path: GripperPath, length: float) -> Sweep:
     for i in range(1, len(travelled)):
         s = float(travelled[i])
         if -FAR < values[i - 1] < 0.0 <= values[i]:
-            s = brentq(beyond, float(travelled[i - 1]), s, xtol=1e-3)
+            s = root(beyond, float(travelled[i - 1]), s, 1e-3)
         elif i + 1 < len(travelled) and values[i] > max(values[i - 1], -1.0) and values[i] >= values[i + 1]:
             found = minimize_scalar(
                 lambda s: -beyond(s),

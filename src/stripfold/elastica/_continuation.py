@@ -16,7 +16,6 @@ from dataclasses import dataclass
 from math import sqrt
 
 import numpy as np
-from scipy.optimize import brentq
 
 from stripfold.arrays import Array
 from stripfold.elastica._events import Event
@@ -39,6 +38,7 @@ from stripfold.elastica._system import (
     solve,
 )
 from stripfold.errors import ContinuationError, NewtonError
+from stripfold.roots import root
 
 # Angles in rad, steps in arc length.
 WANTED_CORRECTION = 0.02  # of theta by the corrector: the step length is kept
@@ -186,7 +186,7 @@ def between(before: Point, after: Point, family: Family, event: Event) -> Point:
 
     ends = sign(0.0), sign(1.0)
     if ends[0] * ends[1] < 0.0:
-        share = float(brentq(sign, 0.0, 1.0, xtol=1e-6))
+        share = root(sign, 0.0, 1.0, 1e-6)
     else:
         share = float(abs(ends[1]) < abs(ends[0]))  # interpolation moved the event out of the bracket
     y, along = at(share)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.optimize import brentq
 
 from stripfold.elastica._chebyshev import grid
 from stripfold.elastica._checks import number
 from stripfold.elastica._system import FORCE_X, LENGTH, fixed, no_end_force, solve
 from stripfold.elastica.state import State
+from stripfold.roots import root
 
 MAX_LENGTH = 60.0
 PEIRCE_ANGLE = float(np.radians(41.5))
@@ -59,7 +59,7 @@ def cantilever_length(angle: float = PEIRCE_ANGLE) -> float:
     2.00035
     """
     wanted = number("angle", angle, 1e-3, 1.5, " rad")
-    return float(brentq(lambda length: cantilever(length).droop_angle - wanted, 0.1, 10.0, xtol=1e-12))
+    return root(lambda length: cantilever(length).droop_angle - wanted, 0.1, 10.0, 1e-12)
 
 
 def column_buckling_length() -> float:

@@ -8,12 +8,12 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize import brentq
 
 from stripfold.arrays import Array
 from stripfold.elastica._chebyshev import grid
 from stripfold.elastica._system import FORCE_0, FORCE_X, Evaluation
 from stripfold.errors import InvalidInputError
+from stripfold.roots import root
 
 
 class Profile(NamedTuple):
@@ -160,8 +160,7 @@ class State:
         g, negative = grid(self.s.size), values < 0.0
         crossed = negative[:-1] & ~negative[1:] if upwards else negative[:-1] != negative[1:]
         return [
-            self.length
-            * float(brentq(lambda at: float(g.interpolate(values, at)), g.nodes[i], g.nodes[i + 1], xtol=1e-14))
+            self.length * root(lambda at: float(g.interpolate(values, at)), g.nodes.item(i), g.nodes.item(i + 1), 1e-14)
             for i in np.flatnonzero(crossed)
         ]
 
