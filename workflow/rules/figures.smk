@@ -67,7 +67,8 @@ for rule_name, figures in SOURCES.items():
             drawings=[
                 {
                     "module": DRAWN[name].module,
-                    "files": files,
+                    # A rule's output refers to the rule, which no other process can be given.
+                    "files": [str(file) for file in files],
                     "options": {"material": SHOWN} if name == "paths" else {},
                 }
                 for name, files in figures.items()
