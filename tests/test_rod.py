@@ -101,18 +101,6 @@ class TestDerivatives:
         assert float(force @ (q1 - q0)) == pytest.approx(gain + kappa * distance, rel=1e-11)
 
 
-def test_cached_strains_are_those_of_the_given_state():
-    """Strains are kept for states asked again: also of an array changed in place, and of the last but two."""
-    model, states = rod(), [crooked(rod(), seed=seed) for seed in range(4)]
-    fresh = [rod().strain(q) for q in states]
-    for i in (0, 1, 0, 2, 3, 1, 1, 0):
-        np.testing.assert_array_equal(model.strain(states[i]), fresh[i])
-    q = states[0].copy()
-    model.strain(q)
-    q[:] = states[1]
-    np.testing.assert_array_equal(model.strain(q), fresh[1])
-
-
 def turned(model, q, degrees):
     """A state turned as a whole about the origin."""
     a = np.radians(degrees)

@@ -7,6 +7,7 @@ The holding pin and the grasp are prescribed unknowns, the floor is a bound on u
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy import sparse
@@ -18,6 +19,9 @@ from stripfold.models.model import Model
 from stripfold.paths.curve import Piece
 from stripfold.solve.linear import Band, Sparse
 from stripfold.solve.problem import FixedUnknowns
+
+if TYPE_CHECKING:
+    from stripfold.kernels.elements import Elements
 
 
 @dataclass(frozen=True)
@@ -150,6 +154,14 @@ class StripProblem(FixedUnknowns):
             more, stiffness = effect.force_and_tangent(q1)
             force, tangent = force + more, tangent + stiffness
         return _with(force, tangent, self.self_contact.over_step(q0, q1) if self.self_contact else None)
+
+    def elements_over_step(self, q0: Array, q1: Array) -> tuple[Elements, Array] | None:
+        """The elements and the weight if nothing else acts over a step: no effect, no layers in contact."""
+        if self.effects or not self.model.has_energy:
+            return None
+        if self.self_contact and self.self_contact.over_step(q0, q1) is not None:
+            return None
+        return self.model.elements, self.model.weight
 
     def friction_work(self, q0: Array, q1: Array) -> float:
         return sum(float(effect.force(q1) @ (q1 - q0)) for effect in self.effects)

@@ -18,7 +18,10 @@ AT_REST = 1e-12
 
 
 class WithoutMemory(FixedUnknowns):
-    """The part of a :class:`.DynamicProblem` that concerns effects with a memory, for one without."""
+    """The part of a :class:`.DynamicProblem` that concerns effects with a memory or compiled code, for one without."""
+
+    def elements_over_step(self, q0: Array, q1: Array) -> None:
+        """None."""
 
     def friction_work(self, q0: Array, q1: Array) -> float:
         """Nothing."""

@@ -26,10 +26,11 @@ from stripfold.elastica import critical_point
 from stripfold.errors import StripfoldError
 from stripfold.inputs import Scene
 from stripfold.material import Material
+from stripfold.models.integrals import CompiledIntegrals
 from stripfold.models.rod import Rod
 from stripfold.models.solid import Solid
 from stripfold.paths.rpath import path_of
-from stripfold.solve import continuation, dynamics, newton
+from stripfold.solve import compiled_step, continuation, dynamics, newton
 from stripfold.solve.linear import Band
 from studies.common import dataset
 
@@ -43,12 +44,10 @@ class Part(NamedTuple):
 
 
 PARTS = (
-    Part(Solid, "force_and_tangent", "assembly"),
+    Part(CompiledIntegrals, "force_and_tangent", "assembly"),
     Part(Band, "factor", "factorisation"),
-    Part(Rod, "force_and_tangent", "assembly"),
-    Part(Rod, "force_over_step", "assembly over a time step"),
-    Part(Solid, "predict_stress", "stress of the next tangent"),
-    Part(Rod, "predict_stress", "stress of the next tangent"),
+    Part(CompiledIntegrals, "force_over_step", "assembly over a time step"),
+    Part(CompiledIntegrals, "predict_stress", "stress of the next tangent"),
     Part(Band, "with_fixed", "boundary conditions and contact"),
     Part(Band, "negatives", "count of negative eigenvalues"),
     Part(continuation, "nearest_eigenvalues", "eigenvalues"),
@@ -66,6 +65,7 @@ PARTS = (
     Part(elastica, "state_at", "elastica's state near it"),
     Part(locate_solid, "lambda_0", "state without horizontal force"),
     Part(contact, "touches", "touch of the sag"),
+    Part(compiled_step, "solve", "Newton of a time step"),
     Part(dynamics, "step", "time step"),
     Part(dynamics, "error_of", "error of a time step"),
 )

@@ -109,40 +109,6 @@ def _rate(left: Array, right: Array, lam: float, mu: float, s: Array) -> Array:
     return a
 
 
-def svk_interval(
-    f0: Array, f1: Array, lame: Lame, kappa: float, end_stress: Array | None = None
-) -> tuple[Array, Array]:
-    """Stress over a time step from ``f0`` to ``f1`` and its derivative by ``f1``: the energy-momentum method.
-
-    ``P = F_m S`` with ``F_m = (F_0 + F_1)/2`` and ``S = C : ((E_0 + E_1)/2 + kappa (E_1 - E_0))``.  Its work over the
-    step is the gain of elastic energy, exactly, and ``kappa`` times the ``C``-norm squared of ``E_1 - E_0``, which is
-    lost (Simo and Tarnow, 1992).
-
-    Parameters
-    ----------
-    f0, f1
-        Shape (..., 2, 2).
-    lame
-        Parameters of the law.
-    kappa
-        Viscosity over time step, plus what dissipation the scheme adds.
-    end_stress
-        Replaces ``C : E_1`` in the geometric part of the derivative; see :meth:`.Solid.predict_stress`.
-
-    Returns
-    -------
-    P, A
-        Shapes (..., 2, 2) and (..., 2, 2, 2, 2); A is not symmetric.
-    """
-    middle = 0.5 * (f0 + f1)
-    s0 = stress_of_strain(green_lagrange(f0), lame)
-    s1 = stress_of_strain(green_lagrange(f1), lame)
-    share = 0.5 + kappa
-    stress = times(middle, (1.0 - share) * s0 + share * s1)
-    geometric = 0.5 * ((1.0 - share) * s0 + share * (s1 if end_stress is None else end_stress))
-    return stress, _rate(middle, f1, share * lame.lam, share * lame.mu, geometric)
-
-
 def printed_stress(f: Array, lame: Lame) -> Array:
     """``P = F S`` with the paper's printed ``S = J F^-1 (C : E) F^-T``; not objective."""
     return times(stress_of_strain(green_lagrange(f), lame), _cofactor(f))
@@ -173,16 +139,15 @@ def _cofactor(f: Array) -> Array:
 
 @dataclass(frozen=True, slots=True)
 class Law:
-    """A law: stress and tangent; if it has an energy, that and the stress over a time step."""
+    """A law: stress and tangent, and its energy if it has one."""
 
     name: str
     stress: Callable[[Array, Lame], Array]
     tangent: Callable[[Array, Lame, Array | None], Array]
     energy: Callable[[Array, Lame], Array] | None = None
-    interval: Callable[[Array, Array, Lame, float, Array | None], tuple[Array, Array]] | None = None
 
 
 LAWS = {
-    "svk": Law("svk", svk_stress, svk_tangent, svk_energy, svk_interval),
+    "svk": Law("svk", svk_stress, svk_tangent, svk_energy),
     "printed": Law("printed", printed_stress, printed_tangent),
 }

@@ -5,13 +5,16 @@ Units: lengths in L*, forces per width in rho_a g L* (``docs/physics.md``, secti
 
 from __future__ import annotations
 
-from typing import Protocol, Self
+from typing import TYPE_CHECKING, Protocol, Self
 
 import numpy as np
 
 from stripfold.arrays import Array, Index
 from stripfold.models.directors import Directors
 from stripfold.solve.linear import Band, BandPattern
+
+if TYPE_CHECKING:
+    from stripfold.kernels.elements import Elements
 
 
 class Model(Protocol):
@@ -86,6 +89,16 @@ class Model(Protocol):
     @property
     def pattern(self) -> BandPattern:
         """Where entries of element matrices go."""
+        ...
+
+    @property
+    def elements(self) -> Elements:
+        """Arrays for the compiled integrals."""
+        ...
+
+    @property
+    def has_energy(self) -> bool:
+        """Whether the law has an energy, which a motion in time needs."""
         ...
 
     @property

@@ -16,15 +16,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stripfold import kernels
 from stripfold.arrays import Array, Index
 from stripfold.errors import InvalidInputError
 from stripfold.models.directors import Directors
-from stripfold.models.model import OnNodes
-from stripfold.models.state_cache import StateCache
+from stripfold.models.integrals import CompiledIntegrals
 from stripfold.solve.linear import Band, BandPattern
+
+if TYPE_CHECKING:
+    from stripfold.kernels.elements import Elements
 
 AT_STRETCH, W_STRETCH = np.array([0.0, 0.5, 1.0]), np.array([1.0, 4.0, 1.0]) / 6.0
 """Simpson's points for the membrane strain.
@@ -63,26 +67,6 @@ def hermite(t: Array) -> tuple[Array, Array, Array]:
     return value, first, second
 
 
-def _strains() -> tuple[Array, Array]:
-    """The strains of an element of length one are ``linear . y + y . quadratic . y / 2``; shapes (9, 8), (9, 8, 8)."""
-    linear, quadratic = np.zeros((9, 8)), np.zeros((9, 8, 8))
-    first = hermite(AT_STRETCH)[1]
-    linear[:3, X] = first
-    for own in (X, Z):
-        quadratic[:3, own[:, None], own] = first[:, :, None] * first[:, None, :]
-    _, first, second = hermite(AT_BEND)
-    linear[3:5, Z] = linear[5:7, X] = linear[7:, Z] = second
-    # x' z'' - z' x'', made symmetric.
-    cross = first[:, :, None] * second[:, None, :] - second[:, :, None] * first[:, None, :]
-    quadratic[3:5, X[:, None], Z] = cross
-    quadratic[3:5, Z[:, None], X] = cross.transpose(0, 2, 1)
-    return linear, quadratic
-
-
-LINEAR, QUADRATIC = _strains()
-"""The strains of any element (see :meth:`Rod.strain`) as functions of its scaled unknowns."""
-
-
 @lru_cache(maxsize=64)
 def _numbering(elements: int) -> tuple[Index, BandPattern]:
     """The unknowns of each element, shape (elements, 8), and the pattern of their matrices."""
@@ -95,7 +79,7 @@ CRUSHED = -1.0 / 3.0
 
 
 @dataclass(frozen=True)
-class Rod(OnNodes):
+class Rod(CompiledIntegrals):
     """A strip as a rod; make it with :meth:`of`.
 
     A node has four unknowns: its displacement (x, z) and that one's derivative by s, (x, z).
@@ -108,7 +92,7 @@ class Rod(OnNodes):
         Shape (n_elements, 8).
     scale
         Shape (n_elements, 8): times this an element's own unknowns are displacements per length, and slopes.  In these
-        all elements are alike (:data:`LINEAR`, :data:`QUADRATIC`), which spares memory and so time.
+        all elements are alike.
     stiffness
         Shape (n_elements, 9): of each strain (see :meth:`strain`), times its weight in the integral over the strip.
     """
@@ -205,90 +189,30 @@ class Rod(OnNodes):
         return Directors(unknowns, local, 8, factor, np.array([1.0, 0.0]), np.diff(self.s), 1)
 
     @cached_property
-    def _at(self) -> StateCache[tuple[Array, Array]]:
-        return StateCache(self._strains_and_rates)
-
-    def _strains_and_rates(self, q: Array) -> tuple[Array, Array]:
-        """The strains, shape (n_elements, 9), and their derivatives by the scaled unknowns, (n_elements, 9, 8)."""
-        local = q[self.element_unknowns] * self.scale
-        rate = (local @ QUADRATIC.reshape(72, 8).T).reshape(-1, 9, 8)
-        rate += LINEAR
-        strain = 0.5 * np.matmul(LINEAR + rate, local[:, :, None])[:, :, 0]
-        strain.flags.writeable = rate.flags.writeable = False
-        return strain, rate
+    def elements(self) -> Elements:
+        """Arrays for the compiled integrals."""
+        shape = np.concatenate([hermite(AT_STRETCH)[1], *hermite(AT_BEND)[1:]])[None, None]
+        return kernels.elements.Elements(
+            True, self.element_unknowns, shape, self.scale, self.stiffness, VISCOUS, 0.0, 0.0
+        )
 
     def strain(self, q: Array) -> Array:
         """eps at three points, kappa at two, and r'' at two, its x before its z; shape (n_elements, 9).
 
         The last six times the element's length.
         """
-        return self._at(q)[0]
+        return self.predict_stress(q, np.zeros_like(q)) / self.stiffness
 
     def admissibility(self, q: Array) -> str:
         """Not empty where the rod is compressed past the largest force of its law."""
-        least = float(self.strain(q)[:, :3].min())
+        least = kernels.elements.least(self.elements, np.ascontiguousarray(q))
         return "" if least > CRUSHED else f"the rod is crushed: its strain is {least:.2g}, least allowed is -1/3"
-
-    def energy(self, q: Array) -> float:
-        """Elastic energy."""
-        return 0.5 * float(np.sum(self.stiffness * self.strain(q) ** 2))
-
-    def internal_force(self, q: Array) -> Array:
-        """Internal force, shape (size,): the energy's derivative."""
-        strain, rate = self._at(q)
-        return self._scatter(self.stiffness * strain, rate)
-
-    def force_of(self, q: Array, stress: Array) -> Array:
-        """Force of a stress times its weight, shape (n_elements, 9), in a state, shape (size,)."""
-        return self._scatter(stress, self._at(q)[1])
-
-    def force_and_tangent(self, q: Array, predicted_stress: Array | None = None) -> tuple[Array, Band]:
-        """Internal force and its derivative; the latter with ``predicted_stress``: :meth:`predict_stress`."""
-        strain, rate = self._at(q)
-        stress = self.stiffness * strain
-        force = self._scatter(stress, rate)
-        return force, self._assemble(
-            rate, self.stiffness, rate, stress if predicted_stress is None else predicted_stress
-        )
-
-    def force_over_step(
-        self, q0: Array, q1: Array, kappa: float, predicted_stress: Array | None = None
-    ) -> tuple[Array, Band]:
-        """Internal force over a time step and its derivative by ``q1``; as :func:`.laws.svk_interval`."""
-        (strain_0, rate_0), (strain_1, rate_1) = self._at(q0), self._at(q1)
-        middle, share = 0.5 * (rate_0 + rate_1), 0.5 + kappa * VISCOUS
-        begin, end = self.stiffness * strain_0, self.stiffness * strain_1
-        force = self._scatter((1.0 - share) * begin + share * end, middle)
-        geometric = 0.5 * ((1.0 - share) * begin + share * (end if predicted_stress is None else predicted_stress))
-        return force, self._assemble(middle, share * self.stiffness, rate_1, geometric)
-
-    def strain_distance(self, q0: Array, q1: Array) -> float:
-        """Squared distance of two states in strain, weighted with the stiffness: of two that differ by a turn, none."""
-        return float(np.sum(VISCOUS * self.stiffness * (self.strain(q1) - self.strain(q0)) ** 2))
-
-    def predict_stress(self, q: Array, dq: Array) -> Array:
-        """Stress at ``q + dq`` by the strain linearised at ``q``, times its weight, shape (n_elements, 9)."""
-        strain, rate = self._at(q)
-        change = np.matmul(rate, (dq[self.element_unknowns] * self.scale)[:, :, None])[:, :, 0]
-        return np.asarray(self.stiffness * (strain + change))
 
     def stress_on(self, other: Rod, stress: Array) -> Array:
         """A predicted stress for a rod of as many elements, of other lengths."""
         factor = np.ones_like(stress)
         factor[:, :3] = (np.diff(other.s) / np.diff(self.s))[:, None]
         return factor * stress
-
-    def _scatter(self, stress: Array, rate: Array) -> Array:
-        local = np.matmul(stress[:, None, :], rate)[:, 0, :] * self.scale
-        return np.asarray(np.bincount(self.element_unknowns.ravel(), local.ravel(), minlength=self.size), float)
-
-    def _assemble(self, left: Array, stiffness: Array, right: Array, stress: Array) -> Band:
-        """``left^T stiffness right`` and the strains' second derivatives times the stress."""
-        matrices = np.matmul(left.transpose(0, 2, 1), stiffness[:, :, None] * right)
-        matrices += (stress @ QUADRATIC.reshape(9, 64)).reshape(-1, 8, 8)
-        matrices *= self.scale[:, :, None]
-        matrices *= self.scale[:, None, :]
-        return self.pattern.assemble(matrices)
 
     def resampled(self, q: Array, s: Array) -> Array:
         """The unknowns of the same shape on nodes at the distances ``s`` from the grasped end, shape (4 len(s),)."""

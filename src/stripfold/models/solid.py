@@ -9,20 +9,24 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stripfold import kernels
 from stripfold.arrays import Array, Index
 from stripfold.models import laws
 from stripfold.models.directors import Directors
-from stripfold.models.model import OnNodes
-from stripfold.models.state_cache import StateCache
+from stripfold.models.integrals import CompiledIntegrals
 from stripfold.models.strip_mesh import StripMesh, build
 from stripfold.solve.linear import Band, BandPattern
 
+if TYPE_CHECKING:
+    from stripfold.kernels.elements import Elements
+
 
 @dataclass(frozen=True)
-class Solid(OnNodes):
+class Solid(CompiledIntegrals):
     """A strip of St Venant-Kirchhoff material; make it with :meth:`of`.
 
     The unknowns ``q``, shape (size,), are described in :mod:`stripfold.models.strip_mesh`.
@@ -133,83 +137,74 @@ class Solid(OnNodes):
 
     def deformation_gradient(self, q: Array) -> Array:
         """``F = I + grad u`` at the quadrature points, shape (n_elements, n_quadrature, 2, 2)."""
-        return self._gradients(q)
-
-    @cached_property
-    def _gradients(self) -> StateCache[Array]:
-        return StateCache(self._gradient_of)
-
-    def _gradient_of(self, q: Array) -> Array:
         local = q[self.mesh.element_unknowns]
         n_el, n_q = self.mesh.weights.shape
         f = np.matmul(self.gradient_t, local[:, :, None]).reshape(n_el, n_q, 2, 2)
         f[..., 0, 0] += 1.0
         f[..., 1, 1] += 1.0
-        f.flags.writeable = False
         return f
+
+    @cached_property
+    def elements(self) -> Elements:
+        """Arrays for the compiled integrals."""
+        n_el, n_q = self.mesh.weights.shape
+        # The two unknowns of a node have the same shape function, each for its own component.
+        shape, unknowns = self.gradient_t.reshape(n_el, n_q, 2, 2, -1)[:, :, 0, :, ::2], self.mesh.element_unknowns
+        missing = kernels.solid.NODES - shape.shape[3]
+        if missing:
+            shape = np.pad(shape, ((0, 0), (0, kernels.solid.POINTS - n_q), (0, 0), (0, missing)))
+            unknowns = np.pad(unknowns, ((0, 0), (0, 2 * missing)), mode="edge")
+        weights, none = np.ascontiguousarray(self.mesh.weights), np.zeros(0)
+        return kernels.elements.Elements(
+            False, unknowns, np.ascontiguousarray(shape), none[:, None], weights, none, self.lame.lam, self.lame.mu
+        )
+
+    @property
+    def has_energy(self) -> bool:
+        """False for the printed law."""
+        return self.law.energy is not None
+
+    @property
+    def stress_shape(self) -> tuple[int, ...]:
+        """Shape of a second Piola-Kirchhoff stress at the quadrature points."""
+        return (*self.mesh.weights.shape, 2, 2)
 
     def admissibility(self, q: Array) -> str:
         """Not empty where an element is inverted: the law has such equilibria."""
-        f = self.deformation_gradient(q)
-        least = float((f[..., 0, 0] * f[..., 1, 1] - f[..., 0, 1] * f[..., 1, 0]).min())
+        least = kernels.elements.least(self.elements, np.ascontiguousarray(q))
         return "" if least > 0.0 else f"the strip is turned inside out: its volume changes by a factor of {least:.2g}"
 
     def energy(self, q: Array) -> float:
         """Elastic energy; nan for the printed law, which has none."""
-        if self.law.energy is None:
-            return float("nan")
-        return float(np.sum(self.mesh.weights * self.law.energy(self.deformation_gradient(q), self.lame)))
+        return super().energy(q) if self.has_energy else float("nan")
 
     def internal_force(self, q: Array) -> Array:
         """Internal force, shape (size,): the energy's derivative where there is an energy."""
+        if self.has_energy:
+            return super().internal_force(q)
         return self._scatter(self.law.stress(self.deformation_gradient(q), self.lame))
-
-    def force_of(self, q: Array, stress: Array) -> Array:
-        """Force of a second Piola-Kirchhoff stress, shape (n_elements, n_quadrature, 2, 2), in a state, (size,)."""
-        return self._scatter(laws.times(self.deformation_gradient(q), stress))
 
     def force_and_tangent(self, q: Array, predicted_stress: Array | None = None) -> tuple[Array, Band]:
         """Internal force and its derivative; the latter with ``predicted_stress``: :meth:`predict_stress`."""
+        if self.has_energy:
+            return super().force_and_tangent(q, predicted_stress)
         f = self.deformation_gradient(q)
-        return (
-            self._scatter(self.law.stress(f, self.lame)),
-            self._assemble(self.law.tangent(f, self.lame, predicted_stress)),
-        )
+        tangent = self.law.tangent(f, self.lame, predicted_stress)
+        return self._scatter(self.law.stress(f, self.lame)), self._from_points(tangent)
 
     def force_over_step(
         self, q0: Array, q1: Array, kappa: float, predicted_stress: Array | None = None
     ) -> tuple[Array, Band]:
-        """Internal force over a time step and its derivative by ``q1``; see :func:`.laws.svk_interval`.
+        """See :meth:`.CompiledIntegrals.force_over_step`.
 
         Raises
         ------
         ValueError
             For a law that has no energy.
         """
-        if self.law.interval is None:
+        if not self.has_energy:
             raise ValueError(f"the law {self.law.name!r} has no energy that a time step could conserve")
-        f0, f1 = self.deformation_gradient(q0), self.deformation_gradient(q1)
-        stress, tangent = self.law.interval(f0, f1, self.lame, kappa, predicted_stress)
-        return self._scatter(stress), self._assemble(tangent)
-
-    def strain_distance(self, q0: Array, q1: Array) -> float:
-        """``integral of (E_1 - E_0) : C : (E_1 - E_0)``: what viscosity dissipates, up to its factor."""
-        change = laws.green_lagrange(self.deformation_gradient(q1)) - laws.green_lagrange(self.deformation_gradient(q0))
-        stress = laws.stress_of_strain(change, self.lame)
-        return float(np.sum(self.mesh.weights * np.sum(stress * change, axis=(-1, -2))))
-
-    def predict_stress(self, q: Array, dq: Array) -> Array:
-        """Stress at ``q + dq`` by the strain linearised at ``q``, shape (n_elements, n_quadrature, 2, 2).
-
-        In a thin strip a Newton step that bends it also stretches it, by the square of the step; the geometric
-        stiffness of that spurious stress slows convergence.  With this stress in the next tangent, steps can be many
-        times longer; the equilibrium is the same (mixed integration points: Magisano, Leonetti, Garcea, 2017).
-        """
-        f = self.deformation_gradient(q)
-        df = np.matmul(self.gradient_t, dq[self.mesh.element_unknowns][:, :, None]).reshape(f.shape)
-        ft_df = laws.times(np.swapaxes(f, -1, -2), df)
-        strain = laws.green_lagrange(f) + 0.5 * (ft_df + np.swapaxes(ft_df, -1, -2))
-        return laws.stress_of_strain(strain, self.lame)
+        return super().force_over_step(q0, q1, kappa, predicted_stress)
 
     def stress_on(self, other: Solid, stress: Array) -> Array:
         """A predicted stress for a strip of as many elements, of other lengths: the same."""
@@ -221,7 +216,7 @@ class Solid(OnNodes):
         weights = np.repeat(self.mesh.weights, 4, axis=1)
         return np.ascontiguousarray((weights[:, :, None] * self.gradient_t).transpose(0, 2, 1))
 
-    def _assemble(self, stress_rate: Array) -> Band:
+    def _from_points(self, stress_rate: Array) -> Band:
         n_el, n_q = self.mesh.weights.shape
         n_loc = self.gradient_t.shape[2]
         a = stress_rate.reshape(n_el, n_q, 4, 4)

@@ -7,15 +7,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Protocol, Self
+from typing import TYPE_CHECKING, Any, Protocol, Self
 
 import numpy as np
 
 from stripfold.arrays import Array, Index
-from stripfold.solve import newton
+from stripfold.solve import compiled_step, newton
 from stripfold.solve.linear import Band, Sparse
 from stripfold.solve.newton import NewtonOptions
 from stripfold.solve.problem import Equilibrium, Problem
+
+if TYPE_CHECKING:
+    from stripfold.kernels.elements import Elements
 
 
 class DynamicProblem(Problem, Protocol):
@@ -40,6 +43,10 @@ class DynamicProblem(Problem, Protocol):
         Its work over the step is the gain of elastic and gravity energy plus ``kappa`` :meth:`strain_distance` plus
         :meth:`friction_work`.
         """
+        ...
+
+    def elements_over_step(self, q0: Array, q1: Array) -> tuple[Elements, Array] | None:
+        """The elements of a strip and the weight, shape (n,), if nothing else acts over a step; otherwise None."""
         ...
 
     def strain_distance(self, q0: Array, q1: Array) -> float:
@@ -179,7 +186,10 @@ class EnergyMomentum:
             return force, tangent + mass.scaled(inertia + drag)
 
         guess = begin.q + dt * begin.mean_v
-        state = solve_step(problem, evaluate, begin.q, guess, lam, begin.active, options)
+        guess[problem.bounded] = np.maximum(guess[problem.bounded], problem.lower)
+        state = compiled_step.solve(problem, begin, guess, lam, inertia, drag, kappa, options)
+        if state is None:
+            state = solve_step(problem, evaluate, begin.q, guess, lam, begin.active, options)
         moved = state.q - begin.q
         v = (2.0 * moved / dt - (1.0 - chi) * begin.v) / (1.0 + chi)
         force = state.force

@@ -1,0 +1,26 @@
+"""Compiled loops: element integrals, band matrices, the Newton iteration of a time step.
+
+They know arrays only.  A module compiles on its first import, in seconds, and keeps the result in a cache; the package
+loads it on first use, so that what needs no kernel does not wait for the compiler.  Their NumPy versions, the readable
+reference, are in ``tests/oracles/kernels.py``.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from types import ModuleType
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from stripfold.kernels import band as band
+    from stripfold.kernels import elements as elements
+    from stripfold.kernels import solid as solid
+    from stripfold.kernels import step as step
+
+MODULES = ("band", "elements", "solid", "step")
+
+
+def __getattr__(name: str) -> ModuleType:
+    if name not in MODULES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return import_module(f"{__name__}.{name}")

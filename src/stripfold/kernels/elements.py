@@ -1,0 +1,126 @@
+"""Element integrals of the rod and the solid: internal force and tangent, over a time step or in one state.
+
+Both have strains that are quadratic in the unknowns and a stress that is linear in them, so one scheme serves both
+(:func:`assemble`).  A band matrix is stored as the transpose of LAPACK's: entry (i, j) at ``band[j, top + i - j]``.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numba
+
+from stripfold.arrays import Array, Index
+from stripfold.kernels import rod, solid
+from stripfold.kernels.compiler import compiled, matrix, vector
+
+
+class Elements(NamedTuple):
+    """The elements of a strip.
+
+    Attributes
+    ----------
+    is_rod
+        Which of the two models.
+    unknowns
+        Shape (n_elements, n_local).
+    shape
+        Rod: shape (1, 1, 7, 4), first derivatives of the cubics at the points of the membrane strain (3) and of the
+        curvature (2), second derivatives at the latter (2), on an element of length one.
+        Solid: shape (n_elements, POINTS, 2, NODES), gradients of the unknowns' shape functions.
+    scale
+        Rod: shape (n_elements, 8), factor from the unknowns to those of an element of length one.
+    stiffness
+        Rod: shape (n_elements, 9), of each strain.  Solid: shape (n_elements, n_quadrature), quadrature weights.
+    viscous
+        Rod: shape (9,), weight of each strain in viscosity over its weight in energy.
+    lam, mu
+        Solid: Lame parameters.
+    """
+
+    is_rod: bool
+    unknowns: Index
+    shape: Array
+    scale: Array
+    stiffness: Array
+    viscous: Array
+    lam: float
+    mu: float
+
+
+elements_type = numba.types.NamedTuple(
+    [
+        numba.boolean,
+        numba.int64[:, ::1],
+        numba.float64[:, :, :, ::1],
+        matrix,
+        matrix,
+        vector,
+        numba.float64,
+        numba.float64,
+    ],
+    Elements,
+)
+
+
+@compiled(
+    numba.void(
+        elements_type,
+        vector,
+        vector,
+        numba.float64,
+        numba.boolean,
+        matrix,
+        vector,
+        matrix,
+        numba.int64,
+    )
+)
+def assemble(el, q0, q1, kappa, in_state, predicted, force, band, top):
+    """Add the internal force over a time step from ``q0`` to ``q1`` and its derivative by ``q1``.
+
+    Parameters
+    ----------
+    el
+        The elements.
+    q0, q1, kappa
+        Ends of the step, shape (n,), and viscosity: see :meth:`.Model.force_over_step`.
+    in_state
+        Force and tangent in the state ``q1``; ``q0`` must be the same, and ``kappa`` is not used.
+    predicted
+        Stress at ``q1`` for the tangent's geometric part, as :func:`predict` returns it; empty: that of the strain.
+        Without a tangent: the stress whose force is asked for.
+    force, band, top
+        What is added to: shape (n,), and a band matrix of shape (n, height) or empty.
+    """
+    if el.is_rod:
+        rod.assemble(el, q0, q1, kappa, in_state, predicted, force, band, top)
+    else:
+        solid.assemble(el, q0, q1, kappa, in_state, predicted, force, band, top)
+
+
+@compiled(matrix(elements_type, vector, vector))
+def predict(el, q, dq):
+    """Stress at ``q + dq`` from the strain linearised at ``q``: see :meth:`.Model.predict_stress`.
+
+    Rod: times its weight, shape (n_elements, 9).  Solid: shape (n_elements, 4 n_quadrature), xx, xz, zx, zz.
+    """
+    if el.is_rod:
+        return rod.predict(el, q, dq)
+    return solid.predict(el, q, dq)
+
+
+@compiled(numba.float64(elements_type, vector, vector, numba.boolean))
+def distance(el, q0, q1, viscous):
+    """Squared distance of two states in strain, weighted with the stiffness, or with the share of it in viscosity."""
+    if el.is_rod:
+        return rod.distance(el, q0, q1, viscous)
+    return solid.distance(el, q0, q1)
+
+
+@compiled(numba.float64(elements_type, vector))
+def least(el, q):
+    """Smallest membrane strain of the rod, smallest change of volume of the solid."""
+    if el.is_rod:
+        return rod.least(el, q)
+    return solid.least(el, q)

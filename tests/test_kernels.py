@@ -1,0 +1,167 @@
+"""The compiled code against its NumPy reference and against LAPACK."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import stripfold
+from oracles.kernels import RodReference, SolidReference
+from stripfold import kernels
+from stripfold.models.model import Model
+from stripfold.models.rod import Rod
+from stripfold.models.solid import Solid
+
+ENDS = np.array([0.0, 0.2, 0.5, 0.6, 1.0, 1.3, 1.7, 2.0])
+MODELS = {
+    "rod": lambda: Rod.of(2.0, 0.1, elements=ENDS),
+    "solid": lambda: Solid.of(2.0, 0.1, nu=0.3, elements=ENDS),
+    "two layers": lambda: Solid.of(2.0, 0.1, nu=0.3, elements=ENDS, across=2),
+    "bilinear": lambda: Solid.of(2.0, 0.1, nu=0.3, elements=ENDS, order=1, across=2),
+    "distorted": lambda: Solid.of(2.0, 0.1, nu=0.3, elements=ENDS, distort=lambda x: x + 0.01 * np.sin(3.0 * x)),
+}
+
+
+def close(found: np.ndarray, expected: np.ndarray) -> None:
+    np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-13 * np.abs(expected).max())
+
+
+@pytest.fixture(params=MODELS)
+def both(request: pytest.FixtureRequest) -> tuple[Model, RodReference | SolidReference, list[np.ndarray]]:
+    """A strip, its reference, and three of its states."""
+    model = MODELS[request.param]()
+    rng = np.random.default_rng(4)
+    states = [0.1 * rng.standard_normal(model.size) for _ in range(3)]
+    return model, RodReference(model) if isinstance(model, Rod) else SolidReference(model), states
+
+
+@pytest.mark.parametrize("with_stress", [False, True])
+def test_force_and_tangent(both, with_stress):
+    model, reference, (q0, q1, dq) = both
+    stress = reference.predict_stress(q0, dq) if with_stress else None
+    force, tangent = model.force_and_tangent(q1, stress)
+    expected = reference.force_and_tangent(q1, stress)
+    close(force, expected[0])
+    close(tangent.ab, expected[1].ab)
+    close(model.internal_force(q1), expected[0])
+
+
+@pytest.mark.parametrize("with_stress", [False, True])
+@pytest.mark.parametrize("kappa", [0.0, 0.7])
+def test_force_over_a_step(both, kappa, with_stress):
+    model, reference, (q0, q1, dq) = both
+    stress = reference.predict_stress(q0, dq) if with_stress else None
+    force, tangent = model.force_over_step(q0, q1, kappa, stress)
+    expected = reference.force_over_step(q0, q1, kappa, stress)
+    close(force, expected[0])
+    close(tangent.ab, expected[1].ab)
+
+
+def test_stress_energy_and_distance(both):
+    model, reference, (q0, q1, dq) = both
+    stress = model.predict_stress(q0, dq)
+    close(stress, reference.predict_stress(q0, dq))
+    close(model.force_of(q1, stress), reference.force_of(q1, stress))
+    assert model.energy(q0) == pytest.approx(reference.energy(q0), rel=1e-13)
+    assert model.strain_distance(q0, q1) == pytest.approx(reference.strain_distance(q0, q1), rel=1e-13)
+
+
+def banded(n: int, width: int, shift: float) -> np.ndarray:
+    """A matrix of random entries within the band, plus a multiple of the identity."""
+    rng = np.random.default_rng(2)
+    i, j = np.indices((n, n))
+    return np.where(abs(i - j) <= width, rng.standard_normal((n, n)), 0.0) + shift * np.eye(n)
+
+
+def stored(a: np.ndarray, width: int) -> np.ndarray:
+    """The storage of the kernels, with the diagonal at ``width``."""
+    n = len(a)
+    band = np.zeros((n, 2 * width + 1))
+    for j in range(n):
+        for i in range(max(0, j - width), min(n, j + width + 1)):
+            band[j, width + i - j] = a[i, j]
+    return band
+
+
+def test_band_matrix():
+    n, w = 30, 4
+    a, x = banded(n, w, 20.0), np.random.default_rng(3).standard_normal(n)
+    a[7, 11] = a[11, 7] = 0.0  # the profile is narrower than the band
+    band = stored(a, w)
+    close(kernels.band.product(band, w, w, x), a @ x)
+    close(kernels.band.product_of_magnitudes(band, w, w, x), np.abs(a) @ x)
+    held = np.zeros(n, bool)
+    held[[0, 5, 29]] = True
+    kernels.band.hold(band, w, w, held)
+    a[held] = a[:, held] = 0.0
+    a[held, held] = band[held, w]
+    close(kernels.band.product(band, w, w, x), a @ x)
+    reach = np.empty(n, np.int64)
+    assert kernels.band.factorise(band, w, w, reach)
+    solution = x.copy()
+    kernels.band.substitute(band, w, w, reach, solution)
+    close(solution, np.linalg.solve(a, x))
+
+
+def test_a_matrix_that_needs_pivots_is_refused():
+    """Leading blocks that are singular, or nearly so; the matrices are regular."""
+    for corner in (0.0, 1e-9, np.nan):
+        a = np.array([[corner, 1.0, 0.0], [1.0, 1.0, 1.0], [0.0, 1.0, 3.0]])
+        assert not kernels.band.factorise(stored(a, 1), 1, 1, np.empty(3, np.int64))
+
+
+KERNEL = """
+import numba
+from stripfold.kernels.compiler import compiled
+@compiled(numba.float64(numba.float64))
+def double(x):
+    return 2.0 * x
+print(sum(double.stats.cache_hits.values()))
+"""
+
+
+def compile_in(folder: Path, **environment: str) -> int:
+    """Import the kernel of the package in ``folder`` in a process of its own; 1 if it comes from a cache."""
+    settings = {**os.environ, "PYTHONPATH": str(folder), **environment}
+    command = [sys.executable, "-c", "import stripfold.kernels.double"]
+    return int(subprocess.run(command, env=settings, capture_output=True, text=True, check=True).stdout)
+
+
+@pytest.fixture
+def copied(tmp_path: Path) -> Path:
+    """A package of nothing but the compiler's settings and one small kernel."""
+    source, target = Path(stripfold.__file__).parent / "kernels", tmp_path / "site" / "stripfold" / "kernels"
+    target.mkdir(parents=True)
+    (target.parent / "__init__.py").touch()
+    for name in ("__init__.py", "compiler.py"):
+        (target / name).write_text((source / name).read_text())
+    (target / "double.py").write_text(KERNEL)
+    return tmp_path / "site"
+
+
+def test_the_cache_is_used_until_any_kernel_changes(copied):
+    assert compile_in(copied) == 0
+    assert compile_in(copied) == 1
+    with (copied / "stripfold" / "kernels" / "compiler.py").open("a") as file:
+        file.write("# changed\n")
+    assert compile_in(copied) == 0
+
+
+def test_a_package_that_cannot_be_written_to_uses_the_users_cache(copied, tmp_path):
+    (copied / "stripfold" / "kernels" / "__pycache__").touch()  # a file where the folder would be
+    home = {"HOME": str(tmp_path), "XDG_CACHE_HOME": str(tmp_path / "cache")}
+    assert [compile_in(copied, **home) for _ in range(2)] == [0, 1]
+    nowhere = dict.fromkeys(home, os.devnull)
+    assert [compile_in(copied, **nowhere) for _ in range(2)] == [0, 0]
+
+
+def test_processes_that_compile_at_once_do_not_disturb_each_other(copied):
+    with ThreadPoolExecutor() as pool:
+        assert len(list(pool.map(compile_in, 3 * [copied]))) == 3
+    assert compile_in(copied) == 1
