@@ -172,8 +172,8 @@ def test_the_plane_board_and_the_stops_are_in_the_folding_plane() -> None:
     stops = calibration.stops()
     assert len(stops) == 9
     for place in stops:
-        picture = calibration.renderer.picture(None, place + scene.gripper.offset)
-        corners, ids, _ = detector.detectMarkers(np.ascontiguousarray(picture))
+        picture = calibration.renderer.picture(None, place + scene.gripper.offset).astype(np.uint8)
+        corners, ids, _ = detector.detectMarkers(picture)
         assert ids.ravel().tolist() == [scene.gripper.marker]
         half = 0.5 * scene.gripper.marker_size
         # In the picture: upper left, upper right, and on; this camera sees x grow to the left.

@@ -9,10 +9,10 @@ import cv2
 import numpy as np
 
 from stripfold.arrays import Array, Picture
-from stripfold.synthetic.render import DICTIONARY, Renderer
+from stripfold.synthetic.render import DICTIONARY, Renderer, divided, marker_cells
 from stripfold.synthetic.scene import Filming
 from stripfold.synthetic.sensor import Sensor
-from stripfold.synthetic.view import Light, Rays, rotation_vector
+from stripfold.synthetic.view import rotation_vector
 from stripfold.vision.boards import Board
 
 Pose = tuple[Array, Array]
@@ -20,8 +20,8 @@ Pose = tuple[Array, Array]
 
 SQUARES = (9, 6)
 """Columns and rows of a board."""
-_TEXELS = 48
-"""Samples of the print per square."""
+PAPER, INK = 0.935, 0.055
+"""Greys of the board: no print is quite black or white."""
 _MARGIN = 0.6
 """White around the squares, in squares."""
 
@@ -50,35 +50,33 @@ class Calibration:
         self.outline = self._middle + self.board.square * corners * (0.5 * size + _MARGIN)
         """Shape (4, 3): corners of the sheet, m."""
         self._sensor = Sensor(renderer, 1.0, rng)
-        # 16 samples of 8 bytes per pixel are too much for large pictures.
-        self._rays = Rays(renderer.view.camera, 4 if filming.size[0] <= 640 else 2)
 
     @cached_property
-    def _print(self) -> Light:
-        """The squares without the margin; 255 is white."""
-        columns, rows = SQUARES
+    def _black(self) -> Array:
+        """Shape (n, k, 3): outlines of all that is black on the board, m."""
+        squares = [(x, y) for y in range(SQUARES[1]) for x in range(SQUARES[0]) if (x + y) % 2 == 0]
+        black = _squares(np.array(squares) * self.board.square, self.board.square)
         if self.board.type == "charuco":
-            drawn = self.board.charuco.generateImage((columns * _TEXELS, rows * _TEXELS), marginSize=0)
-        else:
-            row, column = np.indices((rows, columns))
-            drawn = np.kron(255.0 * ((row + column) % 2), np.ones((_TEXELS, _TEXELS)))
-        return np.asarray(drawn, dtype=np.float32)
+            known = self.board.charuco
+            for corners, number in zip(known.getObjPoints(), known.getIds(), strict=True):
+                row, column = np.nonzero(marker_cells(int(number)) == 0.0)
+                side = (corners[1, 0] - corners[0, 0]) / (row.max() + 1)
+                black = np.concatenate([black, _squares(corners[0, :2] + side * np.column_stack([column, row]), side)])
+        return black
 
     def picture(self, pose: Pose) -> Picture:
         """The board in a pose, as the camera delivers it."""
-        x, y = (value / np.float32(self.board.square) for value in self._rays.on_plane(*pose))
-        columns, rows = SQUARES
-        with np.errstate(invalid="ignore"):
-            sheet = (x > -_MARGIN) & (x < columns + _MARGIN) & (y > -_MARGIN) & (y < rows + _MARGIN)
-        u, v = (np.nan_to_num(value * _TEXELS - 0.5, nan=-1e6).astype(np.float32) for value in (x, y))
-        grey = cv2.remap(self._print, u, v, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT, borderValue=255.0)
-        # No print is quite black or white.
-        ink = self._rays.averaged(np.where(sheet, 14.0 + 0.88 * grey, 0.0).astype(np.float32))
-        share = self._rays.averaged(sheet.astype(np.float32))
-        seen = ink + (1.0 - share) * self.renderer.background.astype(np.float32)
-        edge = np.linspace(self.outline, np.roll(self.outline, -1, axis=0), 20, axis=1).reshape(-1, 3)
-        free = self.renderer.view.camera.project(edge, rotation_vector(pose[0]), pose[1])
-        return self._sensor.delivered(seen, None, free)
+        canvas = self.renderer.canvas
+        canvas.clear()
+        sheet = self._seen(divided(self.outline[None], 20), pose)
+        canvas.polygons(sheet, PAPER)
+        canvas.polygons(self._seen(self._black, pose), INK)
+        return self._sensor.delivered(canvas.picture, None, sheet[0])
+
+    def _seen(self, places: Array, pose: Pose) -> Array:
+        """Pixels, shape (..., 2), of places on the board, shape (..., 3), m."""
+        pixels = self.renderer.view.camera.project(places.reshape(-1, 3), rotation_vector(pose[0]), pose[1])
+        return pixels.reshape(*places.shape[:-1], 2)
 
     def poses(self) -> list[Pose]:
         """Poses of the board for the intrinsics: spread over the picture, tilted, wholly visible."""
@@ -94,7 +92,7 @@ class Calibration:
             rotation = np.asarray(cv2.Rodrigues(lean)[0] @ cv2.Rodrigues(turn)[0])
             spot = (0.5 + reach * spots[len(found) % len(spots)] * rng.uniform(0.8, 1.0)) * size
             depth = filming.distance * rng.uniform(0.8, 1.2)
-            ray = np.append(camera.undistort(spot[None])[0], 1.0) @ np.linalg.inv(camera.matrix).T
+            ray = camera.rays(spot[None])[0]
             translation = depth * ray - rotation @ self._middle
             sheet = camera.project(self.outline, rotation_vector(rotation), translation)
             if np.all((sheet > 3.0) & (sheet < size - 4.0)):
@@ -135,7 +133,13 @@ class Calibration:
         lines = ["image,x,z"]
         for i, (place, (x, z)) in enumerate(zip(stops, reported, strict=True), 1):
             name = f"stops/stop-{i}.png"
-            seen = self.renderer.picture(None, place + scene.gripper.offset).astype(np.float32)
+            seen = self.renderer.picture(None, place + scene.gripper.offset)
             cv2.imwrite(str(folder / name), self._sensor.delivered(seen, None))
             lines.append(f"{name},{x:.6f},{z:.6f}")
         (folder / "robot.csv").write_text("\n".join(lines) + "\n", encoding="utf-8", newline="\n")
+
+
+def _squares(corner: Array, side: float) -> Array:
+    """Squares with their first corners at places of shape (n, 2), m, as polygons in the plane of the board."""
+    corners = corner[:, None] + side * np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
+    return divided(np.pad(corners, ((0, 0), (0, 0), (0, 1))), 4)

@@ -1,121 +1,113 @@
-"""A grey picture on which polygons are drawn, each pixel by the exact share that they cover."""
+"""A grey picture on which polygons are drawn, each pixel by the exact share that they cover.
+
+A side of a polygon covers, in each row of pixels that it crosses, what is to its right; the sides together leave what
+is between them.  They are cut where they cross rows and columns, their shares added up in the pixels that they cross,
+and the sums accumulated along the rows.
+"""
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from matplotlib.backends.backend_agg import RendererAgg
-from matplotlib.collections import PolyCollection
-from matplotlib.figure import Figure
-from matplotlib.path import Path as Outline
-from matplotlib.transforms import IdentityTransform
 
-from stripfold.arrays import Array, Mask, Picture
+from stripfold.arrays import Array, Index
+from stripfold.synthetic.view import Light
 
-_MARGIN = 1.2
-"""Distance by which the pieces of a ribbon overlap before its outline is cut out, pixels."""
+_LEAST = 1e-6
+"""Share of a pixel below which it is not covered."""
 
 
-class Layer:
-    """A picture to draw on; pixel centres are at integers, greys from 0 to 1.
+class Canvas:
+    """A picture to draw on, shape (height, width), 255 for white; pixel centres are at integers."""
 
-    Agg computes the covered area of each pixel to 1/256.  OpenCV's ``fillPoly`` also draws the outline: each polygon is
-    half a sample larger, which shows in a strip that is two pixels thin.
-    """
+    def __init__(self, background: Light) -> None:
+        self._background, self._rows = background, (0, len(background))
+        self.picture = background.copy()
 
-    def __init__(self, size: tuple[int, int]) -> None:
-        self.size, self.rows = size, (0, size[1])
-        self._figure = Figure(figsize=(1.0, 1.0), dpi=72)
-        self._renderer = RendererAgg(size[0], size[1], 72.0)
-        self.pixels = np.asarray(self._renderer.buffer_rgba())
-        self.pixels[..., 3] = 255
+    def clear(self, rows: tuple[int, int] | None = None) -> None:
+        """Begin with the background; only these rows, first and end, are drawn from now on."""
+        self._rows = rows or (0, len(self._background))
+        self.picture[slice(*self._rows)] = self._background[slice(*self._rows)]
 
-    def visible(self, polygons: Array) -> Mask:
-        """Which polygons reach into the rows to be drawn."""
-        row = polygons[..., 1]
-        return np.asarray((row.max(axis=1) > self.rows[0] - 1.0) & (row.min(axis=1) < self.rows[1]))
+    def polygons(self, corners: Array, grey: float, alpha: float = 1.0) -> None:
+        """Draw the union of polygons, shape (n, k, 2), pixels, in a grey from 0 to 1."""
+        following = np.roll(corners, -1, axis=1)
+        sign = self._orientation(corners, following)
+        self._draw(corners.reshape(-1, 2), following.reshape(-1, 2), np.repeat(sign, corners.shape[1])[None], grey, alpha)
 
-    def quads(self, corners: Array, greys: Array) -> None:
-        """Draw quadrilaterals one after the other: corners, shape (n, 4, 2), pixels; greys, shape (n,)."""
-        seen = self.visible(corners)
-        if not np.any(seen):
-            return
-        colours = np.repeat(np.clip(greys[seen], 0.0, 1.0)[:, None], 3, axis=1)
-        outlines: Any = self._flipped(corners[seen])
-        drawn = PolyCollection(outlines, facecolors=colours, edgecolors="none", linewidths=0, snap=False)
-        drawn.set_figure(self._figure)
-        drawn.draw(self._renderer)
+    def ribbon(self, one: Array, other: Array, greys: Array | float, alpha: float = 1.0) -> None:
+        """Draw what is between two lines, shape (n, 2) each, in pieces of a grey each, shape (n - 1,), without seams."""
+        corners = np.stack([one[:-1], one[1:], other[1:], other[:-1]], axis=1)
+        sign = self._orientation(corners, np.roll(corners, -1, axis=1))
+        weights = np.stack([sign, sign * greys]) if np.ndim(greys) else sign[None]
+        # Two pieces share the side between them: only what differs is drawn there.
+        between = -np.diff(weights, prepend=0.0, append=0.0)
+        start, end = np.concatenate([one[:-1], other[1:], one]), np.concatenate([one[1:], other[:-1], other])
+        self._draw(start, end, np.concatenate([weights, weights, between], axis=1), None if np.ndim(greys) else greys, alpha)
 
-    def shape(self, polygons: Array, grey: float, alpha: float = 1.0) -> None:
-        """Draw the union of polygons, shape (n, k, 2), pixels: no seam where two share a side."""
-        polygons = polygons[self.visible(polygons)]
-        if not len(polygons):
-            return
-        following = np.roll(polygons, -1, axis=1)
-        area = np.sum(polygons[..., 0] * following[..., 1] - following[..., 0] * polygons[..., 1], axis=1)
-        same = np.where(area[:, None, None] < 0.0, polygons[:, ::-1], polygons)
-        verts = self._flipped(np.concatenate([same, same[:, :1]], axis=1)).reshape(-1, 2)
-        codes = np.full((len(polygons), polygons.shape[1] + 1), Outline.LINETO, dtype=np.uint8)
-        codes[:, 0], codes[:, -1] = Outline.MOVETO, Outline.CLOSEPOLY
-        context: Any = self._renderer.new_gc()  # type: ignore[no-untyped-call]
-        context.set_snap(False)
-        context.set_linewidth(0.0)
-        context.set_alpha(alpha)
-        self._renderer.draw_path(context, Outline(verts, codes.ravel()), IdentityTransform(), (grey, grey, grey))
-        context.restore()
+    def _orientation(self, corners: Array, following: Array) -> Array:
+        """Shape (n,): -1 for polygons that run clockwise, 1 for the others, 0 for those outside the picture."""
+        area = np.sum(corners[..., 0] * following[..., 1] - following[..., 0] * corners[..., 1], axis=1)
+        low, high = corners.min(axis=1), corners.max(axis=1)
+        first, end = [-0.5, self._rows[0] - 0.5], [self.picture.shape[1] - 0.5, self._rows[1] - 0.5]
+        return np.asarray(np.where(np.all((high > first) & (low < end), axis=1), -np.sign(area), 0.0))
 
-    def _flipped(self, points: Array) -> Array:
-        """In matplotlib's frame: from the lower left corner, pixel centres at halves."""
-        return np.stack([points[..., 0] + 0.5, self.size[1] - points[..., 1] - 0.5], axis=-1)
+    def _draw(self, start: Array, end: Array, weights: Array, grey: Array | float | None, alpha: float) -> None:
+        """Draw what is to the right of directed lines, shape (n, 2), that form closed polygons.
 
-
-class Canvas(Layer):
-    """A layer on which ribbons can be drawn, too."""
-
-    def __init__(self, size: tuple[int, int]) -> None:
-        super().__init__(size)
-        self._colour, self._mask = Layer(size), Layer(size)
-
-    @property
-    def picture(self) -> Picture:
-        """Shape (height, width): a view of what was drawn."""
-        return self.pixels[..., 0]
-
-    def clear(self, background: Picture, rows: tuple[int, int]) -> None:
-        """Begin with a picture, shape (height, width); only these rows, first and end, are drawn from now on."""
-        self.rows = rows
-        self.pixels[slice(*rows), :, :3] = background[slice(*rows), :, None]
-
-    def ribbon(self, pieces: Array, greys: Array) -> None:
-        """Draw the pieces of a ribbon, each with its grey, shape (n,), by the share that all of them together cover.
-
-        ``pieces``, shape (n, 4, 2), pixels: the first two corners are along the ribbon, the others opposite to these.
-        Drawn one by one, the background would show at their seams.
+        ``weights``, shape (1, n) or (2, n), are those of the share that is covered, and of its ``grey`` if that is None.
         """
-        seen = self.visible(pieces)
-        if not np.any(seen):
+        used = np.any(weights, axis=0)
+        if not used.any():
             return
-        pieces, greys = pieces[seen], greys[seen]
-        low, high = np.floor(pieces.min(axis=(0, 1))), np.ceil(pieces.max(axis=(0, 1)))
-        first = np.maximum(low - 1, [0, self.rows[0]]).astype(int)
-        end = np.minimum(high + 2, [self.size[0], self.rows[1]]).astype(int)
-        if np.any(first >= end):
+        start, end, weights = start[used] + 0.5, end[used] + 0.5, weights[:, used]
+        low, high = np.minimum(start, end).min(axis=0), np.maximum(start, end).max(axis=0)
+        left, top = np.maximum(np.floor(low), [0, self._rows[0]]).astype(int)
+        right, bottom = np.minimum(np.ceil(high), [self.picture.shape[1], self._rows[1]]).astype(int)
+        width, height = right - left, bottom - top
+        if width <= 0 or height <= 0:
             return
-        box = slice(first[1], end[1]), slice(first[0], end[0])
-        self._mask.pixels[*box, 0] = 0
-        self._mask.shape(pieces, 1.0)
-        self._colour.pixels[*box, :3] = round(255.0 * float(np.clip(greys.mean(), 0, 1)))
-        self._colour.quads(_enlarged(pieces), greys)
-        share = self._mask.pixels[*box, 0].astype(np.float32) / np.float32(255.0)
-        below = self.pixels[*box, 0].astype(np.float32)
-        mixed = below + share * (self._colour.pixels[*box, 0] - below)
-        self.pixels[*box, :3] = (mixed + np.float32(0.5)).astype(np.uint8)[..., None]
+        # Cut at rows, then at columns.
+        of, first, last = _cut(start[:, 1] - top, end[:, 1] - top)
+        begin, step = start[of], (end - start)[of]
+        y, dy = begin[:, 1] - top + 0.5 * (first + last) * step[:, 1], (last - first) * step[:, 1]
+        inside = (y > 0.0) & (y < height) & (dy != 0.0)
+        y, dy, of, x, dx = (values[inside] for values in (y, dy, of, begin[:, 0] - left, step[:, 0]))
+        x, far = x + first[inside] * dx, x + last[inside] * dx
+        piece, first, last = _cut(x, far)
+        place = np.maximum(x[piece] + 0.5 * (first + last) * (far - x)[piece], 0.0)
+        inside = place < width
+        place, piece, share = place[inside], piece[inside], (last - first)[inside]
+        column = place.astype(np.intp)
+        at = y[piece].astype(np.intp) * (width + 1) + column
+        ahead = place - column
+        values = weights[:, of[piece]] * (share * dy[piece])
+        at = np.concatenate([at, at + 1])
+        sums = np.array(
+            [
+                np.bincount(at, np.concatenate([(1.0 - ahead) * value, ahead * value]), height * (width + 1))
+                for value in values
+            ]
+        )
+        covered = sums.reshape(-1, height, width + 1).cumsum(axis=2)[:, :, :width]
+        rows, columns = np.nonzero(covered[0] > _LEAST)
+        share = covered[0, rows, columns]
+        if grey is None:
+            grey = covered[1, rows, columns] / share
+        below = self.picture[top:bottom, left:right][rows, columns]
+        self.picture[top + rows, left + columns] = below + alpha * np.minimum(share, 1.0) * (255.0 * grey - below)
 
 
-def _enlarged(pieces: Array) -> Array:
-    """Each piece extended along and across the ribbon."""
-    along = pieces[:, 1] - pieces[:, 0] + pieces[:, 2] - pieces[:, 3]
-    across = pieces[:, 3] - pieces[:, 0] + pieces[:, 2] - pieces[:, 1]
-    along, across = (_MARGIN * d / np.maximum(np.hypot(*d.T), 1e-9)[:, None] for d in (along, across))
-    return np.asarray(pieces + np.stack([-along - across, along - across, along + across, across - along], axis=1))
+def _cut(a: Array, b: Array) -> tuple[Index, Array, Array]:
+    """Lines from a to b, shape (n,), cut at whole numbers: the line of each piece, and where on it it starts and ends."""
+    low, high = np.minimum(a, b), np.maximum(a, b)
+    high = np.where(high - low < _LEAST, low, high)
+    floor = np.floor(low)
+    count = np.maximum(np.ceil(high) - floor, 1.0).astype(np.intp)
+    of = np.repeat(np.arange(len(a)), count)
+    level = floor[of] + np.arange(len(of)) - np.repeat(np.cumsum(count) - count, count)
+    low, high = low[of], high[of]
+    length = np.maximum(high - low, _LEAST)
+    one = (np.maximum(level, low) - low) / length
+    other = np.where(high > low, (np.minimum(level + 1.0, high) - low) / length, 1.0)
+    down = (b < a)[of]
+    return of, np.where(down, 1.0 - other, one), np.where(down, 1.0 - one, other)

@@ -44,9 +44,12 @@ def write_calibration(scene: Scene, folder: Path) -> None:
     It depends on the camera, its pose and noise, the gripper's marker and the seed: recordings with the same of these
     can share it.
     """
-    renderer = Renderer(scene, np.array([[0.0, 0.0], [scene.strip.length, 0.0]]))
+    _write_calibration(Renderer(scene, np.array([[0.0, 0.0], [scene.strip.length, 0.0]])), folder)
+
+
+def _write_calibration(renderer: Renderer, folder: Path) -> None:
     with store.atomic(folder) as temporary:
-        Calibration(renderer, np.random.default_rng([scene.seed, 4])).write(temporary)
+        Calibration(renderer, np.random.default_rng([renderer.scene.seed, 4])).write(temporary)
 
 
 def write_recording(
@@ -76,7 +79,7 @@ def write_recording(
     with store.atomic(folder) as temporary:
         temporary.mkdir()
         if calibration is None:
-            write_calibration(scene, temporary / "calibration")
+            _write_calibration(renderer, temporary / "calibration")
         else:
             shutil.copytree(calibration, temporary / "calibration")
         film = Sensor(renderer, end, rng).film(history, frames.shown)

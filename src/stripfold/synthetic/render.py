@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from stripfold.arrays import Array, Picture
+from stripfold.arrays import Array
 from stripfold.synthetic.canvas import Canvas
 from stripfold.synthetic.scene import Scene
 from stripfold.synthetic.view import Light, Rays, View
@@ -35,7 +35,6 @@ class Renderer:
         self.view = View.of(scene.filming)
         self.depth = -1.0 if scene.filming.behind else 1.0
         """Sign of robot y behind the folding plane, seen from the camera."""
-        self._canvas = Canvas(scene.filming.size)
         arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(first, axis=0), axis=1))])
         pixel = scene.filming.field / scene.filming.size[0]
         self._stations = np.linspace(0.0, 1.0, int(np.clip(scene.strip.length / (1.4 * pixel), 80, 600)) + 1)
@@ -52,8 +51,8 @@ class Renderer:
         )
 
     @cached_property
-    def background(self) -> Picture:
-        """Shape (height, width): the empty table and what is behind it."""
+    def canvas(self) -> Canvas:
+        """On the empty table and what is behind it."""
         filming, rays, turn = self.scene.filming, Rays(self.view.camera, 2), self.view.matrix
         x, y, z = np.eye(3) * [[1.0], [self.depth], [1.0]]
 
@@ -70,19 +69,18 @@ class Renderer:
         wall = filming.background * (1.0 + 0.02 * _blotches(*seen(x, z, BACK * y)))
         grey = np.where(on_table, filming.table * (1.0 + 0.05 * grain), wall)
         grey = np.where(below, 0.5 * filming.table * (1.0 + 0.02 * _blotches(front, height)), grey)
-        picture = rays.averaged(np.asarray(grey, dtype=np.float32))
-        return np.asarray(np.clip(np.rint(255.0 * picture), 0, 255), dtype=np.uint8)
+        return Canvas(rays.averaged(np.asarray(255.0 * np.clip(grey, 0.0, 1.0), dtype=np.float32)))
 
     def picture(
         self, curve: Array | None, gripper: Array, occluder: float | None = None, rows: tuple[int, int] | None = None
-    ) -> Picture:
+    ) -> Light:
         """The picture at one time, shape (height, width), 255 for white in full light; the next call overwrites it.
 
         ``curve``, shape (n, 2), is the mid-surface from the gripped end to the held end, m, or None for no strip;
         ``gripper``, shape (2,), the gripped end, m; ``occluder`` the x of the object in front of the strip, m.  Only
         the ``rows`` from first to end are drawn.
         """
-        self._canvas.clear(self.background, rows or (0, self.scene.filming.size[1]))
+        self.canvas.clear(rows)
         if curve is not None:
             fine = self._refine @ curve
             self._shadow(fine[::2])
@@ -94,7 +92,7 @@ class Renderer:
         if occluder is not None:
             half = 0.5 * self.scene.filming.occluder
             self._block((occluder - half, occluder + half), (-1.0, 1.0), 0.08, y=-0.08)
-        return self._canvas.picture
+        return self.canvas.picture
 
     def _strip(self, fine: Array) -> None:
         strip = self.scene.strip
@@ -106,10 +104,9 @@ class Renderer:
         near, far = self.view.in_plane(surfaces[None], self.depth * strip.width * np.array([0.0, 1.0])[:, None, None])
         shade = 0.7 + 0.3 * np.abs(normal[:-1] @ _LIGHT)
         for part, facing in visible_runs(fine, self.view.place[[0, 2]]):
-            ends = slice(part.start + 1, part.stop + 1)
-            pieces = [near[facing, part], near[facing, ends], far[facing, ends], far[facing, part]]
-            self._canvas.ribbon(np.stack(pieces, axis=1), (self._surface_grey * shade)[part])
-        self._canvas.ribbon(_quads(near[0], near[1]), self._edge_grey)
+            nodes = slice(part.start, part.stop + 1)
+            self.canvas.ribbon(near[facing, nodes], far[facing, nodes], (self._surface_grey * shade)[part])
+        self.canvas.ribbon(near[0], near[1], self._edge_grey)
 
     def _hair(self, fine: Array) -> None:
         """Loose fibres at the edge."""
@@ -121,7 +118,7 @@ class Renderer:
         tip, side = foot + length[:, None] * along, 1e-4 * along[:, ::-1] * [-1.0, 1.0]
         tip[:, 1] = np.maximum(tip[:, 1], 0.0)
         corners = self.view.in_plane(np.stack([foot - side, tip - side, tip + side, foot + side], axis=1))
-        self._canvas.quads(corners, np.full(len(foot), self.scene.strip.edge))
+        self.canvas.polygons(corners, self.scene.strip.edge)
 
     def _shadow(self, fine: Array) -> None:
         """The strip's shadow on the table."""
@@ -130,14 +127,12 @@ class Renderer:
             [fine[:, 0] + _SHADOW[0] * lifted, np.full(len(fine), -0.5 * self.scene.strip.thickness)]
         )
         y = self.depth * (_SHADOW[1] * lifted + np.array([[0.0], [self.scene.strip.width]]))
-        self._canvas.shape(_quads(*self.view.in_plane(line[None], y)), 0.0, 0.3)
+        self.canvas.ribbon(*self.view.in_plane(line[None], y), 0.0, 0.3)
 
     def _block(self, x: tuple[float, float], z: tuple[float, float], grey: float, y: float = 0.0) -> None:
-        """An upright rectangle parallel to the folding plane; its sides are divided, since the lens bends them."""
-        corners = np.array([[x[0], z[0]], [x[1], z[0]], [x[1], z[1]], [x[0], z[1]]])
-        share = np.linspace(0.0, 1.0, 8, endpoint=False)[:, None]
-        sides = [(1.0 - share) * corners[i] + share * corners[(i + 1) % 4] for i in range(4)]
-        self._canvas.shape(self.view.in_plane(np.concatenate(sides), self.depth * y)[None], grey)
+        """An upright rectangle parallel to the folding plane; the lens bends its sides."""
+        corners = np.array([[[x[0], z[0]], [x[1], z[0]], [x[1], z[1]], [x[0], z[1]]]])
+        self.canvas.polygons(self.view.in_plane(divided(corners, 8), self.depth * y), grey)
 
     def _gripper(self, end: Array) -> None:
         gripper = self.scene.gripper
@@ -147,23 +142,33 @@ class Renderer:
         self._block((x - 0.007, x + 0.007), (z, z + 1.0), ARM, y=0.004)
         tip = end[1] - gripper.finger
         finger = np.array([[x - 0.008, z], [end[0] - 0.0035, tip], [end[0] + 0.0035, tip], [x + 0.008, z]])
-        self._canvas.shape(self.view.in_plane(finger)[None], FINGER)
+        self.canvas.polygons(self.view.in_plane(finger)[None], FINGER)
         self._block((x - plate, x + plate), (z - plate, z + plate), PAPER)
         self._block((x - half, x + half), (z - half, z + half), INK)
-        self._canvas.shape(self.view.in_plane(np.array([x, z]) + self._cells), PAPER)
+        self.canvas.polygons(self.view.in_plane(np.array([x, z]) + self._cells), PAPER)
 
     @cached_property
     def _cells(self) -> Array:
         """Shape (n, 4, 2): the white cells of the marker, from its centre, m."""
-        known = dictionary(DICTIONARY)
-        count = known.markerSize + 2
-        bits = cv2.aruco.generateImageMarker(known, self.scene.gripper.marker, count, borderBits=1)
-        side = self.scene.gripper.marker_size / count
-        row, column = np.nonzero(bits)
+        white = marker_cells(self.scene.gripper.marker)
+        side = self.scene.gripper.marker_size / len(white)
+        row, column = np.nonzero(white)
         # A camera behind the plane would see the marker mirrored: it is on the side that faces the camera.
-        x, z = self.depth * (column - 0.5 * count) * side, (0.5 * count - row) * side
-        corners = ((0, 0), (1, 0), (1, 1), (0, 1))
-        return np.stack([np.column_stack([x + a * self.depth * side, z - b * side]) for a, b in corners], axis=1)
+        place = np.column_stack([column, -row]) - 0.5 * len(white) * np.array([1.0, -1.0])
+        corners = place[:, None] + np.array([[0, 0], [1, 0], [1, -1], [0, -1]])
+        return np.asarray(side * corners * np.array([self.depth, 1.0]))
+
+
+def marker_cells(number: int) -> Array:
+    """The cells of a marker with its rim, shape (n, n): 1 for white."""
+    known = dictionary(DICTIONARY)
+    return np.asarray(cv2.aruco.generateImageMarker(known, number, known.markerSize + 2) > 0, dtype=np.float64)
+
+
+def divided(corners: Array, count: int) -> Array:
+    """Polygons, shape (n, k, d), with each side divided into ``count``, since a lens bends it; shape (n, k count, d)."""
+    sides = np.linspace(corners, np.roll(corners, -1, axis=1), count, endpoint=False, axis=2)
+    return sides.reshape(len(corners), -1, corners.shape[2])
 
 
 def visible_runs(curve: Array, eye: Array) -> list[tuple[slice, int]]:
@@ -204,11 +209,6 @@ def visible_runs(curve: Array, eye: Array) -> list[tuple[slice, int]]:
         waiting.remove(first)
         found.append((parts[first], int(left[parts[first].start])))
     return found
-
-
-def _quads(one: Array, other: Array) -> Array:
-    """Shape (n - 1, 4, 2): quadrilaterals between two lines of n points."""
-    return np.stack([one[:-1], one[1:], other[1:], other[:-1]], axis=1)
 
 
 def _grain(rng: np.random.Generator, u: Light, v: Light) -> Light:

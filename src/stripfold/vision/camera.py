@@ -46,9 +46,16 @@ class Camera:
 
     def distort(self, pixels: Array) -> Array:
         """The inverse of :meth:`undistort`."""
-        pixels = np.asarray(pixels, dtype=np.float64).reshape(-1, 2)
-        rays = np.column_stack([pixels, np.ones(len(pixels))]) @ np.linalg.inv(self.matrix).T
-        return self.project(rays, np.zeros(3), np.zeros(3))
+        return self.project(self._directions(pixels), np.zeros(3), np.zeros(3))
+
+    def rays(self, pixels: Array) -> Array:
+        """Directions, shape (n, 3), in which the camera sees ``pixels``, shape (n, 2): the points at depth 1."""
+        return self._directions(self.undistort(pixels))
+
+    def _directions(self, undistorted: Array) -> Array:
+        """Of pixels of the camera without its distortion."""
+        pixels = np.reshape(undistorted, (-1, 2))
+        return np.column_stack([pixels, np.ones(len(pixels))]) @ np.linalg.inv(self.matrix).T
 
     def project(self, points: Array, rotation: Array, translation: Array) -> Array:
         """Pixels, shape (n, 2), of ``points``, shape (n, 3), m, given the pose of their frame (Rodrigues vector, m)."""
