@@ -7,6 +7,7 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from stripfold.arrays import Array, Picture
 from stripfold.synthetic.render import DICTIONARY, Renderer, divided, marker_cells
@@ -22,6 +23,9 @@ SQUARES = (9, 6)
 """Columns and rows of a board."""
 PAPER, INK = 0.935, 0.055
 """Greys of the board: no print is quite black or white."""
+_POSES = np.array([[0.0, 15.0, -20.0, 0.8, 0.8], [2.0 * np.pi, 38.0, 20.0, 1.0, 1.2]])
+"""Range of poses: direction of the tilt, rad; tilt and turn, degrees; shares of the reach and of the distance."""
+_TRIES = 200
 _MARGIN = 0.6
 """White around the squares, in squares."""
 
@@ -69,8 +73,7 @@ class Calibration:
         canvas = self.renderer.canvas
         canvas.clear()
         sheet = self._seen(divided(self.outline[None], 20), pose)
-        canvas.polygons(sheet, PAPER)
-        canvas.polygons(self._seen(self._black, pose), INK)
+        canvas.polygons((sheet, PAPER), (self._seen(self._black, pose), INK))
         return self._sensor.delivered(canvas.picture, None, sheet[0])
 
     def _seen(self, places: Array, pose: Pose) -> Array:
@@ -84,22 +87,27 @@ class Calibration:
         size = np.array(camera.size, dtype=float)
         spots = np.array([[0, 0], [-1, -1], [1, -1], [1, 1], [-1, 1], [0, -1], [0, 1], [-1, 0], [1, 0]])
         found: list[Pose] = []
-        reach = 0.5
+        tried = 0
         while len(found) < filming.views:
-            axis = rng.uniform(0.0, 2.0 * np.pi)
-            lean = np.radians(rng.uniform(15.0, 38.0)) * np.array([np.cos(axis), np.sin(axis), 0.0])
-            turn = np.array([0.0, 0.0, np.radians(rng.uniform(-20.0, 20.0))])
-            rotation = np.asarray(cv2.Rodrigues(lean)[0] @ cv2.Rodrigues(turn)[0])
-            spot = (0.5 + reach * spots[len(found) % len(spots)] * rng.uniform(0.8, 1.0)) * size
-            depth = filming.distance * rng.uniform(0.8, 1.2)
-            ray = camera.rays(spot[None])[0]
-            translation = depth * ray - rotation @ self._middle
-            sheet = camera.project(self.outline, rotation_vector(rotation), translation)
-            if np.all((sheet > 3.0) & (sheet < size - 4.0)):
-                found.append((rotation, translation))
-                reach = 0.5
-            else:
-                reach *= 0.997  # closer to the middle, until it fits
+            before = rng.bit_generator.state
+            axis, lean, turn, away, depth = rng.uniform(*_POSES, (_TRIES, 5)).T
+            tilted = np.radians(lean)[:, None] * np.column_stack([np.cos(axis), np.sin(axis), 0.0 * axis])
+            turned = np.radians(turn)[:, None] * np.array([0.0, 0.0, 1.0])
+            rotation = (Rotation.from_rotvec(tilted) * Rotation.from_rotvec(turned)).as_matrix()
+            # Closer to the middle, until it fits.
+            reach = 0.5 * 0.997 ** (tried + np.arange(_TRIES)) * away
+            spot = (0.5 + reach[:, None] * spots[len(found) % len(spots)]) * size
+            translation = (filming.distance * depth)[:, None] * camera.rays(spot) - rotation @ self._middle
+            corners = self.outline @ rotation.swapaxes(1, 2) + translation[:, None]
+            sheet = camera.project(corners, np.zeros(3), np.zeros(3)).reshape(corners.shape[0], -1, 2)
+            fits = np.flatnonzero(np.all((sheet > 3.0) & (sheet < size - 4.0), axis=(1, 2)))
+            tried += _TRIES
+            if len(fits):
+                found.append((rotation[fits[0]], translation[fits[0]]))
+                tried = 0
+                # As if it had been the last that was tried.
+                rng.bit_generator.state = before
+                rng.random((fits[0] + 1, 5))
         return found
 
     def plane_pose(self) -> Pose:

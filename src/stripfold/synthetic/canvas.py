@@ -28,35 +28,39 @@ class Canvas:
         self._rows = rows or (0, len(self._background))
         self.picture[slice(*self._rows)] = self._background[slice(*self._rows)]
 
-    def polygons(self, corners: Array, grey: float, alpha: float = 1.0) -> None:
-        """Draw the union of polygons, shape (n, k, 2), pixels, in a grey from 0 to 1."""
-        following = np.roll(corners, -1, axis=1)
-        sign = self._orientation(corners, following)
-        self._draw(corners.reshape(-1, 2), following.reshape(-1, 2), np.repeat(sign, corners.shape[1])[None], grey, alpha)
+    def polygons(self, *layers: tuple[Array, float]) -> None:
+        """Draw polygons, shape (n, k, 2), pixels, in a grey from 0 to 1; further layers lie within the ones before."""
+        starts, ends, weights, below = [], [], [], 0.0
+        for corners, grey in layers:
+            following = np.roll(corners, -1, axis=1)
+            area = np.sum(corners[..., 0] * following[..., 1] - following[..., 0] * corners[..., 1], axis=1)
+            starts.append(corners.reshape(-1, 2))
+            ends.append(following.reshape(-1, 2))
+            sign = np.repeat(-np.sign(area), corners.shape[1])
+            weights.append(np.stack([0.0 * sign if weights else sign, (grey - below) * sign]))
+            below = grey
+        self._draw(np.concatenate(starts), np.concatenate(ends), np.concatenate(weights, axis=1), 1.0)
 
     def ribbon(self, one: Array, other: Array, greys: Array | float, alpha: float = 1.0) -> None:
         """Draw what is between two lines, shape (n, 2) each, in pieces of a grey each, shape (n - 1,), without seams."""
-        corners = np.stack([one[:-1], one[1:], other[1:], other[:-1]], axis=1)
-        sign = self._orientation(corners, np.roll(corners, -1, axis=1))
-        weights = np.stack([sign, sign * greys]) if np.ndim(greys) else sign[None]
+        low, high = np.minimum(one, other), np.maximum(one, other)
+        low, high = np.minimum(low[:-1], low[1:]), np.maximum(high[:-1], high[1:])
+        first, end = [-0.5, self._rows[0] - 0.5], [self.picture.shape[1] - 0.5, self._rows[1] - 0.5]
+        (a, b), (c, d) = (other[1:] - one[:-1]).T, (other[:-1] - one[1:]).T
+        sign = np.where(np.all((high > first) & (low < end), axis=1), np.sign(b * c - a * d), 0.0)
+        weights = np.stack([sign, sign * greys])
         # Two pieces share the side between them: only what differs is drawn there.
         between = -np.diff(weights, prepend=0.0, append=0.0)
         start, end = np.concatenate([one[:-1], other[1:], one]), np.concatenate([one[1:], other[:-1], other])
-        self._draw(start, end, np.concatenate([weights, weights, between], axis=1), None if np.ndim(greys) else greys, alpha)
+        self._draw(start, end, np.concatenate([weights, weights, between], axis=1), alpha)
 
-    def _orientation(self, corners: Array, following: Array) -> Array:
-        """Shape (n,): -1 for polygons that run clockwise, 1 for the others, 0 for those outside the picture."""
-        area = np.sum(corners[..., 0] * following[..., 1] - following[..., 0] * corners[..., 1], axis=1)
-        low, high = corners.min(axis=1), corners.max(axis=1)
-        first, end = [-0.5, self._rows[0] - 0.5], [self.picture.shape[1] - 0.5, self._rows[1] - 0.5]
-        return np.asarray(np.where(np.all((high > first) & (low < end), axis=1), -np.sign(area), 0.0))
+    def _draw(self, start: Array, end: Array, weights: Array, alpha: float) -> None:
+        """Draw what is inside of directed lines, shape (n, 2), that form closed polygons.
 
-    def _draw(self, start: Array, end: Array, weights: Array, grey: Array | float | None, alpha: float) -> None:
-        """Draw what is to the right of directed lines, shape (n, 2), that form closed polygons.
-
-        ``weights``, shape (1, n) or (2, n), are those of the share that is covered, and of its ``grey`` if that is None.
+        ``weights``, shape (2, n): what they add to the covered share of the pixels to their right, and to this share
+        times its grey.
         """
-        used = np.any(weights, axis=0)
+        used = np.any(weights != 0.0, axis=0)
         if not used.any():
             return
         start, end, weights = start[used] + 0.5, end[used] + 0.5, weights[:, used]
@@ -81,20 +85,16 @@ class Canvas:
         at = y[piece].astype(np.intp) * (width + 1) + column
         ahead = place - column
         values = weights[:, of[piece]] * (share * dy[piece])
-        at = np.concatenate([at, at + 1])
-        sums = np.array(
-            [
-                np.bincount(at, np.concatenate([(1.0 - ahead) * value, ahead * value]), height * (width + 1))
-                for value in values
-            ]
-        )
-        covered = sums.reshape(-1, height, width + 1).cumsum(axis=2)[:, :, :width]
-        rows, columns = np.nonzero(covered[0] > _LEAST)
-        share = covered[0, rows, columns]
-        if grey is None:
-            grey = covered[1, rows, columns] / share
-        below = self.picture[top:bottom, left:right][rows, columns]
-        self.picture[top + rows, left + columns] = below + alpha * np.minimum(share, 1.0) * (255.0 * grey - below)
+        size = height * (width + 1)
+        at = np.concatenate([at, at + 1, at + size, at + size + 1])
+        values = np.stack([(1.0 - ahead) * values, ahead * values], axis=1)
+        sums = np.bincount(at, values.ravel(), 2 * size).reshape(2, height, width + 1)
+        covered, light = sums.cumsum(axis=2)[..., :width]
+        rows, columns = np.nonzero(covered > _LEAST)
+        share = covered[rows, columns]
+        grey = 255.0 * light[rows, columns] / share
+        below = self.picture[top + rows, left + columns]
+        self.picture[top + rows, left + columns] = below + alpha * np.minimum(share, 1.0) * (grey - below)
 
 
 def _cut(a: Array, b: Array) -> tuple[Index, Array, Array]:

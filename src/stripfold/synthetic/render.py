@@ -87,11 +87,11 @@ class Renderer:
             self._strip(fine)
             self._hair(fine)
             x, _ = curve[-1]
-            self._block((x - 0.004, x + 0.03), (-0.002, 0.012), CLAMP)
+            self.canvas.polygons((self._block((x - 0.004, x + 0.03), (-0.002, 0.012)), CLAMP))
         self._gripper(gripper)
         if occluder is not None:
             half = 0.5 * self.scene.filming.occluder
-            self._block((occluder - half, occluder + half), (-1.0, 1.0), 0.08, y=-0.08)
+            self.canvas.polygons((self._block((occluder - half, occluder + half), (-1.0, 1.0), y=-0.08), 0.08))
         return self.canvas.picture
 
     def _strip(self, fine: Array) -> None:
@@ -118,7 +118,7 @@ class Renderer:
         tip, side = foot + length[:, None] * along, 1e-4 * along[:, ::-1] * [-1.0, 1.0]
         tip[:, 1] = np.maximum(tip[:, 1], 0.0)
         corners = self.view.in_plane(np.stack([foot - side, tip - side, tip + side, foot + side], axis=1))
-        self.canvas.polygons(corners, self.scene.strip.edge)
+        self.canvas.polygons((corners, self.scene.strip.edge))
 
     def _shadow(self, fine: Array) -> None:
         """The strip's shadow on the table."""
@@ -129,23 +129,25 @@ class Renderer:
         y = self.depth * (_SHADOW[1] * lifted + np.array([[0.0], [self.scene.strip.width]]))
         self.canvas.ribbon(*self.view.in_plane(line[None], y), 0.0, 0.3)
 
-    def _block(self, x: tuple[float, float], z: tuple[float, float], grey: float, y: float = 0.0) -> None:
-        """An upright rectangle parallel to the folding plane; the lens bends its sides."""
+    def _block(self, x: tuple[float, float], z: tuple[float, float], y: float = 0.0) -> Array:
+        """An upright rectangle parallel to the folding plane, shape (1, k, 2), pixels; the lens bends its sides."""
         corners = np.array([[[x[0], z[0]], [x[1], z[0]], [x[1], z[1]], [x[0], z[1]]]])
-        self.canvas.polygons(self.view.in_plane(divided(corners, 8), self.depth * y), grey)
+        return self.view.in_plane(divided(corners, 8), self.depth * y)
 
     def _gripper(self, end: Array) -> None:
         gripper = self.scene.gripper
         x, z = end - gripper.offset
         half = 0.5 * gripper.marker_size
         plate = 1.4 * half
-        self._block((x - 0.007, x + 0.007), (z, z + 1.0), ARM, y=0.004)
+        self.canvas.polygons((self._block((x - 0.007, x + 0.007), (z, z + 1.0), y=0.004), ARM))
         tip = end[1] - gripper.finger
         finger = np.array([[x - 0.008, z], [end[0] - 0.0035, tip], [end[0] + 0.0035, tip], [x + 0.008, z]])
-        self.canvas.polygons(self.view.in_plane(finger)[None], FINGER)
-        self._block((x - plate, x + plate), (z - plate, z + plate), PAPER)
-        self._block((x - half, x + half), (z - half, z + half), INK)
-        self.canvas.polygons(self.view.in_plane(np.array([x, z]) + self._cells), PAPER)
+        self.canvas.polygons((self.view.in_plane(finger)[None], FINGER))
+        self.canvas.polygons(
+            (self._block((x - plate, x + plate), (z - plate, z + plate)), PAPER),
+            (self._block((x - half, x + half), (z - half, z + half)), INK),
+            (self.view.in_plane(np.array([x, z]) + self._cells), PAPER),
+        )
 
     @cached_property
     def _cells(self) -> Array:
