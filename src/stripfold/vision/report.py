@@ -107,6 +107,9 @@ def curves(found: Measurement) -> Figure:
     score.plot(tracks.timing.time, tracks.score, color=RED, label="strip")
     score.set(ylabel="confidence", ylim=(0.0, 1.05), xlabel="time [s]")
     score.legend(loc="lower left", ncols=2)
+    for ax in (x, z, speed, score):
+        # Mathematical text takes longer than all the rest of the figure.
+        ax.ticklabel_format(useMathText=False)
     if found.snapped:
         sd = hypot(*(found.parts[name] for name in ("shape", "level", "frames")))
         half = Z_95 * sd / max(found.speed, 1e-9)

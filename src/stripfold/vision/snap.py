@@ -114,7 +114,9 @@ def speed(t: Array, points: Array) -> Speed:
     """The speed of material points, shape (n, k, 2), m, at ascending times, shape (n,), s."""
     path = PchipInterpolator(t, points.reshape(len(t), -1))
     times = np.arange(t[0] + 0.5 * WINDOW, t[-1] - 0.5 * WINDOW, STEP)
-    u = _median_distance(path(times + 0.5 * WINDOW), path(times - 0.5 * WINDOW)) / WINDOW
+    steps = round(WINDOW / STEP)
+    places = path(times[0] - 0.5 * WINDOW + STEP * np.arange(len(times) + steps))
+    u = _median_distance(places[steps:], places[:-steps]) / WINDOW
     peak = _first_peak(path, times, u)
     following = float(np.median(u[: max(int(REFERENCE_SHARE * peak), 1)]))
     return Speed(times, u, following, peak)
@@ -122,7 +124,11 @@ def speed(t: Array, points: Array) -> Speed:
 
 def _median_distance(a: Array, b: Array) -> Array:
     """Median over the points, shape (m,), of the distances between two shapes, each (m, 2 k)."""
-    return np.asarray(np.median(np.linalg.norm((a - b).reshape(len(a), -1, 2), axis=2), axis=1))
+    x, z = np.moveaxis((a - b).reshape(len(a), -1, 2), 2, 0)
+    middle = x.shape[1] // 2
+    both = middle - 1 + x.shape[1] % 2, middle
+    # Of the squares: only two roots are needed.
+    return np.asarray(np.sqrt(np.partition(x * x + z * z, both, axis=1)[:, both]).mean(axis=1))
 
 
 def _first_peak(path: PchipInterpolator, t: Array, u: Array) -> int:
