@@ -7,6 +7,7 @@ and the sums accumulated along the rows.
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 
 from stripfold.arrays import Array, Index
@@ -60,49 +61,57 @@ class Canvas:
         ``weights``, shape (2, n): what they add to the covered share of the pixels to their right, and to this share
         times its grey.
         """
-        used = np.any(weights != 0.0, axis=0)
-        if not used.any():
+        used = np.flatnonzero((weights != 0.0).any(axis=0))
+        if not len(used):
             return
-        start, end, weights = start[used] + 0.5, end[used] + 0.5, weights[:, used]
-        low, high = np.minimum(start, end).min(axis=0), np.maximum(start, end).max(axis=0)
-        left, top = np.maximum(np.floor(low), [0, self._rows[0]]).astype(int)
-        right, bottom = np.minimum(np.ceil(high), [self.picture.shape[1], self._rows[1]]).astype(int)
+        (x, y), (to_x, to_y) = (0.5 + line.T.take(used, axis=1) for line in (start, end))
+        weights = weights.take(used, axis=1)
+        first_row, end_row = self._rows
+        columns = self.picture.shape[1]
+        left, right = max(int(min(x.min(), to_x.min())), 0), min(int(max(x.max(), to_x.max())) + 1, columns)
+        top, bottom = max(int(min(y.min(), to_y.min())), first_row), min(int(max(y.max(), to_y.max())) + 1, end_row)
         width, height = right - left, bottom - top
         if width <= 0 or height <= 0:
             return
         # Cut at rows, then at columns.
-        of, first, last = _cut(start[:, 1] - top, end[:, 1] - top)
-        begin, step = start[of], (end - start)[of]
-        y, dy = begin[:, 1] - top + 0.5 * (first + last) * step[:, 1], (last - first) * step[:, 1]
-        inside = (y > 0.0) & (y < height) & (dy != 0.0)
-        y, dy, of, x, dx = (values[inside] for values in (y, dy, of, begin[:, 0] - left, step[:, 0]))
-        x, far = x + first[inside] * dx, x + last[inside] * dx
-        piece, first, last = _cut(x, far)
-        place = np.maximum(x[piece] + 0.5 * (first + last) * (far - x)[piece], 0.0)
-        inside = place < width
+        x, to_x, y, to_y = x - left, to_x - left, y - top, to_y - top
+        of, first, last = _cut(y, to_y, height)
+        dx, dy = (to_x - x)[of], (to_y - y)[of]
+        row, dy = y[of] + 0.5 * (first + last) * dy, (last - first) * dy
+        x, to_x = x[of] + first * dx, x[of] + last * dx
+        inside = np.flatnonzero((row > 0.0) & (row < height))
+        row, dy, of, x, to_x = (values[inside] for values in (row, dy, of, x, to_x))
+        piece, first, last = _cut(x, to_x)
+        place = np.maximum(x[piece] + 0.5 * (first + last) * (to_x - x)[piece], 0.0)
+        inside = np.flatnonzero(place < width)
         place, piece, share = place[inside], piece[inside], (last - first)[inside]
         column = place.astype(np.intp)
-        at = y[piece].astype(np.intp) * (width + 1) + column
-        ahead = place - column
-        values = weights[:, of[piece]] * (share * dy[piece])
-        size = height * (width + 1)
-        at = np.concatenate([at, at + 1, at + size, at + size + 1])
-        values = np.stack([(1.0 - ahead) * values, ahead * values], axis=1)
-        sums = np.bincount(at, values.ravel(), 2 * size).reshape(2, height, width + 1)
-        covered, light = sums.cumsum(axis=2)[..., :width]
-        rows, columns = np.nonzero(covered > _LEAST)
-        share = covered[rows, columns]
-        grey = 255.0 * light[rows, columns] / share
-        below = self.picture[top + rows, left + columns]
-        self.picture[top + rows, left + columns] = below + alpha * np.minimum(share, 1.0) * (grey - below)
+        at = row.astype(np.intp)[piece] * (width + 1) + column
+        values = weights.take(of[piece], axis=1) * (share * dy[piece])
+        ahead = values * (place - column)
+        # Covered share and light of a pixel side by side, as a picture of two channels.
+        at = np.concatenate([2 * at, 2 * at + 1, 2 * at + 2, 2 * at + 3])
+        sums = np.bincount(at, np.concatenate([values - ahead, ahead]).ravel(), 2 * height * (width + 1))
+        # Summed along rows and columns: faster than NumPy does it along the rows alone.
+        above = cv2.integral(sums.reshape(height, width + 1, 2))[:, 1:-1]
+        covered = above[1:, :, 0] - above[:-1, :, 0]
+        inside = np.flatnonzero(covered > _LEAST)
+        row, column = np.divmod(inside, width)
+        share, light = covered.ravel()[inside], above[row + 1, column, 1] - above[row, column, 1]
+        flat, inside = self.picture.reshape(-1), (row + top) * columns + column + left
+        below = flat[inside]
+        flat[inside] = below + alpha * np.minimum(share, 1.0) * (255.0 * light / share - below)
 
 
-def _cut(a: Array, b: Array) -> tuple[Index, Array, Array]:
-    """Lines from a to b, shape (n,), cut at whole numbers: the line of each piece, and where on it it starts and ends."""
+def _cut(a: Array, b: Array, limit: float = np.inf) -> tuple[Index, Array, Array]:
+    """Lines from a to b, shape (n,), cut at whole numbers: the line of each piece, and where on it it starts and ends.
+
+    With a limit, what is below 0 or above the limit is of no interest.
+    """
     low, high = np.minimum(a, b), np.maximum(a, b)
     high = np.where(high - low < _LEAST, low, high)
-    floor = np.floor(low)
-    count = np.maximum(np.ceil(high) - floor, 1.0).astype(np.intp)
+    floor = np.floor(low if limit == np.inf else np.clip(low, 0.0, limit))
+    count = np.maximum(np.ceil(np.minimum(high, limit)) - floor, 1.0).astype(np.intp)
     of = np.repeat(np.arange(len(a)), count)
     level = floor[of] + np.arange(len(of)) - np.repeat(np.cumsum(count) - count, count)
     low, high = low[of], high[of]

@@ -131,8 +131,7 @@ class Renderer:
 
     def _block(self, x: tuple[float, float], z: tuple[float, float], y: float = 0.0) -> Array:
         """An upright rectangle parallel to the folding plane, shape (1, k, 2), pixels; the lens bends its sides."""
-        corners = np.array([[[x[0], z[0]], [x[1], z[0]], [x[1], z[1]], [x[0], z[1]]]])
-        return self.view.in_plane(divided(corners, 8), self.depth * y)
+        return self.view.in_plane([x[0], z[0]] + _SQUARE * [x[1] - x[0], z[1] - z[0]], self.depth * y)
 
     def _gripper(self, end: Array) -> None:
         gripper = self.scene.gripper
@@ -171,6 +170,9 @@ def divided(corners: Array, count: int) -> Array:
     """Polygons, shape (n, k, d), with each side divided into ``count``, since a lens bends it; shape (n, k count, d)."""
     sides = np.linspace(corners, np.roll(corners, -1, axis=1), count, endpoint=False, axis=2)
     return sides.reshape(len(corners), -1, corners.shape[2])
+
+
+_SQUARE = divided(np.array([[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]]), 8)
 
 
 def visible_runs(curve: Array, eye: Array) -> list[tuple[slice, int]]:
