@@ -62,7 +62,8 @@ class Calibration:
         black = _squares(np.array(squares) * self.board.square, self.board.square)
         if self.board.type == "charuco":
             known = self.board.charuco
-            for corners, number in zip(known.getObjPoints(), known.getIds(), strict=True):
+            for found, number in zip(known.getObjPoints(), known.getIds(), strict=True):
+                corners = np.asarray(found)
                 row, column = np.nonzero(marker_cells(int(number)) == 0.0)
                 side = (corners[1, 0] - corners[0, 0]) / (row.max() + 1)
                 black = np.concatenate([black, _squares(corners[0, :2] + side * np.column_stack([column, row]), side)])
@@ -90,7 +91,7 @@ class Calibration:
         tried = 0
         while len(found) < filming.views:
             before = rng.bit_generator.state
-            axis, lean, turn, away, depth = rng.uniform(*_POSES, (_TRIES, 5)).T
+            axis, lean, turn, away, depth = rng.uniform(_POSES[0], _POSES[1], (_TRIES, 5)).T
             tilted = np.radians(lean)[:, None] * np.column_stack([np.cos(axis), np.sin(axis), 0.0 * axis])
             turned = np.radians(turn)[:, None] * np.array([0.0, 0.0, 1.0])
             rotation = (Rotation.from_rotvec(tilted) * Rotation.from_rotvec(turned)).as_matrix()

@@ -31,24 +31,26 @@ class Canvas:
 
     def polygons(self, *layers: tuple[Array, float]) -> None:
         """Draw polygons, shape (n, k, 2), pixels, in a grey from 0 to 1; further layers lie within the ones before."""
-        starts, ends, weights, below = [], [], [], 0.0
+        starts, ends = [], []
+        weights: list[Array] = []
+        below = 0.0
         for corners, grey in layers:
             following = np.roll(corners, -1, axis=1)
             area = np.sum(corners[..., 0] * following[..., 1] - following[..., 0] * corners[..., 1], axis=1)
+            sign = np.repeat(-np.sign(area), corners.shape[1])
             starts.append(corners.reshape(-1, 2))
             ends.append(following.reshape(-1, 2))
-            sign = np.repeat(-np.sign(area), corners.shape[1])
-            weights.append(np.stack([0.0 * sign if weights else sign, (grey - below) * sign]))
+            weights.append(np.stack([0.0 * sign if len(weights) else sign, (grey - below) * sign]))
             below = grey
         self._draw(np.concatenate(starts), np.concatenate(ends), np.concatenate(weights, axis=1), 1.0)
 
     def ribbon(self, one: Array, other: Array, greys: Array | float, alpha: float = 1.0) -> None:
-        """Draw what is between two lines, shape (n, 2) each, in pieces of a grey each, shape (n - 1,), without seams."""
+        """Draw what is between two lines, shape (n, 2), pixels: pieces of a grey each, (n - 1,), without seams."""
         low, high = np.minimum(one, other), np.maximum(one, other)
         low, high = np.minimum(low[:-1], low[1:]), np.maximum(high[:-1], high[1:])
-        first, end = [-0.5, self._rows[0] - 0.5], [self.picture.shape[1] - 0.5, self._rows[1] - 0.5]
+        least, most = [-0.5, self._rows[0] - 0.5], [self.picture.shape[1] - 0.5, self._rows[1] - 0.5]
         (a, b), (c, d) = (other[1:] - one[:-1]).T, (other[:-1] - one[1:]).T
-        sign = np.where(np.all((high > first) & (low < end), axis=1), np.sign(b * c - a * d), 0.0)
+        sign = np.where(np.all((high > least) & (low < most), axis=1), np.sign(b * c - a * d), 0.0)
         weights = np.stack([sign, sign * greys])
         # Two pieces share the side between them: only what differs is drawn there.
         between = -np.diff(weights, prepend=0.0, append=0.0)
@@ -64,7 +66,7 @@ class Canvas:
         used = np.flatnonzero((weights != 0.0).any(axis=0))
         if not len(used):
             return
-        (x, y), (to_x, to_y) = (0.5 + line.T.take(used, axis=1) for line in (start, end))
+        x, y, to_x, to_y = (0.5 + values[used] for values in (*start.T, *end.T))
         weights = weights.take(used, axis=1)
         first_row, end_row = self._rows
         columns = self.picture.shape[1]
@@ -75,12 +77,12 @@ class Canvas:
             return
         # Cut at rows, then at columns.
         x, to_x, y, to_y = x - left, to_x - left, y - top, to_y - top
-        of, first, last = _cut(y, to_y, height)
+        of, first, last = _cut(y, to_y, (0.0, height))
         dx, dy = (to_x - x)[of], (to_y - y)[of]
         row, dy = y[of] + 0.5 * (first + last) * dy, (last - first) * dy
         x, to_x = x[of] + first * dx, x[of] + last * dx
         inside = np.flatnonzero((row > 0.0) & (row < height))
-        row, dy, of, x, to_x = (values[inside] for values in (row, dy, of, x, to_x))
+        row, dy, of, x, to_x = row[inside], dy[inside], of[inside], x[inside], to_x[inside]
         piece, first, last = _cut(x, to_x)
         place = np.maximum(x[piece] + 0.5 * (first + last) * (to_x - x)[piece], 0.0)
         inside = np.flatnonzero(place < width)
@@ -103,15 +105,15 @@ class Canvas:
         flat[inside] = below + alpha * np.minimum(share, 1.0) * (255.0 * light / share - below)
 
 
-def _cut(a: Array, b: Array, limit: float = np.inf) -> tuple[Index, Array, Array]:
+def _cut(a: Array, b: Array, limits: tuple[float, float] = (-np.inf, np.inf)) -> tuple[Index, Array, Array]:
     """Lines from a to b, shape (n,), cut at whole numbers: the line of each piece, and where on it it starts and ends.
 
-    With a limit, what is below 0 or above the limit is of no interest.
+    What is outside of the limits is of no interest.
     """
     low, high = np.minimum(a, b), np.maximum(a, b)
     high = np.where(high - low < _LEAST, low, high)
-    floor = np.floor(low if limit == np.inf else np.clip(low, 0.0, limit))
-    count = np.maximum(np.ceil(np.minimum(high, limit)) - floor, 1.0).astype(np.intp)
+    floor = np.floor(np.clip(low, *limits))
+    count = np.maximum(np.ceil(np.clip(high, *limits)) - floor, 1.0).astype(np.intp)
     of = np.repeat(np.arange(len(a)), count)
     level = floor[of] + np.arange(len(of)) - np.repeat(np.cumsum(count) - count, count)
     low, high = low[of], high[of]

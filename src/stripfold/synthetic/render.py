@@ -127,7 +127,8 @@ class Renderer:
             [fine[:, 0] + _SHADOW[0] * lifted, np.full(len(fine), -0.5 * self.scene.strip.thickness)]
         )
         y = self.depth * (_SHADOW[1] * lifted + np.array([[0.0], [self.scene.strip.width]]))
-        self.canvas.ribbon(*self.view.in_plane(line[None], y), 0.0, 0.3)
+        near, far = self.view.in_plane(line[None], y)
+        self.canvas.ribbon(near, far, 0.0, 0.3)
 
     def _block(self, x: tuple[float, float], z: tuple[float, float], y: float = 0.0) -> Array:
         """An upright rectangle parallel to the folding plane, shape (1, k, 2), pixels; the lens bends its sides."""
@@ -167,7 +168,7 @@ def marker_cells(number: int) -> Array:
 
 
 def divided(corners: Array, count: int) -> Array:
-    """Polygons, shape (n, k, d), with each side divided into ``count``, since a lens bends it; shape (n, k count, d)."""
+    """Polygons, shape (n, k, d), with each side divided into ``count``, since a lens bends it: (n, k count, d)."""
     sides = np.linspace(corners, np.roll(corners, -1, axis=1), count, endpoint=False, axis=2)
     return sides.reshape(len(corners), -1, corners.shape[2])
 
