@@ -17,6 +17,7 @@ import numpy as np
 
 from stripfold.arrays import Array, Index
 from stripfold.effects import Effect
+from stripfold.errors import NewtonError
 from stripfold.models.contact_mesh import ContactMesh, Topology
 from stripfold.models.model import Model
 from stripfold.problem import Motion, StripProblem
@@ -40,6 +41,7 @@ class _Mesh:
 
     @property
     def model(self) -> Model:
+        """The strip."""
         return self.problem.model
 
     def on(self, model: Model) -> tuple[Effect, ...]:
@@ -239,6 +241,9 @@ class MovingContact:
     def stepped(self, q: Array, dq: Array) -> tuple[Array, Array]:
         """The unknowns after a step, and the stress predicted for them: linear in the step."""
         u, contact, change = q[: self.n], self.contact(q), dq[self.n :]
+        to = contact + change
+        if np.any(np.diff(to, prepend=0.0, append=self.mesh.length) <= 0.0):
+            raise NewtonError("the step ends with a part of negative length", residuals=[])
         model = self.at(contact).model
         stress = model.predict_stress(u, dq[: self.n])
         zero = np.zeros(self.n)
@@ -248,7 +253,7 @@ class MovingContact:
                 for other in (self.at(contact + step).model, self.at(contact - step).model)
             ]
             stress = stress + (sides[0] - sides[1]) * (by / (2.0 * step.sum()))
-        return q + dq, model.stress_on(self.at(contact + change).model, stress)
+        return q + dq, model.stress_on(self.at(to).model, stress)
 
     def largest_change(self, q: Array, dq: Array) -> float:
         """Largest displacement of the mid-surface, or what stands for the largest change of a part's length."""
@@ -267,6 +272,10 @@ class MovingContact:
     def prescribed_rates(self, lam: float) -> Array:
         rates = self.motion.rates(lam)
         return np.concatenate([rates, np.zeros(len(self.prescribed) - len(rates))])
+
+    def mid_surface(self, q: Array) -> Array:
+        """Places of the mid-surface nodes, shape (columns, 2), in the paper's frame (origin mid-strip)."""
+        return self.at(self.contact(q)).model.mid_surface(q[: self.n])
 
     def on_mesh(self, point: Point) -> tuple[StripProblem, Point]:
         """A state as one of the model at its contact coordinates: what it solves, and the point."""

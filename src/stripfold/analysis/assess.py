@@ -14,6 +14,7 @@ import numpy as np
 
 from stripfold.analysis import planning
 from stripfold.analysis.contact import lift_off, touch, touch_position, touches
+from stripfold.analysis.nodal import solve_height
 from stripfold.analysis.path_statics import SIZES, STEPS, StaticSegment, follow
 from stripfold.analysis.release import (
     Fall,
@@ -23,7 +24,7 @@ from stripfold.analysis.release import (
     simulate_fall,
     state_at_rest,
 )
-from stripfold.analysis.static import StripModel, solve_height
+from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
 from stripfold.errors import CoarseMeshError
 from stripfold.models.model import Model

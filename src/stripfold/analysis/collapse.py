@@ -17,10 +17,11 @@ from stripfold.analysis import needed_effects, planning
 from stripfold.analysis.advance import LIMIT, follow_to_event
 from stripfold.analysis.contact import whole_strip_lifts
 from stripfold.analysis.diagnostics import node_weights
+from stripfold.analysis.nodal import X_STEPS, XRun, along_x, lift
 from stripfold.analysis.phases import AFTER, BEFORE, FALL
 from stripfold.analysis.release import Fall, Motion, Progress, ReleaseState, simulate_fall, state_at_rest
 from stripfold.analysis.states import of_material
-from stripfold.analysis.static import X_STEPS, End, StripModel, XRun, along_x, lift
+from stripfold.analysis.static import End, StripModel
 from stripfold.arrays import Array
 from stripfold.effects.self_contact import SelfContact
 from stripfold.errors import SolveError, TimeStepError

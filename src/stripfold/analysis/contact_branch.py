@@ -15,6 +15,7 @@ import numpy as np
 from stripfold import elastica
 from stripfold.arrays import Array
 from stripfold.models.contact_mesh import ContactMesh, Topology
+from stripfold.models.model import Model
 from stripfold.moving_contact import MovingContact
 from stripfold.problem import Motion
 from stripfold.solve import continuation, newton
@@ -26,6 +27,8 @@ from stripfold.solve.problem import Point, Tangent
 STEPS = StepOptions(first=0.05, largest=0.7, max_correction=0.5)
 FIRST_INTERVAL = 0.05
 """Length of an interval of contact when it is first solved for, L*."""
+LEAST_SAG = 0.02
+"""Height of the strip on either side over the lowest point of a sag, L*."""
 SAMPLES = np.linspace(0.0, 1.0, 5)[:-1]
 """Places in an element where the height over the floor is looked at."""
 
@@ -41,6 +44,20 @@ class BranchPoint:
     def contact(self) -> Array:
         """The contact coordinates."""
         return self.problem.contact(self.point.q)
+
+    @property
+    def model(self) -> Model:
+        """The strip with its elements."""
+        return self.problem.at(self.contact).model
+
+    @property
+    def u(self) -> Array:
+        """The model's unknowns."""
+        return self.point.q[: self.problem.n]
+
+    def mid_surface(self, s: Array) -> Array:
+        """Places of the mid-surface at distances from the grasped end, shape (len(s), 2), origin mid-strip."""
+        return self.model.resampled_mid_surface(self.u, s)
 
     @property
     def topology(self) -> Topology:
@@ -98,6 +115,7 @@ def transferred(
     topology: Topology | None = None,
     constraint: tuple[Array, float] | None = None,
     motion: Motion | None = None,
+    mesh: ContactMesh | None = None,
 ) -> BranchPoint:
     """The state near another one on elements planned anew.
 
@@ -110,19 +128,22 @@ def transferred(
     constraint
         Row over the contact coordinates and factor of lambda of the equation that picks the state; by default the
         normal plane of the branch.  Of the state guessed, its value is kept.
-    motion
-        Motion of the gripper; by default the same.
+    motion, mesh
+        Motion of the gripper and elements; by default the same motion, and elements planned for the contact.
     """
     problem, point = at.problem, at.point
     here = at.contact
     to = here if contact is None else contact
-    mesh = problem.mesh.replanned(to, topology)
+    mesh = mesh or problem.mesh.replanned(to, topology)
     before = problem.at(here)
     new = MovingContact(mesh, motion or problem.motion, before.on(mesh.model), to)
     q = np.concatenate([before.model.resampled(point.q[: problem.n], mesh.model.s), to])
     row, corner = constraint or (point.tangent.q[problem.n :], point.tangent.lam)
     rows = np.concatenate([np.zeros(new.n), row])
-    state = newton.solve(new, q, point.lam, new.bounded, Constraint(rows, corner, q, point.lam))
+    # Between other nodes the same shape is stretched: the stress is not that of the shape.
+    stress = before.model.resampled_stress(at.u, mesh.model)
+    where = Constraint(rows, corner, q, point.lam)
+    state = newton.solve(new, q, point.lam, new.bounded, where, predicted_stress=stress)
     along = point.tangent.q[problem.n :] if len(to) == len(here) else row
     towards = Tangent(np.concatenate([np.zeros(new.n), along]), point.tangent.lam)
     return BranchPoint(new, continuation.evaluate(new, state, towards, point.arc))
@@ -137,8 +158,9 @@ def clearance(problem: MovingContact, q: Array) -> tuple[float, float]:
     z = model.resampled_mid_surface(q[:n], s)[:, 1]
     least = np.flatnonzero((z[1:-1] < z[:-2]) & (z[1:-1] < z[2:])) + 1
     bent = ~mesh.on_floor[np.clip(np.searchsorted(ends, s[least], side="right") - 1, 0, len(ends) - 2)]
-    touching = np.isin(s[least], ends[mesh.elements_at])
-    least = least[bent & ~touching]
+    # Beside a contact a coarse mesh waves a little.
+    rise = np.array([min(z[:i].max() - z[i], z[i:].max() - z[i]) for i in least])
+    least = least[bent & (rise > LEAST_SAG)] if len(least) else least
     if not len(least):
         return np.inf, np.nan
     i = least[np.argmin(z[least])]

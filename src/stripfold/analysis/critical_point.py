@@ -6,16 +6,16 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from math import nan
 from time import perf_counter
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
 import numpy as np
 
 from stripfold import elastica
-from stripfold.analysis import locate_rod, locate_solid, select_model
-from stripfold.analysis.advance import LAMBDA_TOLERANCE
-from stripfold.analysis.static import End, StripModel, XRun
+from stripfold.analysis import select_model
+from stripfold.analysis.prediction import ElasticaPrediction, from_near_the_end, without_horizontal_force
+from stripfold.analysis.static import LAMBDA_TOLERANCE, End, StripModel, XRun, solve_height
 from stripfold.arrays import Array
-from stripfold.errors import CoarseMeshError, SolveError
+from stripfold.errors import SolveError
 from stripfold.inputs import Scene
 from stripfold.models.model_error import model_error as of_model
 
@@ -23,9 +23,6 @@ Progress = Callable[[str], None]
 
 ELASTICA_ERROR = 1e-9
 """Error of the elastica's lambda_c, L*, held by its tests."""
-CONTACT_NOISE = 1e-5
-"""Smallest relative error estimate of the solid's lambda_c over the refinement, for contact at nodes: two meshes may
-agree by chance (study `rod`)."""
 POINTS = 200
 """Points of the elastica's mid-surface."""
 BRACKET = 0.01
@@ -86,16 +83,13 @@ def find(scene: Scene, progress: Progress | None = None) -> CriticalResult:
     ------
     SolveError
         When it cannot be computed, or not to the accuracy asked for.
-    CoarseMeshError
-        When the advance ends in another way than the elastica's, and not because of the strip's thickness.
     """
     began, say = perf_counter(), progress or (lambda _: None)
-    prediction = locate_rod.ElasticaPrediction.at(scene.height_star)
+    prediction = ElasticaPrediction.at(scene.height_star)
     if scene.model == "auto":
         found, used = _auto(scene, prediction, say)
     else:
         found, used = _find(scene, prediction, say), scene
-    _cross_check(found.end, scene, prediction)
     unit = scene.material.gravity_length
     return CriticalResult(
         lambda_0=unit * found.lambda_0,
@@ -114,27 +108,6 @@ def find(scene: Scene, progress: Progress | None = None) -> CriticalResult:
     )
 
 
-def _cross_check(end: End, scene: Scene, prediction: locate_rod.ElasticaPrediction) -> None:
-    """Refuse an end of the advance that the elastica rules out: a mesh's own contact has decided it.
-
-    Raises
-    ------
-    CoarseMeshError
-        The model snaps where the elastica's sag lands before, or the reverse.
-    """
-    if select_model.undecided(prediction, scene.length_star, scene.material.relative_thickness):
-        return
-    if end is not prediction.end(scene.length_star):
-        raise CoarseMeshError(
-            f"the advance ends in a {end.value}, that of the elastica in a {prediction.end(scene.length_star).value}: "
-            f"at a height of {scene.height_star:.3g} L* the strip's thickness cannot decide that, its mesh can",
-            advice="ask for more accuracy, or for the model elastica",
-        )
-
-
-Run = TypeVar("Run", XRun, locate_rod.Found)
-
-
 class _Found(NamedTuple):
     """The end of an advance, in L*; lambda_c, its bracket and its error are nan where it is no snap."""
 
@@ -148,7 +121,7 @@ class _Found(NamedTuple):
     error: float = nan
 
 
-def _auto(scene: Scene, prediction: locate_rod.ElasticaPrediction, progress: Progress) -> tuple[_Found, Scene]:
+def _auto(scene: Scene, prediction: ElasticaPrediction, progress: Progress) -> tuple[_Found, Scene]:
     """The end of the advance by the cheapest model that succeeds, and the scene with that model."""
     thickness, nu = scene.material.relative_thickness, scene.material.nu
     models = select_model.candidates(prediction, scene.length_star, thickness, nu, scene.accuracy)
@@ -169,52 +142,40 @@ def _model_error(scene: Scene) -> float:
     return of_model(scene.model, scene.material.relative_thickness, scene.material.nu)
 
 
-def _find(scene: Scene, prediction: locate_rod.ElasticaPrediction, progress: Progress) -> _Found:
+def _find(scene: Scene, prediction: ElasticaPrediction, progress: Progress) -> _Found:
     """The end of the advance by the scene's model."""
     first, last = prediction.first, prediction.last
-    end = prediction.end(scene.length_star)
-    if end is End.LIFTED:
+    length, thickness = scene.length_star, scene.material.relative_thickness
+    end = prediction.end(length)
+    if end is End.LIFTED and (scene.model == "elastica" or not select_model.undecided(prediction, length, thickness)):
         return _Found(end, first.advance, last.length, np.empty((0, 2)))
     if scene.model == "elastica":
-        state = _mid_surface(last, scene.length_star)
+        state = _mid_surface(last, length)
         if end is End.TOUCH:
             return _Found(end, first.advance, last.length, state)
         bracket = last.advance - ELASTICA_ERROR, last.advance + ELASTICA_ERROR
         return _Found(End.SNAP, first.advance, last.length, state, last.advance, *bracket, ELASTICA_ERROR)
-    return _rod(scene, prediction, progress) if scene.model == "rod" else _solid(scene, prediction, progress)
+    nu, law = (scene.material.nu, scene.law) if scene.model == "solid" else (0.0, "svk")
+    strip = StripModel(length, thickness, nu, law=law, kind=scene.model)
+    tolerance = max(LAMBDA_TOLERANCE, BRACKET * scene.accuracy * last.advance)
+    run, error = _fine_enough(scene, lambda r: _run(strip, prediction, r, tolerance, progress), progress)
+    state = run.last.problem.mid_surface(run.last.point.q)
+    lambda_0 = without_horizontal_force(strip, prediction, select_model.refinement(scene.model, scene.accuracy))
+    if run.critical is None:
+        return _Found(run.end, lambda_0, run.free_length, state)
+    bracket = run.critical.lower, run.critical.upper
+    return _Found(run.end, lambda_0, run.free_length, state, run.lam, *bracket, error)
 
 
-def _solid(scene: Scene, prediction: locate_rod.ElasticaPrediction, progress: Progress) -> _Found:
-    material = scene.material
-    strip = StripModel(scene.length_star, material.relative_thickness, material.nu, law=scene.law)
-    tolerance = max(LAMBDA_TOLERANCE, BRACKET * scene.accuracy * prediction.last.advance)
-
-    def follow(refinement: float) -> XRun:
-        run = locate_solid.run(strip, prediction, refinement, tolerance)
-        if run.fallback:
-            progress(f"followed from lambda_0: {run.fallback}")
-        return run
-
-    begin = select_model.solid_refinement(scene.accuracy)
-    fine, error = _fine_enough(scene, follow, begin, progress, contact_noise=CONTACT_NOISE)
-    lambda_0 = locate_solid.lambda_0(fine, prediction)
-    state = fine.problem.model.mid_surface(fine.last.q)
-    if fine.critical is None:
-        return _Found(fine.end, lambda_0, fine.free_length, state)
-    bracket = fine.critical.lower, fine.critical.upper
-    return _Found(fine.end, lambda_0, fine.free_length, state, fine.critical.lam, *bracket, error)
-
-
-def _rod(scene: Scene, prediction: locate_rod.ElasticaPrediction, progress: Progress) -> _Found:
-    strip = StripModel(scene.length_star, scene.material.relative_thickness, kind="rod")
-    refinement = select_model.rod_refinement(scene.accuracy, locate_rod.MESH_ERROR)
-    fine, error = _fine_enough(
-        scene, lambda r: locate_rod.run(strip, prediction, r), refinement, progress, locate_rod.LEFT
-    )
-    state = _with_held_end(fine.free_part[:, 1:], scene.length_star)
-    if fine.end is not End.SNAP:
-        return _Found(fine.end, fine.lambda_0, fine.free_length, state)
-    return _Found(fine.end, fine.lambda_0, fine.free_length, state, fine.lam, fine.lam, fine.upper, error)
+def _run(
+    strip: StripModel, prediction: ElasticaPrediction, refinement: float, tolerance: float, progress: Progress
+) -> XRun:
+    """The end of the advance, from the elastica's state or, where a strip is so thick that none is near, from flat."""
+    try:
+        return from_near_the_end(strip, prediction, refinement, tolerance)
+    except SolveError as error:
+        progress(f"followed from the flat strip: {error}")
+        return solve_height(strip, prediction.height, refinement)
 
 
 def _mid_surface(state: elastica.State, length: float) -> Array:
@@ -227,27 +188,20 @@ def _with_held_end(free_part: Array, length: float) -> Array:
     return np.vstack([free_part, [length / 2.0, 0.0]])
 
 
-def _fine_enough(
-    scene: Scene,
-    follow: Callable[[float], Run],
-    refinement: float,
-    progress: Progress,
-    share: float = 1.0,
-    contact_noise: float = 0.0,
-) -> tuple[Run, float]:
+def _fine_enough(scene: Scene, follow: Callable[[float], XRun], progress: Progress) -> tuple[XRun, float]:
     """The run on the first mesh within the scene's accuracy, and its error, L*.
 
-    The error is ``share`` of the change from the mesh half as fine, plus the run's slack and ``contact_noise`` times
-    the refinement of lambda_c.
+    The error is a share of the change from the mesh half as fine, and the bracket's width.
     """
+    refinement, share = select_model.refinement(scene.model, scene.accuracy), select_model.SHARE[scene.model]
 
-    def followed(r: float) -> Run:
+    def followed(r: float) -> XRun:
         progress(f"following the branch, elements {r:.2g} times the standard ones")
         return follow(r)
 
     coarse, fine = followed(2.0 * refinement), followed(refinement)
     while True:
-        error = share * abs(fine.lam - coarse.lam) + fine.slack + contact_noise * refinement * fine.lam
+        error = share * abs(fine.lam - coarse.lam) + fine.slack
         if fine.end is coarse.end and error <= scene.accuracy * fine.lam:
             return fine, error
         if refinement / 2.0 < select_model.FINEST:

@@ -10,9 +10,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stripfold.analysis.contact_branch import BranchPoint
 from stripfold.arrays import Array
-from stripfold.problem import StripProblem
-from stripfold.solve.problem import Point
+
+NEAR_END = 0.01
+"""Share of the first element over which the direction of the grasped end is taken."""
 
 
 @dataclass(frozen=True)
@@ -32,18 +34,19 @@ class Record:
     elastic_energy: float
     gravity_energy: float
     first_integral_error: float
-    mid_surface: Array
 
 
-def record(problem: StripProblem, point: Point) -> Record:
+def record(at: BranchPoint) -> Record:
     """The diagnostics of a point."""
+    problem, point = at.problem.on_mesh(at.point)
     model, q = problem.model, point.q
     middle = model.mid_surface(q)
     # The gripper's force on the strip, in the paper's frame.
     gripper_x, gripper_z = problem.residual(q, point.lam)[model.middle[0]]
     # The elastica's X axis points the other way.
     force_x, force_z = -gripper_x, gripper_z
-    tangent = _end_tangent(model.s, middle)
+    near = NEAR_END * model.ends[1] * np.arange(3.0)
+    tangent = _end_tangent(near, model.resampled_mid_surface(q, near))
     along = -tangent[0] * force_x + tangent[1] * force_z
     return Record(
         lam=point.lam,
@@ -59,7 +62,6 @@ def record(problem: StripProblem, point: Point) -> Record:
         elastic_energy=model.energy(q),
         gravity_energy=float(model.weight @ q),
         first_integral_error=_first_integral(along, force_x, middle[0, 1], 12.0 / model.thickness**2),
-        mid_surface=middle,
     )
 
 

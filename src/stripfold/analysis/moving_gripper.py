@@ -13,9 +13,10 @@ import numpy as np
 from stripfold.analysis import planning
 from stripfold.analysis.collapse import SIZES
 from stripfold.analysis.contact import LEAST_LYING, lift_off, touches
+from stripfold.analysis.nodal import ROBUST_NEWTON, lift, no_horizontal_force, transfer
 from stripfold.analysis.path_friction import Step, load_incrementally_from
 from stripfold.analysis.path_statics import BEYOND
-from stripfold.analysis.static import ROBUST_NEWTON, StripModel, lift, no_horizontal_force, transfer
+from stripfold.analysis.static import StripModel
 from stripfold.effects import Hysteresis
 from stripfold.errors import LostStabilityError, NewtonError, SolveError
 from stripfold.models.model import Model

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stripfold.analysis.nodal import ROBUST_NEWTON
 from stripfold.analysis.path_statics import from_flat
-from stripfold.analysis.static import ROBUST_NEWTON
 from stripfold.arrays import Array
 from stripfold.effects import Effect
 from stripfold.errors import InvalidInputError, LostStabilityError, NewtonError

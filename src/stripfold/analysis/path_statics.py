@@ -13,7 +13,7 @@ import numpy as np
 from stripfold.analysis import planning
 from stripfold.analysis.advance import LAMBDA_TOLERANCE, LIMIT, follow_to_event
 from stripfold.analysis.contact import touch, touches
-from stripfold.analysis.static import ROBUST_NEWTON
+from stripfold.analysis.nodal import ROBUST_NEWTON
 from stripfold.errors import CoarseMeshError, NewtonError, SolveError
 from stripfold.models.model import Model
 from stripfold.paths.curve import GripperPath

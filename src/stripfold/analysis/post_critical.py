@@ -15,10 +15,11 @@ from typing import TYPE_CHECKING
 from stripfold import schema
 from stripfold.analysis.contact import touches
 from stripfold.analysis.friction import model_for
+from stripfold.analysis.nodal import XRun, along_x, lift
 from stripfold.analysis.path_statics import STEPS, StaticSegment, follow, problem_on
 from stripfold.analysis.release import Fall, Motion, Progress, ReleaseState, simulate_fall, state_at_rest
 from stripfold.analysis.states import dataset, of_material, rows_of_motion, rows_of_segment
-from stripfold.analysis.static import StripModel, XRun, along_x, lift
+from stripfold.analysis.static import StripModel
 from stripfold.errors import SolveError
 from stripfold.material import Material
 from stripfold.models.model import Model

@@ -12,7 +12,7 @@ from math import inf
 import numpy as np
 
 from stripfold.analysis.contact import touch_position, touches
-from stripfold.analysis.static import ROBUST_NEWTON, X_STEPS
+from stripfold.analysis.nodal import ROBUST_NEWTON, X_STEPS
 from stripfold.arrays import Array
 from stripfold.errors import SolveError, TimeStepError
 from stripfold.problem import StripProblem

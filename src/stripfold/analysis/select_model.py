@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 from stripfold import elastica
-from stripfold.analysis.locate_rod import ElasticaPrediction
+from stripfold.analysis.prediction import ElasticaPrediction
 from stripfold.inputs import Model
 from stripfold.models.model_error import model_error
 
 FINEST = 0.1
 """Smallest factor on the element lengths that is tried."""
-COARSEST = 1.6
-"""Largest one of the solid: its error estimate needs twice that, where spurious limit points appear."""
+COARSEST = 1.0
+"""Largest one."""
+USUAL_ERROR = {"rod": 2e-5, "solid": 4e-5}
+"""Usual relative error of lambda_c at refinement one (docs/method.md)."""
+ORDER = {"rod": 4.0, "solid": 3.0}
+"""Order of the error of lambda_c in the element length."""
+SHARE = {"rod": 0.2, "solid": 0.3}
+"""Estimate of that error as a share of the change from a mesh half as fine; 1/15 and 1/7 at these orders."""
 MARGIN = 0.1
 """Distance from the touch limit within which only the solid decides how the advance ends, L*."""
 SPARE = 0.5
@@ -36,11 +42,8 @@ def candidates(
     return (*(m for m in cheap if model_error(m, thickness, nu) <= SPARE * accuracy), "solid")
 
 
-def solid_refinement(accuracy: float) -> float:
-    """Factor on the solid's element lengths that usually meets an accuracy by the estimate from a mesh half as fine."""
-    return min(COARSEST, max(FINEST, 1.4 * (accuracy / 1e-3) ** 0.5))
-
-
-def rod_refinement(accuracy: float, at_one: float) -> float:
-    """The same of the rod's, of order four, with the error ``at_one``."""
-    return min(1.0, max(FINEST, (accuracy / at_one) ** 0.25))
+def refinement(model: str, accuracy: float) -> float:
+    """Factor on the element lengths that usually meets an accuracy by the estimate from a mesh half as fine."""
+    order = ORDER[model]
+    estimate = SHARE[model] * (2.0**order - 1.0) * USUAL_ERROR[model]
+    return float(min(COARSEST, max(FINEST, (0.5 * accuracy / estimate) ** (1.0 / order))))

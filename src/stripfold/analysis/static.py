@@ -5,17 +5,22 @@ All in units of L*; see ``docs/physics.md``, section 4, for what is expected.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from enum import StrEnum
 from math import inf
-from typing import Any
 
-import numpy as np
-
-from stripfold.analysis import planning
-from stripfold.analysis.advance import LAMBDA_TOLERANCE, LIMIT, follow_to_event
-from stripfold.analysis.contact import lift_off, touch, touches, whole_strip_lifts
+from stripfold.analysis.contact_branch import (
+    STEPS,
+    BranchCrossing,
+    BranchPoint,
+    Planned,
+    follow,
+    from_flat,
+    solved,
+    touch,
+    transferred,
+)
 from stripfold.arrays import Array
 from stripfold.errors import SolveError
 from stripfold.models import contact_mesh
@@ -23,24 +28,20 @@ from stripfold.models.contact_mesh import ContactMesh, Topology
 from stripfold.models.model import Model
 from stripfold.models.rod import Rod
 from stripfold.models.solid import Solid
-from stripfold.problem import AlongX, Lift, StripProblem
-from stripfold.solve import continuation, critical, newton
+from stripfold.moving_contact import MovingContact
+from stripfold.problem import AlongX, Lift
+from stripfold.solve import critical
 from stripfold.solve.continuation import StepOptions
 from stripfold.solve.critical import CriticalPoint
-from stripfold.solve.problem import Equilibrium, Point
+from stripfold.solve.events import Event, never
 
-LIFT_STEPS = StepOptions(first=0.05, largest=1.0, target_iterations=12)
-X_STEPS = StepOptions(first=0.1, largest=0.5, slow_below=0.4, target_iterations=10)
-ROBUST_NEWTON = replace(LIFT_STEPS.newton, max_iterations=100)
-"""For guesses with a wrong contact set, which is corrected node by node."""
-NEARBY_NEWTON = replace(ROBUST_NEWTON, max_distance=0.3)
-"""For states known from another mesh; at a larger distance lies another state (L*)."""
-CLOSE = 0.15
-"""Arc length between a maximum and a touch (L*), or slope of lambda at a touch, below which the mesh may decide."""
-FINEST_FOR_ORDER = 0.3
-"""Smallest factor on the element lengths to which the mesh is then refined."""
-ROD_SIZES = planning.Sizes(free=0.2, sweep=0.2, critical=0.03, lying=0.3)
-"""Element lengths of the rod at refinement one, L* (docs/method.md)."""
+LAMBDA_TOLERANCE = 1e-6
+"""Width of the bracket of lambda_c, L*."""
+FIRST_HEIGHT = 1e-3
+"""Height of the gripper at the first state of a lift, L*: the lifted part is a beam then."""
+LEAST_LYING = 0.5
+"""Length of the lying part below which the whole strip is taken to lift off, L*."""
+LIMIT = Event("limit point", critical.is_past, located=never)
 
 
 class End(StrEnum):
@@ -76,15 +77,10 @@ class StripModel:
     law: str = "svk"
     kind: str = "solid"
 
-    @property
-    def sizes(self) -> planning.Sizes:
-        """Element lengths at refinement one."""
-        return ROD_SIZES if self.kind == "rod" else planning.Sizes()
-
-    def contact_mesh(self, refinement: float = 1.0, memory: bool = False) -> Callable[[Array], ContactMesh]:
+    def contact_mesh(self, refinement: float = 1.0, memory: bool = False) -> Planned:
         """Plans meshes that move with the lift-off; ``memory``: what lies has a history, and elements to keep it."""
         lying = 0.15 if memory else 4.0
-        at_contact, free = (inf, 0.12) if self.kind == "rod" else (0.15 * self.thickness, 0.24)
+        at_contact, free = (inf, 0.12) if self.kind == "rod" else (0.15 * self.thickness, 0.18)
         sizes = contact_mesh.Sizes(free, lying, at_contact).scaled(refinement)
 
         def plan(contact: Array) -> ContactMesh:
@@ -113,130 +109,77 @@ class XRun:
 
     Attributes
     ----------
-    problem
-        The problem solved.
     points
-        Accepted points, from lambda_0; those before the end are ``points[:n_before]``.
+        The points of the branch, from its start on; those before the end are ``points[:n_before]``.
     end
         The end of the advance.
     critical
         The located critical point where ``end`` is a snap.
     last
         The state at the end of the advance: critical, at first touch, or just before lift-off of the whole strip.
-    spurious_limit_points
-        Number of those before ``critical``; 0 on a mesh fine enough.
-    close
-        Whether maximum and touch of the sag are such near neighbours that the mesh may have decided between them.
-    fallback
-        Of a run that was to start near its end: why it started at lambda_0 instead; empty if it did not.
     """
 
-    problem: StripProblem
-    points: tuple[Point, ...]
+    points: tuple[BranchPoint, ...]
     end: End
     critical: CriticalPoint | None
-    last: Point
-    spurious_limit_points: int
-    close: bool = False
-    fallback: str = ""
+    last: BranchPoint
 
     @property
     def lambda_0(self) -> float:
-        return self.points[0].lam
+        """Advance at the start of the branch."""
+        return self.points[0].point.lam
 
     @property
     def lam(self) -> float:
         """Advance at its end: lambda_c where it is a snap."""
-        return self.last.lam
+        return self.critical.lam if self.critical else self.last.point.lam
 
     @property
     def slack(self) -> float:
-        """Uncertainty of lambda at the end of the advance on this mesh, L*.
-
-        The bracket's width, plus the rise of lambda above a maximum split by a spurious limit point.
-        """
-        width = self.critical.width if self.critical else 0.0
-        return width + max(p.lam for p in self.points) - self.last.lam
+        """Width of the bracket of lambda_c, L*."""
+        return self.critical.width if self.critical else 0.0
 
     @property
     def free_length(self) -> float:
         """Length of the part that hangs free at the end of the advance, L*."""
-        return lift_off(self.problem.model, self.last)
+        return float(self.last.contact[-1])
 
 
-def lift(strip: StripModel, heights: Sequence[float]) -> Iterator[tuple[float, Model, Equilibrium]]:
+def lift(plan: Planned, heights: Sequence[float]) -> Iterator[tuple[float, BranchPoint]]:
     """Lift the flat strip and yield its state at each height, ascending: the gripper is free along x (lambda_0)."""
-    # Good enough as a start: each run along x has its own mesh.
-    model = strip.model(max(24, round(4 * strip.length)))
-    problem = StripProblem(model, Lift())
-    flat = continuation.start(
-        problem,
-        np.zeros(model.size),
-        min(0.01, heights[0] / 4),
-        problem.bounded,
-        1.0,
-        replace(LIFT_STEPS, newton=ROBUST_NEWTON),
-    )
-    branch = continuation.follow(problem, flat, LIFT_STEPS)
-    point = next(branch)
+    at = from_flat(plan, Lift(), min(FIRST_HEIGHT, 0.25 * heights[0]))
     for height in heights:
-        before = point
-        while point.lam < height:
-            before, point = point, next(branch)
-        # From the nearer side, with the tangent as a guess.
-        near = min(before, point, key=lambda p: abs(p.lam - height))
-        share = (height - near.lam) / near.tangent.lam
-        guess = near.q + share * near.tangent.q
-        yield (
-            height,
-            model,
-            newton.solve(problem, guess, height, near.state.active, options=LIFT_STEPS.newton),
-        )
+        at = _lifted_to(at, height)
+        yield height, at
 
 
-def transfer(model: Model, q: Array, to: Model) -> Array:
-    """Unknowns on another mesh of the same strip: the mid-surface by cubic splines, sections normal to it."""
-    from scipy.interpolate import CubicSpline
-
-    middle = model.mid_surface(q)
-    spline = CubicSpline(model.s, middle)
-    position = spline(to.s)
-    slope = spline(to.s, 1)
-    # A spline overshoots at the lift-off point; the lying part stays flat.
-    lying = to.s >= model.s[np.flatnonzero(middle[:, 1] > 0.0).max(initial=0) + 1]
-    position[lying] = np.stack([to.s[lying] - to.length / 2.0, np.zeros(lying.sum())], axis=1)
-    position[:, 1] = np.maximum(position[:, 1], 0.0)
-    angle = np.where(lying, 0.0, np.arctan2(slope[:, 1], slope[:, 0]))
-    return to.unknowns_of(position, angle)
+def _lifted_to(first: BranchPoint, height: float) -> BranchPoint:
+    above = Event("height", lambda point, _: point.lam >= height, located=never)
+    for item in follow(first, STEPS, lambda _: [above], through_contact=False):
+        if isinstance(item, BranchCrossing):
+            near = min(item.before, item.after, key=lambda at: abs(at.point.lam - height))
+            return at_lambda(near, height)
+    raise AssertionError("a branch ends in an event or raises")
 
 
-def no_horizontal_force(problem: StripProblem, q: Array, height: float) -> Equilibrium:
-    """The state at ``height`` with the gripper free along x, near ``q``."""
-    free = StripProblem(problem.model, Lift())
-    touching = free.bounded[q[free.bounded] - free.lower <= 1e-12]
-    return newton.solve(free, q, height, touching, options=NEARBY_NEWTON)
+def at_lambda(near: BranchPoint, lam: float) -> BranchPoint:
+    """The state at ``lam`` near a point of a branch, with its tangent as the predictor."""
+    tangent = near.point.tangent
+    q = near.point.q + (lam - near.point.lam) / tangent.lam * tangent.q
+    return solved(near.problem, q, lam)
 
 
 def along_x(
-    strip: StripModel,
-    height: float,
-    start: tuple[Model, Equilibrium],
-    mesh: float | Array = 1.0,
-    past: float = 1.0,
-    options: StepOptions = X_STEPS,
+    start: BranchPoint, height: float, plan: Planned | None = None, past: float = 1.0, options: StepOptions = STEPS
 ) -> XRun:
-    """Follow the x-axis branch from lambda_0 to its end and, after a snap, ``past`` in arc length beyond it.
-
-    Where the maximum and the touch of the sag are close neighbours, the mesh is refined until two in a row agree.
+    """Follow the x-axis branch from a state without horizontal force to its end, and after a snap past it.
 
     Parameters
     ----------
-    strip, height
-        What is folded and the gripper's height, L*.
-    start
-        Model and state with no horizontal force at this height, as :func:`lift` yields.
-    mesh
-        Factor on all element lengths of the planned mesh, or the element boundaries themselves.
+    start, height
+        A state at this height of the gripper, L*, as :func:`lift` yields.
+    plan
+        Plans the elements; by default those of ``start``.
     past
         Arc length to follow the unstable branch, L*; 0 for none.
 
@@ -245,69 +188,74 @@ def along_x(
     SolveError
         When a state or the branch cannot be computed to its tolerance.
     """
-
-    def on_mesh(boundaries: Array) -> XRun:
-        problem, first = begin(strip.model(boundaries), height, start, options)
-        return to_the_end(problem, first, past, options)
-
-    if np.ndim(mesh):
-        return on_mesh(np.asarray(mesh))
-    sweep = planning.lift_off_sweep(height)
-    return two_agree(
-        lambda refinement: on_mesh(planning.boundaries(strip.length, sweep, refinement, strip.sizes)),
-        float(mesh),
-        FINEST_FOR_ORDER,
-    )
-
-
-def two_agree(on_mesh: Callable[[float], XRun], refinement: float, finest: float) -> XRun:
-    """A run with this refinement; where the mesh may decide between maximum and touch, until two meshes agree."""
-    run = on_mesh(refinement)
-    while run.close and refinement > finest:
-        refinement /= 2.0
-        last, run = run, on_mesh(refinement)
-        if run.end is last.end:
-            break
-    return run
-
-
-def begin(
-    model: Model, height: float, start: tuple[Model, Equilibrium], options: StepOptions = X_STEPS
-) -> tuple[StripProblem, Point]:
-    """The problem of a motion along x on a mesh, and its first point, from a state as :func:`lift` yields.
-
-    Raises
-    ------
-    SolveError
-        There is no such state on this mesh near that one.
-    """
-    problem = StripProblem(model, AlongX(height))
-    state = no_horizontal_force(problem, transfer(start[0], start[1].q, model), height)
-    lambda_0 = float(state.q[model.middle[0, 0]])
-    return problem, continuation.start(problem, state.q, lambda_0, state.active, 1.0, options)
+    if plan is not None:
+        start = transferred(start, mesh=plan(start.contact))
+        start = at_lambda(start, height)
+    model = start.problem.mesh.model
+    lambda_0 = float(start.point.q[model.middle[0, 0]])
+    return to_the_end(solved(MovingContact(start.problem.mesh, AlongX(height)), start.point.q, lambda_0), past, options)
 
 
 def to_the_end(
-    problem: StripProblem, first: Point, past: float, options: StepOptions, tolerance: float = LAMBDA_TOLERANCE
+    first: BranchPoint, past: float = 0.0, options: StepOptions = STEPS, tolerance: float = LAMBDA_TOLERANCE
 ) -> XRun:
     """Follow a branch along x from a state on it, lambda_c to a bracket of ``tolerance``; see :func:`along_x`."""
-    model = problem.model
-    if critical.is_past(first) or touches(model, first):
-        raise SolveError("the branch does not start stable: no state with no horizontal force to start from")
-    sag, lifted = touch(model), whole_strip_lifts(model)
-    found = follow_to_event(
-        problem, first, (sag, lifted, LIMIT), options, confirm=(sag,), past=past, tolerance=tolerance
-    )
-    points, at = found.points, found.critical
-    if at is not None:
-        close = found.confirmed and points[-1].arc - at.after.arc < CLOSE
-        return XRun(problem, points, End.SNAP, at, at.before, found.spurious, close)
-    end, last = End.TOUCH if found.end.event is sag else End.LIFTED, found.end.after
-    close = end is End.TOUCH and points[-1].tangent.lam < CLOSE
-    return XRun(problem, (*points, last), end, None, last, found.spurious, close)
+    if critical.is_past(first.point):
+        raise SolveError("the branch does not start stable", parameter=first.point.lam)
+    most = first.problem.mesh.length - LEAST_LYING
+    lifted = Event("lift-off of the whole strip", lambda point, _: point.q[-1] > most, located=never)
+    sag: dict[MovingContact, Event] = {}
+
+    def stops(problem: MovingContact) -> list[Event]:
+        sag[problem] = touch(problem)
+        return [sag[problem], lifted, LIMIT]
+
+    points: list[BranchPoint] = []
+    for item in follow(first, options, stops, through_contact=False):
+        if isinstance(item, BranchPoint):
+            points.append(item)
+        elif item.event is LIMIT:
+            return _snap(points, past, options, tolerance)
+        elif item.event is lifted:
+            return XRun(tuple(points), End.LIFTED, None, points[-1])
+        else:
+            return XRun((*points, item.after), End.TOUCH, None, item.after)
+    raise AssertionError("a branch ends in an event or raises")
 
 
-def solve_height(strip: StripModel, height: float, refinement: float, **options: Any) -> XRun:
+def _snap(points: list[BranchPoint], past: float, options: StepOptions, tolerance: float) -> XRun:
+    """The critical point on elements planned for it, and the branch past it."""
+    last = transferred(points[-1])
+    while critical.is_past(last.point):
+        # On other elements the limit point lies a little before.
+        points = points[:-1]
+        last = transferred(points[-1])
+    points = [*points, last]
+    beyond: list[BranchPoint] = []
+    found: CriticalPoint | None = None
+    for item in follow(last, options, lambda problem: [LIMIT, touch(problem)], through_contact=False):
+        if isinstance(item, BranchCrossing):
+            if item.event is not LIMIT:
+                # The unstable branch ends where the sag touches.
+                break
+            if found is None:
+                problem = item.before.problem
+                found = critical.locate(problem, item.before.point, item.after.point, tolerance, options)
+                last = BranchPoint(problem, found.before)
+                points += [last, BranchPoint(problem, found.after)]
+                if past == 0.0:
+                    break
+        elif found is None:
+            points.append(item)
+        else:
+            beyond.append(item)
+            if item.point.arc - found.after.arc > past:
+                break
+    assert found is not None
+    return XRun((*points, *beyond), End.SNAP, found, last)
+
+
+def solve_height(strip: StripModel, height: float, refinement: float = 1.0, past: float = 0.0) -> XRun:
     """Lift to one height and run along x from there."""
-    (_, model, state) = next(lift(strip, [height]))
-    return along_x(strip, height, (model, state), refinement, **options)
+    ((_, start),) = lift(strip.contact_mesh(refinement), [height])
+    return along_x(start, height, past=past)

@@ -15,7 +15,7 @@ import numpy as np
 
 from stripfold import elastica, schema
 from stripfold.analysis.diagnostics import Record, node_weights, record
-from stripfold.analysis.select_model import FINEST
+from stripfold.analysis.select_model import FINEST, SHARE
 from stripfold.analysis.states import of_material
 from stripfold.analysis.static import End, StripModel, XRun, along_x, lift
 from stripfold.arrays import Array
@@ -43,17 +43,18 @@ RECORDED = (
 
 @dataclass(frozen=True)
 class HeightResult:
-    """Result at one height, in solver units: the run, its records, and the same end on a mesh half as fine."""
+    """Result at one height, in solver units: the run, its records, the same end on a mesh half as fine, error's share."""
 
     height: float
     run: XRun
     records: tuple[Record, ...]
     coarse: XRun
+    share: float
 
     @property
     def discretisation_error(self) -> float:
-        """Estimate for lambda at the end of the advance, L*: what halving the elements changed, and the slack."""
-        return abs(self.run.last.lam - self.coarse.last.lam) + self.run.slack
+        """Estimate for lambda at the end of the advance, L*: a share of what halving the elements changed, and the slack."""
+        return self.share * abs(self.run.lam - self.coarse.lam) + self.run.slack
 
 
 def at_heights(
@@ -67,10 +68,10 @@ def at_heights(
         When one of them cannot be computed: a gap is never stored in its place.
     """
     out = []
-    for height, model, state in lift(strip, sorted(heights)):
-        fine = along_x(strip, height, (model, state), refinement)
-        coarse = along_x(strip, height, (model, state), 2.0 * refinement, past=0.0)
-        out.append(HeightResult(height, fine, tuple(record(fine.problem, p) for p in fine.points), coarse))
+    for height, start in lift(strip.contact_mesh(refinement), sorted(heights)):
+        fine = along_x(start, height)
+        coarse = along_x(start, height, strip.contact_mesh(2.0 * refinement), past=0.0)
+        out.append(HeightResult(height, fine, tuple(record(at) for at in fine.points), coarse, SHARE[strip.kind]))
         if progress:
             progress(f"z = {height:g} L*: {fine.end.value}")
     return out
@@ -89,7 +90,7 @@ def dataset(material: Material, length: float, results: Sequence[HeightResult]) 
         From :func:`at_heights`.
     """
     n_step = max(len(r.records) for r in results)
-    n_node = max(len(r.run.problem.model.s) for r in results)
+    n_node = max(len(_nodes(r.run)) for r in results)
 
     def per_height(get: Callable[[HeightResult], float]) -> Array:
         return np.array([get(r) for r in results], dtype=float)
@@ -107,17 +108,17 @@ def dataset(material: Material, length: float, results: Sequence[HeightResult]) 
     x, z = np.full(shape, np.nan), np.full(shape, np.nan)
     s, mode = np.full(shape[::2], np.nan), np.full((*shape[::2], 2), np.nan)
     for i, result in enumerate(results):
-        model = result.run.problem.model
-        s[i, : len(model.s)] = model.s
-        for j, entry in enumerate(result.records):
-            x[i, j, : len(model.s)], z[i, j, : len(model.s)] = entry.mid_surface.T
+        at = _nodes(result.run)
+        s[i, : len(at)] = at
+        for j, point in enumerate(result.run.points):
+            x[i, j, : len(at)], z[i, j, : len(at)] = point.mid_surface(at).T
         if result.run.critical:
-            mode[i, : len(model.s)] = result.run.critical.mode[model.middle]
+            mode[i, : len(at)] = result.run.critical.mode[result.run.last.model.middle]
     deflection = np.sqrt(np.nansum(_node_weights(s)[:, None] * ((x - x[:, :1]) ** 2 + (z - z[:, :1]) ** 2), axis=-1))
     deflection[np.isnan(x[..., 0])] = np.nan
 
     snap = per_height(lambda r: float(r.run.end is End.SNAP))
-    end = per_height(lambda r: r.run.last.lam)
+    end = per_height(lambda r: r.run.lam)
     heights: dict[str, Array] = {
         "height": per_height(lambda r: r.height),
         "snap": snap.astype(np.int8),
@@ -129,9 +130,8 @@ def dataset(material: Material, length: float, results: Sequence[HeightResult]) 
         "lambda_c_eigenvalue": critical(lambda c: c.eigenvalue_lam),
         "detectors_agree": critical(lambda c: float(c.agree)),
         "lambda_error": per_height(lambda r: r.discretisation_error),
-        "spurious_limit_points": per_height(lambda r: r.run.spurious_limit_points),
         "free_length": per_height(lambda r: r.run.free_length),
-        "elements": per_height(lambda r: len(r.run.problem.model.ends) - 1),
+        "elements": per_height(lambda r: len(r.run.last.model.ends) - 1),
     }
     steps: dict[str, Array] = {
         "lambda": per_step(lambda x: x.lam),
@@ -153,6 +153,11 @@ def dataset(material: Material, length: float, results: Sequence[HeightResult]) 
         {**of_material(material), "thickness": material.thickness, "length": length},
         material.scales,
     )
+
+
+def _nodes(run: XRun) -> Array:
+    """The mid-surface nodes of the last state, at which all states are stored."""
+    return run.last.model.s
 
 
 def _node_weights(s: Array) -> Array:
@@ -208,7 +213,6 @@ PER_HEIGHT = (
     "lambda_end",
     "lambda_error",
     "free_length",
-    "spurious_limit_points",
     "height",
 )
 PER_MATERIAL = ("eta_b", "eta_m", "gravity_length", "thickness", "length")

@@ -135,6 +135,10 @@ class Model(Protocol):
         """Stress at ``q + dq`` from the strain linearised at ``q``; see :meth:`.Solid.predict_stress`."""
         ...
 
+    def resampled_stress(self, q: Array, other: Self) -> Array:
+        """The stress in a state, for :meth:`predict_stress`, at the places of the elements of ``other``."""
+        ...
+
     def stress_on(self, other: Self, stress: Array) -> Array:
         """A predicted stress for the strip :meth:`with_ends`."""
         ...

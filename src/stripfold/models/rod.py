@@ -214,6 +214,20 @@ class Rod(CompiledIntegrals):
         factor[:, :3] = (np.diff(other.s) / np.diff(self.s))[:, None]
         return factor * stress
 
+    def resampled_stress(self, q: Array, other: Rod) -> Array:
+        """The stress in a state, for :meth:`predict_stress`, at the places of another rod's elements."""
+        size, s = np.diff(self.s)[:, None], self.s[:-1, None]
+        new_size, new_s = np.diff(other.s)[:, None], other.s[:-1, None]
+        strain = self.strain(q)
+        out = np.empty((len(new_size), 9))
+        # At the elements' ends the membrane strain is a mean of both sides.
+        at = s + size * AT_STRETCH
+        out[:, :3] = np.interp(new_s + new_size * AT_STRETCH, at[:, 1], strain[:, :3] @ W_STRETCH)
+        at, new_at = s + size * AT_BEND, new_s + new_size * AT_BEND
+        for pair in (slice(3, 5), slice(5, 7), slice(7, 9)):
+            out[:, pair] = new_size * np.interp(new_at, at.ravel(), (strain[:, pair] / size).ravel())
+        return other.stiffness * out
+
     def resampled(self, q: Array, s: Array) -> Array:
         """The unknowns of the same shape on nodes at the distances ``s`` from the grasped end, shape (4 len(s),)."""
         e = np.clip(np.searchsorted(self.s, s, side="right") - 1, 0, len(self.s) - 2)

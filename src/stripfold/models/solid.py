@@ -210,6 +210,19 @@ class Solid(CompiledIntegrals):
         """A predicted stress for a strip of as many elements, of other lengths: the same."""
         return stress
 
+    def resampled_stress(self, q: Array, other: Solid) -> Array:
+        """The stress in a state, for :meth:`predict_stress`, at the places of another strip's elements."""
+        stress = self.predict_stress(q, np.zeros(self.size))
+        along = (len(self.s) - 1) // (len(self.ends) - 1)
+        gauss = 0.5 * np.polynomial.legendre.leggauss(along)[0] + 0.5
+        at, new_at = ((ends[:-1, None] + np.diff(ends)[:, None] * gauss).ravel() for ends in (self.ends, other.ends))
+        # Points run along the strip, and at each place across it.
+        rows = stress.reshape(len(self.ends) - 1, -1, along, stress.shape[1] // along * 4)
+        rows = rows.transpose(1, 0, 2, 3).reshape(rows.shape[1], len(at), -1)
+        moved = np.stack([[np.interp(new_at, at, column) for column in row.T] for row in rows])
+        moved = moved.transpose(2, 0, 1).reshape(len(other.ends) - 1, along, len(rows), -1).transpose(0, 2, 1, 3)
+        return np.ascontiguousarray(moved).reshape(-1, *stress.shape[1:])
+
     @cached_property
     def _weighted(self) -> Array:
         """The gradient's matrix times the quadrature weights, shape (n_elements, n_local, 4 n_quadrature)."""

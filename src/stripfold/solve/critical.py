@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import inf
 
 from stripfold.arrays import Array
 from stripfold.errors import SolveError
@@ -16,6 +17,10 @@ from stripfold.solve import continuation
 from stripfold.solve.continuation import StepOptions
 from stripfold.solve.events import Crossing, Event, always
 from stripfold.solve.problem import Point, Problem
+
+NEAR = 0.05
+"""Arc length from the maximum within which the smallest eigenvalue is zero: with contact coordinates the two differ by
+the discretisation."""
 
 
 @dataclass(frozen=True)
@@ -30,9 +35,9 @@ class CriticalPoint:
     lower, upper
         Bracket of the maximum: the larger value of both ends, and what their slopes allow beyond it.
     eigenvalue_lam
-        lambda where the smallest eigenvalue, interpolated, is zero.
+        lambda where the smallest eigenvalue, extrapolated linearly along the branch, is zero.
     agree
-        Whether all detectors change sign between the two ends.
+        Whether all detectors change sign between the two ends, the eigenvalue at most :data:`NEAR` from there.
     before, after
         Last stable and first unstable point.
     mode
@@ -90,17 +95,19 @@ def locate(
     found = continuation.locate(problem, Crossing(critical_point(tolerance), before, after), options, max_evaluations)
     before, after = found.before, found.after
     lower, upper = _bracket(before, after)
-    zero = _zero(before.eigenvalues[0], after.eigenvalues[0])
-    eigenvalue_lam = before.lam + zero * (after.lam - before.lam)
+    width = after.arc - before.arc
+    falls = float(before.eigenvalues[0] - after.eigenvalues[0])
+    zero = float(before.eigenvalues[0]) / falls * width if falls > 0.0 else inf
+    zero = min(max(zero, -2.0 * NEAR), width + 2.0 * NEAR)
+    bend = (after.tangent.lam - before.tangent.lam) / width
+    eigenvalue_lam = before.lam + (before.tangent.lam + 0.5 * bend * zero) * zero
     nearer = min(before, after, key=lambda p: abs(p.eigenvalues[0]))
     return CriticalPoint(
         lam=lower if after.tangent.lam <= 0.0 else eigenvalue_lam,
         lower=lower,
         upper=upper,
         eigenvalue_lam=eigenvalue_lam,
-        agree=bool(
-            after.tangent.lam <= 0.0 and after.negatives > 0 and before.eigenvalues[0] > 0.0 > after.eigenvalues[0]
-        ),
+        agree=bool(after.tangent.lam <= 0.0 and after.negatives > 0 and -NEAR <= zero <= width + NEAR),
         before=before,
         after=after,
         mode=nearer.mode,

@@ -1,0 +1,59 @@
+"""The end of the gripper's advance from where the elastica predicts it.  Lengths in L*."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from stripfold import elastica
+from stripfold.analysis.contact_branch import from_elastica
+from stripfold.analysis.static import LAMBDA_TOLERANCE, End, StripModel, XRun, to_the_end
+from stripfold.problem import AlongX, Lift
+
+BEFORE = 0.25
+"""Distance in free length before the elastica's end at which a run begins, L*: lambda is about 0.06 L* lower."""
+SHORTER = (10.0, 0.05)
+"""Thick strips begin earlier by up to this, (a + b z^2) h^2 L*: their advance ends earlier."""
+
+
+class ElasticaPrediction(NamedTuple):
+    """The elastica at a height: its states without horizontal force and at the end of the advance, and if it snaps."""
+
+    height: float
+    first: elastica.State
+    last: elastica.State
+    snap: bool
+
+    @classmethod
+    def at(cls, height: float) -> ElasticaPrediction:
+        """From the elastica."""
+        end = elastica.critical(height)
+        return cls(height, elastica.state_no_horizontal_force(height), end.state, end.snap)
+
+    def end(self, length: float) -> End:
+        """The event that ends the advance of a strip of this length, L*."""
+        if self.last.length >= length:
+            return End.LIFTED
+        return End.SNAP if self.snap else End.TOUCH
+
+
+def from_near_the_end(
+    strip: StripModel, prediction: ElasticaPrediction, refinement: float = 1.0, tolerance: float = LAMBDA_TOLERANCE
+) -> XRun:
+    """The end of the advance from a state shortly before it, predicted by the elastica.
+
+    Raises
+    ------
+    SolveError
+        No state of this strip is near the predicted one, or the branch cannot be followed from it.
+    """
+    z = prediction.height
+    before = BEFORE + (SHORTER[0] + SHORTER[1] * z**2) * strip.thickness**2
+    near = elastica.state_at(z, prediction.last.length - before, prediction.last)
+    first = from_elastica(strip.contact_mesh(refinement), AlongX(z), near.advance, near)
+    return to_the_end(first, tolerance=tolerance)
+
+
+def without_horizontal_force(strip: StripModel, prediction: ElasticaPrediction, refinement: float = 1.0) -> float:
+    """lambda_0."""
+    at = from_elastica(strip.contact_mesh(refinement), Lift(), prediction.height, prediction.first)
+    return float(at.point.q[at.problem.mesh.model.middle[0, 0]])
