@@ -43,7 +43,10 @@ RECORDED = (
 
 @dataclass(frozen=True)
 class HeightResult:
-    """Result at one height, in solver units: the run, its records, the same end on a mesh half as fine, error's share."""
+    """Result at one height, in solver units: the run, its records, and the same end on a mesh half as fine.
+
+    ``share`` of what that changes is the error.
+    """
 
     height: float
     run: XRun
@@ -53,7 +56,7 @@ class HeightResult:
 
     @property
     def discretisation_error(self) -> float:
-        """Estimate for lambda at the end of the advance, L*: a share of what halving the elements changed, and the slack."""
+        """Estimate for lambda at the end of the advance, L*: by the mesh half as fine, and the bracket."""
         return self.share * abs(self.run.lam - self.coarse.lam) + self.run.slack
 
 

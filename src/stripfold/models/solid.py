@@ -217,8 +217,8 @@ class Solid(CompiledIntegrals):
         gauss = 0.5 * np.polynomial.legendre.leggauss(along)[0] + 0.5
         at, new_at = ((ends[:-1, None] + np.diff(ends)[:, None] * gauss).ravel() for ends in (self.ends, other.ends))
         # Points run along the strip, and at each place across it.
-        rows = stress.reshape(len(self.ends) - 1, -1, along, stress.shape[1] // along * 4)
-        rows = rows.transpose(1, 0, 2, 3).reshape(rows.shape[1], len(at), -1)
+        by_place = stress.reshape(len(self.ends) - 1, -1, along, stress.shape[1] // along * 4)
+        rows = by_place.transpose(1, 0, 2, 3).reshape(by_place.shape[1], len(at), -1)
         moved = np.stack([[np.interp(new_at, at, column) for column in row.T] for row in rows])
         moved = moved.transpose(2, 0, 1).reshape(len(other.ends) - 1, along, len(rows), -1).transpose(0, 2, 1, 3)
         return np.ascontiguousarray(moved).reshape(-1, *stress.shape[1:])
