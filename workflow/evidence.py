@@ -27,7 +27,6 @@ PACKAGES = ("stripfold", "studies", "tasks")
 """First parts of the names of the project's modules."""
 LIBRARIES = (
     "av",
-    "matplotlib",
     "numba",
     "numpy",
     "opencv-python-headless",
@@ -36,7 +35,7 @@ LIBRARIES = (
     "scikit-image",
     "scipy",
 )
-"""Libraries whose version can change a number; matplotlib draws the synthetic recordings, pillow decodes pictures."""
+"""Libraries whose version can change a number; those of them that the lock names."""
 ATTRIBUTE = "evidence"
 """Global attribute of a stored dataset that holds its evidence, as JSON."""
 
