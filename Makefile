@@ -17,6 +17,8 @@ export MPLBACKEND := Agg
 # Nothing from outside the environment may be imported.
 export PYTHONNOUSERSITE := 1
 unexport PYTHONPATH PYTHONHOME VIRTUAL_ENV
+# Compiled modules are kept: otherwise each process compiles the package, and pytest all tests, anew.
+unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:

@@ -23,6 +23,7 @@ rule assess:
         f"{LOGS}/assess_{{material}}.log",
     benchmark:
         f"{BENCHMARKS}/assess/{{material}}.tsv"
+    priority: 1
     resources:
         mem_mb=1000,
         runtime=20,
@@ -60,6 +61,7 @@ rule friction:
         f"{LOGS}/friction_{{material}}.log",
     benchmark:
         f"{BENCHMARKS}/friction/{{material}}.tsv"
+    priority: 1
     resources:
         mem_mb=1000,
         runtime=20,

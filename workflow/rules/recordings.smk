@@ -1,5 +1,5 @@
 # lambda measured in recordings: in those of data/recordings, one folder each, and in synthetic ones made here, of which
-# those of a material share a process.
+# those of a material share a process. These jobs are the longest and begin first: shorter ones fill the end of a run.
 
 FOLDERS = {name: f"{RESULTS}/recordings/{name}" for name in SYNTHETIC}
 BATCHES = {
@@ -19,6 +19,7 @@ for material in BATCHES:
             f"{LOGS}/record_{material}.log",
         benchmark:
             f"{BENCHMARKS}/record/{material}.tsv"
+        priority: 2
         resources:
             mem_mb=1000,
             runtime=60,
@@ -52,6 +53,7 @@ for batch, names in BATCHES.items():
             f"{LOGS}/measure_{batch}.log",
         benchmark:
             f"{BENCHMARKS}/measure/{batch}.tsv"
+        priority: 2
         resources:
             mem_mb=2000,
             runtime=60,

@@ -12,8 +12,6 @@ import xarray as xr
 
 from evidence import ROOT, why_stale
 from stripfold import store
-from studies import accuracy, cold_run, effects, peers, profiling
-from studies.hard_cases import run as hard_cases
 from studies.plots import gallery_markdown
 from studies.summary import run
 
@@ -81,6 +79,9 @@ HEADLINES = (
 
 def pages(numbers: Mapping[str, run.Entry], data: Mapping[str, xr.Dataset]) -> dict[str, dict[str, str]]:
     """The generated tables of each page by name; ``data`` are the studies that have one."""
+    from studies import accuracy, cold_run, effects, peers, profiling
+    from studies.hard_cases import run as hard_cases
+
     profiles = {
         f"profile of {name}": profiling.table(data["profiling"].sel(subject=name)) for name in profiling.SUBJECTS
     }
