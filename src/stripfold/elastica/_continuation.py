@@ -23,16 +23,15 @@ from stripfold.elastica._system import (
     FORCE_0,
     FORCE_X,
     LENGTH,
-    ROUNDING,
     Condition,
     Evaluation,
     angle_change,
     evaluate,
     factor,
+    finer,
     gripper_at,
     jacobian,
     newton,
-    next_count,
     on_plane,
     refine,
     solve,
@@ -48,7 +47,6 @@ MIN_COSINE = 0.8  # of the angle between the tangents of successive points
 MIN_STEP = 1e-7
 MAX_POINTS = 5000
 MAX_CORRECTOR_ITERATIONS = 7
-RESIDUAL_SHARE = 0.1  # tolerance of Newton's method over the truncation error allowed
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,19 +99,20 @@ def point_at(e: Evaluation, family: Family, forward: Array, arc: float = 0.0) ->
     return Point(e, tangent, row / size, factors.sign, arc)
 
 
-def resolve(point: Point, family: Family, tolerance: float) -> Point:
-    """The same point with enough nodes for a tail of ``u`` below ``tolerance``."""
-    while point.e.tail > tolerance:
-        n = next_count(point.e.grid.n)
-        guess = refine(point.e.y, n)
-        normal = metric_times(evaluate(guess), refine(point.tangent, n))
-        e = newton(guess, (*family.conditions, on_plane(normal, guess)), tolerance=_newton_tolerance(tolerance))
+def _resolve(point: Point, family: Family) -> Point:
+    """The same point with enough nodes."""
+    while (guess := finer(point.e)) is not None:
+        e = evaluate(guess)
+        normal = metric_times(e, refine(point.tangent, e.grid.n))
+        e = newton(guess, (*family.conditions, on_plane(normal, guess)))
         point = point_at(e, family, normal, point.arc)
     return point
 
 
-def march(point: Point, family: Family, *, step: float, max_step: float, tolerance: float) -> Iterator[Point]:
-    """Accepted points after ``point``, without end: the caller stops. ``tolerance`` is that of :func:`resolve`."""
+def march(first: Point, family: Family, *, step: float, max_step: float) -> Iterator[Point]:
+    """Points of the branch from ``first`` on, resolved, without end: the caller stops."""
+    point = _resolve(first, family)
+    yield point
     curvature: Array | float = 0.0
     for _ in range(MAX_POINTS):
         while True:
@@ -128,14 +127,9 @@ def march(point: Point, family: Family, *, step: float, max_step: float, toleran
             guess = point.e.y + step * point.tangent + 0.5 * step**2 * curvature
             try:
                 plane = on_plane(point.normal, point.e.y + step * point.tangent)
-                e = newton(
-                    guess,
-                    (*family.conditions, plane),
-                    limit=MAX_CORRECTOR_ITERATIONS,
-                    tolerance=_newton_tolerance(tolerance),
-                )
+                e = newton(guess, (*family.conditions, plane), limit=MAX_CORRECTOR_ITERATIONS)
                 correction = float(np.abs(angle_change(e.y - guess)).max())
-                new = resolve(point_at(e, family, point.normal, point.arc + step), family, tolerance)
+                new = _resolve(point_at(e, family, point.normal, point.arc + step), family)
             except NewtonError:
                 step /= 2
                 continue
@@ -192,7 +186,3 @@ def between(before: Point, after: Point, family: Family, event: Event) -> Point:
     y, along = at(share)
     e = solve(y, (*family.conditions, event.condition))
     return point_at(e, family, metric_times(e, refine(along, e.grid.n)), before.arc + share * span)
-
-
-def _newton_tolerance(truncation: float) -> float:
-    return max(RESIDUAL_SHARE * truncation, ROUNDING)

@@ -16,7 +16,7 @@ from stripfold.elastica._chebyshev import grid
 from stripfold.elastica._continuation import at_height, between, until
 from stripfold.elastica._events import SNAP, TOUCH
 from stripfold.elastica._system import LENGTH, SCALARS, next_count, refine
-from stripfold.elastica.branch import coarse_branch
+from stripfold.elastica.branch import points
 
 TABLE = Path(__file__).with_name("starts.csv")
 START_OF_SNAPS = 1.586
@@ -46,7 +46,7 @@ def compute() -> Array:
     rows = []
     for event, (low, high) in zip((TOUCH, SNAP), np.log(RANGES), strict=True):
         for z in np.exp(low + grid(HEIGHTS).nodes * (high - low)).tolist():
-            *_, before, after = until(coarse_branch(z), event)
+            *_, before, after = until(points(z), event)
             y = refine(between(before, after, at_height(z), event).e.y, NODES)
             y[:-SCALARS] /= y[LENGTH] ** 2
             rows.append(y)

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from math import log, sqrt
+from math import log
 from types import MappingProxyType
 
 import numpy as np
@@ -25,9 +25,9 @@ from stripfold.errors import NewtonError
 
 SCALARS = 3
 FORCE_X, FORCE_0, LENGTH = -3, -2, -1  # indices in the vector of unknowns
-NODE_COUNTS = (24, 32, 40, 48, 56, 64, 72, 80, 96, 112, 128, 160, 192, 256, 320)
+NODE_COUNTS = (24, 32, 40, 48, 56, 64, 72, 80, 96, 112, 128, 160, 192, 256, 320, 384)
 TOLERANCE = 1e-11  # of the tail of the coefficients of u, relative, in a returned state
-ROUNDING = 1e-12  # of its residual, relative
+ROUNDING, LAST_UPDATE = 1e-12, 1e-7  # of its residual, relative, and of the last update by Newton's method
 MAX_ROTATION, MAX_LENGTH_CHANGE = 0.6, 0.3  # of theta, rad, and of l, relative, in one Newton update: a trust region
 
 
@@ -197,11 +197,10 @@ def factor(matrix: Array) -> Factors:
     return Factors(*dgetrf(matrix, overwrite_a=1)[:2])
 
 
-def newton(y: Array, conditions: tuple[Condition, ...], *, limit: int = 25, tolerance: float = ROUNDING) -> Evaluation:
+def newton(y: Array, conditions: tuple[Condition, ...], *, limit: int = 25) -> Evaluation:
     """Solve from the guess ``y``, shape (n + 3,), on its own grid.
 
-    ``tolerance`` is the largest relative residual. The last update must be below a tenth of its square root: a small
-    update alone also occurs where the iteration stalls.
+    Residual and last update must be small: a small update alone also occurs where the iteration stalls.
 
     Raises
     ------
@@ -218,7 +217,7 @@ def newton(y: Array, conditions: tuple[Condition, ...], *, limit: int = 25, tole
         if not np.isfinite(history[-1]) or not e.length > 0.0:
             break
         # Rounding in u is relative to its largest value.
-        if update < 0.1 * sqrt(tolerance) and history[-1] < tolerance * max(10.0, float(np.abs(e.y).max())):
+        if update < LAST_UPDATE and history[-1] < ROUNDING * max(10.0, float(np.abs(e.y).max())):
             return e
         if iteration == limit:
             break
@@ -254,11 +253,19 @@ def next_count(n: int) -> int:
     return next(larger for larger in NODE_COUNTS if larger > n)
 
 
-def solve(y: Array, conditions: tuple[Condition, ...], tolerance: float = TOLERANCE) -> Evaluation:
-    """Solve from the guess ``y`` and add nodes until the tail of ``u`` is below ``tolerance``."""
+def finer(e: Evaluation) -> Array | None:
+    """The unknowns on a grid on which the tail should be below :data:`TOLERANCE`, or None where it is."""
+    tail = e.tail
+    if tail < TOLERANCE:
+        return None
+    # The coefficients decay geometrically, or faster.
+    wanted = e.grid.n * min(2.0, log(TOLERANCE) / log(min(tail, 0.1)))
+    return refine(e.y, next_count(max(e.grid.n, int(wanted))))
+
+
+def solve(y: Array, conditions: tuple[Condition, ...]) -> Evaluation:
+    """Solve from the guess ``y`` and add nodes until the state is resolved."""
     e = newton(y, conditions)
-    while (tail := e.tail) >= tolerance:
-        # The coefficients decay geometrically, or faster.
-        wanted = 0.9 * e.grid.n * min(2.0, log(tolerance) / log(min(tail, 0.1)))
-        e = newton(refine(e.y, next_count(max(e.grid.n, int(wanted)))), conditions)
+    while (guess := finer(e)) is not None:
+        e = newton(guess, conditions)
     return e

@@ -12,13 +12,12 @@ from stripfold.elastica._chebyshev import grid
 from stripfold.elastica._checks import height, positive
 from stripfold.elastica._continuation import Point, at_height, between, march, point_at, until
 from stripfold.elastica._events import LONGEST, SHORTEST, at_length
-from stripfold.elastica._system import FORCE_X, LENGTH, TOLERANCE, Evaluation, evaluate, fixed, gripper_at, solve
+from stripfold.elastica._system import FORCE_X, LENGTH, Evaluation, evaluate, fixed, gripper_at, solve
 from stripfold.elastica.state import State
 from stripfold.errors import InvalidInputError
 
 LIMIT_REACTION = 1.202702  # at lift-off, without horizontal force, for z -> infinity: a starting guess
 FIRST_STEP, MAX_STEP = 0.1, 0.5  # in arc length, along a branch that is searched for an event
-COARSE = 1e-5  # tail of the coefficients during such a search
 
 
 def no_force_guess(z: float) -> Array:
@@ -37,8 +36,8 @@ def no_force_guess(z: float) -> Array:
     return np.concatenate([second, [0.0, -LIMIT_REACTION, length]])
 
 
-def _no_force(z: float, tolerance: float) -> Evaluation:
-    y = solve(no_force_guess(z), (*gripper_at(z), fixed(FORCE_X, 0.0)), tolerance).y
+def _no_force(z: float) -> Evaluation:
+    y = solve(no_force_guess(z), (*gripper_at(z), fixed(FORCE_X, 0.0))).y
     y[FORCE_X] = 0.0  # remove rounding
     return evaluate(y)
 
@@ -59,22 +58,15 @@ def state_no_horizontal_force(z: float) -> State:
     >>> round(state.gripper[0], 6), round(state.reaction, 6)
     (2.036812, 1.202702)
     """
-    return State._from(_no_force(height(z, 1e-4), TOLERANCE))
+    return State._from(_no_force(height(z, 1e-4)))
 
 
-def first_point(z: float, tolerance: float) -> Point:
-    """Start of the branch at lambda_0, in the direction of growing advance."""
-    e = _no_force(z, tolerance)
+def points(z: float, max_step: float = MAX_STEP) -> Iterator[Point]:
+    """Points of the branch from lambda_0 on, in the direction of growing advance, without end."""
+    e, family = _no_force(z), at_height(z)
     forward = np.zeros(e.y.size)
     forward[FORCE_X] = -1.0  # as the gripper advances, it compresses the strip
-    return point_at(e, at_height(z), forward)
-
-
-def coarse_branch(z: float) -> Iterator[Point]:
-    """Points from lambda_0 on, without end, on coarse grids: for the bracketing of events."""
-    first = first_point(z, COARSE)
-    yield first
-    yield from march(first, at_height(z), step=FIRST_STEP, max_step=MAX_STEP, tolerance=COARSE)
+    return march(point_at(e, family, forward), family, step=FIRST_STEP, max_step=max_step)
 
 
 def x_axis_branch(z: float, *, past: float = 0.5, max_step: float = 0.3) -> Iterator[State]:
@@ -108,9 +100,8 @@ def x_axis_branch(z: float, *, past: float = 0.5, max_step: float = 0.3) -> Iter
 
 
 def _states(z: float, past: float, max_step: float) -> Iterator[State]:
-    first = first_point(z, TOLERANCE)
     highest = -np.inf
-    for point in chain([first], march(first, at_height(z), step=FIRST_STEP, max_step=max_step, tolerance=TOLERANCE)):
+    for point in points(z, max_step):
         state = State._from(point.e)
         yield state
         highest = max(highest, state.advance)
@@ -145,7 +136,7 @@ def state_at(z: float, length: float, guess: State | None = None) -> State:
         y[LENGTH] = length
         return State._from(solve(y, conditions))
 
-    family, branch = at_height(z), coarse_branch(z)
+    family, branch = at_height(z), points(z)
     *_, before, after = until(branch, SHORTEST)
     shortest = between(before, after, family, SHORTEST)
     if shortest.e.length > length:

@@ -8,18 +8,17 @@ with the lift-off point fixed until the sag touches the lower layer. The contact
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import chain, pairwise
+from itertools import pairwise
 
 import numpy as np
 
 from stripfold.arrays import Array
-from stripfold.elastica._continuation import Family, Point, between, march, point_at, resolve, until
+from stripfold.elastica._continuation import Family, Point, between, march, point_at, until
 from stripfold.elastica._events import SNAP_AT_HEIGHT, TOUCH
 from stripfold.elastica._system import (
     FORCE_X,
     LENGTH,
     SCALARS,
-    TOLERANCE,
     evaluate,
     fixed,
     no_lift_off_moment,
@@ -91,5 +90,4 @@ def _fixed_length_branch(length: float) -> tuple[Family, Iterator[Point]]:
     e = evaluate(_no_force(length))
     forward = np.zeros(e.y.size)
     forward[FORCE_X] = -1.0  # as the gripper moves over, it compresses the strip
-    first = resolve(point_at(e, family, forward), family, TOLERANCE)
-    return family, chain([first], march(first, family, step=SPACING, max_step=SPACING, tolerance=TOLERANCE))
+    return family, march(point_at(e, family, forward), family, step=SPACING, max_step=SPACING)
