@@ -91,7 +91,7 @@ def critical(z: float) -> CriticalPoint:
 
 
 def advance_on_finer_grid(point: CriticalPoint) -> float:
-    """The advance at the same event, solved with half as many nodes again, for an estimate of the discretisation error."""
+    """The advance at the same event with half as many nodes again, for an estimate of the discretisation error."""
     y = point.state._unknowns()
     finer = refine(y, 3 * point.state.s.size // 2)
     return State._from(newton(finer, (*gripper_at(point.z), (SNAP if point.snap else TOUCH).condition))).advance

@@ -118,7 +118,7 @@ SOURCES = (
             "median time of one solid lambda_c with its error estimate ({estimate:.0e} relative) at z = {z:g} L*, one "
             "core, warm process; at all heights at most {slowest:.2g} s, true errors at most {off:.0e}",
             lambda f: f.estimate <= 1e-3 and f.off <= 1e-3),
-        Number("time_elastica", "elastica", "s", 3, "<= 0.005 s, difference <= 1e-9",
+        Number("time_elastica", "elastica", "s", 3, "<= 0.02 s, difference <= 1e-9",
             "median time of the elastica's critical point at z = {z:g} L*, one core, warm process; at all heights at "
             "most {slowest_elastica:.2g} s and {apart:.0e} from the solution on a finer grid",
             lambda f: f.apart <= 1e-9),
