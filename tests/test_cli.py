@@ -196,7 +196,7 @@ MAIN = "import stripfold.cli\ntry: stripfold.cli.main({!r})\nexcept SystemExit: 
         ("import stripfold", (*HEAVY, *SOLVING, "pydantic", "yaml")),
         (MAIN.format(["--help"]), (*HEAVY, *SOLVING, "pydantic", "yaml", "tqdm")),
         *((MAIN.format([name, "--help"]), (*HEAVY, *SOLVING)) for name in COMMANDS),
-        # The rod's integrals are compiled; a rod without them would take longer than the compiler's start.
+        # The rod's integrals are compiled code, which comes with its compiler.
         (MAIN.format([*STRIP, "--model", "rod"]), {*HEAVY, "scipy.interpolate", "scipy.optimize"} - {"numba"}),
         (MAIN.format([*STRIP, "--model", "elastica"]), (*HEAVY, "scipy.interpolate", "scipy.optimize")),
         (MAIN.format(["eta", "--fold-height", "0.0272"]), HEAVY),
