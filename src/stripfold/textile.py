@@ -11,11 +11,11 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq
 
 from stripfold.arrays import Array
 from stripfold.errors import InvalidInputError
 from stripfold.material import GRAVITY
+from stripfold.roots import root
 
 COLUMNS = "curvature_1_per_m,moment_N"
 
@@ -95,6 +95,6 @@ def secant(table: Array, load: float, dimensionless_curvature: float, gravity: f
     if not lowest <= dimensionless_curvature <= highest:
         allowed = f"from {lowest:.4g} to {highest:.4g} with this table and a load of {load:g} N m^-2"
         raise InvalidInputError("dimensionless_curvature", dimensionless_curvature, allowed)
-    kappa = float(brentq(excess, curvature[0], curvature[-1], xtol=1e-13))
+    kappa = root(excess, float(curvature[0]), float(curvature[-1]), 1e-13)
     stiffness = float(np.interp(kappa, curvature, moment)) / kappa
     return Secant(stiffness, kappa, load / (gravity * stiffness))

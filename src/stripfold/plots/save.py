@@ -19,7 +19,7 @@ def save(fig: Figure, stem: str | os.PathLike[str]) -> tuple[Path, Path]:
     """Write ``fig`` as ``stem``.png and ``stem``.svg, each atomically; missing folders are made."""
     # Arranged once: doing so again for each format would move things by a rounding error.
     fig.draw_without_rendering()
-    fig.set_layout_engine("none")
+    fig.set_layout_engine(None)
     stem = os.fspath(stem)
     return save_as(fig, f"{stem}.png"), save_as(fig, f"{stem}.svg")
 
