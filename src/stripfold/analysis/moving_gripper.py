@@ -7,6 +7,7 @@ from a state well before it, through the snap and past the first touch.  In unit
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -111,6 +112,7 @@ def run(
     raise AssertionError("a motion does not end by itself")
 
 
+@lru_cache(maxsize=1)  # gripper speeds at one height share it
 def static_limit(strip: StripModel, height: float, friction: float, refinement: float) -> tuple[list[Step], float]:
     """The static steps along x up to the static limit, and its lambda.
 
