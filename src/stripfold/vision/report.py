@@ -32,6 +32,7 @@ MAX_FRAMES = 900
 """Most frames of the film in the report: of a longer one every second, third, ... is shown."""
 MONTAGE_TIMES = (-0.5, -0.2, -0.1, 0.0, 0.1, 0.2, 0.3, 0.5)
 """Times from the onset in the montage, s."""
+_ENCODING = {"crf": "26", "preset": "veryfast", "threads": "1", "subq": "1", "me_method": "dia", "trellis": "0"}
 _RED, _BLUE = (0, 0, 212), (178, 114, 0)  # BGR
 
 
@@ -136,14 +137,13 @@ def _pictures(found: Measurement) -> tuple[str, str]:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "film.mp4"
         with av.open(str(path), "w", format="mp4") as container:
-            stream: VideoStream = container.add_stream(
-                "libx264", rate=rate, options={"crf": "26", "preset": "veryfast"}
-            )
+            stream: VideoStream = container.add_stream("libx264", rate=rate, options=_ENCODING)
             stream.width, stream.height = _film_size(found)
             stream.pix_fmt = "yuv420p"
             for index, picture in enumerate(_annotated(found)):
                 if index % every == 0:
-                    container.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="bgr24")))
+                    planes = np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2YUV_I420), dtype=np.uint8)
+                    container.mux(stream.encode(av.VideoFrame.from_ndarray(planes, format="yuv420p")))
                 if index in labels:
                     cv2.putText(picture, labels[index], (6, 20), cv2.FONT_HERSHEY_SIMPLEX, 0.6, (255, 255, 255), 1)
                     shown.append(picture)
