@@ -13,6 +13,7 @@ import pytest
 from stripfold.arrays import Array
 from stripfold.synthetic import render
 from stripfold.synthetic.calibration import Calibration
+from stripfold.synthetic.canvas import Canvas
 from stripfold.synthetic.history import History
 from stripfold.synthetic.render import Renderer
 from stripfold.synthetic.scene import Filming, Scene
@@ -70,6 +71,56 @@ def test_the_edge_is_drawn_where_the_camera_sees_it(behind: bool) -> None:
     assert len(columns) > 150
     assert np.abs(error).max() < 0.05
     assert abs(error.mean()) < 0.005
+
+
+def test_a_pixel_is_covered_by_its_exact_share() -> None:
+    canvas = Canvas(np.full((12, 15), 100.0, dtype=np.float32))
+    square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+
+    def shares(low: tuple[float, float], high: tuple[float, float]) -> Array:
+        """Of the pixels in a rectangle."""
+        parts = []
+        for n, a, b in zip((15, 12), low, high, strict=True):
+            edges = np.arange(n + 1) - 0.5
+            parts.append(np.clip(np.minimum(edges[1:], b) - np.maximum(edges[:-1], a), 0.0, None))
+        return np.outer(parts[1], parts[0])
+
+    outside = (
+        ((-3.2, 2.3), (4.6, 30.0)),
+        ((9.5, -5.0), (22.0, 3.25)),
+        ((2.5, 3.5), (4.5, 7.5)),
+        ((3.2, 1.1), (3.4, 1.3)),
+    )
+    for low, high in outside:
+        for corners in (square, square[::-1]):
+            canvas.clear()
+            canvas.polygons((np.array(low) + corners[None] * np.subtract(high, low), 0.0))
+            np.testing.assert_allclose(canvas.picture, 100.0 * (1.0 - shares(low, high)), atol=1e-3)
+    # A slanted side, a layer within another, and what is beside and between the corners of the picture.
+    canvas.clear()
+    canvas.polygons((np.array([[[2.0, 1.0], [10.0, 5.0], [2.0, 9.0]]]), 0.0), (2.5 + square[None], 1.0))
+    assert np.sum(100.0 - canvas.picture) == pytest.approx(100.0 * 32.0 - 255.0, rel=1e-5)
+    canvas.clear()
+    canvas.polygons((square[None] + [20.0, 3.0], 0.0), (square[None] + [-9.0, 3.0], 0.0))
+    canvas.polygons((np.array([[[14.0, -9.0], [30.0, -9.0], [30.0, 7.0]]]), 0.0))
+    assert np.all(canvas.picture == 100.0)
+
+
+def test_a_ribbon_is_as_dark_as_its_pieces() -> None:
+    canvas = Canvas(np.zeros((12, 15), dtype=np.float32))
+    x = np.linspace(1.3, 12.9, 24)
+    one, other = np.column_stack([x, 3.0 + 0.2 * x]), np.column_stack([x + 0.3, 6.0 + 0.25 * x])
+    greys = np.linspace(0.2, 0.9, 23)
+    pieces = np.stack([one[:-1], one[1:], other[1:], other[:-1]], axis=1)
+    for turned in (False, True):
+        canvas.clear()
+        canvas.ribbon(*((other, one) if turned else (one, other)), greys)
+        sums = np.zeros_like(canvas.picture)
+        for piece, grey in zip(pieces, greys, strict=True):
+            alone = Canvas(np.zeros((12, 15), dtype=np.float32))
+            alone.polygons((piece[None], float(grey)))
+            sums += alone.picture
+        np.testing.assert_allclose(canvas.picture, sums, atol=1e-3)
 
 
 def test_target_and_field_of_view() -> None:

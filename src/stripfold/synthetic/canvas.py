@@ -86,6 +86,8 @@ class Canvas:
         piece, first, last = _cut(x, to_x)
         place = np.maximum(x[piece] + 0.5 * (first + last) * (to_x - x)[piece], 0.0)
         inside = np.flatnonzero(place < width)
+        if not len(inside):
+            return
         place, piece, share = place[inside], piece[inside], (last - first)[inside]
         column = place.astype(np.intp)
         at = row.astype(np.intp)[piece] * (width + 1) + column
