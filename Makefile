@@ -89,7 +89,8 @@ lint: $(STAMP) ## Check style, formatting, types and the workflow
 env: $(STAMP) ## Make the environment in .venv from environment.lock
 
 # The stamp is written last and removed first: an interrupted installation is never taken for a whole one.
-# While the lock is unchanged only the project itself is installed again.
+# While the lock is unchanged only the project itself is installed again. Its kernels are compiled here, once: the first
+# processes of a run would each do so.
 $(STAMP): environment.lock pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
 	    echo "stripfold needs Python 3.11 or newer, but '$(PYTHON)' is: $$($(PYTHON) --version 2>&1)." >&2; \
@@ -101,6 +102,7 @@ $(STAMP): environment.lock pyproject.toml
 	@cmp -s environment.lock $(VENV)/environment.lock || rm -rf $(VENV)
 	@test -d $(VENV) || $(MAKE) --no-print-directory -f $(firstword $(MAKEFILE_LIST)) locked-packages
 	$(BIN)/python -m pip install --quiet --no-deps --no-build-isolation --editable .
+	$(BIN)/python -c 'from stripfold.kernels import band, elements, step'
 	@touch $@
 	@echo "environment complete: $(VENV), $$($(BIN)/python --version)"
 
