@@ -17,6 +17,7 @@ from stripfold import kernels
 from stripfold.models.model import Model
 from stripfold.models.rod import Rod
 from stripfold.models.solid import Solid
+from stripfold.solve.linear import Band
 
 ENDS = np.array([0.0, 0.2, 0.5, 0.6, 1.0, 1.3, 1.7, 2.0])
 MODELS = {
@@ -80,40 +81,49 @@ def banded(n: int, width: int, shift: float) -> np.ndarray:
 
 
 def stored(a: np.ndarray, width: int) -> np.ndarray:
-    """The storage of the kernels, with the diagonal at ``width``."""
+    """The storage of the kernels."""
+    return kernels.band.packed(stored_by_lapack(a, width), width)
+
+
+def stored_by_lapack(a: np.ndarray, width: int) -> np.ndarray:
+    """The transpose of the storage of LAPACK."""
     n = len(a)
-    band = np.zeros((n, 2 * width + 1))
+    band = np.zeros((n, 3 * width + 1))
     for j in range(n):
         for i in range(max(0, j - width), min(n, j + width + 1)):
-            band[j, width + i - j] = a[i, j]
+            band[j, 2 * width + i - j] = a[i, j]
     return band
 
 
-def test_band_matrix():
-    n, w = 30, 4
-    a, x = banded(n, w, 20.0), np.random.default_rng(3).standard_normal(n)
-    a[7, 11] = a[11, 7] = 0.0  # the profile is narrower than the band
+@pytest.mark.parametrize("w", [1, 7, 8, 17])
+def test_band_matrix(w):
+    """Widths below, at and above the number of entries in one instruction."""
+    n = 50
+    a, x = banded(n, w, 40.0), np.random.default_rng(3).standard_normal(n)
+    a[7, 7 + w] = a[7 + w, 7] = 0.0  # the profile is narrower than the band
     band = stored(a, w)
-    close(kernels.band.product(band, w, w, x), a @ x)
-    close(kernels.band.product_of_magnitudes(band, w, w, x), np.abs(a) @ x)
+    close(kernels.band.product(band, w, x), a @ x)
+    close(kernels.band.rounding(band, w, x), np.abs(a) @ x)
     held = np.zeros(n, bool)
-    held[[0, 5, 29]] = True
-    kernels.band.hold(band, w, w, held)
+    held[[0, 5, 49]] = True
+    kernels.band.hold(band, w, held)
+    kept = np.abs(np.diag(a))[held]
     a[held] = a[:, held] = 0.0
-    a[held, held] = band[held, w]
-    close(kernels.band.product(band, w, w, x), a @ x)
+    a[held, held] = kept
+    close(kernels.band.product(band, w, x), a @ x)
     reach = np.empty(n, np.int64)
-    assert kernels.band.factorise(band, w, w, reach)
-    solution = x.copy()
-    kernels.band.substitute(band, w, w, reach, solution)
-    close(solution, np.linalg.solve(a, x))
+    assert kernels.band.factorise(band, w, reach)
+    close(kernels.band.substitute(band, w, reach, x), np.linalg.solve(a, x))
 
 
 def test_a_matrix_that_needs_pivots_is_refused():
     """Leading blocks that are singular, or nearly so; the matrices are regular."""
     for corner in (0.0, 1e-9, np.nan):
         a = np.array([[corner, 1.0, 0.0], [1.0, 1.0, 1.0], [0.0, 1.0, 3.0]])
-        assert not kernels.band.factorise(stored(a, 1), 1, 1, np.empty(3, np.int64))
+        assert not kernels.band.factorise(stored(a, 1), 1, np.empty(3, np.int64))
+        if corner == corner:
+            solve = Band(stored_by_lapack(a, 1).T, 1).factor()
+            close(solve(np.arange(3.0)), np.linalg.solve(a, np.arange(3.0)))
 
 
 KERNEL = """

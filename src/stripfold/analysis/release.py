@@ -28,7 +28,9 @@ Progress = Callable[[str], None]
 NUDGE = 0.01
 """Distance by which a held gripper is moved past lambda_c, smoothly within one time unit, L*: there no equilibrium is
 near, not even one between two spurious limit points (docs/method.md)."""
-TIME_OPTIONS = TimeOptions(first=0.02, tolerance=1e-5)
+TIME_OPTIONS = TimeOptions(first=0.02, largest=1.0, tolerance=1e-5)
+AFTER_TOUCH = 10.0
+"""Factor on the tolerance after the first touch: the state at rest is found by statics."""
 TOUCH_TOLERANCE = 1e-3
 """Time to which the first touch is located."""
 LONGEST_FALL = 400.0
@@ -147,7 +149,7 @@ def simulate_fall(
     first, drive = initial_state(release, fall)
     longest = LONGEST_FALL * (1.0 + fall.damping.air + fall.damping.stiffness)
 
-    def march(begin: TimeState, *until: TimeEvent) -> list[TimeState]:
+    def march(begin: TimeState, options: TimeOptions, *until: TimeEvent) -> list[TimeState]:
         """The states to the first of these events; an error gets the shape of the strip at the last good one."""
         too_long = TimeEvent(lambda state: state.t - begin.t > longest)
         try:
@@ -167,7 +169,7 @@ def simulate_fall(
 
     rests = _Rest(first)
     away = TimeEvent(lambda state: rests(state) and model.largest_move(first.q, state.q) > AWAY)
-    states = march(first, TimeEvent(lambda state: touches(model, state), TOUCH_TOLERANCE), away)
+    states = march(first, options, TimeEvent(lambda state: touches(model, state), TOUCH_TOLERANCE), away)
     if not touches(model, states[-1]):
         if not away.happened(states[-1]):
             raise missed(first, states[-1], "nothing happened: the strip did not touch", "give a larger disturbance")
@@ -177,7 +179,8 @@ def simulate_fall(
     say(f"touch after {states[-1].t:.1f} sqrt(L*/g)")
     if fall.to_rest:
         rests = _Rest(first)
-        states += march(states[touch], TimeEvent(rests))[1:]
+        loose = replace(options, tolerance=AFTER_TOUCH * options.tolerance)
+        states += march(states[touch], loose, TimeEvent(rests))[1:]
         if not rests(states[-1]):
             advice = "add damping, hold the gripper, or ask for the touch only"
             raise missed(states[touch], states[-1], "the strip did not come to rest", advice)

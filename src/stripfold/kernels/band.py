@@ -1,7 +1,9 @@
 """Band matrices: product, factorisation without pivots, solution.
 
-A matrix is stored as the transpose of LAPACK's band: entry (i, j) at ``band[j, top + i - j]``, rows and columns up to
-``width`` apart.  The non-zero pattern is symmetric.
+A matrix is stored by columns, with :data:`LANES` zeros after each, before the first and after the last: entry (i, j) at
+``LANES + j height + width + i - j`` with ``height = 2 width + LANES``.  Loops over a column run in steps of that many
+entries, written out, so that they become vector instructions; the zeros keep the last step inside the storage.  The
+pattern of non-zero entries is symmetric.
 """
 
 from __future__ import annotations
@@ -11,87 +13,143 @@ import numpy as np
 
 from stripfold.kernels.compiler import compiled, index, mask, matrix, vector
 
+LANES = 8
+# Unsigned: an index of which the compiler cannot exclude that it is negative keeps it from using vector instructions.
+U1, U2, U3, U4, U5, U6, U7 = (np.uint64(i) for i in range(1, LANES))
 GROWTH = 1e3
 """Largest growth of a diagonal entry in a factorisation without pivots; a positive definite matrix has none."""
 
 
-@compiled(vector(matrix, numba.int64, numba.int64, vector))
-def product(band, top, width, x):
+@compiled()
+def storage(n, width):
+    """An empty matrix, and its columns, shape (n, height)."""
+    height = 2 * width + LANES
+    flat = np.zeros(n * height + 2 * LANES)
+    return flat, flat[LANES : LANES + n * height].reshape(n, height)
+
+
+@compiled()
+def add_multiple(y, at, a, start, factor):
+    """Add ``factor`` times LANES entries of ``a`` to those of ``y``."""
+    i, k = np.uint64(at), np.uint64(start)
+    a0, a1, a2, a3, a4, a5, a6, a7 = a[k], a[k + U1], a[k + U2], a[k + U3], a[k + U4], a[k + U5], a[k + U6], a[k + U7]
+    y[i] += factor * a0
+    y[i + U1] += factor * a1
+    y[i + U2] += factor * a2
+    y[i + U3] += factor * a3
+    y[i + U4] += factor * a4
+    y[i + U5] += factor * a5
+    y[i + U6] += factor * a6
+    y[i + U7] += factor * a7
+
+
+@compiled(vector(matrix, numba.int64))
+def packed(band, width):
+    """A matrix from the transpose of LAPACK's storage, shape (n, 3 width + 1)."""
+    n = len(band)
+    flat, columns = storage(n, width)
+    for j in range(n):
+        for i in range(2 * width + 1):
+            columns[j, i] = band[j, width + i]
+    return flat
+
+
+@compiled(vector(vector, numba.int64, vector))
+def product(flat, width, x):
     """The matrix times ``x``."""
-    n = len(band)
-    y = np.zeros(n)
+    n, height = len(x), 2 * width + LANES
+    y = np.zeros(n + 2 * (width + LANES))
     for j in range(n):
-        for i in range(max(0, j - width), min(n, j + width + 1)):
-            y[i] += band[j, top + i - j] * x[j]
-    return y
+        if x[j] != 0.0:
+            for c in range(0, 2 * width + 1, LANES):
+                add_multiple(y, LANES + j + c, flat, LANES + j * height + c, x[j])
+    return y[width + LANES : width + LANES + n].copy()
 
 
-@compiled(vector(matrix, numba.int64, numba.int64, vector))
-def product_of_magnitudes(band, top, width, x):
+@compiled(vector(vector, numba.int64, vector))
+def rounding(flat, width, x):
     """The matrix of absolute values times ``x``."""
-    n = len(band)
+    n, height = len(x), 2 * width + LANES
     y = np.zeros(n)
     for j in range(n):
         for i in range(max(0, j - width), min(n, j + width + 1)):
-            y[i] += abs(band[j, top + i - j]) * x[j]
+            y[i] += abs(flat[LANES + j * height + width + i - j]) * x[j]
     return y
 
 
-@compiled(numba.void(matrix, numba.int64, numba.int64, mask))
-def hold(band, top, width, held):
+@compiled(numba.void(vector, numba.int64, mask))
+def hold(flat, width, held):
     """Make rows and columns ``held`` those of the identity, scaled by the diagonal, in place."""
-    n = len(band)
+    n, height = len(held), 2 * width + LANES
     for j in range(n):
         if held[j]:
-            diagonal = abs(band[j, top])
+            diagonal = LANES + j * height + width
+            kept = abs(flat[diagonal])
             for i in range(max(0, j - width), min(n, j + width + 1)):
-                band[j, top + i - j] = 0.0
-                band[i, top + j - i] = 0.0
-            band[j, top] = diagonal
+                flat[diagonal + i - j] = 0.0
+                flat[LANES + i * height + width + j - i] = 0.0
+            flat[diagonal] = kept
 
 
-@compiled(numba.boolean(matrix, numba.int64, numba.int64, index))
-def factorise(band, top, width, reach):
+@compiled(numba.boolean(vector, numba.int64, index))
+def factorise(flat, width, reach):
     """Factors L and U without pivots, in place; False where they would be inaccurate.
 
     ``reach``, shape (n,), is set to the last row of each column of L.
     """
-    n = len(band)
+    n, height = len(reach), 2 * width + LANES
+    before = np.empty(n)
     for j in range(n):
-        last = min(n - 1, j + width)
-        while last > j and band[j, top + last - j] == 0.0 and band[last, top + j - last] == 0.0:
+        diagonal, last = LANES + j * height + width, min(n - 1, j + width)
+        before[j] = abs(flat[diagonal])
+        while last > j and flat[diagonal + last - j] == 0.0 and flat[diagonal + (last - j) * (height - 1)] == 0.0:
             last -= 1
         reach[j] = last
     for k in range(n):
-        pivot, last = band[k, top], reach[k]
-        if not abs(pivot) > 0.0:
+        diagonal, last = LANES + k * height + width, reach[k]
+        pivot = abs(flat[diagonal])
+        if not 0.0 < pivot <= GROWTH * before[k]:
             return False
-        inverse = 1.0 / pivot
-        count = last - k
-        for i in range(count):
-            band[k, top + 1 + i] *= inverse
+        inverse = 1.0 / flat[diagonal]
+        for i in range(1, last - k + 1):
+            flat[diagonal + i] *= inverse
+        for c in range(1, last - k + 1, LANES):
+            start = np.uint64(diagonal + c)
+            a0, a1, a2, a3 = flat[start], flat[start + U1], flat[start + U2], flat[start + U3]
+            a4, a5, a6, a7 = flat[start + U4], flat[start + U5], flat[start + U6], flat[start + U7]
+            for m in range(1, last - k + 1):
+                # Entry (k, k + m).
+                above = diagonal + m * (height - 1)
+                factor, at = flat[np.uint64(above)], np.uint64(above + c)
+                flat[at] -= factor * a0
+                flat[at + U1] -= factor * a1
+                flat[at + U2] -= factor * a2
+                flat[at + U3] -= factor * a3
+                flat[at + U4] -= factor * a4
+                flat[at + U5] -= factor * a5
+                flat[at + U6] -= factor * a6
+                flat[at + U7] -= factor * a7
         for j in range(k + 1, last + 1):
             reach[j] = max(reach[j], last)
-            factor, first = band[j, top + k - j], top + k + 1 - j
-            if factor != 0.0:
-                before = abs(band[j, top])
-                for i in range(count):
-                    band[j, first + i] -= factor * band[k, top + 1 + i]
-                if not abs(band[j, top]) <= GROWTH * before:
-                    return False
     return True
 
 
-@compiled(numba.void(matrix, numba.int64, numba.int64, index, vector))
-def substitute(band, top, width, reach, x):
-    """Solve with the factors, in place."""
-    n = len(band)
+@compiled(vector(vector, numba.int64, index, vector))
+def substitute(flat, width, reach, b):
+    """The solution, given the factors."""
+    n, height = len(b), 2 * width + LANES
+    pad = width + LANES
+    x = np.zeros(n + 2 * pad)
+    for i in range(n):
+        x[pad + i] = b[i]
     for k in range(n):
-        value = x[k]
-        for i in range(k + 1, reach[k] + 1):
-            x[i] -= band[k, top + i - k] * value
-    for j in range(n - 1, -1, -1):
-        x[j] /= band[j, top]
-        value = x[j]
-        for i in range(max(0, j - width), j):
-            x[i] -= band[j, top + i - j] * value
+        diagonal, value = LANES + k * height + width, -x[pad + k]
+        for c in range(1, reach[k] - k + 1, LANES):
+            add_multiple(x, pad + k + c, flat, diagonal + c, value)
+    for k in range(n - 1, -1, -1):
+        diagonal = LANES + k * height + width
+        x[pad + k] /= flat[diagonal]
+        value = -x[pad + k]
+        for c in range(LANES, width + LANES, LANES):
+            add_multiple(x, pad + k - c, flat, diagonal - c, value)
+    return x[pad : pad + n].copy()

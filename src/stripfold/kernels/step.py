@@ -7,12 +7,16 @@ import numpy as np
 
 from stripfold.kernels import band as bands
 from stripfold.kernels import elements
-from stripfold.kernels.compiler import compiled, index, mask, matrix, vector
+from stripfold.kernels.compiler import compiled, index, mask, vector
 
 CONVERGED, NOT_FINITE, CYCLING, SINGULAR, TOO_MANY = range(5)
 EPS = float(np.finfo(float).eps)
 SINGLE = 8
 """Iteration from which only the worst contact changes."""
+REUSED = 1e-2
+"""Reduction of the largest unbalanced force by an iteration after which the next one uses the same factors."""
+SLOW = 0.1
+"""Reduction of that force that makes an iteration look for the rounding error."""
 REPEATED = 1e-2
 """Relative change of the largest unbalanced force below which contacts that open and close in turn are cycling."""
 
@@ -57,7 +61,7 @@ def _is_cycling(sets, worst, iteration):
 @compiled(
     numba.types.Tuple((numba.int64, vector))(
         elements.elements_type,
-        matrix,
+        vector,
         numba.int64,
         vector,
         vector,
@@ -80,7 +84,7 @@ def solve(el, mass, width, weight, q0, v0, q, force, prescribed, given, bounded,
     Parameters
     ----------
     el, mass, width, weight
-        The elements; the mass matrix as a band with ``top = 2 width``, the width, and the weight, shape (n,).
+        The elements; the mass matrix as :mod:`.band` stores it, its width, and the weight, shape (n,).
     q0, v0
         Start of the step, shape (n,).
     q, force
@@ -101,30 +105,31 @@ def solve(el, mass, width, weight, q0, v0, q, force, prescribed, given, bounded,
     status, history
         What ended the iteration; the largest unbalanced force before each update and at the end.
     """
-    n, height = len(q), 2 * width + 1
+    n = len(q)
     dt, inertia, drag, kappa = step[0], step[1], step[2], step[3]
     force_tolerance, gap_tolerance, largest, max_iterations = options[0], options[1], options[2], int(options[3])
-    band, factors, none = np.empty((n, height)), np.empty((n, height)), np.empty((0, 0))
+    flat, band = bands.storage(n, width)
+    factors, none = np.empty(len(flat)), np.empty((0, 0))
     reach = np.empty(n, np.int64)
     held, fix, change, rounding = np.zeros(n, np.bool_), np.zeros(n), np.empty(n), np.zeros(n)
     sets = np.zeros((4, len(bounded)), np.bool_)
     worst = np.zeros(max_iterations)
     reaction, gap = np.empty(len(bounded)), np.empty(len(bounded))
+    inertial, before = np.empty(n), np.empty(n)
     for i in range(n):
         change[i] = q[i] - q0[i]
     predicted = elements.predict(el, q0, change)
-    iteration, with_tangent = 0, True
+    iteration, with_tangent, damping, biggest = 0, True, 1.0, 0.0
     while iteration < max_iterations:
         for i in range(n):
             moved = q[i] - q0[i]
-            change[i] = inertia * (moved - dt * v0[i]) + drag * moved
-        inertial = bands.product(mass, 2 * width, width, change)
+            inertial[i] = inertia * (moved - dt * v0[i]) + drag * moved
+        inertial = bands.product(mass, width, inertial)
         for i in range(n):
             force[i] = weight[i] + inertial[i]
         if with_tangent:
-            for j in range(n):
-                for i in range(height):
-                    band[j, i] = (inertia + drag) * mass[j, width + i]
+            for i in range(len(flat)):
+                flat[i] = (inertia + drag) * mass[i]
         stress, target = (predicted, band) if with_tangent else (none, none)
         elements.assemble(el, q0, q, kappa, False, stress, force, target, width)
         if iteration == 0 or not with_tangent:
@@ -139,18 +144,24 @@ def solve(el, mass, width, weight, q0, v0, q, force, prescribed, given, bounded,
                 if active[i]:
                     held[bounded[i]] = True
                     fix[bounded[i]] = lower[i] - q[bounded[i]]
-            biggest, converged = 0.0, True
+            biggest = 0.0
             for i in range(n):
                 if not held[i]:
                     if not np.isfinite(force[i]):
                         return NOT_FINITE, worst[: iteration + 1]
                     biggest = max(biggest, abs(force[i]))
-                    # The rounding of q limits the residual: see `solve/newton.py`.
-                    if abs(force[i]) > max(force_tolerance, rounding[i]):
-                        converged = False
+            worst[iteration] = biggest
+            if iteration > 0 and SLOW * worst[iteration - 1] < biggest < 1.0 and not rounding[0] > 0.0:
+                # The rounding of q limits the residual: see `solve/newton.py`.
+                for i in range(n):
+                    inertial[i] = 4.0 * EPS * (abs(q[i]) + 1.0)
+                rounding = bands.rounding(flat, width, inertial)
+            converged = True
+            for i in range(n):
+                if not held[i] and abs(force[i]) > max(force_tolerance, rounding[i]):
+                    converged = False
                 if abs(fix[i]) > gap_tolerance:
                     converged = False
-            worst[iteration] = biggest
             for i in range(len(bounded)):
                 if active[i]:
                     if force[bounded[i]] < -force_tolerance:
@@ -161,38 +172,46 @@ def solve(el, mass, width, weight, q0, v0, q, force, prescribed, given, bounded,
                 return CONVERGED, worst[: iteration + 1]
             if _is_cycling(sets, worst, iteration):
                 return CYCLING, worst[: iteration + 1]
+        # After an update the force comes first: it may show convergence, or that the last factors will do once more.
+        reuse = False
         if not with_tangent:
-            # After an update the force comes first: most often it shows convergence.
-            with_tangent = True
-            continue
-        if iteration == 0:
-            for i in range(n):
-                change[i] = 4.0 * EPS * (abs(q[i]) + 1.0)
-            rounding = bands.product_of_magnitudes(band, width, width, change)
-        change = bands.product(band, width, width, fix)
+            reuse = damping == 1.0 and biggest <= REUSED * worst[iteration - 1]
+            for i in range(len(bounded)):
+                if active[i] != sets[(iteration - 1) % 4, i]:
+                    reuse = False
+            if not reuse:
+                predicted = elements.predict(el, before, change)
+                with_tangent = True
+                continue
+        if not reuse:
+            for i in range(len(flat)):
+                factors[i] = flat[i]
+            bands.hold(factors, width, held)
+            if not bands.factorise(factors, width, reach):
+                return SINGULAR, worst[: iteration + 1]
+        change = bands.product(flat, width, fix)
         for i in range(n):
             change[i] = 0.0 if held[i] else -(force[i] + change[i])
-        for j in range(n):
-            for i in range(height):
-                factors[j, i] = band[j, i]
-        bands.hold(factors, width, width, held)
-        if not bands.factorise(factors, width, width, reach):
-            return SINGULAR, worst[: iteration + 1]
-        bands.substitute(factors, width, width, reach, change)
+        change = bands.substitute(factors, width, reach, change)
         longest = 0.0
         for i in range(n):
             change[i] += fix[i]
             if movable[i]:
                 longest = max(longest, abs(change[i]))
-        added = bands.product(band, width, width, change)
+        for i in range(len(bounded)):
+            # Of an active unknown the force that the bound will exert; others need none.
+            row = bounded[i]
+            reaction[i] = force[row]
+            if active[i]:
+                for j in range(max(0, row - width), min(n, row + width + 1)):
+                    reaction[i] += band[j, width + row - j] * change[j]
         damping = min(1.0, largest / longest) if longest > 0.0 else 1.0
         for i in range(n):
             change[i] *= damping
-        predicted = elements.predict(el, q, change)
         for i in range(n):
+            before[i] = q[i]
             q[i] += change[i]
         for i in range(len(bounded)):
-            reaction[i] = force[bounded[i]] + added[bounded[i]]
             gap[i] = q[bounded[i]] - lower[i]
         _next_active(active, reaction, gap, iteration >= SINGLE)
         iteration, with_tangent = iteration + 1, False

@@ -55,7 +55,7 @@ def solve(
     active = np.isin(problem.bounded, begin.active)
     status, history = step.solve(
         elements,
-        problem.mass.ab.T,
+        problem.mass.packed,
         problem.mass.width,
         weight,
         begin.q,

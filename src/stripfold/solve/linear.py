@@ -16,6 +16,7 @@ from scipy import sparse
 from scipy.linalg import blas, lapack, ldl
 from scipy.sparse.linalg import splu
 
+from stripfold import kernels
 from stripfold.arrays import Array, Index
 from stripfold.errors import SolveError
 
@@ -172,7 +173,31 @@ class Band:
         ab[2 * w, fixed] = diagonal
         return Band(ab, w)
 
+    @cached_property
+    def packed(self) -> Array:
+        """This matrix as :mod:`stripfold.kernels.band` stores it."""
+        return np.asarray(kernels.band.packed(np.ascontiguousarray(self.ab.T), self.width))
+
+    @cached_property
+    def _factors(self) -> tuple[Array, Index] | None:
+        """Those of :func:`.kernels.band.factorise`; None where pivots are needed."""
+        factors = kernels.band.packed(np.ascontiguousarray(self.ab.T), self.width)
+        reach = np.empty(self.size, np.int64)
+        return (factors, reach) if kernels.band.factorise(factors, self.width, reach) else None
+
     def factor(self) -> Solve:
+        if self._factors is None:
+            return self._factor_with_pivots()
+        factors, reach = self._factors
+
+        def solve(b: Array) -> Array:
+            if b.ndim > 1:
+                return np.stack([solve(column) for column in b.T], axis=1)
+            return np.asarray(kernels.band.substitute(factors, self.width, reach, np.ascontiguousarray(b)))
+
+        return solve
+
+    def _factor_with_pivots(self) -> Solve:
         lu, piv, info = lapack.dgbtrf(self.ab, self.width, self.width)
         if info > 0:
             raise SolveError("the tangent matrix is exactly singular")
@@ -180,10 +205,12 @@ class Band:
         return lambda b: np.asarray(lapack.dgbtrs(lu, w, w, b, piv)[0])
 
     def negatives(self) -> int:
-        # Cholesky factorisation covers the common case, a positive definite tangent, at a fifth of the cost.
-        if lapack.dpbtrf(self.ab[self.width : 2 * self.width + 1])[1] == 0:
-            return 0
-        return _negatives(self.to_sparse())
+        if self._factors is None:
+            return _negatives(self.to_sparse())
+        # By Sylvester's law; the pivots are on the diagonal of U.
+        lanes = kernels.band.LANES
+        pivots = self._factors[0][lanes + self.width :: 2 * self.width + lanes][: self.size]
+        return int(np.sum(pivots < 0.0))
 
     def to_sparse(self) -> sparse.csc_matrix:
         """The same matrix as scipy's compressed columns."""
