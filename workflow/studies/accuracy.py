@@ -17,9 +17,10 @@ from scipy.interpolate import CubicSpline
 
 from stripfold import elastica
 from stripfold.analysis import critical_point as critical
-from stripfold.analysis import locate_rod, locate_solid
 from stripfold.analysis.advance import LAMBDA_TOLERANCE
-from stripfold.analysis.static import X_STEPS, End, StripModel, XRun, along_x, lift
+from stripfold.analysis.nodal import X_STEPS, XRun, along_x, lift
+from stripfold.analysis.prediction import ElasticaPrediction, from_near_the_end
+from stripfold.analysis.static import End, StripModel
 from stripfold.arrays import Array
 from stripfold.errors import SolveError
 from stripfold.inputs import Scene
@@ -78,23 +79,20 @@ class Strategy(NamedTuple):
 
     def answer(self, length: float, thickness: float, height: float) -> Answer:
         """Follow it."""
-        prediction = locate_rod.ElasticaPrediction.at(height)
+        prediction = ElasticaPrediction.at(height)
         if self.kind == "elastica":
             return Answer(
                 End.SNAP if prediction.snap else End.TOUCH, prediction.last.advance, _bent(prediction.last, length)
             )
         strip = StripModel(length, thickness, order=self.order, across=self.across, kind=self.model)
-        if self.kind == "rod":
-            found = locate_rod.run(strip, prediction, self.refinement)
-            return Answer(found.end, found.lam, _of_places(found.free_part[:, 0], found.free_part[:, 1:], length))
-        if self.kind == "solid":
-            run = locate_solid.run(strip, prediction, self.refinement, self.tolerance)
-        else:
-            options = replace(
-                X_STEPS, largest=self.step, newton=replace(X_STEPS.newton, force_tolerance=self.force_tolerance)
-            )
-            (_, model, state) = next(lift(strip, [height]))
-            run = along_x(strip, height, (model, state), self.refinement, 0.0, options)
+        if self.kind == self.model:
+            found = from_near_the_end(strip, prediction, self.refinement, self.tolerance)
+            return Answer(found.end, found.lam, found.last.mid_surface)
+        options = replace(
+            X_STEPS, largest=self.step, newton=replace(X_STEPS.newton, force_tolerance=self.force_tolerance)
+        )
+        (_, model, state) = next(lift(strip, [height]))
+        run = along_x(strip, height, (model, state), self.refinement, 0.0, options)
         return Answer(run.end, run.lam, _of_run(run))
 
 

@@ -62,7 +62,7 @@ def case(number: int, seed: int, refinement: float, eta_m: float) -> dict[str, A
     try:
         found = solve_height(StripModel(length, h), height, refinement, past=0.0)
     except SolveError as error:
-        nothing = {"lambda_end": np.nan, "free_length": np.nan, "spurious_limit_points": 0, "end": ""}
+        nothing = {"lambda_end": np.nan, "free_length": np.nan, "end": ""}
         return {**row, **nothing, "verdict": FAILED, "message": f"{type(error).__name__}: {error}"}
     shifted = truth.advance + THICKNESS_SHIFT * h**2
     same = found.end is End.SNAP and abs(found.lam - shifted) <= TOLERANCE * truth.advance
@@ -70,7 +70,6 @@ def case(number: int, seed: int, refinement: float, eta_m: float) -> dict[str, A
         **row,
         "lambda_end": found.lam,
         "free_length": found.free_length,
-        "spurious_limit_points": found.spurious_limit_points,
         "end": found.end.value,
         "verdict": RIGHT if same else WRONG,
         "message": "",

@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from stripfold.analysis import critical_point, locate_rod, locate_solid
+from stripfold.analysis import critical_point
+from stripfold.analysis.prediction import ElasticaPrediction, from_near_the_end
 from stripfold.analysis.static import End, StripModel
 from stripfold.errors import SolveError
 from studies.accuracy import scene_of
@@ -49,7 +50,7 @@ def case(number: int, seed: int) -> dict[str, Any]:
         float(np.exp(draw.uniform(*np.log(of)))) for of in (ETA_B, THICKNESS, ACCURACY[asked])
     )
     height, nu = float(draw.uniform(*HEIGHT)), float(draw.uniform(*NU))
-    prediction = locate_rod.ElasticaPrediction.at(height)
+    prediction = ElasticaPrediction.at(height)
     length = prediction.last.length + float(draw.uniform(*LONGER))
     scene = scene_of(length, thickness, height, asked, accuracy, nu, eta_b)
     row: dict[str, Any] = {
@@ -70,8 +71,7 @@ def case(number: int, seed: int) -> dict[str, Any]:
         row |= {"used": found.model, "seconds": found.seconds, "message": "" if found.snap else found.reason}
         kind = "rod" if asked == "rod" else "solid"
         strip = StripModel(length, thickness, nu if kind == "solid" else 0.0, kind=kind)
-        locate = locate_rod.run if kind == "rod" else locate_solid.run
-        truth = locate(strip, prediction, TRUTH[kind])
+        truth = from_near_the_end(strip, prediction, TRUTH[kind])
         if truth.end is not End.SNAP:
             raise SolveError(f"the reference is no snap: {truth.end.reason}")
     except SolveError as failure:

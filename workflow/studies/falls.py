@@ -13,8 +13,9 @@ import numpy as np
 import xarray as xr
 
 from stripfold.analysis.collapse import release_of, to_critical_point
+from stripfold.analysis.nodal import XRun
 from stripfold.analysis.release import TIME_OPTIONS, Fall, initial_state, simulate_fall, state_at_rest
-from stripfold.analysis.static import StripModel, XRun
+from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
 from stripfold.errors import SolveError
 from stripfold.solve import dynamics

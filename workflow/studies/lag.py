@@ -21,7 +21,8 @@ from scipy.interpolate import CubicHermiteSpline
 from scipy.stats import linregress, t
 
 from stripfold.analysis.contact import touches
-from stripfold.analysis.static import StripModel, XRun, solve_height
+from stripfold.analysis.nodal import XRun, solve_height
+from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
 from stripfold.errors import SolveError
 from stripfold.solve import dynamics

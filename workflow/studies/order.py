@@ -11,7 +11,8 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 
-from stripfold.analysis.static import StripModel, along_x, lift, solve_height
+from stripfold.analysis.nodal import along_x, lift, solve_height
+from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
 from studies.common import blank, dataset
 

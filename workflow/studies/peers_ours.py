@@ -10,8 +10,10 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
 from stripfold import elastica
-from stripfold.analysis import locate_rod, planning
-from stripfold.analysis.static import X_STEPS, StripModel, begin, lift, solve_height
+from stripfold.analysis import planning
+from stripfold.analysis.nodal import ROD_SIZES, X_STEPS, begin, lift
+from stripfold.analysis.prediction import ElasticaPrediction, from_near_the_end
+from stripfold.analysis.static import StripModel, solve_height
 from stripfold.arrays import Array
 from stripfold.errors import SolveError
 from stripfold.solve import continuation, newton
@@ -29,7 +31,9 @@ def model_equilibrium(strip: StripModel, height: float, lam: float, refinement: 
         A state could not be computed.
     """
     (_, coarse, state) = next(lift(strip, [height]))
-    mesh = planning.boundaries(strip.length, planning.lift_off_sweep(height), refinement, strip.sizes)
+    mesh = planning.boundaries(
+        strip.length, planning.lift_off_sweep(height), refinement, ROD_SIZES if strip.kind == "rod" else None
+    )
     model = strip.model(mesh)
     problem, first = begin(model, height, (coarse, state))
     point = next(p for p in continuation.follow(problem, first, X_STEPS) if p.lam >= lam)
@@ -82,7 +86,7 @@ def critical(model: str, scene: Mapping[str, Any], refinement: float) -> dict[st
         return {"lambda_c": elastica.critical(height).advance}
     strip = StripModel(scene["length"], scene["thickness"], kind=model)
     if model == "rod":
-        return {"lambda_c": locate_rod.run(strip, locate_rod.ElasticaPrediction.at(height), refinement).lam}
+        return {"lambda_c": from_near_the_end(strip, ElasticaPrediction.at(height), refinement).lam}
     return {"lambda_c": solve_height(strip, height, refinement, past=0.0).lam}
 
 

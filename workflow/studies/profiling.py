@@ -17,7 +17,7 @@ import numpy as np
 import xarray as xr
 
 from stripfold import elastica
-from stripfold.analysis import contact, locate_solid, planning
+from stripfold.analysis import contact, planning, prediction
 from stripfold.analysis import critical_point as critical
 from stripfold.analysis.verdict import assess_path
 from stripfold.elastica import _events as events
@@ -63,7 +63,7 @@ PARTS = (
     Part(Rod, "of", "mesh and model"),
     Part(elastica, "critical", "elastica's critical point"),
     Part(elastica, "state_at", "elastica's state near it"),
-    Part(locate_solid, "lambda_0", "state without horizontal force"),
+    Part(prediction, "without_horizontal_force", "state without horizontal force"),
     Part(contact, "touches", "touch of the sag"),
     Part(compiled_step, "solve", "Newton of a time step"),
     Part(dynamics, "step", "time step"),

@@ -11,8 +11,8 @@ import numpy as np
 import xarray as xr
 
 from stripfold import elastica
-from stripfold.analysis import locate_rod
-from stripfold.analysis.static import End, StripModel, solve_height
+from stripfold.analysis.prediction import ElasticaPrediction, from_near_the_end
+from stripfold.analysis.static import End, StripModel
 from stripfold.errors import SolveError
 from studies.common import Progress, blank, dataset
 
@@ -90,12 +90,7 @@ def run(
 def _critical(model: str, length: float, thickness: float, height: float, refinement: float) -> tuple[float, float]:
     """lambda_c and the length of the shortest element."""
     strip = StripModel(length, thickness, kind=model)
-    if model == "rod":
-        found = locate_rod.run(strip, locate_rod.ElasticaPrediction.at(height), refinement)
-        end, lam, size = found.end, found.lam, found.size
-    else:
-        run = solve_height(strip, height, refinement, past=0.0)
-        end, lam, size = run.end, run.lam, float(np.diff(run.problem.model.ends).min())
-    if end is not End.SNAP:
-        raise SolveError(f"no snap of the {model} at h = {thickness:g}, z = {height:g} L*: {end.reason}")
-    return lam, size
+    run = from_near_the_end(strip, ElasticaPrediction.at(height), refinement)
+    if run.end is not End.SNAP:
+        raise SolveError(f"no snap of the {model} at h = {thickness:g}, z = {height:g} L*: {run.end.reason}")
+    return run.lam, float(np.diff(run.last.model.ends).min())

@@ -15,7 +15,8 @@ import numpy as np
 import xarray as xr
 
 from stripfold.analysis.contact import touches
-from stripfold.analysis.static import StripModel, XRun, solve_height
+from stripfold.analysis.nodal import XRun, solve_height
+from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array, Index
 from stripfold.errors import SolveError
 from stripfold.solve import dynamics

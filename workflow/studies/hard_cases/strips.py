@@ -1,6 +1,6 @@
 """Hard cases of the strip and of the way to its end: thickness, length, meshes, contact, steps and starts.
 
-The solid's value is compared with the rod's, another model on other meshes (:mod:`stripfold.analysis.locate_rod`); the
+The solid's value is compared with the rod's, another model on other meshes (:mod:`stripfold.analysis.prediction`); the
 rod's and that of very thin strips with the elastica's.
 """
 
@@ -10,26 +10,17 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import lru_cache
 from math import nan
+from typing import TypeVar
 
 import numpy as np
 
 from stripfold import elastica
-from stripfold.analysis import locate_rod, locate_solid
+from stripfold.analysis import nodal
 from stripfold.analysis.contact import lift_off
-from stripfold.analysis.critical_point import CONTACT_NOISE, find
-from stripfold.analysis.locate_rod import ElasticaPrediction
-from stripfold.analysis.static import (
-    NEARBY_NEWTON,
-    X_STEPS,
-    End,
-    StripModel,
-    XRun,
-    along_x,
-    lift,
-    no_horizontal_force,
-    solve_height,
-    transfer,
-)
+from stripfold.analysis.critical_point import find
+from stripfold.analysis.nodal import NEARBY_NEWTON, X_STEPS, no_horizontal_force, transfer
+from stripfold.analysis.prediction import ElasticaPrediction, from_near_the_end
+from stripfold.analysis.static import End, StripModel, XRun, solve_height
 from stripfold.arrays import Array
 from stripfold.inputs import Model as ModelName
 from stripfold.inputs import Scene
@@ -47,13 +38,16 @@ LENGTH, HEIGHT = 9.0, 3.0
 """Of the strip and the gripper where nothing else is said, L*."""
 FINE = 0.25
 """Refinement of the rod that is a reference."""
+NODAL_NOISE = 1e-5
+"""Relative error of lambda_c over the refinement by contact at nodes: two meshes may agree by chance."""
 Start = tuple[Model, Equilibrium]
+Run = TypeVar("Run", XRun, nodal.XRun)
 
 
-def located(follow: Callable[[float], XRun], refinement: float) -> tuple[XRun, float]:
+def located(follow: Callable[[float], Run], refinement: float) -> tuple[Run, float]:
     """A run and the error estimate of its lambda, as :func:`.critical_point.find` has it; nan where the ends differ."""
     fine, coarse = follow(refinement), follow(2.0 * refinement)
-    error = abs(fine.lam - coarse.lam) + fine.slack + CONTACT_NOISE * refinement * fine.lam
+    error = abs(fine.lam - coarse.lam) + fine.slack
     return fine, error if fine.end is coarse.end else nan
 
 
@@ -61,15 +55,15 @@ def end(strip: StripModel, height: float, refinement: float) -> Finding:
     """Where the solid's advance ends, and how; the elastica says how."""
     run, error = located(lambda r: solve_height(strip, height, r, past=0.0), refinement)
     prediction = ElasticaPrediction.at(height)
-    rod = locate_rod.run(replace(strip, kind="rod"), prediction, FINE)
+    rod = from_near_the_end(replace(strip, kind="rod"), prediction, FINE)
     same = (run.end is End.SNAP) == (rod.end is End.SNAP) == prediction.snap
     return Finding(run.lam if same else nan, rod.lam, error, model_error("rod", strip.thickness, 0.0) * rod.lam)
 
 
-def _thin_run(refinement: float) -> XRun:
+def _thin_run(refinement: float) -> nodal.XRun:
     """Lifted fifty times thicker: without horizontal force the thickness hardly changes the state."""
-    (_, model, state) = next(lift(StripModel(LENGTH, 5e-3), [HEIGHT]))
-    return along_x(StripModel(LENGTH, 9e-5), HEIGHT, (model, state), refinement, past=0.0)
+    (_, model, state) = next(nodal.lift(StripModel(LENGTH, 5e-3), [HEIGHT]))
+    return nodal.along_x(StripModel(LENGTH, 9e-5), HEIGHT, (model, state), refinement, past=0.0)
 
 
 def thin(refinement: float) -> Finding:
@@ -84,8 +78,8 @@ def thin_on_one_mesh(refinement: float) -> Finding:
 def rod(thickness: float, reference: float, reference_error: float = 0.0) -> Finding:
     """lambda_c of the rod."""
     prediction, strip = ElasticaPrediction.at(HEIGHT), StripModel(LENGTH, thickness, kind="rod")
-    fine, coarse = (locate_rod.run(strip, prediction, r) for r in (0.5, 1.0))
-    error = locate_rod.LEFT * abs(fine.lam - coarse.lam) + fine.slack
+    fine, coarse = (from_near_the_end(strip, prediction, r) for r in (0.5, 1.0))
+    error = abs(fine.lam - coarse.lam) + fine.slack
     return Finding(fine.lam if fine.end is End.SNAP else nan, reference, error, reference_error)
 
 
@@ -124,7 +118,7 @@ def one_decade(eta_b: float) -> Finding:
     """lambda_c / L* of the solid in SI, with its own error."""
     asked = scene(eta_b, "solid")
     found, unit = find(asked), asked.material.gravity_length
-    truth = locate_rod.run(StripModel(LENGTH, 0.03, kind="rod"), ElasticaPrediction.at(HEIGHT), FINE).lam
+    truth = from_near_the_end(StripModel(LENGTH, 0.03, kind="rod"), ElasticaPrediction.at(HEIGHT), FINE).lam
     return Finding(found.lambda_c / unit, truth, found.error / unit, model_error("rod", 0.03, 0.0) * truth)
 
 
@@ -143,7 +137,7 @@ def taut(refinement: float) -> Finding:
     # The elastica does not stretch.
     stretch = (truth.force_x + 0.5 * HEIGHT * free / strip.length) * strip.length * strip.thickness**2 / 12.0
     target = truth.advance - stretch
-    (_, model, state) = next(lift(strip, [HEIGHT]))
+    (_, model, state) = next(nodal.lift(strip, [HEIGHT]))
 
     def pull(refinement: float) -> float:
         other = strip.model(np.linspace(0.0, strip.length, round(strip.length / (0.15 * refinement)) + 1))
@@ -165,7 +159,7 @@ def taut(refinement: float) -> Finding:
 def lifted_whole(refinement: float) -> Finding:
     """Too short to snap: followed until next to nothing lies, on the elastica of the same free length."""
     strip = StripModel(6.5, PAPERS)
-    run = solve_height(strip, HEIGHT, refinement, past=0.0)
+    run = nodal.solve_height(strip, HEIGHT, refinement, past=0.0)
     model = run.problem.model
     free = lift_off(model, run.last)
     truth = elastica.state_at(HEIGHT, free)
@@ -182,16 +176,16 @@ STRIP = StripModel(LENGTH, PAPERS)
 @lru_cache(maxsize=4)
 def lifted(height: float) -> Start:
     """The strip with its gripper at a height and free along x."""
-    (_, model, state) = next(lift(STRIP, [height]))
+    (_, model, state) = next(nodal.lift(STRIP, [height]))
     return model, state
 
 
 def _same_mesh(start: Start, refinement: float, step: float | None = None) -> Finding:
     """lambda_c on one mesh, against the run on it that begins shortly before."""
-    near = locate_solid.run(STRIP, ElasticaPrediction.at(HEIGHT), refinement)
+    near = nodal.solve_height(STRIP, HEIGHT, refinement, past=0.0)
     options = X_STEPS if step is None else replace(X_STEPS, first=step, largest=step)
-    run = along_x(STRIP, HEIGHT, start, near.problem.model.ends, 0.0, options)
-    noise = CONTACT_NOISE * refinement * near.lam
+    run = nodal.along_x(STRIP, HEIGHT, start, near.problem.model.ends, 0.0, options)
+    noise = NODAL_NOISE * refinement * near.lam
     return Finding(run.lam if run.end is near.end is End.SNAP else nan, near.lam, run.slack + noise, near.slack)
 
 
@@ -227,6 +221,6 @@ def below_the_floor(model: Model, q: Array) -> Array:
 
 def past_the_end(refinement: float) -> None:
     """The gripper past lambda_c in one step: no state is near."""
-    run = solve_height(STRIP, HEIGHT, refinement, past=0.0)
+    run = nodal.solve_height(STRIP, HEIGHT, refinement, past=0.0)
     options = replace(NEARBY_NEWTON, max_distance=0.2)
     newton.solve(run.problem, run.last.q, run.last.lam + 0.1, run.last.active, options=options)
