@@ -11,7 +11,8 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from scipy.special import ai_zeros
 
-from stripfold.analysis.static import StripModel, solve_height
+from stripfold.analysis.nodal import solve_height
+from stripfold.analysis.static import StripModel
 from stripfold.errors import SolveError
 from stripfold.solve import dynamics
 from stripfold.solve.schemes import EnergyMomentum
