@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stripfold.analysis.static import ROBUST_NEWTON, StripModel, lift
+from stripfold.analysis.nodal import ROBUST_NEWTON, lift
+from stripfold.analysis.static import StripModel
 from stripfold.effects import Hysteresis, Pull
 from stripfold.problem import Lift, StripProblem
 from stripfold.solve import newton

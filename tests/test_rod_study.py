@@ -9,7 +9,8 @@ import pytest
 import xarray as xr
 
 from stripfold import elastica, store
-from stripfold.analysis import locate_rod, static
+from stripfold.analysis import static
+from stripfold.analysis.prediction import ElasticaPrediction, from_near_the_end
 from stripfold.errors import SolveError
 from studies import rod
 from studies.plots import rod as figure
@@ -27,9 +28,7 @@ class TestStudy:
         """Of each model at each place, from runs of its own; the differences from what is stored beside them."""
         one = found.sel(height=HEIGHT, thickness=THICKNESS)
         lambda_c = {name: float(one["lambda_c"].sel(model=name)) for name in rod.MODELS}
-        own = locate_rod.run(
-            static.StripModel(LENGTH, THICKNESS, kind="rod"), locate_rod.ElasticaPrediction.at(HEIGHT), 0.5
-        )
+        own = from_near_the_end(static.StripModel(LENGTH, THICKNESS, kind="rod"), ElasticaPrediction.at(HEIGHT), 0.5)
         assert lambda_c["rod"] == pytest.approx(own.lam, rel=1e-9)
         assert float(one["model_error"]) == pytest.approx(lambda_c["rod"] / lambda_c["solid"] - 1.0, abs=1e-12)
         truth = elastica.critical(HEIGHT).advance
@@ -40,7 +39,7 @@ class TestStudy:
         assert float(thicker["thickness_effect"]) == pytest.approx((0.1 / 0.06) ** 2 * -2.1e-3, rel=0.2)
 
     def test_meshes(self, found: xr.Dataset):
-        """The shortest element halves; the error is from the finest, and the mesh error from twice the size."""
+        """The element at the lift-off halves; the error is from the finest, and the mesh error from twice the size."""
         np.testing.assert_allclose(found["size"][:, 0] / found["size"][:, 1], 2.0, rtol=0.05)
         assert not found["error"].isel(refinement=-1).any()
         by_hand = found["lambda_c_mesh"].isel(refinement=0) / found["lambda_c_mesh"].isel(refinement=1) - 1.0

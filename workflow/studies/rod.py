@@ -88,9 +88,11 @@ def run(
 
 
 def _critical(model: str, length: float, thickness: float, height: float, refinement: float) -> tuple[float, float]:
-    """lambda_c and the length of the shortest element."""
+    """lambda_c and the length of the free element at the lift-off."""
     strip = StripModel(length, thickness, kind=model)
     run = from_near_the_end(strip, ElasticaPrediction.at(height), refinement)
     if run.end is not End.SNAP:
         raise SolveError(f"no snap of the {model} at h = {thickness:g}, z = {height:g} L*: {run.end.reason}")
-    return run.lam, float(np.diff(run.last.model.ends).min())
+    ends = run.last.model.ends
+    lift_off = int(np.argmin(np.abs(ends - run.free_length)))
+    return run.lam, float(ends[lift_off] - ends[lift_off - 1])
