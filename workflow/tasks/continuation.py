@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from stripfold import elastica
-from stripfold.analysis import x_axis
+from stripfold.analysis import select_model, x_axis
 from stripfold.analysis.checks import check_branch
 from tasks.materials import material_of
 
@@ -22,7 +22,7 @@ def run_x_axis(
         material_of(material, gravity),
         material["length"],
         [*material["touching_heights"], *material["heights"]],
-        x_axis.refinement_for(solid["accuracy"]),
+        select_model.refinement("solid", solid["accuracy"]),
         progress,
         order=solid["order"],
         across=solid["elements_across"],

@@ -191,7 +191,7 @@ def _with_held_end(free_part: Array, length: float) -> Array:
 def _fine_enough(scene: Scene, follow: Callable[[float], XRun], progress: Progress) -> tuple[XRun, float]:
     """The run on the first mesh within the scene's accuracy, and its error, L*.
 
-    The error is a share of the change from the mesh half as fine, and the bracket's width.
+    The error is a share of the change from a coarser mesh, and the bracket's width.
     """
     refinement, share = select_model.refinement(scene.model, scene.accuracy), select_model.SHARE[scene.model]
 
@@ -199,15 +199,15 @@ def _fine_enough(scene: Scene, follow: Callable[[float], XRun], progress: Progre
         progress(f"following the branch, elements {r:.2g} times the standard ones")
         return follow(r)
 
-    coarse, fine = followed(2.0 * refinement), followed(refinement)
+    coarse, fine = followed(select_model.COARSER * refinement), followed(refinement)
     while True:
         error = share * abs(fine.lam - coarse.lam) + fine.slack
         if fine.end is coarse.end and error <= scene.accuracy * fine.lam:
             return fine, error
-        if refinement / 2.0 < select_model.FINEST:
+        if refinement / select_model.COARSER < select_model.FINEST:
             raise SolveError(
                 f"the error of lambda_c is {error / fine.lam:.1e}, allowed {scene.accuracy:.1e}",
                 advice="ask for less accuracy",
             )
-        refinement /= 2.0
+        refinement /= select_model.COARSER
         coarse, fine = fine, followed(refinement)

@@ -15,8 +15,10 @@ USUAL_ERROR = {"rod": 2e-5, "solid": 4e-5}
 """Usual relative error of lambda_c at refinement one (docs/method.md)."""
 ORDER = {"rod": 4.0, "solid": 3.0}
 """Order of the error of lambda_c in the element length."""
-SHARE = {"rod": 0.2, "solid": 0.3}
-"""Estimate of that error as a share of the change from a mesh half as fine; 1/15 and 1/7 at these orders."""
+COARSER = 1.5
+"""Ratio of the element lengths of the mesh that the error is estimated with."""
+SHARE = {"rod": 0.3, "solid": 0.5}
+"""Estimate of the error as a share of the change from that mesh; 1/4 and 2/5 at these orders."""
 MARGIN = 0.1
 """Distance from the touch limit within which only the solid decides how the advance ends, L*."""
 SPARE = 0.5
@@ -43,7 +45,7 @@ def candidates(
 
 
 def refinement(model: str, accuracy: float) -> float:
-    """Factor on the element lengths that usually meets an accuracy by the estimate from a mesh half as fine."""
+    """Factor on the element lengths that usually meets an accuracy by the estimate from a coarser mesh."""
     order = ORDER[model]
-    estimate = SHARE[model] * (2.0**order - 1.0) * USUAL_ERROR[model]
+    estimate = SHARE[model] * (COARSER**order - 1.0) * USUAL_ERROR[model]
     return float(min(COARSEST, max(FINEST, (0.5 * accuracy / estimate) ** (1.0 / order))))

@@ -15,7 +15,7 @@ import numpy as np
 
 from stripfold import elastica, schema
 from stripfold.analysis.diagnostics import Record, node_weights, record
-from stripfold.analysis.select_model import FINEST, SHARE
+from stripfold.analysis.select_model import COARSER, SHARE
 from stripfold.analysis.states import of_material
 from stripfold.analysis.static import End, StripModel, XRun, along_x, lift
 from stripfold.arrays import Array
@@ -43,7 +43,7 @@ RECORDED = (
 
 @dataclass(frozen=True)
 class HeightResult:
-    """Result at one height, in solver units: the run, its records, and the same end on a mesh half as fine.
+    """Result at one height, in solver units: the run, its records, and the same end on a coarser mesh.
 
     ``share`` of what that changes is the error.
     """
@@ -56,7 +56,7 @@ class HeightResult:
 
     @property
     def discretisation_error(self) -> float:
-        """Estimate for lambda at the end of the advance, L*: by the mesh half as fine, and the bracket."""
+        """Estimate for lambda at the end of the advance, L*: by the coarser mesh, and the bracket."""
         return self.share * abs(self.run.lam - self.coarse.lam) + self.run.slack
 
 
@@ -73,7 +73,7 @@ def at_heights(
     out = []
     for height, start in lift(strip.contact_mesh(refinement), sorted(heights)):
         fine = along_x(start, height)
-        coarse = along_x(start, height, strip.contact_mesh(2.0 * refinement), past=0.0)
+        coarse = along_x(start, height, strip.contact_mesh(COARSER * refinement), past=0.0)
         out.append(HeightResult(height, fine, tuple(record(at) for at in fine.points), coarse, SHARE[strip.kind]))
         if progress:
             progress(f"z = {height:g} L*: {fine.end.value}")
@@ -170,11 +170,6 @@ def _node_weights(s: Array) -> Array:
         n = int(np.isfinite(row).sum())
         out[:n] = node_weights(row[:n]) / row[n - 1]
     return weights
-
-
-def refinement_for(accuracy: float) -> float:
-    """Factor on the element lengths with which a whole run usually meets a relative accuracy of lambda_c."""
-    return min(2.0, max(FINEST, (accuracy / 5e-3) ** 0.5 * 2.0))
 
 
 def run(
