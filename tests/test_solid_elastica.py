@@ -15,7 +15,7 @@ from oracles.held_solid import clamped
 from stripfold import elastica
 from stripfold.analysis import static
 from stripfold.models.solid import Solid
-from stripfold.problem import AlongX, Lift, StripProblem
+from stripfold.problem import AlongX, StripProblem
 from stripfold.solve import newton
 
 
@@ -149,22 +149,14 @@ def test_folded_loop():
 
 @pytest.mark.parametrize("height", [1.0, 3.0])
 def test_lifted_without_horizontal_force(height):
-    """Truth: the elastica at the same height with F_x = 0: shape, gripper's place and force.
-
-    Lifted from the flat state on the coarse mesh of :func:`static.lift`, then settled on a fine one.
-    """
+    """Truth: the elastica at the same height with F_x = 0: shape, gripper's place and force; lifted from flat."""
     length, thickness = 8.0, (0.2, 0.1, 0.05)
     truth = elastica.state_no_horizontal_force(height)
     errors = []
     for h in thickness:
-        strip = static.StripModel(length, h)
-        _, coarse, state = next(static.lift(strip, [height]))
-        start = coarse.mid_surface(state.q)
-        assert start[0] == pytest.approx([truth.advance - length / 2.0, height], abs=3e-4 + 0.3 * h**2)
-        model = strip.model(320)
-        problem = StripProblem(model, Lift())
-        settled = static.no_horizontal_force(problem, static.transfer(coarse, state.q, model), height)
-        x, force = model.mid_surface(settled.q), problem.residual(settled.q, height)
+        ((_, at),) = static.lift(static.StripModel(length, h).contact_mesh(0.5), [height])
+        model = at.model
+        x, force = model.mid_surface(at.u), at.point.state.force
         exact = truth.at(np.clip(truth.length - model.s, 0.0, truth.length))
         free = model.s < truth.length
         wanted = np.where(free, truth.length - length / 2.0 - exact.x, model.s - length / 2.0)
@@ -179,18 +171,18 @@ def test_lifted_without_horizontal_force(height):
 @pytest.mark.parametrize("thickness", [1e-3, 3e-4, 1e-4])
 def test_very_thin_strips_are_lifted(thickness):
     """Thicknesses that the configuration allows (eta_m down to 1e-9): as near to the elastica as thicker ones."""
-    _, model, state = next(static.lift(static.StripModel(8.0, thickness), [1.0]))
+    ((_, at),) = static.lift(static.StripModel(8.0, thickness).contact_mesh(), [1.0])
     truth = elastica.state_no_horizontal_force(1.0)
-    assert model.mid_surface(state.q)[0, 0] + 4.0 == pytest.approx(truth.advance, abs=3e-4)
+    assert at.model.mid_surface(at.u)[0, 0] + 4.0 == pytest.approx(truth.advance, abs=3e-4)
 
 
 def test_every_requested_height_is_returned():
     """One lift yields all heights, ascending, each converged with the gripper exactly there."""
     heights = [0.3, 0.31, 1.7, 2.5]
-    found = list(static.lift(static.StripModel(8.0, 0.05), heights))
-    assert [h for h, *_ in found] == heights
-    for height, model, state in found:
+    found = list(static.lift(static.StripModel(8.0, 0.05).contact_mesh(), heights))
+    assert [h for h, _ in found] == heights
+    for height, at in found:
         truth = elastica.state_no_horizontal_force(height)
-        place = model.mid_surface(state.q)[0]
+        place = at.model.mid_surface(at.u)[0]
         assert place[1] == pytest.approx(height, abs=1e-14)
         assert place[0] + 4.0 == pytest.approx(truth.advance, abs=1e-3)

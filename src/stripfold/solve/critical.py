@@ -95,19 +95,14 @@ def locate(
     found = continuation.locate(problem, Crossing(critical_point(tolerance), before, after), options, max_evaluations)
     before, after = found.before, found.after
     lower, upper = _bracket(before, after)
-    width = after.arc - before.arc
-    falls = float(before.eigenvalues[0] - after.eigenvalues[0])
-    zero = float(before.eigenvalues[0]) / falls * width if falls > 0.0 else inf
-    zero = min(max(zero, -2.0 * NEAR), width + 2.0 * NEAR)
-    bend = (after.tangent.lam - before.tangent.lam) / width
-    eigenvalue_lam = before.lam + (before.tangent.lam + 0.5 * bend * zero) * zero
+    zero, eigenvalue_lam = _eigenvalue_zero(before, after)
     nearer = min(before, after, key=lambda p: abs(p.eigenvalues[0]))
     return CriticalPoint(
         lam=lower if after.tangent.lam <= 0.0 else eigenvalue_lam,
         lower=lower,
         upper=upper,
         eigenvalue_lam=eigenvalue_lam,
-        agree=bool(after.tangent.lam <= 0.0 and after.negatives > 0 and -NEAR <= zero <= width + NEAR),
+        agree=bool(after.tangent.lam <= 0.0 and after.negatives > 0 and abs(zero) <= NEAR),
         before=before,
         after=after,
         mode=nearer.mode,
@@ -126,6 +121,21 @@ def _bracket(before: Point, after: Point) -> tuple[float, float]:
     lower = max(before.lam, after.lam)
     steepest = max(abs(before.tangent.lam), abs(after.tangent.lam))
     return lower, lower + steepest * (after.arc - before.arc)
+
+
+def _eigenvalue_zero(before: Point, after: Point) -> tuple[float, float]:
+    """Arc length from the nearer end of a bracket to the zero of the smallest eigenvalue, and lambda there.
+
+    Between the ends the arc length is zero; outside, eigenvalue and slope of lambda are extrapolated linearly.
+    """
+    a, b, width = float(before.eigenvalues[0]), float(after.eigenvalues[0]), after.arc - before.arc
+    if a > 0.0 > b:
+        return 0.0, before.lam + _zero(a, b) * (after.lam - before.lam)
+    if width <= 0.0 or a <= b:
+        return inf, before.lam
+    zero = a / (a - b) * width
+    bend = (after.tangent.lam - before.tangent.lam) / width
+    return (zero - width if zero > 0.0 else zero), before.lam + (before.tangent.lam + 0.5 * bend * zero) * zero
 
 
 def _zero(a: float, b: float) -> float:

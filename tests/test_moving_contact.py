@@ -1,0 +1,191 @@
+"""The ends of the contact as unknowns: derivatives, the elastica as the thin limit, and a low gripper's contacts."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from stripfold import elastica
+from stripfold.analysis import static
+from stripfold.analysis.contact_branch import STEPS, BranchCrossing, BranchPoint, follow, solved
+from stripfold.analysis.prediction import ElasticaPrediction, from_near_the_end, without_horizontal_force
+from stripfold.analysis.static import End, StripModel
+from stripfold.errors import NewtonError
+from stripfold.models.contact_mesh import ContactMesh, Sizes, Topology
+from stripfold.models.rod import Rod
+from stripfold.models.solid import Solid
+from stripfold.moving_contact import MovingContact
+from stripfold.problem import AlongX
+
+MODELS = ("rod", "solid")
+LENGTH, HEIGHT = 20.0, 3.0
+CONTACT = {
+    Topology.LYING: [4.0],
+    Topology.POINT: [2.0, 5.0],
+    Topology.INTERVAL: [2.0, 3.0, 6.0],
+    Topology.FOLDED: [2.0, 5.0],
+}
+
+
+def strip(kind: str, thickness: float = 1e-3, length: float = LENGTH) -> StripModel:
+    return StripModel(length, thickness, kind=kind)
+
+
+def near_end(kind: str, thickness: float, height: float = HEIGHT, refinement: float = 1.0) -> static.XRun:
+    return from_near_the_end(strip(kind, thickness), ElasticaPrediction.at(height), refinement)
+
+
+class TestEquations:
+    @pytest.mark.parametrize("kind", MODELS)
+    @pytest.mark.parametrize("topology", Topology)
+    def test_derivatives(self, kind: str, topology: Topology):
+        """By the model's unknowns and the contact coordinates, against differences of the residual."""
+        of = {"rod": Rod, "solid": Solid}[kind]
+        sizes = Sizes(1.0, 3.0, 0.5, least=3)
+        mesh = ContactMesh.of(9.0, topology, np.array(CONTACT[topology]), sizes, lambda e: of.of(9.0, 0.3, elements=e))
+        problem = MovingContact(mesh, AlongX(1.0))
+        rng = np.random.default_rng(3)
+        q = np.append(0.03 * rng.normal(size=problem.n), mesh.planned + 0.01)
+        _, matrix, _ = problem.linearise(q, 0.0)
+        for _ in range(3):
+            direction, step = rng.normal(size=problem.size), 1e-6
+            ahead, back = (problem.residual(q + sign * step * direction, 0.0) for sign in (1.0, -1.0))
+            difference = (ahead - back) / (2.0 * step)
+            np.testing.assert_allclose(matrix @ direction, difference, rtol=1e-5, atol=1e-5 * np.abs(difference).max())
+
+    @pytest.mark.parametrize("kind", MODELS)
+    def test_a_step_predicts_the_stress(self, kind: str):
+        """The predicted stress differs from that of the state by the square of the step, also by contact."""
+        mesh = strip(kind, 0.1, 9.0).contact_mesh(3.0)(np.array([4.0]))
+        problem = MovingContact(mesh, AlongX(1.0))
+        rng = np.random.default_rng(5)
+        q = np.append(0.03 * rng.normal(size=problem.n), 4.0)
+        direction = np.append(0.1 * rng.normal(size=problem.n), 0.3)
+        apart = []
+        for size in (1e-2, 5e-3):
+            new, stress = problem.stepped(q, size * direction)
+            true = problem.at(new[-1:]).model.predict_stress(new[:-1], np.zeros(problem.n))
+            apart.append(np.abs(stress - true).max())
+        assert apart[0] / apart[1] == pytest.approx(4.0, rel=0.1)
+
+    def test_a_part_cannot_have_a_negative_length(self):
+        mesh = strip("rod").contact_mesh()(np.array([4.0]))
+        problem = MovingContact(mesh, AlongX(1.0))
+        q = np.append(np.zeros(problem.n), 4.0)
+        with pytest.raises(NewtonError, match="negative length"):
+            problem.stepped(q, np.append(np.zeros(problem.n), LENGTH))
+
+    @pytest.mark.parametrize("kind", MODELS)
+    def test_states_on_other_elements(self, kind: str):
+        """The shape of a bent strip, and its stress, at the places of other elements."""
+        of = {"rod": Rod, "solid": Solid}[kind].of
+        one, other = of(3.0, 0.05, elements=30), of(3.0, 0.05, elements=41)
+
+        def bent(model: Rod | Solid) -> np.ndarray:
+            angle = 0.5 * model.s
+            return model.unknowns_of(np.stack([2.0 * np.sin(angle) - 1.5, 2.0 - 2.0 * np.cos(angle)], 1), angle)
+
+        q = bent(one)
+        np.testing.assert_allclose(one.resampled(q, other.s), bent(other), atol=2e-5)
+        zero = np.zeros(other.size)
+        stress, there = one.resampled_stress(q, other), other.predict_stress(bent(other), zero)
+        np.testing.assert_allclose(stress, there, atol=1e-3 * np.abs(there).max())
+        moved = one.with_ends(np.sort(np.append([0.0, 3.0], np.random.default_rng(0).uniform(0.0, 3.0, 29))))
+        again = of(3.0, 0.05, elements=moved.ends)
+        np.testing.assert_allclose(moved.internal_force(q), again.internal_force(q), rtol=1e-9, atol=1e-6)
+        np.testing.assert_allclose(moved.weight, again.weight, atol=1e-14)
+
+
+class TestCriticalPoint:
+    def test_order_four_on_the_rod(self):
+        """lambda_c of the thin rod converges to the elastica's with the fourth power of the element length."""
+        truth = elastica.critical(HEIGHT).advance
+        errors = np.array([near_end("rod", 1e-4, refinement=r).lam - truth for r in (1.0, 0.5, 0.25)])
+        print("errors", errors)
+        assert np.log2(errors[:-1] / errors[1:]) == pytest.approx(4.0, abs=0.5)
+        assert abs(errors[0]) < 5e-5 * truth
+
+    def test_order_three_on_the_solid(self):
+        """Against the finest mesh; the rod's lambda_c is as far away as the models are (docs/method.md)."""
+        truth = near_end("solid", 0.0594, refinement=0.2).lam
+        errors = np.array([near_end("solid", 0.0594, refinement=r).lam - truth for r in (2.0, 1.0)])
+        print("errors", errors)
+        assert abs(errors[1]) < 1e-5 * truth
+        assert abs(errors[0]) > 5.0 * abs(errors[1])
+        assert near_end("rod", 0.0594, refinement=0.5).lam == pytest.approx(truth, rel=5e-5)
+
+    @pytest.mark.parametrize("kind", MODELS)
+    def test_thickness(self, kind: str):
+        """lambda_c falls with h^2."""
+        h = np.array([0.2, 0.1, 0.05])
+        distance = np.array([near_end(kind, t).lam for t in h]) - elastica.critical(HEIGHT).advance
+        assert distance / h**2 == pytest.approx(-5.9, abs=0.5)
+
+    @pytest.mark.parametrize(("height", "end"), [(0.5, End.TOUCH), (1.58, End.TOUCH), (1.592, End.SNAP)])
+    def test_touch_or_snap(self, height: float, end: End):
+        """On either side of the limit, 1.58617 L*."""
+        found, truth = near_end("rod", 1e-3, height, 0.5), elastica.critical(height).state
+        assert found.end is end
+        assert found.free_length == pytest.approx(truth.length, abs=2e-3)
+        assert found.lam == pytest.approx(truth.advance, abs=2e-4)
+
+    def test_too_short(self):
+        """The elastica would just snap, the rod's free length at its maximum is shorter: the strip decides."""
+        free = near_end("rod", 0.05).free_length
+        short, long = (static.solve_height(strip("rod", 0.05, free + extra), HEIGHT) for extra in (0.3, 0.7))
+        assert short.end is End.LIFTED
+        assert long.end is End.SNAP
+
+    @pytest.mark.parametrize("kind", MODELS)
+    def test_one_maximum(self, kind: str):
+        """lambda rises up to the critical point, on coarse elements and fine; there it is where the elastica's is."""
+        truth = elastica.critical(HEIGHT).advance
+        for refinement in (1.5, 0.7):
+            run = static.solve_height(strip(kind, 0.02), HEIGHT, refinement)
+            lam = np.array([at.point.lam for at in run.points[: run.points.index(run.last) + 1]])
+            # Elements planned anew move a state by their error.
+            assert np.diff(lam).min() > -1e-3
+            assert run.lam == pytest.approx(truth, rel=1e-3)
+
+    def test_no_horizontal_force(self):
+        prediction = ElasticaPrediction.at(HEIGHT)
+        found = without_horizontal_force(strip("rod"), prediction)
+        assert found == pytest.approx(prediction.first.advance, abs=1e-4)
+
+
+def low_path(kind: str, height: float) -> list[BranchPoint]:
+    """States of an advance through the touch of the sag, until an upper layer of 2 L* lies."""
+    ((_, start),) = static.lift(strip(kind, 0.02).contact_mesh(), [height])
+    lambda_0 = float(start.u[start.model.middle[0, 0]])
+    first = solved(MovingContact(start.problem.mesh, AlongX(height)), start.point.q, lambda_0)
+    points = []
+    for item in follow(first, STEPS, lambda _: [static.LIMIT]):
+        assert not isinstance(item, BranchCrossing), f"a limit point at {item.before.point.lam}"
+        points.append(item)
+        if item.topology is Topology.INTERVAL and item.contact[1] - item.contact[0] > 2.0:
+            return points
+    raise AssertionError("a branch ends in an event or raises")
+
+
+@pytest.mark.parametrize("kind", MODELS)
+def test_a_low_gripper_lays_the_sag_down(kind: str):
+    """docs/physics.md, section 5: touch, point contact, interval; no limit point, no horizontal force in the end."""
+    points = low_path(kind, 1.0)
+    topologies = [at.topology for at in points]
+    assert [t for t, u in pairwise([*topologies, None]) if t is not u] == [
+        Topology.LYING,
+        Topology.POINT,
+        Topology.INTERVAL,
+    ]
+    assert all(at.point.negatives == 0 for at in points)
+    touched = elastica.critical(1.0).state
+    point = points[topologies.index(Topology.POINT)]
+    assert point.point.lam == pytest.approx(touched.advance, abs=0.02)
+    assert point.contact[1] == pytest.approx(touched.length, abs=0.05)
+    last = points[-1]
+    loop = elastica.folded_loop()
+    assert last.contact[2] - last.contact[1] == pytest.approx(loop.arc, abs=0.02)
+    grip = last.point.state.force[last.model.middle[0, 0]]
+    assert grip == pytest.approx(0.0, abs=3e-3)
