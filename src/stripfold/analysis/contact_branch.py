@@ -24,7 +24,7 @@ from stripfold.solve.events import Crossing, Event
 from stripfold.solve.newton import Constraint
 from stripfold.solve.problem import Point, Tangent
 
-STEPS = StepOptions(first=0.05, largest=0.7, max_correction=0.5)
+STEPS = StepOptions(first=0.05, largest=0.7, max_correction=0.5, max_attempts=300)
 FIRST_INTERVAL = 0.05
 """Length of an interval of contact when it is first solved for, L*."""
 LEAST_SAG = 0.02

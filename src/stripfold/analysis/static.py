@@ -155,8 +155,10 @@ def lift(plan: Planned, heights: Sequence[float]) -> Iterator[tuple[float, Branc
 
 def _lifted_to(first: BranchPoint, height: float) -> BranchPoint:
     above = Event("height", lambda point, _: point.lam >= height, located=never)
-    for item in follow(first, STEPS, lambda _: [above], through_contact=False):
+    for item in follow(first, STEPS, lambda _: [above, LIMIT], through_contact=False):
         if isinstance(item, BranchCrossing):
+            if item.event is LIMIT:
+                raise SolveError("the strip loses its stability while it is lifted", parameter=item.before.point.lam)
             near = min(item.before, item.after, key=lambda at: abs(at.point.lam - height))
             return at_lambda(near, height)
     raise AssertionError("a branch ends in an event or raises")
