@@ -117,8 +117,8 @@ def solve(el, mass, width, weight, q0, v0, q, force, prescribed, given, bounded,
     reaction, gap = np.empty(len(bounded)), np.empty(len(bounded))
     inertial, before = np.empty(n), np.empty(n)
     for i in range(n):
+        before[i] = q0[i]
         change[i] = q[i] - q0[i]
-    predicted = elements.predict(el, q0, change)
     iteration, with_tangent, damping, biggest = 0, True, 1.0, 0.0
     while iteration < max_iterations:
         for i in range(n):
@@ -130,7 +130,7 @@ def solve(el, mass, width, weight, q0, v0, q, force, prescribed, given, bounded,
         if with_tangent:
             for i in range(len(flat)):
                 flat[i] = (inertia + drag) * mass[i]
-        stress, target = (predicted, band) if with_tangent else (none, none)
+        stress, target = (elements.predict(el, before, change), band) if with_tangent else (none, none)
         elements.assemble(el, q0, q, kappa, False, stress, force, target, width)
         if iteration == 0 or not with_tangent:
             for i in range(n):
@@ -180,7 +180,6 @@ def solve(el, mass, width, weight, q0, v0, q, force, prescribed, given, bounded,
                 if active[i] != sets[(iteration - 1) % 4, i]:
                     reuse = False
             if not reuse:
-                predicted = elements.predict(el, before, change)
                 with_tangent = True
                 continue
         if not reuse:

@@ -52,7 +52,8 @@ def solve(
     elements, weight = known
     step = kernels.step
     q, force = guess.copy(), np.empty(len(guess))
-    active = np.isin(problem.bounded, begin.active)
+    active = np.zeros(len(problem.bounded), bool)
+    active[np.searchsorted(problem.bounded, begin.active)] = True
     status, history = step.solve(
         elements,
         problem.mass.packed,

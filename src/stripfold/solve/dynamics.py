@@ -146,12 +146,12 @@ def step(
     begin = StepStart(before.q, before.v, before.a, before.mean_v, before.active, dt)
     done = scheme.step(problem, begin, lam, damping, options.newton)
     old, kinetic = before.energy, _kinetic(problem, done.v)
-    v = _with_velocities(problem, done.v, done.active, np.zeros(len(done.active)), problem.prescribed)
-    impact = kinetic - _kinetic(problem, v)
+    landed = _with_velocities(problem, done.v, done.active, np.zeros(len(done.active)), problem.prescribed)
+    after_impact = kinetic if landed is done.v else _kinetic(problem, landed)
+    impact = kinetic - after_impact
     v_gripper = problem.prescribed_rates(lam) * drive.rate(t)
-    after_impact = _kinetic(problem, v)
-    v = _with_velocities(problem, v, problem.prescribed, v_gripper, done.active)
-    kinetic = _kinetic(problem, v)
+    v = _with_velocities(problem, landed, problem.prescribed, v_gripper, done.active)
+    kinetic = after_impact if v is landed else _kinetic(problem, v)
     elastic, gravity = problem.energies(done.q)
     energy = Energy(
         kinetic,
