@@ -17,7 +17,12 @@ from stripfold import kernels
 from stripfold.models.model import Model
 from stripfold.models.rod import Rod
 from stripfold.models.solid import Solid
+from stripfold.problem import Lift, StripProblem
+from stripfold.solve import dynamics
+from stripfold.solve.drive import Moving
+from stripfold.solve.dynamics import TimeOptions
 from stripfold.solve.linear import Band
+from stripfold.solve.schemes import Damping, EnergyMomentum
 
 ENDS = np.array([0.0, 0.2, 0.5, 0.6, 1.0, 1.3, 1.7, 2.0])
 MODELS = {
@@ -124,6 +129,29 @@ def test_a_matrix_that_needs_pivots_is_refused():
         if corner == corner:
             solve = Band(stored_by_lapack(a, 1).T, 1).factor()
             close(solve(np.arange(3.0)), np.linalg.solve(a, np.arange(3.0)))
+
+
+@pytest.mark.parametrize("make", [Rod.of, Solid.of])
+def test_steps_with_contact(make, monkeypatch):
+    """A gripper lifts a lying strip and lowers it: nodes leave the floor and land, as by Newton's method in NumPy."""
+    problem = StripProblem(make(4.0, 0.06, elements=24), Lift())
+    zero, damping, options = np.zeros(problem.size), Damping(0.1, 0.05), TimeOptions(largest_gain=np.inf)
+    motions = []
+    for compiled in (True, False):
+        if not compiled:
+            monkeypatch.setattr(StripProblem, "elements_over_step", lambda *_: None)
+        states = [dynamics.start(problem, zero, zero, 0.0, problem.bounded)]
+        for speed in (0.6, -0.3):
+            drive = Moving(states[-1].lam - speed * states[-1].t, speed)
+            for _ in range(12):
+                states.append(dynamics.step(problem, states[-1], 0.1, drive, damping, EnergyMomentum(), options))
+        motions.append(states)
+    contacts = np.array([len(state.active) for state in motions[0]])
+    assert np.diff(contacts).min() < 0 < np.diff(contacts).max()
+    for one, other in zip(*motions, strict=True):
+        np.testing.assert_array_equal(one.active, other.active)
+        np.testing.assert_allclose(one.q, other.q, atol=1e-7)
+        assert one.energy.lost == pytest.approx(other.energy.lost, abs=1e-8)
 
 
 KERNEL = """
