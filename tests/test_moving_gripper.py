@@ -33,7 +33,7 @@ def snap() -> DynamicSnap:
 class TestStaticLimit:
     def test_without_friction_it_is_the_located_critical_point(self, frictionless: float):
         """Another algorithm on another mesh: arc length and a bracket of the fold."""
-        assert frictionless == pytest.approx(solve_height(STRIP, HEIGHT, 2.0).last.lam, abs=5e-3)
+        assert frictionless == pytest.approx(solve_height(STRIP, HEIGHT).last.point.lam, abs=5e-3)
 
     def test_friction_delays_it(self, snap: DynamicSnap, frictionless: float):
         assert 0.1 < snap.static_limit - frictionless < 0.6
