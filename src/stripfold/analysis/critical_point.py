@@ -147,7 +147,8 @@ def _find(scene: Scene, prediction: ElasticaPrediction, progress: Progress) -> _
     first, last = prediction.first, prediction.last
     length, thickness = scene.length_star, scene.material.relative_thickness
     end = prediction.end(length)
-    if end is End.LIFTED and (scene.model == "elastica" or not select_model.undecided(prediction, length, thickness)):
+    too_long = last.length - length
+    if end is End.LIFTED and (scene.model == "elastica" or too_long > select_model.room_for(thickness)):
         return _Found(end, first.advance, last.length, np.empty((0, 2)))
     if scene.model == "elastica":
         state = _mid_surface(last, length)

@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 from stripfold import elastica
 from stripfold.analysis.contact_branch import from_elastica
-from stripfold.analysis.static import LAMBDA_TOLERANCE, End, StripModel, XRun, to_the_end
+from stripfold.analysis.static import LAMBDA_TOLERANCE, LEAST_LYING, End, StripModel, XRun, to_the_end
+from stripfold.errors import SolveError
 from stripfold.problem import AlongX, Lift
 
 BEFORE = 0.25
@@ -49,6 +50,8 @@ def from_near_the_end(
     z = prediction.height
     before = BEFORE + (SHORTER[0] + SHORTER[1] * z**2) * strip.thickness**2
     near = elastica.state_at(z, prediction.last.length - before, prediction.last)
+    if near.length > strip.length - LEAST_LYING:
+        raise SolveError("the strip is too short for the state before the end of the advance")
     first = from_elastica(strip.contact_mesh(refinement), AlongX(z), near.advance, near)
     return to_the_end(first, tolerance=tolerance)
 

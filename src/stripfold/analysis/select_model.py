@@ -27,8 +27,13 @@ SPARE = 0.5
 
 def undecided(prediction: ElasticaPrediction, length: float, thickness: float) -> bool:
     """Whether the thickness may decide how the advance ends: near the touch limit, or if little of the strip lies."""
-    room = MARGIN + 10.0 * thickness**2
+    room = room_for(thickness)
     return abs(prediction.height - elastica.touch_limit()) < room or length - prediction.last.length < room
+
+
+def room_for(thickness: float) -> float:
+    """How far, in L*, the advance of a strip may end from where the elastica's does."""
+    return MARGIN + 10.0 * thickness**2
 
 
 def candidates(
