@@ -163,7 +163,7 @@ def test_a_finer_grid_is_finer_and_agrees():
 
 class TestEstimates:
     def test_cases_and_their_truth(self, monkeypatch: pytest.MonkeyPatch):
-        monkeypatch.setattr(estimates, "TRUTH", {"solid": 1.0, "rod": 0.3})
+        monkeypatch.setattr(estimates, "TRUTH", {"solid": 0.5, "rod": 0.3})
         found = estimates.run(3, 20181122)
         assert found["asked"].values.tolist() == list(estimates.MODELS)
         assert np.all(found["error"] <= found["estimate"])

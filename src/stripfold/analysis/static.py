@@ -232,13 +232,15 @@ def _snap(points: list[BranchPoint], past: float, options: StepOptions, toleranc
         # On other elements the limit point lies a little before.
         points = points[:-1]
         last = transferred(points[-1])
-    points = [*points, last]
+    # The branch to follow begins with this state.
+    points = points[:-1]
     beyond: list[BranchPoint] = []
     found: CriticalPoint | None = None
     for item in follow(last, options, lambda problem: [LIMIT, touch(problem)], through_contact=False):
         if isinstance(item, BranchCrossing):
             if item.event is not LIMIT:
                 # The unstable branch ends where the sag touches.
+                beyond.append(item.before)
                 break
             if found is None:
                 problem = item.before.problem
