@@ -67,6 +67,10 @@ def hermite(t: Array) -> tuple[Array, Array, Array]:
     return value, first, second
 
 
+SHAPE = np.concatenate([hermite(AT_STRETCH)[1], *hermite(AT_BEND)[1:]])[None, None]
+"""Derivatives of the cubics at the points of the strains."""
+
+
 @lru_cache(maxsize=64)
 def _numbering(elements: int) -> tuple[Index, BandPattern]:
     """The unknowns of each element, shape (elements, 8), and the pattern of their matrices."""
@@ -191,9 +195,8 @@ class Rod(CompiledIntegrals):
     @cached_property
     def elements(self) -> Elements:
         """Arrays for the compiled integrals."""
-        shape = np.concatenate([hermite(AT_STRETCH)[1], *hermite(AT_BEND)[1:]])[None, None]
         return kernels.elements.Elements(
-            True, self.element_unknowns, shape, self.scale, self.stiffness, VISCOUS, 0.0, 0.0
+            True, self.element_unknowns, SHAPE, self.scale, self.stiffness, VISCOUS, 0.0, 0.0
         )
 
     def strain(self, q: Array) -> Array:
