@@ -211,20 +211,16 @@ class MovingContact:
         for effect in mesh.problem.effects:
             more, stiffness = effect.force_and_tangent(u)
             force, tangent = force + more, tangent + stiffness
-        # With a predicted stress the tangent is that of the forces which this stress exerts.
-        given = predicted_stress
-        base = force if given is None else self._force(mesh, u, given)
-        excess = None if given is None else given - mesh.model.predict_stress(u, np.zeros(self.n))
-        before = np.concatenate([base, self._equations(u, base)])
         columns, corner = np.empty((self.n, len(contact))), np.empty((len(contact), len(contact)))
         for i, step in enumerate(self._differences(contact)):
-            beside = self.at(contact + step)
-            stress = None
-            if excess is not None:
-                there = beside.model.predict_stress(u, np.zeros(self.n))
-                stress = there + mesh.model.stress_on(beside.model, excess)
-            moved = self._force(beside, u, stress)
-            rate = (np.concatenate([moved, self._equations(u, moved)]) - before) / step[i]
+            sides = []
+            for to in (contact + step, contact - step):
+                stress = None
+                if predicted_stress is not None:
+                    stress = self._changed(u, contact, to, predicted_stress)
+                beside = self._force(self.at(to), u, stress)
+                sides.append(np.concatenate([beside, self._equations(u, beside)]))
+            rate = (sides[0] - sides[1]) / (2.0 * step[i])
             columns[:, i], corner[:, i] = rate[: self.n], self._sign * rate[self.n :]
         rows = np.stack([self._upright if j < 0 else tangent.row(j) for j in self._released])
         matrix = Bordered(tangent, columns, self._sign[:, None] * rows, corner)
@@ -236,6 +232,12 @@ class MovingContact:
         parts = np.diff(contact, prepend=0.0, append=self.mesh.length)
         return list(np.diag(DIFFERENCE * np.minimum(parts[:-1], parts[1:])))
 
+    def _changed(self, u: Array, contact: Array, to: Array, stress: Array) -> Array:
+        """A stress with the change, on the same unknowns, from one mesh to another."""
+        here, there = self.at(contact).model, self.at(to).model
+        zero = np.zeros(self.n)
+        return there.predict_stress(u, zero) + here.stress_on(there, stress - here.predict_stress(u, zero))
+
     def stepped(self, q: Array, dq: Array) -> tuple[Array, Array]:
         """The unknowns after a step, and the stress predicted for them: linear in the step."""
         u, contact, change = q[: self.n], self.contact(q), dq[self.n :]
@@ -245,10 +247,12 @@ class MovingContact:
         model = self.at(contact).model
         stress = model.predict_stress(u, dq[: self.n])
         zero = np.zeros(self.n)
-        here = model.predict_stress(u, zero)
         for step, by in zip(self._differences(contact), change, strict=True):
-            beside = self.at(contact + step).model
-            stress = stress + (beside.stress_on(model, beside.predict_stress(u, zero)) - here) * (by / step.sum())
+            sides = [
+                other.stress_on(model, other.predict_stress(u, zero))
+                for other in (self.at(contact + step).model, self.at(contact - step).model)
+            ]
+            stress = stress + (sides[0] - sides[1]) * (by / (2.0 * step.sum()))
         return q + dq, model.stress_on(self.at(to).model, stress)
 
     def largest_change(self, q: Array, dq: Array) -> float:
