@@ -132,8 +132,7 @@ class MovingContact:
         model = self.mesh.at(contact)
         effects = self.effects
         if effects and self.remembered is not None:
-            before = self.mesh.at(self.remembered)
-            effects = tuple(effect.on(before, model) for effect in effects)
+            effects = tuple(effect.on(self._remembered_model, model) for effect in effects)
         # The floor carries the weight of what lies.
         first = model.element_unknowns[:, 0] // (model.size // len(model.s))
         bent = ~self.mesh.on_floor[first // self._per_element]
@@ -143,6 +142,16 @@ class MovingContact:
         while len(self._meshes) > KEPT_MESHES:
             self._meshes.popitem(last=False)
         return new
+
+    @cached_property
+    def _remembered_model(self) -> Model:
+        return self.mesh.at(self.remembered)
+
+    def accepted(self, q: Array, motion: Motion | None = None) -> MovingContact:
+        """The problem after an accepted step to ``q``, by default of the same motion: the memory is updated."""
+        contact = self.contact(q)
+        effects = self.at(contact).problem.accepted(q[: self.n]).effects
+        return MovingContact(self.mesh, motion or self.motion, effects, contact.copy())
 
     @property
     def n(self) -> int:

@@ -1,41 +1,54 @@
 """A path followed in steps of a given size, with effects that have a memory: internal friction.
 
-Each step is one equilibrium; the effects update their memory after it.  With the paper's pull the result depends on the
-step size, which is therefore never changed silently.  In units of L*; lambda is the length travelled.  Source:
-docs/physics.md, section 8.
+Within a step the memory is fixed.  The step follows the branch of that problem from the last state to the step's end;
+the effects update their memory there.  With the paper's pull the result depends on the step size, which is therefore
+never changed silently.  In units of L*; lambda is the length travelled.  Source: docs/physics.md, section 8.
+
+The update leaves the force of the bending hysteresis as it is, but takes the paper's pull away: the last state is no
+equilibrium of the next step.  The force taken away is therefore replaced by a dead force that falls to zero in
+proportion to lambda within the step.  Either way the strip is lost exactly where the branch of a step has a limit
+point before the step's end.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
-from stripfold.analysis.nodal import ROBUST_NEWTON
-from stripfold.analysis.path_statics import from_flat
+from stripfold.analysis.contact_branch import (
+    STEPS,
+    BranchCrossing,
+    BranchPoint,
+    Planned,
+    contact_changes,
+    follow,
+    from_flat,
+    transferred,
+    zero,
+)
 from stripfold.arrays import Array
 from stripfold.effects import Effect
-from stripfold.errors import InvalidInputError, LostStabilityError, NewtonError
+from stripfold.errors import InvalidInputError, LostStabilityError, NewtonError, SolveError
 from stripfold.models.model import Model
+from stripfold.moving_contact import MovingContact
 from stripfold.paths.curve import GripperPath
 from stripfold.problem import AlongPiece, Motion, StripProblem
-from stripfold.solve import continuation, newton
-from stripfold.solve.problem import Equilibrium, Point, Tangent
+from stripfold.solve import continuation, critical, newton
+from stripfold.solve.linear import Bordered
+from stripfold.solve.problem import Equilibrium, Point, Tangent, inner
 
 Effects = Callable[[Model, Array], tuple[Effect, ...]]
 """The effects on a strip, without force in the given state."""
 
-SMALLEST_SHARE = 1.0 / 64.0
-"""Smallest substep, as a share of the step."""
-RATIO_TO_CHECK = 3.0
-"""Ratio of the strip's largest displacement to the gripper's above which a step is checked with substeps."""
-SUBSTEPS = 16
-"""Number of substeps of that check."""
-RATIO_OF_A_SNAP = 10.0
-"""The same ratio in a substep above which the strip has snapped: a strip that follows moves less in shorter steps."""
-SETTLING = 0.5
-"""Largest displacement in the first substep, which also equilibrates the updated memory, L*."""
+FIRST_HEIGHT = 0.01
+"""Length travelled at the first state, L*."""
+LIMIT_TOLERANCE = 1e-5
+"""Width of the bracket of lambda at a limit point, L*."""
+WITHIN_STEP = replace(STEPS, first=0.02, largest=0.3)
+"""Steps of the continuation where one solve does not reach a step's end."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,20 +57,52 @@ class Step:
 
     Attributes
     ----------
-    point
-        The state; its eigenvalues include the effects' tangent, before they update their memory.
+    at
+        The state and its problem, with the memory of the previous state; its stability includes the effects' tangent.
     piece
         Index of the path's piece.
-    problem
-        Its problem, with the memory of the previous state.
-    moved
-        Largest displacement of the mid-surface in this step.
     """
 
-    point: Point
+    at: BranchPoint
     piece: int
-    problem: StripProblem
-    moved: float
+
+    @property
+    def lam(self) -> float:
+        """The length travelled."""
+        return self.at.point.lam
+
+    @cached_property
+    def on_mesh(self) -> tuple[StripProblem, Point]:
+        """The state on its own mesh, with the floor as a bound, and its problem."""
+        return self.at.problem.on_mesh(self.at.point)
+
+
+@dataclass(frozen=True, eq=False)
+class _StepProblem(MovingContact):
+    """A step from ``start`` to ``end``: a dead force, shape (size,), replaces in part what the update took away."""
+
+    start: float = 0.0
+    end: float = 1.0
+    taken: Array | None = None
+
+    @classmethod
+    def after(cls, at: BranchPoint, motion: Motion, end: float) -> _StepProblem:
+        """The step from an accepted state to lambda = ``end``."""
+        q, start = at.point.q, at.point.lam
+        plain = at.problem.accepted(q, motion)
+        taken = MovingContact.residual(at.problem, q, start) - plain.residual(q, start)
+        return cls(plain.mesh, motion, plain.effects, plain.remembered, start, end, taken)
+
+    def _share(self, lam: float) -> float:
+        return (self.end - lam) / (self.end - self.start)
+
+    def residual(self, q: Array, lam: float) -> Array:
+        return super().residual(q, lam) + self._share(lam) * self.taken
+
+    def linearise(self, q: Array, lam: float, predicted_stress: Array | None = None) -> tuple[Array, Bordered, Array]:
+        residual, matrix, rate = super().linearise(q, lam, predicted_stress)
+        rate = rate - self.taken / (self.end - self.start)
+        return residual + self._share(lam) * self.taken, matrix, rate
 
 
 def steps_on(path: GripperPath, size: float) -> Iterator[tuple[int, float]]:
@@ -68,7 +113,7 @@ def steps_on(path: GripperPath, size: float) -> Iterator[tuple[int, float]]:
             yield i, float(travelled)
 
 
-def load_incrementally(model: Model, path: GripperPath, effects: Effects, size: float) -> Iterator[Step]:
+def load_incrementally(mesh: Planned, path: GripperPath, effects: Effects, size: float) -> Iterator[Step]:
     """Follow a path from the flat strip in steps of ``size``, L*, to its end.
 
     Raises
@@ -77,21 +122,27 @@ def load_incrementally(model: Model, path: GripperPath, effects: Effects, size: 
         A step size that cannot be used.
     LostStabilityError
         The strip did not follow; the steps before have been yielded.
+    SolveError
+        A step could not be computed.
     """
     if not 0.0 < size <= path.length:
         raise InvalidInputError("step", size, f"more than 0 and at most {path.length:g} L*")
-    first = from_flat(model, path)
-    places = [(piece, travelled) for piece, travelled in steps_on(path, size) if travelled > first.lam]
-    motions = [AlongPiece(piece, model.length) for piece in path.pieces]
-    return load_incrementally_from(model, first.state, effects(model, first.q), motions, places)
+    travelled = min(FIRST_HEIGHT, path.pieces[0].end / 4.0, size / 4.0)
+    length = mesh(np.array([1.0])).length
+    motions = [AlongPiece(piece, length) for piece in path.pieces]
+    first = with_effects(from_flat(mesh, motions[0], travelled), effects)
+    yield from load_incrementally_from(first, motions, steps_on(path, size))
+
+
+def with_effects(at: BranchPoint, effects: Effects) -> BranchPoint:
+    """The same state with effects that have no force there."""
+    problem, q = at.problem, at.point.q
+    acting = effects(problem.at(at.contact).model, q[: problem.n])
+    return BranchPoint(MovingContact(problem.mesh, problem.motion, acting, at.contact), at.point)
 
 
 def load_incrementally_from(
-    model: Model,
-    state: Equilibrium,
-    acting: tuple[Effect, ...],
-    motions: Sequence[Motion],
-    places: Iterable[tuple[int, float]],
+    first: BranchPoint, motions: Sequence[Motion], places: Iterable[tuple[int, float]]
 ) -> Iterator[Step]:
     """Steps from a state to each of ``places``: which of the motions of the gripper, and lambda, ascending.
 
@@ -99,77 +150,75 @@ def load_incrementally_from(
     ------
     LostStabilityError
         The strip did not follow; the steps before have been yielded.
+    SolveError
+        A step could not be computed.
     """
-    change, last_piece = np.zeros(model.size), -1
-    for piece, travelled in places:
-        problem = StripProblem(model, motions[piece], acting)
-        guess = state.q + change if piece == last_piece else state.q
-        point = _step(problem, state, guess, travelled)
-        moved = model.largest_move(state.q, point.q)
-        if moved > RATIO_TO_CHECK * (travelled - state.lam):
-            nearer = _in_substeps(problem, state, travelled)
-            if nearer is not None:
-                point = continuation.evaluate(problem, nearer, point.tangent)
-            elif moved > RATIO_OF_A_SNAP * (travelled - state.lam):
-                raise LostStabilityError("the strip does not follow its gripper: it snaps", parameter=travelled)
-            moved = model.largest_move(state.q, point.q)
-        if point.negatives:
-            raise LostStabilityError("the strip does not follow its gripper: it is unstable", parameter=travelled)
-        yield Step(point, piece, problem, moved)
-        change, state, last_piece = point.q - state.q, point.state, piece
-        acting = problem.accepted(state.q).effects
+    at = first
+    for piece, end in places:
+        at = _turned(at, motions[piece])
+        at = _at_once(at, end) or _along_branch(at, end)
+        yield Step(at, piece)
 
 
-def _step(problem: StripProblem, before: Equilibrium, guess: Array, travelled: float) -> Point:
-    """The state at ``travelled`` by one solve, or by several with the memory kept."""
+def _turned(at: BranchPoint, motion: Motion) -> BranchPoint:
+    """The same state where the gripper goes on by ``motion``, on elements planned anew if they have drifted."""
+    problem, point = at.problem, at.point
+    if motion is not problem.motion:
+        problem = MovingContact(problem.mesh, motion, problem.effects, problem.remembered)
+        point = continuation.evaluate(problem, point.state, Tangent(np.zeros(problem.size), 1.0), point.arc)
+        at = BranchPoint(problem, point)
+    if problem.mesh.drifted(at.contact):
+        return transferred(at, constraint=(np.zeros(len(at.contact)), 1.0))
+    return at
+
+
+def _at_once(at: BranchPoint, end: float) -> BranchPoint | None:
+    """The state at a step's end by one solve; None where the branch may have a limit point or another contact before.
+
+    The guards are those of the continuation.
+    """
+    problem, point, before = _StepProblem.after(at, at.problem.motion, end), at.point, at.point.tangent
+    if before.lam <= 0.0:
+        return None
+    ds = (end - point.lam) / before.lam
+    q, stress = problem.stepped(point.q, ds * before.q)
     try:
-        state = newton.solve(problem, guess, travelled, before.active)
-    except NewtonError:
-        state = _with_shorter_steps(problem, before, travelled)
-    return continuation.evaluate(problem, state, Tangent(np.zeros(problem.size), 1.0))
+        state = newton.solve(problem, q, end, problem.bounded, predicted_stress=stress)
+        new = continuation.evaluate(problem, state, before, point.arc + ds, point.mode)
+    except SolveError:
+        return None
+    correction = np.linalg.norm(problem.contact(state.q) - problem.contact(q))
+    jumps = (
+        correction > max(WITHIN_STEP.max_correction * ds, WITHIN_STEP.kink)
+        or inner(problem.metric, before, new.tangent) < WITHIN_STEP.min_cosine
+        or critical.is_past(new)
+        or any(event.passed(new, None) for event in contact_changes(problem))
+    )
+    return None if jumps else BranchPoint(problem, new)
 
 
-def _in_substeps(problem: StripProblem, before: Equilibrium, travelled: float) -> Equilibrium | None:
-    """The state at ``travelled`` in substeps; None where one of them does not converge.
+def _along_branch(at: BranchPoint, end: float) -> BranchPoint:
+    """The state at a step's end along the branch of the step's problem, through changes of the contact.
 
     Raises
     ------
     LostStabilityError
-        The strip moves too far in a substep: it snaps.
+        The branch has a limit point before.
+    SolveError
+        The branch could not be followed.
     """
-    state, change = before, np.zeros(problem.size)
-    for to in np.linspace(before.lam, travelled, SUBSTEPS + 1)[1:]:
-        try:
-            new = newton.solve(problem, state.q + change, float(to), state.active, options=ROBUST_NEWTON)
-        except NewtonError:
-            return None
-        # The first substep also equilibrates the updated memory, by as much as a whole step.
-        most = (
-            RATIO_OF_A_SNAP * (new.lam - state.lam)
-            if state is not before
-            else max(RATIO_TO_CHECK * (travelled - before.lam), SETTLING)
-        )
-        if problem.model.largest_move(state.q, new.q) > most:
-            raise LostStabilityError("the strip does not follow its gripper: it snaps", parameter=float(to))
-        # The displacement of the first one does not predict the next.
-        change = new.q - state.q if state is not before else change
-        state = new
-    return state
-
-
-def _with_shorter_steps(problem: StripProblem, before: Equilibrium, travelled: float) -> Equilibrium:
-    whole = travelled - before.lam
-    q, active, at, share = before.q, before.active, before.lam, 0.5
-    while at < travelled:
-        to = min(at + share * whole, travelled)
-        try:
-            state = newton.solve(problem, q, to, active, options=ROBUST_NEWTON)
-        except NewtonError as error:
-            share /= 2.0
-            if share < SMALLEST_SHARE:
+    problem = _StepProblem.after(at, at.problem.motion, end)
+    residual = problem.residual(at.point.q, at.point.lam)
+    state = Equilibrium(at.point.q, at.point.lam, at.point.active, at.point.state.residuals, residual)
+    first = BranchPoint(problem, continuation.evaluate(problem, state, at.point.tangent, at.point.arc))
+    limit = critical.critical_point(LIMIT_TOLERANCE)
+    reached = zero("end of the step", lambda point: end - point.lam)
+    for item in follow(first, WITHIN_STEP, lambda _: [limit, reached]):
+        if isinstance(item, BranchCrossing):
+            if item.event is limit:
                 raise LostStabilityError(
-                    f"no state was found past lambda = {at:.6g}: {error}", parameter=at, residuals=error.residuals
-                ) from error
-            continue
-        q, active, at = state.q, state.active, to
-    return state
+                    "the strip does not follow its gripper: the branch has a limit point", parameter=item.before.point.lam
+                )
+            last = item.before
+            return BranchPoint(last.problem, continuation.step_to(last.problem, last.point, end, WITHIN_STEP))
+    raise AssertionError("a branch ends in an event or raises")

@@ -141,14 +141,29 @@ class Hysteresis:
         return curvature - self._spring(curvature)
 
     def on(self, before: Model, model: Model) -> Self:
-        """The same friction on other elements of the same strip: kappa_p is interpolated between their middles."""
-        old, new = (0.5 * (strip.ends[1:] + strip.ends[:-1]) for strip in (before, model))
-        across = self.directors.across
-        slip = self.slip.reshape(-1, len(old)) if across > 1 else self.slip[None]
-        directors = model.directors
-        moved = np.concatenate([np.interp(new, old, row) for row in slip])
-        return replace(self, model=model, slip=moved, directors=directors)
+        """The same friction on other elements of the same strip, the integral of kappa_p along it kept."""
+        # Elements across the strip are neighbours in the numbering.
+        slip = averages(before.ends, self.slip.reshape(-1, self.directors.across), model.ends)
+        return replace(self, model=model, slip=slip.ravel(), directors=model.directors)
 
     def committed(self, q: Array) -> Self:
         """The friction after an accepted step to ``q``: every element then counts as sticking."""
         return replace(self, slip=self._slip_at(q), dissipated=self.dissipated + self.dissipation(q))
+
+
+def averages(ends: Array, values: Array, new: Array) -> Array:
+    """Averages over the elements between the ends ``new`` of a function with the averages ``values``, shape (n, k).
+
+    In each element the function is the parabola of that average whose values at its ends are interpolated between the
+    middles of neighbours: third order, and conservative.
+    """
+    size = np.diff(ends)[:, None]
+    at_ends = np.concatenate(
+        [values[:1], (size[1:] * values[:-1] + size[:-1] * values[1:]) / (size[1:] + size[:-1]), values[-1:]]
+    )
+    integral = np.concatenate([np.zeros_like(values[:1]), np.cumsum(size * values, axis=0)])
+    e = np.clip(np.searchsorted(ends, new, side="right") - 1, 0, len(size) - 1)
+    t = (new - ends[e])[:, None] / size[e]
+    left, right = at_ends[e], at_ends[e + 1]
+    inside = t * (left + t * (3.0 * values[e] - 2.0 * left - right + t * (left + right - 2.0 * values[e])))
+    return np.asarray(np.diff(integral[e] + size[e] * inside, axis=0) / np.diff(new)[:, None])
