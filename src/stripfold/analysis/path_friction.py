@@ -37,6 +37,7 @@ from stripfold.moving_contact import MovingContact
 from stripfold.paths.curve import GripperPath
 from stripfold.problem import AlongPiece, Motion, StripProblem
 from stripfold.solve import continuation, critical, newton
+from stripfold.solve.events import Crossing, Event, never
 from stripfold.solve.linear import Bordered
 from stripfold.solve.problem import Equilibrium, Point, Tangent, inner
 
@@ -47,6 +48,7 @@ FIRST_HEIGHT = 0.01
 """Length travelled at the first state, L*."""
 LIMIT_TOLERANCE = 1e-5
 """Width of the bracket of lambda at a limit point, L*."""
+LIMIT = Event("limit point", critical.is_past, located=never)
 WITHIN_STEP = replace(STEPS, first=0.02, largest=0.3)
 """Steps of the continuation where one solve does not reach a step's end."""
 
@@ -211,14 +213,24 @@ def _along_branch(at: BranchPoint, end: float) -> BranchPoint:
     residual = problem.residual(at.point.q, at.point.lam)
     state = Equilibrium(at.point.q, at.point.lam, at.point.active, at.point.state.residuals, residual)
     first = BranchPoint(problem, continuation.evaluate(problem, state, at.point.tangent, at.point.arc))
-    limit = critical.critical_point(LIMIT_TOLERANCE)
     reached = zero("end of the step", lambda point: end - point.lam)
-    for item in follow(first, WITHIN_STEP, lambda _: [limit, reached]):
+    for item in follow(first, WITHIN_STEP, lambda _: [reached, LIMIT]):
         if isinstance(item, BranchCrossing):
-            if item.event is limit:
+            before = item.before
+            if item.event is LIMIT:
                 raise LostStabilityError(
-                    "the strip does not follow its gripper: the branch has a limit point", parameter=item.before.point.lam
+                    "the strip does not follow its gripper: the branch has a limit point", parameter=_limit(item)
                 )
-            last = item.before
-            return BranchPoint(last.problem, continuation.step_to(last.problem, last.point, end, WITHIN_STEP))
+            return BranchPoint(before.problem, continuation.step_to(before.problem, before.point, end, WITHIN_STEP))
     raise AssertionError("a branch ends in an event or raises")
+
+
+def _limit(crossing: BranchCrossing) -> float:
+    """lambda at a limit point."""
+    before, after = crossing.before.point, crossing.after.point
+    event = critical.critical_point(LIMIT_TOLERANCE)
+    try:
+        return continuation.locate(crossing.before.problem, Crossing(event, before, after), WITHIN_STEP).before.lam
+    except SolveError as error:
+        # An element begins to slide and the branch turns back by more than a right angle: no point lies ahead.
+        return before.lam if error.parameter is None else error.parameter
