@@ -64,14 +64,10 @@ class MovingContact:
     _meshes: OrderedDict[bytes, _Mesh] = field(init=False, repr=False, default_factory=OrderedDict)
 
     def __post_init__(self) -> None:
-        model = self._planned.model
+        model = self.mesh.model
         grasped, end = self.motion.grasped(model), model.middle[-1]
         on_floor = np.setdiff1d(self._floor(model), np.concatenate([grasped, end]))
         object.__setattr__(self, "prescribed", np.concatenate([grasped, end, on_floor]))
-
-    @cached_property
-    def _planned(self) -> _Mesh:
-        return self.at(self.mesh.planned)
 
     def _floor(self, model: Model) -> Index:
         """The unknowns that the floor holds."""
@@ -104,7 +100,7 @@ class MovingContact:
     @cached_property
     def _released(self) -> Index:
         """For each contact coordinate at an interval's end the unknown whose reaction vanishes; -1 at a point."""
-        model = self._planned.model
+        model = self.mesh.model
         unknowns = (model.middle[:, 1] if model.slopes is None else model.slopes)[self.columns]
         if self.mesh.topology is Topology.POINT:
             unknowns = unknowns.copy()
@@ -114,7 +110,7 @@ class MovingContact:
     @cached_property
     def _upright(self) -> Array:
         """Linear function of the unknowns that vanishes where the section of a point contact is upright, (n,)."""
-        model = self._planned.model
+        model = self.mesh.model
         row = np.zeros(model.size)
         directors = model.directors
         element = int(self.mesh.elements_at[0])
@@ -132,7 +128,7 @@ class MovingContact:
         model = self.mesh.at(contact)
         effects = self.effects
         if effects and self.remembered is not None:
-            effects = tuple(effect.on(self._remembered_model, model) for effect in effects)
+            effects = tuple(effect.on(self._remembered, model) for effect in effects)
         # The floor carries the weight of what lies.
         first = model.element_unknowns[:, 0] // (model.size // len(model.s))
         bent = ~self.mesh.on_floor[first // self._per_element]
@@ -144,7 +140,9 @@ class MovingContact:
         return new
 
     @cached_property
-    def _remembered_model(self) -> Model:
+    def _remembered(self) -> Model:
+        """The strip on which the effects are."""
+        assert self.remembered is not None
         return self.mesh.at(self.remembered)
 
     def accepted(self, q: Array, motion: Motion | None = None) -> MovingContact:
@@ -160,7 +158,7 @@ class MovingContact:
 
     @cached_property
     def size(self) -> int:
-        return self._planned.model.size + len(self.mesh.planned)
+        return self.mesh.model.size + len(self.mesh.planned)
 
     @cached_property
     def bounded(self) -> Index:
@@ -208,7 +206,7 @@ class MovingContact:
         lies_behind = np.where(self.mesh.topology.value[1:], 1.0, -1.0)
         # A reaction force grows where more of the strip is taken for free; a moment falls at either end of an interval.
         # The section at a point turns with the slope on the rod, against it on the solid.
-        is_rod = self._planned.model.slopes is not None
+        is_rod = self.mesh.model.slopes is not None
         at_point = self._released < 0
         return np.where(at_point, 1.0 if is_rod else -1.0, -1.0 if is_rod else lies_behind)
 
@@ -269,7 +267,7 @@ class MovingContact:
         parts = np.diff(q[self.n :], prepend=0.0, append=self.mesh.length)
         shorter = -np.diff(dq[self.n :], prepend=0.0, append=0.0) / parts
         most = float(shorter.max(initial=0.0)) * LARGEST_DISPLACEMENT / LARGEST_SHRINKAGE
-        return max(float(np.abs(dq[self._planned.model.middle]).max()), most)
+        return max(float(np.abs(dq[self.mesh.model.middle]).max()), most)
 
     def admissibility(self, q: Array) -> str:
         return self.at(self.contact(q)).model.admissibility(q[: self.n])

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
@@ -31,7 +30,8 @@ from stripfold.analysis.contact_branch import (
 )
 from stripfold.arrays import Array
 from stripfold.effects import Effect
-from stripfold.errors import InvalidInputError, LostStabilityError, NewtonError, SolveError
+from stripfold.errors import InvalidInputError, LostStabilityError, SolveError
+from stripfold.models.contact_mesh import Topology
 from stripfold.models.model import Model
 from stripfold.moving_contact import MovingContact
 from stripfold.paths.curve import GripperPath
@@ -49,6 +49,9 @@ FIRST_HEIGHT = 0.01
 LIMIT_TOLERANCE = 1e-5
 """Width of the bracket of lambda at a limit point, L*."""
 LIMIT = Event("limit point", critical.is_past, located=never)
+REACHED, LANDING = "end of the step", "gripper near the floor"
+LOW = 1e-3
+"""Height of the gripper below which no state is computed but on the floor, L*."""
 WITHIN_STEP = replace(STEPS, first=0.02, largest=0.3)
 """Steps of the continuation where one solve does not reach a step's end."""
 
@@ -73,7 +76,12 @@ class Step:
         """The length travelled."""
         return self.at.point.lam
 
-    @cached_property
+    @property
+    def touches(self) -> bool:
+        """Whether something beside the lying part is on the floor."""
+        return self.at.topology is not Topology.LYING
+
+    @property
     def on_mesh(self) -> tuple[StripProblem, Point]:
         """The state on its own mesh, with the floor as a bound, and its problem."""
         return self.at.problem.on_mesh(self.at.point)
@@ -88,12 +96,12 @@ class _StepProblem(MovingContact):
     taken: Array | None = None
 
     @classmethod
-    def after(cls, at: BranchPoint, motion: Motion, end: float) -> _StepProblem:
+    def after(cls, at: BranchPoint, end: float) -> _StepProblem:
         """The step from an accepted state to lambda = ``end``."""
         q, start = at.point.q, at.point.lam
-        plain = at.problem.accepted(q, motion)
-        taken = MovingContact.residual(at.problem, q, start) - plain.residual(q, start)
-        return cls(plain.mesh, motion, plain.effects, plain.remembered, start, end, taken)
+        new = at.problem.accepted(q)
+        taken = at.problem.residual(q, start) - new.residual(q, start)
+        return cls(new.mesh, new.motion, new.effects, new.remembered, start, end, taken)
 
     def _share(self, lam: float) -> float:
         return (self.end - lam) / (self.end - self.start)
@@ -159,7 +167,8 @@ def load_incrementally_from(
     for piece, end in places:
         at = _turned(at, motions[piece])
         at = _at_once(at, end) or _along_branch(at, end)
-        yield Step(at, piece)
+        # A copy without the meshes that were tried: steps are many.
+        yield Step(BranchPoint(replace(at.problem), at.point), piece)
 
 
 def _turned(at: BranchPoint, motion: Motion) -> BranchPoint:
@@ -179,12 +188,12 @@ def _at_once(at: BranchPoint, end: float) -> BranchPoint | None:
 
     The guards are those of the continuation.
     """
-    problem, point, before = _StepProblem.after(at, at.problem.motion, end), at.point, at.point.tangent
-    if before.lam <= 0.0:
+    problem, point, before = _StepProblem.after(at, end), at.point, at.point.tangent
+    if before.lam <= 0.0 or _lands(at, end):
         return None
     ds = (end - point.lam) / before.lam
-    q, stress = problem.stepped(point.q, ds * before.q)
     try:
+        q, stress = problem.stepped(point.q, ds * before.q)
         state = newton.solve(problem, q, end, problem.bounded, predicted_stress=stress)
         new = continuation.evaluate(problem, state, before, point.arc + ds, point.mode)
     except SolveError:
@@ -209,20 +218,42 @@ def _along_branch(at: BranchPoint, end: float) -> BranchPoint:
     SolveError
         The branch could not be followed.
     """
-    problem = _StepProblem.after(at, at.problem.motion, end)
+    problem = _StepProblem.after(at, end)
     residual = problem.residual(at.point.q, at.point.lam)
     state = Equilibrium(at.point.q, at.point.lam, at.point.active, at.point.state.residuals, residual)
     first = BranchPoint(problem, continuation.evaluate(problem, state, at.point.tangent, at.point.arc))
-    reached = zero("end of the step", lambda point: end - point.lam)
-    for item in follow(first, WITHIN_STEP, lambda _: [reached, LIMIT]):
+    lands = _lands(at, end)
+
+    def stops(problem: MovingContact) -> list[Event]:
+        reached = zero(REACHED, lambda point: end - point.lam)
+        if not lands or problem.mesh.topology is not Topology.INTERVAL:
+            return [reached, LIMIT]
+        low = zero(LANDING, lambda point: float(problem.motion.values(point.lam)[-1]) - LOW)
+        return [reached, low, LIMIT]
+
+    for item in follow(first, WITHIN_STEP, stops):
         if isinstance(item, BranchCrossing):
             before = item.before
             if item.event is LIMIT:
                 raise LostStabilityError(
                     "the strip does not follow its gripper: the branch has a limit point", parameter=_limit(item)
                 )
+            if item.event.name == LANDING:
+                return _landed(before, end)
             return BranchPoint(before.problem, continuation.step_to(before.problem, before.point, end, WITHIN_STEP))
     raise AssertionError("a branch ends in an event or raises")
+
+
+def _lands(at: BranchPoint, end: float) -> bool:
+    """Whether the gripper comes down to the floor in this step."""
+    heights = [float(at.problem.motion.values(lam)[-1]) for lam in (at.point.lam, end)]
+    return heights[0] > LOW >= heights[1]
+
+
+def _landed(at: BranchPoint, end: float) -> BranchPoint:
+    """The state with the gripper on the floor, from one just above it with an upper layer that lies."""
+    there = replace(at.point, state=replace(at.point.state, lam=end))
+    return transferred(BranchPoint(at.problem, there), at.contact[1:], Topology.FOLDED, (np.zeros(2), 1.0))
 
 
 def _limit(crossing: BranchCrossing) -> float:
