@@ -232,15 +232,19 @@ def _along_branch(at: BranchPoint, end: float) -> BranchPoint:
         return [reached, low, LIMIT]
 
     for item in follow(first, WITHIN_STEP, stops):
-        if isinstance(item, BranchCrossing):
-            before = item.before
-            if item.event is LIMIT:
-                raise LostStabilityError(
-                    "the strip does not follow its gripper: the branch has a limit point", parameter=_limit(item)
-                )
-            if item.event.name == LANDING:
-                return _landed(before, end)
-            return BranchPoint(before.problem, continuation.step_to(before.problem, before.point, end, WITHIN_STEP))
+        if isinstance(item, BranchPoint):
+            # A change of contact may go a little beyond the end.
+            last = item if item.point.lam >= end else None
+        elif item.event is LIMIT:
+            raise LostStabilityError(
+                "the strip does not follow its gripper: the branch has a limit point", parameter=_limit(item)
+            )
+        elif item.event.name == LANDING:
+            return _landed(item.before, end)
+        else:
+            last = item.before
+        if last is not None:
+            return BranchPoint(last.problem, continuation.step_to(last.problem, last.point, end, WITHIN_STEP))
     raise AssertionError("a branch ends in an event or raises")
 
 
