@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 
-from stripfold.analysis.friction import LAWS, follow, model_for, smallest
+from stripfold.analysis.friction import LAWS, follow, smallest
 from stripfold.analysis.static import StripModel
 from stripfold.paths.rpath import plan_r_path
 from studies.common import Progress, blank, dataset
@@ -31,13 +31,13 @@ def run(
         None suffices.
     """
     plan = plan_r_path(length)
-    model = model_for(StripModel(length, thickness), plan, refinement)
+    mesh = StripModel(length, thickness).contact_mesh(refinement, memory=True)
     fails, suffices, touch_error = (blank(len(LAWS), len(steps)) for _ in range(3))
     for i, j in np.ndindex(fails.shape):
         law, step = LAWS[i], steps[j]
-        fails[i, j], enough = smallest(model, plan, law, step)
+        fails[i, j], enough = smallest(mesh, plan, law, step)
         suffices[i, j] = enough
-        touch_error[i, j] = follow(model, plan, law, enough, step).touch_x - plan.first_touch
+        touch_error[i, j] = follow(mesh, plan, law, enough, step).touch_x - plan.first_touch
         if progress:
             progress(f"{law}, steps of {step:g} L*: {enough:.4g}")
     both = ("law", "step")

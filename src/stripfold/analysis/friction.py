@@ -13,10 +13,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stripfold import schema
-from stripfold.analysis import planning
-from stripfold.analysis.contact import touch_position, touches
+from stripfold.analysis.contact import touch_position
+from stripfold.analysis.contact_branch import Planned
 from stripfold.analysis.path_friction import Step, load_incrementally
-from stripfold.analysis.path_statics import SIZES
 from stripfold.analysis.release import Progress
 from stripfold.analysis.states import of_material
 from stripfold.analysis.static import StripModel
@@ -25,8 +24,8 @@ from stripfold.effects import Effect, Hysteresis, Pull
 from stripfold.errors import LostStabilityError, SolveError
 from stripfold.material import Material
 from stripfold.models.model import Model
+from stripfold.moving_contact import MovingContact
 from stripfold.paths.rpath import RPath, plan_r_path
-from stripfold.problem import StripProblem
 from stripfold.solve import continuation
 from stripfold.solve.problem import Tangent
 
@@ -42,6 +41,8 @@ FIRST_GUESS = {"pull": 0.01, "hysteresis": 0.01}
 NARROW = 1.1
 """Ratio of the bracket's ends at which the search ends."""
 MOST_TRIALS = 30
+SPACING = 0.1
+"""Largest distance of the nodes at which states are stored, L*."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,21 +85,16 @@ def effects_of(law: str, strength: float) -> Callable[[Model, Array], tuple[Effe
     return lambda model, q: (Hysteresis.of(model, strength, slack=q),)
 
 
-def model_for(strip: StripModel, plan: RPath, refinement: float) -> Model:
-    """A mesh that is fine at the planned lift-off point."""
-    free = strip.length - plan.lying_length
-    return strip.model(planning.boundaries(strip.length, planning.Sweep(0.0, free), refinement, SIZES))
-
-
-def follow(model: Model, plan: RPath, law: str, strength: float, step: float, to_end: bool = False) -> Run:
+def follow(mesh: Planned, plan: RPath, law: str, strength: float, step: float, to_end: bool = False) -> Run:
     """Follow an R-path from the flat strip to its first touch, or to its end."""
     steps: list[Step] = []
     touch, touch_x, lost = None, float("nan"), ""
     try:
-        for new in load_incrementally(model, plan.path, effects_of(law, strength), step):
+        for new in load_incrementally(mesh, plan.path, effects_of(law, strength), step):
             steps.append(new)
-            if touch is None and touches(model, new.point):
-                touch, touch_x = len(steps) - 1, touch_position(model, new.point)
+            if touch is None and new.touches:
+                problem, point = new.on_mesh
+                touch, touch_x = len(steps) - 1, touch_position(problem.model, point)
                 if not to_end:
                     break
     except LostStabilityError as error:
@@ -106,7 +102,7 @@ def follow(model: Model, plan: RPath, law: str, strength: float, step: float, to
     return Run(law, strength, step, tuple(steps), touch, touch_x, lost)
 
 
-def smallest(model: Model, plan: RPath, law: str, step: float) -> tuple[float, float]:
+def smallest(mesh: Planned, plan: RPath, law: str, step: float) -> tuple[float, float]:
     """Bracket of the smallest strength with which the plan is followed to its first touch: too weak, sufficient.
 
     Raises
@@ -117,7 +113,7 @@ def smallest(model: Model, plan: RPath, law: str, step: float) -> tuple[float, f
     strength = FIRST_GUESS[law] / (step if law == "pull" else 1.0)
     fails, suffices = 0.0, inf
     for _ in range(MOST_TRIALS):
-        if follow(model, plan, law, strength, step).followed(plan):
+        if follow(mesh, plan, law, strength, step).followed(plan):
             suffices = strength
         else:
             fails = strength
@@ -165,23 +161,24 @@ def run(
     unit = material.gravity_length
     strip = StripModel(length / unit, material.relative_thickness, material.nu)
     plan = plan_r_path(strip.length)
-    model = model_for(strip, plan, refinement)
+    mesh = strip.contact_mesh(refinement, memory=True)
     brackets, runs = [], []
     for law in LAWS:
         say(f"{law}: looking for the smallest that suffices")
-        brackets.append(smallest(model, plan, law, step))
-        found = follow(model, plan, law, brackets[-1][1], step, to_end=True)
+        brackets.append(smallest(mesh, plan, law, step))
+        found = follow(mesh, plan, law, brackets[-1][1], step, to_end=True)
         if found.lost:
             raise SolveError(f"the path was followed to its first touch only: {found.lost}")
         say(f"{law}: {brackets[-1][1]:.4g}, first touch at {found.touch_x:.4g} L*")
         runs.append(found)
+    arc = np.linspace(0.0, strip.length, int(np.ceil(strip.length / SPACING)) + 1)
     values = {
         "fails": ("law", [b[0] for b in brackets]),
         "suffices": ("law", [b[1] for b in brackets]),
         "touch_x": ("law", [r.touch_x for r in runs]),
         "touch_step": ("law", [float(r.touch or 0) for r in runs]),
-        **_of_steps(runs, plan),
-        "arc": ("node", model.s),
+        **_of_steps(runs, plan, arc),
+        "arc": ("node", arc),
         "law": ("law", LAWS),
     }
     attrs = {
@@ -197,46 +194,45 @@ def run(
     )
 
 
-def _of_steps(runs: list[Run], plan: RPath) -> dict[str, Any]:
-    """Values of each step, in solver units; both laws take the same steps."""
-    model = runs[0].steps[0].problem.model
+def _of_steps(runs: list[Run], plan: RPath, arc: Array) -> dict[str, Any]:
+    """Values of each step, in solver units, shapes at the distances ``arc``; both laws take the same steps."""
+    found = [[_of_step(step, plan, arc) for step in run.steps] for run in runs]
 
-    def each(get: Any) -> Array:
-        return np.array([[get(step) for step in found.steps] for found in runs])
+    def each(name: str) -> Array:
+        return np.array([[values[name] for values in run] for run in found])
 
-    def deviation(step: Step) -> float:
-        planned = plan.mid_surface(step.point.lam, model.s)
-        return float(np.linalg.norm(model.mid_surface(step.point.q) - planned, axis=1).max())
+    shapes = ("x", "z")
+    return {
+        name: (("law", "state", "node") if name in shapes else ("law", "state"), each(name)) for name in found[0][0]
+    }
 
-    grip = each(lambda step: float(np.linalg.norm(_grip(step))))
-    pull = each(lambda step: sum(e.pulling_force(step.point.q) for e in step.problem.effects if isinstance(e, Pull)))
-    place = each(lambda step: model.mid_surface(step.point.q))
-    columns = {
-        "travelled": each(lambda step: step.point.lam),
-        "pseudo_time": each(lambda step: plan.path.pseudo_time(step.point.lam)),
+
+def _of_step(step: Step, plan: RPath, arc: Array) -> dict[str, float | Array]:
+    """Values of a step, in solver units."""
+    problem, point = step.on_mesh
+    model, lam = problem.model, step.lam
+    grip = float(np.linalg.norm(problem.residual(point.q, lam)[model.middle[0]]))
+    pull = sum(effect.pulling_force(point.q) for effect in problem.effects if isinstance(effect, Pull))
+    place = model.resampled_mid_surface(point.q, arc)
+    return {
+        "travelled": lam,
+        "pseudo_time": plan.path.pseudo_time(lam),
         "gripper_force": grip,
         "pulling_force": pull,
         "ratio": pull / grip,
-        "eigenvalue": each(_eigenvalue),
-        "deviation": each(deviation),
+        "eigenvalue": _eigenvalue(step),
+        "deviation": float(np.linalg.norm(place - plan.mid_surface(lam, arc), axis=1).max()),
+        "x": place[:, 0],
+        "z": place[:, 1],
     }
-    on = ("law", "state")
-    nodes = (*on, "node")
-    return {name: (on, values) for name, values in columns.items()} | {
-        "x": (nodes, place[..., 0]),
-        "z": (nodes, place[..., 1]),
-    }
-
-
-def _grip(step: Step) -> Array:
-    return np.asarray(step.problem.residual(step.point.q, step.point.lam)[step.problem.model.middle[0]])
 
 
 def _eigenvalue(step: Step) -> float:
     """The smallest eigenvalue of the strip's own tangent at a step: negative where only friction holds it."""
-    bare = StripProblem(step.problem.model, step.problem.motion)
+    problem, point = step.at.problem, step.at.point
+    bare = MovingContact(problem.mesh, problem.motion)
     towards = Tangent(np.zeros(bare.size), 1.0)
-    return float(continuation.evaluate(bare, step.point.state, towards, mode=step.point.mode).eigenvalues[0])
+    return float(continuation.evaluate(bare, point.state, towards, mode=point.mode).eigenvalues[0])
 
 
 def table(files: Mapping[str, xr.Dataset], ways: Mapping[str, xr.Dataset], labels: Mapping[str, str]) -> xr.Dataset:

@@ -11,30 +11,31 @@ from functools import lru_cache
 
 import numpy as np
 
-from stripfold.analysis import planning
-from stripfold.analysis.collapse import SIZES
-from stripfold.analysis.contact import LEAST_LYING, lift_off, touches
-from stripfold.analysis.nodal import ROBUST_NEWTON, lift, no_horizontal_force, transfer
-from stripfold.analysis.path_friction import Step, load_incrementally_from
-from stripfold.analysis.path_statics import BEYOND
-from stripfold.analysis.static import StripModel
-from stripfold.effects import Hysteresis
-from stripfold.errors import LostStabilityError, NewtonError, SolveError
+from stripfold.analysis.contact import touches
+from stripfold.analysis.contact_branch import BranchPoint, solved
+from stripfold.analysis.path_friction import Step, load_incrementally_from, with_effects
+from stripfold.analysis.static import LEAST_LYING, StripModel, lift
+from stripfold.arrays import Array
+from stripfold.effects import Effect, Hysteresis
+from stripfold.errors import LostStabilityError, SolveError
+from stripfold.models.contact_mesh import Sizes
 from stripfold.models.model import Model
+from stripfold.moving_contact import MovingContact
 from stripfold.problem import AlongX, StripProblem
-from stripfold.solve import continuation, dynamics, newton
+from stripfold.solve import dynamics, newton
 from stripfold.solve.drive import Moving
 from stripfold.solve.dynamics import TimeOptions, TimeState
+from stripfold.solve.newton import NewtonOptions
 from stripfold.solve.schemes import Damping
 
 STEP = 0.1
 """Size of the static steps, L*."""
-RESOLUTION = 1e-4
-"""Smallest step by which the static limit is approached, L*."""
-MAX_DISPLACEMENT = 0.3
-"""Largest displacement of the mid-surface in a step, L*: a larger one is a snap to another state."""
 MAX_STEPS = 20000
 TIME_OPTIONS = TimeOptions(first=0.02, tolerance=1e-5)
+SIZES = Sizes(free=0.15, lying=0.15, at_contact=0.02, growth=1.4)
+"""Elements of the fixed mesh of the motion in time: the loop rolls over all of the strip."""
+ROBUST_NEWTON = NewtonOptions(max_iterations=100)
+"""For guesses with a wrong contact set, which is corrected node by node."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,16 +93,12 @@ def run(
         The motion could not be followed.
     """
     steps, limit = static_limit(strip, height, friction, refinement)
-    # The last two states before the start give the rate at which the strip moves there.
-    lams = np.array([step.point.lam for step in steps])
+    lams = np.array([step.lam for step in steps])
     at = int(np.clip(np.searchsorted(lams, limit - before, side="right") - 1, 1, len(steps) - 1))
-    rate = (steps[at].point.q - steps[at - 1].point.q) / (lams[at] - lams[at - 1])
-    point = steps[at].point
-    problem = steps[at].problem.accepted(point.q)
-    first = dynamics.start(problem, point.q, speed * rate, point.lam, point.state.active)
+    problem, first = set_in_motion(steps[at - 1], steps[at], speed, refinement)
     states: list[TimeState] = []
     touch: int | None = None
-    for state in dynamics.march(problem, first, Moving(point.lam, speed), damping, options=TIME_OPTIONS):
+    for state in dynamics.march(problem, first, Moving(first.lam, speed), damping, options=TIME_OPTIONS):
         states.append(state)
         if touch is None and touches(problem.model, state):
             touch = len(states) - 1
@@ -121,63 +118,45 @@ def static_limit(strip: StripModel, height: float, friction: float, refinement: 
     SolveError
         The sag touches before it, or the whole strip is lifted.
     """
-    (_, coarse, lifted) = next(lift(strip, [height]))
-    model = strip.model(planning.boundaries(strip.length, planning.lift_off_sweep(height), refinement, SIZES))
-    problem = StripProblem(model, AlongX(height))
-    state = no_horizontal_force(problem, transfer(coarse, lifted.q, model), height)
-    state = replace(state, lam=float(state.q[model.middle[0, 0]]))
-    if friction:
-        problem = replace(problem, effects=(Hysteresis.of(model, friction, slack=state.q),))
+    ((_, lifted),) = lift(strip.contact_mesh(refinement, memory=True), [height])
+    problem, q = lifted.problem, lifted.point.q
+    start = float(q[problem.mesh.model.middle[0, 0]])
+    motion = AlongX(height)
+    first = solved(MovingContact(problem.mesh, motion), q, start)
+
+    def effects(model: Model, u: Array) -> tuple[Effect, ...]:
+        return (Hysteresis.of(model, friction, slack=u),) if friction else ()
+
     steps: list[Step] = []
-    while True:
-        begin = state.lam
-        places = ((0, begin + STEP * n) for n in range(1, MAX_STEPS))
-        try:
-            for step in load_incrementally_from(model, state, problem.effects, [problem.motion], places):
-                if touches(model, step.point):
-                    if step.moved > MAX_DISPLACEMENT and steps:
-                        break  # it snapped in this step
-                    raise SolveError("the sag touches before the strip snaps", parameter=step.point.lam)
-                steps.append(step)
-                if lift_off(model, step.point) > model.length - LEAST_LYING:
-                    raise SolveError("the whole strip is lifted before it snaps", parameter=step.point.lam)
-        except LostStabilityError:
-            if not steps:
-                raise
-        last = _approach(steps[-1])
-        beyond = next((new for size in BEYOND if (new := _step(last, size)) is not None), None)
-        if beyond is None:
-            return steps, last.point.lam
-        # A spurious limit point: an active-set change of one contact, with a stable state behind (docs/method.md).
-        steps.append(beyond)
-        state, problem = beyond.point.state, beyond.problem.accepted(beyond.point.q)
-
-
-def _approach(last: Step) -> Step:
-    """The last stable state near a limit point, from the last step before it, in shorter and shorter steps.
-
-    Incremental loading stops where the strip moves much faster than the gripper.  Next to a limit point it does so in
-    any step that is not short enough.
-    """
-    size = STEP / 2.0
-    while size > RESOLUTION:
-        ahead = _step(last, size)
-        if ahead is None:
-            size /= 2.0
-        else:
-            last = ahead
-    return last
-
-
-def _step(last: Step, size: float) -> Step | None:
-    """The stable state that is ``size`` ahead, if it is close by."""
-    problem, state = last.problem.accepted(last.point.q), last.point.state
+    places = ((0, start + STEP * n) for n in range(1, MAX_STEPS))
     try:
-        new = newton.solve(problem, state.q, state.lam + size, state.active, options=ROBUST_NEWTON)
-        point = continuation.evaluate(problem, new, last.point.tangent)
-    except NewtonError:
-        return None
-    moved = problem.model.largest_move(state.q, new.q)
-    if point.negatives or moved > MAX_DISPLACEMENT or touches(problem.model, point):
-        return None
-    return Step(point, last.piece, problem, moved)
+        for step in load_incrementally_from(with_effects(first, effects), [motion], places):
+            if step.touches:
+                raise SolveError("the sag touches before the strip snaps", parameter=step.lam)
+            if step.at.contact[-1] > strip.length - LEAST_LYING:
+                raise SolveError("the whole strip is lifted before it snaps", parameter=step.lam)
+            steps.append(step)
+    except LostStabilityError as error:
+        if not steps:
+            raise
+        return steps, error.parameter
+    raise AssertionError("the strip snaps, touches or is lifted")
+
+
+def set_in_motion(before: Step, step: Step, speed: float, refinement: float) -> tuple[StripProblem, TimeState]:
+    """A static state on a fixed mesh, at the rate at which the strip moves from the step before to this one."""
+    at = step.at
+    mesh = replace(at.problem.mesh, sizes=SIZES.scaled(refinement)).replanned(at.contact)
+    model, held = mesh.model, at.problem.accepted(at.point.q).at(at.contact)
+    problem = StripProblem(model, at.problem.motion, held.on(model))
+    lies = problem.bounded[np.isin(problem.bounded, model.middle[model.s >= at.contact[-1], 1])]
+    state = newton.solve(problem, _on(at, model), step.lam, lies, options=ROBUST_NEWTON)
+    rate = (_on(at, model) - _on(before.at, model)) / (step.lam - before.lam)
+    rate[state.active] = 0.0
+    return problem, dynamics.start(problem, state.q, speed * rate, step.lam, state.active)
+
+
+def _on(at: BranchPoint, model: Model) -> Array:
+    """The unknowns of a state on other elements."""
+    problem = at.problem
+    return problem.at(at.contact).model.resampled(at.point.q[: problem.n], model.s)

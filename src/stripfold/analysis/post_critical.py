@@ -13,10 +13,10 @@ from math import inf
 from typing import TYPE_CHECKING
 
 from stripfold import schema
+from stripfold.analysis import planning
 from stripfold.analysis.contact import touches
-from stripfold.analysis.friction import model_for
 from stripfold.analysis.nodal import XRun, along_x, lift
-from stripfold.analysis.path_statics import STEPS, StaticSegment, follow, problem_on
+from stripfold.analysis.path_statics import SIZES, STEPS, StaticSegment, follow, problem_on
 from stripfold.analysis.release import Fall, Motion, Progress, ReleaseState, simulate_fall, state_at_rest
 from stripfold.analysis.states import dataset, of_material, rows_of_motion, rows_of_segment
 from stripfold.analysis.static import StripModel
@@ -80,6 +80,12 @@ def follow_both_branches(
         rest = state_at_rest(problem, motion.states[-1])
         ways.append(PostCriticalBranch(sign, motion, follow(model, plan.path, rest, CARRY, max_spurious_move=inf)))
     return PostCriticalBranches(model, start, tuple(ways))
+
+
+def model_for(strip: StripModel, plan: RPath, refinement: float) -> Model:
+    """A mesh that is fine at the planned lift-off point."""
+    free = strip.length - plan.lying_length
+    return strip.model(planning.boundaries(strip.length, planning.Sweep(0.0, free), refinement, SIZES))
 
 
 def planned_unstable(model: Model, strip: StripModel, plan: RPath, travelled: float) -> Point:

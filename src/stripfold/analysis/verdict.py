@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from stripfold.analysis.assess import SNAP, assess_strip, lying_length, mesh_for, peak_forces, shape_error
+from stripfold.analysis.assess import SNAP, assess_strip, lying_length, peak_forces, shape_error
 from stripfold.analysis.collapse import in_solver_units
 from stripfold.analysis.contact import touch_position, touches
 from stripfold.analysis.friction import effects_of
-from stripfold.analysis.path_friction import Step, load_incrementally
+from stripfold.analysis.path_friction import load_incrementally
 from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
 from stripfold.errors import InvalidInputError, LostStabilityError
@@ -100,27 +100,26 @@ def assess_path(
         assert hysteresis is not None
         law, strength = "hysteresis", hysteresis / (material.force_scale * unit)
     size = STEP if step is None else step / unit
-    steps, lost = _with_friction(strip, path, law, strength, size, refinement)
-    touch = next(
-        (touch_position(s.problem.model, s.point) for s in steps if touches(s.problem.model, s.point)), float("nan")
-    )
+    states, lost = _with_friction(strip, path, law, strength, size, refinement)
+    touch = next((touch_position(p.model, point) for p, point in states if touches(p.model, point)), float("nan"))
     events = [{"travelled": lost, "kind": SNAP, "angle": float("nan")}] if lost is not None else []
-    return _verdict(strip, material, path, events, touch, [(s.problem, s.point) for s in steps])
+    return _verdict(strip, material, path, events, touch, states)
 
 
 def _with_friction(
     strip: StripModel, path: GripperPath, law: str, strength: float, size: float, refinement: float
-) -> tuple[list[Step], float | None]:
-    """The steps with friction, and the length travelled at which the strip was lost, if it was."""
-    steps: list[Step] = []
+) -> tuple[list[tuple[StripProblem, Point]], float | None]:
+    """The states with friction, and the length travelled at which the strip was lost, if it was."""
+    states: list[tuple[StripProblem, Point]] = []
+    mesh = strip.contact_mesh(refinement, memory=True)
     try:
-        for new in load_incrementally(mesh_for(strip, path, refinement), path, effects_of(law, strength), size):
-            steps.append(new)
+        for step in load_incrementally(mesh, path, effects_of(law, strength), size):
+            states.append(step.on_mesh)
     except LostStabilityError as error:
-        if not steps:
+        if not states:
             raise
-        return steps, error.parameter
-    return steps, None
+        return states, error.parameter
+    return states, None
 
 
 def _verdict(
