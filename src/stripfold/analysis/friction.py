@@ -53,8 +53,8 @@ class Run:
     ----------
     law, strength, step
         One of :data:`LAWS`; k_f in g/L* or M_0 in rho_a g L*^2; size of the steps, L*.
-    steps
-        Accepted steps.
+    values
+        Values of each accepted step, in solver units; none of a strip followed to its first touch only.
     touch
         Index of the first step at which the strip touches, or None.
     touch_x
@@ -66,7 +66,7 @@ class Run:
     law: str
     strength: float
     step: float
-    steps: tuple[Step, ...]
+    values: tuple[dict[str, float | Array], ...]
     touch: int | None
     touch_x: float
     lost: str
@@ -85,21 +85,25 @@ def effects_of(law: str, strength: float) -> Callable[[Model, Array], tuple[Effe
     return lambda model, q: (Hysteresis.of(model, strength, slack=q),)
 
 
-def follow(mesh: Planned, plan: RPath, law: str, strength: float, step: float, to_end: bool = False) -> Run:
-    """Follow an R-path from the flat strip to its first touch, or to its end."""
-    steps: list[Step] = []
+def follow(mesh: Planned, plan: RPath, law: str, strength: float, step: float, arc: Array | None = None) -> Run:
+    """Follow an R-path from the flat strip to its first touch; with ``arc`` to its end, with the values of each step.
+
+    ``arc``: distances from the grasped end at which shapes are sampled, L*.
+    """
+    values: list[dict[str, float | Array]] = []
     touch, touch_x, lost = None, float("nan"), ""
     try:
-        for new in load_incrementally(mesh, plan.path, effects_of(law, strength), step):
-            steps.append(new)
+        for i, new in enumerate(load_incrementally(mesh, plan.path, effects_of(law, strength), step)):
+            if arc is not None:
+                values.append(_of_step(new, plan, arc))
             if touch is None and new.touches:
                 problem, point = new.on_mesh
-                touch, touch_x = len(steps) - 1, touch_position(problem.model, point)
-                if not to_end:
+                touch, touch_x = i, touch_position(problem.model, point)
+                if arc is None:
                     break
     except LostStabilityError as error:
         lost = str(error)
-    return Run(law, strength, step, tuple(steps), touch, touch_x, lost)
+    return Run(law, strength, step, tuple(values), touch, touch_x, lost)
 
 
 def smallest(mesh: Planned, plan: RPath, law: str, step: float) -> tuple[float, float]:
@@ -162,22 +166,22 @@ def run(
     strip = StripModel(length / unit, material.relative_thickness, material.nu)
     plan = plan_r_path(strip.length)
     mesh = strip.contact_mesh(refinement, memory=True)
+    arc = np.linspace(0.0, strip.length, int(np.ceil(strip.length / SPACING)) + 1)
     brackets, runs = [], []
     for law in LAWS:
         say(f"{law}: looking for the smallest that suffices")
         brackets.append(smallest(mesh, plan, law, step))
-        found = follow(mesh, plan, law, brackets[-1][1], step, to_end=True)
+        found = follow(mesh, plan, law, brackets[-1][1], step, arc)
         if found.lost:
             raise SolveError(f"the path was followed to its first touch only: {found.lost}")
         say(f"{law}: {brackets[-1][1]:.4g}, first touch at {found.touch_x:.4g} L*")
         runs.append(found)
-    arc = np.linspace(0.0, strip.length, int(np.ceil(strip.length / SPACING)) + 1)
     values = {
         "fails": ("law", [b[0] for b in brackets]),
         "suffices": ("law", [b[1] for b in brackets]),
         "touch_x": ("law", [r.touch_x for r in runs]),
         "touch_step": ("law", [float(r.touch or 0) for r in runs]),
-        **_of_steps(runs, plan, arc),
+        **_of_steps(runs),
         "arc": ("node", arc),
         "law": ("law", LAWS),
     }
@@ -194,17 +198,13 @@ def run(
     )
 
 
-def _of_steps(runs: list[Run], plan: RPath, arc: Array) -> dict[str, Any]:
-    """Values of each step, in solver units, shapes at the distances ``arc``; both laws take the same steps."""
-    found = [[_of_step(step, plan, arc) for step in run.steps] for run in runs]
-
-    def each(name: str) -> Array:
-        return np.array([[values[name] for values in run] for run in found])
-
-    shapes = ("x", "z")
-    return {
-        name: (("law", "state", "node") if name in shapes else ("law", "state"), each(name)) for name in found[0][0]
-    }
+def _of_steps(runs: list[Run]) -> dict[str, Any]:
+    """Values of each step, in solver units; both laws take the same steps."""
+    out = {}
+    for name in runs[0].values[0]:
+        values = np.array([[of_step[name] for of_step in run.values] for run in runs])
+        out[name] = (("law", "state", "node")[: values.ndim], values)
+    return out
 
 
 def _of_step(step: Step, plan: RPath, arc: Array) -> dict[str, float | Array]:

@@ -179,7 +179,7 @@ def _turned(at: BranchPoint, motion: Motion) -> BranchPoint:
         point = continuation.evaluate(problem, point.state, Tangent(np.zeros(problem.size), 1.0), point.arc)
         at = BranchPoint(problem, point)
     if problem.mesh.drifted(at.contact):
-        return transferred(at, constraint=(np.zeros(len(at.contact)), 1.0))
+        return transferred(at)
     return at
 
 
@@ -231,10 +231,13 @@ def _along_branch(at: BranchPoint, end: float) -> BranchPoint:
         low = zero(LANDING, lambda point: float(problem.motion.values(point.lam)[-1]) - LOW)
         return [reached, low, LIMIT]
 
+    last = first = _changed(first)
     for item in follow(first, WITHIN_STEP, stops):
         if isinstance(item, BranchPoint):
-            # A change of contact may go a little beyond the end.
-            last = item if item.point.lam >= end else None
+            if item.point.lam < end:
+                last = item
+                continue
+            # A change of contact went beyond the end: the next step begins with it.
         elif item.event is LIMIT:
             raise LostStabilityError(
                 "the strip does not follow its gripper: the branch has a limit point", parameter=_limit(item)
@@ -243,9 +246,14 @@ def _along_branch(at: BranchPoint, end: float) -> BranchPoint:
             return _landed(item.before, end)
         else:
             last = item.before
-        if last is not None:
-            return BranchPoint(last.problem, continuation.step_to(last.problem, last.point, end, WITHIN_STEP))
+        return BranchPoint(last.problem, continuation.step_to(last.problem, last.point, end, WITHIN_STEP))
     raise AssertionError("a branch ends in an event or raises")
+
+
+def _changed(at: BranchPoint) -> BranchPoint:
+    """The state with the contact that follows where a change of contact has been passed."""
+    changes = contact_changes(at.problem)
+    return next((change(at) for event, change in changes.items() if event.passed(at.point, None)), at)
 
 
 def _lands(at: BranchPoint, end: float) -> bool:
