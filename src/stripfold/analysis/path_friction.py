@@ -231,13 +231,13 @@ def _along_branch(at: BranchPoint, end: float) -> BranchPoint:
         low = zero(LANDING, lambda point: float(problem.motion.values(point.lam)[-1]) - LOW)
         return [reached, low, LIMIT]
 
-    last = first = _changed(first)
+    last = first = _changed(first, end)
     for item in follow(first, WITHIN_STEP, stops):
         if isinstance(item, BranchPoint):
             if item.point.lam < end:
                 last = item
                 continue
-            # A change of contact went beyond the end: the next step begins with it.
+            # A change of contact went beyond the end.
         elif item.event is LIMIT:
             raise LostStabilityError(
                 "the strip does not follow its gripper: the branch has a limit point", parameter=_limit(item)
@@ -250,10 +250,16 @@ def _along_branch(at: BranchPoint, end: float) -> BranchPoint:
     raise AssertionError("a branch ends in an event or raises")
 
 
-def _changed(at: BranchPoint) -> BranchPoint:
-    """The state with the contact that follows where a change of contact has been passed."""
-    changes = contact_changes(at.problem)
-    return next((change(at) for event, change in changes.items() if event.passed(at.point, None)), at)
+def _changed(at: BranchPoint, end: float) -> BranchPoint:
+    """The state with the contact that follows where a change of contact has been passed.
+
+    An interval of contact that begins beyond the step's end is left to the next step.
+    """
+    for event, change in contact_changes(at.problem).items():
+        if event.passed(at.point, None):
+            changed = change(at)
+            return changed if changed.point.lam < end else at
+    return at
 
 
 def _lands(at: BranchPoint, end: float) -> bool:
