@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.integrate import cumulative_simpson
 
 from oracles.held_solid import arc
 from stripfold.effects import Hysteresis, Pull
+from stripfold.effects.hysteresis import averages
 from stripfold.errors import InvalidInputError
+from stripfold.models.rod import Rod
 from stripfold.models.solid import Solid
 from stripfold.problem import AlongX, Lift, StripProblem
 
@@ -237,6 +241,86 @@ class TestBending:
         effect = Hysteresis.of(model, MOMENT, yield_curvature=YIELD, slack=q)
         assert not effect.force(q).any()
         assert end_moment(effect, 0.6 + 0.5 * YIELD) == pytest.approx(0.5 * MOMENT, rel=1e-8)
+
+
+class TestOnOtherElements:
+    """Elements that move along the strip while it is bent."""
+
+    @staticmethod
+    def bent_by(model: Solid | Rod, curvature: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+        """Unknowns of a strip of this curvature, a function of the distance from the grasped end."""
+        s = np.linspace(0.0, LENGTH, 4001)
+        angle = cumulative_simpson(curvature(s), x=s, initial=0.0)
+        x, z = (cumulative_simpson(f(angle), x=s, initial=0.0) for f in (np.cos, np.sin))
+        at = [np.interp(model.s, s, values) for values in (x - LENGTH / 2.0, z, angle)]
+        return model.unknowns_of(np.stack(at[:2], axis=1), at[2])
+
+    @pytest.mark.parametrize("kind", ["rod", "solid", "two across"])
+    def test_a_cycle_of_bending(self, kind: str):
+        """4 M_0 (K - kappa_y) per length for the local K, with the elements moving to and fro all the time."""
+        ends = np.linspace(0.0, LENGTH, 61)
+
+        def moved(by: float) -> np.ndarray:
+            return ends + by * np.sin(np.pi * ends / LENGTH)
+
+        def strip_with(ends: np.ndarray) -> Solid | Rod:
+            if kind == "rod":
+                return Rod.of(LENGTH, THICKNESS, elements=ends)
+            return Solid.of(LENGTH, THICKNESS, elements=ends, across=2 if kind == "two across" else 1)
+
+        def largest(s: np.ndarray) -> np.ndarray:
+            return 0.5 + 0.2 * np.sin(2.0 * np.pi * s / LENGTH)
+
+        begin = strip_with(ends)
+        effect, lost = Hysteresis.of(begin, MOMENT, yield_curvature=0.05), []
+        quarter = np.linspace(0.0, 1.0, 21)[1:]
+        shares = np.concatenate([quarter, 1.0 - quarter, -quarter, quarter - 1.0, quarter])
+        for i, share in enumerate(shares):
+            model = begin.with_ends(moved(0.4 * np.sin(0.3 * i)))
+            effect = effect.on(effect.model, model)
+            effect = effect.committed(self.bent_by(model, lambda s, share=share: share * largest(s)))
+            lost.append(effect.dissipated)
+        area = 4.0 * MOMENT * (0.5 - 0.05) * LENGTH
+        print(lost[-1] - lost[19], area)
+        assert lost[-1] - lost[19] == pytest.approx(area, rel=0.01)
+
+    def test_elements_across_keep_their_own(self):
+        """kappa_p of the lower and of the upper elements are two functions along the strip."""
+        model = strip(2, 2)
+        middle = 0.5 * (BOUNDARIES[1:] + BOUNDARIES[:-1])
+        slip = np.stack([0.1 * middle, 1.0 - 0.2 * middle], axis=1)
+        effect = replace(friction(model), slip=slip.ravel())
+        lower = effect.directors.unknowns[:, 0, :, 0].min(axis=1)
+        assert np.all(np.diff(lower.reshape(-1, 2), axis=1) != 0)
+        other = model.with_ends(np.linspace(0.0, LENGTH, len(BOUNDARIES)))
+        there = effect.on(model, other).slip.reshape(-1, 2)
+        now = 0.5 * (other.ends[1:] + other.ends[:-1])
+        np.testing.assert_allclose(there[1:-1], np.stack([0.1 * now, 1.0 - 0.2 * now], axis=1)[1:-1], atol=0.01)
+
+    def test_elements_that_come_back(self):
+        """A state that does not change keeps its kappa_p, however often the elements move."""
+        model = strip(2, 1)
+        effect = Hysteresis.of(model, MOMENT, yield_curvature=YIELD).on(model, model)
+        effect = effect.committed(self.bent_by(model, lambda s: np.where(s < 3.0, 1.0, 0.2)))
+        first = effect.on(model, model).slip
+        for i in range(200):
+            other = model.with_ends(BOUNDARIES + 0.2 * np.sin(i) * np.sin(np.pi * BOUNDARIES / LENGTH))
+            effect = effect.on(effect.model, other)
+        np.testing.assert_allclose(effect.on(effect.model, model).slip, first, atol=1e-12)
+
+    def test_averages(self):
+        """Exact for averages of a parabola away from the ends; the integral is kept."""
+        ends, new = BOUNDARIES, np.array([0.0, 0.9, 1.3, 2.2, 4.0, 4.4, 6.0])
+
+        def of(at: np.ndarray, power: int) -> np.ndarray:
+            return (np.diff(at ** (power + 1)) / (power + 1) / np.diff(at))[:, None]
+
+        np.testing.assert_allclose(averages(ends, of(ends, 0), new), of(new, 0), atol=1e-14)
+        np.testing.assert_allclose(averages(ends, of(ends, 1), new)[1:-1], of(new, 1)[1:-1], atol=1e-13)
+        values = np.random.default_rng(1).standard_normal((len(ends) - 1, 2))
+        found = averages(ends, values, new)
+        np.testing.assert_allclose(np.diff(new) @ found, np.diff(ends) @ values, atol=1e-13)
+        np.testing.assert_allclose(averages(ends, values, ends), values, atol=1e-13)
 
 
 class TestHistory:

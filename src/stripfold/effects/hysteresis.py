@@ -22,6 +22,8 @@ YIELD_CURVATURE = 0.05
 Two per cent of the largest curvature of the critical state at z = 3 L* (2.69/L*): small compared with the curvatures of
 folding, and large enough for the spring not to be far stiffer than the strip itself.
 """
+CELL = 0.02
+"""Length of the fixed cells that keep kappa_p where elements move, L*."""
 STICK_TOLERANCE = 1e-9
 """Relative excess over kappa_y that still counts as sticking: rounding must not decide the tangent of a state that slid
 and was committed, with the spring at its limit."""
@@ -45,6 +47,9 @@ class Hysteresis:
         Energy dissipated in all committed steps, rho_a g L*^2 per width.
     directors
         The geometry of the elements.
+    cells, in_cells
+        Of friction that has been on other elements: ends of fixed cells along the strip, L*, and kappa_p in them,
+        shape (n_cells, across).
     """
 
     model: Model = field(repr=False)
@@ -53,6 +58,8 @@ class Hysteresis:
     slip: Array = field(repr=False)
     dissipated: float
     directors: Directors = field(repr=False)
+    cells: Array | None = field(default=None, repr=False)
+    in_cells: Array | None = field(default=None, repr=False)
 
     @classmethod
     def of(
@@ -141,14 +148,30 @@ class Hysteresis:
         return curvature - self._spring(curvature)
 
     def on(self, before: Model, model: Model) -> Self:
-        """The same friction on other elements of the same strip, the integral of kappa_p along it kept."""
-        # Elements across the strip are neighbours in the numbering.
-        slip = averages(before.ends, self.slip.reshape(-1, self.directors.across), model.ends)
-        return replace(self, model=model, slip=slip.ravel(), directors=model.directors)
+        """The same friction on other elements of the same strip.
+
+        kappa_p is then kept in fixed cells as well, so that it does not spread when elements move back and forth.
+        """
+        if self.cells is None:
+            cells = np.linspace(0.0, before.length, int(np.ceil(before.length / CELL)) + 1)
+            in_cells = averages(before.ends, self._across(self.slip), cells)
+        else:
+            cells, in_cells = self.cells, self.in_cells
+        integral = np.concatenate([np.zeros((1, in_cells.shape[1])), np.cumsum(np.diff(cells)[:, None] * in_cells, 0)])
+        at_ends = np.stack([np.interp(model.ends, cells, column) for column in integral.T], axis=1)
+        slip = (np.diff(at_ends, axis=0) / np.diff(model.ends)[:, None]).ravel()
+        return replace(self, model=model, slip=slip, directors=model.directors, cells=cells, in_cells=in_cells)
+
+    def _across(self, values: Array) -> Array:
+        """Values of the elements, shape (along, across): elements across the strip are neighbours in the numbering."""
+        return values.reshape(-1, self.directors.across)
 
     def committed(self, q: Array) -> Self:
         """The friction after an accepted step to ``q``: every element then counts as sticking."""
-        return replace(self, slip=self._slip_at(q), dissipated=self.dissipated + self.dissipation(q))
+        slip, in_cells = self._slip_at(q), self.in_cells
+        if self.cells is not None:
+            in_cells = in_cells + averages(self.model.ends, self._across(slip - self.slip), self.cells)
+        return replace(self, slip=slip, dissipated=self.dissipated + self.dissipation(q), in_cells=in_cells)
 
 
 def averages(ends: Array, values: Array, new: Array) -> Array:

@@ -75,8 +75,9 @@ class Solid(CompiledIntegrals):
 
     def with_ends(self, ends: Array) -> Solid:
         """The same strip with as many elements that end elsewhere, shape (n_elements + 1,); for straight meshes."""
-        factor = np.diff(self.ends) / np.diff(ends)
         n_el, n_q = self.mesh.weights.shape
+        # Elements across the strip are neighbours in the numbering.
+        factor = np.repeat(np.diff(self.ends) / np.diff(ends), n_el // (len(ends) - 1))
         # The rows are the quadrature points' components iJ; only derivatives along the strip change.
         gradient = self.gradient_t.reshape(n_el, n_q, 2, 2, -1).copy()
         gradient[:, :, :, 0] *= factor[:, None, None, None]

@@ -84,6 +84,7 @@ class StripMesh:
         """This mesh, if straight, with elements that end elsewhere; ``basis`` and ``full`` stay those of the first."""
         order = round((self.element_unknowns.shape[1] // 2) ** 0.5) - 1
         factor = np.diff(ends) / np.diff(self.s[::order])
+        factor = np.repeat(factor, len(self.weights) // len(factor))
         s = np.interp(np.arange(len(self.s)), order * np.arange(len(ends)), ends)
         gradients = self.gradients.copy()
         gradients[..., 0] /= factor[:, None, None, None]
