@@ -87,13 +87,13 @@ class Step:
         return self.at.problem.on_mesh(self.at.point)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class _StepProblem(MovingContact):
     """A step from ``start`` to ``end``: a dead force, shape (size,), replaces in part what the update took away."""
 
-    start: float = 0.0
-    end: float = 1.0
-    taken: Array | None = None
+    start: float
+    end: float
+    taken: Array
 
     @classmethod
     def after(cls, at: BranchPoint, end: float) -> _StepProblem:
@@ -101,7 +101,7 @@ class _StepProblem(MovingContact):
         q, start = at.point.q, at.point.lam
         new = at.problem.accepted(q)
         taken = at.problem.residual(q, start) - new.residual(q, start)
-        return cls(new.mesh, new.motion, new.effects, new.remembered, start, end, taken)
+        return cls(new.mesh, new.motion, new.effects, new.remembered, start=start, end=end, taken=taken)
 
     def _share(self, lam: float) -> float:
         return (self.end - lam) / (self.end - self.start)

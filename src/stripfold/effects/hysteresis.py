@@ -47,7 +47,7 @@ class Hysteresis:
         Energy dissipated in all committed steps, rho_a g L*^2 per width.
     directors
         The geometry of the elements.
-    cells, in_cells
+    cells
         Of friction that has been on other elements: ends of fixed cells along the strip, L*, and kappa_p in them,
         shape (n_cells, across).
     """
@@ -58,8 +58,7 @@ class Hysteresis:
     slip: Array = field(repr=False)
     dissipated: float
     directors: Directors = field(repr=False)
-    cells: Array | None = field(default=None, repr=False)
-    in_cells: Array | None = field(default=None, repr=False)
+    cells: tuple[Array, Array] | None = field(default=None, repr=False)
 
     @classmethod
     def of(
@@ -154,13 +153,13 @@ class Hysteresis:
         """
         if self.cells is None:
             cells = np.linspace(0.0, before.length, int(np.ceil(before.length / CELL)) + 1)
-            in_cells = averages(before.ends, self._across(self.slip), cells)
+            slip = averages(before.ends, self._across(self.slip), cells)
         else:
-            cells, in_cells = self.cells, self.in_cells
-        integral = np.concatenate([np.zeros((1, in_cells.shape[1])), np.cumsum(np.diff(cells)[:, None] * in_cells, 0)])
+            cells, slip = self.cells
+        integral = np.concatenate([np.zeros((1, slip.shape[1])), np.cumsum(np.diff(cells)[:, None] * slip, axis=0)])
         at_ends = np.stack([np.interp(model.ends, cells, column) for column in integral.T], axis=1)
-        slip = (np.diff(at_ends, axis=0) / np.diff(model.ends)[:, None]).ravel()
-        return replace(self, model=model, slip=slip, directors=model.directors, cells=cells, in_cells=in_cells)
+        averaged = (np.diff(at_ends, axis=0) / np.diff(model.ends)[:, None]).ravel()
+        return replace(self, model=model, slip=averaged, directors=model.directors, cells=(cells, slip))
 
     def _across(self, values: Array) -> Array:
         """Values of the elements, shape (along, across): elements across the strip are neighbours in the numbering."""
@@ -168,10 +167,12 @@ class Hysteresis:
 
     def committed(self, q: Array) -> Self:
         """The friction after an accepted step to ``q``: every element then counts as sticking."""
-        slip, in_cells = self._slip_at(q), self.in_cells
-        if self.cells is not None:
-            in_cells = in_cells + averages(self.model.ends, self._across(slip - self.slip), self.cells)
-        return replace(self, slip=slip, dissipated=self.dissipated + self.dissipation(q), in_cells=in_cells)
+        slip, cells = self._slip_at(q), self.cells
+        if cells is not None:
+            # Only the change is interpolated: where nothing slides nothing changes.
+            ends, in_cells = cells
+            cells = ends, in_cells + averages(self.model.ends, self._across(slip - self.slip), ends)
+        return replace(self, slip=slip, dissipated=self.dissipated + self.dissipation(q), cells=cells)
 
 
 def averages(ends: Array, values: Array, new: Array) -> Array:
