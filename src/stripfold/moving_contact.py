@@ -15,7 +15,7 @@ from functools import cached_property
 
 import numpy as np
 
-from stripfold.arrays import Array, Index
+from stripfold.arrays import Array, Index, Mask
 from stripfold.effects import Effect
 from stripfold.errors import NewtonError
 from stripfold.models.contact_mesh import ContactMesh, Topology
@@ -36,17 +36,19 @@ KEPT_MESHES = 8
 class _Mesh:
     """The strip with one value of the contact coordinates."""
 
-    problem: StripProblem
+    model: Model
+    motion: Motion
+    effects: tuple[Effect, ...]
     weight: Array
 
-    @property
-    def model(self) -> Model:
-        """The strip."""
-        return self.problem.model
+    @cached_property
+    def problem(self) -> StripProblem:
+        """The same strip with contact at its nodes."""
+        return StripProblem(self.model, self.motion, self.effects)
 
     def on(self, model: Model) -> tuple[Effect, ...]:
         """The effects on other elements of the same strip."""
-        return tuple(effect.on(self.model, model) for effect in self.problem.effects)
+        return tuple(effect.on(self.model, model) for effect in self.effects)
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,14 +132,20 @@ class MovingContact:
         if effects and self.remembered is not None:
             effects = tuple(effect.on(self._remembered, model) for effect in effects)
         # The floor carries the weight of what lies.
-        first = model.element_unknowns[:, 0] // (model.size // len(model.s))
-        bent = ~self.mesh.on_floor[first // self._per_element]
-        weight = np.zeros(model.size)
-        np.add.at(weight, model.element_unknowns[bent], model.element_weight[bent])
-        new = self._meshes[key] = _Mesh(StripProblem(model, self.motion, effects), weight)
+        bent, unknowns = self._bent
+        weight = np.bincount(unknowns, model.element_weight[bent].ravel(), model.size)
+        new = self._meshes[key] = _Mesh(model, self.motion, effects, weight.astype(float))
         while len(self._meshes) > KEPT_MESHES:
             self._meshes.popitem(last=False)
         return new
+
+    @cached_property
+    def _bent(self) -> tuple[Mask, Index]:
+        """The elements off the floor, shape (n_elements,), and their unknowns in one row."""
+        model = self.mesh.model
+        first = model.element_unknowns[:, 0] // (model.size // len(model.s))
+        bent = ~self.mesh.on_floor[first // self._per_element]
+        return bent, model.element_unknowns[bent].ravel()
 
     @cached_property
     def _remembered(self) -> Model:
@@ -187,7 +195,7 @@ class MovingContact:
         """Forces in a state, those of the model by its stress or by a given one."""
         model = mesh.model
         force = (model.internal_force(u) if stress is None else model.force_of(u, stress)) + mesh.weight
-        for effect in mesh.problem.effects:
+        for effect in mesh.effects:
             force = force + effect.force(u)
         return force
 
@@ -215,7 +223,7 @@ class MovingContact:
         mesh = self.at(contact)
         force, tangent = mesh.model.force_and_tangent(u, predicted_stress)
         force = force + mesh.weight
-        for effect in mesh.problem.effects:
+        for effect in mesh.effects:
             more, stiffness = effect.force_and_tangent(u)
             force, tangent = force + more, tangent + stiffness
         columns, corner = np.empty((self.n, len(contact))), np.empty((len(contact), len(contact)))

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import Enum
+from functools import cached_property
 
 import numpy as np
 
@@ -127,12 +128,12 @@ class ContactMesh:
         allowed = np.where(self.topology.value, LYING_DRIFT, DRIFT)
         return bool(np.any(ratio > allowed) or np.any(ratio * allowed < 1.0))
 
-    @property
+    @cached_property
     def elements_at(self) -> Index:
         """Numbers of the element ends at the contact coordinates."""
         return np.cumsum([len(share) - 1 for share in self.shares])[:-1]
 
-    @property
+    @cached_property
     def on_floor(self) -> Mask:
         """Whether each element lies, shape (n_elements,)."""
         return np.concatenate([np.full(len(s) - 1, on) for s, on in zip(self.shares, self.topology.value, strict=True)])
