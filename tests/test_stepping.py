@@ -156,6 +156,7 @@ class TestLoadingIncrementally:
             place = point.q[problem.model.middle[0]] - [6.0, 0.0]
             np.testing.assert_allclose(place, LOW.position(step.lam), atol=1e-9)
             assert at.point.negatives == 0
+            assert step.touches or contact_branch.clearance(at.problem, at.point.q)[0] > -1e-4
             # The same forces with the contact at nodes: the floor pushes.
             residual = problem.residual(point.q, step.lam)
             others = np.setdiff1d(np.arange(problem.size), np.concatenate([problem.prescribed, problem.bounded]))

@@ -37,7 +37,7 @@ class Assessment(Input):
     """Folding paths followed by all materials."""
 
     refinement: Refinement = 1.0
-    friction_refinement: Annotated[Refinement, Field(description="for the search of the smallest friction")] = 2.0
+    friction_refinement: Annotated[Refinement, Field(description="for the search of the smallest friction")] = 1.0
     step: Step = 0.1
 
 

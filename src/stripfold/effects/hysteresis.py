@@ -158,8 +158,14 @@ class Hysteresis:
             cells, slip = self.cells
         integral = np.concatenate([np.zeros((1, slip.shape[1])), np.cumsum(np.diff(cells)[:, None] * slip, axis=0)])
         at_ends = np.stack([np.interp(model.ends, cells, column) for column in integral.T], axis=1)
-        averaged = (np.diff(at_ends, axis=0) / np.diff(model.ends)[:, None]).ravel()
-        return replace(self, model=model, slip=averaged, directors=model.directors, cells=(cells, slip))
+        size = np.diff(model.ends)[:, None]
+        averaged = (np.diff(at_ends, axis=0) / size).ravel()
+        if len(model.ends) == len(before.ends):
+            # As many elements: only their lengths differ.
+            directors = replace(self.directors, length=np.repeat(size, self.directors.across))
+        else:
+            directors = model.directors
+        return replace(self, model=model, slip=averaged, directors=directors, cells=(cells, slip))
 
     def _across(self, values: Array) -> Array:
         """Values of the elements, shape (along, across): elements across the strip are neighbours in the numbering."""
