@@ -14,24 +14,18 @@ import xarray as xr
 
 from stripfold import elastica, schema
 from stripfold.analysis import assess as assessing
-from stripfold.analysis import (
-    assess_data,
-    path_statics,
-    post_critical,
-    release,
-)
-from stripfold.analysis.assess import BIFURCATION, SNAP, Assessment, assess, mesh_for
+from stripfold.analysis import assess_data, path_statics, post_critical, release
+from stripfold.analysis.assess import BIFURCATION, SNAP, Assessment, assess_strip
 from stripfold.analysis.contact import contact_positions, touches
 from stripfold.analysis.post_critical import PostCriticalBranches
 from stripfold.analysis.release import Fall
 from stripfold.analysis.states import rows_of_motion
 from stripfold.analysis.static import StripModel
-from stripfold.errors import CoarseMeshError, InvalidInputError, SolveError
+from stripfold.errors import InvalidInputError, SolveError
 from stripfold.material import Material
 from stripfold.paths import geometric, rpath, table
 from stripfold.paths.curve import GripperPath, Piece
 from stripfold.paths.rpath import RPath
-from stripfold.solve.continuation import step_to
 from stripfold.solve.schemes import Damping
 
 THICKNESS = 0.0594
@@ -52,7 +46,7 @@ PLACES = {"triangular": (3.392, 6.608), "circular": (5.289, 8.487), "r-path": (4
 @pytest.fixture(scope="module")
 def statics() -> dict[str, Assessment]:
     """The paper's paths up to their critical points."""
-    return {name: assess(mesh_for(STRIP, make(), 2.0), make()) for name, make in PATHS.items()}
+    return {name: assess_strip(STRIP, make()) for name, make in PATHS.items()}
 
 
 @pytest.fixture(scope="module")
@@ -79,7 +73,7 @@ def low() -> tuple[StripModel, Assessment]:
     for i in range(3):
         pieces.append(Piece.through(corners[i : i + 2], pieces[-1].end if pieces else 0.0, "side"))
     path = GripperPath("low", tuple(pieces))
-    return strip, assess(mesh_for(strip, path, 2.0), path, FALL)
+    return strip, assess_strip(strip, path, FALL, 2.0)
 
 
 WAYS_LENGTH = 17.0
@@ -97,7 +91,7 @@ def ways() -> tuple[xr.Dataset, PostCriticalBranches, RPath]:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(post_critical, "follow_both_branches", keep)
-        data = post_critical.two_ways(MATERIAL, WAYS_LENGTH * MATERIAL.gravity_length, FALL, 3.0)
+        data = post_critical.two_ways(MATERIAL, WAYS_LENGTH * MATERIAL.gravity_length, FALL, 1.0)
     return data, kept[0], rpath.plan_r_path(WAYS_LENGTH)
 
 
@@ -130,7 +124,7 @@ class TestCriticalPoints:
         assert found.touch is None
         assert not found.motions
         assert len(found.segments) == 1
-        assert found.last is found.segments[0].points[-1]
+        assert found.last is found.segments[0].states[-1]
 
     @pytest.mark.parametrize("name", PATHS)
     def test_kind_by_the_angle(self, statics: dict[str, Assessment], name: str):
@@ -149,7 +143,7 @@ class TestCriticalPoints:
         """The same critical state come upon along its boundary, across it, and in between."""
         found = statics["circular"]
         (event,) = found.events
-        problem = found.segments[0].problem(-1)
+        problem, point = found.last
         z = float(event.place[1])
         slope = (elastica.critical(z + 1e-3).advance - elastica.critical(z - 1e-3).advance) / 2e-3
         along = np.array([slope, 1.0]) / np.hypot(slope, 1.0)
@@ -159,14 +153,14 @@ class TestCriticalPoints:
             for signed in (3.0 * way, -way):
                 piece = replace(problem.motion.piece, rate=lambda s, way=signed: way)
                 turned = replace(problem, motion=replace(problem.motion, piece=piece))
-                assert assessing.boundary_angle(turned, event.found) == pytest.approx(angle, abs=2.0)
+                assert assessing.boundary_angle(turned, point) == pytest.approx(angle, abs=2.0)
 
     def test_normal_by_differences(self, statics: dict[str, Assessment]):
         """At fixed other unknowns a move of the gripper changes the forces; what the mode feels of it is the normal."""
         found = statics["circular"]
         (event,) = found.events
-        problem, before, mode = found.segments[0].problem(-1), event.found.before, event.found.mode
-        grasp = found.model.middle[0]
+        problem, before = found.last
+        mode, grasp = before.mode, problem.model.middle[0]
         normal = []
         for unknown in grasp:
             q = before.q.copy()
@@ -184,12 +178,12 @@ class TestCriticalPoints:
         found = statics["r-path"]
         monkeypatch.setattr(assessing, "boundary_angle", lambda *_: angle)
         (event,) = found.events
-        assert assessing._event(found.segments[0].problem(-1), found.path, event.found).kind == kind
+        assert assessing._event(found.last, found.path, event.found).kind == kind
 
     def test_a_table_of_the_triangle_is_the_triangle(self, statics: dict[str, Assessment], tmp_path: Path):
         file = tmp_path / "triangle.csv"
         file.write_text("t,x,z\n0,-0.3,0\n0.2,0,0.3\n1,0.3,0\n")
-        other = assess(statics["triangular"].model, table.read(file, 20.0, 0.03))
+        other = assess_strip(STRIP, table.read(file, 20.0, 0.03))
         (event,), (truth,) = other.events, statics["triangular"].events
         assert event.travelled == pytest.approx(truth.travelled, abs=2e-6)
         assert event.angle == pytest.approx(truth.angle, abs=0.01)
@@ -198,7 +192,7 @@ class TestCriticalPoints:
     def test_off_the_boundary(self, statics: dict[str, Assessment], monkeypatch: pytest.MonkeyPatch):
         """Truth: the run along x at the same height; and how far that is from a place that is moved off."""
         (event,) = statics["r-path"].events
-        assert abs(assessing.off_the_boundary(STRIP, event, 2.0)) < 1e-3
+        assert abs(assessing.off_the_boundary(STRIP, event)) < 1e-3
         asked: list[tuple[object, ...]] = []
 
         def run(*given: object, **_: object) -> SimpleNamespace:
@@ -221,8 +215,8 @@ class TestLow:
         assert found.stable
         assert found.at_end
         assert not found.motions
-        assert found.last.lam == pytest.approx(found.path.length)
-        assert not replace(found, segments=(replace(found.segments[0], points=found.segments[0].points[:-1]),)).at_end
+        assert found.last[1].lam == pytest.approx(found.path.length)
+        assert not replace(found, segments=(replace(found.segments[0], states=found.segments[0].states[:-1]),)).at_end
 
     def test_first_touch(self, low: tuple[StripModel, Assessment]):
         """Truth: at this height the elastica's sag comes down at a known advance and place; located to 1e-4 L*."""
@@ -237,25 +231,22 @@ class TestLow:
         assert x + half == pytest.approx(truth.advance, abs=0.04)
         touch = x + truth.x[-1] - float(truth.at(truth.sag.s).x)
         assert found.touch.x == pytest.approx(touch, abs=0.06)
-        segment = found.segments[0]
-        i = max(k for k, p in enumerate(segment.points) if p.lam < found.touch.travelled)
-        for d, expected in ((-1e-3, False), (1e-3, True)):
-            there = step_to(segment.problem(i), segment.points[i], found.touch.travelled + d, path_statics.STEPS)
-            assert touches(found.model, there) is expected
-        on_floor = contact_positions(
-            found.model, step_to(segment.problem(i), segment.points[i], there.lam, path_statics.STEPS)
-        )
-        column = int(np.argmin(np.abs(found.model.s - on_floor[0])))
-        assert found.model.mid_surface(there.q)[column, 0] == pytest.approx(found.touch.x, abs=0.3)
+        # The state of the touch is one of them, upright over the floor at one point.
+        at = next(i for i, (problem, point) in enumerate(found.states) if touches(problem.model, point))
+        problem, point = found.states[at]
+        assert point.lam == found.touch.travelled
+        assert not touches(found.states[at - 1][0].model, found.states[at - 1][1])
+        place, rest = contact_positions(problem.model, point)[:2]
+        assert rest - place > 2.0
+        x = problem.model.resampled_mid_surface(point.q, np.array([place]))[0, 0]
+        assert x == pytest.approx(found.touch.x, abs=1e-3)
 
     def test_a_strip_that_lies_from_the_first_does_not_touch_again(self, low: tuple[StripModel, Assessment]):
         _, found = low
         segment = found.segments[0]
-        lying = next(i for i, p in enumerate(segment.points) if touches(found.model, p))
-        rest = replace(segment, points=segment.points[lying:], pieces=segment.pieces[lying:])
-        assert assessing._static_touch(rest) is None
-        hanging = replace(segment, points=segment.points[:lying], pieces=segment.pieces[:lying])
-        assert assessing._static_touch(hanging) is None
+        lying = next(i for i, (problem, p) in enumerate(segment.states) if touches(problem.model, p))
+        assert assessing._static_touch(replace(segment, states=segment.states[lying:])) is None
+        assert assessing._static_touch(replace(segment, states=segment.states[:lying])) is None
 
     def test_numbers(self, low: tuple[StripModel, Assessment]):
         """Where nothing is critical there is no number, and none is made up."""
@@ -292,13 +283,18 @@ class TestFallen:
         (motion,), (event,) = found.motions, found.events
         assert event.kind == SNAP
         first, last = motion.states[0], motion.states[-1]
-        assert first.lam == before.points[-1].lam
-        assert first.lam == pytest.approx(event.travelled, abs=1e-6)
-        np.testing.assert_array_equal(first.q, before.points[-1].q)
+        # The same state on another mesh.
+        assert first.lam == pytest.approx(event.travelled, abs=1e-3)
+        assert before.points[-1].lam == pytest.approx(event.travelled, abs=1e-6)
+        s = np.linspace(0.0, SHORT, 100)
+        model, (problem, critical) = motion.problem.model, before.states[-1]
+        apart = model.resampled_mid_surface(first.q, s) - problem.model.resampled_mid_surface(critical.q, s)
+        assert np.abs(apart).max() < 0.15
         assert last.lam == pytest.approx(first.lam + 0.01)
         assert after.points[0].lam == last.lam
-        moved = found.model.mid_surface(after.points[0].q) - found.model.mid_surface(last.q)
-        assert np.abs(moved).max() < 0.01
+        problem, rest = after.states[0]
+        moved = problem.model.resampled_mid_surface(rest.q, s) - model.resampled_mid_surface(last.q, s)
+        assert np.abs(moved).max() < 0.02
         assert found.at_end
         assert not found.stable
         assert all(point.negatives == 0 for point in after.points)
@@ -309,25 +305,27 @@ class TestFallen:
         assert found.touch.fell
         assert found.touch.travelled == found.events[0].travelled
         assert found.touch.x == found.motions[0].touch_x
-        moment = found.motions[0].states[found.motions[0].touch]
-        column = int(np.argmin(np.abs(found.model.s - contact_positions(found.model, moment)[0])))
-        assert found.model.mid_surface(moment.q)[column, 0] == pytest.approx(found.touch.x, abs=0.3)
+        model, moment = found.motions[0].problem.model, found.motions[0].states[found.motions[0].touch]
+        column = int(np.argmin(np.abs(model.s - contact_positions(model, moment)[0])))
+        assert model.mid_surface(moment.q)[column, 0] == pytest.approx(found.touch.x, abs=0.3)
 
     def test_it_ends_folded(self, stored: tuple[xr.Dataset, Assessment]):
         """Truth: the elastica's folded state with aligned edges."""
         data, found = stored
         plan = rpath.plan_r_path(SHORT)
-        assert assessing.lying_length(found.model, found.last) == pytest.approx(plan.lying_length, abs=0.15)
-        folded = plan.states[-1].at(found.model.s)
-        away = np.linalg.norm(found.model.mid_surface(found.last.q) - folded, axis=1).max()
+        assert assessing.lying_length(*found.last) == pytest.approx(plan.lying_length, abs=0.15)
+        problem, last = found.last
+        places = np.arange(0.0, SHORT, 0.1)
+        folded = plan.states[-1].at(places)
+        away = np.linalg.norm(problem.model.resampled_mid_surface(last.q, places) - folded, axis=1).max()
         assert away < 0.02
         unit = MATERIAL.gravity_length
         assert data.attrs["shape_error"] == pytest.approx(unit * away)
         assert data.attrs["lying_length"] == pytest.approx(unit * plan.lying_length, abs=0.15 * unit)
-        _, hold = assessing.grip_and_hold(found.segments[-1].problem(-1), found.last)
+        _, hold = assessing.grip_and_hold(*found.last)
         assert abs(hold) < 0.02
         # Before, the held end takes what the gripper pushes.
-        grip, hold = assessing.grip_and_hold(found.segments[0].problem(-1), found.segments[0].points[-1])
+        grip, hold = assessing.grip_and_hold(*found.segments[0].states[-1])
         assert hold == pytest.approx(-grip[0], abs=1e-6)
         assert abs(hold) > 0.01
 
@@ -338,8 +336,8 @@ class TestFallen:
         let_go: list[object] = []
         monkeypatch.setattr(assessing, "follow", lambda *_, **__: first)
         monkeypatch.setattr(assessing, "simulate_fall", lambda *given: let_go.append(given) or found.motions[0])
-        monkeypatch.setattr(assessing, "state_at_rest", lambda *_: found.segments[1].points[0])
-        endless = assess(found.model, found.path, FALL)
+        monkeypatch.setattr(assessing, "at_rest", lambda *_: found.segments[1].states[0])
+        endless = assess_strip(StripModel(SHORT, THICKNESS), found.path, FALL, 2.0)
         assert len(let_go) == len(endless.motions) == 5
         assert len(endless.events) == len(endless.segments) == 6
         assert not endless.at_end
@@ -351,10 +349,9 @@ class TestFallen:
         segments = iter(found.segments)
         pieces = []
 
-        def follow(
-            model: object, path: object, first: object = None, piece: int = 0, options: object = None
-        ) -> path_statics.StaticSegment:
-            pieces.append(piece)
+        def follow(*given: object, options: object = None) -> path_statics.StaticSegment:
+            # After the mesh, the path and the length: the first state and its piece.
+            pieces.append(given[4] if len(given) > 4 else 0)
             return next(segments)
 
         early = assessing.Touchdown(1.0, 2.0, False)
@@ -362,17 +359,16 @@ class TestFallen:
         monkeypatch.setattr(assessing, "simulate_fall", lambda *_: found.motions[0])
         touched = iter((early, assessing.Touchdown(3.0, 4.0, False)))
         monkeypatch.setattr(assessing, "_static_touch", lambda _: next(touched))
-        assert assess(found.model, found.path, FALL).touch is early
+        strip = StripModel(SHORT, THICKNESS)
+        assert assess_strip(strip, found.path, FALL, 2.0).touch is early
         # Fallen without a touch: the next static one is it.
         segments = iter([replace(s, pieces=tuple(p + 3 for p in s.pieces)) for s in found.segments])
-        monkeypatch.setattr(path_statics.StaticSegment, "problem", lambda *_: found.motions[0] and problem)
-        problem = path_statics.problem_on(found.model, found.path, 0)
         monkeypatch.setattr(
             assessing, "simulate_fall", lambda *_: replace(found.motions[0], touch=None, touch_x=float("nan"))
         )
         late = assessing.Touchdown(3.0, 4.0, False)
         touched = iter((None, late))
-        assert assess(found.model, found.path, FALL).touch is late
+        assert assess_strip(strip, found.path, FALL, 2.0).touch is late
         # And on from the piece on which it fell.
         assert pieces == [0, 0, 0, 3]
 
@@ -419,8 +415,10 @@ class TestStored:
         for name, value in (("x", "gripper_x"), ("z", "gripper_z"), ("travelled", "travelled")):
             assert data.attrs[f"critical_{name}"] == pytest.approx(float(critical[value]), abs=1e-6 * unit)
         low_ = data["z"].values[data["part"].values == 1]
-        came = np.flatnonzero((low_[-1] == 0.0) & (low_[0] > 0.0))
-        assert data["x"].values[data["part"].values == 1][-1, came].min() < data.attrs["touch_x"] + 0.5 * unit
+        # Under the touch the upper layer comes down.
+        free = low_[0] > 0.1 * unit
+        shape = data["x"].values[data["part"].values == 1][-1]
+        assert low_[-1][free & (np.abs(shape - data.attrs["touch_x"]) < 0.5 * unit)].min() < 0.05 * unit
         assert data.attrs["touch_error"] == pytest.approx(data.attrs["touch_x"] - data.attrs["planned_touch_x"])
 
     def test_work_of_the_gripper(self, stored: tuple[xr.Dataset, Assessment]):
@@ -446,11 +444,11 @@ class TestStored:
         assert time[-1] == pytest.approx(motion.states[-1].t)
         assert np.abs(time - motion.states[motion.touch].t).min() < 1e-9
         assert 20 < len(time) <= 63 < len(motion.states)
-        rows = rows_of_motion(motion, found.segments[0].problem(-1), 1)
-        middle = found.model.mid_surface
+        rows = rows_of_motion(motion, 1)
+        middle = motion.problem.model.mid_surface
         ways = [np.linalg.norm(middle(b.state.q) - middle(a.state.q), axis=1).max() for a, b in pairwise(rows)]
         assert max(ways) < 4.0 * np.sum(ways) / 60
-        without = rows_of_motion(replace(motion, touch=None), found.segments[0].problem(-1), 1)
+        without = rows_of_motion(replace(motion, touch=None), 1)
         assert len(rows) - 1 <= len(without) <= len(rows)
 
     def test_another_material_of_the_same_ratios(
@@ -463,7 +461,7 @@ class TestStored:
         other = assess_data.run(OTHER, SHORT * OTHER.gravity_length, "circular", FALL, 2.0)
         ((strip, path, fall, refinement, _),) = given
         assert strip.length == pytest.approx(SHORT)  # type: ignore[attr-defined]
-        assert strip.thickness == pytest.approx(found.model.thickness)  # type: ignore[attr-defined]
+        assert strip.thickness == pytest.approx(found.last[0].model.thickness)  # type: ignore[attr-defined]
         assert refinement == 2.0
         assert path.length == pytest.approx(found.path.length)
         assert fall is FALL
@@ -511,17 +509,19 @@ class TestTwoWays:
     def test_it_starts_in_the_planned_unstable_state(self, ways: tuple[xr.Dataset, PostCriticalBranches, RPath]):
         _, found, plan = ways
         travelled = plan.path.pieces[1].end - 0.15
-        start, model = found.start, found.model
-        assert start.lam == pytest.approx(travelled)
+        problem, start = found.start
+        model = problem.model
+        assert start.lam == pytest.approx(travelled, abs=2e-3)
         assert start.negatives == 1
         assert not touches(model, start)
         grip = start.q[model.middle[0]] - [WAYS_LENGTH / 2.0, 0.0]
-        np.testing.assert_allclose(grip, plan.path.position(travelled), atol=1e-9)
-        problem = path_statics.problem_on(model, plan.path, 1)
+        np.testing.assert_allclose(grip, plan.path.position(start.lam), atol=1e-9)
         residual = problem.residual(start.q, start.lam)
         residual[problem.prescribed] = residual[start.active] = 0.0
-        assert np.abs(residual).max() < 1e-7
-        away = model.mid_surface(start.q) - plan.mid_surface(travelled, model.s)
+        if model.slopes is None:
+            assert np.abs(residual).max() < 1e-7
+        s = np.linspace(0.0, WAYS_LENGTH, 200)
+        away = model.resampled_mid_surface(start.q, s) - plan.mid_surface(travelled, s)
         assert np.linalg.norm(away, axis=1).max() < 0.2
 
     def test_the_strip_falls_to_either_side(self, ways: tuple[xr.Dataset, PostCriticalBranches, RPath]):
@@ -530,17 +530,19 @@ class TestTwoWays:
         down, up = found.branches
         assert (down.sign, up.sign) == (1.0, -1.0)
         for way in found.branches:
-            assert {m.lam for m in way.motion.states} == {found.start.lam}
-            np.testing.assert_array_equal(way.motion.states[0].q, found.start.q)
+            assert {m.lam for m in way.motion.states} == {found.start[1].lam}
+            np.testing.assert_array_equal(way.motion.states[0].q, found.start[1].q)
             last = way.motion.states[-1]
             assert last.energy.kinetic < 1e-6
             point = way.after.points[0]
             assert (point.lam, point.negatives) == (last.lam, 0)
-            moved = found.model.mid_surface(point.q) - found.model.mid_surface(last.q)
-            assert np.abs(moved).max() < 0.02
+            s = np.linspace(0.0, WAYS_LENGTH, 200)
+            here, there = way.after.states[0][0].model, way.motion.problem.model
+            moved = here.resampled_mid_surface(point.q, s) - there.resampled_mid_surface(last.q, s)
+            assert np.abs(moved).max() < 0.04
             assert way.after.pieces[0] == 1
         np.testing.assert_allclose(down.motion.states[0].v, -up.motion.states[0].v, atol=1e-15)
-        speed = np.linalg.norm(up.motion.states[0].v[found.model.middle], axis=1).max()
+        speed = np.linalg.norm(up.motion.states[0].v[up.motion.problem.model.middle], axis=1).max()
         assert speed == pytest.approx(FALL.disturbance)
         assert down.motion.touch is not None
         assert down.motion.touch_x == pytest.approx(2.71, abs=0.03)
@@ -548,8 +550,9 @@ class TestTwoWays:
         assert down.after.points[-1].lam == pytest.approx(plan.path.length)
         assert up.motion.touch is None
         assert np.isnan(up.motion.touch_x)
-        assert not any(touches(found.model, m) for m in up.motion.states)
-        away = np.linalg.norm((up.motion.states[-1].q - found.start.q)[found.model.middle], axis=1).max()
+        model = up.motion.problem.model
+        assert not any(touches(model, m) for m in up.motion.states)
+        away = np.linalg.norm((up.motion.states[-1].q - found.start[1].q)[model.middle], axis=1).max()
         assert away > release.AWAY
         # It rested for a while, and its motion ended then.
         times = np.array([m.t for m in up.motion.states])
@@ -560,14 +563,14 @@ class TestTwoWays:
         self, ways: tuple[xr.Dataset, PostCriticalBranches, RPath], monkeypatch: pytest.MonkeyPatch
     ):
         """However quiet, it has to have gone somewhere: 0.1 L* from where it began."""
-        _, found, plan = ways
+        _, found, _ = ways
         monkeypatch.setattr(release, "_Rest", lambda _: lambda moment: True)
-        problem = path_statics.problem_on(found.model, plan.path, 1)
-        start = release.ReleaseState(problem, found.start, found.start.mode, 0.0)
+        problem, point = found.start
+        start = release.ReleaseState(problem, point, point.mode, 0.0)
         motion = release.simulate_fall(start, replace(FALL, disturbance=-FALL.disturbance))
         assert motion.touch is None
-        middle = found.model.middle
-        away = [np.linalg.norm((m.q - found.start.q)[middle], axis=1).max() for m in motion.states]
+        middle = problem.model.middle
+        away = [np.linalg.norm((m.q - point.q)[middle], axis=1).max() for m in motion.states]
         assert away[-2] <= 0.1 < away[-1]
 
     def test_stored(self, ways: tuple[xr.Dataset, PostCriticalBranches, RPath]):
@@ -592,7 +595,7 @@ class TestTwoWays:
         assert data.attrs["planned_touch_x"] == pytest.approx(unit * plan.first_touch)
         start = data.isel(state=0)
         place = plan.path.position(plan.path.pieces[1].end - 0.15) * unit
-        assert [float(start["gripper_x"]), float(start["gripper_z"])] == pytest.approx(list(place))
+        assert [float(start["gripper_x"]), float(start["gripper_z"])] == pytest.approx(list(place), abs=1e-4)
 
     def test_a_short_strip_has_no_unstable_planned_state(self):
         data = post_critical.two_ways(MATERIAL, 13.0 * MATERIAL.gravity_length, FALL, 3.0)
@@ -604,43 +607,22 @@ class TestTwoWays:
     def test_a_state_that_is_not_the_planned_one_is_refused(
         self, ways: tuple[xr.Dataset, PostCriticalBranches, RPath], monkeypatch: pytest.MonkeyPatch
     ):
-        _, found, plan = ways
+        _, _, plan = ways
         strip = StripModel(WAYS_LENGTH, MATERIAL.relative_thickness)
-        monkeypatch.setattr(post_critical, "along_x", lambda *_, **__: None)
-        monkeypatch.setattr(post_critical, "_at", lambda *_: found.start)
         travelled = plan.path.pieces[1].end - 0.15
-        assert post_critical.planned_unstable(found.model, strip, plan, travelled).negatives == 1
-        touching = lambda *_: True  # noqa: E731
-        monkeypatch.setattr(post_critical, "touches", touching)
-        with pytest.raises(SolveError, match="hangs free"):
-            post_critical.planned_unstable(found.model, strip, plan, travelled)
-        monkeypatch.undo()
-        monkeypatch.setattr(post_critical, "along_x", lambda *_, **__: None)
-        monkeypatch.setattr(post_critical, "_at", lambda *_: found.branches[1].after.points[0])
+        at = post_critical.planned_unstable(strip, plan, travelled)
+        assert at.point.negatives == 1
+        stable = post_critical.solve_height(strip, float(plan.path.position(travelled)[1]), 3.0)
+        monkeypatch.setattr(post_critical, "_at", lambda *_: stable.points[0])
+        monkeypatch.setattr(post_critical, "solved", lambda *_: stable.points[0])
         with pytest.raises(SolveError, match="not an unstable one"):
-            post_critical.planned_unstable(found.model, strip, plan, travelled)
+            post_critical.planned_unstable(strip, plan, travelled)
 
 
-def test_a_mesh_whose_contact_decides_is_refined() -> None:
-    """Pushed at 45 degrees, this strip snaps on coarse elements; on finer ones it is laid down without a snap."""
-    strip, path = StripModel(9.0, THICKNESS), geometric.triangular(9.0)
-    with pytest.raises(CoarseMeshError, match="refine the mesh"):
-        assess(mesh_for(strip, path, 2.0), path)
-    found = assessing.assess_strip(strip, path, refinement=2.0)
-    assert found.stable
-    assert found.at_end
-    assert len(found.model.s) > 1.5 * len(mesh_for(strip, path, 2.0).s)
-
-
-def test_the_finest_mesh_is_the_last(monkeypatch: pytest.MonkeyPatch) -> None:
-    tried = []
-
-    def assess(model: object, *given: object) -> Assessment:
-        tried.append(model)
-        raise CoarseMeshError("refine")
-
-    monkeypatch.setattr(assessing, "assess", assess)
-    monkeypatch.setattr(assessing, "mesh_for", lambda strip, path, refinement: refinement)
-    with pytest.raises(CoarseMeshError):
-        assessing.assess_strip(StripModel(9.0, THICKNESS), geometric.triangular(9.0), refinement=2.0)
-    assert tried == [2.0, 1.0, 0.5]
+def test_a_pushed_strip_is_laid_down_without_a_snap() -> None:
+    """At 45 degrees, on coarse elements as on fine ones."""
+    for refinement in (2.0, 1.0):
+        found = assess_strip(StripModel(9.0, THICKNESS), geometric.triangular(9.0), refinement=refinement)
+        assert found.stable
+        assert found.at_end
+        assert found.contact == path_statics.MOVING

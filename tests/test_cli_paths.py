@@ -54,7 +54,7 @@ def test_path_is_printed_and_written_alike(here: Path, kind: str, capsys: pytest
 def test_assess_says_where_the_strip_leaves(here: Path, coarse: None, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["path", "triangular", *STRIP, "--csv", "own.csv"]) == 0
     capsys.readouterr()
-    assert main(["assess", "own.csv", *STRIP, "--json"]) == 0
+    assert main(["assess", "own.csv", *STRIP, "--fall", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     (event,) = found["critical"]
     assert not found["stable"]

@@ -207,6 +207,8 @@ def assess_options(parser: argparse.ArgumentParser) -> None:
 
     parser.add_argument("path", metavar="PATH.csv", help="t,x,z as stripfold path writes it")
     _options(parser, PathAssessment, (*STRIP, *SHEET, "rho_a", "model"))
+    text = PathAssessment.model_fields["fall"].description
+    parser.add_argument("--fall", action="store_true", help=text)
     law = parser.add_mutually_exclusive_group()
     _option(law, PathAssessment, "friction")
     _option(law, PathAssessment, "hysteresis")

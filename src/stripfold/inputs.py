@@ -12,7 +12,7 @@ from pydantic import Field, model_validator
 
 from stripfold.errors import MISSING, InvalidInputError
 from stripfold.material import GRAVITY, Material
-from stripfold.validation import Input, Number, Text, quantity
+from stripfold.validation import Flag, Input, Number, Text, quantity
 
 ETA_B = (1e-1, 1e8)
 """Allowed weight-to-bending-stiffness ratios, m^-4 s^2: from a metal sheet to a gauze."""
@@ -177,9 +177,10 @@ class Scene(AtHeight):
 
 
 class PathAssessment(Strip):
-    """A strip to be moved along a path, its model and its internal friction."""
+    """A strip to be moved along a path, its model, its falls and its internal friction."""
 
     model: Annotated[MovingModel, Field(description="the paper's finite elements, or a rod")] = "solid"
+    fall: Annotated[Flag, Field(description="simulate the fall at a critical point, and go on after it")] = False
     friction: Annotated[Number | None, quantity("the paper's internal friction k_f", "s^-2", ge=0.0, le=1e9)] = None
     hysteresis: Annotated[
         Number | None, quantity("largest moment M_0 of a bending hysteresis, per width", "N", ge=0.0, le=1e3)
@@ -190,6 +191,8 @@ class PathAssessment(Strip):
     def _check_friction(self) -> Self:
         if self.friction is not None and self.hysteresis is not None:
             raise InvalidInputError("hysteresis", self.hysteresis, "nothing together with friction", "give only one")
+        if self.fall and (self.friction is not None or self.hysteresis is not None):
+            raise InvalidInputError("fall", self.fall, "no fall together with friction or hysteresis")
         if self.step is not None and self.friction is None and self.hysteresis is None:
             raise InvalidInputError("step", self.step, "a step together with friction or hysteresis")
         return self

@@ -25,6 +25,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+NODES = 201
+"""Nodes along the strip at which states on a path are stored: their own meshes differ."""
+
+
 @dataclass(frozen=True, eq=False)
 class CriticalPoint(CriticalResult, Result):
     """The critical point of a strip whose gripper advances at constant height; lengths in m, nan where there is none.
@@ -126,6 +130,9 @@ class PathAssessment(Verdict, Result):
         Largest force of the gripper, and horizontal force of the held end, in the static states.
     completed
         Whether the path was followed to its end.
+    contact
+        "moving" where the ends of the contact were unknowns in all static states, "nodal" where the contact was found
+        node by node in some.
     path, asked, seconds
         The path, the other inputs, and the run time.
     """
@@ -145,6 +152,7 @@ class PathAssessment(Verdict, Result):
             friction=asked.friction,
             hysteresis=asked.hysteresis,
             step=asked.step,
+            fall=asked.fall,
             model=asked.model,
             progress=progress,
         )
@@ -169,9 +177,14 @@ class PathAssessment(Verdict, Result):
             ("lying", metres(self.lying_length, "length from the held end in the last state")),
             ("peak force", f"{self.peak_force:.4g} N/m  (gripper, per width)"),
             ("peak hold", f"{self.peak_hold:.4g} N/m  (horizontal, at the held end)"),
-            ("completed", "yes" if self.completed else "no"),
+            ("completed", self._completed()),
             ("time", f"{self.seconds:.1f} s"),
         ]
+
+    def _completed(self) -> str:
+        if self.completed:
+            return "yes"
+        return "no: the statics end at the critical point" if self.critical and not self.asked.fall else "no"
 
     def to_dict(self) -> dict[str, Any]:
         names = [item.name for item in fields(Verdict) if item.name != "states"]
@@ -192,12 +205,15 @@ class PathAssessment(Verdict, Result):
             f"critical_{key}": ("event", np.array([event[key] for event in self.critical], dtype=float))
             for key in ("t", "x", "z", "angle")
         }
-        return schema.dataset(values, {"stable": int(self.stable), "completed": int(self.completed)})
+        return schema.dataset(
+            values, {"stable": int(self.stable), "completed": int(self.completed), "contact": self.contact}
+        )
 
     def _mid_surfaces(self) -> np.ndarray[Any, np.dtype[np.float64]]:
         """Shape (states, nodes, 2), m."""
         unit = self.asked.gravity_length
-        return np.stack([unit * problem.model.mid_surface(point.q) for problem, point in self.states])
+        arc = np.linspace(0.0, self.states[0][0].model.length, NODES)
+        return np.stack([unit * problem.model.resampled_mid_surface(point.q, arc) for problem, point in self.states])
 
     def plot(self) -> Figure:
         """The strip along the path, the last static state black; critical points are crosses."""

@@ -193,19 +193,24 @@ class Strip:
         self,
         path: FoldPath,
         *,
+        fall: bool = False,
         friction: Hysteresis | Pull | None = None,
         step: float | None = None,
         model: MovingModel = "solid",
         progress: Progress | None = None,
     ) -> PathAssessment:
-        """Assess a gripper path: critical points, falls, first touch, final shape, forces.
+        """Assess a gripper path: critical points, first touch, final shape, forces.
+
+        The states are static; the first critical point is the end, unless ``fall`` is given.
 
         Parameters
         ----------
         path
             From :mod:`stripfold.paths`, for this strip.
+        fall
+            Whether to simulate the fall at a critical point and to go on from the state at rest; without friction.
         friction
-            Internal friction; without it the strip is followed along its branch and through its falls.
+            Internal friction; without it the strip is followed along its branch.
         step
             Size of the steps with friction, m; 0.1 L* where it is not given.
         model
@@ -228,7 +233,9 @@ class Strip:
             raise InvalidInputError("path", made_for, "a path made for this strip", "make it with stripfold.paths")
         k_f = friction.k_f if isinstance(friction, Pull) else None
         moment = friction.moment if isinstance(friction, Hysteresis) else None
-        asked = inputs.PathAssessment(**asdict(self), model=model, friction=k_f, hysteresis=moment, step=step)
+        asked = inputs.PathAssessment(
+            **asdict(self), model=model, fall=fall, friction=k_f, hysteresis=moment, step=step
+        )
         from stripfold.results import PathAssessment
 
         return PathAssessment.of(asked, path, began, progress)

@@ -73,12 +73,12 @@ def run_assess(repeats: int, length: float) -> xr.Dataset:
     with tempfile.TemporaryDirectory() as folder:
         path = str(Path(folder) / "r-path.csv")
         timed_process(command("path", "r-path", *strip, "--csv", path))
-        walls, answers, peak = timed_process(command("assess", path, *strip, "--json"), repeats)
-        finer = assess_path(material, length, read(path, length / unit, unit), refinement=0.5)
+        walls, answers, peak = timed_process(command("assess", path, *strip, "--fall", "--json"), repeats)
+        finer = assess_path(material, length, read(path, length / unit, unit), fall=True, refinement=0.5)
     found = json.loads(answers[0])
     error = _apart(found["critical"][0], found["touch_x"], finer) / length
     values = {"wall": ("repeat", walls), "memory": ((), peak), "error": ((), error)}
-    return dataset("assess_benchmark", values, {"command": "stripfold assess r-path.csv " + " ".join(strip)})
+    return dataset("assess_benchmark", values, {"command": "stripfold assess r-path.csv --fall " + " ".join(strip)})
 
 
 def run_rod(repeats: int, length: float) -> xr.Dataset:

@@ -87,7 +87,7 @@ def run(
             key = way.model, way.refinement
             if key not in releases:
                 strip = StripModel(length_star, thickness, kind=way.model)
-                releases[key] = release_of(to_critical_point(strip, height, way.refinement))
+                releases[key] = release_of(to_critical_point(strip, height, way.refinement), way.refinement)
             options = replace(TIME_OPTIONS, tolerance=way.tolerance)
             motion = simulate_fall(releases[key], fall, options, scheme=SCHEMES[way.scheme])
             if motion.touch is None:

@@ -13,8 +13,7 @@ import numpy as np
 import xarray as xr
 
 from stripfold.analysis.collapse import release_of, to_critical_point
-from stripfold.analysis.nodal import XRun
-from stripfold.analysis.release import TIME_OPTIONS, Fall, initial_state, simulate_fall, state_at_rest
+from stripfold.analysis.release import TIME_OPTIONS, Fall, ReleaseState, initial_state, simulate_fall, state_at_rest
 from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
 from stripfold.errors import SolveError
@@ -45,7 +44,7 @@ def run(base: Mapping[str, float], cases: Sequence[Mapping[str, Any]], progress:
     falls = {"base": dict(base)} | {case["name"]: {**base, **case} for case in cases}
     rows: list[dict[str, Any]] = []
     shapes: dict[str, Callable[[Array], Array]] = {}
-    branches: dict[tuple[float, ...], XRun] = {}
+    branches: dict[tuple[float, ...], ReleaseState] = {}
     for name, given in falls.items():
         row: dict[str, Any] = {"case": name, **dict.fromkeys(NUMBERS, np.nan), "message": ""}
         try:
@@ -67,27 +66,29 @@ NUMBERS = tuple(name for name in variables("falls") if name not in ("case", "mes
 
 
 def _measure(
-    given: Mapping[str, float], branches: dict[tuple[float, ...], XRun]
+    given: Mapping[str, float], branches: dict[tuple[float, ...], ReleaseState]
 ) -> tuple[dict[str, float], Callable[[Array], Array]]:
     """One fall: its numbers, and the end state's mid-surface as a function of the distance along the strip."""
     key = (given["length"], given["thickness"], given["height"], given["refinement"])
     if key not in branches:
-        branches[key] = to_critical_point(StripModel(given["length"], given["thickness"]), given["height"], key[3])
-    branch = branches[key]
+        strip = StripModel(given["length"], given["thickness"])
+        branches[key] = release_of(to_critical_point(strip, given["height"], key[3]), key[3])
+    release = branches[key]
+    problem = release.problem
     damping = Damping(given["air"], given["stiffness"])
     damped = damping != Damping()
     fall = Fall(given["disturbance"], 0.0, damping, to_rest=damped)
     options = replace(TIME_OPTIONS, tolerance=given["tolerance"])
-    motion = simulate_fall(release_of(branch), fall, options)
+    motion = simulate_fall(release, fall, options)
     if motion.touch is None:
         raise SolveError("the strip came to rest without touching")
     states = list(motion.states)
     if not damped:
-        _, drive = initial_state(release_of(branch), fall)
+        _, drive = initial_state(release, fall)
         later = TimeEvent(lambda state: state.t >= motion.states[-1].t + FREE_RUN)
-        rest = dynamics.march(branch.problem, states[-1], drive, damping, options=options, until=[later])
+        rest = dynamics.march(problem, states[-1], drive, damping, options=options, until=[later])
         states += list(rest)[1:]
-    model, end = branch.problem.model, states[-1]
+    model, end = problem.model, states[-1]
     closing = np.array([m.energy.closing for m in states])
     first = states[0].energy
     measured = {
@@ -95,14 +96,14 @@ def _measure(
         "touch_x": motion.touch_x,
         "end_time": end.t,
         "steps": float(len(states) - 1),
-        "minimal_gap": min(float(np.min(m.q[branch.problem.bounded])) for m in states),
+        "minimal_gap": min(float(np.min(m.q[problem.bounded])) for m in states),
         "largest_gain": float(np.max(np.diff(closing))),
         "closing": end.energy.closing,
         "released": first.elastic + first.gravity - end.energy.elastic - end.energy.gravity,
         "numerical": end.energy.numerical,
     }
     if damped:
-        q = state_at_rest(branch.problem, end).q
+        q = state_at_rest(problem, end).q
         measured["handed_over"] = model.largest_move(end.q, q)
     shape = model.mid_surface(end.q)
 

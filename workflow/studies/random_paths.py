@@ -17,10 +17,10 @@ import xarray as xr
 from scipy.interpolate import PchipInterpolator
 
 from stripfold.analysis.assess import Assessment, assess_strip
-from stripfold.analysis.path_statics import STEPS
+from stripfold.analysis.contact_branch import STEPS
 from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
-from stripfold.errors import CoarseMeshError, InvalidInputError, SolveError
+from stripfold.errors import InvalidInputError, SolveError
 from stripfold.paths import table as user_table
 from stripfold.paths.curve import GripperPath
 from studies.common import Progress, pooled, table
@@ -32,8 +32,6 @@ SAME_PLACE = 0.05
 """Largest distance between the critical points of both runs, L*."""
 SHORTER = 0.5
 """Factor on the steps of the second run; the factor on its element lengths is the root of this one."""
-FINER = (1.0, 2.0, 4.0)
-"""Factors by which the elements of an undecided case are refined, in turn."""
 CONTRADICTED = "the second run contradicts the first"
 SEGMENTS = (3, 6)
 ROWS_PER_SEGMENT = 40
@@ -83,7 +81,7 @@ def run(cases: int, seed: int, refinement: float, threads: int = 1, progress: Pr
     Returns
     -------
     Dataset over ``case``: ``outcome`` ("stable", "critical", "close", "refused" or "undecided"), the first critical
-    point of both runs and the message of an error.
+    point of both runs, ``contact`` ("moving" or "nodal") and the message of an error.
     """
     one = partial(numbered, seed=seed, refinement=refinement)
     rows = pooled(one, range(cases), threads, progress)
@@ -96,20 +94,13 @@ def numbered(number: int, seed: int, refinement: float) -> dict[str, Any]:
 
 
 def outcome(asked: Case, refinement: float) -> dict[str, Any]:
-    """The outcome of one case; an undecided one is repeated on finer elements, unless the assessment has done so."""
-    for finer in FINER:
-        row = _outcome(asked, refinement / finer)
-        if row["outcome"] != "undecided" or row["message"].startswith(CoarseMeshError.__name__):
-            break
-    return row
-
-
-def _outcome(asked: Case, refinement: float) -> dict[str, Any]:
+    """The outcome of one case."""
     row: dict[str, Any] = {
         "kind": asked.kind,
         "length": asked.strip.length,
         "thickness": asked.strip.thickness,
         **dict.fromkeys(("critical", "again", "angle", "touched"), np.nan),
+        "contact": "",
         "message": "",
     }
     try:
@@ -123,6 +114,7 @@ def _outcome(asked: Case, refinement: float) -> dict[str, Any]:
         return {**row, "outcome": "undecided", "message": f"{type(error).__name__}: {error}"}
     row["critical"], row["again"] = _first(found), _first(again)
     row["angle"] = found.events[0].angle if found.events else np.nan
+    row["contact"] = found.contact
     row["touched"] = float(found.touch is not None)
     if found.stable != again.stable and _at_the_touch(found, again):
         return {**row, "outcome": "close", "message": "the sag touches where the strip would become critical"}

@@ -12,29 +12,24 @@ from math import degrees
 
 import numpy as np
 
-from stripfold.analysis import planning
-from stripfold.analysis.contact import lift_off, touch, touch_position, touches
-from stripfold.analysis.nodal import solve_height
-from stripfold.analysis.path_statics import SIZES, STEPS, StaticSegment, follow
+from stripfold.analysis.contact import lift_off, touch_position, touches
+from stripfold.analysis.contact_branch import STEPS
+from stripfold.analysis.path_statics import MOVING, NODAL, State, StaticSegment, follow
 from stripfold.analysis.release import (
     Fall,
     Motion,
     Progress,
     ReleaseState,
+    at_rest,
     simulate_fall,
-    state_at_rest,
 )
-from stripfold.analysis.static import StripModel
+from stripfold.analysis.static import StripModel, solve_height
 from stripfold.arrays import Array
-from stripfold.errors import CoarseMeshError
-from stripfold.models.model import Model
 from stripfold.paths.curve import GripperPath
 from stripfold.paths.rpath import RPath
 from stripfold.problem import StripProblem
-from stripfold.solve import continuation
 from stripfold.solve.continuation import StepOptions
 from stripfold.solve.critical import CriticalPoint
-from stripfold.solve.events import Crossing
 from stripfold.solve.problem import Point
 
 SNAP, BIFURCATION = KINDS = "snap-through", "bifurcation"
@@ -47,8 +42,8 @@ touches it; for a strip of thickness h it crosses at an angle that vanishes with
 tangency: an unfolded bifurcation.
 """
 MAX_FALLS = 5
-FINEST = 0.5
-"""Smallest factor on the element lengths."""
+SPACING = 0.1
+"""Distance of the places at which shapes are compared, L*."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +94,6 @@ class Assessment:
         The first touch, or None.
     """
 
-    model: Model
     path: GripperPath
     segments: tuple[StaticSegment, ...]
     motions: tuple[Motion, ...]
@@ -107,9 +101,9 @@ class Assessment:
     touch: Touchdown | None
 
     @property
-    def states(self) -> list[tuple[StripProblem, Point]]:
+    def states(self) -> list[State]:
         """All static states, each with what it solves."""
-        return [(segment.problem(i), point) for segment in self.segments for i, point in enumerate(segment.points)]
+        return [state for segment in self.segments for state in segment.states]
 
     @property
     def stable(self) -> bool:
@@ -117,20 +111,19 @@ class Assessment:
         return not self.events
 
     @property
-    def last(self) -> Point:
+    def last(self) -> State:
         """The last static state."""
-        return self.segments[-1].points[-1]
+        return self.segments[-1].states[-1]
+
+    @property
+    def contact(self) -> str:
+        """Whether the contact was found by its coordinates in all static states, or node by node in some."""
+        return NODAL if any(segment.nodal for segment in self.segments) else MOVING
 
     @property
     def at_end(self) -> bool:
         """Whether that is the end of the path."""
-        return abs(self.last.lam - self.path.length) < 1e-6
-
-
-def mesh_for(strip: StripModel, path: GripperPath, refinement: float = 1.0) -> Model:
-    """The strip on a mesh that is fine where it lifts off when the path first meets the stability boundary."""
-    sweep = planning.sweep_on_path(path, strip.length)
-    return strip.model(planning.boundaries(strip.length, sweep, refinement, SIZES))
+        return abs(self.last[1].lam - self.path.length) < 1e-6
 
 
 def assess_strip(
@@ -138,29 +131,6 @@ def assess_strip(
     path: GripperPath,
     fall: Fall | None = None,
     refinement: float = 1.0,
-    progress: Progress | None = None,
-    options: StepOptions = STEPS,
-) -> Assessment:
-    """Assess a path on a planned mesh; on a finer one where that proves too coarse.
-
-    Raises
-    ------
-    SolveError, TimeStepError
-        As in :func:`assess`.
-    """
-    while True:
-        try:
-            return assess(mesh_for(strip, path, refinement), path, fall, progress, options)
-        except CoarseMeshError:
-            refinement /= 2.0
-            if refinement < FINEST:
-                raise
-
-
-def assess(
-    model: Model,
-    path: GripperPath,
-    fall: Fall | None = None,
     progress: Progress | None = None,
     options: StepOptions = STEPS,
 ) -> Assessment:
@@ -176,43 +146,43 @@ def assess(
         A fall could not be followed.
     """
     say = progress or (lambda _: None)
+    mesh = strip.contact_mesh(refinement)
     say("following the path")
-    segments, motions, events = [follow(model, path, options=options)], [], []
+    segments, motions, events = [follow(mesh, path, strip.length, options=options)], [], []
     touch = _static_touch(segments[0])
     while (found := segments[-1].critical) is not None:
         segment = segments[-1]
-        problem, piece = segment.problem(-1), segment.pieces[-1]
-        events.append(_event(problem, path, found))
+        events.append(_event(segment.states[-1], path, found))
         if fall is None or len(events) > MAX_FALLS:
             break
         say(f"falling at {found.lam / path.length:.0%} of the path")
-        motion = simulate_fall(ReleaseState.at(problem, found), fall)
+        motion = simulate_fall(ReleaseState.at(segment.last or segment.states[-1], refinement), fall)
         motions.append(motion)
         if touch is None and motion.touch is not None:
             touch = Touchdown(found.lam, motion.touch_x, True)
-        point = state_at_rest(problem, motion.states[-1])
         say("following the path from the state at rest")
-        segments.append(follow(model, path, point, piece, options))
+        rest = at_rest(mesh, motion)
+        segments.append(follow(mesh, path, strip.length, rest, segment.pieces[-1], options))
         touch = touch or _static_touch(segments[-1])
-    return Assessment(model, path, tuple(segments), tuple(motions), tuple(events), touch)
+    return Assessment(path, tuple(segments), tuple(motions), tuple(events), touch)
 
 
-def _event(problem: StripProblem, path: GripperPath, found: CriticalPoint) -> CriticalEvent:
-    angle = boundary_angle(problem, found)
+def _event(last: State, path: GripperPath, found: CriticalPoint) -> CriticalEvent:
+    angle = boundary_angle(*last)
     kind = BIFURCATION if angle < LARGEST_BIFURCATION_ANGLE else SNAP
     return CriticalEvent(found.lam, path.position(found.lam), kind, angle, found)
 
 
-def boundary_angle(problem: StripProblem, found: CriticalPoint) -> float:
+def boundary_angle(problem: StripProblem, point: Point) -> float:
     """Angle between the gripper's way and the stability boundary in the plane of gripper places, degrees.
 
     The boundary's normal is what the critical mode feels of a move of the gripper: the mode times the tangent's
     columns of the grasp.
     """
-    _, tangent, _ = problem.linearise(found.before.q, found.lam)
+    _, tangent, _ = problem.linearise(point.q, point.lam)
     grasp = problem.model.middle[0]
-    normal = (tangent @ found.mode)[grasp]
-    way = problem.motion.rates(found.lam)
+    normal = (tangent @ point.mode)[grasp]
+    way = problem.motion.rates(point.lam)
     sine = abs(float(normal @ way)) / float(np.linalg.norm(normal) * np.linalg.norm(way))
     return degrees(np.arcsin(min(sine, 1.0)))
 
@@ -224,28 +194,25 @@ def off_the_boundary(strip: StripModel, event: CriticalEvent, refinement: float 
     constant height.
     """
     x, z = event.place
-    run = solve_height(strip, float(z), refinement, past=0.0)
+    run = solve_height(strip, float(z), refinement)
     if run.critical is None:
         return float("nan")
     return float(x + strip.length / 2.0 - run.critical.lam)
 
 
 def _static_touch(segment: StaticSegment) -> Touchdown | None:
-    """The first touch on a static part."""
-    for i, point in enumerate(segment.points):
-        if touches(segment.model, point):
-            if i == 0:
-                return None
-            problem = segment.problem(i)
-            before = segment.points[i - 1]
-            crossing = Crossing(touch(segment.model), before, point)
-            at = continuation.locate(problem, crossing, STEPS).after if before.lam < point.lam else point
-            return Touchdown(at.lam, touch_position(segment.model, at), False)
+    """The first touch on a static part: a state of its own where contact coordinates are unknowns."""
+    if touches(segment.states[0][0].model, segment.states[0][1]):
+        return None
+    for problem, point in segment.states:
+        if touches(problem.model, point):
+            return Touchdown(point.lam, touch_position(problem.model, point), False)
     return None
 
 
-def lying_length(model: Model, point: Point) -> float:
+def lying_length(problem: StripProblem, point: Point) -> float:
     """Length that lies from the held end to the lift-off, L*."""
+    model = problem.model
     return model.length - lift_off(model, point)
 
 
@@ -255,13 +222,15 @@ def grip_and_hold(problem: StripProblem, point: Point) -> tuple[Array, float]:
     return np.asarray(residual[problem.model.middle[0]]), float(residual[problem.model.middle[-1, 0]])
 
 
-def peak_forces(states: Sequence[tuple[StripProblem, Point]]) -> tuple[float, float]:
+def peak_forces(states: Sequence[State]) -> tuple[float, float]:
     """Largest force of the gripper, and largest horizontal force of the held end, over static states."""
     forces = [grip_and_hold(*state) for state in states]
     return max(float(np.linalg.norm(grip)) for grip, _ in forces), max(abs(hold) for _, hold in forces)
 
 
-def shape_error(model: Model, point: Point, plan: RPath) -> float:
+def shape_error(problem: StripProblem, point: Point, plan: RPath) -> float:
     """Largest distance of a state from the folded state that an R-path ends in, L*."""
-    apart = model.mid_surface(point.q) - plan.states[-1].at(model.s)
+    model = problem.model
+    s = np.arange(0.0, model.length, SPACING)
+    apart = model.resampled_mid_surface(point.q, s) - plan.states[-1].at(s)
     return float(np.linalg.norm(apart, axis=1).max())

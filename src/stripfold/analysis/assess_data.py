@@ -70,7 +70,7 @@ def run(
     Raises
     ------
     InvalidInputError, SolveError
-        As in :func:`.assess.assess`.
+        As in :func:`.assess_strip`.
     """
     unit = material.gravity_length
     strip = StripModel(length / unit, material.relative_thickness, material.nu)
@@ -80,10 +80,10 @@ def run(
     for i, segment in enumerate(found.segments):
         rows += rows_of_segment(segment, 2 * i)
         if i < len(found.motions):
-            rows += rows_of_motion(found.motions[i], segment.problem(-1), 2 * i + 1)
-    data = dataset(rows, found.model, path, material)
+            rows += rows_of_motion(found.motions[i], 2 * i + 1)
+    data = dataset(rows, path, material)
     found_si = schema.in_si(numbers(found, strip, name, refinement), material.scales)
-    return data.assign_attrs(path=name, length=length, **found_si)
+    return data.assign_attrs(path=name, length=length, contact=found.contact, **found_si)
 
 
 def numbers(found: Assessment, strip: StripModel, name: str, refinement: float) -> dict[str, float]:
@@ -109,8 +109,8 @@ def numbers(found: Assessment, strip: StripModel, name: str, refinement: float) 
         "planned_touch_x": plan.landing,
         "assumed_touch_x": assumed,
         "touch_error": touch.x - plan.landing if touch else nan,
-        "lying_length": lying_length(found.model, found.last),
-        "shape_error": shape_error(found.model, found.last, plan),
+        "lying_length": lying_length(*found.last),
+        "shape_error": shape_error(*found.last, plan),
         "peak_force": peak_force,
         "peak_hold": peak_hold,
         "relative_length": strip.length,

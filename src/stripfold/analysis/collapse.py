@@ -13,45 +13,61 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stripfold import schema
-from stripfold.analysis import needed_effects, planning
-from stripfold.analysis.advance import LIMIT, follow_to_event
-from stripfold.analysis.contact import whole_strip_lifts
+from stripfold.analysis import needed_effects
+from stripfold.analysis.contact import LEAST_LYING, lift_off
 from stripfold.analysis.diagnostics import node_weights
-from stripfold.analysis.nodal import X_STEPS, XRun, along_x, lift
+from stripfold.analysis.path_statics import State, follow
 from stripfold.analysis.phases import AFTER, BEFORE, FALL
-from stripfold.analysis.release import Fall, Motion, Progress, ReleaseState, simulate_fall, state_at_rest
-from stripfold.analysis.states import of_material
-from stripfold.analysis.static import End, StripModel
+from stripfold.analysis.release import (
+    Fall,
+    Motion,
+    Progress,
+    ReleaseState,
+    at_rest,
+    simulate_fall,
+    state_at_rest,
+)
+from stripfold.analysis.states import SPACING, of_material
+from stripfold.analysis.static import End, StripModel, XRun, solve_height
 from stripfold.arrays import Array
 from stripfold.effects.self_contact import SelfContact
 from stripfold.errors import SolveError, TimeStepError
 from stripfold.material import Material
 from stripfold.models.model import Model
+from stripfold.paths.curve import GripperPath, Piece
 from stripfold.problem import StripProblem
 from stripfold.simulation import Release, Simulation
 from stripfold.solve.dynamics import Energy, TimeState
-from stripfold.solve.events import Event, never
 from stripfold.solve.problem import Point
 from stripfold.solve.schemes import Damping
 
 if TYPE_CHECKING:
     import xarray as xr
 
-SIZES = planning.Sizes(free=0.15, lying=0.15)
-"""The loop rolls over all of the strip: no part may be coarse."""
-MAX_STEPS = 1500
+ABOVE = "the gripper is above the held end"
 
 
 @dataclass(frozen=True, eq=False)
 class Collapse:
-    """The whole: static run, fall (None where it was not asked for), and the static points from the state at rest on
+    """The whole: static run, fall (None where it was not asked for), and the static states from the state at rest on
     (empty if they were not)."""
 
     height: float
     run: XRun
     motion: Motion | None
-    after: tuple[Point, ...]
+    after: tuple[State, ...]
     end: str
+
+    @property
+    def before(self) -> list[State]:
+        """The static states up to the critical one."""
+        points = self.run.points
+        return [at.problem.on_mesh(at.point) for at in points[: points.index(self.run.last) + 1]]
+
+    @property
+    def model(self) -> Model:
+        """The strip on the mesh of the fall, or of the critical state."""
+        return self.motion.problem.model if self.motion else self.run.last.model
 
 
 def simulate(
@@ -79,52 +95,67 @@ def simulate(
     run = to_critical_point(strip, height, refinement)
     if fall is None:
         return Collapse(height, run, None, (), "the critical point: statics alone do not lead past it")
+    release = release_of(run, refinement)
     if self_contact is not None:
-        problem = replace(run.problem, self_contact=SelfContact.of(run.problem.model, self_contact))
-        run = replace(run, problem=problem)
-    motion = simulate_fall(release_of(run), fall, progress=say)
+        layers = SelfContact.of(release.problem.model, self_contact)
+        release = replace(release, problem=replace(release.problem, self_contact=layers))
+    motion = simulate_fall(release, fall, progress=say)
     if motion.touch is None:
         raise SolveError("the strip came to rest without touching", parameter=motion.states[-1].lam)
     if not fall.to_rest:
         return Collapse(height, run, motion, (), "first touch")
     say("going on from the state at rest")
-    after, end = go_on(run.problem, motion.states[-1])
+    after, end = go_on(strip, motion, height, refinement)
     return Collapse(height, run, motion, after, end)
 
 
 def to_critical_point(strip: StripModel, height: float, refinement: float = 1.0) -> XRun:
-    """The static run, on a mesh on which the strip can also be laid down and rolled on.
+    """The static run.
 
     Raises
     ------
     SolveError
         It cannot be computed, or there is no snap at this height.
     """
-    sweep = planning.lift_off_sweep(height)
-    mesh = planning.boundaries(strip.length, sweep, refinement, SIZES)
-    (_, model, state) = next(lift(strip, [height]))
-    run = along_x(strip, height, (model, state), mesh, past=0.0)
+    run = solve_height(strip, height, refinement)
     if run.critical is None:
         raise SolveError(f"there is no fall to follow: {run.end.reason}", advice="choose a height that snaps")
     return run
 
 
-def release_of(run: XRun) -> ReleaseState:
-    """The critical state of a run that ended in a snap."""
+def release_of(run: XRun, refinement: float = 1.0) -> ReleaseState:
+    """The critical state of a run that ended in a snap, on a mesh on which the strip can also be laid down and rolled
+    on."""
     assert run.critical is not None
-    return ReleaseState.at(run.problem, run.critical)
+    return ReleaseState.at(run.last, refinement)
 
 
-def go_on(problem: StripProblem, rest: TimeState) -> tuple[tuple[Point, ...], str]:
-    """Follow the settled strip until its gripper is above the held end; the points, and what ended the motion."""
-    model = problem.model
-    above = Event("the gripper is above the held end", lambda point, _: point.lam >= model.length, located=never)
-    lifted = whole_strip_lifts(model)
-    options = replace(X_STEPS, max_attempts=MAX_STEPS)
-    found = follow_to_event(problem, state_at_rest(problem, rest), (above, lifted, LIMIT), options)
-    if found.critical is not None:
-        return found.points[: found.points.index(found.critical.after) + 1], "another critical point"
-    return (*found.points, found.end.after), End.LIFTED.value if found.end.event is lifted else above.name
+def go_on(strip: StripModel, motion: Motion, height: float, refinement: float = 1.0) -> tuple[tuple[State, ...], str]:
+    """Follow the settled strip until its gripper is above the held end; the states, and what ended the motion."""
+    length, begin = strip.length, motion.states[-1].lam
+    along_x = Piece(
+        begin,
+        length,
+        lambda lam: np.array([lam - length / 2.0, height]),
+        lambda _: np.array([1.0, 0.0]),
+        "along x",
+    )
+    mesh, path = strip.contact_mesh(refinement), GripperPath("along x", (along_x,))
+    segment = follow(mesh, path, length, at_rest(mesh, motion))
+    layers = motion.problem.self_contact
+    if layers is not None and any(layers.gap(_on(motion.problem.model, *state)) < 0.0 for state in segment.states):
+        # Layers meet: a contact that only states on a fixed mesh have.
+        rest = motion.problem, state_at_rest(motion.problem, motion.states[-1])
+        segment = follow(mesh, path, length, rest)
+    for i, (problem, point) in enumerate(segment.states):
+        if strip.length - lift_off(problem.model, point) < LEAST_LYING:
+            return segment.states[: i + 1], End.LIFTED.value
+    return segment.states, ABOVE if segment.critical is None else "another critical point"
+
+
+def _on(model: Model, problem: StripProblem, point: Point) -> Array:
+    """The unknowns of a state on another mesh."""
+    return problem.model.resampled(point.q, model.s)
 
 
 ENERGIES = ("kinetic", "elastic", "gravity", "work", "air", "viscous", "contact", "numerical", "closing")
@@ -170,33 +201,32 @@ def dataset(simulation: Simulation, found: Collapse) -> xr.Dataset:
     Dataset over ``state`` and ``node``; ``phase`` says of each state whether it is static before lambda_c, in the fall,
     or static after it.
     """
-    material, problem = simulation.material, found.run.problem
-    model = problem.model
-    model = problem.model
-    run, motion = found.run, found.motion
-    stable = run.points[: run.points.index(run.last) + 1]
-    states: list[tuple[str, Point | TimeState]] = [(BEFORE, p) for p in stable]
-    states += [(FALL, m) for m in motion.states] if motion else []
-    states += [(AFTER, p) for p in found.after]
+    material, motion, run = simulation.material, found.motion, found.run
+    length = found.model.length
+    arc = np.linspace(0.0, length, int(np.ceil(length / SPACING)) + 1)
+    # Each with its problem.
+    states: list[tuple[str, StripProblem, Point | TimeState]] = [(BEFORE, *state) for state in found.before]
+    states += [(FALL, motion.problem, m) for m in motion.states] if motion else []
+    states += [(AFTER, *state) for state in found.after]
 
     def each(get: Callable[[Point | TimeState], float]) -> Array:
-        return np.array([get(state) for _, state in states], dtype=float)
+        return np.array([get(state) for *_, state in states], dtype=float)
 
-    def energy_of(state: Point | TimeState) -> Energy:
+    def energy_of(problem: StripProblem, state: Point | TimeState) -> Energy:
         return state.energy if isinstance(state, TimeState) else Energy(0.0, *problem.energies(state.q))
 
     def of_balance(phase: str, energy: Energy, name: str) -> float:
         return float(getattr(energy, name)) if phase == FALL or name in IN_STATICS else np.nan
 
-    middle = np.stack([model.mid_surface(state.q) for _, state in states])
-    moved = np.sqrt(_mean(model, np.sum((middle - middle[0]) ** 2, axis=2)))
-    energies = [(phase, energy_of(state)) for phase, state in states]
+    middle = np.stack([problem.model.resampled_mid_surface(state.q, arc) for _, problem, state in states])
+    moved = np.sqrt(np.sum((middle - middle[0]) ** 2, axis=2) @ node_weights(arc) / length)
+    energies = [(phase, energy_of(problem, state)) for phase, problem, state in states]
     columns = {
         "time": each(lambda s: s.t if isinstance(s, TimeState) else np.nan),
         "lambda": each(lambda s: s.lam),
         "deflection": moved,
         "contacts": each(lambda s: len(s.active)),
-        "minimal_gap": each(lambda s: float(np.min(s.q[problem.bounded]))),
+        "minimal_gap": np.array([np.min(state.q[problem.bounded]) for _, problem, state in states]),
         "negatives": each(lambda s: s.negatives if isinstance(s, Point) else np.nan),
         **{name: np.array([of_balance(phase, e, name) for phase, e in energies]) for name in ENERGIES},
     }
@@ -211,7 +241,7 @@ def dataset(simulation: Simulation, found: Collapse) -> xr.Dataset:
         "length": simulation.length,
         "height": simulation.height,
         "lambda_0": scales["m"] * run.lambda_0,
-        "lambda_c": scales["m"] * run.last.lam,
+        "lambda_c": scales["m"] * run.lam,
         "touch_time": scales["s"] * touched,
         "touch_x": scales["m"] * motion.touch_x if motion else nan,
         "settle_time": scales["s"] * ended if simulation.until == "rest" else nan,
@@ -221,17 +251,12 @@ def dataset(simulation: Simulation, found: Collapse) -> xr.Dataset:
     return schema.dataset(
         {
             **{name: ("state", values) for name, values in columns.items()},
-            **{"x": (nodes, middle[..., 0]), "z": (nodes, middle[..., 1]), "arc": ("node", model.s)},
-            "phase": ("state", [phase for phase, _ in states]),
+            **{"x": (nodes, middle[..., 0]), "z": (nodes, middle[..., 1]), "arc": ("node", arc)},
+            "phase": ("state", [phase for phase, *_ in states]),
         },
         attrs,
         scales,
     )
-
-
-def _mean(model: Model, values: Array) -> Array:
-    """Mean along the strip of nodal values, shape (..., columns)."""
-    return np.asarray(values @ node_weights(model.s) / model.length)
 
 
 def last_good(simulation: Simulation, error: TimeStepError) -> xr.Dataset:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from stripfold.arrays import Array
+from stripfold.arrays import Array, Index
 from stripfold.models.model import Model
 from stripfold.solve.critical import is_past
 from stripfold.solve.dynamics import TimeState
@@ -19,30 +19,38 @@ TOUCH_TOLERANCE = 1e-4
 """Arc length to which the first touch of the sag is located, L*."""
 
 
-def contact_positions(model: Model, point: Point | TimeState) -> Array:
-    """Distances from the grasped end of the nodes on the floor, ascending; the held end counts as one."""
+def columns_on_floor(model: Model, point: Point | TimeState) -> Index:
+    """Numbers of the nodes on the floor, ascending; the held end counts as one."""
     on_floor = np.isin(model.middle[:, 1], point.active)
     on_floor[-1] = True
-    return np.asarray(model.s[on_floor])
+    return np.flatnonzero(on_floor)
+
+
+def contact_positions(model: Model, point: Point | TimeState) -> Array:
+    """Distances from the grasped end of the nodes on the floor, ascending."""
+    return np.asarray(model.s[columns_on_floor(model, point)])
+
+
+def lying_parts(model: Model, point: Point | TimeState, apart: float = APART) -> list[Index]:
+    """The nodes on the floor, part by part: between two parts a node farther than ``apart`` from both is free."""
+    columns = columns_on_floor(model, point)
+    gaps = (np.diff(columns) > 1) & (np.diff(model.s[columns]) > apart)
+    return np.split(columns, np.flatnonzero(gaps) + 1)
 
 
 def touches(model: Model, point: Point | TimeState) -> bool:
     """Whether something beside the lying part is on the floor."""
-    return bool(np.any(np.diff(contact_positions(model, point)) > APART))
+    return len(lying_parts(model, point)) > 1
 
 
 def lift_off(model: Model, point: Point | TimeState) -> float:
     """Distance along the strip from the grasped end to where the lying part begins, L*."""
-    s = contact_positions(model, point)
-    gaps = np.flatnonzero(np.diff(s) > APART)
-    return float(s[gaps[-1] + 1] if len(gaps) else s[0])
+    return float(model.s[lying_parts(model, point)[-1][0]])
 
 
 def touch_position(model: Model, state: TimeState | Point) -> float:
     """x of the touch, origin mid-strip: the lowest point of a parabola through three nodes, L*."""
-    s = contact_positions(model, state)
-    gap = int(np.flatnonzero(np.diff(s) > APART)[0])
-    column = int(np.argmin(np.abs(model.s - s[gap])))
+    column = int(lying_parts(model, state)[0][-1])
     near = slice(max(column - 1, 0), column + 2)
     position = model.mid_surface(state.q)[near]
     local = model.s[near] - model.s[column]

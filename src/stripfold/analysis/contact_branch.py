@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from math import inf
 
 import numpy as np
 
@@ -251,8 +252,11 @@ def follow(
     options: StepOptions,
     stops: Callable[[MovingContact], Sequence[Event]],
     through_contact: bool = True,
+    end: float = inf,
 ) -> Iterator[BranchPoint | BranchCrossing]:
     """Yield ``first``, then point after point along its branch, and the events of ``stops`` as they happen.
+
+    The point at ``end``, a value of lambda, is the last; events behind it do not count.
 
     Raises
     ------
@@ -263,11 +267,16 @@ def follow(
     yield at
     while True:
         problem = at.problem
+        if at.point.lam >= end:
+            yield BranchPoint(problem, continuation.step_to(problem, at.point, end, options))
+            return
         changes = contact_changes(problem) if through_contact else {}
         branch = continuation.follow(problem, at.point, options, [*stops(problem), *changes])
         next(branch)
         for item in branch:
             if isinstance(item, Crossing):
+                if item.before.lam >= end:
+                    continue
                 before, after = (BranchPoint(problem, p) for p in (item.before, item.after))
                 if item.event not in changes:
                     yield BranchCrossing(item.event, before, after)
@@ -277,6 +286,9 @@ def follow(
                 at = changes[item.event](after)
                 yield at
                 break
+            if item.lam >= end:
+                yield BranchPoint(problem, continuation.step_to(problem, at.point, end, options))
+                return
             step = item.arc - at.point.arc
             at = BranchPoint(problem, item)
             yield at

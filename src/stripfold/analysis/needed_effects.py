@@ -15,8 +15,8 @@ import numpy as np
 from stripfold import schema
 from stripfold.effects.self_contact import SelfContact
 from stripfold.models.model_error import model_error
+from stripfold.problem import StripProblem
 from stripfold.simulation import Simulation
-from stripfold.solve.problem import Point
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -101,9 +101,10 @@ def record(simulation: Simulation, found: Collapse, seconds: float) -> xr.Datase
     gap, met, looked = _layers(found, thickness)
     motion = found.motion
     share = None if motion is None else kinetic_share(found)
-    slope = -1.0 if found.run.critical else found.run.last.tangent.lam
-    lowest = float(found.run.points[0].q[found.run.problem.bounded].min())
-    contact = found.run.problem.self_contact
+    slope = -1.0 if found.run.critical else found.run.last.point.tangent.lam
+    problem, first = found.before[0]
+    lowest = float(first.q[problem.bounded].min())
+    contact = motion.problem.self_contact if motion else None
     needs: dict[str, Need] = {
         CONTACT: need_of_contact(lowest),
         SELF_CONTACT: need_of_self_contact(gap),
@@ -153,19 +154,17 @@ def kinetic_share(found: Collapse) -> float:
 def _layers(found: Collapse, thickness: float) -> tuple[float, float, float]:
     """The smallest gap of layers above the floor, L*; when they first met, sqrt(L*/g), nan for never; seconds taken."""
     began = perf_counter()
-    monitor = SelfContact.of(found.run.problem.model, thickness)
+    model = found.model
+    monitor = SelfContact.of(model, thickness)
     smallest, met = np.inf, np.nan
-    states: list[tuple[float, Any]] = [(np.nan, p) for p in _stable(found)]
-    states += [(m.t, m) for m in found.motion.states] if found.motion else []
-    states += [(np.nan, p) for p in found.after]
-    for t, state in states:
-        gap = monitor.gap(state.q)
+    states: list[tuple[float, StripProblem, Any]] = [(np.nan, *state) for state in found.before]
+    if found.motion:
+        states += [(m.t, found.motion.problem, m) for m in found.motion.states]
+    states += [(np.nan, *state) for state in found.after]
+    for t, problem, state in states:
+        same = problem.model is model
+        gap = monitor.gap(state.q if same else problem.model.resampled(state.q, model.s))
         if gap < 0.0 and np.isnan(met):
             met = t
         smallest = min(smallest, gap)
     return float(smallest), met, perf_counter() - began
-
-
-def _stable(found: Collapse) -> tuple[Point, ...]:
-    points = found.run.points
-    return points[: points.index(found.run.last) + 1]

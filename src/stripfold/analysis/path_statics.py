@@ -6,213 +6,293 @@ followed to the corner, and from there with the direction of the next piece.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from stripfold.analysis import planning
-from stripfold.analysis.advance import LAMBDA_TOLERANCE, LIMIT, follow_to_event
-from stripfold.analysis.contact import touch, touches
-from stripfold.analysis.nodal import ROBUST_NEWTON
-from stripfold.errors import CoarseMeshError, NewtonError, SolveError
-from stripfold.models.model import Model
-from stripfold.paths.curve import GripperPath
+from stripfold.analysis import contact_branch
+from stripfold.analysis.contact import lift_off
+from stripfold.analysis.contact_branch import STEPS, BranchPoint, Planned, clearance
+from stripfold.analysis.contact_set import ROBUST_NEWTON, from_nodes, on_nodes
+from stripfold.arrays import Array
+from stripfold.errors import SolveError
+from stripfold.models.contact_mesh import Topology
+from stripfold.moving_contact import MovingContact
+from stripfold.paths.curve import GripperPath, Piece
 from stripfold.problem import AlongPiece, StripProblem
 from stripfold.solve import continuation, critical
-from stripfold.solve.continuation import StepOptions, step_to
-from stripfold.solve.critical import CriticalPoint
+from stripfold.solve.continuation import StepOptions
+from stripfold.solve.critical import CriticalPoint, is_past
 from stripfold.solve.events import Event, never
 from stripfold.solve.problem import Point
 
-SIZES = planning.Sizes(free=0.15, lying=0.15, grasp=0.05)
-"""The lift-off point sweeps the whole strip, and the fold rolls over it: no part may be coarse."""
-STEPS = StepOptions(first=0.05, largest=0.5, slow_below=0.4, target_iterations=10, max_attempts=600)
-ROBUST_STEPS = replace(STEPS, newton=ROBUST_NEWTON)
-FIRST_HEIGHT = 0.01
-"""Length travelled at the first state, L*: closer to the flat strip every contact is about to change."""
-NEAR_ZERO = 0.2
-"""Eigenvalue, g/L*, below which a critical point is never spurious."""
-NEXT = 1e-4
-"""Largest distance from a located critical point to the extrapolated zero of its smallest eigenvalue, L*.
+State = tuple[StripProblem, Point]
+"""A state on its own mesh, with contact at nodes."""
 
-Before a fold the square of that eigenvalue falls linearly to zero.  If the extrapolated zero is farther away, a single
-contact of the mesh has opened: a spurious limit point (docs/method.md)."""
-LARGEST_LOCAL_SNAP = 0.3
-"""Largest displacement of the strip in a local snap, L*, from which it is followed on."""
-LARGEST_SPURIOUS_MOVE = 0.05
-"""Largest displacement of the strip at a spurious limit point, L*: a larger one may be a real, small
-snap."""
-NEAR_CRITICAL = 10.0
-"""Eigenvalue, g/L*, that marks a near-critical dip of a nearly flat strip: on another mesh it snaps, since the critical
-mode is no longer than a few elements."""
-DIP = 2.0
-"""Factor by which the eigenvalue rises again after a dip: a long strip passes shallow minima as low."""
-NEARLY_FLAT = 0.7
-"""Largest height of a nearly flat strip, L*."""
-BEYOND = (0.01, 0.03, 0.1)
-"""Distances past a spurious limit point at which an equilibrium is searched for, L*."""
+LIMIT_TOLERANCE = 1e-6
+"""Width of the bracket of lambda at a critical point, L*."""
+LIMIT = critical.critical_point(LIMIT_TOLERANCE)
+"""The event that ends an advance."""
+LOW = 1e-3
+"""Height of the gripper below which no state is computed but on the floor, L*: the part beside it is then shorter than
+(24 LOW)^(1/4)."""
+ON_FLOOR = 1e-9
+"""Height of a gripper on the floor, L*: rounding."""
+FIRST = 0.01
+"""Largest length travelled at the first state, L*."""
+LEAST_LYING = 0.05
+"""Length of the lying part at which the whole strip is taken to lift off, L*."""
+PENETRATION = 1e-3
+"""Depth under the floor that a sag beside a contact must reach to count as another contact, L*."""
+NODAL_STEPS = StepOptions(first=0.05, largest=0.5, target_iterations=10, max_attempts=1000, newton=ROBUST_NEWTON)
+RETURN_LYING = 0.3
+"""Length of the lying part at which contact coordinates are unknowns again, L*."""
+MAX_RETURNS = 3
+"""Returns from contact at nodes along one part of a path."""
+MOVING, NODAL = "moving", "nodal"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class StaticSegment:
     """Statics along a part of a path.
 
     Attributes
     ----------
-    points
-        Accepted points, in order; at a corner two, one for each direction.
+    states
+        Accepted states, in order; at a corner two, one for each direction.
     pieces
-        For each point the index of its piece.
+        For each state the index of its piece.
     critical
         The critical point that ends it, or None at the end of the path.
-    spurious_limit_points
-        Number of those passed (docs/method.md).
+    last
+        The last state with its contact coordinates; None if its contact is at nodes.
+    nodal
+        Why the contact was found node by node in some states, where it was none of :class:`.Topology`; else empty.
     """
 
-    model: Model
     path: GripperPath
-    points: tuple[Point, ...]
+    states: tuple[State, ...]
     pieces: tuple[int, ...]
     critical: CriticalPoint | None
-    spurious_limit_points: int
+    last: BranchPoint | None
+    nodal: str = ""
 
-    def problem(self, i: int) -> StripProblem:
-        """The problem of the point ``i``."""
-        return problem_on(self.model, self.path, self.pieces[i])
+    @property
+    def points(self) -> tuple[Point, ...]:
+        """The states without their problems."""
+        return tuple(point for _, point in self.states)
+
+    @property
+    def contact(self) -> str:
+        """Whether contact coordinates were unknowns throughout, or the contact was at nodes in some states."""
+        return NODAL if self.nodal else MOVING
+
+    @property
+    def iterations(self) -> int:
+        """Newton iterations of all states together."""
+        return sum(len(point.state.residuals) - 1 for point in self.points)
 
 
-def problem_on(model: Model, path: GripperPath, piece: int) -> StripProblem:
-    """The strip with its gripper on one piece of a path."""
-    return StripProblem(model, AlongPiece(path.pieces[piece], model.length))
-
-
-def from_flat(model: Model, path: GripperPath) -> Point:
+def from_flat(mesh: Planned, path: GripperPath, length: float) -> BranchPoint:
     """The first state of a path, its gripper just lifted."""
-    problem = problem_on(model, path, 0)
-    travelled = min(FIRST_HEIGHT, path.pieces[0].end / 4.0)
-    return continuation.start(problem, np.zeros(model.size), travelled, problem.bounded, 1.0, ROBUST_STEPS)
+    piece = path.pieces[0]
+    first = min(FIRST, _low(piece, piece.start, piece.end))
+    return contact_branch.from_flat(mesh, AlongPiece(piece, length), first)
+
+
+def _low(piece: Piece, floor: float, above: float) -> float:
+    """Length travelled at which the gripper is :data:`LOW`, between places on the floor and above."""
+    for _ in range(60):
+        if abs(above - floor) < 1e-9:
+            break
+        middle = 0.5 * (floor + above)
+        floor, above = (floor, middle) if piece.position(middle)[1] > LOW else (middle, above)
+    return above
 
 
 def follow(
-    model: Model,
+    mesh: Planned,
     path: GripperPath,
-    first: Point | None = None,
+    length: float,
+    first: BranchPoint | State | None = None,
     piece: int = 0,
     options: StepOptions = STEPS,
-    max_spurious_move: float = LARGEST_SPURIOUS_MOVE,
 ) -> StaticSegment:
     """Follow a path from the flat strip, or from a state on one of its pieces.
+
+    Parameters
+    ----------
+    mesh
+        Plans a mesh of the strip with one lift-off: :meth:`.StripModel.contact_mesh`.
+    path, length
+        The path, and the length of the strip, L*.
+    first, piece
+        The state to begin with, and the index of its piece.
+    options
+        Of the steps.
 
     Raises
     ------
     SolveError
         When a state or the branch cannot be computed.
     """
-    point = first or from_flat(model, path)
-    points, pieces, spurious = [point], [piece], 0
-    for i in range(piece, len(path.pieces)):
-        problem = problem_on(model, path, i)
-        while points[-1].lam < path.pieces[i].end:
-            points_on_piece, found, spurious_limit_points = _along_piece(
-                problem, points[-1], path.pieces[i].end, options, max_spurious_move
-            )
-            snapped = _local_snap(problem, found, points_on_piece) if found is not None else None
-            points_on_piece += [snapped] if snapped is not None else []
-            points += points_on_piece[1:]
-            pieces += [i] * (len(points_on_piece) - 1)
-            spurious += spurious_limit_points + (snapped is not None)
-            if found is not None and snapped is None:
-                return StaticSegment(model, path, tuple(points), tuple(pieces), found, spurious)
-        if i + 1 < len(path.pieces):
-            onward = problem_on(model, path, i + 1)
-            corner = points[-1].state
-            point = continuation.start(onward, corner.q, path.pieces[i + 1].start, corner.active, 1.0, STEPS)
-            points.append(point)
-            pieces.append(i + 1)
-            if point.negatives:
-                raise SolveError("the strip is not stable at a corner of the path", parameter=point.lam)
-    return StaticSegment(model, path, tuple(points), tuple(pieces), None, spurious)
+    at: BranchPoint | State = first or from_flat(mesh, path, length)
+    follower = _Follower(mesh, path, length, options, at, piece)
+    while follower.critical is None and follower.lam < path.length:
+        follower.advance()
+    last = follower.at if isinstance(follower.at, BranchPoint) else None
+    return StaticSegment(path, tuple(follower.states), tuple(follower.pieces), follower.critical, last, follower.nodal)
 
 
-def _local_snap(problem: StripProblem, found: CriticalPoint, points_on_piece: list[Point]) -> Point | None:
-    """The state past a spurious critical point, where one contact opened; None at other critical points.
+@dataclass
+class _Follower:
+    """The states so far, and the one to go on from."""
 
-    Raises
-    ------
-    CoarseMeshError
-        The strip moves too far: the mesh is too coarse.
-    """
-    before = found.before
-    if before.eigenvalues[0] < NEAR_ZERO or _to_zero(before, points_on_piece) < NEXT:
-        return None
-    for beyond in BEYOND:
-        try:
-            point = continuation.start(problem, before.q, before.lam + beyond, before.active, 1.0, ROBUST_STEPS)
-        except NewtonError:
-            continue
-        if problem.model.largest_move(before.q, point.q) < LARGEST_LOCAL_SNAP and not critical.is_past(point):
-            return point
-    if touches(problem.model, before):
-        # The upper layer lifts off the lower one and is released at once, on any mesh.
-        return None
-    raise CoarseMeshError(
-        f"the strip is released by one contact that opens at lambda = {before.lam:.6g}",
-        parameter=before.lam,
-        advice="refine the mesh",
-    )
+    mesh: Planned
+    path: GripperPath
+    length: float
+    options: StepOptions
+    at: BranchPoint | State
+    piece: int
+    states: list[State] = field(default_factory=list)
+    pieces: list[int] = field(default_factory=list)
+    critical: CriticalPoint | None = None
+    nodal: str = ""
+    returns: int = 0
+
+    def __post_init__(self) -> None:
+        self.add(self.at)
+
+    def add(self, at: BranchPoint | State) -> None:
+        self.at = at
+        self.states.append(at.problem.on_mesh(at.point) if isinstance(at, BranchPoint) else at)
+        self.pieces.append(self.piece)
+
+    @property
+    def lam(self) -> float:
+        return self.states[-1][1].lam
+
+    def advance(self) -> None:
+        """To the end of the piece, a critical point, or a change between contact coordinates and nodes."""
+        piece = self.path.pieces[self.piece]
+        if isinstance(self.at, BranchPoint):
+            try:
+                self.with_coordinates(self.at, piece)
+            except SolveError as error:
+                self.nodal = self.nodal or str(error)
+                self.to_nodes()
+        else:
+            self.at_nodes(*self.at, piece)
+        if self.critical is None and self.lam >= piece.end and self.piece + 1 < len(self.path.pieces):
+            self.turn()
+
+    def turn(self) -> None:
+        """The state at the corner with the motion of the next piece."""
+        self.piece += 1
+        motion, lam = AlongPiece(self.path.pieces[self.piece], self.length), self.lam
+        if isinstance(self.at, BranchPoint):
+            problem = MovingContact(self.at.problem.mesh, motion)
+            self.add(contact_branch.solved(problem, self.at.point.q, lam))
+        else:
+            before, point = self.at
+            onward = replace(before, motion=motion)
+            self.add((onward, continuation.start(onward, point.q, lam, point.active, 1.0, NODAL_STEPS)))
+
+    def with_coordinates(self, at: BranchPoint, piece: Piece) -> None:
+        """Follow the branch with contact coordinates as unknowns."""
+        start, end = (piece.position(lam)[1] <= ON_FLOOR for lam in (at.point.lam, piece.end))
+        highest = max((at.point.lam, 0.5 * (at.point.lam + piece.end), piece.end), key=lambda s: piece.position(s)[1])
+        if start and at.topology is Topology.FOLDED and piece.position(highest)[1] > LOW:
+            at = taken_off(at, _low(piece, at.point.lam, highest))
+            self.add(at)
+        before_end = _low(piece, piece.end, highest) if end and piece.position(highest)[1] > LOW else piece.end
+        for to in (before_end, piece.end):
+            if self.critical is None and at.point.lam < to:
+                at = self.along_branch(at, to)
+            if to < piece.end and at.topology is Topology.INTERVAL:
+                at = landed(at, piece.end)
+                self.add(at)
+        if self.critical is None and is_past(at.point):
+            raise SolveError("the strip is not stable at a corner of the path", parameter=at.point.lam)
+
+    def along_branch(self, at: BranchPoint, end: float) -> BranchPoint:
+        """Add the states up to this one or a critical point, and return the last."""
+        branch = contact_branch.follow(at, self.options, _stops, end=end)
+        next(branch)
+        for item in branch:
+            if isinstance(item, BranchPoint):
+                at = item
+                self.add(at)
+                continue
+            if item.event is not LIMIT:
+                raise SolveError(f"{item.event.name}: none of the known kinds of contact", parameter=at.point.lam)
+            at, after = item.before, item.after.point
+            if at.point is not self.at.point:  # type: ignore[union-attr]
+                self.add(at)
+            self.critical = critical.locate(at.problem, at.point, after, LIMIT_TOLERANCE, self.options)
+            break
+        return at
+
+    def to_nodes(self) -> None:
+        """The present state with its contact at nodes."""
+        assert isinstance(self.at, BranchPoint)
+        problem, point = on_nodes(self.at)
+        point = continuation.start(problem, point.q, self.lam, point.active, 1.0, NODAL_STEPS)
+        self.at = (problem, point)
+
+    def may_return(self, problem: StripProblem, point: Point) -> bool:
+        """Whether contact coordinates may do again."""
+        lies = self.length - lift_off(problem.model, point) > RETURN_LYING
+        return lies and self.returns < MAX_RETURNS and problem.self_contact is None
+
+    def at_nodes(self, problem: StripProblem, point: Point, piece: Piece) -> None:
+        """Follow the branch with contact at nodes, as long as it is none of the known kinds."""
+        end = Event("end of the piece", lambda point, _: point.lam >= piece.end, located=never)
+        branch = continuation.follow(problem, point, NODAL_STEPS, [LIMIT, end])
+        next(branch)
+        for item in branch:
+            if isinstance(item, Point):
+                self.add((problem, item))
+                if self.may_return(problem, item):
+                    with suppress(SolveError):
+                        self.at = from_nodes(self.mesh, problem, item)
+                        self.returns += 1
+                        return
+            elif item.event is end:
+                self.add((problem, continuation.step_to(problem, item.before, piece.end, NODAL_STEPS)))
+                return
+            elif item.before.lam < piece.end:
+                self.add((problem, item.before))
+                self.critical = critical.locate(problem, item.before, item.after, LIMIT_TOLERANCE, NODAL_STEPS)
+                return
 
 
-def _to_zero(point: Point, points_on_piece: list[Point]) -> float:
-    """Distance in lambda to the extrapolated zero of the smallest eigenvalue near a fold, from the points before."""
-    earlier = [p for p in points_on_piece if p.lam < point.lam - LAMBDA_TOLERANCE]
-    now = float(point.eigenvalues[0]) ** 2
-    fallen = float(earlier[-1].eigenvalues[0]) ** 2 - now if earlier else 0.0
-    return now / fallen * (point.lam - earlier[-1].lam) if fallen > 0.0 else np.inf
+def _stops(problem: MovingContact) -> list[Event]:
+    """What ends a branch, and what its kind of contact cannot describe."""
+    most = problem.mesh.length - LEAST_LYING
+    lifted = Event("lift-off of the whole strip", lambda point, _: problem.contact(point.q)[-1] > most)
+    if problem.mesh.topology is Topology.LYING:
+        return [LIMIT, lifted]
+    sag = Event("another touch of a sag", lambda point, _: clearance(problem, point.q)[0] < -PENETRATION)
+    return [LIMIT, lifted, sag]
 
 
-def _along_piece(
-    problem: StripProblem, first: Point, end: float, options: StepOptions, max_spurious_move: float
-) -> tuple[list[Point], CriticalPoint | None, int]:
-    """Points up to ``end`` or a critical point, which is returned too, and the number of spurious limit points."""
-    model = problem.model
-
-    def check_dip(points: list[Point]) -> None:
-        if (least := _near_critical_dip(model, points)) is not None:
-            raise CoarseMeshError(
-                f"the strip nearly snaps at lambda = {least.lam:.6g}: the mesh decides whether it does",
-                parameter=least.lam,
-                advice="refine the mesh",
-            )
-
-    def check_move(before: Point, after: Point) -> None:
-        if model.largest_move(before.q, after.q) > max_spurious_move:
-            raise CoarseMeshError(
-                f"the strip snaps locally at lambda = {before.lam:.6g}: the mesh decides whether it goes",
-                parameter=before.lam,
-                advice="refine the mesh",
-            )
-
-    found = follow_to_event(
-        problem,
-        first,
-        (LIMIT, Event("end of the piece", lambda point, _: point.lam >= end, located=never)),
-        options,
-        # The floor under the sag stops the fall: no spurious limit point, however soon lambda rises again.
-        confirm=(touch(model, located=False),),
-        watch=check_dip,
-        on_spurious=check_move,
-    )
-    points, at = list(found.points), found.critical
-    if at is not None and at.lam < end:
-        return points[: points.index(at.before) + 1], at, found.spurious
-    # A critical point behind the end of the piece is not on the path.
-    kept = points[: points.index(found.end.before) + 1]
-    return [*kept, step_to(problem, kept[-1], end, options)], None, found.spurious
+def landed(at: BranchPoint, lam: float) -> BranchPoint:
+    """The state with the gripper on the floor, from one just before with an upper layer that lies."""
+    return _other(at, at.contact[1:], Topology.FOLDED, lam)
 
 
-def _near_critical_dip(model: Model, points: list[Point]) -> Point | None:
-    """The point of smallest eigenvalue of a nearly flat strip, if it came near zero and has risen again."""
-    least = min(points, key=lambda point: float(point.eigenvalues[0]))
-    value, now = float(least.eigenvalues[0]), points[-1]
-    recovered = value < NEAR_CRITICAL and float(now.eigenvalues[0]) > DIP * value
-    return least if recovered and model.mid_surface(now.q)[:, 1].max() < NEARLY_FLAT else None
+def taken_off(at: BranchPoint, lam: float) -> BranchPoint:
+    """The state with the gripper just above the floor, from one with the gripper on it."""
+    height = float(at.problem.motion.values(lam)[-1])
+    beside = min((24.0 * height) ** 0.25, 0.5 * float(at.contact[0]))
+    return _other(at, np.concatenate([[beside], at.contact]), Topology.INTERVAL, lam)
+
+
+def _other(at: BranchPoint, contact: Array, topology: Topology, lam: float) -> BranchPoint:
+    """A state of another kind of contact near a given one."""
+    problem = at.problem
+    mesh = problem.mesh.replanned(contact, topology)
+    q = problem.at(at.contact).model.resampled(at.point.q[: problem.n], mesh.model.s)
+    return contact_branch.solved(MovingContact(mesh, problem.motion), np.append(q, contact), lam)

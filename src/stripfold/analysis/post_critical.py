@@ -8,32 +8,28 @@ of L*.  Source: docs/physics.md, section 5.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from itertools import pairwise
-from math import inf
 from typing import TYPE_CHECKING
 
 from stripfold import schema
-from stripfold.analysis import planning
-from stripfold.analysis.contact import touches
-from stripfold.analysis.nodal import XRun, along_x, lift
-from stripfold.analysis.path_statics import SIZES, STEPS, StaticSegment, follow, problem_on
-from stripfold.analysis.release import Fall, Motion, Progress, ReleaseState, simulate_fall, state_at_rest
+from stripfold.analysis.contact_branch import STEPS, BranchPoint, clearance, solved
+from stripfold.analysis.contact_set import on_nodes
+from stripfold.analysis.path_statics import State, StaticSegment, follow
+from stripfold.analysis.release import Fall, Motion, Progress, ReleaseState, at_rest, simulate_fall
 from stripfold.analysis.states import dataset, of_material, rows_of_motion, rows_of_segment
-from stripfold.analysis.static import StripModel
+from stripfold.analysis.static import StripModel, XRun, solve_height
 from stripfold.errors import SolveError
 from stripfold.material import Material
-from stripfold.models.model import Model
+from stripfold.moving_contact import MovingContact
 from stripfold.paths.rpath import RPath, plan_r_path
-from stripfold.solve import continuation
+from stripfold.problem import AlongPiece
 from stripfold.solve.continuation import step_to
-from stripfold.solve.problem import Point
 
 if TYPE_CHECKING:
     import xarray as xr
 
 BEFORE_TOUCH = 0.15
 """Distance before the planned touch at which the strip is released, L*: there the two equilibria are farthest apart."""
-PAST = 3.0
+PAST = 6.0
 """Arc length to follow past the maximum of lambda, L*."""
 CARRY = 1
 """Index of the piece on which it happens."""
@@ -50,15 +46,14 @@ class PostCriticalBranch:
 
 @dataclass(frozen=True, eq=False)
 class PostCriticalBranches:
-    """The unstable planned state and both branches."""
+    """The unstable planned state, on the mesh of the falls, and both branches."""
 
-    model: Model
-    start: Point
+    start: State
     branches: tuple[PostCriticalBranch, ...]
 
 
 def follow_both_branches(
-    model: Model, strip: StripModel, plan: RPath, fall: Fall, progress: Progress | None = None
+    strip: StripModel, plan: RPath, fall: Fall, refinement: float = 1.0, progress: Progress | None = None
 ) -> PostCriticalBranches:
     """Release the planned state in both directions, gripper held, and follow the path from the states at rest.
 
@@ -68,28 +63,21 @@ def follow_both_branches(
         There is no unstable planned state, or a part could not be computed.
     """
     say = progress or (lambda _: None)
+    mesh = strip.contact_mesh(refinement)
     travelled = plan.path.pieces[CARRY].end - BEFORE_TOUCH
     say("looking for the unstable planned state")
-    start = planned_unstable(model, strip, plan, travelled)
-    problem = problem_on(model, plan.path, CARRY)
+    problem, start = on_nodes(planned_unstable(strip, plan, travelled, refinement), refinement)
     ways = []
     for sign in (1.0, -1.0):
         release = ReleaseState(problem, start, start.mode, 0.0)
         motion = simulate_fall(release, replace(fall, disturbance=sign * abs(fall.disturbance)), progress=say)
-        # The plan is lost: local snaps on the rest of the path do not matter.
-        rest = state_at_rest(problem, motion.states[-1])
-        ways.append(PostCriticalBranch(sign, motion, follow(model, plan.path, rest, CARRY, max_spurious_move=inf)))
-    return PostCriticalBranches(model, start, tuple(ways))
+        after = follow(mesh, plan.path, strip.length, at_rest(mesh, motion), CARRY)
+        ways.append(PostCriticalBranch(sign, motion, after))
+    return PostCriticalBranches((problem, start), tuple(ways))
 
 
-def model_for(strip: StripModel, plan: RPath, refinement: float) -> Model:
-    """A mesh that is fine at the planned lift-off point."""
-    free = strip.length - plan.lying_length
-    return strip.model(planning.boundaries(strip.length, planning.Sweep(0.0, free), refinement, SIZES))
-
-
-def planned_unstable(model: Model, strip: StripModel, plan: RPath, travelled: float) -> Point:
-    """The planned state at a length travelled, as an unstable equilibrium of the solid.
+def planned_unstable(strip: StripModel, plan: RPath, travelled: float, refinement: float = 1.0) -> BranchPoint:
+    """The planned state at a length travelled, as an unstable equilibrium of the strip.
 
     Raises
     ------
@@ -98,23 +86,23 @@ def planned_unstable(model: Model, strip: StripModel, plan: RPath, travelled: fl
     """
     x, height = plan.path.position(travelled)
     lam = float(x) + strip.length / 2.0
-    _, coarse, state = next(lift(strip, [float(height)]))
-    run = along_x(strip, float(height), (coarse, state), mesh=model.ends, past=PAST)
-    unstable = _at(run, lam)
-    problem = problem_on(model, plan.path, CARRY)
-    point = continuation.start(problem, unstable.q, travelled, unstable.active, 1.0, STEPS)
-    if point.negatives != 1 or touches(model, point):
+    near = _at(solve_height(strip, float(height), refinement, past=PAST), lam)
+    motion = AlongPiece(plan.path.pieces[CARRY], strip.length)
+    at = solved(MovingContact(near.problem.mesh, motion), near.point.q, travelled)
+    if at.point.negatives != 1 or clearance(at.problem, at.point.q)[0] < 0.0:
         raise SolveError("the planned state is not an unstable one that hangs free", parameter=travelled)
-    return point
+    return at
 
 
-def _at(run: XRun, lam: float) -> Point:
+def _at(run: XRun, lam: float) -> BranchPoint:
     """The point of the unstable branch at an advance."""
-    points = [p for p in run.points if run.critical is not None and p.arc >= run.critical.after.arc]
-    for before, after in pairwise(points):
-        if before.lam >= lam >= after.lam and before.tangent.lam < 0.0:
-            return step_to(run.problem, before, lam, STEPS)
-    raise SolveError("there is no unstable planned state: the path lies outside the stability boundary", parameter=lam)
+    points = [at for at in run.points if run.critical is not None and at.point.arc >= run.critical.after.arc]
+    ahead = [at for at in points if at.point.lam >= lam and at.point.tangent.lam < 0.0]
+    if not ahead:
+        words = "there is no unstable planned state: the path lies outside the stability boundary"
+        raise SolveError(words, parameter=lam)
+    last = ahead[-1]
+    return BranchPoint(last.problem, step_to(last.problem, last.point, lam, STEPS))
 
 
 def two_ways(
@@ -127,19 +115,18 @@ def two_ways(
     unit = material.gravity_length
     strip = StripModel(length / unit, material.relative_thickness, material.nu)
     plan = plan_r_path(strip.length)
-    model = model_for(strip, plan, refinement)
     try:
-        ways = follow_both_branches(model, strip, plan, fall, progress)
+        ways = follow_both_branches(strip, plan, fall, refinement, progress)
     except SolveError as error:
         return schema.dataset({}, {**of_material(material), "length": length, "reason": str(error)})
     rows, way, touches = [], [], []
     for i, direction in enumerate(ways.branches):
-        new = rows_of_motion(direction.motion, direction.after.problem(0), 2 * i)
+        new = rows_of_motion(direction.motion, 2 * i)
         new += rows_of_segment(direction.after, 2 * i + 1)
         rows += new
         way += [float(i)] * len(new)
         touches.append(direction.motion.touch_x)
-    data = dataset(rows, model, plan.path, material)
+    data = dataset(rows, plan.path, material)
     data["way"] = ("state", way, schema.variables()["way"].attributes)
     return data.assign_attrs(
         length=length,

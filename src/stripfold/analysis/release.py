@@ -12,12 +12,13 @@ from math import inf
 import numpy as np
 
 from stripfold.analysis.contact import touch_position, touches
-from stripfold.analysis.nodal import ROBUST_NEWTON, X_STEPS
+from stripfold.analysis.contact_branch import BranchPoint, Planned
+from stripfold.analysis.contact_set import ROBUST_NEWTON, from_nodes, on_nodes
 from stripfold.arrays import Array
 from stripfold.errors import SolveError, TimeStepError
 from stripfold.problem import StripProblem
 from stripfold.solve import continuation, dynamics
-from stripfold.solve.critical import CriticalPoint
+from stripfold.solve.continuation import StepOptions
 from stripfold.solve.drive import Drive, Moving, Nudge
 from stripfold.solve.dynamics import TimeEvent, TimeOptions, TimeState
 from stripfold.solve.problem import Point
@@ -74,6 +75,8 @@ class Motion:
 
     Attributes
     ----------
+    problem
+        What its states solve: the strip on a fixed mesh.
     states
         All accepted states, from lambda_c on.
     touch
@@ -82,6 +85,7 @@ class Motion:
         x of the touch, origin mid-strip; nan without a touch.
     """
 
+    problem: StripProblem
     states: tuple[TimeState, ...]
     touch: int | None
     touch_x: float
@@ -105,9 +109,10 @@ class ReleaseState:
     nudge: float = NUDGE
 
     @classmethod
-    def at(cls, problem: StripProblem, found: CriticalPoint) -> ReleaseState:
-        """Release at a critical point."""
-        return cls(problem, found.before, found.mode)
+    def at(cls, at: BranchPoint | tuple[StripProblem, Point], refinement: float = 1.0) -> ReleaseState:
+        """Release in the last state before a critical point, on a fixed mesh."""
+        problem, point = on_nodes(at, refinement, stable=True) if isinstance(at, BranchPoint) else at
+        return cls(problem, point, point.mode)
 
 
 def initial_state(release: ReleaseState, fall: Fall) -> tuple[TimeState, Drive]:
@@ -174,7 +179,7 @@ def simulate_fall(
         if not away.happened(states[-1]):
             raise missed(first, states[-1], "nothing happened: the strip did not touch", "give a larger disturbance")
         say(f"at rest without a touch after {states[-1].t:.1f} sqrt(L*/g)")
-        return Motion(tuple(states), None, float("nan"))
+        return Motion(problem, tuple(states), None, float("nan"))
     touch = len(states) - 1
     say(f"touch after {states[-1].t:.1f} sqrt(L*/g)")
     if fall.to_rest:
@@ -184,7 +189,7 @@ def simulate_fall(
         if not rests(states[-1]):
             advice = "add damping, hold the gripper, or ask for the touch only"
             raise missed(states[touch], states[-1], "the strip did not come to rest", advice)
-    return Motion(tuple(states), touch, touch_position(model, states[touch]))
+    return Motion(problem, tuple(states), touch, touch_position(model, states[touch]))
 
 
 class _Rest:
@@ -208,11 +213,25 @@ def state_at_rest(problem: StripProblem, state: TimeState) -> Point:
     SolveError
         It does not converge, is another state, or is not stable.
     """
-    options = replace(X_STEPS, newton=ROBUST_NEWTON)
-    point = continuation.start(problem, state.q, state.lam, state.active, 1.0, options)
+    point = continuation.start(problem, state.q, state.lam, state.active, 1.0, StepOptions(newton=ROBUST_NEWTON))
     distance = problem.model.largest_move(state.q, point.q)
     if distance > SAME_STATE:
         raise SolveError(f"the strip at rest is {distance:.2g} L* from the equilibrium found from it")
     if point.negatives:
         raise SolveError("the state at rest is not stable")
     return point
+
+
+def at_rest(mesh: Planned, motion: Motion) -> BranchPoint | tuple[StripProblem, Point]:
+    """The equilibrium that a motion ended in; its contact is at nodes where it is none of :class:`.Topology`.
+
+    Raises
+    ------
+    SolveError
+        As :func:`state_at_rest`.
+    """
+    problem, point = motion.problem, state_at_rest(motion.problem, motion.states[-1])
+    try:
+        return from_nodes(mesh, problem, point)
+    except SolveError:
+        return problem, point

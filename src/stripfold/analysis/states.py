@@ -14,7 +14,6 @@ from stripfold.analysis.path_statics import StaticSegment
 from stripfold.analysis.release import Motion
 from stripfold.arrays import Array
 from stripfold.material import Material
-from stripfold.models.model import Model
 from stripfold.paths.curve import GripperPath
 from stripfold.problem import StripProblem
 from stripfold.solve.dynamics import TimeState
@@ -25,6 +24,8 @@ if TYPE_CHECKING:
 
 STATIC, FALL = PHASES = "static", "fall"
 """Values of ``phase``."""
+SPACING = 0.1
+"""Largest distance of the nodes at which states are stored, L*."""
 MAX_STATES = 60
 """States kept of one fall; the strip's way between two neighbours is about the same."""
 
@@ -40,12 +41,12 @@ class Row:
 
 def rows_of_segment(segment: StaticSegment, part: int) -> list[Row]:
     """The static states of a segment."""
-    return [Row(point, segment.problem(i), part) for i, point in enumerate(segment.points)]
+    return [Row(point, problem, part) for problem, point in segment.states]
 
 
-def rows_of_motion(motion: Motion, problem: StripProblem, part: int) -> list[Row]:
+def rows_of_motion(motion: Motion, part: int) -> list[Row]:
     """States of a fall, the first, the touch and the last among them."""
-    states = motion.states
+    states, problem = motion.states, motion.problem
     moved = [problem.model.largest_move(a.q, b.q) for a, b in pairwise(states)]
     way = np.concatenate([[0.0], np.cumsum(moved)])
     kept = set(np.searchsorted(way, np.linspace(0.0, way[-1], MAX_STATES)).tolist()) | {0, len(states) - 1}
@@ -54,12 +55,15 @@ def rows_of_motion(motion: Motion, problem: StripProblem, part: int) -> list[Row
     return [Row(states[i], problem, part) for i in sorted(kept)]
 
 
-def dataset(rows: Sequence[Row], model: Model, path: GripperPath, material: Material) -> xr.Dataset:
+def dataset(rows: Sequence[Row], path: GripperPath, material: Material) -> xr.Dataset:
     """All rows over ``state`` and ``node``; energies and forces per metre of width.
 
+    The states have their own meshes; they are stored at equal distances :data:`SPACING` or less along the strip.
     Forces are those of the gripper and of the held end on the strip; in a fall they are nan.
     """
-    middle = np.array([model.mid_surface(row.state.q) for row in rows])
+    length = rows[0].problem.model.length
+    arc = np.linspace(0.0, length, int(np.ceil(length / SPACING)) + 1)
+    middle = np.array([row.problem.model.resampled_mid_surface(row.state.q, arc) for row in rows])
     residual = [row.problem.residual(row.state.q, row.state.lam) for row in rows]
     still = np.array([isinstance(row.state, Point) for row in rows])
 
@@ -69,7 +73,8 @@ def dataset(rows: Sequence[Row], model: Model, path: GripperPath, material: Mate
     def of_point(get: Callable[[Point], float]) -> Array:
         return np.array([get(row.state) if isinstance(row.state, Point) else np.nan for row in rows], dtype=float)
 
-    grip = np.array([r[model.middle[0]] for r in residual])
+    grip = np.array([r[row.problem.model.middle[0]] for row, r in zip(rows, residual, strict=True)])
+    held = [r[row.problem.model.middle[-1, 0]] for row, r in zip(rows, residual, strict=True)]
     columns = {
         "travelled": np.array([row.state.lam for row in rows]),
         "pseudo_time": np.array([path.pseudo_time(row.state.lam) for row in rows]),
@@ -79,7 +84,7 @@ def dataset(rows: Sequence[Row], model: Model, path: GripperPath, material: Mate
         "gripper_z": middle[:, 0, 1],
         "force_x": static(grip[:, 0]),
         "force_z": static(grip[:, 1]),
-        "hold_x": static([r[model.middle[-1, 0]] for r in residual]),
+        "hold_x": static(held),
         "eigenvalue": of_point(lambda point: float(point.eigenvalues[0])),
         "negatives": of_point(lambda point: point.negatives),
     }
@@ -87,7 +92,7 @@ def dataset(rows: Sequence[Row], model: Model, path: GripperPath, material: Mate
     return schema.dataset(
         {
             **{name: ("state", values) for name, values in columns.items()},
-            **{"x": (nodes, middle[..., 0]), "z": (nodes, middle[..., 1]), "arc": ("node", model.s)},
+            **{"x": (nodes, middle[..., 0]), "z": (nodes, middle[..., 1]), "arc": ("node", arc)},
             "phase": ("state", np.where(still, STATIC, FALL)),
         },
         of_material(material),

@@ -13,6 +13,7 @@ from stripfold.analysis.collapse import in_solver_units
 from stripfold.analysis.contact import touch_position, touches
 from stripfold.analysis.friction import effects_of
 from stripfold.analysis.path_friction import load_incrementally
+from stripfold.analysis.path_statics import MOVING, State
 from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
 from stripfold.errors import InvalidInputError, LostStabilityError
@@ -47,7 +48,8 @@ class Verdict:
     peak_force: float
     peak_hold: float
     completed: bool
-    states: tuple[tuple[StripProblem, Point], ...] = field(repr=False)
+    contact: str
+    states: tuple[State, ...] = field(repr=False)
 
 
 def assess_path(
@@ -55,6 +57,7 @@ def assess_path(
     length: float,
     path: GripperPath,
     *,
+    fall: bool = False,
     friction: float | None = None,
     hysteresis: float | None = None,
     step: float | None = None,
@@ -62,7 +65,7 @@ def assess_path(
     model: str = "solid",
     progress: Callable[[str], None] | None = None,
 ) -> Verdict:
-    """Assess a path; with friction in steps, without along the branch and through its falls.
+    """Assess a path; with friction in steps, without along the branch.
 
     Parameters
     ----------
@@ -70,6 +73,8 @@ def assess_path(
         The strip; m.
     path
         The gripper's path, in L*.
+    fall
+        Whether to simulate falls at critical points, without friction; else the first of them is the end.
     friction
         The paper's k_f, s^-2.
     hysteresis
@@ -89,11 +94,11 @@ def assess_path(
     unit = material.gravity_length
     strip = StripModel(length / unit, material.relative_thickness, material.nu, kind=model)
     if friction is None and hysteresis is None:
-        fall = in_solver_units(Release(), material)
-        found = assess_strip(strip, path, fall, refinement, progress)
+        released = in_solver_units(Release(), material) if fall else None
+        found = assess_strip(strip, path, released, refinement, progress)
         events = [{"travelled": e.travelled, "kind": e.kind, "angle": e.angle} for e in found.events]
         touch = found.touch.x if found.touch else float("nan")
-        return _verdict(strip, material, path, events, touch, found.states)
+        return _verdict(strip, material, path, events, touch, found.states, found.contact)
     if friction is not None:
         law, strength = "pull", friction * unit / material.gravity
     else:
@@ -128,7 +133,8 @@ def _verdict(
     path: GripperPath,
     events: list[dict[str, Any]],
     touch: float,
-    states: list[tuple[StripProblem, Point]],
+    states: list[State],
+    contact: str = MOVING,
 ) -> Verdict:
     unit, force = material.gravity_length, material.force_scale
     problem, last = states[-1]
@@ -147,10 +153,11 @@ def _verdict(
         landing_x=unit * landing,
         touch_error=unit * (touch - landing),
         shape_error=unit * shape,
-        lying_length=unit * lying_length(problem.model, last),
+        lying_length=unit * lying_length(problem, last),
         peak_force=force * peak_force,
         peak_hold=force * peak_hold,
         completed=completed,
+        contact=contact,
         states=tuple(states),
     )
 
@@ -169,4 +176,4 @@ def _folded(strip: StripModel, path: GripperPath, problem: StripProblem, last: P
     landing = _landing(strip)
     if np.isnan(landing) or np.linalg.norm(end) > AT_END * strip.length:
         return landing, float("nan")
-    return landing, shape_error(problem.model, last, plan_r_path(strip.length))
+    return landing, shape_error(problem, last, plan_r_path(strip.length))

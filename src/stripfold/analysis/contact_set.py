@@ -1,0 +1,123 @@
+"""A state whose contact is at nodes as one whose contact coordinates are unknowns, and back.
+
+Motion in time finds the contact node by node on a fixed mesh; statics before and after it have moving meshes.
+Lengths in L*.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import replace
+
+import numpy as np
+
+from stripfold.analysis.contact import lying_parts
+from stripfold.analysis.contact_branch import BranchPoint, curvature, reaction, solved, transferred
+from stripfold.arrays import Array
+from stripfold.errors import NewtonError, SolveError
+from stripfold.models.contact_mesh import ContactMesh, Sizes, Topology
+from stripfold.moving_contact import MovingContact
+from stripfold.problem import StripProblem
+from stripfold.solve import continuation, newton
+from stripfold.solve.newton import NewtonOptions
+from stripfold.solve.problem import Point, Tangent
+
+NODAL_SIZES = Sizes(free=0.15, lying=0.15, at_contact=0.01, growth=1.3)
+"""Elements of a fixed mesh: the loop rolls over all of the strip, and where it is released no part is coarse."""
+SAME_PART = 0.5
+"""Largest distance between neighbours on the floor of one lying part, L*."""
+ROBUST_NEWTON = NewtonOptions(max_iterations=100)
+"""For guesses with a wrong contact set, which is corrected node by node."""
+SHORT = 0.3
+"""Length of a lying part below which it is first tried as a point, L*."""
+BACK = (0.0, 1e-3, 3e-3, 1e-2, 3e-2, 0.1)
+"""Distances in lambda before a limit point at which a stable state is looked for, in turn, L*."""
+NEARBY_NEWTON = replace(ROBUST_NEWTON, max_distance=0.3)
+"""For states known from another mesh; at a larger distance lies another state (L*)."""
+ALONG = 1e-3
+"""Distance along a branch of the two states whose difference is its direction on a fixed mesh, L*."""
+
+
+def on_nodes(at: BranchPoint, refinement: float = 1.0, stable: bool = False) -> tuple[StripProblem, Point]:
+    """A state on a fixed mesh of elements that suit a motion in time, as its problem and point.
+
+    The lambda is about the same: on other elements a limit point lies elsewhere.  With ``stable`` the state lies before
+    it.
+
+    Raises
+    ------
+    SolveError
+        There is no such state.
+    """
+    mesh = replace(at.problem.mesh, sizes=NODAL_SIZES.scaled(refinement))
+    new = transferred(BranchPoint(replace(at.problem, mesh=mesh), at.point))
+    problem, point = new.problem.on_mesh(new.point)
+    # Nodes move with the contact: the strip's own way is that on the same nodes.
+    t, n, s = new.point.tangent, new.problem.n, problem.model.s
+    ahead = new.point.q + ALONG * t.q
+    there = new.problem.at(ahead[n:]).model
+    moved = there.resampled(ahead[:n], s) - point.q
+    tangent = Tangent(moved / ALONG, t.lam)
+    for back in BACK if stable else BACK[:1]:
+        with suppress(NewtonError):
+            state = newton.solve(problem, point.q, point.lam - back, point.active, options=NEARBY_NEWTON)
+            settled = continuation.evaluate(problem, state, tangent, point.arc, point.mode)
+            if not (stable and settled.negatives):
+                return problem, settled
+    raise SolveError("there is no such state with contact at nodes", parameter=point.lam, advice="refine the mesh")
+
+
+def from_nodes(plan: Callable[[Array], ContactMesh], problem: StripProblem, point: Point) -> BranchPoint:
+    """The state near one whose contact is at nodes.
+
+    Parameters
+    ----------
+    plan
+        Plans a mesh with one lift-off.
+    problem, point
+        The state on its fixed mesh.
+
+    Raises
+    ------
+    SolveError
+        Its contact is none of :class:`.Topology`, or no such state is near.
+    """
+    model = problem.model
+    *others, (lift_off, _) = [model.s[part[[0, -1]]].tolist() for part in lying_parts(model, point, SAME_PART)]
+    guesses = _guesses(others, lift_off, folded=bool(point.q[model.middle[0, 1]] <= 0.0))
+    mesh = plan(np.array([lift_off]))
+    error = SolveError("the contact with the floor has too many parts", parameter=point.lam)
+    for topology, contact in guesses:
+        planned = mesh.replanned(contact, topology)
+        q = np.concatenate([model.resampled(point.q, planned.model.s), contact])
+        try:
+            found = solved(MovingContact(planned, problem.motion), q, point.lam)
+        except SolveError as failed:
+            error = failed
+            continue
+        if _admissible(found):
+            return found
+    raise error
+
+
+def _guesses(others: list[list[float]], lift_off: float, folded: bool) -> list[tuple[Topology, Array]]:
+    """The kinds of contact to try, with guesses of their coordinates; ``folded``: the gripper is on the floor."""
+    if not others:
+        return [(Topology.LYING, np.array([lift_off]))]
+    if len(others) > 1:
+        return []
+    ((begin, end),) = others
+    if folded:
+        return [(Topology.FOLDED, np.array([end, lift_off]))]
+    middle, half = 0.5 * (begin + end), 0.5 * max(end - begin, 0.1)
+    point = (Topology.POINT, np.array([middle, lift_off]))
+    interval = (Topology.INTERVAL, np.array([middle - half, middle + half, lift_off]))
+    return [point, interval] if end - begin < SHORT else [interval, point]
+
+
+def _admissible(at: BranchPoint) -> bool:
+    """Whether the ends of an interval are in order, and a point is pushed and not flat."""
+    if at.topology is Topology.POINT:
+        return reaction(at.problem, at.point) >= 0.0 and curvature(at.problem, at.point) >= 0.0
+    return bool(np.all(np.diff(at.contact) > 0.0))
