@@ -19,7 +19,7 @@ with open("own_path.csv", "w", newline="") as file:
     writer.writerows(np.round(rows, 6))
 
 path = sf.paths.read("own_path.csv", strip)
-found = strip.assess(path, model="rod")
+found = strip.assess(path, fall=True, model="rod")
 print(found)
 for event in found.critical:
     print(f"The strip leaves the path at t = {event['t']:.3f}: {event['kind']} at {event['angle']:.0f} degrees.")

@@ -91,8 +91,8 @@ def run_rod(repeats: int, length: float) -> xr.Dataset:
     path = path_of("r-path", length / material.gravity_length)
     seconds, found = timed(partial(critical_point.find, Scene(**strip)), repeats)
     truth = critical_point.find(Scene(**strip, accuracy=1e-4)).lambda_c
-    seconds_assess, verdict = timed(partial(assess_path, material, length, path, model="rod"), repeats)
-    apart = _apart(verdict.critical[0], verdict.touch_x, assess_path(material, length, path))
+    seconds_assess, verdict = timed(partial(assess_path, material, length, path, fall=True, model="rod"), repeats)
+    apart = _apart(verdict.critical[0], verdict.touch_x, assess_path(material, length, path, fall=True))
     return dataset(
         "rod_benchmark",
         {

@@ -163,7 +163,7 @@ def run(length: float, height: float, eta_b: float, accuracy: float, path_length
     profiles = [
         profile(lambda: critical.find(scene), repeats),
         profile(lambda: critical_point.critical(scene.height_star), repeats, OF_ELASTICA),
-        profile(lambda: assess_path(material, path_length, path, model="rod"), repeats),
+        profile(lambda: assess_path(material, path_length, path, fall=True, model="rod"), repeats),
     ]
     data = xr.concat(profiles, dim="subject", join="outer").assign_coords(
         dataset("profiling", {"subject": ("subject", SUBJECTS)}).coords
