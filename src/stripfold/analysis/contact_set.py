@@ -65,6 +65,9 @@ def on_nodes(at: BranchPoint, refinement: float = 1.0, stable: bool = False) -> 
             settled = continuation.evaluate(problem, state, tangent, point.arc, point.mode)
             if not (stable and settled.negatives):
                 return problem, settled
+    if stable:
+        # On coarse elements: the state whose contact coordinates are unknowns is close enough to fall from.
+        return problem, replace(point, tangent=tangent)
     raise SolveError("there is no such state with contact at nodes", parameter=point.lam, advice="refine the mesh")
 
 
