@@ -26,7 +26,7 @@ from stripfold.solve.newton import Constraint
 from stripfold.solve.problem import Point, Tangent
 
 STEPS = StepOptions(first=0.05, largest=0.7, max_correction=0.5, max_attempts=300)
-FIRST_INTERVAL = 0.05
+FIRST_INTERVAL = 0.02
 """Length of an interval of contact when it is first solved for, L*."""
 LEAST_SAG = 0.02
 """Height of the strip on either side over the lowest point of a sag, L*."""
@@ -271,7 +271,8 @@ def follow(
             yield BranchPoint(problem, continuation.step_to(problem, at.point, end, options))
             return
         changes = contact_changes(problem) if through_contact else {}
-        branch = continuation.follow(problem, at.point, options, [*stops(problem), *changes])
+        # An event that is not located may be behind a change of the contact in the same step.
+        branch = continuation.follow(problem, at.point, options, [*changes, *stops(problem)])
         next(branch)
         for item in branch:
             if isinstance(item, Crossing):
@@ -294,6 +295,12 @@ def follow(
             yield at
             if problem.mesh.drifted(at.contact):
                 at, options = transferred(at), replace(options, first=step)
+                for event, change in (contact_changes(at.problem) if through_contact else {}).items():
+                    # On other elements the change lies a little before.
+                    if event.passed(at.point, None):
+                        at = change(at)
+                        yield at
+                        break
                 break
 
 
