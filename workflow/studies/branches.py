@@ -1,7 +1,8 @@
-"""Random strips on the solid against the elastica: does the continuation ever leave its branch unseen?
+"""Random strips on the solid, followed from the flat strip, against the elastica and a finer mesh.
 
 For each case the elastica says what the outcome must be: a snap at its lambda_c.  The solid differs from it by its
-thickness, by a known amount; anything else is another branch.
+thickness, by a known amount; anything else is another branch.  The first cases are run past their end and on elements
+half as long too: a maximum of lambda that these do not have is a spurious limit point.
 """
 
 from __future__ import annotations
@@ -13,7 +14,8 @@ import numpy as np
 import xarray as xr
 
 from stripfold import elastica
-from stripfold.analysis.static import End, StripModel, solve_height
+from stripfold.analysis.static import End, StripModel, XRun, solve_height
+from stripfold.arrays import Array
 from stripfold.errors import SolveError
 from stripfold.material import Material
 from studies.common import Progress, pooled, table
@@ -26,24 +28,36 @@ THICKNESS_SHIFT = -6.0
 TOLERANCE = 5e-3
 """Relative difference of lambda_c, beside the shift above, beyond which a case is on another branch."""
 
+SAME = 1e-3
+"""Relative difference of two maxima of lambda below which they are the same on two meshes."""
+PAST = 1.0
+"""Arc length past the end within which maxima are looked for, L*."""
+
 RIGHT, WRONG, FAILED = 0, 1, 2
 
 
 def run(
-    cases: int, seed: int, refinement: float, eta_m: float, threads: int = 1, progress: Progress | None = None
+    cases: int,
+    compared: int,
+    seed: int,
+    refinement: float,
+    eta_m: float,
+    threads: int = 1,
+    progress: Progress | None = None,
 ) -> xr.Dataset:
-    """The first cases of the sequence that ``seed`` starts.
+    """The first cases of the sequence that ``seed`` starts; ``compared`` of them are run on a finer mesh too.
 
     Returns
     -------
-    Dataset over ``case``: what was drawn, the outcome, and ``verdict`` 0 right, 1 wrong branch, 2 typed error.
+    Dataset over ``case``: what was drawn, the outcome, and ``verdict`` 0 right, 1 wrong branch, 2 typed error;
+    ``spurious_limit_points`` is nan of cases that are not compared.
     """
-    one = partial(case, seed=seed, refinement=refinement, eta_m=eta_m)
+    one = partial(case, compared=compared, seed=seed, refinement=refinement, eta_m=eta_m)
     attrs = {"seed": seed, "refinement": refinement, "eta_m": eta_m}
     return table("branches", "case", pooled(one, range(cases), threads, progress), attrs)
 
 
-def case(number: int, seed: int, refinement: float, eta_m: float) -> dict[str, Any]:
+def case(number: int, compared: int, seed: int, refinement: float, eta_m: float) -> dict[str, Any]:
     """One case; each has a random stream of its own."""
     draw = np.random.default_rng([seed, number])
     eta_b = float(np.exp(draw.uniform(*np.log(ETA_B))))
@@ -59,10 +73,12 @@ def case(number: int, seed: int, refinement: float, eta_m: float) -> dict[str, A
         "lambda_c_elastica": truth.advance,
         "free_length_elastica": truth.length,
     }
+    strip, is_compared = StripModel(length, h), number < compared
     try:
-        found = solve_height(StripModel(length, h), height, refinement, past=0.0)
+        found = solve_height(strip, height, refinement, PAST if is_compared else 0.0)
+        finer = solve_height(strip, height, 0.5 * refinement, PAST) if is_compared else None
     except SolveError as error:
-        nothing = {"lambda_end": np.nan, "free_length": np.nan, "end": ""}
+        nothing = {"lambda_end": np.nan, "free_length": np.nan, "spurious_limit_points": np.nan, "end": ""}
         return {**row, **nothing, "verdict": FAILED, "message": f"{type(error).__name__}: {error}"}
     shifted = truth.advance + THICKNESS_SHIFT * h**2
     same = found.end is End.SNAP and abs(found.lam - shifted) <= TOLERANCE * truth.advance
@@ -70,7 +86,21 @@ def case(number: int, seed: int, refinement: float, eta_m: float) -> dict[str, A
         **row,
         "lambda_end": found.lam,
         "free_length": found.free_length,
+        "spurious_limit_points": spurious(found, finer) if finer else np.nan,
         "end": found.end.value,
         "verdict": RIGHT if same else WRONG,
         "message": "",
     }
+
+
+def spurious(run: XRun, finer: XRun) -> int:
+    """Number of maxima of lambda that the run on the finer mesh does not have."""
+    there = maxima(finer)
+    return sum(not np.any(np.abs(there - lam) < SAME * abs(lam)) for lam in maxima(run))
+
+
+def maxima(run: XRun) -> Array:
+    """Maxima of lambda along a branch."""
+    lam, rate = np.array([(at.point.lam, at.point.tangent.lam) for at in run.points]).T
+    at = np.flatnonzero((rate[:-1] > 0.0) & (rate[1:] <= 0.0))
+    return np.maximum(lam[at], lam[at + 1])
