@@ -23,7 +23,7 @@ from stripfold.inputs import Accuracy, AtHeight, EtaB, EtaM, Height, Length
 from stripfold.simulation import Release
 from stripfold.validation import AtLeastOne, AtLeastTwo, Input, Number, Text, Whole, quantity
 
-ElementLength = Annotated[Number, quantity("element length", "L*", gt=0.0)]
+Parts = Annotated[Whole, quantity("parts of each element", ge=1)]
 Share = Annotated[Number, quantity("share", ge=0.0, le=1.0)]
 
 
@@ -38,39 +38,45 @@ class Limit(Input):
 
 
 class Order(OneStrip):
-    """Measured order of convergence on uniform meshes, each shifted a number of times."""
+    """Measured order of convergence and run time on meshes refined uniformly."""
 
-    sizes: AtLeastTwo[ElementLength]
-    phases: Annotated[Whole, quantity("shifts of each mesh", ge=1)]
-    reference: Refinement
+    refinement: Refinement
+    parts: AtLeastTwo[Parts]
+    reference: Parts
+    repeats: Repeats
 
 
-class Rod(OneStrip):
-    """The rod against the solid and the elastica; its convergence at one thickness and height."""
+class Rod(Input):
+    """The rod against the solid and the elastica."""
 
+    length_star: LengthStar
     heights: AtLeastOne[HeightStar]
     thicknesses: AtLeastOne[Thickness]
     refinement: Refinement
-    refinements: AtLeastTwo[Refinement]
 
 
 class Branches(Sample):
-    """Random cases that must not jump to another branch."""
+    """Random cases that must not jump to another branch; the first are run on a finer mesh too."""
 
+    compared: Annotated[Whole, quantity("cases run on a finer mesh too", ge=0)]
     refinement: Refinement
     eta_m: EtaM
 
 
-class Strategy(Input):
-    """A way to the end of the advance: model, and how its contact is treated or where its branch begins."""
+class LowPaths(Sample):
+    """Random paths below the touch limit."""
 
-    kind: Literal["elastica", "rod", "rod, nodes", "solid", "solid, from lambda_0"]
+    eta_m: EtaM
+
+
+class Strategy(Input):
+    """A way to the end of the advance: model, mesh and tolerance."""
+
+    kind: Literal["elastica", "rod", "solid"]
     order: OneOrTwo | None = None
     across: OneOrTwo | None = None
     refinement: Refinement | None = None
-    step: Step | None = None
     tolerance: Tolerance | None = None
-    force_tolerance: Annotated[Number | None, quantity("of an equilibrium", "rho_a g L*", gt=0.0)] = None
 
 
 class AccuracyStudy(Input):
@@ -121,6 +127,13 @@ class RandomPaths(Sample):
     """Random gripper paths."""
 
     refinement: Refinement
+
+
+class SolverConstants(Input):
+    """Numerical constants counted in the solver's modules."""
+
+    packages: AtLeastOne[Text]
+    before: Annotated[Whole, quantity("number before the lift-off was an unknown", ge=0)]
 
 
 class HardCases(Input):
@@ -182,6 +195,8 @@ class Studies(Input):
     order: Order | None = None
     rod: Rod | None = None
     branches: Branches | None = None
+    low_paths: LowPaths | None = None
+    solver_constants: SolverConstants | None = None
     accuracy: AccuracyStudy | None = None
     profiling: Profiling | None = None
     estimates: Estimates | None = None

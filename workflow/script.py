@@ -24,6 +24,7 @@ def main(snakemake):
     import json
     from importlib import import_module
     from inspect import signature
+    from time import perf_counter
 
     from evidence import ATTRIBUTE, evidence
     from stripfold import store
@@ -46,12 +47,16 @@ def main(snakemake):
             extra = {"progress": progress, "threads": snakemake.threads, "output": snakemake.output}
             given |= {key: _content(value) for key, value in snakemake.input.items()}
             given |= {key: value for key, value in extra.items() if key in signature(function).parameters}
+            began = perf_counter()
             result = function(**given)
+            seconds = perf_counter() - began
             if result is not None:
                 paths = snakemake.output.get("data", snakemake.output)
                 pairs = zip(result, paths, strict=True) if isinstance(result, list) else [(result, snakemake.output[0])]
                 for data, path in pairs:
-                    stamped = data.assign_attrs({ATTRIBUTE: json.dumps(found, sort_keys=True)})
+                    stamped = data.assign_attrs(
+                        {ATTRIBUTE: json.dumps(found, sort_keys=True), "seconds": round(seconds, 1)}
+                    )
                     store.write(stamped, path, title=data.attrs.get("title") or title, config=snakemake.config)
         except StripfoldError as error:
             progress(f"error: {error}")

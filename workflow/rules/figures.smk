@@ -31,6 +31,7 @@ SOURCES = {
             for figure, study in {
                 "recordings_accuracy": "recordings_accuracy",
                 "calibration": "calibration",
+                "order": "order",
                 "rod": "rod",
                 "work_precision": "accuracy",
                 "fall_precision": "fall_accuracy",

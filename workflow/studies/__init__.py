@@ -33,9 +33,15 @@ FRESH_CLONE = ("cold_run", "ci_run")
 
 STUDIES = {
     "limit": Study("studies.limit:run", "the solid against the elastica as eta_m goes to zero"),
-    "order": Study("studies.order:run", "observed order of lambda_c in the element size"),
+    "order": Study("studies.order:run", "observed order of lambda_c in the element length, and run time"),
     "rod": Study("studies.rod:run", "the rod against the solid and the elastica"),
-    "branches": Study("studies.branches:run", "random strips on the solid against the elastica", pooled=True),
+    "branches": Study(
+        "studies.branches:run", "random strips on the solid against the elastica and a finer mesh", pooled=True
+    ),
+    "low_paths": Study("studies.low_paths:run", "paths below the touch limit, which have no snap", pooled=True),
+    "solver_constants": Study(
+        "studies.constants:run", "named numerical constants of the solver", files=("src/stripfold/**/*.py",)
+    ),
     "estimates": Study("studies.estimates:run", "true errors of lambda_c against their estimates", pooled=True),
     "hard_cases": Study("studies.hard_cases.run:run", "hard cases, each against its own judge"),
     "schemes": Study("studies.schemes:run", "time integration schemes: order, energy drift, cost"),

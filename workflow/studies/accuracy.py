@@ -7,20 +7,16 @@ lambda at the first touch.  All in L*.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
-from scipy.interpolate import CubicSpline
 
 from stripfold import elastica
 from stripfold.analysis import critical_point as critical
-from stripfold.analysis.advance import LAMBDA_TOLERANCE
-from stripfold.analysis.nodal import X_STEPS, XRun, along_x, lift
 from stripfold.analysis.prediction import ElasticaPrediction, from_near_the_end
-from stripfold.analysis.static import End, StripModel
+from stripfold.analysis.static import LAMBDA_TOLERANCE, End, StripModel
 from stripfold.arrays import Array
 from stripfold.errors import SolveError
 from stripfold.inputs import Scene
@@ -55,27 +51,20 @@ class Strategy(NamedTuple):
     Attributes
     ----------
     kind
-        "elastica", "rod", "rod, nodes" (its contact followed node by node), "solid", or "solid, from lambda_0".
+        "elastica", "rod" or "solid".
     order, across
         Order of the solid's elements, and their number across the thickness.
     refinement
         Factor on the element lengths.
-    step, tolerance, force_tolerance
-        Largest step of the continuation and bracket of lambda, L*; of Newton's equilibria, rho_a g L*.
+    tolerance
+        Bracket of lambda, L*.
     """
 
     kind: str
     order: int = 2
     across: int = 1
     refinement: float = 1.0
-    step: float = X_STEPS.largest
     tolerance: float = LAMBDA_TOLERANCE
-    force_tolerance: float = X_STEPS.newton.force_tolerance
-
-    @property
-    def model(self) -> str:
-        """The model behind it."""
-        return self.kind.split(",")[0]
 
     def answer(self, length: float, thickness: float, height: float) -> Answer:
         """Follow it."""
@@ -84,16 +73,9 @@ class Strategy(NamedTuple):
             return Answer(
                 End.SNAP if prediction.snap else End.TOUCH, prediction.last.advance, _bent(prediction.last, length)
             )
-        strip = StripModel(length, thickness, order=self.order, across=self.across, kind=self.model)
-        if self.kind == self.model:
-            found = from_near_the_end(strip, prediction, self.refinement, self.tolerance)
-            return Answer(found.end, found.lam, found.last.mid_surface)
-        options = replace(
-            X_STEPS, largest=self.step, newton=replace(X_STEPS.newton, force_tolerance=self.force_tolerance)
-        )
-        (_, model, state) = next(lift(strip, [height]))
-        run = along_x(strip, height, (model, state), self.refinement, 0.0, options)
-        return Answer(run.end, run.lam, _of_run(run))
+        strip = StripModel(length, thickness, order=self.order, across=self.across, kind=self.kind)
+        run = from_near_the_end(strip, prediction, self.refinement, self.tolerance)
+        return Answer(run.end, run.lam, run.last.mid_surface)
 
 
 def run(
@@ -237,27 +219,11 @@ def _distance(one: Array, other: Array) -> float:
     return float(np.linalg.norm(one - other, axis=1).max())
 
 
-def _of_run(run: XRun) -> Shape:
-    return CubicSpline(run.problem.model.s, run.problem.model.mid_surface(run.last.q))
-
-
 def _bent(state: elastica.State, length: float) -> Shape:
-    along = np.linspace(0.0, state.length, COMPARED_PLACES)
-    at = state.at(state.length - along)
-    return _of_places(along, np.stack([state.length - length / 2.0 - at.x, at.z], axis=1), length)
-
-
-def _of_places(along: Array, place: Array, length: float) -> Shape:
-    """From places of the free part, the last one its lift-off; the rest lies straight up to the held end."""
-    free = CubicSpline(along, place)
-    lift_off = float(along[-1])
-    begins = float(place[-1, 0])
-
     def shape(s: Array) -> Array:
-        lies = np.stack(
-            [begins + (s - lift_off) * (length / 2.0 - begins) / (length - lift_off), np.zeros_like(s)], axis=1
-        )
-        return np.where((s > lift_off)[:, None], lies, free(np.minimum(s, lift_off)))
+        at, lies = state.at(np.clip(state.length - s, 0.0, None)), s >= state.length
+        x = np.where(lies, s, state.length - at.x) - length / 2.0
+        return np.stack([x, np.where(lies, 0.0, at.z)], axis=1)
 
     return shape
 

@@ -28,7 +28,7 @@ THICKNESS = (0.005, 0.2)
 NU = (0.0, 0.45)
 ACCURACY = {"auto": (1e-4, 1e-2), "solid": (3e-4, 1e-2), "rod": (1e-6, 1e-2)}
 """Requested accuracies; a solid to 1e-4 would take long."""
-TRUTH = {"solid": 0.35, "rod": 0.2}
+TRUTH = {"solid": 0.25, "rod": 0.15}
 """Refinement of the reference."""
 
 

@@ -1,52 +1,121 @@
-"""Observed order of lambda_c in the element size, on uniform meshes.
+"""Observed order of lambda_c in the element length, and its run time over the number of elements, on rod and solid.
 
-The floor holds nodes, so the error depends on where along an element the strip lifts off.  Each element size is
-therefore run with its mesh shifted in several phases, and the error is the root mean square over them.
+A mesh is refined uniformly: each of its elements is divided into equal parts.  All in L*.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import xarray as xr
 
-from stripfold.analysis.nodal import along_x, lift, solve_height
-from stripfold.analysis.static import StripModel
+from stripfold import elastica
+from stripfold.analysis.contact_branch import STEPS, from_elastica
+from stripfold.analysis.prediction import BEFORE, ElasticaPrediction
+from stripfold.analysis.static import LIMIT, StripModel
 from stripfold.arrays import Array
-from studies.common import blank, dataset
+from stripfold.errors import SolveError
+from stripfold.models.contact_mesh import ContactMesh
+from stripfold.problem import AlongX
+from stripfold.solve import continuation, critical
+from stripfold.solve.events import Crossing
+from studies.common import Progress, blank, dataset, timed
+
+MODELS = ("rod", "solid")
+TOLERANCE = 1e-10
+"""Bracket of lambda_c: the errors of the finest meshes are about 1e-8."""
 
 
-def uniform(length: float, size: float, phase: float) -> Array:
-    """Element boundaries of one size, shifted by ``phase`` (0 to 1) of an element; the end elements are longer."""
-    inner = np.arange(size * (1.0 + phase), length - 1.4 * size, size)
-    return np.concatenate([[0.0], inner, [length]])
+def divided(mesh: ContactMesh, parts: int) -> ContactMesh:
+    """A mesh with each element divided into ``parts`` of one length."""
+    steps = np.arange(parts) / parts
+
+    def finer(share: Array) -> Array:
+        return np.append((share[:-1, None] + np.diff(share)[:, None] * steps).ravel(), share[-1])
+
+    shares = tuple(finer(share) for share in mesh.shares)
+    return replace(mesh, shares=shares, model=mesh.make(finer(mesh.model.ends)))
+
+
+def lambda_c(strip: StripModel, prediction: ElasticaPrediction, refinement: float, parts: int) -> tuple[float, Array]:
+    """lambda_c on one mesh, and the ends of its elements there.
+
+    Raises
+    ------
+    SolveError
+        The branch cannot be followed, or has no limit point near the elastica's.
+    """
+    z, plan = prediction.height, strip.contact_mesh(refinement)
+    near = elastica.state_at(z, prediction.last.length - BEFORE, prediction.last)
+    first = from_elastica(lambda contact: divided(plan(contact), parts), AlongX(z), near.advance, near)
+    problem = first.problem
+    for item in continuation.follow(problem, first.point, STEPS, [LIMIT]):
+        if isinstance(item, Crossing):
+            found = critical.locate(problem, item.before, item.after, TOLERANCE, STEPS)
+            return found.lam, problem.at(problem.contact(found.before.q)).model.ends
+        if problem.mesh.drifted(problem.contact(item.q)):
+            break
+    raise SolveError(f"no snap at z = {z:g} L*, each element divided into {parts}")
 
 
 def run(
-    length_star: float, thickness: float, height: float, sizes: Sequence[float], phases: int, reference: float
+    length_star: float,
+    thickness: float,
+    height: float,
+    refinement: float,
+    parts: Sequence[int],
+    reference: int,
+    repeats: int,
+    progress: Progress | None = None,
 ) -> xr.Dataset:
-    """lambda_c on uniform meshes against the planned mesh at refinement ``reference``; all in L*."""
-    strip = StripModel(length_star, thickness)
-    truth = solve_height(strip, height, reference, past=0.0).lam
-    (_, model, state) = next(lift(strip, [height]))
-    shifts = [phase / phases for phase in range(phases)]
-    lambda_c = blank(len(sizes), phases)
-    for i, j in np.ndindex(lambda_c.shape):
-        mesh = uniform(length_star, sizes[i], shifts[j])
-        found = along_x(strip, height, (model, state), mesh, past=0.0)
-        # The largest lambda reached: on a uniform mesh contact switching may split the maximum in several.
-        lambda_c[i, j] = found.lam + found.slack
-    error = np.sqrt(np.mean((lambda_c - truth) ** 2, axis=1))
+    """Errors and times of both models.
+
+    Parameters
+    ----------
+    length_star, thickness, height
+        L*.
+    refinement
+        Of the planned mesh.
+    parts
+        Numbers of parts of each of its elements, ascending.
+    reference
+        One of these: the error of coarser meshes is the distance of lambda_c from that with it.
+    repeats
+        Runs after an uncounted one of which the median time is taken.
+    """
+    prediction = ElasticaPrediction.at(height)
+    found, size, elements, seconds = (blank(len(MODELS), len(parts)) for _ in range(4))
+    for i, j in np.ndindex(found.shape):
+        strip = StripModel(length_star, thickness, kind=MODELS[i])
+        taken, (found[i, j], ends) = timed(partial(lambda_c, strip, prediction, refinement, parts[j]), repeats)
+        sizes = np.diff(ends)
+        size[i, j], elements[i, j], seconds[i, j] = sizes[0], len(sizes), np.median(taken)
+        if progress:
+            progress(f"{MODELS[i]}, {len(sizes)} elements: {found[i, j]:.10f}, {seconds[i, j]:.3g} s")
+    finest = list(parts).index(reference)
+    error = np.abs(found - found[:, finest, None])
+    error[:, finest:] = np.nan
+    large = np.asarray(parts) >= reference
+
+    def slopes(x: Array, y: Array) -> list[float]:
+        return [float(np.polyfit(np.log(a), np.log(b), 1)[0]) for a, b in zip(x, y, strict=True)]
+
+    over = ("model", "parts")
     return dataset(
         "order",
         {
-            "size": ("size", sizes),
-            "phase": ("phase", shifts),
-            "lambda_c": (("size", "phase"), lambda_c),
-            "reference": ((), truth),
-            "error": ("size", error),
-            "order": ((), np.polyfit(np.log(sizes), np.log(error), 1)[0]),
+            "model": ("model", MODELS),
+            "parts": ("parts", parts),
+            "size": (over, size),
+            "elements": (over, elements),
+            "lambda_c": (over, found),
+            "error": (over, error),
+            "seconds": (over, seconds),
+            "order": ("model", slopes(size[:, :finest], error[:, :finest])),
+            "cost_order": ("model", slopes(elements[:, large], seconds[:, large])),
         },
-        {"length_star": length_star, "thickness": thickness, "height_star": height},
+        {"length_star": length_star, "thickness": thickness, "height_star": height, "refinement": refinement},
     )

@@ -10,13 +10,12 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
 from stripfold import elastica
-from stripfold.analysis import planning
-from stripfold.analysis.nodal import ROD_SIZES, X_STEPS, begin, lift
+from stripfold.analysis.contact_branch import STEPS, BranchCrossing, follow
 from stripfold.analysis.prediction import ElasticaPrediction, from_near_the_end
-from stripfold.analysis.static import StripModel, solve_height
+from stripfold.analysis.static import StripModel, at_lambda, lift, start_along_x
 from stripfold.arrays import Array
 from stripfold.errors import SolveError
-from stripfold.solve import continuation, newton
+from stripfold.solve.events import Event, never
 
 Line = tuple[Array, Array]
 """Distances from the grasped end, shape (n,), and places, shape (n, 2), from where that end lay."""
@@ -30,16 +29,15 @@ def model_equilibrium(strip: StripModel, height: float, lam: float, refinement: 
     SolveError
         A state could not be computed.
     """
-    (_, coarse, state) = next(lift(strip, [height]))
-    mesh = planning.boundaries(
-        strip.length, planning.lift_off_sweep(height), refinement, ROD_SIZES if strip.kind == "rod" else None
-    )
-    model = strip.model(mesh)
-    problem, first = begin(model, height, (coarse, state))
-    point = next(p for p in continuation.follow(problem, first, X_STEPS) if p.lam >= lam)
-    guess = point.q + (lam - point.lam) / point.tangent.lam * point.tangent.q
-    found = newton.solve(problem, guess, lam, point.state.active, options=X_STEPS.newton)
-    return model.s, model.mid_surface(found.q) + np.array([strip.length / 2.0, 0.0])
+    ((_, start),) = lift(strip.contact_mesh(refinement), [height])
+    there = Event("lambda", lambda point, _: point.lam >= lam, located=never)
+    first = start_along_x(start, height)
+    for item in follow(first, STEPS, lambda _: [there], through_contact=False):
+        if isinstance(item, BranchCrossing):
+            found = at_lambda(item.after, lam)
+            place = found.problem.mid_surface(found.point.q)
+            return found.model.s, place + np.array([strip.length / 2.0, 0.0])
+    raise AssertionError("a branch ends in an event or raises")
 
 
 def elastica_equilibrium(length: float, height: float, lam: float) -> Line:
@@ -85,9 +83,7 @@ def critical(model: str, scene: Mapping[str, Any], refinement: float) -> dict[st
     if model == "elastica":
         return {"lambda_c": elastica.critical(height).advance}
     strip = StripModel(scene["length"], scene["thickness"], kind=model)
-    if model == "rod":
-        return {"lambda_c": from_near_the_end(strip, ElasticaPrediction.at(height), refinement).lam}
-    return {"lambda_c": solve_height(strip, height, refinement, past=0.0).lam}
+    return {"lambda_c": from_near_the_end(strip, ElasticaPrediction.at(height), refinement).lam}
 
 
 def reference(model: str, scene: Mapping[str, Any], refinement: float) -> tuple[CubicSpline, float]:

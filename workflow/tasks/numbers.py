@@ -41,6 +41,7 @@ def summary(
         "stale": ", ".join(name for name in studies if stale[name]),
         "studies": len(studies),
         "package_lines": lines,
+        "studies_seconds": sum(float(data[name].attrs.get("seconds", "nan")) for name in studies if name in data),
         "ci_seconds": data["ci_run"].attrs["wall"] if "ci_run" in data else float("nan"),
         "git_commit": store.running_commit(),
     }

@@ -15,6 +15,7 @@ import numpy as np
 
 from stripfold import elastica
 from stripfold.arrays import Array
+from stripfold.errors import SolveError
 from stripfold.models.contact_mesh import ContactMesh, Topology
 from stripfold.models.model import Model
 from stripfold.moving_contact import MovingContact
@@ -26,8 +27,8 @@ from stripfold.solve.newton import Constraint
 from stripfold.solve.problem import Point, Tangent
 
 STEPS = StepOptions(first=0.05, largest=0.7, max_correction=0.5, max_attempts=300)
-FIRST_INTERVAL = 0.02
-"""Length of an interval of contact when it is first solved for, L*."""
+FIRST_INTERVALS = (0.02, 0.05, 0.1)
+"""Lengths of an interval of contact that are tried when it is first solved for, L*."""
 LEAST_SAG = 0.02
 """Height of the strip on either side over the lowest point of a sag, L*."""
 SAMPLES = np.linspace(0.0, 1.0, 5)[:-1]
@@ -105,9 +106,9 @@ def from_elastica(mesh: Planned, motion: Motion, lam: float, state: elastica.Sta
     return solved(MovingContact(planned, motion), np.append(u, state.length), lam)
 
 
-def solved(problem: MovingContact, q: Array, lam: float) -> BranchPoint:
-    """The state at ``lam`` near a guess, with lambda rising."""
-    return BranchPoint(problem, continuation.start(problem, q, lam, problem.bounded, 1.0, STEPS))
+def solved(problem: MovingContact, q: Array, lam: float, sign: float = 1.0) -> BranchPoint:
+    """The state at ``lam`` near a guess, with lambda rising, or falling where ``sign`` is negative."""
+    return BranchPoint(problem, continuation.start(problem, q, lam, problem.bounded, sign, STEPS))
 
 
 def transferred(
@@ -226,14 +227,18 @@ def contact_changes(problem: MovingContact) -> dict[Event, Callable[[BranchPoint
 
     def to_interval(at: BranchPoint) -> BranchPoint:
         place, lift_off = at.contact
-        ends = place + FIRST_INTERVAL * np.array([-0.5, 0.5])
-        return transferred(
-            at, np.array([*ends, lift_off]), Topology.INTERVAL, constraint=(np.array([-1.0, 1.0, 0.0]), 0.0)
-        )
+        error = SolveError("no interval of contact", parameter=at.point.lam)
+        for length in FIRST_INTERVALS:
+            contact = np.array([place - 0.5 * length, place + 0.5 * length, lift_off])
+            try:
+                return transferred(at, contact, Topology.INTERVAL, constraint=(np.array([-1.0, 1.0, 0.0]), 0.0))
+            except SolveError as failed:
+                error = failed
+        raise error
 
     def length(point: Point) -> float:
         ends = problem.contact(point.q)
-        return float(ends[1] - ends[0]) - 0.5 * FIRST_INTERVAL
+        return float(ends[1] - ends[0]) - 0.5 * FIRST_INTERVALS[0]
 
     if topology is Topology.LYING:
         return {touch(problem): to_point}

@@ -193,9 +193,13 @@ def along_x(
     if plan is not None:
         start = transferred(start, mesh=plan(start.contact))
         start = at_lambda(start, height)
-    model = start.problem.mesh.model
-    lambda_0 = float(start.point.q[model.middle[0, 0]])
-    return to_the_end(solved(MovingContact(start.problem.mesh, AlongX(height)), start.point.q, lambda_0), past, options)
+    return to_the_end(start_along_x(start, height), past, options)
+
+
+def start_along_x(start: BranchPoint, height: float, sign: float = 1.0) -> BranchPoint:
+    """A state without horizontal force as one of a motion along x, followed with lambda rising or falling."""
+    problem, q = MovingContact(start.problem.mesh, AlongX(height)), start.point.q
+    return solved(problem, q, float(q[start.model.middle[0, 0]]), sign)
 
 
 def to_the_end(

@@ -12,7 +12,7 @@ import xarray as xr
 
 from stripfold import elastica
 from stripfold.analysis.static import StripModel
-from stripfold.errors import CoarseMeshError, CrushedError, InvalidInputError, NewtonError, SolveError
+from stripfold.errors import CrushedError, InvalidInputError, NewtonError, SolveError
 from stripfold.inputs import Scene
 from stripfold.models.rod import Rod
 from stripfold.models.solid import Solid
@@ -42,16 +42,14 @@ def _scene(length: float, height: float) -> None:
 
 
 LAMBDA_C, TOUCH = "lambda_c, rod", "lambda at the touch, rod"
-BAD = "no state of this strip: an error"
+BAD, NEAR = "no state of this strip: an error", "lambda_0, followed from the flat strip"
 # A table: theme, name, what is compared, how, and the error where one is expected.
 # fmt: off
 CASES = tuple(Case(*row) for row in (
     ("very thin", "thin, h / L = 1e-5", "lambda_c, elastica", lambda r: strips.thin(0.5 * r)),
-    ("very thin", "thin, h / L = 1e-5, coarse mesh", "the mesh is too coarse: an error",
-     lambda r: strips.thin_on_one_mesh(2.0 * r), CoarseMeshError),
     ("very thin", "thin rod, h / L = 1e-5", "lambda_c, elastica",
      lambda r: strips.rod(9e-5, elastica.critical(HEIGHT).advance)),
-    ("thick", "thick, h = 0.2 L*", "lambda_c, two elements across", lambda r: strips.thick(0.5 * r)),
+    ("thick", "thick, h = 0.2 L*", "lambda_c, two elements across", lambda r: strips.thick(0.2, HEIGHT, 0.5 * r)),
     ("thick", "thick rod, h = 0.2 L*", "lambda_c, solid", lambda r: strips.thick_rod(0.5 * r)),
     ("thick", "too thick, h = 0.21 L*", BAD, lambda r: strips.scene(3780.0, "solid", 0.21), InvalidInputError),
     ("eta_b over eight decades", "eta_b 1e-1 to 1e8, rod", "relative spread of lambda_c / L*",
@@ -63,7 +61,7 @@ CASES = tuple(Case(*row) for row in (
     ("long strips", "long, high", "lambda_c at L = 60, z = 10 L*, rod", _end(PAPERS, 10.0, 60.0)),
     ("taut strip", "pulled back", "horizontal force, elastica", strips.taut),
     ("coarse and very fine meshes", "very coarse mesh", "nodes too far apart to hold the strip: an error",
-     _end(PAPERS, factor=3.0), SolveError),
+     _end(PAPERS, factor=4.0), SolveError),
     ("coarse and very fine meshes", "very fine mesh", LAMBDA_C, _end(PAPERS, factor=0.25)),
     ("distorted meshes", "leaning elements", "droop of a cantilever, elastica", lambda r: algebra.droop(0.25)),
     ("near-inverted elements", "elements all but turned over", "droop of a cantilever, elastica",
@@ -77,12 +75,12 @@ CASES = tuple(Case(*row) for row in (
     ("very large and very small steps", "steps of 10 L*", "lambda_c, same mesh", lambda r: strips.with_steps(10.0, r)),
     ("very large and very small steps", "steps of 0.05 L*", "lambda_c, same mesh",
      lambda r: strips.with_steps(0.05, r)),
-    ("starts from bad guesses", "from a flat strip", BAD, _from(HEIGHT, strips.flat), NewtonError),
-    ("starts from bad guesses", "from half the height", BAD, _from(0.5 * HEIGHT), NewtonError),
-    ("starts from bad guesses", "from twice the height", BAD, _from(2.0 * HEIGHT), NewtonError),
+    ("starts from bad guesses", "from a flat strip", NEAR, _from(HEIGHT, strips.flat)),
+    ("starts from bad guesses", "from half the height", NEAR, _from(0.5 * HEIGHT)),
+    ("starts from bad guesses", "from twice the height", NEAR, _from(2.0 * HEIGHT)),
     ("starts from bad guesses", "from a noisy state", BAD, _from(HEIGHT, strips.noise(0.05)), NewtonError),
     ("starts from bad guesses", "from a state of noise", BAD, _from(HEIGHT, strips.noise(1.0)), NewtonError),
-    ("starts from bad guesses", "from below the floor", BAD, _from(HEIGHT, strips.below_the_floor), CrushedError),
+    ("starts from bad guesses", "from below the floor", BAD, _from(HEIGHT, strips.below_the_floor), NewtonError),
     ("starts from bad guesses", "a tenth of an L* past lambda_c", "no state is near: an error",
      strips.past_the_end, NewtonError),
     ("cusp", "arch below the cusp", "w / h at lambda = h, closed form; no fold may be found",
@@ -112,10 +110,10 @@ CASES = tuple(Case(*row) for row in (
     ("grazing contact", "just above the touch limit", "lambda_c, rod: a snap", _touch_limit(1.0)),
     ("grazing contact", "just below the touch limit", "lambda, rod: a touch", _touch_limit(-1.0)),
     ("gripper at the floor", "z = 0.5 L*", TOUCH, _end(0.02, 0.5)),
-    ("gripper at the floor", "z = 0.3 L*", TOUCH, _end(0.02, 0.3, factor=1.0)),
+    ("gripper at the floor", "z = 0.3 L*", TOUCH, _end(0.02, 0.3)),
     ("gripper at the floor", "z = 0.1 L*", TOUCH, _end(0.02, 0.1)),
-    ("gripper at the floor", "z = 0.1 L*, h = 0.06 L*", "lambda jumps at a contact: an error", _end(PAPERS, 0.1),
-     CoarseMeshError),
+    ("gripper at the floor", "z = 0.1 L*, h = 0.06 L*", "lambda_c of a strip that is compressed, two elements across",
+     lambda r: strips.thick(PAPERS, 0.1, 0.5 * r)),
     ("gripper at the floor", "z = 0", "no folding: an error", lambda r: _scene(0.6, 0.0), InvalidInputError),
     ("lift-off of the whole strip", "strip of 6.5 L*", "lambda, elastica of the same free length",
      strips.lifted_whole),

@@ -6,30 +6,26 @@ rod's and that of very thin strips with the elastica's.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from math import nan
-from typing import TypeVar
 
 import numpy as np
 
 from stripfold import elastica
-from stripfold.analysis import nodal
-from stripfold.analysis.contact import lift_off
+from stripfold.analysis.contact_branch import STEPS, BranchCrossing, BranchPoint, follow, solved
 from stripfold.analysis.critical_point import find
-from stripfold.analysis.nodal import NEARBY_NEWTON, X_STEPS, no_horizontal_force, transfer
 from stripfold.analysis.prediction import ElasticaPrediction, from_near_the_end
-from stripfold.analysis.static import End, StripModel, XRun, solve_height
+from stripfold.analysis.static import End, StripModel, XRun, along_x, at_lambda, lift, solve_height, start_along_x
 from stripfold.arrays import Array
 from stripfold.inputs import Model as ModelName
 from stripfold.inputs import Scene
 from stripfold.material import Material
 from stripfold.models.model import Model
 from stripfold.models.model_error import model_error
-from stripfold.problem import AlongX, StripProblem
-from stripfold.solve import continuation, newton
-from stripfold.solve.problem import Equilibrium
+from stripfold.solve import newton
+from stripfold.solve.events import Event, never
 from studies.hard_cases.case import Finding, refined
 
 PAPERS = 0.0594
@@ -38,13 +34,9 @@ LENGTH, HEIGHT = 9.0, 3.0
 """Of the strip and the gripper where nothing else is said, L*."""
 FINE = 0.25
 """Refinement of the rod that is a reference."""
-NODAL_NOISE = 1e-5
-"""Relative error of lambda_c over the refinement by contact at nodes: two meshes may agree by chance."""
-Start = tuple[Model, Equilibrium]
-Run = TypeVar("Run", XRun, nodal.XRun)
 
 
-def located(follow: Callable[[float], Run], refinement: float) -> tuple[Run, float]:
+def located(follow: Callable[[float], XRun], refinement: float) -> tuple[XRun, float]:
     """A run and the error estimate of its lambda, as :func:`.critical_point.find` has it; nan where the ends differ."""
     fine, coarse = follow(refinement), follow(2.0 * refinement)
     error = abs(fine.lam - coarse.lam) + fine.slack
@@ -60,19 +52,9 @@ def end(strip: StripModel, height: float, refinement: float) -> Finding:
     return Finding(run.lam if same else nan, rod.lam, error, model_error("rod", strip.thickness, 0.0) * rod.lam)
 
 
-def _thin_run(refinement: float) -> nodal.XRun:
-    """Lifted fifty times thicker: without horizontal force the thickness hardly changes the state."""
-    (_, model, state) = next(nodal.lift(StripModel(LENGTH, 5e-3), [HEIGHT]))
-    return nodal.along_x(StripModel(LENGTH, 9e-5), HEIGHT, (model, state), refinement, past=0.0)
-
-
 def thin(refinement: float) -> Finding:
-    run, error = located(_thin_run, refinement)
+    run, error = located(lambda r: solve_height(StripModel(LENGTH, 9e-5), HEIGHT, r), refinement)
     return Finding(run.lam if run.end is End.SNAP else nan, elastica.critical(HEIGHT).advance, error)
-
-
-def thin_on_one_mesh(refinement: float) -> Finding:
-    return Finding(_thin_run(refinement).lam, elastica.critical(HEIGHT).advance, 0.0)
 
 
 def rod(thickness: float, reference: float, reference_error: float = 0.0) -> Finding:
@@ -89,12 +71,12 @@ def thick_rod(refinement: float) -> Finding:
     return rod(0.2, solid.lam, error + model_error("rod", 0.2, 0.0) * solid.lam)
 
 
-def thick(refinement: float) -> Finding:
+def thick(thickness: float, height: float, refinement: float) -> Finding:
     """Against two elements across."""
 
     def across(number: int) -> tuple[XRun, float]:
-        strip = StripModel(LENGTH, 0.2, across=number)
-        return located(lambda r: solve_height(strip, HEIGHT, r, past=0.0), refinement)
+        strip = StripModel(LENGTH, thickness, across=number)
+        return located(lambda r: solve_height(strip, height, r), refinement)
 
     (one, error), (two, other_error) = across(1), across(2)
     return Finding(one.lam if one.end is two.end is End.SNAP else nan, two.lam, error, other_error)
@@ -111,7 +93,7 @@ def decades() -> Finding:
     """Spread of the rod's lambda_c / L* over eight decades of eta_b, relative."""
     scenes = [scene(float(eta_b), "rod") for eta_b in 10.0 ** np.arange(-1, 9)]
     lambda_c = [find(one).lambda_c / one.material.gravity_length for one in scenes]
-    return Finding(float(np.ptp(lambda_c) / np.mean(lambda_c)), 0.0, 0.0, 1e-12)
+    return Finding(float(np.ptp(lambda_c) / np.mean(lambda_c)), 0.0, 0.0, 1e-11)
 
 
 def one_decade(eta_b: float) -> Finding:
@@ -137,20 +119,15 @@ def taut(refinement: float) -> Finding:
     # The elastica does not stretch.
     stretch = (truth.force_x + 0.5 * HEIGHT * free / strip.length) * strip.length * strip.thickness**2 / 12.0
     target = truth.advance - stretch
-    (_, model, state) = next(nodal.lift(strip, [HEIGHT]))
+    back = Event("target", lambda point, _: point.lam <= target, located=never)
 
     def pull(refinement: float) -> float:
-        other = strip.model(np.linspace(0.0, strip.length, round(strip.length / (0.15 * refinement)) + 1))
-        problem = StripProblem(other, AlongX(HEIGHT))
-        first = no_horizontal_force(problem, transfer(model, state.q, other), HEIGHT)
-        point = continuation.start(problem, first.q, float(first.q[other.middle[0, 0]]), first.active, -1.0, X_STEPS)
-        branch: Iterator = continuation.follow(problem, point, X_STEPS)
-        while point.lam > target:
-            before, point = point, next(branch)
-        near = min(before, point, key=lambda p: abs(p.lam - target))
-        guess = near.q + (target - near.lam) / near.tangent.lam * near.tangent.q
-        found = newton.solve(problem, guess, target, near.active, options=newton.NewtonOptions(max_distance=0.3))
-        return -float(problem.residual(found.q, target)[other.middle[0, 0]])
+        start = start_along_x(_lifted(strip, HEIGHT, refinement), HEIGHT, -1.0)
+        for item in follow(start, STEPS, lambda _: [back], through_contact=False):
+            if isinstance(item, BranchCrossing):
+                found = at_lambda(item.after, target)
+                return -float(found.point.state.force[found.model.middle[0, 0]])
+        raise AssertionError("a branch ends in an event or raises")
 
     # The stretch is right to first order.
     return refined(pull, 0.25 * refinement, truth.force_x, stretch / strip.length * truth.force_x)
@@ -158,46 +135,42 @@ def taut(refinement: float) -> Finding:
 
 def lifted_whole(refinement: float) -> Finding:
     """Too short to snap: followed until next to nothing lies, on the elastica of the same free length."""
-    strip = StripModel(6.5, PAPERS)
-    run = nodal.solve_height(strip, HEIGHT, refinement, past=0.0)
-    model = run.problem.model
-    free = lift_off(model, run.last)
-    truth = elastica.state_at(HEIGHT, free)
-    # The lift-off is in the element before this node.
-    before = model.ends[np.searchsorted(model.ends, free - 1e-9) - 1]
-    error = abs(elastica.state_at(HEIGHT, float(before), truth).advance - truth.advance)
+    strip = StripModel(6.5, 0.01)
+    run, error = located(lambda r: solve_height(strip, HEIGHT, r), refinement)
+    truth = elastica.state_at(HEIGHT, run.free_length)
     thickness = model_error("elastica", strip.thickness, 0.0) * truth.advance
-    return Finding(run.lam if run.end is End.LIFTED else nan, truth.advance, 0.0, error + thickness)
+    return Finding(run.lam if run.end is End.LIFTED else nan, truth.advance, error, thickness)
 
 
 STRIP = StripModel(LENGTH, PAPERS)
 
 
-@lru_cache(maxsize=4)
-def lifted(height: float) -> Start:
+def _lifted(strip: StripModel, height: float, refinement: float) -> BranchPoint:
     """The strip with its gripper at a height and free along x."""
-    (_, model, state) = next(nodal.lift(STRIP, [height]))
-    return model, state
+    ((_, at),) = lift(strip.contact_mesh(refinement), [height])
+    return at
 
 
-def _same_mesh(start: Start, refinement: float, step: float | None = None) -> Finding:
-    """lambda_c on one mesh, against the run on it that begins shortly before."""
-    near = nodal.solve_height(STRIP, HEIGHT, refinement, past=0.0)
-    options = X_STEPS if step is None else replace(X_STEPS, first=step, largest=step)
-    run = nodal.along_x(STRIP, HEIGHT, start, near.problem.model.ends, 0.0, options)
-    noise = NODAL_NOISE * refinement * near.lam
-    return Finding(run.lam if run.end is near.end is End.SNAP else nan, near.lam, run.slack + noise, near.slack)
+lifted = lru_cache(maxsize=4)(partial(_lifted, STRIP))
 
 
 def with_steps(size: float, refinement: float) -> Finding:
-    return _same_mesh(lifted(HEIGHT), refinement, size)
+    """lambda_c, against that from shortly before it."""
+    options = replace(STEPS, first=size, largest=size)
+    run, error = located(lambda r: along_x(lifted(HEIGHT, r), HEIGHT, past=0.0, options=options), refinement)
+    near = from_near_the_end(STRIP, ElasticaPrediction.at(HEIGHT), refinement)
+    return Finding(run.lam if run.end is near.end is End.SNAP else nan, near.lam, error, near.slack)
 
 
 def from_a_guess(height: float, refinement: float, change: Callable[[Model, Array], Array] | None = None) -> Finding:
-    """From a state that is none: the state of another height, or the right one changed."""
-    model, state = lifted(height)
-    q = state.q if change is None else change(model, state.q.copy())
-    return _same_mesh((model, replace(state, q=q)), refinement)
+    """lambda_0 from a state that is none: the state of another height, or the right one changed."""
+    at, right = lifted(height, refinement), lifted(HEIGHT, refinement)
+    q = at.point.q.copy()
+    if change is not None:
+        q[: at.problem.n] = change(at.model, q[: at.problem.n])
+    found = solved(at.problem, q, HEIGHT)
+    lambda_0, truth = (float(one.point.q[one.model.middle[0, 0]]) for one in (found, right))
+    return Finding(lambda_0, truth, 1e-3)
 
 
 def flat(model: Model, q: Array) -> Array:
@@ -221,6 +194,6 @@ def below_the_floor(model: Model, q: Array) -> Array:
 
 def past_the_end(refinement: float) -> None:
     """The gripper past lambda_c in one step: no state is near."""
-    run = nodal.solve_height(STRIP, HEIGHT, refinement, past=0.0)
-    options = replace(NEARBY_NEWTON, max_distance=0.2)
-    newton.solve(run.problem, run.last.q, run.last.lam + 0.1, run.last.active, options=options)
+    at = solve_height(STRIP, HEIGHT, refinement).last
+    options = newton.NewtonOptions(max_iterations=100, max_distance=0.2)
+    newton.solve(at.problem, at.point.q, at.point.lam + 0.1, at.problem.bounded, options=options)

@@ -6,11 +6,9 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from stripfold.plots.colours import BLACK, PINK, Look
 from stripfold.plots.style import figure, legend_above, note, styled
 from studies.plots.models import LOOKS, draw_pareto, headroom
 
-KINDS = LOOKS | {"rod, nodes": Look(PINK, "D"), "solid, from lambda_0": Look(BLACK, "v")}
 LEAST = 1e-7
 """Smaller errors are drawn here: the reference is no better."""
 
@@ -33,10 +31,10 @@ def draw(data: xr.Dataset) -> Figure:
     for j, (ax, cost) in enumerate(zip(panels, costs, strict=False)):
         one = data.isel(height=min(j, count - 1))
         error = np.maximum(np.abs(one["error"].values), LEAST)
-        for kind, how in KINDS.items():
+        for kind, how in LOOKS.items():
             for filled in (True, False):
                 of = (kinds == kind) & (plain == filled)
-                name = kind.replace("lambda_0", r"$\lambda_0$") if filled and j == 0 and of.any() else None
+                name = kind if filled and j == 0 and of.any() else None
                 face = how.color if filled else "white"
                 ax.plot(cost[of], error[of], how.marker, color=how.color, mfc=face, label=name)
         draw_pareto(ax, cost, error, max(float(one["uncertain"]), LEAST))
@@ -51,5 +49,5 @@ def draw(data: xr.Dataset) -> Figure:
     panels[0].autoscale(axis="x")  # to what all of them show
     headroom(panels[0], 0.12)
     fig.supylabel(r"error of $\lambda$, relative", fontsize=9.0)
-    legend_above(fig, ncols=len(KINDS), fontsize=7.0)
+    legend_above(fig, ncols=len(LOOKS), fontsize=7.0)
     return fig

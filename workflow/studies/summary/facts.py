@@ -9,6 +9,7 @@ import xarray as xr
 
 from stripfold.analysis import needed_effects
 from studies import branches as of_branches
+from studies import low_paths as of_low_paths
 from studies.schemes import CONSERVING, DEFAULT
 
 Facts = dict[str, Any]
@@ -77,7 +78,36 @@ def rod(d: xr.Dataset) -> Facts:
 
 def branches(d: xr.Dataset) -> Facts:
     wrong, failed = ((d.verdict == verdict).sum() for verdict in (of_branches.WRONG, of_branches.FAILED))
-    return {"cases": d.sizes["case"], "seed": seed_of(d), "wrong": wrong, "failed": failed}
+    compared = d.spurious_limit_points.dropna("case")
+    return {
+        "cases": d.sizes["case"],
+        "seed": seed_of(d),
+        "wrong": wrong,
+        "failed": failed,
+        "compared": compared.size,
+        "spurious": compared.sum(),
+    }
+
+
+def low_paths(d: xr.Dataset) -> Facts:
+    outcomes = np.stack([d[mesh].values for mesh in of_low_paths.MESHES])
+    return {
+        "cases": d.sizes["case"],
+        "seed": seed_of(d),
+        "stable": np.all(outcomes == of_low_paths.STABLE, axis=0).sum(),
+        "limited": np.sum(outcomes == of_low_paths.LIMITED),
+        "failed": np.sum(outcomes == of_low_paths.FAILED),
+    }
+
+
+def order(d: xr.Dataset) -> Facts:
+    return {
+        "rod": d.order.sel(model="rod"),
+        "solid": d.order.sel(model="solid"),
+        "coarsest": int(d.elements.isel(parts=0).min()),
+        "elements": int(d.elements.isel(parts=-1).min()),
+        "cost": d.cost_order.max(),
+    }
 
 
 def accuracy(d: xr.Dataset) -> Facts:

@@ -13,6 +13,8 @@ from studies.random_paths import CONTRADICTED
 from studies.recordings_accuracy import BOUND, MEASURED, REFUSED, error
 from studies.summary.facts import Facts, seed_of, share
 
+PEER_RATIOS = {"felupe": 10.0, "mujoco": 30.0, "pyelastica": 100.0, "auto": 1.5, "auto_critical": 2.0}
+"""Asked of the time of another program over ours."""
 WRONG_RECORDING = 1.0
 """Error of lambda from which a measured value is wrong, mm."""
 
@@ -152,7 +154,15 @@ def peers(d: xr.Dataset) -> list[Facts]:
             (seconds, error), (own, own_error) = (of_peers.fastest(d, one, question) for one in (name, ours))
             if np.isfinite(seconds / own):
                 reached = [e <= of_peers.RATIO_TOLERANCE for e in (error, own_error)]
-                words = {"key": name + suffix, "program": of_peers.TITLES[name], "task": task, "ours": ours}
+                asked = PEER_RATIOS.get(name + suffix)
+                bound = f">= {asked:g}, and " if asked else ""
+                words = {
+                    "key": name + suffix,
+                    "asked": bound,
+                    "program": of_peers.TITLES[name],
+                    "task": task,
+                    "ours": ours,
+                }
                 note = "" if reached[0] else f"; it reached {error:.0e} only"
                 out.append({**words, "seconds": seconds, "ratio": seconds / own, "note": note, "both": all(reached)})
     return out

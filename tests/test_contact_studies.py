@@ -1,0 +1,83 @@
+"""The studies of the moving contact: order and run time, paths below the touch limit, counted constants."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stripfold.analysis.prediction import ElasticaPrediction
+from stripfold.analysis.static import StripModel
+from stripfold.errors import SolveError
+from studies import branches, constants, low_paths, order
+from studies.plots import order as figure
+
+
+def test_order_of_lambda_c_and_its_figure() -> None:
+    data = order.run(12.0, 0.0594, 3.0, 2.0, [1, 2, 4, 8], 4, 1)
+    np.testing.assert_allclose(data["size"][:, :-1] / data["size"].values[:, 1:], 2.0, rtol=1e-3)
+    assert data["elements"].values[:, -1].tolist() == (8 * data["elements"].values[:, 0]).tolist()
+    assert 3.5 < float(data["order"].sel(model="rod")) < 4.5
+    by_hand = np.abs(data["lambda_c"] - data["lambda_c"].sel(parts=4)).sel(parts=[1, 2])
+    np.testing.assert_array_equal(data["error"].sel(parts=[1, 2]), by_hand)
+    assert np.isnan(data["error"].sel(parts=[4, 8])).all()
+    top, bottom = figure.draw(data).axes
+    np.testing.assert_array_equal(top.get_lines()[0].get_ydata(), data["error"].sel(model="rod"))
+    np.testing.assert_array_equal(bottom.get_lines()[1].get_xdata(), data["elements"].sel(model="solid"))
+
+
+def test_a_low_path_is_followed_to_the_interval() -> None:
+    """Through the touch, the point contact and the interval; lambda at the touch is the elastica's."""
+    outcome, lam = low_paths.landed(StripModel(12.0, 0.02, kind="rod"), 1.2, 1.0)
+    assert outcome == low_paths.STABLE
+    assert lam == pytest.approx(ElasticaPrediction.at(1.2).last.advance, abs=5e-3)
+
+
+def test_a_snap_and_a_failure_are_no_agreement(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert low_paths.landed(StripModel(12.0, 0.02, kind="rod"), 2.0, 1.0)[0] == low_paths.LIMITED
+    with pytest.raises(SolveError, match="too short"):
+        low_paths.landed(StripModel(7.0, 0.02, kind="rod"), 3.0, 1.0)
+
+    def landed(strip: StripModel, *_: float) -> tuple[str, float]:
+        if strip.kind == "rod":
+            raise SolveError("planted")
+        return low_paths.STABLE, 8.0
+
+    monkeypatch.setattr(low_paths, "landed", landed)
+    data = low_paths.run(2, 7, 1e-3)
+    assert data["solid"].values.tolist() == [low_paths.STABLE] * 2
+    assert data["rod"].values.tolist() == [low_paths.FAILED] * 2
+    assert "planted" in str(data["message"].values[0])
+
+
+class Branch:
+    """A branch, made up."""
+
+    def __init__(self, *points: tuple[float, float]) -> None:
+        def at(lam: float, rate: float) -> object:
+            tangent = type("Tangent", (), {"lam": rate})()
+            return type("At", (), {"point": type("Point", (), {"lam": lam, "tangent": tangent})()})()
+
+        self.points = tuple(at(*point) for point in points)
+
+
+def test_a_maximum_that_the_finer_mesh_lacks_is_spurious() -> None:
+    finer = Branch((8.0, 0.9), (9.8, 0.1), (9.8, -0.1), (9.7, -0.5))
+    assert branches.spurious(finer, finer) == 0
+    twice = Branch((8.0, 0.9), (9.0, -0.1), (8.9, 0.2), (9.8, 0.1), (9.799, -0.2))
+    assert branches.maxima(twice).tolist() == [9.0, 9.8]
+    assert branches.spurious(twice, finer) == 1
+    assert branches.spurious(finer, Branch((8.0, 0.9), (9.0, -0.1))) == 1
+
+
+def test_constants_are_counted(tmp_path: Path) -> None:
+    code = "A = 1\nB: float = -2.0\nC, D = 1, (2, x)\nE = Options(3.0)\nTEXT = 'a'\nON = True\nsmall = 4\ndef f():\n    G = 1\n"
+    assert [name for name, _ in constants.constants(code)] == ["A", "B", "C", "D", "E"]
+    (tmp_path / "solve").mkdir()
+    (tmp_path / "solve" / "newton.py").write_text("TOLERANCE = 1e-8\n", encoding="utf-8")
+    (tmp_path / "solver.py").write_text("N = 3\n", encoding="utf-8")
+    assert list(constants.of_packages(tmp_path, ["solve"])) == [("solve.newton", "TOLERANCE", "1e-08")]
+    data = constants.run(["solve"], 121)
+    assert data.sizes["constant"] > 3
+    assert data.attrs["before"] == 121

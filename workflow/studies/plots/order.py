@@ -1,0 +1,36 @@
+"""Rod and solid: error of lambda_c over the element length, and run time over the number of elements."""
+
+from __future__ import annotations
+
+import xarray as xr
+from matplotlib.figure import Figure
+
+from stripfold.plots.colours import GREY
+from stripfold.plots.style import figure, note, styled
+from studies.plots.models import LOOKS
+
+
+@styled
+def draw(data: xr.Dataset) -> Figure:
+    """Draw (a) the error over the element length, with the observed orders, (b) the time over the number of elements.
+
+    ``data`` is from :func:`studies.order.run`.
+    """
+    fig = figure(4.8)
+    top, bottom = fig.subplots(2, 1)
+    for name in data["model"].values:
+        one = data.sel(model=name)
+        label = f"{name}, order {float(one['order']):.1f}"
+        top.plot(one["size"], one["error"], **LOOKS[name]._asdict(), label=label)
+        bottom.plot(one["elements"], one["seconds"], **LOOKS[name]._asdict(), label=name)
+    elements, seconds = (data[name].isel(model=-1).values for name in ("elements", "seconds"))
+    bottom.plot(elements, seconds[-1] * elements / elements[-1], color=GREY, ls="--", lw=0.8, label="linear")
+    top.set(xlabel="element length off the floor $/\\,L^*$", ylabel=r"error of $\lambda_c\,/\,L^*$")
+    bottom.set(xlabel="elements", ylabel=r"run time of one $\lambda_c$ [s]")
+    note(top, f"(a) $z = {data.attrs['height_star']:g}\\,L^*$, $h = {data.attrs['thickness']:g}\\,L^*$")
+    note(bottom, "(b)")
+    for ax in (top, bottom):
+        ax.set(xscale="log", yscale="log")
+        ax.legend(loc="lower right", fontsize=7)
+    fig.align_ylabels()
+    return fig
