@@ -31,7 +31,16 @@ Z = np.linspace(2.0, 12.0, 41)
 BOTH = ("material", "height_index")
 LENGTHS = ("length", "thickness")
 LAW = ("material", "law")
-PROJECT = xr.Dataset(attrs={"stale": "", "studies": 28, "package_lines": 15123, "ci_seconds": 470.0})
+PROJECT = xr.Dataset(
+    attrs={
+        "stale": "",
+        "studies": 28,
+        "package_lines": 15123,
+        "ci_seconds": 470.0,
+        "studies_seconds": 880.0,
+        "untimed": 0,
+    }
+)
 PRESET = ("asked", "accuracy", "height")
 SCENE = ("scene", "effect")
 MODEL = ("model", "height", "thickness")
@@ -59,8 +68,14 @@ def datasets() -> dict[str, xr.Dataset]:
             "difference": (("eta_m", "refinement"), [[2e-4], [2e-5]]), "mesh_error": ("eta_m", [1e-6, 1e-6]),
             "order": ("eta_m", [np.nan, 1.0]), "lambda_c_elastica": 9.856908},
             {"eta_m": [1e-3, 1e-4]}, {"height_star": 3.0}),
-        "order": ({"order": 2.0, "error": ("size", [1e-2, 1e-3])},),
-        "branches": ({"verdict": ("case", np.zeros(2000, int))},),
+        "order": ({
+            "order": ("model", [4.0, 3.2]), "cost_order": ("model", [0.9, 1.0]),
+            "elements": (("model", "parts"), [[33.0, 10032.0]] * 2)}, {"model": ["rod", "solid"]}),
+        "solver_constants": ({"constant": ("constant", texts("A", "B"))}, None, {"before": 3}),
+        "low_paths": ({name: ("case", texts(*["stable"] * 60)) for name in ("solid", "finer", "rod")},),
+        "branches": ({
+            "verdict": ("case", np.zeros(2000, int)),
+            "spurious_limit_points": ("case", np.where(np.arange(2000) < 500, 0.0, np.nan))},),
         "benchmark": ({"seconds": ("repeat", [1.0]), "relative_error": ("repeat", [1e-3]), "memory": 200.0},),
         "schemes": ({
             "oscillator_order": ("scheme", [1.99, 2.0]), "swing_order": ("scheme", [1.98, 2.0]),
@@ -83,16 +98,16 @@ def datasets() -> dict[str, xr.Dataset]:
             "lambda_c": (MODEL, np.full((2, 1, 2), 9.8))},
             {"thickness": [0.2, 0.0594], "model": ["rod", "solid"]}),
         "rod_benchmark": ({
-            "seconds": ("repeat", [0.09]), "estimated_error": 8e-4, "seconds_assess": ("repeat", [0.9]),
+            "seconds": ("repeat", [0.019]), "estimated_error": 8e-4, "seconds_assess": ("repeat", [0.9]),
             "apart": 1e-3},),
         "cli_benchmark": ({"wall": ("repeat", [0.8]), "solving": 0.1, "error": 1e-4},),
         "cold_run": ({"seconds": ("rule", [300.0, 200.0, 60.0, 1.0]), "jobs": ("rule", [40.0, 40.0, 5.0, 1.0])},
             {"rule": texts("record", "measure", "assess", "plans")}, {"wall": 290.0, "cores": 2}),
         "accuracy": ({
-            "preset_seconds": (PRESET, np.full((2, 2, 2), 0.9)), "preset_estimate": (PRESET, np.full((2, 2, 2), 5e-4)),
+            "preset_seconds": (PRESET, np.full((2, 2, 2), 0.19)), "preset_estimate": (PRESET, np.full((2, 2, 2), 5e-4)),
             "preset_error": (PRESET, np.full((2, 2, 2), -2e-4)), "snaps": ("height", [1, 1]),
             "preset_model": (PRESET, [[["elastica"] * 2, ["rod"] * 2], [["solid"] * 2] * 2]),
-            "elastica_seconds": ("height", [0.015, 0.02]), "elastica_error": ("height", [1e-12, -1e-12])},
+            "elastica_seconds": ("height", [0.004, 0.005]), "elastica_error": ("height", [1e-12, -1e-12])},
             {"asked": ["auto", "solid"], "accuracy": [1e-2, 1e-3], "height": [3.0, 9.0]}),
         "estimates": ({
             "asked": ("case", texts(*["auto", "solid", "rod"] * 100)), "estimate": ("case", np.full(300, 1e-3)),
@@ -198,7 +213,12 @@ def test_a_sample_is_named_by_its_seed() -> None:
         ("branches", "verdict", 2, "branch_failures"),
         ("limit", "difference", 1e-2, "solid_limit_error"),
         ("limit", "order", 0.5, "solid_limit_error_1e-04"),
+        ("branches", "spurious_limit_points", 1.0, "spurious_limit_points"),
+        ("branches", "spurious_limit_points", np.nan, "spurious_limit_points"),
         ("order", "order", 1.0, "order_lambda_c"),
+        ("order", "cost_order", 1.5, "order_cost"),
+        ("order", "elements", 9000.0, "order_cost"),
+        ("low_paths", "finer", "limit point", "low_path_agreement"),
         ("benchmark", "seconds", 6.0, "time_solid_lambda_c"),
         ("benchmark", "relative_error", 6e-3, "time_solid_lambda_c"),
         ("benchmark", "memory", 500.0, "memory_solid_lambda_c"),
@@ -302,6 +322,9 @@ def test_a_criterion_that_is_broken_does_not_hold(dataset: str, name: str, value
         ("random_paths", "message", {"case": 199}, CONTRADICTED, "random_paths_undecided"),
         ("random_paths", "outcome", {"case": 3}, "undecided", "random_paths_undecided"),
         ("hard_cases", "failed", {"case": 7}, 1.0, "hard_cases_failed"),
+        ("branches", "spurious_limit_points", {"case": 7}, 1.0, "spurious_limit_points"),
+        ("low_paths", "rod", {"case": 7}, "failed", "low_path_agreement"),
+        ("order", "order", {"model": "solid"}, 2.9, "order_lambda_c"),
     ],
 )
 def test_one_bad_value_is_enough(dataset: str, name: str, where: dict, value: float | str, key: str) -> None:
@@ -318,6 +341,8 @@ def test_one_bad_value_is_enough(dataset: str, name: str, where: dict, value: fl
         ("random_paths", 199, "random_paths"),
         ("estimates", 299, "estimate_coverage"),
         ("branches", 1999, "branch_cases"),
+        ("branches", 499, "spurious_limit_points"),
+        ("low_paths", 59, "low_path_agreement"),
         ("recordings_accuracy", 199, "recordings"),
         ("recordings_accuracy", 199, "lambda_coverage"),
     ],

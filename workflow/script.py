@@ -49,7 +49,7 @@ def main(snakemake):
             given |= {key: value for key, value in extra.items() if key in signature(function).parameters}
             began = perf_counter()
             result = function(**given)
-            seconds = perf_counter() - began
+            seconds = round(perf_counter() - began, 1)
             if result is not None:
                 paths = snakemake.output.get("data", snakemake.output)
                 pairs = zip(result, paths, strict=True) if isinstance(result, list) else [(result, snakemake.output[0])]

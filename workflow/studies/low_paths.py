@@ -1,4 +1,4 @@
-"""Paths below the touch limit, on which lambda has no maximum: random strips on the solid, on finer elements, on the rod.
+"""Paths below the touch limit, on which lambda has no maximum: random strips on the solid, its finer mesh and the rod.
 
 The gripper moves along x from lambda_0 until the sag has touched in a point and the contact has become an interval.
 Lengths in L*.  Source: docs/physics.md, section 5.

@@ -12,6 +12,7 @@ import xarray as xr
 
 from evidence import ROOT, why_stale
 from stripfold import store
+from studies import FRESH_CLONE
 from studies.plots import gallery_markdown
 from studies.summary import run
 
@@ -41,7 +42,8 @@ def summary(
         "stale": ", ".join(name for name in studies if stale[name]),
         "studies": len(studies),
         "package_lines": lines,
-        "studies_seconds": sum(float(data[name].attrs.get("seconds", "nan")) for name in studies if name in data),
+        "studies_seconds": sum(float(data[name].attrs.get("seconds", 0.0)) for name in studies),
+        "untimed": sum("seconds" not in data[name].attrs for name in studies if name not in FRESH_CLONE),
         "ci_seconds": data["ci_run"].attrs["wall"] if "ci_run" in data else float("nan"),
         "git_commit": store.running_commit(),
     }
