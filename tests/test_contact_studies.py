@@ -72,9 +72,7 @@ def test_a_maximum_that_the_finer_mesh_lacks_is_spurious() -> None:
 
 
 def test_constants_are_counted(tmp_path: Path) -> None:
-    code = (
-        "A = 1\nB: float = -2.0\nC, D = 1, (2, x)\nE = Options(3.0)\nTEXT = 'a'\nON = True\nsmall = 4\ndef f(): G = 1\n"
-    )
+    code = "A = 1\nB: float = -2.0\nC, D = 1, (2, x)\nE = Options(3.0)\nTEXT = 'a'\nON = True\nx = 4\ndef f(): G = 1\n"
     assert [name for name, _ in constants.constants(code)] == ["A", "B", "C", "D", "E"]
     (tmp_path / "solve").mkdir()
     (tmp_path / "solve" / "newton.py").write_text("TOLERANCE = 1e-8\n", encoding="utf-8")

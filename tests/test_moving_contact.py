@@ -186,6 +186,7 @@ def test_a_low_gripper_lays_the_sag_down(kind: str):
     assert point.contact[1] == pytest.approx(touched.length, abs=0.05)
     last = points[-1]
     loop = elastica.folded_loop()
-    assert last.contact[2] - last.contact[1] == pytest.approx(loop.arc, abs=0.02)
+    # A solid lifts off within a thickness at either end.
+    assert last.contact[2] - last.contact[1] == pytest.approx(loop.arc, abs=0.03)
     grip = last.point.state.force[last.model.middle[0, 0]]
     assert grip == pytest.approx(0.0, abs=3e-3)

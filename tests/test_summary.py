@@ -429,6 +429,7 @@ def test_a_stale_number_is_printed_as_stale_and_holds_nothing(tmp_path, monkeypa
         "branch_cases",
         "branch_jumps",
         "branch_failures",
+        "spurious_limit_points",
     }
     assert not summary["branch_cases"]["holds"]
     assert summary["order_lambda_c"]["holds"]

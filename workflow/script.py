@@ -54,9 +54,7 @@ def main(snakemake):
                 paths = snakemake.output.get("data", snakemake.output)
                 pairs = zip(result, paths, strict=True) if isinstance(result, list) else [(result, snakemake.output[0])]
                 for data, path in pairs:
-                    stamped = data.assign_attrs(
-                        {ATTRIBUTE: json.dumps(found, sort_keys=True), "seconds": round(seconds, 1)}
-                    )
+                    stamped = data.assign_attrs({ATTRIBUTE: json.dumps(found, sort_keys=True), "seconds": seconds})
                     store.write(stamped, path, title=data.attrs.get("title") or title, config=snakemake.config)
         except StripfoldError as error:
             progress(f"error: {error}")

@@ -68,7 +68,9 @@ class Sizes:
 
     def shares(self, length: float, on_floor: bool, contacts: tuple[bool, bool]) -> Array:
         """Ends of the elements of a part, as shares of it from 0 to 1; ``contacts``: which ends are at a contact."""
-        longest = min(self.lying if on_floor else self.free, length / self.least)
+        longest = self.lying if on_floor else self.free
+        if not on_floor or self.at_contact < longest:
+            longest = min(longest, length / self.least)
         sides = [[min(self.at_contact, longest) if at_contact else longest] for at_contact in contacts]
         while sum(map(sum, sides)) < length:
             side = min(sides, key=lambda side: side[-1])
