@@ -37,7 +37,7 @@ def test_a_method_that_fails_has_no_number(monkeypatch: pytest.MonkeyPatch):
 
     def simulate_fall(release, fall, options, scheme):
         found = truth(release, fall, options, scheme=scheme)
-        return found if options.tolerance == 1e-4 else type(found)(found.states, None, np.nan)
+        return found if options.tolerance == 1e-4 else type(found)(found.problem, found.states, None, np.nan)
 
     monkeypatch.setattr(fall_accuracy, "simulate_fall", simulate_fall)
     sure = {**ROD, "tolerance": 1e-4}
