@@ -250,6 +250,7 @@ def test_find_says_why_there_is_no_snap(model: str) -> None:
     assert "too short" in short.reason
 
 
+@pytest.mark.slow
 def test_printed_law_cannot_hold_an_upright_strip() -> None:
     """docs/physics.md, section 2: its bending stiffness goes with the square of the cosine of the slope."""
     with pytest.raises(SolveError):
