@@ -12,7 +12,7 @@ from stripfold.analysis import static
 from stripfold.analysis.contact_branch import STEPS, BranchCrossing, BranchPoint, follow, solved
 from stripfold.analysis.prediction import ElasticaPrediction, from_near_the_end, without_horizontal_force
 from stripfold.analysis.static import End, StripModel
-from stripfold.errors import NewtonError
+from stripfold.errors import NewtonError, SolveError
 from stripfold.models.contact_mesh import ContactMesh, Sizes, Topology
 from stripfold.models.rod import Rod
 from stripfold.models.solid import Solid
@@ -137,6 +137,8 @@ class TestCriticalPoint:
         short, long = (static.solve_height(strip("rod", 0.05, free + extra), HEIGHT) for extra in (0.3, 0.7))
         assert short.end is End.LIFTED
         assert long.end is End.SNAP
+        with pytest.raises(SolveError, match="leaves the floor"):
+            static.solve_height(strip("rod", 0.05, 3.5), HEIGHT)
 
     @pytest.mark.parametrize("kind", MODELS)
     def test_one_maximum(self, kind: str):

@@ -155,13 +155,22 @@ def lift(plan: Planned, heights: Sequence[float]) -> Iterator[tuple[float, Branc
 
 def _lifted_to(first: BranchPoint, height: float) -> BranchPoint:
     above = Event("height", lambda point, _: point.lam >= height, located=never)
-    for item in follow(first, STEPS, lambda _: [above, LIMIT], through_contact=False):
+    lifted = _whole_strip_lifts(first)
+    for item in follow(first, STEPS, lambda _: [above, LIMIT, lifted], through_contact=False):
         if isinstance(item, BranchCrossing):
+            if item.event is lifted:
+                raise SolveError(f"the whole strip leaves the floor below a height of {height:.4g} L*")
             if item.event is LIMIT:
                 raise SolveError("the strip loses its stability while it is lifted", parameter=item.before.point.lam)
             near = min(item.before, item.after, key=lambda at: abs(at.point.lam - height))
             return at_lambda(near, height)
     raise AssertionError("a branch ends in an event or raises")
+
+
+def _whole_strip_lifts(at: BranchPoint) -> Event:
+    """The event that too little of the strip is left lying."""
+    most = at.problem.mesh.length - LEAST_LYING
+    return Event("lift-off of the whole strip", lambda point, _: point.q[-1] > most, located=never)
 
 
 def at_lambda(near: BranchPoint, lam: float) -> BranchPoint:
@@ -208,8 +217,7 @@ def to_the_end(
     """Follow a branch along x from a state on it, lambda_c to a bracket of ``tolerance``; see :func:`along_x`."""
     if critical.is_past(first.point):
         raise SolveError("the branch does not start stable", parameter=first.point.lam)
-    most = first.problem.mesh.length - LEAST_LYING
-    lifted = Event("lift-off of the whole strip", lambda point, _: point.q[-1] > most, located=never)
+    lifted = _whole_strip_lifts(first)
     sag: dict[MovingContact, Event] = {}
 
     def stops(problem: MovingContact) -> list[Event]:
