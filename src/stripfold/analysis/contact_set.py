@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from stripfold.analysis.contact import lying_parts
+from stripfold.analysis.contact import lying_parts, touches
 from stripfold.analysis.contact_branch import BranchPoint, curvature, reaction, solved, transferred
 from stripfold.arrays import Array
 from stripfold.errors import NewtonError, SolveError
@@ -63,7 +63,8 @@ def on_nodes(at: BranchPoint, refinement: float = 1.0, stable: bool = False) -> 
         with suppress(NewtonError):
             state = newton.solve(problem, point.q, point.lam - back, point.active, options=NEARBY_NEWTON)
             settled = continuation.evaluate(problem, state, tangent, point.arc, point.mode)
-            if not (stable and settled.negatives):
+            fallen = touches(problem.model, settled) and not touches(problem.model, point)
+            if not fallen and not (stable and settled.negatives):
                 return problem, settled
     if stable:
         # On coarse elements: the state whose contact coordinates are unknowns is close enough to fall from.
