@@ -192,7 +192,7 @@ def _with_held_end(free_part: Array, length: float) -> Array:
 def _fine_enough(scene: Scene, follow: Callable[[float], XRun], progress: Progress) -> tuple[XRun, float]:
     """The run on the first mesh within the scene's accuracy, and its error, L*.
 
-    The error is a share of the change from a coarser mesh, and the bracket's width.
+    The error is a share of the change from a coarser mesh, the usual error, and the bracket's width.
     """
     refinement, share = select_model.refinement(scene.model, scene.accuracy), select_model.SHARE[scene.model]
 
@@ -202,7 +202,9 @@ def _fine_enough(scene: Scene, follow: Callable[[float], XRun], progress: Progre
 
     coarse, fine = followed(select_model.COARSER * refinement), followed(refinement)
     while True:
-        error = share * abs(fine.lam - coarse.lam) + fine.slack
+        # Two meshes may agree by chance.
+        usual = select_model.USUAL_ERROR[scene.model] * refinement ** select_model.ORDER[scene.model] * fine.lam
+        error = share * abs(fine.lam - coarse.lam) + usual + fine.slack
         if fine.end is coarse.end and error <= scene.accuracy * fine.lam:
             return fine, error
         if refinement / select_model.COARSER < select_model.FINEST:
