@@ -30,8 +30,9 @@ SLOW = (
     "z = 0.",
 )
 """Seconds each; like the others they are in what the rule `hard_cases` stores, which is checked below."""
-KNOWN_FAILURES: tuple[str, ...] = ("thick, h = 0.2 L*",)
-"""One element across is not enough for the error that the solid claims: docs/hard-cases.md."""
+KNOWN_FAILURES: tuple[str, ...] = ("thick, h = 0.2 L*", "z = 0.1 L*, h = 0.06 L*")
+"""One element across is not enough for the error that the solid claims; in the second only three thicknesses of the
+strip are off the floor: docs/hard-cases.md."""
 
 
 def marks(name: str) -> list[pytest.MarkDecorator]:
