@@ -11,6 +11,7 @@ import pytest
 from oracles.moving import NONE, Pendulum, Small
 from stripfold.analysis.collapse import to_critical_point
 from stripfold.analysis.contact import touches
+from stripfold.analysis.release import ReleaseState
 from stripfold.analysis.static import StripModel
 from stripfold.errors import NewtonError, TimeStepError
 from stripfold.models.solid import Solid
@@ -184,9 +185,9 @@ def test_an_impact_does_not_move_the_gripper() -> None:
 
 def test_fallen_strip_neither_penetrates_nor_gains() -> None:
     run = to_critical_point(StripModel(10.0, 0.06), 3.0, 2.0)
-    problem, last = run.problem, run.last
-    assert run.critical is not None
-    v = 0.05 * run.critical.mode * np.sign(run.critical.mode @ (problem.mass @ last.tangent.q))
+    release = ReleaseState.at(run.last, 2.0)
+    problem, last = release.problem, release.point
+    v = 0.05 * release.mode * np.sign(release.mode @ (problem.mass @ last.tangent.q))
     first = dynamics.start(problem, last.q, v, last.lam, last.state.active)
     march = dynamics.march(problem, first, Moving(last.lam, 0.0))
     moments = list(takewhile(lambda m: m.t < 20.0, march))

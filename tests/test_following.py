@@ -128,7 +128,7 @@ def test_the_gripper_comes_down_to_the_folded_state(followed: StaticSegment) -> 
     assert followed.last.topology is Topology.FOLDED
     end, lift_off = followed.last.contact
     loop = elastica.folded_loop()
-    assert lift_off - end == pytest.approx(loop.arc, abs=STRIP.thickness)
+    assert lift_off - end == pytest.approx(loop.arc, abs=1.3 * STRIP.thickness)
     grip, hold = grip_and_hold(*followed.states[-1])
     assert abs(hold) < 0.02
     assert abs(grip[0]) < 0.02

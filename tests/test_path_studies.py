@@ -13,7 +13,7 @@ from studies import friction_steps, random_paths, tangency
 
 
 def test_tangency() -> None:
-    data = tangency.run([14.0], [0.06], 2.0)
+    data = tangency.run([14.0], [0.06], 1.0)
     assert abs(float(data["boundary_error"][0, 0])) < 2e-3
     assert float(data["plan_error"][0]) < 1e-9
     assert abs(float(data["elastica_error"][0])) < 1e-9

@@ -111,8 +111,10 @@ class ReleaseState:
     @classmethod
     def at(cls, at: BranchPoint | tuple[StripProblem, Point], refinement: float = 1.0) -> ReleaseState:
         """Release in the last state before a critical point, on a fixed mesh."""
-        problem, point = on_nodes(at, refinement, stable=True) if isinstance(at, BranchPoint) else at
-        return cls(problem, point, point.mode)
+        if not isinstance(at, BranchPoint):
+            return cls(*at, at[1].mode)
+        problem, point = on_nodes(at, refinement, stable=True)
+        return cls(problem, point, point.mode, NUDGE + at.point.lam - point.lam)
 
 
 def initial_state(release: ReleaseState, fall: Fall) -> tuple[TimeState, Drive]:
