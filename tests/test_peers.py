@@ -179,7 +179,10 @@ def test_a_program_that_is_missing_or_fails_is_reported(tmp_path: Path) -> None:
     assert "not installed" in said
     assert answer["runs"] == []
     (tmp_path / ".venv" / "bin").mkdir(parents=True)
-    (tmp_path / ".venv" / "bin" / "python").symlink_to(sys.executable)
+    python = tmp_path / ".venv" / "bin" / "python"
+    # A link would lose the environment where Python is the system's.
+    python.write_text(f'#!/bin/sh\nexec "{sys.executable}" "$@"\n')
+    python.chmod(0o755)
     (tmp_path / "felupe_strip.py").write_text("raise ImportError('no felupe here')\n")
     said, answer = peers._ask("felupe", dict(SCENE), tmp_path)
     assert said == "ended with an error: ImportError: no felupe here"
@@ -190,7 +193,10 @@ def test_a_program_that_is_missing_or_fails_is_reported(tmp_path: Path) -> None:
 def test_a_scripts_answer_is_judged(tmp_path: Path) -> None:
     """A peer that knows the truth but for 1e-3 up, has one failing setting, and one lambda_c."""
     (tmp_path / ".venv" / "bin").mkdir(parents=True)
-    (tmp_path / ".venv" / "bin" / "python").symlink_to(sys.executable)
+    python = tmp_path / ".venv" / "bin" / "python"
+    # A link would lose the environment where Python is the system's.
+    python.write_text(f'#!/bin/sh\nexec "{sys.executable}" "$@"\n')
+    python.chmod(0o755)
     (tmp_path / "_answer.py").write_text((FOLDER / "_answer.py").read_text())
     (tmp_path / "felupe_strip.py").write_text(
         "from _answer import answer\n"
