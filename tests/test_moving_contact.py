@@ -70,6 +70,25 @@ class TestEquations:
             apart.append(np.abs(stress - true).max())
         assert apart[0] / apart[1] == pytest.approx(4.0, rel=0.1)
 
+    @pytest.mark.parametrize("across", [1, 2])
+    def test_a_point_contact_stands_upright(self, across: int):
+        """The section at the point: its equation changes with the tilt there, and with no other column's."""
+        sizes = Sizes(1.0, 3.0, 0.5, least=3)
+        contact = np.array(CONTACT[Topology.POINT])
+        mesh = ContactMesh.of(
+            9.0, Topology.POINT, contact, sizes, lambda e: Solid.of(9.0, 0.3, elements=e, across=across)
+        )
+        problem, model = MovingContact(mesh, AlongX(1.0)), mesh.model
+        column = int(np.argmin(np.abs(model.s - contact[0])))
+        tilts = []
+        for s in range(len(model.s)):
+            angle = np.zeros(len(model.s))
+            angle[s] = 0.1
+            straight = np.stack([model.s - 4.5, 0.0 * model.s], axis=1)
+            q = np.append(model.unknowns_of(straight, angle), contact)
+            tilts.append(problem.residual(q, 0.0)[problem.n])
+        assert np.flatnonzero(tilts).tolist() == [column]
+
     def test_a_part_cannot_have_a_negative_length(self):
         mesh = strip("rod").contact_mesh()(np.array([4.0]))
         problem = MovingContact(mesh, AlongX(1.0))

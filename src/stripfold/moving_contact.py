@@ -28,6 +28,8 @@ DIFFERENCE = 1e-6
 """Step of the differences by a contact coordinate, as a share of the shorter part beside it."""
 LARGEST_SHRINKAGE = 0.5
 """Largest share by which an iteration may shorten a part."""
+LARGEST_DISPLACEMENT = 0.3
+"""Largest displacement of the mid-surface in an iteration, L*: what :class:`.NewtonOptions` limits."""
 KEPT_MESHES = 8
 """Meshes kept: an iteration evaluates three for each contact coordinate."""
 
@@ -115,7 +117,8 @@ class MovingContact:
         model = self.mesh.model
         row = np.zeros(model.size)
         directors = model.directors
-        element = int(self.mesh.elements_at[0])
+        # Elements across the strip follow each other.
+        element = directors.across * int(self.mesh.elements_at[0])
         unknowns, factor = directors.unknowns[element, 0], directors.factor[element, 0]
         # Along the strip the tangent is (1, 0) plus the slopes; across it the director is (0, 1) plus theirs.
         np.add.at(row, unknowns[:, 0 if model.slopes is None else 1], factor)
@@ -300,6 +303,3 @@ class MovingContact:
         state = Equilibrium(u, point.lam, floor, point.state.residuals, problem.residual(u, point.lam))
         tangent = Tangent(point.tangent.q[: self.n], point.tangent.lam)
         return problem, Point(state, tangent, point.negatives, point.eigenvalues, point.mode, point.arc)
-
-
-LARGEST_DISPLACEMENT = 0.3
