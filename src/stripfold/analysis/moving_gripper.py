@@ -6,11 +6,12 @@ from a state well before it, through the snap and past the first touch.  In unit
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
+from stripfold.analysis import planning
 from stripfold.analysis.contact import touches
 from stripfold.analysis.contact_branch import BranchPoint, solved
 from stripfold.analysis.path_friction import Step, load_incrementally_from, with_effects
@@ -18,7 +19,6 @@ from stripfold.analysis.static import LEAST_LYING, StripModel, lift
 from stripfold.arrays import Array
 from stripfold.effects import Effect, Hysteresis
 from stripfold.errors import LostStabilityError, SolveError
-from stripfold.models.contact_mesh import Sizes
 from stripfold.models.model import Model
 from stripfold.moving_contact import MovingContact
 from stripfold.problem import AlongX, StripProblem
@@ -32,7 +32,7 @@ STEP = 0.1
 """Size of the static steps, L*."""
 MAX_STEPS = 20000
 TIME_OPTIONS = TimeOptions(first=0.02, tolerance=1e-5)
-SIZES = Sizes(free=0.15, lying=0.15, at_contact=0.02, growth=1.4)
+SIZES = planning.Sizes(free=0.15, lying=0.15)
 """Elements of the fixed mesh of the motion in time: the loop rolls over all of the strip."""
 ROBUST_NEWTON = NewtonOptions(max_iterations=100)
 """For guesses with a wrong contact set, which is corrected node by node."""
@@ -95,7 +95,8 @@ def run(
     steps, limit = static_limit(strip, height, friction, refinement)
     lams = np.array([step.lam for step in steps])
     at = int(np.clip(np.searchsorted(lams, limit - before, side="right") - 1, 1, len(steps) - 1))
-    problem, first = set_in_motion(steps[at - 1], steps[at], speed, refinement)
+    model = model_in_time(strip, steps[at], steps[-1], refinement)
+    problem, first = set_in_motion(steps[at - 1], steps[at], speed, model)
     states: list[TimeState] = []
     touch: int | None = None
     for state in dynamics.march(problem, first, Moving(first.lam, speed), damping, options=TIME_OPTIONS):
@@ -143,11 +144,16 @@ def static_limit(strip: StripModel, height: float, friction: float, refinement: 
     raise AssertionError("the strip snaps, touches or is lifted")
 
 
-def set_in_motion(before: Step, step: Step, speed: float, refinement: float) -> tuple[StripProblem, TimeState]:
+def model_in_time(strip: StripModel, first: Step, last: Step, refinement: float) -> Model:
+    """The strip on a fixed mesh, fine where the lift-off passes from one step to another: contact is node by node."""
+    sweep = planning.Sweep(float(first.at.contact[-1]), float(last.at.contact[-1]))
+    return strip.model(planning.boundaries(strip.length, sweep, refinement, SIZES))
+
+
+def set_in_motion(before: Step, step: Step, speed: float, model: Model) -> tuple[StripProblem, TimeState]:
     """A static state on a fixed mesh, at the rate at which the strip moves from the step before to this one."""
     at = step.at
-    mesh = replace(at.problem.mesh, sizes=SIZES.scaled(refinement)).replanned(at.contact)
-    model, held = mesh.model, at.problem.accepted(at.point.q).at(at.contact)
+    held = at.problem.accepted(at.point.q).at(at.contact)
     problem = StripProblem(model, at.problem.motion, held.on(model))
     lies = problem.bounded[np.isin(problem.bounded, model.middle[model.s >= at.contact[-1], 1])]
     state = newton.solve(problem, _on(at, model), step.lam, lies, options=ROBUST_NEWTON)
