@@ -29,6 +29,8 @@ from stripfold.solve.problem import Point, Tangent
 STEPS = StepOptions(first=0.05, largest=0.7, max_correction=0.5, max_attempts=300)
 FIRST_INTERVALS = (0.02, 0.05, 0.1)
 """Lengths of an interval of contact that are tried when it is first solved for, L*."""
+TOUCH_TOLERANCE = 1e-6
+"""Arc length to which the touch of the sag is located, L*."""
 LEAST_SAG = 0.02
 """Height of the strip on either side over the lowest point of a sag, L*."""
 SAMPLES = np.linspace(0.0, 1.0, 5)[:-1]
@@ -192,7 +194,7 @@ def zero(name: str, value: Callable[[Point], float], tolerance: float = 1e-4) ->
 
 def touch(problem: MovingContact) -> Event:
     """The event that the sag touches the floor."""
-    return zero("touch of the sag", lambda point: clearance(problem, point.q)[0])
+    return zero("touch of the sag", lambda point: clearance(problem, point.q)[0], TOUCH_TOLERANCE)
 
 
 def reaction(problem: MovingContact, point: Point) -> float:

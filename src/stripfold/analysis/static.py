@@ -233,7 +233,8 @@ def to_the_end(
         elif item.event is lifted:
             return XRun(tuple(points), End.LIFTED, None, points[-1])
         else:
-            return XRun((*points, item.after), End.TOUCH, None, item.after)
+            # Behind it the sag would be in the floor.
+            return XRun((*points, item.before), End.TOUCH, None, item.before)
     raise AssertionError("a branch ends in an event or raises")
 
 
