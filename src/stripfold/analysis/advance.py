@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from stripfold.analysis.static import LAMBDA_TOLERANCE
 from stripfold.errors import ContinuationError, SolveError
 from stripfold.problem import StripProblem
 from stripfold.solve import continuation, critical
@@ -17,8 +18,6 @@ from stripfold.solve.critical import CriticalPoint, is_past
 from stripfold.solve.events import Crossing, Event, never
 from stripfold.solve.problem import Point
 
-LAMBDA_TOLERANCE = 1e-6
-"""Width of the bracket of lambda_c, L*."""
 LOOK_AHEAD = 0.6
 """Arc length followed past a maximum of lambda before it is taken for the strip's own, L*."""
 LIMIT = critical.critical_point(LAMBDA_TOLERANCE, located=never)

@@ -14,6 +14,7 @@ import numpy as np
 from stripfold.analysis import planning
 from stripfold.analysis.contact import touches
 from stripfold.analysis.contact_branch import BranchPoint, solved
+from stripfold.analysis.contact_set import ROBUST_NEWTON
 from stripfold.analysis.path_friction import Step, load_incrementally_from, with_effects
 from stripfold.analysis.static import LEAST_LYING, StripModel, lift
 from stripfold.arrays import Array
@@ -25,7 +26,6 @@ from stripfold.problem import AlongX, StripProblem
 from stripfold.solve import dynamics, newton
 from stripfold.solve.drive import Moving
 from stripfold.solve.dynamics import TimeOptions, TimeState
-from stripfold.solve.newton import NewtonOptions
 from stripfold.solve.schemes import Damping
 
 STEP = 0.1
@@ -34,8 +34,6 @@ MAX_STEPS = 20000
 TIME_OPTIONS = TimeOptions(first=0.02, tolerance=1e-5)
 SIZES = planning.Sizes(free=0.15, lying=0.15)
 """Elements of the fixed mesh of the motion in time: the loop rolls over all of the strip."""
-ROBUST_NEWTON = NewtonOptions(max_iterations=100)
-"""For guesses with a wrong contact set, which is corrected node by node."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from stripfold.analysis import planning
-from stripfold.analysis.advance import LAMBDA_TOLERANCE, LIMIT, follow_to_event
+from stripfold.analysis.advance import LIMIT, follow_to_event
 from stripfold.analysis.contact import lift_off, touch, touches, whole_strip_lifts
-from stripfold.analysis.static import End, StripModel
+from stripfold.analysis.static import LAMBDA_TOLERANCE, End, StripModel
 from stripfold.arrays import Array
 from stripfold.errors import SolveError
 from stripfold.models.model import Model
