@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +25,7 @@ from stripfold.solve.dynamics import TimeOptions
 from stripfold.solve.linear import Band
 from stripfold.solve.schemes import Damping, EnergyMomentum
 
+SOLIDS = {"solid": {}, "two layers": {"across": 2}, "bilinear": {"order": 1, "across": 2}, "printed": {"law": "printed"}}
 ENDS = np.array([0.0, 0.2, 0.5, 0.6, 1.0, 1.3, 1.7, 2.0])
 MODELS = {
     "rod": lambda: Rod.of(2.0, 0.1, elements=ENDS),
@@ -73,9 +75,70 @@ def test_stress_energy_and_distance(both):
     model, reference, (q0, q1, dq) = both
     stress = model.predict_stress(q0, dq)
     close(stress, reference.predict_stress(q0, dq))
-    close(model.force_of(q1, stress), reference.force_of(q1, stress))
     assert model.energy(q0) == pytest.approx(reference.energy(q0), rel=1e-13)
     assert model.strain_distance(q0, q1) == pytest.approx(reference.strain_distance(q0, q1), rel=1e-13)
+
+
+STRAIGHT = [name for name in MODELS if name != "distorted"]
+
+
+def with_growth(model: Model, growth: np.ndarray) -> Model:
+    """The strip with its elements longer by these shares."""
+    ends = model.ends[0] + np.append(0.0, np.cumsum(np.diff(model.ends) * (1.0 + growth)))
+    return model.with_ends(ends)
+
+
+def reference_of(model: Model) -> RodReference | SolidReference:
+    return RodReference(model) if isinstance(model, Rod) else SolidReference(model)
+
+
+@pytest.mark.parametrize("with_stress", [False, True])
+@pytest.mark.parametrize("thickness", [1e-3, 1e-2, 0.06])
+@pytest.mark.parametrize("name", STRAIGHT)
+def test_derivatives_by_lengths(name, thickness, with_stress):
+    """Against differences over strips with longer elements, the stress changed by what the strain's is."""
+    model = replace(MODELS[name](), thickness=thickness) if name == "rod" else None
+    model = model or Solid.of(2.0, thickness, nu=0.3, elements=ENDS, **SOLIDS[name])
+    rng = np.random.default_rng(6)
+    q, dq, zero = 0.1 * rng.standard_normal(model.size), 0.1 * rng.standard_normal(model.size), np.zeros(model.size)
+    growth = rng.standard_normal((2, len(ENDS) - 1))
+    here = reference_of(model)
+    stress = here.predict_stress(q, dq) if with_stress else None
+    force, tangent, columns = model.force_and_derivatives(q, across_strip(model, growth), stress)
+    expected = model.force_and_tangent(q, stress)
+    np.testing.assert_array_equal(force, expected[0])
+    np.testing.assert_array_equal(tangent.ab, expected[1].ab)
+    step = 1e-4
+    for column, by in zip(columns.T, growth, strict=True):
+        forces = []
+        for sign in (1.0, -1.0):
+            there = reference_of(with_growth(model, sign * step * by))
+            more = 0.0 if stress is None else stress - here.predict_stress(q, zero)
+            if isinstance(model, Rod):
+                # The weights of the membrane strains are proportional to the length.
+                more = more * np.where(np.arange(9) < 3, 1.0 + sign * step * by[:, None], 1.0)
+            forces.append(there.force_of(q, there.predict_stress(q, zero) + more))
+        difference = (forces[0] - forces[1]) / (2.0 * step)
+        np.testing.assert_allclose(column, difference, rtol=0.0, atol=1e-6 * np.abs(difference).max())
+
+
+@pytest.mark.parametrize("name", STRAIGHT)
+def test_stress_predicted_in_longer_elements(name):
+    """Its error is the square of the step, in the unknowns and in the lengths."""
+    model = MODELS[name]()
+    rng = np.random.default_rng(7)
+    q, dq, growth = 0.1 * rng.standard_normal(model.size), rng.standard_normal(model.size), rng.standard_normal(7)
+    apart = []
+    for step in (1e-3, 5e-4):
+        predicted = model.predict_stress(q, step * dq, across_strip(model, step * growth))
+        there = reference_of(with_growth(model, step * growth))
+        apart.append(np.abs(predicted - there.predict_stress(q + step * dq, np.zeros(model.size))).max())
+    assert apart[0] / apart[1] == pytest.approx(4.0, rel=0.05)
+
+
+def across_strip(model: Model, growth: np.ndarray) -> np.ndarray:
+    """Of the elements along the strip, for all elements: those across it are neighbours."""
+    return np.repeat(growth, len(model.element_unknowns) // growth.shape[-1], axis=-1)
 
 
 def banded(n: int, width: int, shift: float) -> np.ndarray:

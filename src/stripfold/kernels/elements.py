@@ -74,9 +74,11 @@ elements_type = numba.types.NamedTuple(
         vector,
         matrix,
         numba.int64,
+        matrix,
+        matrix,
     )
 )
-def assemble(el, q0, q1, kappa, in_state, predicted, force, band, top):
+def assemble(el, q0, q1, kappa, in_state, predicted, force, band, top, growth, columns):
     """Add the internal force over a time step from ``q0`` to ``q1`` and its derivative by ``q1``.
 
     Parameters
@@ -89,25 +91,29 @@ def assemble(el, q0, q1, kappa, in_state, predicted, force, band, top):
         Force and tangent in the state ``q1``; ``q0`` must be the same, and ``kappa`` is not used.
     predicted
         Stress at ``q1`` for the tangent's geometric part, as :func:`predict` returns it; empty: that of the strain.
-        Without a tangent: the stress whose force is asked for.
     force, band, top
         What is added to: shape (n,), and a band matrix of shape (n, height) or empty.
+    growth, columns
+        Derivatives of the logarithm of each element's length by k parameters, shape (k, n_elements), and what the
+        derivatives of the force by them, with the unknowns fixed, are added to, shape (k, n).  Only of a state, with
+        its tangent; otherwise k must be zero.
     """
     if el.is_rod:
-        rod.assemble(el, q0, q1, kappa, in_state, predicted, force, band, top)
+        rod.assemble(el, q0, q1, kappa, in_state, predicted, force, band, top, growth, columns)
     else:
-        solid.assemble(el, q0, q1, kappa, in_state, predicted, force, band, top)
+        solid.assemble(el, q0, q1, kappa, in_state, predicted, force, band, top, growth, columns)
 
 
-@compiled(matrix(elements_type, vector, vector))
-def predict(el, q, dq):
+@compiled(matrix(elements_type, vector, vector, vector))
+def predict(el, q, dq, growth):
     """Stress at ``q + dq`` from the strain linearised at ``q``: see :meth:`.Model.predict_stress`.
 
+    ``growth``: change of each element's length as a share of it, shape (n_elements,); empty for none.
     Rod: times its weight, shape (n_elements, 9).  Solid: shape (n_elements, 4 n_quadrature), xx, xz, zx, zz.
     """
     if el.is_rod:
-        return rod.predict(el, q, dq)
-    return solid.predict(el, q, dq)
+        return rod.predict(el, q, dq, growth)
+    return solid.predict(el, q, dq, growth)
 
 
 @compiled(numba.float64(elements_type, vector, vector, numba.boolean))

@@ -31,14 +31,13 @@ def strain_of(d, strain):
 
 
 @compiled()
-def assemble(el, q0, q1, kappa, in_state, predicted, force, band, top):
+def assemble(el, q0, q1, kappa, in_state, predicted, force, band, top, growth, columns):
     shape = el.shape[0, 0]
     d0, d1, e0, e1 = np.empty((7, 2)), np.empty((7, 2)), np.empty(9), np.empty(9)
-    local, left, right = np.empty(8), np.empty(8), np.empty(8)
+    local, left, right, grown = np.empty(8), np.empty(8), np.empty(8), np.empty(8)
     k = np.empty((8, 8))
     stress, geometric, modulus = np.empty(9), np.empty(9), np.empty(9)
-    with_tangent, with_predicted = len(band) > 0, len(predicted) > 0
-    of_stress = with_predicted and not with_tangent
+    with_tangent, with_predicted, with_growth = len(band) > 0, len(predicted) > 0, len(growth) > 0
     half = 1.0 if in_state else 0.5
     for e in range(len(el.unknowns)):
         scale = el.scale[e]
@@ -49,15 +48,12 @@ def assemble(el, q0, q1, kappa, in_state, predicted, force, band, top):
         for p in range(9):
             d = el.stiffness[e, p]
             share = 1.0 if in_state else 0.5 + kappa * el.viscous[p]
-            if of_stress:
-                stress[p] = predicted[e, p]
-            else:
-                stress[p] = d * ((1.0 - share) * e0[p] + share * e1[p])
+            stress[p] = d * ((1.0 - share) * e0[p] + share * e1[p])
             end = predicted[e, p] if with_predicted else d * e1[p]
             geometric[p] = half * ((1.0 - share) * d * e0[p] + share * end)
             modulus[p] = share * d
         for a in range(8):
-            local[a] = 0.0
+            local[a] = grown[a] = 0.0
             for b in range(8):
                 k[a, b] = 0.0
         for p in range(3):
@@ -67,6 +63,11 @@ def assemble(el, q0, q1, kappa, in_state, predicted, force, band, top):
             for a in range(4):
                 local[2 * a] += stress[p] * lx * f[a]
                 local[2 * a + 1] += stress[p] * lz * f[a]
+            if with_growth:
+                # Stiffness proportional to the length; for displacements the scale takes that away.
+                for a in range(1, 4, 2):
+                    grown[2 * a] += g * lx * f[a]
+                    grown[2 * a + 1] += g * lz * f[a]
             if with_tangent:
                 kxx, kxz, kzx, kzz = c * lx * rx + g, c * lx * rz, c * lz * rx, c * lz * rz + g
                 for a in range(4):
@@ -86,6 +87,14 @@ def assemble(el, q0, q1, kappa, in_state, predicted, force, band, top):
                 right[2 * a], right[2 * a + 1] = c * (f[a] * rzz - s[a] * rz), c * (s[a] * rx - f[a] * rxx)
                 local[2 * a] += stress[p] * left[2 * a] + stress[p + 2] * s[a]
                 local[2 * a + 1] += stress[p] * left[2 * a + 1] + stress[p + 4] * s[a]
+            if with_growth:
+                # Stiffness proportional to 1 / length, and the displacements' scale.
+                for a in range(4):
+                    grown[2 * a] -= stress[p] * left[2 * a] + stress[p + 2] * s[a]
+                    grown[2 * a + 1] -= stress[p] * left[2 * a + 1] + stress[p + 4] * s[a]
+                for a in range(0, 4, 2):
+                    grown[2 * a] -= g * left[2 * a] + geometric[p + 2] * s[a]
+                    grown[2 * a + 1] -= g * left[2 * a + 1] + geometric[p + 4] * s[a]
             if with_tangent:
                 for a in range(8):
                     for b in range(8):
@@ -104,16 +113,35 @@ def assemble(el, q0, q1, kappa, in_state, predicted, force, band, top):
             for b in range(8):
                 for a in range(8):
                     band[first + b, top + a - b] += k[a, b] * scale[a] * scale[b]
+        if with_growth:
+            for a in range(8):
+                # The scaled displacements are proportional to 1 / length.
+                for b in (0, 1, 4, 5):
+                    grown[a] -= k[a, b] * scale[b] * q1[first + b]
+                for i in range(len(growth)):
+                    columns[i, first + a] += growth[i, e] * grown[a] * scale[a]
 
 
 @compiled()
-def predict(el, q, dq):
+def predict(el, q, dq, growth):
+    shape = el.shape[0, 0]
     d, c = np.empty((7, 2)), np.empty((7, 2))
     out = np.empty((len(el.unknowns), 9))
     for e in range(len(out)):
         slopes(el, e, q, d)
         slopes(el, e, dq, c)
         strain_of(d, out[e])
+        grown = growth[e] if len(growth) > 0 else 0.0
+        if grown != 0.0:
+            first = el.unknowns[e, 0]
+            # The scaled displacements are proportional to 1 / length, and so is the curvature.
+            for p in range(7):
+                for a in range(0, 4, 2):
+                    factor = grown * shape[p, a] * el.scale[e, 2 * a]
+                    c[p, 0] -= factor * q[first + 2 * a]
+                    c[p, 1] -= factor * q[first + 2 * a + 1]
+            for p in range(3, 9):
+                out[e, p] *= 1.0 - grown
         for p in range(3):
             out[e, p] += (1.0 + d[p, 0]) * c[p, 0] + d[p, 1] * c[p, 1]
         for p in range(3, 5):
@@ -123,6 +151,8 @@ def predict(el, q, dq):
             out[e, p + 4] += c[p + 2, 1]
         for p in range(9):
             out[e, p] *= el.stiffness[e, p]
+            if p < 3:
+                out[e, p] *= 1.0 + grown
     return out
 
 

@@ -51,21 +51,20 @@ def combine(g, b, f, column):
 
 
 @compiled()
-def assemble(el, q0, q1, kappa, in_state, predicted, force, band, top):
+def assemble(el, q0, q1, kappa, in_state, predicted, force, band, top, growth, columns):
     n_el, n_q = el.stiffness.shape
     x0, z0, x1, z1 = np.empty(NODES), np.empty(NODES), np.empty(NODES), np.empty(NODES)
-    local = np.empty((2, NODES))
+    local, grown = np.empty((2, NODES)), np.empty((2, NODES))
     # Of the gradients in each entry of the tangent, by component of the column, gradient and row; and one column.
     factor = np.zeros((2, 2 * POINTS, 2 * NODES))
     column = np.empty(2 * NODES)
-    with_tangent, with_predicted = len(band) > 0, len(predicted) > 0
-    of_stress = with_predicted and not with_tangent
+    with_tangent, with_predicted, with_growth = len(band) > 0, len(predicted) > 0, len(growth) > 0
     half = 1.0 if in_state else 0.5
     share = 1.0 if in_state else 0.5 + kappa
     lam, mu = el.lam, el.mu
     for e in range(n_el):
         for a in range(NODES):
-            local[0, a] = local[1, a] = 0.0
+            local[0, a] = local[1, a] = grown[0, a] = grown[1, a] = 0.0
         unknowns = el.unknowns[e]
         gather(q0, unknowns, x0, z0)
         gather(q1, unknowns, x1, z1)
@@ -84,8 +83,6 @@ def assemble(el, q0, q1, kappa, in_state, predicted, force, band, top):
                 (1.0 - share) * b0 + share * b1,
                 (1.0 - share) * c0 + share * c1,
             )
-            if of_stress:
-                sxx, szz, sxz = predicted[e, 4 * p], predicted[e, 4 * p + 3], predicted[e, 4 * p + 1]
             lxx, lxz = 1.0 + 0.5 * (xx0 + xx1), 0.5 * (xz0 + xz1)
             lzx, lzz = 0.5 * (zx0 + zx1), 1.0 + 0.5 * (zz0 + zz1)
             pxx, pxz = w * (lxx * sxx + lxz * sxz), w * (lxx * sxz + lxz * szz)
@@ -102,6 +99,15 @@ def assemble(el, q0, q1, kappa, in_state, predicted, force, band, top):
             gxz = half * w * ((1.0 - share) * c0 + share * c1)
             wl, wm = w * share * lam, w * share * mu
             rxx, rxz, rzx, rzz = 1.0 + xx1, xz1, zx1, 1.0 + zz1
+            if with_growth:
+                # Derivatives along the strip are proportional to 1 / length, the weights to the length.
+                stretch, shear = -(rxx * xx1 + rzx * zx1), -mu * (rxz * xx1 + rzz * zx1)
+                txx, tzz = (lam + 2.0 * mu) * stretch, lam * stretch
+                pxx, pxz = rxx * txx + rxz * shear - xx1 * a1, rxx * (shear + c1) + rxz * (tzz + b1) - xx1 * c1
+                pzx, pzz = rzx * txx + rzz * shear - zx1 * a1, rzx * (shear + c1) + rzz * (tzz + b1) - zx1 * c1
+                for b in range(NODES):
+                    grown[0, b] += w * (pxx * g[0, b] + pxz * g[1, b])
+                    grown[1, b] += w * (pzx * g[0, b] + pzz * g[1, b])
             # wm L R^T
             mxx, mxz = wm * (lxx * rxx + lxz * rxz), wm * (lxx * rzx + lxz * rzz)
             mzx, mzz = wm * (lzx * rxx + lzz * rxz), wm * (lzx * rzx + lzz * rzz)
@@ -121,6 +127,9 @@ def assemble(el, q0, q1, kappa, in_state, predicted, force, band, top):
         for a in range(NODES):
             force[unknowns[2 * a]] += local[0, a]
             force[unknowns[2 * a + 1]] += local[1, a]
+            for i in range(len(growth)):
+                columns[i, unknowns[2 * a]] += growth[i, e] * grown[0, a]
+                columns[i, unknowns[2 * a + 1]] += growth[i, e] * grown[1, a]
         if not with_tangent:
             continue
         for b in range(NODES):
@@ -137,7 +146,7 @@ def assemble(el, q0, q1, kappa, in_state, predicted, force, band, top):
 
 
 @compiled()
-def predict(el, q, dq):
+def predict(el, q, dq, growth):
     n_el, n_q = el.stiffness.shape
     out = np.empty((n_el, 4 * n_q))
     x0, z0, x1, z1 = np.empty(NODES), np.empty(NODES), np.empty(NODES), np.empty(NODES)
@@ -148,6 +157,10 @@ def predict(el, q, dq):
             g = el.shape[e, p]
             xx, xz, zx, zz = gradient(g, x0, z0)
             dxx, dxz, dzx, dzz = gradient(g, x1, z1)
+            if len(growth) > 0:
+                # Derivatives along the strip are proportional to 1 / length.
+                dxx -= growth[e] * xx
+                dzx -= growth[e] * zx
             a, b, c = strain_of(xx, xz, zx, zz)
             a += (1.0 + xx) * dxx + zx * dzx
             b += (1.0 + zz) * dzz + xz * dxz

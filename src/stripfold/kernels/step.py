@@ -109,7 +109,7 @@ def solve(el, mass, width, weight, q0, v0, q, force, prescribed, given, bounded,
     dt, inertia, drag, kappa = step[0], step[1], step[2], step[3]
     force_tolerance, gap_tolerance, largest, max_iterations = options[0], options[1], options[2], int(options[3])
     flat, band = bands.storage(n, width)
-    factors, none = np.empty(len(flat)), np.empty((0, 0))
+    factors, none, nothing = np.empty(len(flat)), np.empty((0, 0)), np.empty(0)
     reach = np.empty(n, np.int64)
     held, fix, change, rounding = np.zeros(n, np.bool_), np.zeros(n), np.empty(n), np.zeros(n)
     sets = np.zeros((4, len(bounded)), np.bool_)
@@ -130,8 +130,8 @@ def solve(el, mass, width, weight, q0, v0, q, force, prescribed, given, bounded,
         if with_tangent:
             for i in range(len(flat)):
                 flat[i] = (inertia + drag) * mass[i]
-        stress, target = (elements.predict(el, before, change), band) if with_tangent else (none, none)
-        elements.assemble(el, q0, q, kappa, False, stress, force, target, width)
+        stress, target = (elements.predict(el, before, change, nothing), band) if with_tangent else (none, none)
+        elements.assemble(el, q0, q, kappa, False, stress, force, target, width, none, none)
         if iteration == 0 or not with_tangent:
             for i in range(n):
                 held[i] = False

@@ -14,7 +14,7 @@ from stripfold.solve.linear import Band, BandPattern
 if TYPE_CHECKING:
     from stripfold.kernels.elements import Elements
 
-NONE = np.zeros((0, 0))
+NONE, NO_GROWTH = np.zeros((0, 0)), np.zeros(0)
 
 
 class CompiledIntegrals(OnNodes):
@@ -51,13 +51,30 @@ class CompiledIntegrals(OnNodes):
         """Internal force, shape (size,): the energy's derivative."""
         return self._assemble(q, q, 0.0, True, None, False)[0]
 
-    def force_of(self, q: Array, stress: Array) -> Array:
-        """Force of a stress, as :meth:`predict_stress` returns it, in a state; shape (size,)."""
-        return self._assemble(q, q, 0.0, True, stress, False)[0]
-
     def force_and_tangent(self, q: Array, predicted_stress: Array | None = None) -> tuple[Array, Band]:
         """Internal force and its derivative; the latter with ``predicted_stress``: :meth:`predict_stress`."""
-        return self._assemble(q, q, 0.0, True, predicted_stress, True)
+        return self._assemble(q, q, 0.0, True, predicted_stress, True)[:2]
+
+    def force_and_derivatives(
+        self, q: Array, growth: Array, predicted_stress: Array | None = None
+    ) -> tuple[Array, Band, Array]:
+        """Internal force and its derivatives by the unknowns and by the elements' lengths, the unknowns fixed.
+
+        The change of the stress with the lengths is that of the strain, also beside a predicted stress.
+
+        Parameters
+        ----------
+        q, predicted_stress
+            As in :meth:`force_and_tangent`.
+        growth
+            Derivatives of the logarithm of each element's length by k parameters, shape (k, n_elements).
+
+        Returns
+        -------
+        force, tangent, columns
+            Shape (n,), the tangent, and shape (n, k).
+        """
+        return self._assemble(q, q, 0.0, True, predicted_stress, True, growth)
 
     def force_over_step(
         self, q0: Array, q1: Array, kappa: float, predicted_stress: Array | None = None
@@ -68,27 +85,36 @@ class CompiledIntegrals(OnNodes):
         mean state.  Its work over the step is the gain of elastic energy, exactly, and ``kappa`` times the squared
         ``C``-norm of ``E_1 - E_0``, which is lost (Simo and Tarnow, 1992).  Not symmetric.
         """
-        return self._assemble(q0, q1, kappa, False, predicted_stress, True)
+        return self._assemble(q0, q1, kappa, False, predicted_stress, True)[:2]
 
-    def predict_stress(self, q: Array, dq: Array) -> Array:
-        """Stress at ``q + dq`` by the strain linearised at ``q``.
+    def predict_stress(self, q: Array, dq: Array, growth: Array = NO_GROWTH) -> Array:
+        """Stress at ``q + dq`` by the strain linearised at ``q``, in elements that are longer by a share ``growth``.
 
         In a thin strip a Newton step that bends it also stretches it, by the square of the step; the geometric
         stiffness of that spurious stress slows convergence.  With this stress in the next tangent, steps can be many
         times longer; the equilibrium is the same (mixed integration points: Magisano, Leonetti, Garcea, 2017).
         """
-        return np.asarray(kernels.elements.predict(self.elements, _vector(q), _vector(dq)).reshape(self.stress_shape))
+        stress = kernels.elements.predict(self.elements, _vector(q), _vector(dq), growth)
+        return np.asarray(stress.reshape(self.stress_shape))
 
     def _assemble(
-        self, q0: Array, q1: Array, kappa: float, in_state: bool, stress: Array | None, with_tangent: bool
-    ) -> tuple[Array, Any]:
+        self,
+        q0: Array,
+        q1: Array,
+        kappa: float,
+        in_state: bool,
+        stress: Array | None,
+        with_tangent: bool,
+        growth: Array = NONE,
+    ) -> tuple[Array, Any, Array]:
         n, width = self.size, self.pattern.width
+        columns = np.zeros((len(growth), n))
         force, band = np.zeros(n), np.zeros((n, 3 * width + 1)) if with_tangent else NONE
         given = NONE if stress is None else np.ascontiguousarray(stress, float).reshape(len(stress), -1)
         kernels.elements.assemble(
-            self.elements, _vector(q0), _vector(q1), kappa, in_state, given, force, band, 2 * width
+            self.elements, _vector(q0), _vector(q1), kappa, in_state, given, force, band, 2 * width, growth, columns
         )
-        return force, Band(band.T, width)
+        return force, Band(band.T, width), columns.T
 
 
 def _vector(q: Array) -> Array:

@@ -74,6 +74,11 @@ class Model(Protocol):
         ...
 
     @property
+    def weight_rate(self) -> Array:
+        """Derivative of ``element_weight`` by the logarithm of the element's length."""
+        ...
+
+    @property
     def slopes(self) -> Index | None:
         """The unknown of each column that is the slope's z component, None where slopes are no unknowns."""
         ...
@@ -118,6 +123,12 @@ class Model(Protocol):
         """Internal force and its derivative; the latter with ``predicted_stress``: :meth:`predict_stress`."""
         ...
 
+    def force_and_derivatives(
+        self, q: Array, growth: Array, predicted_stress: Array | None = None
+    ) -> tuple[Array, Band, Array]:
+        """Internal force and its derivatives; see :meth:`.CompiledIntegrals.force_and_derivatives`."""
+        ...
+
     def force_over_step(
         self, q0: Array, q1: Array, kappa: float, predicted_stress: Array | None = None
     ) -> tuple[Array, Band]:
@@ -131,20 +142,12 @@ class Model(Protocol):
         """Squared distance of two states in strain, weighted with the stiffness."""
         ...
 
-    def predict_stress(self, q: Array, dq: Array) -> Array:
-        """Stress at ``q + dq`` from the strain linearised at ``q``; see :meth:`.Solid.predict_stress`."""
+    def predict_stress(self, q: Array, dq: Array, growth: Array = ...) -> Array:
+        """Stress at ``q + dq`` from the strain linearised at ``q``; see :meth:`.CompiledIntegrals.predict_stress`."""
         ...
 
     def resampled_stress(self, q: Array, other: Self) -> Array:
         """The stress in a state, for :meth:`predict_stress`, at the places of the elements of ``other``."""
-        ...
-
-    def stress_on(self, other: Self, stress: Array) -> Array:
-        """A predicted stress for the strip :meth:`with_ends`."""
-        ...
-
-    def force_of(self, q: Array, stress: Array) -> Array:
-        """Force of a predicted stress in a state, shape (size,)."""
         ...
 
     def admissibility(self, q: Array) -> str:

@@ -44,6 +44,8 @@ BENDING = (0.75, 0.25)
 A plane section of St Venant-Kirchhoff material has 1 + 3 eps.  The solid's shear acts like another half eps: measured,
 not derived.  With kappa^2 alone, or with 1 + 3 eps, lambda_c is several times farther from the solid's.
 """
+BENDING_STIFFNESS = np.concatenate([share * W_BEND for share in (BENDING[0], BENDING[1], BENDING[1])])
+"""Of kappa and r'' on an element of length one."""
 VISCOUS = np.array([1.0, 1.0, 1.0, 1.0 / BENDING[0], 1.0 / BENDING[0], 0.0, 0.0, 0.0, 0.0])
 """Weight of each strain in viscosity over its weight in energy: only kappa counts in bending.
 
@@ -51,6 +53,8 @@ A rotation dissipates nothing; it changes r'' but not kappa.
 """
 FULL = tuple(0.5 * a for a in np.polynomial.legendre.leggauss(4))
 """Gauss rule that is exact for mass and weight; points from the middle of the element."""
+SLOPE_WEIGHT, WEIGHT_POWER = np.array([1.0, -1.0]) / 12.0, np.array([1.0, 1.0, 2.0, 2.0] * 2)
+"""Weight on the slopes of an element of length one, and powers of the length in the weight on its unknowns."""
 X, Z = np.array([0, 2, 4, 6]), np.array([1, 3, 5, 7])
 """Positions of an element's x and z unknowns: displacement, slope; left end, right end."""
 
@@ -94,19 +98,12 @@ class Rod(CompiledIntegrals):
         Shape (n_elements + 1,): the nodes, which are the elements' ends.
     element_unknowns
         Shape (n_elements, 8).
-    scale
-        Shape (n_elements, 8): times this an element's own unknowns are displacements per length, and slopes.  In these
-        all elements are alike.
-    stiffness
-        Shape (n_elements, 9): of each strain (see :meth:`strain`), times its weight in the integral over the strip.
     """
 
     length: float
     thickness: float
     s: Array = field(repr=False)
     element_unknowns: Index = field(repr=False)
-    scale: Array = field(repr=False)
-    stiffness: Array = field(repr=False)
     pattern: BandPattern = field(repr=False)
 
     @classmethod
@@ -127,17 +124,31 @@ class Rod(CompiledIntegrals):
         if len(s) < 4 or np.any(np.diff(s) <= 0.0):
             # Fewer make a matrix smaller than its band.
             raise InvalidInputError("elements", elements, "at least 3 elements, boundaries increasing")
-        size = np.diff(s)
-        unknowns, pattern = _numbering(len(size))
-        scale = np.where([True, True, False, False] * 2, 1.0 / size[:, None], 1.0)
-        stretching = size[:, None] * (12.0 / thickness**2 * W_STRETCH)
-        bending = np.concatenate([share * W_BEND for share in (BENDING[0], BENDING[1], BENDING[1])]) / size[:, None]
-        stiffness = np.concatenate([stretching, bending], axis=1)
-        return cls(length, thickness, s, unknowns, scale, stiffness, pattern)
+        unknowns, pattern = _numbering(len(s) - 1)
+        return cls(length, thickness, s, unknowns, pattern)
 
     def with_ends(self, ends: Array) -> Rod:
         """The same strip with as many elements that end elsewhere, shape (n_elements + 1,)."""
-        return Rod.of(self.length, self.thickness, elements=ends)
+        return Rod(self.length, self.thickness, ends, self.element_unknowns, self.pattern)
+
+    @cached_property
+    def scale(self) -> Array:
+        """Times this an element's own unknowns are displacements per length, and slopes; shape (n_elements, 8).
+
+        In these all elements are alike.
+        """
+        scale = np.ones((len(self.s) - 1, 8))
+        scale[:, [0, 1, 4, 5]] = (1.0 / np.diff(self.s))[:, None]
+        return scale
+
+    @cached_property
+    def stiffness(self) -> Array:
+        """Of each strain (see :meth:`strain`), times its weight in the integral over the strip; (n_elements, 9)."""
+        size = np.diff(self.s)[:, None]
+        stiffness = np.empty((len(size), 9))
+        np.multiply(12.0 / self.thickness**2 * W_STRETCH, size, out=stiffness[:, :3])
+        np.divide(BENDING_STIFFNESS, size, out=stiffness[:, 3:])
+        return stiffness
 
     @property
     def slopes(self) -> Index:
@@ -159,10 +170,16 @@ class Rod(CompiledIntegrals):
     @cached_property
     def element_weight(self) -> Array:
         """Force of gravity on each element with its sign turned, shape (n_elements, 8)."""
-        size = np.diff(self.s)
+        size = np.diff(self.s)[:, None]
         weight = np.zeros((len(size), 8))
-        weight[:, Z] = np.stack([size / 2.0, size**2 / 12.0, size / 2.0, -(size**2) / 12.0], axis=1)
+        weight[:, 1::4] = 0.5 * size
+        weight[:, 3::4] = size**2 * SLOPE_WEIGHT
         return weight
+
+    @property
+    def weight_rate(self) -> Array:
+        """Derivative of ``element_weight`` by the logarithm of the element's length."""
+        return WEIGHT_POWER * self.element_weight
 
     @cached_property
     def weight(self) -> Array:
@@ -210,12 +227,6 @@ class Rod(CompiledIntegrals):
         """Not empty where the rod is compressed past the largest force of its law."""
         least = kernels.elements.least(self.elements, np.ascontiguousarray(q))
         return "" if least > CRUSHED else f"the rod is crushed: its strain is {least:.2g}, least allowed is -1/3"
-
-    def stress_on(self, other: Rod, stress: Array) -> Array:
-        """A predicted stress for a rod of as many elements, of other lengths."""
-        factor = np.ones_like(stress)
-        factor[:, :3] = (np.diff(other.s) / np.diff(self.s))[:, None]
-        return factor * stress
 
     def resampled_stress(self, q: Array, other: Rod) -> Array:
         """The stress in a state, for :meth:`predict_stress`, at the places of another rod's elements."""

@@ -7,7 +7,7 @@ in L*, forces per width in rho_a g L* (``docs/physics.md``, section 1); the bend
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -39,7 +39,6 @@ class Solid(CompiledIntegrals):
     law: laws.Law
     lame: laws.Lame
     pattern: BandPattern = field(repr=False)
-    gradient_t: Array = field(repr=False)
 
     @classmethod
     def of(
@@ -59,29 +58,12 @@ class Solid(CompiledIntegrals):
         # Bending stiffness E h^3 / 12 (1 - nu^2) = 1 in these units.
         young = 12.0 * (1.0 - nu**2) / thickness**3
         pattern = BandPattern.of(mesh.element_unknowns, mesh.size)
-        # Row (quadrature point, component pair iJ), column (local unknown): the displacement gradient's matrix.
-        n_el, n_q, n_loc = mesh.gradients.shape[:3]
-        gradient = np.ascontiguousarray(mesh.gradients.transpose(0, 1, 3, 4, 2).reshape(n_el, n_q * 4, n_loc))
-        return cls(
-            mesh,
-            length,
-            thickness,
-            nu,
-            laws.LAWS[law],
-            laws.Lame.from_young(young, nu),
-            pattern,
-            gradient,
-        )
+        return cls(mesh, length, thickness, nu, laws.LAWS[law], laws.Lame.from_young(young, nu), pattern)
 
     def with_ends(self, ends: Array) -> Solid:
         """The same strip with as many elements that end elsewhere, shape (n_elements + 1,); for straight meshes."""
-        n_el, n_q = self.mesh.weights.shape
-        # Elements across the strip are neighbours in the numbering.
-        factor = np.repeat(np.diff(self.ends) / np.diff(ends), n_el // (len(ends) - 1))
-        # The rows are the quadrature points' components iJ; only derivatives along the strip change.
-        gradient = self.gradient_t.reshape(n_el, n_q, 2, 2, -1).copy()
-        gradient[:, :, :, 0] *= factor[:, None, None, None]
-        return replace(self, mesh=self.mesh.stretched(ends), gradient_t=gradient.reshape(self.gradient_t.shape))
+        mesh = self.mesh.stretched(ends)
+        return Solid(mesh, self.length, self.thickness, self.nu, self.law, self.lame, self.pattern)
 
     @property
     def slopes(self) -> None:
@@ -97,8 +79,12 @@ class Solid(CompiledIntegrals):
     @cached_property
     def element_weight(self) -> Array:
         """Force of gravity on each element with its sign turned, shape (n_elements, n_local)."""
-        w = self.mesh.value_weights / self.thickness
-        return np.asarray(np.einsum("eq,eqa->ea", w, self.mesh.values[..., 1]))
+        return self.mesh.lifted / self.thickness
+
+    @property
+    def weight_rate(self) -> Array:
+        """Derivative of ``element_weight`` by the logarithm of the element's length: the same."""
+        return self.element_weight
 
     @cached_property
     def weight(self) -> Array:
@@ -136,6 +122,18 @@ class Solid(CompiledIntegrals):
         """The sections at the ends of each element."""
         return Directors.of(self.mesh)
 
+    @cached_property
+    def gradient_t(self) -> Array:
+        """The displacement gradient's matrix, shape (n_elements, 4 n_quadrature, n_local).
+
+        A row is a quadrature point and a component pair iJ, a column a local unknown.
+        """
+        n_el, n_q, _, nodes = self.mesh.gradients.shape
+        gradient = np.zeros((n_el, n_q, 2, 2, nodes, 2))
+        for i in range(2):
+            gradient[:, :, i, :, :, i] = self.mesh.gradients
+        return gradient.reshape(n_el, n_q * 4, 2 * nodes)
+
     def deformation_gradient(self, q: Array) -> Array:
         """``F = I + grad u`` at the quadrature points, shape (n_elements, n_quadrature, 2, 2)."""
         local = q[self.mesh.element_unknowns]
@@ -148,10 +146,8 @@ class Solid(CompiledIntegrals):
     @cached_property
     def elements(self) -> Elements:
         """Arrays for the compiled integrals."""
-        n_el, n_q = self.mesh.weights.shape
-        # The two unknowns of a node have the same shape function, each for its own component.
-        shape, unknowns = self.gradient_t.reshape(n_el, n_q, 2, 2, -1)[:, :, 0, :, ::2], self.mesh.element_unknowns
-        missing = kernels.solid.NODES - shape.shape[3]
+        shape, unknowns = self.mesh.gradients, self.mesh.element_unknowns
+        missing, n_q = kernels.solid.NODES - shape.shape[3], shape.shape[1]
         if missing:
             shape = np.pad(shape, ((0, 0), (0, kernels.solid.POINTS - n_q), (0, 0), (0, missing)))
             unknowns = np.pad(unknowns, ((0, 0), (0, 2 * missing)), mode="edge")
@@ -193,6 +189,20 @@ class Solid(CompiledIntegrals):
         tangent = self.law.tangent(f, self.lame, predicted_stress)
         return self._scatter(self.law.stress(f, self.lame)), self._from_points(tangent)
 
+    def force_and_derivatives(
+        self, q: Array, growth: Array, predicted_stress: Array | None = None
+    ) -> tuple[Array, Band, Array]:
+        """Internal force and its derivatives; see :meth:`.CompiledIntegrals.force_and_derivatives`."""
+        if self.has_energy:
+            return super().force_and_derivatives(q, growth, predicted_stress)
+        f = self.deformation_gradient(q)
+        force, tangent = self.force_and_tangent(q)
+        # Derivatives along the strip are proportional to 1 / length, the weights to the length.
+        rate = -np.einsum("...ijk,...k->...ij", self.law.tangent(f, self.lame, None)[..., 0], f[..., 0] - [1.0, 0.0])
+        rate[..., 1] += self.law.stress(f, self.lame)[..., 1]
+        columns = [self._scatter(share[:, None, None, None] * rate) for share in growth]
+        return force, tangent, np.stack(columns, axis=1)
+
     def force_over_step(
         self, q0: Array, q1: Array, kappa: float, predicted_stress: Array | None = None
     ) -> tuple[Array, Band]:
@@ -206,10 +216,6 @@ class Solid(CompiledIntegrals):
         if not self.has_energy:
             raise ValueError(f"the law {self.law.name!r} has no energy that a time step could conserve")
         return super().force_over_step(q0, q1, kappa, predicted_stress)
-
-    def stress_on(self, other: Solid, stress: Array) -> Array:
-        """A predicted stress for a strip of as many elements, of other lengths: the same."""
-        return stress
 
     def resampled_stress(self, q: Array, other: Solid) -> Array:
         """The stress in a state, for :meth:`predict_stress`, at the places of another strip's elements."""

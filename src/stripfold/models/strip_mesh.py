@@ -14,7 +14,7 @@ scikit-fem supplies mesh, element and quadrature.  Three choices differ, for mea
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -44,8 +44,8 @@ class StripMesh:
     element_unknowns
         Shape (n_elements, unknowns_per_element): the unknowns each element touches, in our numbering.
     gradients
-        Shape (n_elements, n_quadrature, unknowns_per_element, 2, 2): derivative of the displacement gradient
-        ``du_i/dX_J`` with respect to each unknown.
+        Shape (n_elements, n_quadrature, 2, nodes_per_element): derivative of ``du_i/dX_J`` with respect to component i
+        of each node's unknowns.
     weights
         Shape (n_elements, n_quadrature): quadrature weights times Jacobian.
     full
@@ -54,6 +54,8 @@ class StripMesh:
         Shape (n_elements, n_full_quadrature, unknowns_per_element, 2): derivative of the displacement, full rule.
     value_weights
         Shape (n_elements, n_full_quadrature): weights of the full rule.
+    lifted
+        Shape (n_elements, unknowns_per_element): integral of the z component of ``values``.
     s
         Shape (columns,): distance of each column from the grasped end in the reference configuration.
     """
@@ -67,6 +69,7 @@ class StripMesh:
     full: skfem.Basis
     values: Array
     value_weights: Array
+    lifted: Array
     s: Array
     thickness: float
 
@@ -82,18 +85,27 @@ class StripMesh:
 
     def stretched(self, ends: Array) -> StripMesh:
         """This mesh, if straight, with elements that end elsewhere; ``basis`` and ``full`` stay those of the first."""
-        order = round((self.element_unknowns.shape[1] // 2) ** 0.5) - 1
-        factor = np.diff(ends) / np.diff(self.s[::order])
-        factor = np.repeat(factor, len(self.weights) // len(factor))
-        s = np.interp(np.arange(len(self.s)), order * np.arange(len(ends)), ends)
+        order = (len(self.s) - 1) // (len(ends) - 1)
+        size = ends[1:] - ends[:-1]
+        factor = size / (self.s[order::order] - self.s[:-1:order])
+        s = np.append((ends[:-1, None] + size[:, None] * (np.arange(order) / order)).ravel(), ends[-1])
+        # Elements across the strip are neighbours in the numbering.
+        factor = np.repeat(factor, len(self.weights) // len(factor))[:, None]
         gradients = self.gradients.copy()
-        gradients[..., 0] /= factor[:, None, None, None]
-        return replace(
-            self,
-            gradients=gradients,
-            weights=factor[:, None] * self.weights,
-            value_weights=factor[:, None] * self.value_weights,
-            s=s,
+        gradients[:, :, 0] /= factor[:, :, None]
+        return StripMesh(
+            self.basis,
+            self.nodal_of,
+            self.unknowns,
+            self.element_unknowns,
+            gradients,
+            factor * self.weights,
+            self.full,
+            self.values,
+            factor * self.value_weights,
+            factor * self.lifted,
+            s,
+            self.thickness,
         )
 
     def to_nodal(self, q: Array) -> Array:
@@ -175,8 +187,13 @@ def build(
     middle = np.isin(dofs, unknowns[:, order * across // 2, :])
     gradients = _relative(gradients, middle, order, thickness)
     values = _relative(values, middle, order, thickness)
-    weights, value_weights = np.asarray(basis.dx), np.asarray(full.dx)
-    return StripMesh(basis, nodal_of, unknowns, dofs, gradients, weights, full, values, value_weights, s, thickness)
+    # The two unknowns of a node have the same shape function, each for its own component.
+    gradients = np.ascontiguousarray(gradients[:, :, ::2, 0].transpose(0, 1, 3, 2))
+    weights, value_weights = np.ascontiguousarray(basis.dx), np.asarray(full.dx)
+    lifted = np.einsum("eq,eqa->ea", value_weights, values[..., 1])
+    return StripMesh(
+        basis, nodal_of, unknowns, dofs, gradients, weights, full, values, value_weights, lifted, s, thickness
+    )
 
 
 def _tensor_rule(along: int, across: int) -> tuple[Array, Array]:
