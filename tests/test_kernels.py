@@ -25,7 +25,12 @@ from stripfold.solve.dynamics import TimeOptions
 from stripfold.solve.linear import Band
 from stripfold.solve.schemes import Damping, EnergyMomentum
 
-SOLIDS = {"solid": {}, "two layers": {"across": 2}, "bilinear": {"order": 1, "across": 2}, "printed": {"law": "printed"}}
+SOLIDS = {
+    "solid": {},
+    "two layers": {"across": 2},
+    "bilinear": {"order": 1, "across": 2},
+    "printed": {"law": "printed"},
+}
 ENDS = np.array([0.0, 0.2, 0.5, 0.6, 1.0, 1.3, 1.7, 2.0])
 MODELS = {
     "rod": lambda: Rod.of(2.0, 0.1, elements=ENDS),

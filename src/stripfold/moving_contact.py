@@ -25,23 +25,29 @@ from stripfold.solve.linear import Band, Bordered
 from stripfold.solve.problem import Equilibrium, Point, Tangent
 
 DIFFERENCE = 1e-6
-"""Step of the differences by a contact coordinate, as a share of the shorter part beside it."""
+"""Step of the effects' differences by a contact coordinate, as a share of the shorter part beside it."""
 LARGEST_SHRINKAGE = 0.5
 """Largest share by which an iteration may shorten a part."""
 LARGEST_DISPLACEMENT = 0.3
 """Largest displacement of the mid-surface in an iteration, L*: what :class:`.NewtonOptions` limits."""
 KEPT_MESHES = 8
-"""Meshes kept: an iteration evaluates three for each contact coordinate."""
+"""Meshes kept: with effects an iteration evaluates two more for each contact coordinate."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Mesh:
-    """The strip with one value of the contact coordinates."""
+    """The strip with one value of the contact coordinates.
+
+    ``growth`` is that of :meth:`.ContactMesh.growth`; ``weight``, shape (n,), that of what is off the floor, and
+    ``weight_columns``, shape (n, n_coordinates), its derivatives by the contact coordinates.
+    """
 
     model: Model
     motion: Motion
     effects: tuple[Effect, ...]
+    growth: Array
     weight: Array
+    weight_columns: Array
 
     @cached_property
     def problem(self) -> StripProblem:
@@ -103,13 +109,14 @@ class MovingContact:
 
     @cached_property
     def _released(self) -> Index:
-        """For each contact coordinate at an interval's end the unknown whose reaction vanishes; -1 at a point."""
+        """For each contact coordinate the unknown whose reaction vanishes; that of a point contact is not used."""
         model = self.mesh.model
-        unknowns = (model.middle[:, 1] if model.slopes is None else model.slopes)[self.columns]
-        if self.mesh.topology is Topology.POINT:
-            unknowns = unknowns.copy()
-            unknowns[0] = -1
-        return np.asarray(unknowns)
+        return np.asarray((model.middle[:, 1] if model.slopes is None else model.slopes)[self.columns])
+
+    @property
+    def _at_point(self) -> bool:
+        """Whether the first contact coordinate is a point contact."""
+        return self.mesh.topology is Topology.POINT
 
     @cached_property
     def _upright(self) -> Array:
@@ -136,8 +143,11 @@ class MovingContact:
             effects = tuple(effect.on(self._remembered, model) for effect in effects)
         # The floor carries the weight of what lies.
         bent, unknowns = self._bent
+        growth, rate = self.mesh.growth(contact), model.weight_rate[bent]
         weight = np.bincount(unknowns, model.element_weight[bent].ravel(), model.size)
-        new = self._meshes[key] = _Mesh(model, self.motion, effects, weight.astype(float))
+        columns = [np.bincount(unknowns, (by[bent, None] * rate).ravel(), model.size) for by in growth]
+        mesh = _Mesh(model, self.motion, effects, growth, weight, np.stack(columns, axis=1))
+        new = self._meshes[key] = mesh
         while len(self._meshes) > KEPT_MESHES:
             self._meshes.popitem(last=False)
         return new
@@ -194,22 +204,19 @@ class MovingContact:
         """Mass matrix of the model, of size n."""
         return self.at(self.contact(q)).model.mass
 
-    def _force(self, mesh: _Mesh, u: Array, stress: Array | None = None) -> Array:
-        """Forces in a state, those of the model by its stress or by a given one."""
-        model = mesh.model
-        force = (model.internal_force(u) if stress is None else model.force_of(u, stress)) + mesh.weight
-        for effect in mesh.effects:
-            force = force + effect.force(u)
-        return force
-
-    def _equations(self, u: Array, force: Array) -> Array:
-        """Of the contact coordinates."""
-        return np.array([self._upright @ u if i < 0 else force[i] for i in self._released])
+    def _with_equations(self, u: Array, force: Array) -> Array:
+        """The forces and the equations of the contact coordinates."""
+        equations = force[self._released]
+        if self._at_point:
+            equations[0] = self._upright @ u
+        return np.concatenate([force, self._sign * equations])
 
     def residual(self, q: Array, lam: float) -> Array:
-        u, contact = q[: self.n], q[self.n :]
-        force = self._force(self.at(contact), u)
-        return np.concatenate([force, self._sign * self._equations(u, force)])
+        u, mesh = q[: self.n], self.at(q[self.n :])
+        force = mesh.model.internal_force(u) + mesh.weight
+        for effect in mesh.effects:
+            force = force + effect.force(u)
+        return self._with_equations(u, force)
 
     @cached_property
     def _sign(self) -> Array:
@@ -218,66 +225,53 @@ class MovingContact:
         # A reaction force grows where more of the strip is taken for free; a moment falls at either end of an interval.
         # The section at a point turns with the slope on the rod, against it on the solid.
         is_rod = self.mesh.model.slopes is not None
-        at_point = self._released < 0
-        return np.where(at_point, 1.0 if is_rod else -1.0, -1.0 if is_rod else lies_behind)
+        signs = np.where(is_rod, -1.0, lies_behind)
+        if self._at_point:
+            signs[0] = 1.0 if is_rod else -1.0
+        return signs
 
     def linearise(self, q: Array, lam: float, predicted_stress: Array | None = None) -> tuple[Array, Bordered, Array]:
-        u, contact = q[: self.n], q[self.n :].copy()
+        u, contact = q[: self.n], q[self.n :]
         mesh = self.at(contact)
-        force, tangent = mesh.model.force_and_tangent(u, predicted_stress)
-        force = force + mesh.weight
+        force, tangent, columns = mesh.model.force_and_derivatives(u, mesh.growth, predicted_stress)
+        force, columns = force + mesh.weight, columns + mesh.weight_columns
         for effect in mesh.effects:
             more, stiffness = effect.force_and_tangent(u)
             force, tangent = force + more, tangent + stiffness
-        columns, corner = np.empty((self.n, len(contact))), np.empty((len(contact), len(contact)))
-        for i, step in enumerate(self._differences(contact)):
-            sides = []
-            for to in (contact + step, contact - step):
-                stress = None
-                if predicted_stress is not None:
-                    stress = self._changed(u, contact, to, predicted_stress)
-                beside = self._force(self.at(to), u, stress)
-                sides.append(np.concatenate([beside, self._equations(u, beside)]))
-            rate = (sides[0] - sides[1]) / (2.0 * step[i])
-            columns[:, i], corner[:, i] = rate[: self.n], self._sign * rate[self.n :]
-        rows = np.stack([self._upright if j < 0 else tangent.row(j) for j in self._released])
-        matrix = Bordered(tangent, columns, self._sign[:, None] * rows, corner)
-        residual = np.concatenate([force, self._sign * self._equations(u, force)])
-        return residual, matrix, np.zeros(self.size)
+        if mesh.effects:
+            columns = columns + self._effect_columns(u, contact)
+        rows, corner = np.stack([tangent.row(j) for j in self._released]), columns[self._released]
+        if self._at_point:
+            rows[0], corner[0] = self._upright, 0.0
+        sign = self._sign[:, None]
+        return (
+            self._with_equations(u, force),
+            Bordered(tangent, columns, sign * rows, sign * corner),
+            np.zeros(self.size),
+        )
 
-    def _differences(self, contact: Array) -> list[Array]:
-        """Small steps of each contact coordinate alone."""
-        parts = np.diff(contact, prepend=0.0, append=self.mesh.length)
-        return list(np.diag(DIFFERENCE * np.minimum(parts[:-1], parts[1:])))
-
-    def _changed(self, u: Array, contact: Array, to: Array, stress: Array) -> Array:
-        """A stress with the change, on the same unknowns, from one mesh to another."""
-        here, there = self.at(contact).model, self.at(to).model
-        zero = np.zeros(self.n)
-        return there.predict_stress(u, zero) + here.stress_on(there, stress - here.predict_stress(u, zero))
+    def _effect_columns(self, u: Array, contact: Array) -> Array:
+        """Derivatives of the effects' forces by the contact coordinates, shape (n, n_coordinates), by differences."""
+        parts, columns = self.mesh.parts(contact), []
+        for step in np.diag(DIFFERENCE * np.minimum(parts[:-1], parts[1:])):
+            ahead, back = (
+                sum(effect.force(u) for effect in self.at(to).effects) for to in (contact + step, contact - step)
+            )
+            columns.append((ahead - back) / (2.0 * step.sum()))
+        return np.stack(columns, axis=1)
 
     def stepped(self, q: Array, dq: Array) -> tuple[Array, Array]:
         """The unknowns after a step, and the stress predicted for them: linear in the step."""
-        u, contact, change = q[: self.n], self.contact(q), dq[self.n :]
-        to = contact + change
-        if np.any(np.diff(to, prepend=0.0, append=self.mesh.length) <= 0.0):
+        u, contact, change = q[: self.n], q[self.n :], dq[self.n :]
+        if self.mesh.parts(contact + change).min() <= 0.0:
             raise NewtonError("the step ends with a part of negative length", residuals=[])
-        model = self.at(contact).model
-        stress = model.predict_stress(u, dq[: self.n])
-        zero = np.zeros(self.n)
-        for step, by in zip(self._differences(contact), change, strict=True):
-            sides = [
-                other.stress_on(model, other.predict_stress(u, zero))
-                for other in (self.at(contact + step).model, self.at(contact - step).model)
-            ]
-            stress = stress + (sides[0] - sides[1]) * (by / (2.0 * step.sum()))
-        return q + dq, model.stress_on(self.at(to).model, stress)
+        mesh = self.at(contact)
+        return q + dq, mesh.model.predict_stress(u, dq[: self.n], change @ mesh.growth)
 
     def largest_change(self, q: Array, dq: Array) -> float:
         """Largest displacement of the mid-surface, or what stands for the largest change of a part's length."""
-        parts = np.diff(q[self.n :], prepend=0.0, append=self.mesh.length)
-        shorter = -np.diff(dq[self.n :], prepend=0.0, append=0.0) / parts
-        most = float(shorter.max(initial=0.0)) * LARGEST_DISPLACEMENT / LARGEST_SHRINKAGE
+        shorter = -(dq[self.n :] @ self.at(self.contact(q)).growth).min()
+        most = float(shorter) * LARGEST_DISPLACEMENT / LARGEST_SHRINKAGE
         return max(float(np.abs(dq[self.mesh.model.middle]).max()), most)
 
     def admissibility(self, q: Array) -> str:

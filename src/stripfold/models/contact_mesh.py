@@ -108,12 +108,11 @@ class ContactMesh:
         cls, length: float, topology: Topology, contact: Array, sizes: Sizes, make: Callable[[Array], Model]
     ) -> ContactMesh:
         """Plan elements for contact coordinates near ``contact``; ``make`` is the strip with given ends of elements."""
-        parts = np.diff(contact, prepend=0.0, append=length)
+        parts = _parts(contact, length)
         on_floor = topology.value
         last = len(parts) - 1
         shares = tuple(sizes.shares(float(part), on_floor[i], (i > 0, i < last)) for i, part in enumerate(parts))
-        ends = _ends(shares, contact, length)
-        return cls(length, topology, contact, sizes, make, shares, make(ends))
+        return cls(length, topology, contact, sizes, make, shares, make(_ends(*_places(shares), contact, length)))
 
     def replanned(self, contact: Array, topology: Topology | None = None) -> ContactMesh:
         """The same strip with elements planned for other contact coordinates."""
@@ -121,14 +120,40 @@ class ContactMesh:
 
     def at(self, contact: Array) -> Model:
         """The strip with this contact."""
-        return self.model.with_ends(_ends(self.shares, contact, self.length))
+        return self.model.with_ends(_ends(*self._places, contact, self.length))
+
+    def parts(self, contact: Array) -> Array:
+        """Lengths of the parts, L*."""
+        return _parts(contact, self.length)
+
+    def growth(self, contact: Array) -> Array:
+        """Derivatives of the logarithm of each element's length by the coordinates, (n_coordinates, n_elements).
+
+        The elements are those of the model: all those across the strip.
+        """
+        return np.take(self._sides / self.parts(contact), self._part_of_all, axis=1)
 
     def drifted(self, contact: Array) -> bool:
         """Whether the elements are no longer as long as planned."""
-        now, planned = (np.diff(c, prepend=0.0, append=self.length) for c in (contact, self.planned))
-        ratio = now / planned
+        ratio = self.parts(contact) / self.parts(self.planned)
         allowed = np.where(self.topology.value, LYING_DRIFT, DRIFT)
         return bool(np.any(ratio > allowed) or np.any(ratio * allowed < 1.0))
+
+    @cached_property
+    def _places(self) -> tuple[Index, Array]:
+        return _places(self.shares)
+
+    @cached_property
+    def _sides(self) -> Array:
+        """Derivatives of the parts' lengths by the contact coordinates, shape (n_coordinates, n_parts)."""
+        count = len(self.planned)
+        return np.eye(count, count + 1) - np.eye(count, count + 1, 1)
+
+    @cached_property
+    def _part_of_all(self) -> Index:
+        part = self._places[0]
+        # Elements across the strip are neighbours in the numbering.
+        return np.repeat(part, len(self.model.element_unknowns) // len(part))
 
     @cached_property
     def elements_at(self) -> Index:
@@ -141,8 +166,19 @@ class ContactMesh:
         return np.concatenate([np.full(len(s) - 1, on) for s, on in zip(self.shares, self.topology.value, strict=True)])
 
 
-def _ends(shares: tuple[Array, ...], contact: Array, length: float) -> Array:
-    """Ends of the elements, shape (n_elements + 1,)."""
+def _parts(contact: Array, length: float) -> Array:
+    """Lengths of the parts."""
     at = np.concatenate([[0.0], contact, [length]])
-    parts = [at[i] + (at[i + 1] - at[i]) * share[:-1] for i, share in enumerate(shares)]
-    return np.concatenate([*parts, [length]])
+    return np.asarray(at[1:] - at[:-1])
+
+
+def _places(shares: tuple[Array, ...]) -> tuple[Index, Array]:
+    """The part of each element, and its first end as a share of that part."""
+    part = np.repeat(np.arange(len(shares)), [len(share) - 1 for share in shares])
+    return part, np.concatenate([share[:-1] for share in shares])
+
+
+def _ends(part: Index, share: Array, contact: Array, length: float) -> Array:
+    """Ends of the elements, shape (n_elements + 1,)."""
+    starts, lengths = np.concatenate([[0.0], contact]), _parts(contact, length)
+    return np.append(starts[part] + lengths[part] * share, length)
