@@ -146,7 +146,7 @@ class MovingContact:
         growth, rate = self.mesh.growth(contact), model.weight_rate[bent]
         weight = np.bincount(unknowns, model.element_weight[bent].ravel(), model.size)
         columns = [np.bincount(unknowns, (by[bent, None] * rate).ravel(), model.size) for by in growth]
-        mesh = _Mesh(model, self.motion, effects, growth, weight, np.stack(columns, axis=1))
+        mesh = _Mesh(model, self.motion, effects, growth, weight.astype(float), np.stack(columns, axis=1).astype(float))
         new = self._meshes[key] = mesh
         while len(self._meshes) > KEPT_MESHES:
             self._meshes.popitem(last=False)
