@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from plots import models, work_precision
 from stripfold import elastica, store
 from stripfold.analysis import (
     critical_point as critical,
@@ -21,7 +22,6 @@ from stripfold.models.model_error import model_error
 from stripfold.solve.linear import Band
 from studies import accuracy, estimates, profiling
 from studies.accuracy import Strategy, scene_of
-from studies.plots import models, work_precision
 
 LENGTH, THICKNESS, HEIGHT = 12.0, 0.0594, 3.0
 

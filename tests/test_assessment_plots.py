@@ -8,10 +8,7 @@ from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
 import made_up
-from plotted import colours, drawn, indices_of, labelled, legend_texts, named, notes, states_of
-from stripfold.errors import InvalidInputError
-from stripfold.plots import colours as palette
-from stripfold.plots import (
+from plots import (
     evolutions,
     folding,
     friction_needed,
@@ -21,6 +18,9 @@ from stripfold.plots import (
     rpath_friction,
     touch_error,
 )
+from plotted import colours, drawn, indices_of, labelled, legend_texts, named, notes, states_of
+from stripfold.errors import InvalidInputError
+from stripfold.plots import colours as palette
 
 
 class TestReaders:

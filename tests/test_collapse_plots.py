@@ -8,10 +8,12 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 import made_up
+from plots import collapse, energy
+from plots.readers import travel
 from plotted import colours, drawn, indices_of, labelled, legend_texts, named, states_of
 from stripfold.analysis.phases import PHASES
 from stripfold.errors import InvalidInputError
-from stripfold.plots import collapse, collapse_curve, energy, readers
+from stripfold.plots import collapse_curve, readers
 from stripfold.plots import colours as palette
 
 FIRST_FALL = made_up.COUNTS["before"]
@@ -37,7 +39,8 @@ class TestReader:
         steps = np.arange(data.sizes["state"]) % 2
         data["x"][:] = 0.003 * steps[:, None]
         data["z"][:] = 0.004 * steps[:, None]
-        np.testing.assert_allclose(readers.collapse(data).travel, 0.005 * np.arange(len(steps)), atol=1e-15)
+        way = travel(readers.collapse(data).states, data["arc"].values)
+        np.testing.assert_allclose(way, 0.005 * np.arange(len(steps)), atol=1e-15)
 
     @pytest.mark.parametrize(
         ("break_it", "message"),

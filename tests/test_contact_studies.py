@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from plots import order as figure
 from stripfold.analysis.prediction import ElasticaPrediction
 from stripfold.analysis.static import StripModel
 from stripfold.errors import SolveError
 from studies import branches, constants, low_paths, order
-from studies.plots import order as figure
 
 
 def test_order_of_lambda_c_and_its_figure() -> None:

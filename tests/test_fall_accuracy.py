@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from plots import fall_precision
 from stripfold import store
 from studies import fall_accuracy
-from studies.plots import fall_precision
 
 ROD = {"model": "rod", "refinement": 2.0}
 

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from plots import peers as plot
 from stripfold import elastica, store
 from stripfold.analysis.static import StripModel
 from studies import peers, peers_ours
 from studies.peers import COUNTERPARTS, CRITICAL, EQUILIBRIUM, table
-from studies.plots import peers as plot
 from studies.summary import facts_paths
 
 FOLDER = Path(__file__).parents[1] / "workflow" / "peers"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
+from importlib import import_module
 from itertools import pairwise
 from pathlib import Path
 
@@ -15,15 +16,24 @@ import xarray as xr
 from matplotlib.colors import to_hex
 
 import made_up
+import plots
+from plots import (
+    critical_points,
+    deflection,
+    geometry,
+    master_curve,
+    measured,
+    motion,
+    paths,
+    real_paths,
+    recordings_accuracy,
+)
+from plots.pieces import look
+from plots.readers import branch, evenly
 from plotted import colours, drawn, labelled, legend_texts, lines, named, notes
-from stripfold import plots
 from stripfold.errors import InvalidInputError
 from stripfold.plots import colours as palette
-from stripfold.plots import critical_points, deflection, geometry, master_curve, measured, motion, paths, real_paths
-from stripfold.plots.readers import branch, evenly
 from stripfold.plots.save import save, save_as
-from studies import plots as study_plots
-from studies.plots import recordings_accuracy
 
 USERS = {"svg.hashsalt": "other", "savefig.dpi": 50, "svg.fonttype": "none", "font.size": 33.0, "axes.edgecolor": "red"}
 """Settings of a user, which must not matter."""
@@ -44,33 +54,30 @@ SOURCES = {
 class TestTable:
     @pytest.mark.parametrize("name", SOURCES)
     def test_same_bytes_whatever_the_user_has_set(self, name, tmp_path):
-        first = save_as(plots.draw(name, *SOURCES[name]()), tmp_path / "first.svg")
+        draw = import_module(f"plots.{name}").draw
+        first = save_as(draw(*SOURCES[name]()), tmp_path / "first.svg")
         with mpl.rc_context(USERS):
             before = dict(mpl.rcParams)
-            second = save_as(study_plots.draw(name, *SOURCES[name]()), tmp_path / "second.svg")
+            second = save_as(draw(*SOURCES[name]()), tmp_path / "second.svg")
             assert dict(mpl.rcParams) == before
         assert first.read_bytes() == second.read_bytes()
 
-    def test_unknown_figure(self):
-        with pytest.raises(InvalidInputError, match="one of geometry, motion"):
-            plots.draw("sculpture")
-
     def test_gallery_shows_every_figure(self):
         page = (ROOT / "docs" / "figures.md").read_text(encoding="utf-8")
-        assert page == study_plots.gallery_markdown()
+        assert page == plots.gallery_markdown()
         shown = re.findall(r"\(\.\./figures/(\w+)\.png\)", page)
         assert sorted(shown) == sorted(path.stem for path in (ROOT / "figures").glob("*.png"))
-        assert set(shown) == set(plots.FIGURES | study_plots.FIGURES)
+        assert set(shown) == set(plots.FIGURES)
 
     def test_what_is_imported(self):
-        """The tables import no matplotlib, the figures no pyplot, no vision and no study."""
+        """The table imports no matplotlib, no figure pyplot, none of the package vision."""
         code = (
-            "import sys, stripfold.plots, studies.plots; assert 'matplotlib' not in sys.modules\n"
+            "import sys, plots; assert 'matplotlib' not in sys.modules\n"
             "from importlib import import_module\n"
-            "for figure in stripfold.plots.FIGURES.values(): import_module(figure.module)\n"
-            "import stripfold.plots.film\n"
-            "sys.exit(any(name == 'matplotlib.pyplot' or name.startswith('stripfold.vision') or\n"
-            "             name.startswith('studies.') and name != 'studies.plots' for name in sys.modules))"
+            "for name in ('film', 'collapse_curve', 'results', 'save'): import_module(f'stripfold.plots.{name}')\n"
+            "assert not any(name.startswith('stripfold.vision') for name in sys.modules)\n"
+            "for name in plots.FIGURES: import_module(f'plots.{name}')\n"
+            "sys.exit('matplotlib.pyplot' in sys.modules)"
         )
         assert subprocess.run([sys.executable, "-c", code]).returncode == 0
 
@@ -257,8 +264,8 @@ class TestManyHeights:
         assert np.isnan(master_curve.elastica_at(made_up.elastica_curve(), np.array([1.5, 9.5]))).all()
 
     def test_looks_of_materials_differ(self):
-        assert len({palette.look(i) for i in range(30)}) == 30
-        assert len({palette.look(i).color for i in range(7)}) == 7
+        assert len({look(i) for i in range(30)}) == 30
+        assert len({look(i).color for i in range(7)}) == 7
 
 
 class TestRecordings:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from plots import printed_law
 from plotted import lines
 from stripfold.models.laws import LAWS
 from studies import printed_law as study
-from studies.plots import printed_law
 
 
 def test_stress_and_stiffness():

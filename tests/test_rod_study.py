@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from plots import rod as figure
 from stripfold import elastica, store
 from stripfold.analysis.prediction import ElasticaPrediction, from_near_the_end
 from stripfold.analysis.static import StripModel
 from stripfold.errors import SolveError
 from studies import rod
-from studies.plots import rod as figure
 
 LENGTH, HEIGHT, THICKNESS = 12.0, 3.0, 0.06
 

@@ -11,9 +11,9 @@ import pytest
 import xarray as xr
 
 import stripfold.material
+from plots import gallery_markdown
 from stripfold import store
 from studies.accuracy import presets
-from studies.plots import gallery_markdown
 from studies.random_paths import CONTRADICTED
 from studies.schemes import CONSERVING, DEFAULT
 from studies.summary.run import evaluate, fill_table, markdown, markers, summarise

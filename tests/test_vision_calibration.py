@@ -11,6 +11,7 @@ import pytest
 from PIL import Image
 
 import boards_seen as seen
+from plots import calibration as plot
 from stripfold.arrays import Array
 from stripfold.errors import CalibrationError, InvalidInputError
 from stripfold.store import write
@@ -20,7 +21,6 @@ from stripfold.vision.camera import read_camera
 from stripfold.vision.intrinsics import View
 from stripfold.vision.pictures import read_calibration_picture
 from studies import calibration as study
-from studies.plots import calibration as plot
 
 TURN, SHIFT = np.array([0.25, -0.3, 0.1]), np.array([-0.12, -0.07, 0.42])
 BOARDS = pytest.mark.parametrize("board", [seen.CHESS, seen.CHARUCO], ids=["chessboard", "charuco"])

@@ -13,12 +13,12 @@ from PIL import Image
 from scipy.integrate import solve_bvp
 
 import drawn_strips as drawn
+from plots import centrelines as centrelines_plot
 from stripfold import elastica, store
 from stripfold.cli import main
 from stripfold.errors import InvalidInputError, TrackingError
 from stripfold.vision import cantilever, eta, eta_figure, pictures
 from studies import centrelines
-from studies.plots import centrelines as centrelines_plot
 
 SCALE = 3e-4
 SIZE = (640, 520)

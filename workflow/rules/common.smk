@@ -7,9 +7,7 @@ sys.path.insert(0, str(Path(workflow.basedir, "workflow")))
 from configuration import load
 from evidence import code_digest, stale_studies
 from snakemake.logging import logger
-from stripfold import plots
 from studies import FRESH_CLONE, STUDIES, configured, parameters
-from studies import plots as study_plots
 
 # Checked and completed first: an unknown key or a value that cannot be used ends here. Stored with every result.
 config.update(load(dict(config)))
@@ -18,7 +16,6 @@ FIGURES = config["figures"]
 LOGS = f"{RESULTS}/logs"
 BENCHMARKS = f"{RESULTS}/benchmarks"
 MATERIALS = {material["name"]: material for material in config["materials"]}
-DRAWN = plots.FIGURES | study_plots.FIGURES
 LABELS = {name: material["label"] for name, material in MATERIALS.items()}
 # The material whose single runs are drawn: the second, or the only one.
 SHOWN = list(MATERIALS)[min(1, len(MATERIALS) - 1)]

@@ -64,10 +64,10 @@ for rule_name, figures in SOURCES.items():
             f"{BENCHMARKS}/figures/{rule_name}.tsv"
         params:
             call="tasks.figures:figures",
-            evidence=" ".join(code_digest(f"{DRAWN[name].module}:draw") for name in figures),
+            evidence=" ".join(code_digest(f"plots.{name}:draw") for name in figures),
             drawings=[
                 {
-                    "module": DRAWN[name].module,
+                    "module": f"plots.{name}",
                     # A rule's output refers to the rule, which no other process can be given.
                     "files": [str(file) for file in files],
                     "options": {"material": SHOWN} if name == "paths" else {},

@@ -11,9 +11,9 @@ from typing import Any
 import xarray as xr
 
 from evidence import ROOT, why_stale
+from plots import gallery_markdown
 from stripfold import store
 from studies import FRESH_CLONE
-from studies.plots import gallery_markdown
 from studies.summary import run
 
 

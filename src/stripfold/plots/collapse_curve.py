@@ -9,9 +9,8 @@ from matplotlib.figure import Figure
 
 from stripfold.analysis.phases import AFTER, BEFORE, FALL
 from stripfold.plots.colours import CRITICAL, FALLING, GREY, LEVEL, SETTLED
-from stripfold.plots.deflection import deflection_axes, enlarged, level
 from stripfold.plots.readers import Collapse, collapse
-from stripfold.plots.style import CM, figure, legend_above, styled
+from stripfold.plots.style import CM, figure, legend_above, styled, text_at
 
 LABELS = {BEFORE: "static, before", FALL: "fall", AFTER: "static, after"}
 COLOURS = {BEFORE: CRITICAL, FALL: FALLING, AFTER: SETTLED}
@@ -44,6 +43,32 @@ def draw(data: xr.Dataset) -> Figure:
     inset.set_ylim(y - 0.7 * wide, y + 0.7 * wide)
     ax.indicate_inset_zoom(inset, edgecolor=GREY)
     return fig
+
+
+def deflection_axes(fig: Figure, right: float, low: float, high: float) -> Axes:
+    """Axes of lambda, from about ``low`` to ``high``, over a deflection up to about ``right``, all in cm."""
+    ax = fig.subplots()
+    ax.grid(visible=False)  # it would run behind the inset's numbers
+    ax.set_xlabel(r"deflection: rms displacement of the mid-surface from $\lambda_0$ [cm]")
+    ax.set_ylabel(r"gripper position $\lambda$ [cm]")
+    ax.set_xlim(-0.02 * right, 1.05 * right)
+    ax.set_ylim(low - 0.07 * (high - low), high + 0.08 * (high - low))
+    return ax
+
+
+def level(ax: Axes, name: str, value: float, at: float = 0.0) -> None:
+    """A line at a gripper position, m, with its name and value from the deflection ``at`` on, cm."""
+    ax.axhline(CM * value, color=LEVEL, lw=1.0, zorder=1, label=f"_{name}")
+    text = rf"$\{name}$ = {CM * value:.2f} cm"
+    text_at(ax, (at, CM * value), text, (0, 0), color=LEVEL, ha="left")
+
+
+def enlarged(ax: Axes, where: tuple[float, float, float, float]) -> Axes:
+    """An inset for a part of ``ax``, at ``where`` in parts of it."""
+    inset = ax.inset_axes(where)
+    inset.locator_params(nbins=4)
+    inset.tick_params(labelsize=7)
+    return inset
 
 
 def _curve(ax: Axes, found: Collapse) -> None:

@@ -1,8 +1,4 @@
-"""Colours with their meanings, and the looks of materials."""
-
-from __future__ import annotations
-
-from typing import NamedTuple
+"""Colours with their meanings."""
 
 # The palette of Okabe and Ito, safe for colour-blind readers, and three colours of the paper.
 BLUE, VERMILLION, GREEN, PINK = "#0072B2", "#D55E00", "#009E73", "#CC79A7"
@@ -21,19 +17,3 @@ TOUCHING, HANGING = RED, BLUE
 FRICTION = ORANGE
 LYING = MAGENTA
 STRIP, SHADE = "#DDDDDD", "#EEEEEE"
-
-
-class Look(NamedTuple):
-    """Colour and marker of an entry of a legend."""
-
-    color: str
-    marker: str
-
-
-_COLOURS = (BLUE, VERMILLION, GREEN, PINK, ORANGE, SKY, BLACK)
-_MARKERS = ("o", "s", "^", "D", "v", "P", "X", "p")
-
-
-def look(index: int) -> Look:
-    """Look of the material at ``index`` of its dataset; a repeated colour has another marker."""
-    return Look(_COLOURS[index % len(_COLOURS)], _MARKERS[index % len(_MARKERS)])

@@ -18,10 +18,9 @@ from numpy.typing import NDArray
 from stripfold.analysis.phases import AFTER, BEFORE, FALL
 from stripfold.arrays import Array
 from stripfold.errors import InvalidInputError
-from stripfold.plots.collapse import draw_held_end, limits
 from stripfold.plots.colours import BLACK, FALLING, GREY, GRIPPER, SETTLED
 from stripfold.plots.readers import Collapse, collapse
-from stripfold.plots.style import CM, equal_panels, styled
+from stripfold.plots.style import CM, around, draw_held_end, equal_panels, styled
 from stripfold.store import atomic
 
 DPI = 360
@@ -138,14 +137,14 @@ class _Stage:
 
     def __init__(self, found: Collapse, slowdown: float) -> None:
         self.found, self.slowdown = found, slowdown
-        fig, (ax,) = equal_panels([limits(found)], above=0.3)
+        fig, (ax,) = equal_panels([around(CM * found.states)], above=0.3)
         fig.set_dpi(DPI)
         # An even number of dots for the encoder.
         fig.set_figheight(2 * round(0.5 * DPI * fig.get_figheight()) / DPI)
         self.canvas = FigureCanvasAgg(fig)
         self.size = self.canvas.get_width_height()
         ax.plot(*(CM * found.states[:, 0]).T, color=GRIPPER, lw=0.6, ls=":")
-        draw_held_end(ax, found)
+        draw_held_end(ax, found.states[0, -1])
         position = ax.get_position()
         line = 0.5 * (1.0 + position.y1)
         self.said = fig.text(position.x0, line, "", va="center", animated=True)

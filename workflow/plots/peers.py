@@ -5,10 +5,11 @@ from __future__ import annotations
 import xarray as xr
 from matplotlib.figure import Figure
 
-from stripfold.plots.colours import BLACK, ORANGE, PINK, SKY, Look
-from stripfold.plots.style import figure, legend_above, note, styled
+from plots import models
+from plots.pieces import Look, note
+from stripfold.plots.colours import BLACK, ORANGE, PINK, SKY
+from stripfold.plots.style import figure, legend_above, styled
 from studies.peers import QUESTIONS, TITLES, runs_of
-from studies.plots import models
 
 LABELS = {"equilibrium": "error of the centreline $/\\,L^*$", "critical": "error of $\\lambda_c\\,/\\,L^*$"}
 PANELS = {"equilibrium": "(a) equilibrium", "critical": "(b) critical point"}

@@ -5,9 +5,10 @@ from __future__ import annotations
 import xarray as xr
 from matplotlib.figure import Figure
 
+from plots.models import LOOKS
+from plots.pieces import note
 from stripfold.plots.colours import GREY
-from stripfold.plots.style import figure, note, styled
-from studies.plots.models import LOOKS
+from stripfold.plots.style import figure, styled
 
 
 @styled

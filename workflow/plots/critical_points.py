@@ -9,9 +9,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from stripfold.plots.colours import BLACK, Look
-from stripfold.plots.readers import critical_points, materials
-from stripfold.plots.style import CM, ETA_TITLE, entry, figure, legend_above, note, styled
+from plots.pieces import ETA_TITLE, Look, entry, note
+from plots.readers import critical_points, materials
+from stripfold.plots.colours import BLACK
+from stripfold.plots.style import CM, figure, legend_above, styled
 
 CROWDED = 0.6
 """When all materials but one fill less than this part of the axes, a second panel enlarges them."""

@@ -6,9 +6,10 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from plots.pieces import entry, note
+from plots.readers import recordings
 from stripfold.plots.colours import BLACK, CRITICAL, GRIPPER
-from stripfold.plots.readers import recordings
-from stripfold.plots.style import CM, entry, figure, legend_above, note, styled
+from stripfold.plots.style import CM, figure, legend_above, styled
 
 
 @styled

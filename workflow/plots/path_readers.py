@@ -8,10 +8,11 @@ import numpy as np
 import xarray as xr
 from scipy.interpolate import RegularGridInterpolator
 
+from plots.readers import chosen, evenly, travel
 from stripfold.analysis.states import FALL, PHASES, STATIC
 from stripfold.arrays import Array
 from stripfold.errors import InvalidInputError
-from stripfold.plots.readers import chosen, evenly, require, states_of, travel
+from stripfold.plots.readers import require, states_of
 
 _NAMES = ("pseudo_time", "x", "z", "arc")
 _ALLOWED = "states of a strip on a folding path, static or in a fall"

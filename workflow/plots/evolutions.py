@@ -7,10 +7,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from plots.path_readers import Part, parts, planned
+from plots.pieces import draw_states, entry, note
+from plots.planned_paths import draw_path, limits
 from stripfold.plots.colours import CRITICAL, LYING, STATIC
-from stripfold.plots.path_readers import Part, parts, planned
-from stripfold.plots.planned_paths import draw_path, limits
-from stripfold.plots.style import CM, draw_states, entry, equal_panels, legend_above, note, styled
+from stripfold.plots.style import CM, equal_panels, legend_above, styled
 
 TITLES = {"r-path": "(a) R-path", "triangular": "(b) triangular path", "circular": "(c) circular path"}
 SHOWN = 16

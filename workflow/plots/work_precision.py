@@ -6,8 +6,9 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from stripfold.plots.style import figure, legend_above, note, styled
-from studies.plots.models import LOOKS, draw_pareto, headroom
+from plots.models import LOOKS, draw_pareto, headroom
+from plots.pieces import note
+from stripfold.plots.style import figure, legend_above, styled
 
 LEAST = 1e-7
 """Smaller errors are drawn here: the reference is no better."""

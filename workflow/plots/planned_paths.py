@@ -9,9 +9,10 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.markers import CARETUP
 
+from plots.path_readers import Part, planned
+from plots.pieces import draw_states, entry, note
 from stripfold.plots.colours import FIXED, GRIPPER
-from stripfold.plots.path_readers import Part, planned
-from stripfold.plots.style import CM, Limits, around, draw_states, entry, equal_panels, legend_above, note, styled
+from stripfold.plots.style import CM, Limits, around, equal_panels, legend_above, styled
 
 TITLES = {"triangular": "(a) triangular path", "circular": "(b) circular path", "r-path": "(c) R-path"}
 STATES = 9

@@ -6,9 +6,9 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from plots.critical_points import NO_SNAP
+from plots.readers import critical_points
 from stripfold.plots.colours import CRITICAL, GREY, GRIPPER
-from stripfold.plots.critical_points import NO_SNAP
-from stripfold.plots.readers import critical_points
 from stripfold.plots.style import CM, equal_panels, legend_above, styled
 
 

@@ -6,24 +6,14 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.markers import CARETLEFT
 
+from plots.motion import draw_gripper
+from plots.pieces import draw_states, entry, note
+from plots.readers import evenly, travel
 from stripfold.analysis.phases import AFTER, FALL
-from stripfold.plots.colours import CRITICAL, FALLING, FIXED, SETTLED, STATIC
-from stripfold.plots.motion import draw_gripper
-from stripfold.plots.readers import Collapse, collapse, evenly
-from stripfold.plots.style import (
-    CM,
-    Limits,
-    around,
-    draw_states,
-    entry,
-    equal_panels,
-    legend_above,
-    note,
-    styled,
-    text_at,
-)
+from stripfold.plots.colours import CRITICAL, FALLING, SETTLED, STATIC
+from stripfold.plots.readers import Collapse, collapse
+from stripfold.plots.style import CM, Limits, around, draw_held_end, equal_panels, legend_above, styled, text_at
 
 STATES, TO_TOUCH, TO_REST = 12, 5, 3
 """Largest numbers of states drawn in each static part, in the fall up to the touch, and from there to rest."""
@@ -40,21 +30,22 @@ def draw(data: xr.Dataset) -> Figure:
     ``data`` is from :func:`stripfold.analysis.collapse.run`.
     """
     found = collapse(data)
-    states, travel, critical = found.states, found.travel, found.critical
+    states, critical = found.states, found.critical
+    way = travel(states, data["arc"].values)
     fall, after = found.part(FALL), found.part(AFTER)
-    fig, (whole, near) = equal_panels([limits(found), _limits_of_fall(found)], above=0.42)
-    draw_states(whole, states[evenly(travel, 0, critical, STATES + 1)[:-1]], "before", color=STATIC, zorder=2.0)
+    fig, (whole, near) = equal_panels([around(CM * states), _limits_of_fall(found)], above=0.42)
+    draw_states(whole, states[evenly(way, 0, critical, STATES + 1)[:-1]], "before", color=STATIC, zorder=2.0)
     if len(after):
-        shown = evenly(travel, int(after[0]), int(after[-1]), STATES + 1)[1:]
+        shown = evenly(way, int(after[0]), int(after[-1]), STATES + 1)[1:]
         draw_states(whole, states[shown], "after", color=SETTLED, zorder=2.5)
-    shown = evenly(travel, int(fall[0]), found.touch, TO_TOUCH + 1)[1:]
-    shown += evenly(travel, found.touch, int(fall[-1]), TO_REST + 1)[1:]
+    shown = evenly(way, int(fall[0]), found.touch, TO_TOUCH + 1)[1:]
+    shown += evenly(way, found.touch, int(fall[-1]), TO_REST + 1)[1:]
     for ax, width in ((whole, 0.5), (near, 0.9)):
         draw_states(ax, states[shown], "fall", color=FALLING, lw=width, zorder=3.0)
         draw_states(ax, states[[critical]], "lambda_c", color=CRITICAL, lw=1.4, zorder=4.0)
         if np.isfinite(found.touch_x):
             ax.plot(CM * found.touch_x, 0.0, marker=6, color=FALLING, ms=5, mew=0, zorder=6, label="_touch")
-    draw_held_end(whole, found)
+    draw_held_end(whole, found.states[0, -1])
     _gripper(whole, found)
     touch = f"; touch ($\\blacktriangle$) after {found.touch_time:.2f} s" if np.isfinite(found.touch_time) else ""
     note(near, f"the fall, enlarged{touch}")
@@ -66,17 +57,6 @@ def draw(data: xr.Dataset) -> Figure:
     ]
     legend_above(fig, handles if len(after) else handles[:3])
     return fig
-
-
-def limits(found: Collapse) -> Limits:
-    """Limits of x and z of a whole motion, cm, with room for the gripper's name."""
-    return around(CM * found.states)
-
-
-def draw_held_end(ax: Axes, found: Collapse) -> None:
-    """A mark at the end that stays in place."""
-    x, z = CM * found.states[0, -1]
-    ax.plot(x, z, marker=CARETLEFT, color=FIXED, ms=6, mew=0, clip_on=False, zorder=7, label="_held-end")
 
 
 def _limits_of_fall(found: Collapse) -> Limits:

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.axes import Axes
 
+from plots.pieces import Look
 from stripfold.arrays import Array, Index
-from stripfold.plots.colours import BLUE, GREEN, GREY, VERMILLION, Look
+from stripfold.plots.colours import BLUE, GREEN, GREY, VERMILLION
 
 LOOKS = {"elastica": Look(GREEN, "^"), "rod": Look(BLUE, "o"), "solid": Look(VERMILLION, "s")}
 

@@ -9,8 +9,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 from scipy.spatial import ConvexHull
 
+from plots.pieces import note
 from stripfold.plots.colours import BLACK, BLUE, GREY, SHADE, VERMILLION
-from stripfold.plots.style import figure, legend_above, note, styled
+from stripfold.plots.style import figure, legend_above, styled
 from studies.calibration import EARLY, SCALED
 
 TARGET = 0.25

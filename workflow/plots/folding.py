@@ -8,10 +8,11 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.figure import Figure
 
+from plots.path_readers import Part, planned
+from plots.pieces import arrow, drawings
 from stripfold.arrays import Array
 from stripfold.plots.colours import BLACK, FIXED, GRIPPER
-from stripfold.plots.path_readers import Part, planned
-from stripfold.plots.style import arrow, drawings, styled, text_at
+from stripfold.plots.style import styled, text_at
 
 WIDTH = 0.2
 """Width of the strip as drawn, over its length."""

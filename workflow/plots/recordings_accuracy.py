@@ -6,8 +6,9 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from plots.pieces import note
 from stripfold.plots.colours import BLACK, BLUE, GREY, SKY, VERMILLION
-from stripfold.plots.style import MILLI, figure, note, styled
+from stripfold.plots.style import MILLI, figure, styled
 from stripfold.vision.measure import Z_95
 from studies.recordings_accuracy import MEASURED, error
 

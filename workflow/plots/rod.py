@@ -7,7 +7,8 @@ import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
-from stripfold.plots.colours import GREY, look
+from plots.pieces import look
+from stripfold.plots.colours import GREY
 from stripfold.plots.style import figure, styled
 
 

@@ -6,9 +6,10 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from plots.pieces import ETA_TITLE, entry, note
+from plots.readers import recordings
 from stripfold.plots.colours import BLACK
-from stripfold.plots.readers import recordings
-from stripfold.plots.style import CM, ETA_TITLE, MILLI, entry, figure, legend_above, note, styled
+from stripfold.plots.style import CM, MILLI, figure, legend_above, styled
 
 
 @styled

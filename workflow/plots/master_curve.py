@@ -7,11 +7,12 @@ import xarray as xr
 from matplotlib.figure import Figure
 from scipy.interpolate import CubicSpline
 
+from plots.critical_points import draw_points, error_bars, legend_handles
+from plots.pieces import ETA_TITLE, entry
+from plots.readers import critical_points, materials
 from stripfold.arrays import Array
 from stripfold.plots.colours import BLACK, GREY, SHADE
-from stripfold.plots.critical_points import draw_points, error_bars, legend_handles
-from stripfold.plots.readers import critical_points, materials
-from stripfold.plots.style import ETA_TITLE, entry, figure, legend_above, styled
+from stripfold.plots.style import figure, legend_above, styled
 
 
 @styled

@@ -9,10 +9,11 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from plots.path_readers import Part, parts, planned, post_critical, with_friction
+from plots.pieces import note
 from stripfold.arrays import Array
 from stripfold.plots.colours import CRITICAL, FRICTION, GREY, HANGING, TOUCHING
-from stripfold.plots.path_readers import Part, parts, planned, post_critical, with_friction
-from stripfold.plots.style import CM, MILLI, figure, legend_above, note, styled
+from stripfold.plots.style import CM, MILLI, figure, legend_above, styled
 
 AROUND = 0.04
 """Pseudo time shown in (b) before the critical point and after the falls of the post-critical branches."""

@@ -6,9 +6,10 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from plots.readers import Branch, branch
+from stripfold.plots.collapse_curve import deflection_axes, enlarged, level
 from stripfold.plots.colours import BLACK, CRITICAL, GREY, LEVEL, UNSTABLE
-from stripfold.plots.readers import Branch, branch
-from stripfold.plots.style import CM, figure, styled, text_at
+from stripfold.plots.style import CM, figure, styled
 
 
 @styled
@@ -38,32 +39,6 @@ def draw(data: xr.Dataset) -> Figure:
         inset.set_ylim(y[point] - 1.2 * deep, y[point] + 0.25 * deep)
         ax.indicate_inset_zoom(inset, edgecolor=GREY)
     return fig
-
-
-def deflection_axes(fig: Figure, right: float, low: float, high: float) -> Axes:
-    """Axes of lambda, from about ``low`` to ``high``, over a deflection up to about ``right``, all in cm."""
-    ax = fig.subplots()
-    ax.grid(visible=False)  # it would run behind the inset's numbers
-    ax.set_xlabel(r"deflection: rms displacement of the mid-surface from $\lambda_0$ [cm]")
-    ax.set_ylabel(r"gripper position $\lambda$ [cm]")
-    ax.set_xlim(-0.02 * right, 1.05 * right)
-    ax.set_ylim(low - 0.07 * (high - low), high + 0.08 * (high - low))
-    return ax
-
-
-def level(ax: Axes, name: str, value: float, at: float = 0.0) -> None:
-    """A line at a gripper position, m, with its name and value from the deflection ``at`` on, cm."""
-    ax.axhline(CM * value, color=LEVEL, lw=1.0, zorder=1, label=f"_{name}")
-    text = rf"$\{name}$ = {CM * value:.2f} cm"
-    text_at(ax, (at, CM * value), text, (0, 0), color=LEVEL, ha="left")
-
-
-def enlarged(ax: Axes, where: tuple[float, float, float, float]) -> Axes:
-    """An inset for a part of ``ax``, at ``where`` in parts of it."""
-    inset = ax.inset_axes(where)
-    inset.locator_params(nbins=4)
-    inset.tick_params(labelsize=7)
-    return inset
 
 
 def _curve(ax: Axes, chosen: Branch, marker: str = "") -> None:

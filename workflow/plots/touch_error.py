@@ -7,9 +7,10 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from plots.pieces import ETA_TITLE, Look, entry
 from stripfold.arrays import Array, Mask
-from stripfold.plots.colours import BLACK, BLUE, GREEN, GREY, VERMILLION, Look
-from stripfold.plots.style import ETA_TITLE, entry, figure, legend_above, styled
+from stripfold.plots.colours import BLACK, BLUE, GREEN, GREY, VERMILLION
+from stripfold.plots.style import figure, legend_above, styled
 
 LOOKS = {
     "r-path": ("R-path", Look(BLUE, "o")),

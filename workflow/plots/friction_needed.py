@@ -7,9 +7,10 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from stripfold.plots.colours import BLACK, FRICTION, SKY, Look
-from stripfold.plots.style import ETA_TITLE, figure, note, styled
-from stripfold.plots.touch_error import common, draw_points, lengths_above
+from plots.pieces import ETA_TITLE, Look, note
+from plots.touch_error import common, draw_points, lengths_above
+from stripfold.plots.colours import BLACK, FRICTION, SKY
+from stripfold.plots.style import figure, styled
 
 PULL, MOMENT = r"pull: $k_f\,\Delta s\,/\,g$", r"hysteresis: $M_0\,/\,\rho_a g {L^*}^2$"
 LAWS = {"pull": (PULL, Look(FRICTION, "s")), "hysteresis": (MOMENT, Look(BLACK, "x"))}

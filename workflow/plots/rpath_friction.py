@@ -9,12 +9,13 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.markers import CARETUP
 
+from plots.evolutions import draw_evolution
+from plots.path_readers import Part, PostCriticalBranch, parts, post_critical, with_friction
+from plots.pieces import draw_states, entry, note
+from plots.planned_paths import limits
 from stripfold.arrays import Array
 from stripfold.plots.colours import CRITICAL, FRICTION, HANGING, STATIC, TOUCHING
-from stripfold.plots.evolutions import draw_evolution
-from stripfold.plots.path_readers import Part, PostCriticalBranch, parts, post_critical, with_friction
-from stripfold.plots.planned_paths import limits
-from stripfold.plots.style import CM, Limits, around, draw_states, entry, equal_panels, legend_above, note, styled
+from stripfold.plots.style import CM, Limits, around, equal_panels, legend_above, styled
 
 BEFORE, FALLS, AFTER, WHOLE = 14, 6, 7, 22
 """Largest numbers of states drawn before the critical point, in a fall, after it, and with friction."""

@@ -10,9 +10,10 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from plots.pieces import ETA_TITLE
 from stripfold.arrays import Picture
 from stripfold.plots.colours import BLUE, GREEN, GREY, MID_SURFACE, ORANGE
-from stripfold.plots.style import ETA_TITLE, MILLI, figure, styled
+from stripfold.plots.style import MILLI, figure, styled
 from stripfold.vision.eta_figure import draw_picture
 
 SOURCE = "photograph: Broberg et al. 2023, bendstiff, MIT"

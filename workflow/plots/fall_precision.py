@@ -6,9 +6,10 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from plots.models import LOOKS, draw_pareto, headroom
+from plots.pieces import entry, note
 from stripfold.plots.colours import GREEN, PINK
-from stripfold.plots.style import entry, figure, legend_above, note, styled
-from studies.plots.models import LOOKS, draw_pareto, headroom
+from stripfold.plots.style import figure, legend_above, styled
 
 COLOURS = {
     ("rod", "energy-momentum"): LOOKS["rod"].color,

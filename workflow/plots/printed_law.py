@@ -6,8 +6,9 @@ import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.ticker import MultipleLocator
 
+from plots.pieces import note
 from stripfold.plots.colours import BLACK, VERMILLION
-from stripfold.plots.style import figure, legend_above, note, styled, text_at
+from stripfold.plots.style import figure, legend_above, styled, text_at
 
 _SVK = r"$\mathbf{S} = \mathbf{C}:\mathbf{E}$"
 _PRINTED = r"$\mathbf{S} = \det\mathbf{F}\,\mathbf{F}^{-1}(\mathbf{C}:\mathbf{E})\,\mathbf{F}^{-\top}$"

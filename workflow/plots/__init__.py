@@ -1,0 +1,119 @@
+"""Figures of the paper's runs and of the studies: stored datasets in, a matplotlib figure out; nothing is solved here.
+
+A figure is drawn by the function ``draw`` of the module of its name, which also says which datasets it takes.  The
+captions are for the gallery of all figures in ``docs/figures.md``.  Importing this package does not import matplotlib.
+"""
+
+from __future__ import annotations
+
+from textwrap import fill
+
+# fmt: off
+FIGURES = {
+    "geometry":
+        "The strip is held at one end (blue) and grasped at the other (purple); its mid-surface is red.",
+    "motion":
+        "The gripper moves from lambda_0, where it exerts no horizontal force, to the critical point lambda_c; states "
+        "past it (dashed) are unstable.",
+    "deflection":
+        "The branch turns at lambda_c (inset), where stable states (solid) end and unstable ones (dashed) begin.",
+    "collapse":
+        "Static states (grey) lead to the critical state (black), the strip falls (red) until its upper layer rests on "
+        "the lower one, and static states (green) follow until the gripper (purple) is above the held end (blue).",
+    "collapse_curve":
+        "The gripper is held slightly past lambda_c (inset): in the fall (red) the deflection jumps at constant "
+        "lambda; static states continue after it (green).",
+    "energy":
+        "Gravity releases energy in the fall (a), most of it to bending; air and fabric dissipate the rest (b), and "
+        "the balance closes to rounding (c).",
+    "paths":
+        "The gripper's paths (purple) start at lambda_0 and end at the critical points (dotted line); crosses mark "
+        "heights at which the sag touches before any snap.",
+    "critical_points":
+        "lambda_c grows almost linearly with the gripper height for every material.",
+    "master_curve":
+        "In units of the gravity-bending length L* the critical points of all materials lie on one curve, that of the "
+        "elastica; below 1.586 L* (grey) the sag touches first and there is no snap of this kind.",
+    "folding":
+        "The gripper (purple) carries the grasped end along the folding path over the fold line (blue).",
+    "planned_paths":
+        "The triangular and the circular path assume straight panels, the R-path the true bent shape of the strip.",
+    "evolutions":
+        "The strip deviates from the states assumed by the triangular and the circular path and snaps; the R-path only "
+        "touches the stability boundary (black: last state before the critical point).",
+    "rpath_friction":
+        "Past the critical point the planned state is unstable and the strip falls and touches (red) or rests without "
+        "touching (blue); a little internal friction holds it on the plan to the end (orange).",
+    "rpath_curve":
+        "Without friction the branch (black) ends at the critical point, enlarged in (b); with friction (orange) the "
+        "strip stays within a fraction of a millimetre of the plan.",
+    "touch_error":
+        "On the triangular path the strip first touches more than L* short of where the folded strip lands; on the "
+        "R-path it comes closer, on the circular path it mostly touches too far.",
+    "friction_needed":
+        "A pull of about one percent of the gripper force, or a similarly small hysteresis, suffices everywhere.",
+    "measured":
+        "Strips snap later than the frictionless model says (lines), the more so the faster the gripper moves.",
+    "real_paths":
+        "The onset of the snap lies past the frictionless boundary of stability (dotted) at every height.",
+    "recordings_accuracy":
+        "About 95 % of the intervals hold the true lambda of synthetic recordings with noise, blur, rolling shutter, "
+        "shadows, occlusion, dropped frames and compression; the other intervals are orange-red.",
+    "calibration":
+        "With a refinement window that grows with the distance of the corners (blue) every view meets the target; the "
+        "published outlier, view 02, comes from a window that reaches the next corner.",
+    "work_precision":
+        "Accuracy versus run time: error of lambda_c (a: of the first touch; d: over memory) for models and meshes, "
+        "with the Pareto front (grey) and the uncertainty of the reference (dotted); open markers are elements of "
+        "order one, or two elements across the thickness.",
+    "fall_precision":
+        "Accuracy versus run time of a fall: error of the first touch for models, meshes (size of the markers), time "
+        "steps (half-filled: longer at the top, shorter at the bottom) and integrators, with the Pareto front (grey) "
+        "and the uncertainty of the reference (dotted).",
+    "order":
+        "The error of lambda_c falls with the fourth power of the element length on the rod and the third on the solid "
+        "(a); the run time grows linearly with the number of elements (b).",
+    "rod":
+        "The rod's distance from the solid is far below the effect of the thickness, which both have (dotted).",
+    "printed_law":
+        "A rotated strip loses stress and bending stiffness under the law as printed, all of it at 90 degrees; the "
+        "objective law keeps both.",
+    "peers":
+        "Error over processor time of other programs and of this one (bold) on the same strip.",
+}
+# fmt: on
+"""The caption of each figure, which says what to see."""
+
+_SECTIONS = {
+    "Motion along x": ["geometry", "motion", "deflection", "collapse", "collapse_curve", "energy", "paths"],
+    "Critical points": ["critical_points", "master_curve"],
+    "Folding paths": ["folding", "planned_paths", "evolutions", "rpath_friction", "rpath_curve"],
+    "Folding paths of all materials": ["touch_error", "friction_needed"],
+    "Recordings": ["measured", "real_paths", "recordings_accuracy", "calibration"],
+    "Accuracy and performance": ["work_precision", "fall_precision", "order", "rod", "printed_law", "peers"],
+}
+_HEAD = """\
+# Figures
+
+<!-- Made by `plots.gallery_markdown`: edit the captions there. -->
+
+All figures of `figures/`, drawn from stored results; each is there as PNG and SVG. The collapse is also a
+[film](../figures/collapse.mp4): static states quickly, a short fall slowed down.
+
+A colour means the same in all figures. As in the paper, purple is the gripper; blue the held end, the fold line and the
+way out of an R-path without a touch; red the mid-surface and the strip in motion; grey static states; black the
+critical state; green static states after a fall and the lines at lambda_0 and lambda_c; magenta the place where the
+folded strip begins to lie. Dashed orange-red states are unstable, orange ones need friction. Other colours tell
+materials, models or programs apart and are named in legends.
+"""
+
+
+def gallery_markdown() -> str:
+    """The page ``docs/figures.md``: every figure with its caption."""
+    blocks = [_HEAD]
+    for section, names in _SECTIONS.items():
+        blocks.append(f"## {section}\n")
+        for name in names:
+            caption = f"**{name.replace('_', ' ')}**: {FIGURES[name]}".replace("L*", r"L\*")
+            blocks.append(f"![{name}](../figures/{name}.png)\n\n{fill(caption, 120)}\n")
+    return "\n".join(blocks)

@@ -1,0 +1,71 @@
+"""Pieces that only these figures share, beside those of :mod:`stripfold.plots.style`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any, NamedTuple
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.offsetbox import AnchoredText
+
+from stripfold.arrays import Array
+from stripfold.plots.colours import BLACK, BLUE, GREEN, ORANGE, PINK, SKY, VERMILLION
+from stripfold.plots.style import CM, WIDTH, Point, Span
+
+ETA_TITLE = r"$\eta_b$ [m$^{-4}$ s$^2$]"
+"""Name and unit of the weight-to-bending-stiffness ratio."""
+
+
+class Look(NamedTuple):
+    """Colour and marker of an entry of a legend."""
+
+    color: str
+    marker: str
+
+
+_COLOURS = (BLUE, VERMILLION, GREEN, PINK, ORANGE, SKY, BLACK)
+_MARKERS = ("o", "s", "^", "D", "v", "P", "X", "p")
+
+
+def look(index: int) -> Look:
+    """Look of the material at ``index`` of its dataset; a repeated colour has another marker."""
+    return Look(_COLOURS[index % len(_COLOURS)], _MARKERS[index % len(_MARKERS)])
+
+
+def drawings(xlim: Span, ylims: Sequence[Span], titles: Sequence[str]) -> tuple[Figure, list[Axes]]:
+    """Panels below each other without axes that fill the figure; equal scales, a title at the upper left."""
+    heights = [high - low for low, high in ylims]
+    fig = Figure(figsize=(WIDTH, WIDTH * sum(heights) / (xlim[1] - xlim[0])))
+    fill = {"left": 0, "right": 1, "bottom": 0, "top": 1, "hspace": 0}
+    axes = fig.subplots(len(ylims), 1, height_ratios=heights, gridspec_kw=fill)
+    for ax, ylim, title in zip(axes, ylims, titles, strict=True):
+        ax.set(aspect="equal", xlim=xlim, ylim=ylim)
+        ax.axis("off")
+        ax.annotate(title, (0, 1), (4, -3), xycoords="axes fraction", textcoords="offset points", va="top")
+    return fig, list(axes)
+
+
+def draw_states(ax: Axes, states: Iterable[Array], name: str, **options: Any) -> None:
+    """Draw mid-surfaces, shape (n, 2) each, m; ``name`` is a label that no legend shows."""
+    for state in states:
+        ax.plot(*(CM * state).T, **{"lw": 0.8} | options, label=f"_{name}")
+
+
+def entry(label: str, color: str, ls: str = "-", **options: Any) -> Line2D:
+    """An entry of a legend."""
+    return Line2D([], [], color=color, ls=ls, label=label, **options)
+
+
+def arrow(ax: Axes, tail: Point, head: Point, **options: Any) -> None:
+    """An arrow from ``tail`` to ``head``, data coordinates."""
+    look = {"arrowstyle": "-|>", "lw": 0.8, "color": BLACK, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 8} | options
+    ax.annotate("", xy=(head[0], head[1]), xytext=(tail[0], tail[1]), arrowprops=look, zorder=5)
+
+
+def note(ax: Axes, text: str, loc: str = "upper left") -> None:
+    """Small text in a corner of ``ax``."""
+    box = AnchoredText(text, loc=loc, frameon=False, pad=0.2, borderpad=0.2, prop={"size": 8.0})
+    box.set_zorder(5)
+    ax.add_artist(box)
