@@ -13,12 +13,18 @@ PARAMS = {"height": 3.0}
 
 @pytest.fixture
 def project(tmp_path, monkeypatch):
-    """A small project of its own: ``studies.limit`` imports ``stripfold.deep`` by way of ``stripfold.near``."""
+    """A small project of its own: ``studies.limit`` imports ``stripfold.deep`` by way of ``stripfold.near``.
+
+    ``stripfold.lazy`` loads its modules on first use.
+    """
     files = {
         "src/stripfold/__init__.py": "",
-        "src/stripfold/near.py": "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n"
+        "src/stripfold/near.py": "from typing import TYPE_CHECKING\nfrom stripfold import lazy\nif TYPE_CHECKING:\n"
         "    from stripfold import typed\n"
-        "def f():\n    from stripfold import deep\n    return deep.X\n",
+        "def f():\n    from stripfold import deep\n    return deep.X + lazy.loaded.X\n",
+        "src/stripfold/lazy/__init__.py": "def __getattr__(name): ...\n",
+        "src/stripfold/lazy/loaded.py": "X = 1\n",
+        "src/stripfold/lazy/other.py": "X = 1\n",
         "src/stripfold/deep.py": '"""A constant."""\nX = 1\n',
         "src/stripfold/typed.py": "Y = 1\n",
         "src/stripfold/other.py": "Z = 1\n",
@@ -69,6 +75,8 @@ def test_unchanged_is_fresh(project):
         ("src/stripfold/deep.py", "X = 1", "X = 2", "the code has changed"),
         ("src/stripfold/deep.py", "X = 1", "X = 1  # one", ""),
         ("src/stripfold/deep.py", "A constant.", "The constant.", ""),
+        ("src/stripfold/lazy/loaded.py", "X = 1", "X = 2", "the code has changed"),
+        ("src/stripfold/lazy/other.py", "X = 1", "X = 2", ""),
         ("src/stripfold/typed.py", "Y = 1", "Y = 2", ""),
         ("src/stripfold/other.py", "Z = 1", "Z = 2", ""),
         ("environment.lock", "numpy==2.4.6", "numpy==2.4.7", "a library has changed"),

@@ -195,11 +195,18 @@ def _imported(name: str) -> frozenset[str]:
     if path is None:
         raise FileNotFoundError(f"no module {name}")
     found: set[str] = set()
-    for node in _statements(ast.parse(path.read_text(encoding="utf-8")), types=False):
+    modules: dict[str, str] = {}
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    for node in _statements(tree, types=False):
         if isinstance(node, ast.Import):
             found |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
             found |= {node.module} | {f"{node.module}.{alias.name}" for alias in node.names}
+            modules |= {alias.asname or alias.name: f"{node.module}.{alias.name}" for alias in node.names}
+    # A package may load its modules on first use: `kernels.band` needs no import of its own.
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id in modules:
+            found.add(f"{modules[node.value.id]}.{node.attr}")
     found |= {name.rpartition(".")[0] for name in [*found, name]}
     return frozenset(name for name in found if _file(name))
 
