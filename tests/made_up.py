@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from stripfold.analysis import assess_data, friction
+from tasks import assess_data, friction
 
 LENGTH, HEIGHT = 0.6, 0.15
 LAMBDA_0, LAMBDA_C, LAMBDA_END = 0.12, 0.36, 0.6

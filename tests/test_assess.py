@@ -14,10 +14,9 @@ import xarray as xr
 
 from stripfold import elastica, schema
 from stripfold.analysis import assess as assessing
-from stripfold.analysis import assess_data, path_statics, post_critical, release
+from stripfold.analysis import path_statics, release
 from stripfold.analysis.assess import BIFURCATION, SNAP, Assessment, assess_strip
 from stripfold.analysis.contact import contact_positions, touches
-from stripfold.analysis.post_critical import PostCriticalBranches
 from stripfold.analysis.release import Fall
 from stripfold.analysis.states import rows_of_motion
 from stripfold.analysis.static import StripModel
@@ -27,6 +26,8 @@ from stripfold.paths import geometric, rpath, table
 from stripfold.paths.curve import GripperPath, Piece
 from stripfold.paths.rpath import RPath
 from stripfold.solve.schemes import Damping
+from tasks import assess_data, post_critical
+from tasks.post_critical import PostCriticalBranches
 
 THICKNESS = 0.0594
 STRIP = StripModel(20.0, THICKNESS)

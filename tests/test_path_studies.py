@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stripfold.analysis import assess, friction
+from stripfold.analysis import assess
 from stripfold.analysis.static import StripModel
 from stripfold.errors import SolveError
 from stripfold.paths import geometric, rpath
 from studies import friction_steps, random_paths, tangency
+from tasks import friction
 
 
 def test_tangency() -> None:

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from stripfold.analysis import plans
 from stripfold.material import Material
+from tasks import plans
 
 
 @pytest.fixture(scope="module")

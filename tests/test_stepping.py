@@ -10,9 +10,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from stripfold.analysis import contact_branch, friction, path_friction
+from stripfold.analysis import contact_branch, path_friction
 from stripfold.analysis.contact_branch import BranchCrossing, BranchPoint
-from stripfold.analysis.friction import Run
 from stripfold.analysis.path_friction import Step, load_incrementally, load_incrementally_from, steps_on, with_effects
 from stripfold.analysis.static import StripModel, lift, solve_height
 from stripfold.arrays import Array
@@ -28,6 +27,8 @@ from stripfold.paths.rpath import plan_r_path
 from stripfold.problem import AlongPiece, AlongX, Lift
 from stripfold.solve import continuation
 from stripfold.solve.events import Event, never
+from tasks import friction
+from tasks.friction import Run
 
 ROD = StripModel(12.0, 0.06, kind="rod")
 MESH = ROD.contact_mesh(2.0, memory=True)
@@ -143,7 +144,7 @@ class TestLoadingIncrementally:
     def test_pieces_and_friction_of_strength_zero(self):
         steps = list(load_incrementally(MESH, replace(LOW, pieces=LOW.pieces[:2]), none, 2.0))
         assert [(step.piece, step.lam) for step in steps] == [p for p in steps_on(LOW, 2.0) if p[0] < 2]
-        assert friction.effects_of("pull", 0.0)(MESH(np.ones(1)).model, np.zeros(1)) == ()
+        assert path_friction.effects_of("pull", 0.0)(MESH(np.ones(1)).model, np.zeros(1)) == ()
         weak = load_incrementally(MESH, LOW, lambda model, q: (Pull(model, 0.0, q),), 2.0)
         for step, other in zip(steps[:4], weak, strict=False):
             np.testing.assert_allclose(step.at.point.q, other.at.point.q, atol=1e-8)
@@ -208,7 +209,7 @@ class TestLoadingIncrementally:
     def test_one_solve_or_the_branch(self, law: str):
         """Both ways to a step's end find the same state."""
         start = lifted(3.0)
-        at = with_effects(start, friction.effects_of(law, 0.05))
+        at = with_effects(start, path_friction.effects_of(law, 0.05))
         for _ in range(4):
             once = path_friction._at_once(at, at.point.lam + 0.2)
             along = path_friction._along_branch(at, at.point.lam + 0.2)
@@ -238,7 +239,7 @@ class TestLoss:
 
         def limit(strength: float) -> float:
             places = ((0, start.point.lam + 0.2 * n) for n in range(1, 200))
-            acting = with_effects(start, friction.effects_of("hysteresis", strength))
+            acting = with_effects(start, path_friction.effects_of("hysteresis", strength))
             with pytest.raises(LostStabilityError, match="limit point") as caught:
                 list(load_incrementally_from(acting, [start.problem.motion], places))
             return caught.value.parameter
@@ -250,7 +251,7 @@ class TestLoss:
         start = lifted(3.0)
         critical = solve_height(StripModel(16.0, 0.06, kind="rod"), 3.0, 2.0).lam
         places = ((0, start.point.lam + 0.2 * n) for n in range(1, 200))
-        acting = with_effects(start, friction.effects_of("pull", 0.1))
+        acting = with_effects(start, path_friction.effects_of("pull", 0.1))
         steps = load_incrementally_from(acting, [start.problem.motion], places)
         touch = next(step for step in steps if step.touches)
         assert critical < touch.lam < critical + 3.0
@@ -263,7 +264,7 @@ class TestLoss:
         handed_out: list[float] = []
 
         def go() -> None:
-            for step in load_incrementally(mesh, path, friction.effects_of("pull", 1e-4), 0.2):
+            for step in load_incrementally(mesh, path, path_friction.effects_of("pull", 1e-4), 0.2):
                 handed_out.append(step.lam)
 
         with pytest.raises(LostStabilityError, match="does not follow") as caught:
@@ -362,10 +363,10 @@ class TestFriction:
     def test_laws(self):
         model = MESH(np.ones(1)).model
         q = np.zeros(model.size)
-        (pull,) = friction.effects_of("pull", 0.3)(model, q)
+        (pull,) = path_friction.effects_of("pull", 0.3)(model, q)
         assert isinstance(pull, Pull)
         assert pull.k_f == 0.3
-        (hysteresis,) = friction.effects_of("hysteresis", 0.3)(model, q)
+        (hysteresis,) = path_friction.effects_of("hysteresis", 0.3)(model, q)
         assert isinstance(hysteresis, Hysteresis)
         assert hysteresis.moment == 0.3
         for effect in (pull, hysteresis):
@@ -439,7 +440,7 @@ class TestFrictionData:
             assert before[-1] * seconds**2 == pytest.approx(run.values[run.touch - 1]["eigenvalue"])
         mesh = StripModel(LENGTH, MATERIAL.relative_thickness, kind="rod").contact_mesh(2.0, memory=True)
         plan = plan_r_path(LENGTH)
-        steps = load_incrementally(mesh, plan.path, friction.effects_of("pull", 0.2), STEP)
+        steps = load_incrementally(mesh, plan.path, path_friction.effects_of("pull", 0.2), STEP)
         step = next(step for step in steps if step.lam > 3.0)
         value = friction._eigenvalue(step)
         # With the pull every eigenvalue is higher by k_f.

@@ -12,7 +12,6 @@ from scipy.interpolate import CubicSpline
 
 from stripfold import elastica
 from stripfold.analysis import static
-from stripfold.analysis import x_axis as xaxis
 from stripfold.analysis.checks import check_branch
 from stripfold.analysis.contact_branch import clearance
 from stripfold.analysis.critical_point import find
@@ -24,6 +23,7 @@ from stripfold.material import Material
 from stripfold.problem import AlongX, StripProblem
 from stripfold.solve import newton
 from studies import branches, order
+from tasks import x_axis as xaxis
 
 THIN = StripModel(16.0, 0.02)
 

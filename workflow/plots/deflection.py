@@ -16,7 +16,7 @@ from stripfold.plots.style import CM, figure, styled
 def draw(data: xr.Dataset) -> Figure:
     """Draw lambda over the deflection: stable solid, unstable dashed, lambda_0 and lambda_c in green.
 
-    ``data`` is from :func:`stripfold.analysis.x_axis.run`; the gripper height nearest 5 L* is drawn.
+    ``data`` is from :func:`tasks.x_axis.run`; the gripper height nearest 5 L* is drawn.
     """
     chosen = branch(data, 5.0)
     right, low, high = CM * float(chosen.deflection.max()), CM * chosen.lambda_0, CM * chosen.lambda_c

@@ -27,9 +27,9 @@ def draw(r_path: xr.Dataset, triangular: xr.Dataset, circular: xr.Dataset, plans
     Parameters
     ----------
     r_path, triangular, circular
-        From :func:`stripfold.analysis.assess_data.run`.
+        From :func:`tasks.assess_data.run`.
     plans
-        From :func:`stripfold.analysis.plans.dataset`, for the same strip.
+        From :func:`tasks.plans.dataset`, for the same strip.
     """
     found = (r_path, triangular, circular)
     plan, first = [planned(plans, name) for name in TITLES], [parts(data)[0] for data in found]

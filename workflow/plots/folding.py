@@ -34,7 +34,7 @@ def draw(data: xr.Dataset) -> Figure:
 
     Both are states of the R-path, its first and its last; the width is made up.
 
-    ``data`` is from :func:`stripfold.analysis.plans.dataset`.
+    ``data`` is from :func:`tasks.plans.dataset`.
     """
     plan = planned(data, "r-path")
     length = float(plan.arc[-1])

@@ -23,7 +23,7 @@ def draw(data: xr.Dataset) -> Figure:
 
     Strips of the commonest length are joined by a line.
 
-    ``data`` is from :func:`stripfold.analysis.friction.table`.
+    ``data`` is from :func:`tasks.friction.table`.
     """
     eta, unit, relative = (data[name].values for name in ("eta_b", "gravity_length", "relative_length"))
     joined, filled = common(unit * relative), np.ones(len(eta), dtype=bool)

@@ -29,7 +29,7 @@ def draw(data: xr.Dataset) -> Figure:
     """Draw the strip (a) flat and (b) in a state on the way to the critical point, at a gripper height of about 3 L*.
 
     The floor is drawn under the outer face; the thickness is exaggerated, and the figure says by how much.
-    ``data`` is from :func:`stripfold.analysis.x_axis.run`.
+    ``data`` is from :func:`tasks.x_axis.run`.
     """
     unit, length = float(data.attrs["gravity_length"]), float(data.attrs["length"])
     chosen = branch(data, 3.0)

@@ -21,7 +21,7 @@ STATES, UNSTABLE_STATES = 9, 2
 def draw(data: xr.Dataset) -> Figure:
     """Draw mid-surfaces along one branch: stable ones solid, unstable ones dashed.
 
-    ``data`` is from :func:`stripfold.analysis.x_axis.run`; the gripper height nearest 5 L* is drawn.
+    ``data`` is from :func:`tasks.x_axis.run`; the gripper height nearest 5 L* is drawn.
     """
     chosen = branch(data, 5.0)
     states, last = chosen.states, chosen.critical

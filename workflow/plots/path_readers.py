@@ -88,7 +88,7 @@ def parts(data: xr.Dataset) -> list[Part]:
 def post_critical(data: xr.Dataset) -> list[PostCriticalBranch]:
     """The post-critical branches of an R-path, the one that touches first; none without an unstable planned state.
 
-    ``data`` is from :func:`stripfold.analysis.post_critical.two_ways`.
+    ``data`` is from :func:`tasks.post_critical.two_ways`.
 
     Raises
     ------
@@ -108,14 +108,14 @@ def post_critical(data: xr.Dataset) -> list[PostCriticalBranch]:
 
 
 def planned(data: xr.Dataset, path: str) -> Part:
-    """The states assumed on one of the paper's paths, from :func:`stripfold.analysis.plans.dataset`."""
+    """The states assumed on one of the paper's paths, from :func:`tasks.plans.dataset`."""
     return _part(chosen(data, "path", path), STATIC)
 
 
 def with_friction(data: xr.Dataset, law: str = "pull") -> tuple[Part, Array]:
     """States on a path with a law of friction, and the smallest eigenvalue without it, 1/s^2.
 
-    ``data`` is from :func:`stripfold.analysis.friction.run`.
+    ``data`` is from :func:`tasks.friction.run`.
     """
     require(data, ("eigenvalue",), _ALLOWED)
     one = chosen(data, "law", law)

@@ -23,7 +23,7 @@ STATES = 9
 def draw(data: xr.Dataset) -> Figure:
     """Draw each path dashed, the states assumed on it solid, from light to dark, and a blue mark at the fold line.
 
-    ``data`` is from :func:`stripfold.analysis.plans.dataset`.
+    ``data`` is from :func:`tasks.plans.dataset`.
     """
     plans = [planned(data, name) for name in TITLES]
     fig, axes = equal_panels([limits([plan]) for plan in plans], above=0.25, one_x=True)

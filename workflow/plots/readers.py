@@ -45,7 +45,7 @@ class Branch:
 
 
 def branch(data: xr.Dataset, height: float) -> Branch:
-    """The branch of the snap height nearest ``height``, L*, from :func:`stripfold.analysis.x_axis.run`.
+    """The branch of the snap height nearest ``height``, L*, from :func:`tasks.x_axis.run`.
 
     Raises
     ------

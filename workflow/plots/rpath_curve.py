@@ -36,13 +36,13 @@ def draw(r_path: xr.Dataset, ways: xr.Dataset, friction: xr.Dataset, plans: xr.D
     Parameters
     ----------
     r_path
-        From :func:`stripfold.analysis.assess_data.run`.
+        From :func:`tasks.assess_data.run`.
     ways
-        From :func:`stripfold.analysis.post_critical.two_ways`.
+        From :func:`tasks.post_critical.two_ways`.
     friction
-        From :func:`stripfold.analysis.friction.run`; the paper's pull is drawn.
+        From :func:`tasks.friction.run`; the paper's pull is drawn.
     plans
-        From :func:`stripfold.analysis.plans.dataset`, for the same strip.
+        From :func:`tasks.plans.dataset`, for the same strip.
     """
     plan, (before, *behind), branches = planned(plans, "r-path"), parts(r_path), post_critical(ways)
     critical = before if float(r_path.attrs["critical_points"]) > 0.0 else None

@@ -42,11 +42,11 @@ def draw(r_path: xr.Dataset, ways: xr.Dataset, friction: xr.Dataset) -> Figure:
     Parameters
     ----------
     r_path
-        From :func:`stripfold.analysis.assess_data.run`.
+        From :func:`tasks.assess_data.run`.
     ways
-        From :func:`stripfold.analysis.post_critical.two_ways`.
+        From :func:`tasks.post_critical.two_ways`.
     friction
-        From :func:`stripfold.analysis.friction.run`; the paper's pull is drawn.
+        From :func:`tasks.friction.run`; the paper's pull is drawn.
     """
     before, branches, (whole, eigenvalues) = parts(r_path)[0], post_critical(ways), with_friction(friction)
     view = limits([before, whole])

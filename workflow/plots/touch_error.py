@@ -25,7 +25,7 @@ def draw(data: xr.Dataset) -> Figure:
 
     Hollow where the strip was laid down without a fall.  Strips of the commonest length are joined by a line.
 
-    ``data`` is from :func:`stripfold.analysis.assess_data.table`.
+    ``data`` is from :func:`tasks.assess_data.table`.
     """
     r_path = data.sel(path="r-path")
     unit, eta = data["gravity_length"].values, data["eta_b"].values

@@ -10,10 +10,10 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 
-from stripfold.analysis.friction import LAWS, follow, smallest
 from stripfold.analysis.static import StripModel
 from stripfold.paths.rpath import plan_r_path
 from studies.common import Progress, blank, dataset
+from tasks.friction import LAWS, follow, smallest
 
 
 def run(

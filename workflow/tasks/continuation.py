@@ -9,8 +9,9 @@ import numpy as np
 import xarray as xr
 
 from stripfold import elastica
-from stripfold.analysis import select_model, x_axis
+from stripfold.analysis import select_model
 from stripfold.analysis.checks import check_branch
+from tasks import x_axis
 from tasks.materials import material_of
 
 

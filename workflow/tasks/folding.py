@@ -8,10 +8,11 @@ from typing import Any
 
 import xarray as xr
 
-from stripfold.analysis import assess_data, collapse, post_critical
-from stripfold.analysis import friction as needed_friction
-from stripfold.analysis import plans as planned
+from stripfold.analysis import collapse
 from stripfold.simulation import Release
+from tasks import assess_data, post_critical
+from tasks import friction as needed_friction
+from tasks import plans as planned
 from tasks.materials import material_of
 
 

@@ -29,7 +29,7 @@ from stripfold.analysis.contact_branch import (
     zero,
 )
 from stripfold.arrays import Array
-from stripfold.effects import Effect
+from stripfold.effects import Effect, Hysteresis, Pull
 from stripfold.errors import InvalidInputError, LostStabilityError, SolveError
 from stripfold.models.contact_mesh import Topology
 from stripfold.models.model import Model
@@ -54,6 +54,15 @@ LOW = 1e-3
 """Height of the gripper below which no state is computed but on the floor, L*."""
 WITHIN_STEP = replace(STEPS, first=0.02, largest=0.3)
 """Steps of the continuation where one solve does not reach a step's end."""
+
+
+def effects_of(law: str, strength: float) -> Effects:
+    """The effects of a law, "pull" or "hysteresis"; none for strength 0."""
+    if strength == 0.0:
+        return lambda model, q: ()
+    if law == "pull":
+        return lambda model, q: (Pull(model, strength, q),)
+    return lambda model, q: (Hysteresis.of(model, strength, slack=q),)
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,8 +11,7 @@ import numpy as np
 from stripfold.analysis.assess import SNAP, assess_strip, lying_length, peak_forces, shape_error
 from stripfold.analysis.collapse import in_solver_units
 from stripfold.analysis.contact import touch_position, touches
-from stripfold.analysis.friction import effects_of
-from stripfold.analysis.path_friction import load_incrementally
+from stripfold.analysis.path_friction import effects_of, load_incrementally
 from stripfold.analysis.path_statics import MOVING, State
 from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array

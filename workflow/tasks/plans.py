@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stripfold import schema
-from stripfold.analysis.assess_data import PATHS
 from stripfold.analysis.states import of_material
 from stripfold.arrays import Array
 from stripfold.material import Material
 from stripfold.paths.curve import GripperPath
 from stripfold.paths.geometric import circular, triangular
 from stripfold.paths.rpath import RPath, plan_r_path
+from tasks.assess_data import PATHS
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -15,15 +15,14 @@ import numpy as np
 from stripfold import schema
 from stripfold.analysis.contact import touch_position
 from stripfold.analysis.contact_branch import Planned
-from stripfold.analysis.path_friction import Step, load_incrementally
+from stripfold.analysis.path_friction import Step, effects_of, load_incrementally
 from stripfold.analysis.release import Progress
 from stripfold.analysis.states import of_material
 from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
-from stripfold.effects import Effect, Hysteresis, Pull
+from stripfold.effects import Pull
 from stripfold.errors import LostStabilityError, SolveError
 from stripfold.material import Material
-from stripfold.models.model import Model
 from stripfold.moving_contact import MovingContact
 from stripfold.paths.rpath import RPath, plan_r_path
 from stripfold.solve import continuation
@@ -74,15 +73,6 @@ class Run:
     def followed(self, plan: RPath) -> bool:
         """Whether it first touches at the planned place."""
         return abs(self.touch_x - plan.first_touch) < FOLLOWED
-
-
-def effects_of(law: str, strength: float) -> Callable[[Model, Array], tuple[Effect, ...]]:
-    """The effects of a law, without force in the given state; none for strength 0."""
-    if strength == 0.0:
-        return lambda model, q: ()
-    if law == "pull":
-        return lambda model, q: (Pull(model, strength, q),)
-    return lambda model, q: (Hysteresis.of(model, strength, slack=q),)
 
 
 def follow(mesh: Planned, plan: RPath, law: str, strength: float, step: float, arc: Array | None = None) -> Run:
