@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stripfold.analysis.nodal import ROBUST_NEWTON, lift
-from stripfold.analysis.static import StripModel
+from stripfold.analysis.contact_set import ROBUST_NEWTON
+from stripfold.analysis.static import StripModel, lift
 from stripfold.effects import Hysteresis, Pull
 from stripfold.problem import Lift, StripProblem
 from stripfold.solve import newton
@@ -18,7 +18,13 @@ from stripfold.solve.problem import Equilibrium
 @pytest.fixture(scope="module")
 def lifted():
     """A strip lifted to 1 L* without friction: model, state."""
-    return next(lift(StripModel(12.0, 0.02), [1.0]))[1:]
+    strip = StripModel(12.0, 0.02)
+    ((_, at),) = lift(strip.contact_mesh(), [1.0])
+    model = strip.model(48)
+    problem = StripProblem(model, Lift())
+    lies = problem.bounded[np.isin(problem.bounded, model.middle[model.s > at.contact[-1], 1])]
+    q = at.model.resampled(at.u, model.s)
+    return model, newton.solve(problem, q, 1.0, lies, options=ROBUST_NEWTON)
 
 
 def onward(lifted, top: float, steps: int, *effects: Hysteresis | Pull) -> tuple[StripProblem, Equilibrium]:

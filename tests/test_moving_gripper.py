@@ -87,7 +87,7 @@ def test_elements_are_fine_where_the_lift_off_passes():
     """Else the strip sticks and slips with each node that leaves the floor."""
     steps, _ = static_limit(STRIP, HEIGHT, FRICTION, REFINEMENT)
     first, last = steps[len(steps) // 2], steps[-1]
-    ends = moving_gripper.model_in_time(STRIP, first, last, REFINEMENT).ends
+    ends = moving_gripper.model_in_time(last, REFINEMENT).ends
     passed = (ends[1:] > first.at.contact[-1]) & (ends[:-1] < last.at.contact[-1])
     assert np.diff(ends)[passed].max() < 0.11 * REFINEMENT
 
@@ -96,7 +96,7 @@ def test_a_state_held_by_friction_stays_at_rest():
     """Without the memory of friction the same state starts to move at once."""
     steps, _ = static_limit(STRIP, HEIGHT, FRICTION, REFINEMENT)
     at = len(steps) // 2
-    model = moving_gripper.model_in_time(STRIP, steps[at], steps[-1], REFINEMENT)
+    model = moving_gripper.model_in_time(steps[-1], REFINEMENT)
     held, first = moving_gripper.set_in_motion(steps[at - 1], steps[at], 0.0, model)
     largest = []
     for problem in (held, replace(held, effects=())):
@@ -111,7 +111,7 @@ def test_the_state_on_a_fixed_mesh_is_the_static_one():
     """Its shape, and with its friction; without the memory it is another state."""
     steps, _ = static_limit(STRIP, HEIGHT, FRICTION, REFINEMENT)
     at = len(steps) // 2
-    model = moving_gripper.model_in_time(STRIP, steps[at], steps[-1], REFINEMENT)
+    model = moving_gripper.model_in_time(steps[-1], REFINEMENT)
     problem, first = moving_gripper.set_in_motion(steps[at - 1], steps[at], SPEED, model)
     s = np.linspace(0.0, STRIP.length, 40)
     moving, point = steps[at].on_mesh

@@ -6,14 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.optimize import brentq, minimize_scalar
+from scipy.optimize import minimize_scalar
 
 from stripfold import elastica
-from stripfold.analysis import planning
 from stripfold.errors import InvalidInputError
 from stripfold.paths import geometric, rpath
 from stripfold.paths import table as path_table
-from stripfold.paths.curve import GripperPath, Piece
 from stripfold.paths.rpath import RPath
 
 
@@ -109,17 +107,6 @@ def test_corners(plan: RPath) -> None:
     assert set(np.round(plan.path.corners, 9)) <= set(np.round(s, 9))
     assert np.diff(s).max() <= 0.3 + 1e-12
     assert len(places) == len(s)
-
-
-def test_mesh_is_planned_where_the_strip_becomes_critical(plan: RPath) -> None:
-    assert planning.sweep_on_path(plan.path, 20.0).critical == pytest.approx(11.0994, abs=1e-3)
-    sweep = planning.sweep_on_path(geometric.circular(20.0), 20.0)
-    # On the circle of radius 10 L*, the height at which the free length at the critical point is the planned one.
-    z = brentq(lambda z: elastica.critical(z).length - sweep.critical, 8.0, 9.0, xtol=1e-6)
-    assert np.sqrt(100.0 - z**2) + 10.0 == pytest.approx(elastica.critical(z).advance, abs=5e-3)
-    # A short path upwards does not meet the boundary.
-    up = GripperPath("up", (Piece.through(np.array([[-10.0, 0.0], [-9.0, 3.0]]), 0.0, "up"),))
-    assert planning.sweep_on_path(up, 20.0).critical == 10.0
 
 
 def test_table_and_back(plan: RPath, tmp_path: Path) -> None:

@@ -12,7 +12,8 @@ any threshold beyond adds the time of the fall, which is a lag of order v and sp
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import takewhile
 from typing import Any
 
 import numpy as np
@@ -21,13 +22,17 @@ from scipy.interpolate import CubicHermiteSpline
 from scipy.stats import linregress, t
 
 from stripfold.analysis.contact import touches
-from stripfold.analysis.nodal import XRun, solve_height
-from stripfold.analysis.static import StripModel
+from stripfold.analysis.contact_set import on_nodes
+from stripfold.analysis.path_statics import NODAL_STEPS
+from stripfold.analysis.static import LAMBDA_TOLERANCE, StripModel, XRun, solve_height
 from stripfold.arrays import Array
 from stripfold.errors import SolveError
-from stripfold.solve import dynamics
+from stripfold.problem import StripProblem
+from stripfold.solve import continuation, critical, dynamics
+from stripfold.solve.critical import CriticalPoint
 from stripfold.solve.drive import Moving
 from stripfold.solve.dynamics import TimeEvent, TimeOptions
+from stripfold.solve.problem import Point, Tangent
 from stripfold.solve.schemes import Damping
 from studies.common import dataset
 
@@ -42,47 +47,63 @@ AHEAD = 10.0
 """The motion starts this many expected lags before lambda_c, on the branch."""
 NEAR_FOLD = 0.1
 """Distance from lambda_c, L*, within which the branch is taken for a parabola."""
+BRANCH = 1.0
+"""Length of the branch before lambda_c from which a motion can start, L*."""
+STATIC_STEPS = replace(NODAL_STEPS, first=0.02, largest=0.05)
 STEPS = TimeOptions(largest=200.0)
 MOST_STEPS = 20000
 
 
 @dataclass(frozen=True)
 class Fold:
-    """The saddle-node in its normal form.
+    """The saddle-node in its normal form, of the strip on the fixed mesh of the motion.
 
     Attributes
     ----------
-    run
-        The branch.
+    branch
+        Stable points before it, backwards.
+    critical
+        It.
     row
         x is ``row . (q - q_c)``, shape (n,): the critical mode's, growing along the branch.
     push, curvature
         b and c.
     """
 
-    run: XRun
+    problem: StripProblem
+    branch: tuple[Point, ...]
+    critical: CriticalPoint
     row: Array
     push: float
     curvature: float
 
     @classmethod
-    def of(cls, run: XRun) -> Fold:
+    def of(cls, run: XRun, refinement: float) -> Fold:
         """Both coefficients from statics: b from the gripper's force on the mode, b / c from the branch's parabola."""
-        found = run.critical
-        if found is None:
+        if run.critical is None:
             raise SolveError(f"no critical point to pass: {run.end.reason}")
-        problem, at = run.problem, found.before
+        problem, first = on_nodes(run.last, refinement, stable=True)
+        found, beyond = _limit_point(problem, first)
+        backwards = replace(first, tangent=Tangent(-first.tangent.q, -first.tangent.lam))
+        points = continuation.follow(problem, backwards, STATIC_STEPS)
+        branch = tuple(takewhile(lambda p: p.lam > found.lam - BRANCH, points))
+        at = found.before
         mode = found.mode * np.sign(found.mode @ (problem.mass @ at.tangent.q))
         row = problem.mass @ mode
         tangent = problem.linearise(at.q, at.lam)[1]
         rate = np.zeros(problem.size)
         rate[problem.prescribed] = problem.prescribed_rates(at.lam)
         push = -float(mode @ (tangent @ rate))
-        near = [p for p in run.points if found.lam - p.lam < NEAR_FOLD]
+        near = [p for p in (*branch, *beyond) if found.lam - p.lam < NEAR_FOLD]
         x = np.array([row @ (p.q - at.q) for p in near])
         # A parabola whose summit is fitted too: contact switching displaces the located one a little.
         fall = -float(np.polyfit(x, [p.lam for p in near], 2)[0])
-        return cls(run, row, push, push * fall)
+        return cls(problem, branch, found, row, push, push * fall)
+
+    @property
+    def lam(self) -> float:
+        """lambda_c on this mesh, L*."""
+        return self.critical.lam
 
     def expected(self, speed: float, air: float) -> float:
         """The theory's lag, L*."""
@@ -92,22 +113,34 @@ class Fold:
         return INERTIAL_PASSAGE * product ** (-1.0 / 5.0) * speed**INERTIAL
 
 
+def _limit_point(problem: StripProblem, first: Point) -> tuple[CriticalPoint, list[Point]]:
+    """The limit point behind a stable point, and the points past it up to the touch of the sag."""
+    before, beyond = first, list[Point]()
+    for point in continuation.follow(problem, first, STATIC_STEPS):
+        if not critical.is_past(point) and point.lam >= before.lam:
+            # A maximum before it was due to a change of the contact.
+            before, beyond = point, []
+            continue
+        beyond.append(point)
+        if touches(problem.model, point) or point.lam < before.lam - NEAR_FOLD:
+            break
+    return critical.locate(problem, before, beyond[0], LAMBDA_TOLERANCE, STATIC_STEPS), beyond[:-1]
+
+
 def passage(fold: Fold, speed: float, air: float) -> tuple[float, float, int]:
     """lambda when the strip snaps and when its sag touches, L*, and the time steps taken; the gripper never stops."""
-    run, lambda_c = fold.run, fold.run.last.lam
-    before = [p for p in run.points if p.lam < lambda_c - AHEAD * fold.expected(speed, air) and p.tangent.lam > 0.0]
+    problem, at = fold.problem, fold.critical.before
+    before = [p for p in fold.branch if p.lam < fold.lam - AHEAD * fold.expected(speed, air)]
     if not before:
-        raise SolveError(f"the branch is too short for the speed {speed:g}", parameter=lambda_c)
-    point = before[-1]
-    first = dynamics.start(
-        run.problem, point.q, speed * point.tangent.q / point.tangent.lam, point.lam, point.state.active
-    )
-    touch = TimeEvent(lambda state: touches(run.problem.model, state))
+        raise SolveError(f"the branch is too short for the speed {speed:g}", parameter=fold.lam)
+    point = before[0]
+    first = dynamics.start(problem, point.q, speed * point.tangent.q / point.tangent.lam, point.lam, point.active)
+    touch = TimeEvent(lambda state: touches(problem.model, state))
     drive = Moving(point.lam, speed)
-    states = dynamics.march(run.problem, first, drive, Damping(air=air), options=STEPS, until=[touch])
+    states = dynamics.march(problem, first, drive, Damping(air=air), options=STEPS, until=[touch])
     snap, last, x_last, steps = np.nan, first, -np.inf, -1
     for state in states:
-        x = float(fold.row @ (state.q - run.last.q))
+        x = float(fold.row @ (state.q - at.q))
         if np.isnan(snap) and x > 0.0:
             rates = [fold.row @ m.v / speed for m in (last, state)]
             snap = float(CubicHermiteSpline([last.lam, state.lam], [x_last, x], rates).roots(extrapolate=False)[0])
@@ -144,14 +177,14 @@ def run(
     length_star, thickness, height
         L*.
     refinement
-        Of the planned mesh.
+        Factor on the element lengths.
     speeds, damped_speeds
         Of the gripper, sqrt(g L*): without damping and with it.
     air
         Air drag per mass and velocity, sqrt(g/L*); much more than the rate of the passage, so that it decides.
     """
-    fold = Fold.of(solve_height(StripModel(length_star, thickness), height, refinement))
-    lambda_c = fold.run.last.lam
+    fold = Fold.of(solve_height(StripModel(length_star, thickness), height, refinement), refinement)
+    lambda_c = fold.lam
     data: dict[str, tuple[Any, Any]] = {
         "lambda_c": ((), lambda_c),
         "push": ((), fold.push),

@@ -17,7 +17,7 @@ import numpy as np
 import xarray as xr
 
 from stripfold import elastica
-from stripfold.analysis import contact, planning, prediction
+from stripfold.analysis import contact_branch, prediction
 from stripfold.analysis import critical_point as critical
 from stripfold.analysis.verdict import assess_path
 from stripfold.elastica import _events as events
@@ -26,6 +26,7 @@ from stripfold.elastica import critical_point
 from stripfold.errors import StripfoldError
 from stripfold.inputs import Scene
 from stripfold.material import Material
+from stripfold.models.contact_mesh import ContactMesh
 from stripfold.models.integrals import CompiledIntegrals
 from stripfold.models.rod import Rod
 from stripfold.models.solid import Solid
@@ -57,14 +58,13 @@ PARTS = (
     Part(newton, "solve", "Newton"),
     Part(continuation, "evaluate", "tangent and stability of a point"),
     Part(continuation, "step", "step of the continuation"),
-    Part(planning, "boundaries", "planning of the mesh"),
-    Part(planning, "sweep_on_path", "planning of the mesh along a path"),
+    Part(ContactMesh, "of", "planning of the mesh"),
     Part(Solid, "of", "mesh and model"),
     Part(Rod, "of", "mesh and model"),
     Part(elastica, "critical", "elastica's critical point"),
     Part(elastica, "state_at", "elastica's state near it"),
     Part(prediction, "without_horizontal_force", "state without horizontal force"),
-    Part(contact, "touches", "touch of the sag"),
+    Part(contact_branch, "clearance", "clearance of the sag"),
     Part(compiled_step, "solve", "Newton of a time step"),
     Part(dynamics, "step", "time step"),
     Part(dynamics, "error_of", "error of a time step"),

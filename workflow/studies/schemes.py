@@ -15,14 +15,16 @@ import numpy as np
 import xarray as xr
 
 from stripfold.analysis.contact import touches
-from stripfold.analysis.nodal import XRun, solve_height
-from stripfold.analysis.static import StripModel
+from stripfold.analysis.contact_set import on_nodes
+from stripfold.analysis.static import StripModel, XRun, solve_height
 from stripfold.arrays import Array, Index
 from stripfold.errors import SolveError
+from stripfold.problem import StripProblem
 from stripfold.solve import dynamics
 from stripfold.solve.drive import Moving
 from stripfold.solve.dynamics import TimeEvent, TimeOptions, TimeState
 from stripfold.solve.linear import Band, BandPattern
+from stripfold.solve.problem import Point
 from stripfold.solve.schemes import Damping, DynamicProblem, EnergyMomentum, Scheme
 from studies.common import blank, dataset
 from studies.integrators import Bathe, GeneralisedAlpha, WithoutMemory
@@ -122,15 +124,16 @@ def swing_start(run: XRun) -> tuple[HeldStrip, TimeState]:
     It begins at the last, unstable equilibrium past the critical point, with a velocity along the mode that is
     unstable there; the lying part stays held and there is no other floor.
     """
-    problem, point = run.problem, run.points[-1]
-    held = np.concatenate([problem.prescribed, point.state.active])
+    at = run.points[-1]
+    problem, point = at.problem.on_mesh(at.point)
+    held = np.concatenate([problem.prescribed, point.active])
     strip = HeldStrip(problem.model, held, point.q[held], np.zeros(len(held)))
-    return strip, dynamics.start(strip, point.q, SWING * _falling(run, point.mode), 0.0, strip.bounded)
+    return strip, dynamics.start(strip, point.q, SWING * _falling(problem, point), 0.0, strip.bounded)
 
 
-def _falling(run: XRun, mode: Array) -> Array:
+def _falling(problem: StripProblem, point: Point) -> Array:
     """The mode with the sign in which the branch goes on."""
-    return mode * np.sign(mode @ (run.problem.mass @ run.last.tangent.q))
+    return point.mode * np.sign(point.mode @ (problem.mass @ point.tangent.q))
 
 
 def _steps(problem: DynamicProblem, first: TimeState, dt: float, until: float, scheme: Scheme) -> list[TimeState]:
@@ -141,13 +144,12 @@ def _steps(problem: DynamicProblem, first: TimeState, dt: float, until: float, s
     return states
 
 
-def fall_to_touch(run: XRun, scheme: Scheme) -> list[TimeState]:
+def fall_to_touch(run: XRun, refinement: float, scheme: Scheme) -> list[TimeState]:
     """The fall from the critical state to the first touch: with the floor, adaptive steps and a gripper at rest."""
-    problem, last = run.problem, run.last
     if run.critical is None:
         raise SolveError(f"no critical state to fall from: {run.end.reason}")
-    v = PUSH * _falling(run, run.critical.mode)
-    first = dynamics.start(problem, last.q, v, last.lam, last.state.active)
+    problem, last = on_nodes(run.last, refinement, stable=True)
+    first = dynamics.start(problem, last.q, PUSH * _falling(problem, last), last.lam, last.active)
     until = (TimeEvent(lambda state: touches(problem.model, state)), TimeEvent(lambda state: state.t > LATEST))
     states = list(dynamics.march(problem, first, Moving(last.lam, 0.0), scheme=scheme, options=LOOSE, until=until))
     if not touches(problem.model, states[-1]):
@@ -179,13 +181,13 @@ def run(
     length_star, thickness, height
         L*.
     refinement
-        Of the planned mesh.
+        Factor on the element lengths.
     oscillator_steps, oscillator_until
         Steps, coarse to fine, and duration; the oscillator's frequency is one.
     swing_steps, swing_until
         Steps, coarse to fine, and duration of the strip's swing, sqrt(L*/g).
     """
-    static = solve_height(StripModel(length_star, thickness), height, refinement)
+    static = solve_height(StripModel(length_star, thickness), height, refinement, past=1.0)
     falls = {name: blank(len(SCHEMES)) for name in (*OF_FALL, *OF_ENERGY)}
     oscillator = blank(len(SCHEMES), len(oscillator_steps))
     swing, change, iterations, seconds = (blank(len(SCHEMES), len(swing_steps)) for _ in range(4))
@@ -206,7 +208,7 @@ def run(
             most = max(m.energy.kinetic for m in states)
             change[i, j] = (states[-1].energy.total - first.energy.total) / most
         try:
-            for name, value in _fall(static, scheme).items():
+            for name, value in _fall(static, refinement, scheme).items():
                 falls[name][i] = value
         except SolveError as error:
             failures[i] += f"fall: {error}; "
@@ -242,10 +244,10 @@ def run(
     )
 
 
-def _fall(static: XRun, scheme: Scheme) -> dict[str, float]:
+def _fall(static: XRun, refinement: float, scheme: Scheme) -> dict[str, float]:
     """The fall to the touch: cost and energy."""
     begin = perf_counter()
-    states = fall_to_touch(static, scheme)
+    states = fall_to_touch(static, refinement, scheme)
     seconds = perf_counter() - begin
     start, end = states[0].energy, states[-1].energy
     released = start.elastic + start.gravity - end.elastic - end.gravity

@@ -6,15 +6,14 @@ from a state well before it, through the snap and past the first touch.  In unit
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
 
-from stripfold.analysis import planning
 from stripfold.analysis.contact import touches
 from stripfold.analysis.contact_branch import BranchPoint, solved
-from stripfold.analysis.contact_set import ROBUST_NEWTON
+from stripfold.analysis.contact_set import NODAL_SIZES, ROBUST_NEWTON
 from stripfold.analysis.path_friction import Step, load_incrementally_from, with_effects
 from stripfold.analysis.static import LEAST_LYING, StripModel, lift
 from stripfold.arrays import Array
@@ -31,9 +30,9 @@ from stripfold.solve.schemes import Damping
 STEP = 0.1
 """Size of the static steps, L*."""
 MAX_STEPS = 20000
+SIZES = replace(NODAL_SIZES, free=0.1)
+"""Elements of the motion in time: friction delays the snap, and the lift-off passes more of the strip."""
 TIME_OPTIONS = TimeOptions(first=0.02, tolerance=1e-5)
-SIZES = planning.Sizes(free=0.15, lying=0.15)
-"""Elements of the fixed mesh of the motion in time: the loop rolls over all of the strip."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,8 +92,7 @@ def run(
     steps, limit = static_limit(strip, height, friction, refinement)
     lams = np.array([step.lam for step in steps])
     at = int(np.clip(np.searchsorted(lams, limit - before, side="right") - 1, 1, len(steps) - 1))
-    model = model_in_time(strip, steps[at], steps[-1], refinement)
-    problem, first = set_in_motion(steps[at - 1], steps[at], speed, model)
+    problem, first = set_in_motion(steps[at - 1], steps[at], speed, model_in_time(steps[-1], refinement))
     states: list[TimeState] = []
     touch: int | None = None
     for state in dynamics.march(problem, first, Moving(first.lam, speed), damping, options=TIME_OPTIONS):
@@ -142,10 +140,10 @@ def static_limit(strip: StripModel, height: float, friction: float, refinement: 
     raise AssertionError("the strip snaps, touches or is lifted")
 
 
-def model_in_time(strip: StripModel, first: Step, last: Step, refinement: float) -> Model:
-    """The strip on a fixed mesh, fine where the lift-off passes from one step to another: contact is node by node."""
-    sweep = planning.Sweep(float(first.at.contact[-1]), float(last.at.contact[-1]))
-    return strip.model(planning.boundaries(strip.length, sweep, refinement, SIZES))
+def model_in_time(last: Step, refinement: float) -> Model:
+    """The strip on a fixed mesh, fine at the lift-off of the last static state: contact is node by node."""
+    mesh = replace(last.at.problem.mesh, sizes=SIZES.scaled(refinement))
+    return mesh.replanned(last.at.contact).model
 
 
 def set_in_motion(before: Step, step: Step, speed: float, model: Model) -> tuple[StripProblem, TimeState]:
