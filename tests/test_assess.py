@@ -16,7 +16,7 @@ from stripfold import elastica, schema
 from stripfold.analysis import assess as assessing
 from stripfold.analysis import path_statics, release
 from stripfold.analysis.assess import BIFURCATION, SNAP, Assessment, assess_strip
-from stripfold.analysis.contact import contact_positions, touches
+from stripfold.analysis.contact import columns_on_floor, touches
 from stripfold.analysis.release import Fall
 from stripfold.analysis.states import rows_of_motion
 from stripfold.analysis.static import StripModel
@@ -237,7 +237,7 @@ class TestLow:
         problem, point = found.states[at]
         assert point.lam == found.touch.travelled
         assert not touches(found.states[at - 1][0].model, found.states[at - 1][1])
-        place, rest = contact_positions(problem.model, point)[:2]
+        place, rest = problem.model.s[columns_on_floor(problem.model, point)][:2]
         assert rest - place > 2.0
         x = problem.model.resampled_mid_surface(point.q, np.array([place]))[0, 0]
         assert x == pytest.approx(found.touch.x, abs=1e-3)
@@ -307,7 +307,7 @@ class TestFallen:
         assert found.touch.travelled == found.events[0].travelled
         assert found.touch.x == found.motions[0].touch_x
         model, moment = found.motions[0].problem.model, found.motions[0].states[found.motions[0].touch]
-        column = int(np.argmin(np.abs(model.s - contact_positions(model, moment)[0])))
+        column = int(np.argmin(np.abs(model.s - model.s[columns_on_floor(model, moment)][0])))
         assert model.mid_surface(moment.q)[column, 0] == pytest.approx(found.touch.x, abs=0.3)
 
     def test_it_ends_folded(self, stored: tuple[xr.Dataset, Assessment]):

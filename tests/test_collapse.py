@@ -12,7 +12,7 @@ import xarray as xr
 from stripfold import elastica
 from stripfold.analysis import collapse, release
 from stripfold.analysis.collapse import Collapse
-from stripfold.analysis.contact import contact_positions, touch_position, touches
+from stripfold.analysis.contact import columns_on_floor, touch_position, touches
 from stripfold.analysis.release import TIME_OPTIONS, Fall
 from stripfold.analysis.static import StripModel
 from stripfold.errors import NewtonError, SolveError, TimeStepError
@@ -105,7 +105,7 @@ def test_the_touch_is_the_first(found: Collapse) -> None:
     # One way leads there: also where the touch was found by halving, each step begins where the last one ended.
     for before, after in pairwise(motion.states):
         assert after.t - before.t == pytest.approx(after.dt, rel=1e-6)
-    column = int(np.argmin(np.abs(model.s - contact_positions(model, at)[0])))
+    column = int(np.argmin(np.abs(model.s - model.s[columns_on_floor(model, at)][0])))
     assert motion.touch_x == pytest.approx(model.mid_surface(at.q)[column, 0], abs=0.1)
 
 
@@ -146,7 +146,7 @@ def test_where_it_touches_lies_between_nodes(found: Collapse) -> None:
     problem = found.motion.problem
     model = problem.model
     state = found.motion.states[found.motion.touch]
-    column = int(np.argmin(np.abs(model.s - contact_positions(model, state)[0])))
+    column = int(np.argmin(np.abs(model.s - model.s[columns_on_floor(model, state)][0])))
     lowest = model.s[column] + 0.3 * (model.s[column + 1] - model.s[column])
     q = state.q.copy()
     q[model.middle[:, 0]] = 0.25
@@ -159,7 +159,7 @@ def test_a_lying_upper_layer_leaves_the_folded_loop(found: Collapse) -> None:
     """Truth: where the upper layer lies flat no horizontal force is left, and the loop is the elastica's folded one."""
     (problem, last) = found.after[-1]
     model = problem.model
-    s = contact_positions(model, last)
+    s = model.s[columns_on_floor(model, last)]
     gap = int(np.argmax(np.diff(s)))
     assert s[gap] - s[0] > 0.5, "the upper layer lies"
     shape = model.mid_surface(last.q)

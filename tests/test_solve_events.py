@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from oracles.toys import NONE, Truss
-from stripfold.errors import CoarseMeshError
+from stripfold.errors import SolveError
 from stripfold.solve import continuation
 from stripfold.solve.continuation import StepOptions
 from stripfold.solve.critical import critical_point
@@ -86,5 +86,5 @@ def test_a_bracket_that_stays_wide() -> None:
     problem = TRUSS.problem()
     first = continuation.start(problem, np.zeros(2), 0.0, NONE, 1.0, STEPS)
     after = continuation.step(problem, first, 0.05, STEPS)
-    with pytest.raises(CoarseMeshError, match="only bracketed to"):
+    with pytest.raises(SolveError, match="only bracketed to"):
         continuation.locate(problem, Crossing(sinks(0.01, 1e-12), first, after), STEPS, max_evaluations=5)

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 import scipy.linalg
 
+from oracles.dense import Dense
 from oracles.toys import Toy
 from stripfold.errors import SolveError
 from stripfold.models.solid import Solid
-from stripfold.solve.linear import Band, BandPattern, Dense, solve_bordered
+from stripfold.solve.linear import Band, BandPattern, solve_bordered
 from stripfold.solve.stability import nearest_eigenvalues
 
 SIZE, NODES = 60, 5

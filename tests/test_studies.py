@@ -12,7 +12,6 @@ from scipy.interpolate import CubicSpline
 
 from stripfold import elastica
 from stripfold.analysis import static
-from stripfold.analysis.checks import check_branch
 from stripfold.analysis.contact_branch import clearance
 from stripfold.analysis.critical_point import find
 from stripfold.analysis.diagnostics import node_weights, record
@@ -24,6 +23,7 @@ from stripfold.problem import AlongX, StripProblem
 from stripfold.solve import newton
 from studies import branches, order
 from tasks import x_axis as xaxis
+from tasks.branch_checks import check_branch
 
 THIN = StripModel(16.0, 0.02)
 

@@ -92,10 +92,6 @@ class ContinuationError(SolveError):
     """A branch could not be followed: the step became smaller than allowed."""
 
 
-class CoarseMeshError(SolveError):
-    """Contact on this mesh decided the stability of the strip: a finer mesh is needed."""
-
-
 class LostStabilityError(SolveError):
     """A strip with friction did not follow its gripper: it moved far within one step, or no stable state was found."""
 

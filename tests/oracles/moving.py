@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.integrate import solve_ivp
 
+from oracles.dense import Dense
 from stripfold.arrays import Array, Index
-from stripfold.solve.linear import Dense
 from studies.integrators import WithoutMemory
 
 NONE = np.zeros(0, dtype=np.intp)

@@ -9,8 +9,8 @@ from math import sqrt
 
 import numpy as np
 
+from oracles.dense import Dense
 from stripfold.arrays import Array, Index
-from stripfold.solve.linear import Dense
 from stripfold.solve.problem import FixedUnknowns
 
 NONE = np.zeros(0, dtype=np.intp)

@@ -10,8 +10,8 @@ import xarray as xr
 
 from stripfold import elastica
 from stripfold.analysis import select_model
-from stripfold.analysis.checks import check_branch
 from tasks import x_axis
+from tasks.branch_checks import check_branch
 from tasks.materials import material_of
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from stripfold import schema
 from stripfold.analysis import needed_effects
-from stripfold.analysis.contact import LEAST_LYING, lift_off
+from stripfold.analysis.contact import lift_off
 from stripfold.analysis.diagnostics import node_weights
 from stripfold.analysis.path_statics import State, follow
 from stripfold.analysis.phases import AFTER, BEFORE, FALL
@@ -28,7 +28,7 @@ from stripfold.analysis.release import (
     state_at_rest,
 )
 from stripfold.analysis.states import SPACING, of_material
-from stripfold.analysis.static import End, StripModel, XRun, solve_height
+from stripfold.analysis.static import LEAST_LYING, End, StripModel, XRun, solve_height
 from stripfold.arrays import Array
 from stripfold.effects.self_contact import SelfContact
 from stripfold.errors import SolveError, TimeStepError

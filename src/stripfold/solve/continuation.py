@@ -32,9 +32,6 @@ class StepOptions:
     first: float = 0.1
     smallest: float = 1e-6
     largest: float = 0.3
-    slow_below: float = 0.0
-    """Slope of lambda below which steps shorten in proportion, down to a tenth of the largest: near a limit point,
-    so that no step passes over it."""
     target_iterations: int = 6
     """Newton iterations at which the step length is kept."""
     min_cosine: float = 0.9
@@ -157,7 +154,7 @@ def follow(
             new, ds, contact_switched = beyond, options.kink, True
         else:
             iterations = max(len(new.state.residuals) - 1, 1)
-            ds = min(ds * min(2.0, max(0.5, options.target_iterations / iterations)), _longest(new, options))
+            ds = min(ds * min(2.0, max(0.5, options.target_iterations / iterations)), options.largest)
             contact_switched = False
         yield from _crossings(problem, point, new, pending, options)
         pending = [event for event in events if not event.passed(new, point)]
@@ -219,13 +216,6 @@ def _point_between(problem: Problem, crossing: Crossing, ds: float, options: Ste
             raise SolveError(
                 f"a point between the bracket's ends was not found: {error}", parameter=before.lam
             ) from error
-
-
-def _longest(point: Point, options: StepOptions) -> float:
-    """Longest step allowed from a point."""
-    if options.slow_below <= 0.0:
-        return options.largest
-    return options.largest * min(1.0, max(0.1, abs(point.tangent.lam) / options.slow_below))
 
 
 AT_VALUE = 1e-7

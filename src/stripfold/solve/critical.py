@@ -7,7 +7,6 @@ do.  A failure of Newton's method is never a detector.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from math import inf
 
@@ -15,7 +14,7 @@ from stripfold.arrays import Array
 from stripfold.errors import SolveError
 from stripfold.solve import continuation
 from stripfold.solve.continuation import StepOptions
-from stripfold.solve.events import Crossing, Event, always
+from stripfold.solve.events import Crossing, Event
 from stripfold.solve.problem import Point, Problem
 
 NEAR = 0.05
@@ -70,14 +69,14 @@ def is_past(point: Point, before: Point | None = None) -> bool:
     return point.tangent.lam <= 0.0 or point.negatives > 0 or (before is not None and point.lam < before.lam)
 
 
-def critical_point(tolerance: float, located: Callable[[Point], bool] = always) -> Event:
+def critical_point(tolerance: float) -> Event:
     """The event, located until the bracket of lambda_c is narrower than ``tolerance``."""
 
     def width(before: Point, after: Point) -> float:
         lower, upper = _bracket(before, after)
         return upper - lower
 
-    return Event("critical point", is_past, tolerance, width, _next_share, located)
+    return Event("critical point", is_past, tolerance, width, _next_share)
 
 
 def locate(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from stripfold.errors import CoarseMeshError
+from stripfold.errors import SolveError
 from stripfold.solve.problem import Point
 
 
@@ -84,7 +84,7 @@ def narrow(
 
     Raises
     ------
-    CoarseMeshError
+    SolveError
         The bracket stays wider than the tolerance.
     """
     event, before, after = crossing.event, crossing.before, crossing.after
@@ -99,7 +99,7 @@ def narrow(
             before = middle
     if event.width(before, after) <= event.tolerance:
         return Crossing(event, before, after, max_evaluations)
-    raise CoarseMeshError(
+    raise SolveError(
         f"the {event.name} was only bracketed to {event.width(before, after):.1e}",
         parameter=before.lam,
         advice="refine the mesh",

@@ -1,7 +1,7 @@
 """Matrices of the algorithms, and the bordered systems of continuation.
 
-Three storages with one interface: :class:`Band` for a strip, :class:`Sparse` for a strip in contact with itself,
-:class:`Dense` for a few unknowns.  LAPACK and SuperLU factorise; measurements are in ``docs/method.md``.
+Storages with one interface: :class:`Band` for a strip, :class:`Sparse` for a strip in contact with itself,
+:class:`Bordered` with contact coordinates.  LAPACK and SuperLU factorise; measurements are in ``docs/method.md``.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Protocol
 
 import numpy as np
 from scipy import sparse
-from scipy.linalg import blas, lapack, ldl
+from scipy.linalg import blas, lapack
 from scipy.sparse.linalg import splu
 
 from stripfold import kernels
@@ -53,45 +53,6 @@ class Matrix(Protocol):
     def __abs__(self) -> Matrix:
         """The matrix of absolute values."""
         ...
-
-
-@dataclass(frozen=True)
-class Dense:
-    """A small dense matrix."""
-
-    a: Array
-
-    @property
-    def size(self) -> int:
-        return int(self.a.shape[0])
-
-    @property
-    def block(self) -> Dense:
-        return self
-
-    def __matmul__(self, x: Array) -> Array:
-        return np.asarray(self.a @ x)
-
-    def with_fixed(self, fixed: Index) -> Dense:
-        a = self.a.copy()
-        scale = max(float(np.abs(np.diag(a)).max()), 1e-300)
-        a[fixed, :] = 0.0
-        a[:, fixed] = 0.0
-        a[fixed, fixed] = scale
-        return Dense(a)
-
-    def factor(self) -> Solve:
-        lu, piv, info = lapack.dgetrf(self.a)
-        if info > 0:
-            raise SolveError("the tangent matrix is exactly singular")
-        return lambda b: np.asarray(lapack.dgetrs(lu, piv, b)[0])
-
-    def __abs__(self) -> Dense:
-        return Dense(np.abs(self.a))
-
-    def negatives(self) -> int:
-        d = ldl(self.a)[1]
-        return int(np.sum(np.linalg.eigvalsh(d) < 0.0))
 
 
 @dataclass(frozen=True)

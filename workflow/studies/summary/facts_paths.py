@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from stripfold.errors import CoarseMeshError
 from stripfold.vision.measure import Z_95
 from studies import peers as of_peers
 from studies.peers import CRITICAL, EQUILIBRIUM
@@ -91,7 +90,6 @@ def random_paths(d: xr.Dataset) -> Facts:
         "counts": ", ".join(f"{np.sum(outcome == name)} {name}" for name in names),
         "apart": np.abs(d.critical - d.again).values[outcome == "critical"].max(initial=0.0),
         "undecided": len(messages),
-        "coarse": sum(text.startswith(CoarseMeshError.__name__) for text in messages),
         "contradicted": np.sum(messages == CONTRADICTED),
         "typed": sum("Error: " in text for text in messages),
     }

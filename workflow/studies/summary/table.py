@@ -260,8 +260,7 @@ SOURCES = (
         Number("random_paths_undecided", "undecided", "count", 4,
             "a typed error for each of these; no two runs contradict each other",
             "random paths without a verdict, of {paths} ({seed}), undecided ones repeated on elements up to four times "
-            "finer: a typed error ({coarse} times because the result depends on the mesh), or two runs that contradict "
-            "each other ({contradicted})",
+            "finer: a typed error, or two runs that contradict each other ({contradicted})",
             lambda f: f.contradicted == 0 and f.typed == f.undecided),
     )),
     Source("assess_benchmark", facts.process, (
