@@ -105,7 +105,7 @@ def _leg(time: np.ndarray, dip: np.ndarray | float = 0.0) -> tuple[np.ndarray, n
 
 
 def _rows(pieces: list[tuple[str, int, np.ndarray, np.ndarray | float]]) -> xr.Dataset:
-    """States of phase, part, pseudo time and dip, with the layout of ``stripfold.analysis.states``."""
+    """States of phase, part, pseudo time and dip, with the layout of ``tasks.states``."""
     time = np.concatenate([times for _, _, times, _ in pieces])
     dip = np.concatenate([np.ones(len(times)) * d for _, _, times, d in pieces])
     s, x, z = _leg(time, dip)

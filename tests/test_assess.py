@@ -18,7 +18,6 @@ from stripfold.analysis import path_statics, release
 from stripfold.analysis.assess import BIFURCATION, SNAP, Assessment, assess_strip
 from stripfold.analysis.contact import columns_on_floor, touches
 from stripfold.analysis.release import Fall
-from stripfold.analysis.states import rows_of_motion
 from stripfold.analysis.static import StripModel
 from stripfold.errors import InvalidInputError, SolveError
 from stripfold.material import Material
@@ -28,6 +27,7 @@ from stripfold.paths.rpath import RPath
 from stripfold.solve.schemes import Damping
 from tasks import assess_data, post_critical
 from tasks.post_critical import PostCriticalBranches
+from tasks.states import rows_of_motion
 
 THICKNESS = 0.0594
 STRIP = StripModel(20.0, THICKNESS)

@@ -12,9 +12,9 @@ from scipy.interpolate import CubicSpline
 
 from stripfold import elastica
 from stripfold.analysis import static
+from stripfold.analysis.collapse import node_weights
 from stripfold.analysis.contact_branch import clearance
 from stripfold.analysis.critical_point import find
-from stripfold.analysis.diagnostics import node_weights, record
 from stripfold.analysis.static import End, StripModel
 from stripfold.errors import InvalidInputError, NewtonError, SolveError, StripfoldError
 from stripfold.inputs import Scene
@@ -24,6 +24,7 @@ from stripfold.solve import newton
 from studies import branches, order
 from tasks import x_axis as xaxis
 from tasks.branch_checks import check_branch
+from tasks.diagnostics import record
 
 THIN = StripModel(16.0, 0.02)
 

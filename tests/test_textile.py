@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stripfold import elastica, textile
+from stripfold import elastica
 from stripfold.errors import InvalidInputError
 from stripfold.material import Material
+from tasks import textile
 
 TABLE = Path(__file__).parents[1] / "data" / "textile_moment_curvature.csv"
 LOAD = 13.6

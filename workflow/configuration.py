@@ -76,7 +76,8 @@ def scene(config: Config, material: Mapping[str, Any], height: float, model: Mod
 
 def _resolve_secant(material: Config, gravity: float, root: Path, at: str) -> None:
     """Fill in what the measured law gives; what is there already must agree."""
-    from stripfold import elastica, textile
+    from stripfold import elastica
+    from tasks import textile
 
     given = material["secant"]
     with _named({"z": f"{at}.secant.height"}, f"{at}.secant"):

@@ -68,6 +68,12 @@ class Material:
         return self.rho_a * self.gravity * self.gravity_length
 
     @property
+    def attributes(self) -> dict[str, float]:
+        """Its numbers, for a file's attributes."""
+        names = ("eta_b", "eta_m", "nu", "rho_a", "gravity", "gravity_length")
+        return {name: float(getattr(self, name)) for name in names}
+
+    @property
     def scales(self) -> dict[str, float]:
         """Factors from solver units (L*, rho_a g L*, sqrt(L*/g)) to SI, by the unit; quantities per metre of width."""
         length, force, time = self.gravity_length, self.force_scale, sqrt(self.gravity_length / self.gravity)

@@ -9,10 +9,10 @@ import xarray as xr
 from scipy.interpolate import RegularGridInterpolator
 
 from plots.readers import chosen, evenly, travel
-from stripfold.analysis.states import FALL, PHASES, STATIC
 from stripfold.arrays import Array
 from stripfold.errors import InvalidInputError
 from stripfold.plots.readers import require, states_of
+from tasks.states import FALL, PHASES, STATIC
 
 _NAMES = ("pseudo_time", "x", "z", "arc")
 _ALLOWED = "states of a strip on a folding path, static or in a fall"
@@ -65,7 +65,7 @@ class PostCriticalBranch:
 
 
 def parts(data: xr.Dataset) -> list[Part]:
-    """The parts, in order, of a dataset with the layout of :func:`stripfold.analysis.states.dataset`.
+    """The parts, in order, of a dataset with the layout of :func:`tasks.states.dataset`.
 
     Raises
     ------

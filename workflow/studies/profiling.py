@@ -45,6 +45,7 @@ class Part(NamedTuple):
 
 
 PARTS = (
+    Part(CompiledIntegrals, "force_and_derivatives", "assembly"),
     Part(CompiledIntegrals, "force_and_tangent", "assembly"),
     Part(Band, "factor", "factorisation"),
     Part(CompiledIntegrals, "force_over_step", "assembly over a time step"),

@@ -17,11 +17,11 @@ from stripfold.analysis.assess import (
     shape_error,
 )
 from stripfold.analysis.release import Fall, Progress
-from stripfold.analysis.states import dataset, rows_of_motion, rows_of_segment
 from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
 from stripfold.material import Material
 from stripfold.paths.rpath import path_of, plan_r_path
+from tasks.states import dataset, rows_of_motion, rows_of_segment
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -17,7 +17,6 @@ from stripfold.analysis.contact import touch_position
 from stripfold.analysis.contact_branch import Planned
 from stripfold.analysis.path_friction import Step, effects_of, load_incrementally
 from stripfold.analysis.release import Progress
-from stripfold.analysis.states import of_material
 from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
 from stripfold.effects import Pull
@@ -184,7 +183,7 @@ def run(
         "landing_x": plan.landing,
     }
     return schema.dataset(
-        values, {**of_material(material), "length": length, **schema.in_si(attrs, material.scales)}, material.scales
+        values, {**material.attributes, "length": length, **schema.in_si(attrs, material.scales)}, material.scales
     )
 
 

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stripfold import schema
-from stripfold.analysis.states import of_material
 from stripfold.arrays import Array
 from stripfold.material import Material
 from stripfold.paths.curve import GripperPath
@@ -60,7 +59,7 @@ def dataset(material: Material, length: float) -> xr.Dataset:
         "path": ("path", PATHS),
     }
     attrs = {
-        **of_material(material),
+        **material.attributes,
         "length": length,
         "lying_length": unit * plan.lying_length,
         "planned_touch_x": unit * plan.first_touch,

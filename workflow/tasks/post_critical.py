@@ -15,7 +15,6 @@ from stripfold.analysis.contact_branch import STEPS, BranchPoint, clearance, sol
 from stripfold.analysis.contact_set import on_nodes
 from stripfold.analysis.path_statics import State, StaticSegment, follow
 from stripfold.analysis.release import Fall, Motion, Progress, ReleaseState, at_rest, simulate_fall
-from stripfold.analysis.states import dataset, of_material, rows_of_motion, rows_of_segment
 from stripfold.analysis.static import StripModel, XRun, solve_height
 from stripfold.errors import SolveError
 from stripfold.material import Material
@@ -23,6 +22,7 @@ from stripfold.moving_contact import MovingContact
 from stripfold.paths.rpath import RPath, plan_r_path
 from stripfold.problem import AlongPiece
 from stripfold.solve.continuation import step_to
+from tasks.states import dataset, rows_of_motion, rows_of_segment
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -118,7 +118,7 @@ def two_ways(
     try:
         ways = follow_both_branches(strip, plan, fall, refinement, progress)
     except SolveError as error:
-        return schema.dataset({}, {**of_material(material), "length": length, "reason": str(error)})
+        return schema.dataset({}, {**material.attributes, "length": length, "reason": str(error)})
     rows, way, touches = [], [], []
     for i, direction in enumerate(ways.branches):
         new = rows_of_motion(direction.motion, 2 * i)

@@ -14,14 +14,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stripfold import elastica, schema
-from stripfold.analysis.diagnostics import Record, node_weights, record
+from stripfold.analysis.collapse import node_weights
 from stripfold.analysis.select_model import COARSER, SHARE
-from stripfold.analysis.states import of_material
 from stripfold.analysis.static import End, StripModel, XRun, along_x, lift
 from stripfold.arrays import Array
 from stripfold.material import Material
 from stripfold.schema import Variable
 from stripfold.solve.critical import CriticalPoint
+from tasks.diagnostics import Record, record
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -153,7 +153,7 @@ def dataset(material: Material, length: float, results: Sequence[HeightResult]) 
             **{"mode_x": (node, mode[..., 0]), "mode_z": (node, mode[..., 1])},
             "reason": ("height", [r.run.end.reason for r in results]),
         },
-        {**of_material(material), "thickness": material.thickness, "length": length},
+        {**material.attributes, "thickness": material.thickness, "length": length},
         material.scales,
     )
 

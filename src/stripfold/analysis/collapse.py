@@ -15,7 +15,6 @@ import numpy as np
 from stripfold import schema
 from stripfold.analysis import needed_effects
 from stripfold.analysis.contact import lift_off
-from stripfold.analysis.diagnostics import node_weights
 from stripfold.analysis.path_statics import State, follow
 from stripfold.analysis.phases import AFTER, BEFORE, FALL
 from stripfold.analysis.release import (
@@ -27,7 +26,6 @@ from stripfold.analysis.release import (
     simulate_fall,
     state_at_rest,
 )
-from stripfold.analysis.states import SPACING, of_material
 from stripfold.analysis.static import LEAST_LYING, End, StripModel, XRun, solve_height
 from stripfold.arrays import Array
 from stripfold.effects.self_contact import SelfContact
@@ -44,6 +42,8 @@ from stripfold.solve.schemes import Damping
 if TYPE_CHECKING:
     import xarray as xr
 
+SPACING = 0.1
+"""Largest distance of the nodes at which states are stored, L*."""
 ABOVE = "the gripper is above the held end"
 
 
@@ -193,6 +193,17 @@ def run(simulation: Simulation, progress: Progress | None = None) -> xr.Dataset:
     return dataset(simulation, found).merge(record).assign_attrs(record.attrs)
 
 
+def nodes(length: float) -> Array:
+    """Distances from the grasped end at which states are stored, :data:`SPACING` or less apart, L*."""
+    return np.linspace(0.0, length, int(np.ceil(length / SPACING)) + 1)
+
+
+def node_weights(s: Array) -> Array:
+    """Length that each node stands for, shape of ``s``: the trapezoidal rule."""
+    half = 0.5 * np.diff(s)
+    return np.asarray(np.append(half, 0.0) + np.insert(half, 0, 0.0))
+
+
 def dataset(simulation: Simulation, found: Collapse) -> xr.Dataset:
     """All states of a collapse.
 
@@ -203,7 +214,7 @@ def dataset(simulation: Simulation, found: Collapse) -> xr.Dataset:
     """
     material, motion, run = simulation.material, found.motion, found.run
     length = found.model.length
-    arc = np.linspace(0.0, length, int(np.ceil(length / SPACING)) + 1)
+    arc = nodes(length)
     # Each with its problem.
     states: list[tuple[str, StripProblem, Point | TimeState]] = [(BEFORE, *state) for state in found.before]
     states += [(FALL, motion.problem, m) for m in motion.states] if motion else []
@@ -236,7 +247,7 @@ def dataset(simulation: Simulation, found: Collapse) -> xr.Dataset:
         assert motion.touch is not None  # else there is no collapse
         touched, ended = motion.states[motion.touch].t, motion.states[-1].t
     attrs = {
-        **of_material(material),
+        **material.attributes,
         "thickness": material.thickness,
         "length": simulation.length,
         "height": simulation.height,
@@ -247,11 +258,11 @@ def dataset(simulation: Simulation, found: Collapse) -> xr.Dataset:
         "settle_time": scales["s"] * ended if simulation.until == "rest" else nan,
         "end": found.end,
     }
-    nodes = ("state", "node")
+    on = ("state", "node")
     return schema.dataset(
         {
             **{name: ("state", values) for name, values in columns.items()},
-            **{"x": (nodes, middle[..., 0]), "z": (nodes, middle[..., 1]), "arc": ("node", arc)},
+            **{"x": (on, middle[..., 0]), "z": (on, middle[..., 1]), "arc": ("node", arc)},
             "phase": ("state", [phase for phase, *_ in states]),
         },
         attrs,

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stripfold import schema
+from stripfold.analysis.collapse import nodes as evenly_spaced
 from stripfold.analysis.path_statics import StaticSegment
 from stripfold.analysis.release import Motion
 from stripfold.arrays import Array
@@ -24,8 +25,6 @@ if TYPE_CHECKING:
 
 STATIC, FALL = PHASES = "static", "fall"
 """Values of ``phase``."""
-SPACING = 0.1
-"""Largest distance of the nodes at which states are stored, L*."""
 MAX_STATES = 60
 """States kept of one fall; the strip's way between two neighbours is about the same."""
 
@@ -58,11 +57,11 @@ def rows_of_motion(motion: Motion, part: int) -> list[Row]:
 def dataset(rows: Sequence[Row], path: GripperPath, material: Material) -> xr.Dataset:
     """All rows over ``state`` and ``node``; energies and forces per metre of width.
 
-    The states have their own meshes; they are stored at equal distances :data:`SPACING` or less along the strip.
+    The states have their own meshes; they are stored at equal distances 0.1 L* or less along the strip.
     Forces are those of the gripper and of the held end on the strip; in a fall they are nan.
     """
     length = rows[0].problem.model.length
-    arc = np.linspace(0.0, length, int(np.ceil(length / SPACING)) + 1)
+    arc = evenly_spaced(length)
     middle = np.array([row.problem.model.resampled_mid_surface(row.state.q, arc) for row in rows])
     residual = [row.problem.residual(row.state.q, row.state.lam) for row in rows]
     still = np.array([isinstance(row.state, Point) for row in rows])
@@ -95,12 +94,6 @@ def dataset(rows: Sequence[Row], path: GripperPath, material: Material) -> xr.Da
             **{"x": (nodes, middle[..., 0]), "z": (nodes, middle[..., 1]), "arc": ("node", arc)},
             "phase": ("state", np.where(still, STATIC, FALL)),
         },
-        of_material(material),
+        material.attributes,
         material.scales,
     )
-
-
-def of_material(material: Material) -> dict[str, float]:
-    """The material's numbers, for a file's attributes."""
-    names = ("eta_b", "eta_m", "nu", "rho_a", "gravity", "gravity_length")
-    return {name: float(getattr(material, name)) for name in names}

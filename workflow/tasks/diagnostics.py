@@ -65,12 +65,6 @@ def record(at: BranchPoint) -> Record:
     )
 
 
-def node_weights(s: Array) -> Array:
-    """Length that each node stands for, shape of ``s``: the trapezoidal rule."""
-    half = 0.5 * np.diff(s)
-    return np.asarray(np.append(half, 0.0) + np.insert(half, 0, 0.0))
-
-
 def _first_integral(along: float, force_x: float, height: float, membrane: float) -> float:
     """``T + T^2/2EA - z - (F_x + F_x^2/2EA)`` with T the gripper's force along the tangent.
 
