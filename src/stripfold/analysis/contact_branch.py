@@ -18,6 +18,7 @@ from stripfold.arrays import Array
 from stripfold.errors import SolveError
 from stripfold.models.contact_mesh import ContactMesh, Topology
 from stripfold.models.model import Model
+from stripfold.models.state_cache import StateCache
 from stripfold.moving_contact import MovingContact
 from stripfold.problem import Motion
 from stripfold.solve import continuation, newton
@@ -194,7 +195,8 @@ def zero(name: str, value: Callable[[Point], float], tolerance: float = 1e-4) ->
 
 def touch(problem: MovingContact) -> Event:
     """The event that the sag touches the floor."""
-    return zero("touch of the sag", lambda point: clearance(problem, point.q)[0], TOUCH_TOLERANCE)
+    height = StateCache(lambda q: clearance(problem, q)[0])
+    return zero("touch of the sag", lambda point: height(point.q), TOUCH_TOLERANCE)
 
 
 def reaction(problem: MovingContact, point: Point) -> float:

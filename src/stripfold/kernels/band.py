@@ -91,6 +91,17 @@ def hold(flat, width, held):
             flat[diagonal] = kept
 
 
+@compiled(numba.void(matrix, numba.int64, index))
+def fix(band, width, fixed):
+    """What :func:`hold` does, in the transpose of LAPACK's storage, shape (n, 3 width + 1); ``fixed``: which rows."""
+    for j in fixed:
+        kept = abs(band[j, 2 * width])
+        for i in range(max(0, j - width), min(len(band), j + width + 1)):
+            band[j, 2 * width + i - j] = 0.0
+            band[i, 2 * width + j - i] = 0.0
+        band[j, 2 * width] = kept
+
+
 @compiled(numba.boolean(vector, numba.int64, index))
 def factorise(flat, width, reach):
     """Factors L and U without pivots, in place; False where they would be inaccurate.

@@ -44,8 +44,9 @@ BENDING = (0.75, 0.25)
 A plane section of St Venant-Kirchhoff material has 1 + 3 eps.  The solid's shear acts like another half eps: measured,
 not derived.  With kappa^2 alone, or with 1 + 3 eps, lambda_c is several times farther from the solid's.
 """
-BENDING_STIFFNESS = np.concatenate([share * W_BEND for share in (BENDING[0], BENDING[1], BENDING[1])])
-"""Of kappa and r'' on an element of length one."""
+STRETCHING = np.concatenate([12.0 * W_STRETCH, np.zeros(6)])
+BENDING_STIFFNESS = np.concatenate([np.zeros(3), *(share * W_BEND for share in (BENDING[0], BENDING[1], BENDING[1]))])
+"""Stiffness of each strain on an element of length one, times the thickness squared in stretching."""
 VISCOUS = np.array([1.0, 1.0, 1.0, 1.0 / BENDING[0], 1.0 / BENDING[0], 0.0, 0.0, 0.0, 0.0])
 """Weight of each strain in viscosity over its weight in energy: only kappa counts in bending.
 
@@ -53,8 +54,10 @@ A rotation dissipates nothing; it changes r'' but not kappa.
 """
 FULL = tuple(0.5 * a for a in np.polynomial.legendre.leggauss(4))
 """Gauss rule that is exact for mass and weight; points from the middle of the element."""
-SLOPE_WEIGHT, WEIGHT_POWER = np.array([1.0, -1.0]) / 12.0, np.array([1.0, 1.0, 2.0, 2.0] * 2)
-"""Weight on the slopes of an element of length one, and powers of the length in the weight on its unknowns."""
+IS_SLOPE = np.array([0.0, 0.0, 1.0, 1.0] * 2)
+"""One for an element's unknowns that are slopes, zero for displacements."""
+WEIGHT = np.array([0.0, 6.0, 0.0, 1.0, 0.0, 6.0, 0.0, -1.0]) / 12.0
+"""Weight of an element of length one on its unknowns."""
 X, Z = np.array([0, 2, 4, 6]), np.array([1, 3, 5, 7])
 """Positions of an element's x and z unknowns: displacement, slope; left end, right end."""
 
@@ -71,6 +74,15 @@ def hermite(t: Array) -> tuple[Array, Array, Array]:
     return value, first, second
 
 
+def _mass() -> Array:
+    """Mass matrix of an element of length one, shape (8, 8)."""
+    points, weights = FULL
+    value, mass = hermite(0.5 + points)[0], np.zeros((8, 8))
+    mass[np.ix_(X, X)] = mass[np.ix_(Z, Z)] = (weights[:, None] * value).T @ value
+    return mass
+
+
+MASS = _mass()
 SHAPE = np.concatenate([hermite(AT_STRETCH)[1], *hermite(AT_BEND)[1:]])[None, None]
 """Derivatives of the cubics at the points of the strains."""
 
@@ -137,18 +149,17 @@ class Rod(CompiledIntegrals):
 
         In these all elements are alike.
         """
-        scale = np.ones((len(self.s) - 1, 8))
-        scale[:, [0, 1, 4, 5]] = (1.0 / np.diff(self.s))[:, None]
-        return scale
+        return np.asarray(IS_SLOPE + (1.0 - IS_SLOPE) / self._size)
 
     @cached_property
     def stiffness(self) -> Array:
         """Of each strain (see :meth:`strain`), times its weight in the integral over the strip; (n_elements, 9)."""
-        size = np.diff(self.s)[:, None]
-        stiffness = np.empty((len(size), 9))
-        np.multiply(12.0 / self.thickness**2 * W_STRETCH, size, out=stiffness[:, :3])
-        np.divide(BENDING_STIFFNESS, size, out=stiffness[:, 3:])
-        return stiffness
+        return np.asarray(self._size * (STRETCHING / self.thickness**2) + BENDING_STIFFNESS / self._size)
+
+    @cached_property
+    def _size(self) -> Array:
+        """Lengths of the elements, shape (n_elements, 1)."""
+        return np.asarray(self.s[1:] - self.s[:-1])[:, None]
 
     @property
     def slopes(self) -> Index:
@@ -158,28 +169,19 @@ class Rod(CompiledIntegrals):
     @cached_property
     def mass(self) -> Band:
         """Consistent mass matrix, one per length."""
-        points, w = FULL
-        size = np.diff(self.s)
         # A length times the scaled unknowns.
-        value = size[:, None, None] * self.scale[:, None, X] * hermite(0.5 + points)[0]
-        scalar = np.einsum("ep,epa,epb->eab", size[:, None] * w, value, value)
-        mass = np.zeros((len(size), 8, 8))
-        mass[:, X[:, None], X] = mass[:, Z[:, None], Z] = scalar
-        return self.pattern.assemble(mass)
+        factor = self._size**IS_SLOPE
+        return self.pattern.assemble((self._size * factor)[:, :, None] * factor[:, None, :] * MASS)
 
     @cached_property
     def element_weight(self) -> Array:
         """Force of gravity on each element with its sign turned, shape (n_elements, 8)."""
-        size = np.diff(self.s)[:, None]
-        weight = np.zeros((len(size), 8))
-        weight[:, 1::4] = 0.5 * size
-        weight[:, 3::4] = size**2 * SLOPE_WEIGHT
-        return weight
+        return np.asarray(self._size * WEIGHT * self._size**IS_SLOPE)
 
     @property
     def weight_rate(self) -> Array:
         """Derivative of ``element_weight`` by the logarithm of the element's length."""
-        return WEIGHT_POWER * self.element_weight
+        return np.asarray((1.0 + IS_SLOPE) * self.element_weight)
 
     @cached_property
     def weight(self) -> Array:

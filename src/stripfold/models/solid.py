@@ -18,7 +18,7 @@ from stripfold.arrays import Array, Index
 from stripfold.models import laws
 from stripfold.models.directors import Directors
 from stripfold.models.integrals import CompiledIntegrals
-from stripfold.models.strip_mesh import StripMesh, build
+from stripfold.models.strip_mesh import StripMesh, build, numbering
 from stripfold.solve.linear import Band, BandPattern
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ class Solid(CompiledIntegrals):
         mesh = build(length, thickness, order=order, elements=elements, across=across, distort=distort)
         # Bending stiffness E h^3 / 12 (1 - nu^2) = 1 in these units.
         young = 12.0 * (1.0 - nu**2) / thickness**3
-        pattern = BandPattern.of(mesh.element_unknowns, mesh.size)
+        pattern = numbering(len(mesh.ends) - 1, order, across)[2]
         return cls(mesh, length, thickness, nu, laws.LAWS[law], laws.Lame.from_young(young, nu), pattern)
 
     def with_ends(self, ends: Array) -> Solid:
@@ -73,13 +73,14 @@ class Solid(CompiledIntegrals):
     @cached_property
     def mass(self) -> Band:
         """Consistent mass matrix, one per length."""
-        w, values = self.mesh.value_weights / self.thickness, self.mesh.values
-        return self.pattern.assemble(np.einsum("eq,eqai,eqbi->eab", w, values, values, optimize=True))
+        density = self.mesh.lengths / self.thickness
+        return self.pattern.assemble(density[:, None, None] * self.mesh.unit_mass)
 
     @cached_property
     def element_weight(self) -> Array:
         """Force of gravity on each element with its sign turned, shape (n_elements, n_local)."""
-        return self.mesh.lifted / self.thickness
+        density = self.mesh.lengths / self.thickness
+        return np.asarray(density[:, None] * self.mesh.unit_weight)
 
     @property
     def weight_rate(self) -> Array:
@@ -114,8 +115,7 @@ class Solid(CompiledIntegrals):
     @property
     def ends(self) -> Array:
         """Shape (n_elements + 1,): reference distance of the elements' ends from the grasped end."""
-        nodes_along = round((self.mesh.element_unknowns.shape[1] // 2) ** 0.5)
-        return self.s[:: nodes_along - 1]
+        return self.mesh.ends
 
     @property
     def directors(self) -> Directors:
@@ -151,7 +151,7 @@ class Solid(CompiledIntegrals):
         if missing:
             shape = np.pad(shape, ((0, 0), (0, kernels.solid.POINTS - n_q), (0, 0), (0, missing)))
             unknowns = np.pad(unknowns, ((0, 0), (0, 2 * missing)), mode="edge")
-        weights, none = np.ascontiguousarray(self.mesh.weights), np.zeros(0)
+        weights, none = self.mesh.weights, np.zeros(0)
         return kernels.elements.Elements(
             False, unknowns, np.ascontiguousarray(shape), none[:, None], weights, none, self.lame.lam, self.lame.mu
         )

@@ -15,16 +15,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from stripfold.arrays import Array, Index, Mask
 from stripfold.errors import InvalidInputError
+from stripfold.solve.linear import BandPattern
 
 if TYPE_CHECKING:
     import skfem
 
+Distort = Callable[[Array], Array]
 CORNERS = np.array([[0.0, 1.0, 0.0, 1.0], [0.0, 0.0, 1.0, 1.0]])
 """Of skfem's unit square, shape (2, 4)."""
 
@@ -35,43 +38,37 @@ class StripMesh:
 
     Attributes
     ----------
-    basis
-        scikit-fem basis (vector-valued) in scikit-fem's own numbering.
-    nodal_of
-        Shape (n_unknowns,): scikit-fem's number of the nodal displacement that sits at each of our unknowns.
+    ends
+        Shape (n_along + 1,): distance of the elements' ends from the grasped end.
+    order, across, distort
+        As in :func:`build`.
     unknowns
         Shape (columns, nodes_across, 2): our number of each unknown.
     element_unknowns
-        Shape (n_elements, unknowns_per_element): the unknowns each element touches, in our numbering.
+        Shape (n_elements, unknowns_per_element): the unknowns each element touches, in our numbering.  Elements across
+        the strip follow each other.
     gradients
         Shape (n_elements, n_quadrature, 2, nodes_per_element): derivative of ``du_i/dX_J`` with respect to component i
         of each node's unknowns.
     weights
         Shape (n_elements, n_quadrature): quadrature weights times Jacobian.
-    full
-        The basis with a full rule, for mass and weight: with the other a pattern of alternating nodes had no mass.
-    values
-        Shape (n_elements, n_full_quadrature, unknowns_per_element, 2): derivative of the displacement, full rule.
-    value_weights
-        Shape (n_elements, n_full_quadrature): weights of the full rule.
-    lifted
-        Shape (n_elements, unknowns_per_element): integral of the z component of ``values``.
-    s
-        Shape (columns,): distance of each column from the grasped end in the reference configuration.
+    unit_mass
+        Shape (n_elements, unknowns_per_element, unknowns_per_element): mass matrices for a density of one, per length.
+    unit_weight
+        Shape (n_elements, unknowns_per_element): derivative of the integral of the z displacement, per length.
     """
 
-    basis: skfem.Basis
-    nodal_of: Index
+    ends: Array
+    thickness: float
+    order: int
+    across: int
+    distort: Distort | None
     unknowns: Index
     element_unknowns: Index
     gradients: Array
     weights: Array
-    full: skfem.Basis
-    values: Array
-    value_weights: Array
-    lifted: Array
-    s: Array
-    thickness: float
+    unit_mass: Array
+    unit_weight: Array
 
     @property
     def size(self) -> int:
@@ -79,34 +76,58 @@ class StripMesh:
         return int(self.unknowns.size)
 
     @property
+    def lengths(self) -> Array:
+        """Shape (n_elements,): of the elements, along the strip."""
+        return np.repeat(np.diff(self.ends), self.across)
+
+    @cached_property
+    def s(self) -> Array:
+        """Shape (columns,): distance of each column from the grasped end in the reference configuration."""
+        left, size = self.ends[:-1, None], np.diff(self.ends)[:, None]
+        return np.append((left + size * (np.arange(self.order) / self.order)).ravel(), self.ends[-1])
+
+    @property
     def middle(self) -> Index:
         """Shape (columns, 2): unknowns of the mid-surface nodes (their x and z displacement)."""
         return np.asarray(self.unknowns[:, self.unknowns.shape[1] // 2, :])
 
     def stretched(self, ends: Array) -> StripMesh:
-        """This mesh, if straight, with elements that end elsewhere; ``basis`` and ``full`` stay those of the first."""
-        order = (len(self.s) - 1) // (len(ends) - 1)
-        size = ends[1:] - ends[:-1]
-        factor = size / (self.s[order::order] - self.s[:-1:order])
-        s = np.append((ends[:-1, None] + size[:, None] * (np.arange(order) / order)).ravel(), ends[-1])
-        # Elements across the strip are neighbours in the numbering.
-        factor = np.repeat(factor, len(self.weights) // len(factor))[:, None]
+        """This mesh, if straight, with elements that end elsewhere."""
+        factor = np.repeat((ends[1:] - ends[:-1]) / (self.ends[1:] - self.ends[:-1]), self.across)[:, None]
         gradients = self.gradients.copy()
         gradients[:, :, 0] /= factor[:, :, None]
         return StripMesh(
-            self.basis,
-            self.nodal_of,
+            ends,
+            self.thickness,
+            self.order,
+            self.across,
+            None,
             self.unknowns,
             self.element_unknowns,
             gradients,
             factor * self.weights,
-            self.full,
-            self.values,
-            factor * self.value_weights,
-            factor * self.lifted,
-            s,
-            self.thickness,
+            self.unit_mass,
+            self.unit_weight,
         )
+
+    @cached_property
+    def _bases(self) -> tuple[skfem.Basis, skfem.Basis, Index]:
+        return _bases(self.ends, self.thickness, self.order, self.across, self.distort)
+
+    @property
+    def basis(self) -> skfem.Basis:
+        """scikit-fem basis (vector-valued) in scikit-fem's own numbering."""
+        return self._bases[0]
+
+    @property
+    def full(self) -> skfem.Basis:
+        """With a full rule, for mass and weight: with the other a pattern of alternating nodes had no mass."""
+        return self._bases[1]
+
+    @property
+    def nodal_of(self) -> Index:
+        """Shape (n_unknowns,): scikit-fem's number of the nodal displacement that sits at each of our unknowns."""
+        return self._bases[2]
 
     def to_nodal(self, q: Array) -> Array:
         """Nodal displacements in scikit-fem's numbering, shape (n,), from the unknowns ``q``, shape (n,)."""
@@ -126,7 +147,7 @@ def build(
     order: int = 2,
     elements: int | Array = 200,
     across: int = 1,
-    distort: Callable[[Array], Array] | None = None,
+    distort: Distort | None = None,
 ) -> StripMesh:
     """Mesh a strip that lies from x = -length/2 (grasped) to +length/2 (held), |z| <= thickness/2.
 
@@ -148,10 +169,7 @@ def build(
     InvalidInputError
         Order, counts or boundaries that cannot be used.
     """
-    import skfem
-
-    elements_of = {1: skfem.ElementQuad1, 2: skfem.ElementQuad2}
-    if order not in elements_of:
+    if order not in (1, 2):
         raise InvalidInputError("order", order, "1 or 2")
     if across not in (1, 2) or order * across % 2:
         raise InvalidInputError(
@@ -164,17 +182,38 @@ def build(
     if len(boundaries) < 4 or np.any(np.diff(boundaries) <= 0.0):
         # Fewer make a matrix smaller than its band.
         raise InvalidInputError("elements", elements, "at least 3 elements, boundaries increasing")
-    mesh = skfem.MeshQuad.init_tensor(
-        boundaries - length / 2.0, np.linspace(-thickness / 2.0, thickness / 2.0, across + 1)
-    )
-    element = skfem.ElementVector(elements_of[order]())
-    rule = _tensor_rule(order, order + 1)
-    basis = skfem.Basis(mesh, element, quadrature=rule)
-    nodal_of, unknowns, s = _number(basis, order * across + 1)
-    s = s + length / 2.0
+    along = len(boundaries) - 1
+    unknowns, element_unknowns, _ = numbering(along, order, across)
     if distort is not None:
-        basis = skfem.Basis(skfem.MeshQuad(distort(mesh.p), mesh.t), element, quadrature=rule)
-    full = skfem.Basis(basis.mesh, element, quadrature=_tensor_rule(order + 1, order + 1))
+        integrals = _integrals(boundaries, thickness, order, across, distort)
+        return StripMesh(boundaries, thickness, order, across, distort, unknowns, element_unknowns, *integrals)
+    # All elements of a straight strip are alike but for their length.
+    unit = (np.tile(a, (along, *(1,) * (a.ndim - 1))) for a in _unit_integrals(thickness, order, across))
+    ends = np.arange(along + 1.0)
+    return StripMesh(ends, thickness, order, across, None, unknowns, element_unknowns, *unit).stretched(boundaries)
+
+
+@lru_cache(maxsize=64)
+def numbering(along: int, order: int, across: int) -> tuple[Index, Index, BandPattern]:
+    """``unknowns`` and ``element_unknowns`` of :class:`StripMesh`, and the pattern of their matrices."""
+    columns, nodes = order * along + 1, order * across + 1
+    unknowns = np.arange(columns * nodes * 2).reshape(columns, nodes, 2)
+    column, node = (order * np.arange(n)[:, None] + np.arange(order + 1) for n in (along, across))
+    of_elements = unknowns[column[:, None, :, None], node[None, :, None, :]].reshape(along * across, -1)
+    return unknowns, of_elements, BandPattern.of(of_elements, unknowns.size)
+
+
+@lru_cache(maxsize=16)
+def _unit_integrals(thickness: float, order: int, across: int) -> tuple[Array, ...]:
+    """Those of the elements across a straight strip, of length one."""
+    return tuple(a[:across] for a in _integrals(np.arange(4.0), thickness, order, across, None))
+
+
+def _integrals(
+    ends: Array, thickness: float, order: int, across: int, distort: Distort | None
+) -> tuple[Array, Array, Array, Array]:
+    """The last four of :class:`StripMesh`."""
+    basis, full, nodal_of = _bases(ends, thickness, order, across, distort)
     # The weights are absolute values: an element inside out would count as if nothing were wrong.  Of a quadrilateral
     # with straight edges, the corners are the first that are.
     if distort is not None and np.ptp(np.sign(basis.mapping.detDF(CORNERS))) > 0.0:
@@ -184,16 +223,32 @@ def build(
     values = np.stack([np.asarray(b[0].value).transpose(1, 2, 0) for b in full.basis], axis=2)
     gradients = np.take_along_axis(gradients, pick[:, None, :, None, None], axis=2)
     values = np.take_along_axis(values, pick[:, None, :, None], axis=2)
-    middle = np.isin(dofs, unknowns[:, order * across // 2, :])
+    nodes = order * across + 1
+    middle = dofs // 2 % nodes == nodes // 2
     gradients = _relative(gradients, middle, order, thickness)
     values = _relative(values, middle, order, thickness)
     # The two unknowns of a node have the same shape function, each for its own component.
     gradients = np.ascontiguousarray(gradients[:, :, ::2, 0].transpose(0, 1, 3, 2))
-    weights, value_weights = np.ascontiguousarray(basis.dx), np.asarray(full.dx)
-    lifted = np.einsum("eq,eqa->ea", value_weights, values[..., 1])
-    return StripMesh(
-        basis, nodal_of, unknowns, dofs, gradients, weights, full, values, value_weights, lifted, s, thickness
-    )
+    per_length = np.asarray(full.dx) / np.repeat(np.diff(ends), across)[:, None]
+    mass = np.einsum("eq,eqai,eqbi->eab", per_length, values, values, optimize=True)
+    weight = np.einsum("eq,eqa->ea", per_length, values[..., 1])
+    return gradients, np.ascontiguousarray(basis.dx), mass, weight
+
+
+def _bases(
+    ends: Array, thickness: float, order: int, across: int, distort: Distort | None
+) -> tuple[skfem.Basis, skfem.Basis, Index]:
+    """scikit-fem's bases with the reduced and the full rule, and its numbers of our unknowns."""
+    import skfem
+
+    elements = {1: skfem.ElementQuad1, 2: skfem.ElementQuad2}
+    mesh = skfem.MeshQuad.init_tensor(ends - ends[-1] / 2.0, np.linspace(-thickness / 2.0, thickness / 2.0, across + 1))
+    element, rule = skfem.ElementVector(elements[order]()), _tensor_rule(order, order + 1)
+    basis = skfem.Basis(mesh, element, quadrature=rule)
+    nodal_of = _number(basis)
+    if distort is not None:
+        basis = skfem.Basis(skfem.MeshQuad(distort(mesh.p), mesh.t), element, quadrature=rule)
+    return basis, skfem.Basis(basis.mesh, element, quadrature=_tensor_rule(order + 1, order + 1)), nodal_of
 
 
 def _tensor_rule(along: int, across: int) -> tuple[Array, Array]:
@@ -205,8 +260,8 @@ def _tensor_rule(along: int, across: int) -> tuple[Array, Array]:
     return points, np.tile(wz / 2, along) * np.repeat(wx / 2, across)
 
 
-def _number(basis: skfem.Basis, nodes_across: int) -> tuple[Index, Index, Array]:
-    """Number the unknowns by column, node, component: ``nodal_of``, ``unknowns`` and x of the columns."""
+def _number(basis: skfem.Basis) -> Index:
+    """Scikit-fem's numbers of our unknowns, which are numbered by column, node, component."""
     x, z = basis.doflocs
     component = np.zeros(len(x), dtype=int)
     for dofs in (basis.nodal_dofs, basis.facet_dofs, basis.interior_dofs):
@@ -214,9 +269,7 @@ def _number(basis: skfem.Basis, nodes_across: int) -> tuple[Index, Index, Array]
             component[dofs[1]] = 1
     # Equal columns differ by rounding only: compare them on a grid much finer than any element.
     column = np.unique(np.round(x / np.ptp(x) * 1e10), return_inverse=True)[1]
-    nodal_of = np.lexsort((component, z, column))
-    unknowns = np.arange(len(x)).reshape(-1, nodes_across, 2)
-    return nodal_of, unknowns, x[nodal_of[unknowns[:, 0, 0]]]
+    return np.lexsort((component, z, column))
 
 
 def _element_unknowns(basis: skfem.Basis, nodal_of: Index) -> tuple[Index, Index]:

@@ -116,23 +116,17 @@ class Band:
 
     def row(self, i: int) -> Array:
         """One row, shape (size,)."""
-        w = self.width
-        cols = np.arange(max(i - w, 0), min(i + w + 1, self.size))
-        out = np.zeros(self.size)
-        out[cols] = self.ab[2 * w + i - cols, cols]
+        n, w = self.size, self.width
+        first, last = max(i - w, 0), min(i + w, n - 1)
+        out = np.zeros(n)
+        # Neighbours in a row are 3 w entries apart.
+        out[first : last + 1] = self.ab.T.ravel()[(3 * first + 2) * w + i : (3 * last + 2) * w + i + 1 : 3 * w]
         return out
 
     def with_fixed(self, fixed: Index) -> Band:
-        ab = self.ab.copy(order="F")
-        n, w = self.size, self.width
-        diagonal = np.abs(ab[2 * w, fixed])
-        ab[:, fixed] = 0.0
-        cols = fixed[:, None] + np.arange(-w, w + 1)
-        rows = np.broadcast_to(fixed[:, None], cols.shape)
-        inside = (cols >= 0) & (cols < n)
-        ab[(2 * w + rows - cols)[inside], cols[inside]] = 0.0
-        ab[2 * w, fixed] = diagonal
-        return Band(ab, w)
+        kept = self.ab.T.copy()
+        kernels.band.fix(kept, self.width, np.ascontiguousarray(fixed))
+        return Band(kept.T, self.width)
 
     @cached_property
     def packed(self) -> Array:
@@ -152,8 +146,6 @@ class Band:
         factors, reach = self._factors
 
         def solve(b: Array) -> Array:
-            if b.ndim > 1:
-                return np.stack([solve(column) for column in b.T], axis=1)
             return np.asarray(kernels.band.substitute(factors, self.width, reach, np.ascontiguousarray(b)))
 
         return solve
@@ -253,16 +245,20 @@ class Bordered:
     def _eliminated(self) -> tuple[Solve, Array, Array]:
         """The block's solver, its solutions for the columns, and the Schur complement."""
         solve = self.block.factor()
-        response = solve(self.columns)
+        response = np.array([solve(column) for column in self.columns.T]).T
         return solve, response, self.corner - self.rows @ response
 
     def factor(self) -> Solve:
         solve, response, schur = self._eliminated
         n = self.block.size
+        try:
+            inverse = np.linalg.inv(schur)
+        except np.linalg.LinAlgError as error:
+            raise SolveError("the tangent matrix is exactly singular") from error
 
         def solved(b: Array) -> Array:
             x = solve(b[:n])
-            y = np.linalg.solve(schur, b[n:] - self.rows @ x)
+            y = inverse @ (b[n:] - self.rows @ x)
             return np.concatenate([x - response @ y, y])
 
         return solved
