@@ -158,21 +158,26 @@ def clearance(problem: MovingContact, q: Array) -> tuple[float, float]:
     """The smallest height over the floor where the strip sags, inf where it does not, and its place along the strip."""
     mesh, n = problem.mesh, problem.n
     model = problem.at(q[n:]).model
-    ends = model.ends
-    s = np.append((ends[:-1, None] + np.diff(ends)[:, None] * SAMPLES).ravel(), ends[-1])
-    z = model.resampled_mid_surface(q[:n], s)[:, 1]
-    least = np.flatnonzero((z[1:-1] < z[:-2]) & (z[1:-1] < z[2:])) + 1
-    bent = ~mesh.on_floor[np.clip(np.searchsorted(ends, s[least], side="right") - 1, 0, len(ends) - 2)]
+    columns = model.middle[:, 1]
+    height = q[columns[:: (len(columns) - 1) // len(mesh.on_floor)]]
+    lies = mesh.on_floor
+    least = np.flatnonzero((height[1:-1] < height[:-2]) & (height[1:-1] < height[2:]) & ~lies[:-1] & ~lies[1:]) + 1
     # Beside a contact a coarse mesh waves a little.
-    rise = np.array([min(z[:i].max() - z[i], z[i:].max() - z[i]) for i in least])
-    least = least[bent & (rise > LEAST_SAG)] if len(least) else least
-    if not len(least):
+    sags = [i for i in least if min(height[:i].max(), height[i:].max()) - height[i] > LEAST_SAG]
+    if not sags:
         return np.inf, np.nan
-    i = least[np.argmin(z[least])]
+    i = min(sags, key=lambda i: float(height[i]))
+    left, middle, right = model.ends[i - 1 : i + 2]
+    s = np.concatenate([left + (middle - left) * SAMPLES, middle + (right - middle) * SAMPLES, [right]])
+    z = model.resampled_mid_surface(q[:n], s)[:, 1]
     # The lowest point of a parabola through three samples.
-    curve, slope, height = np.polyfit(s[i - 1 : i + 2] - s[i], z[i - 1 : i + 2], 2)
-    lowest = float(np.clip(-slope / (2.0 * curve), s[i - 1] - s[i], s[i + 1] - s[i]))
-    return float(np.polyval((curve, slope, height), lowest)), float(s[i] + lowest)
+    k = int(np.argmin(z[1:-1])) + 1
+    a, b = s[k - 1] - s[k], s[k + 1] - s[k]
+    to_left, to_right = (z[k - 1] - z[k]) / a, (z[k + 1] - z[k]) / b
+    curve = (to_right - to_left) / (b - a)
+    slope = to_left - curve * a
+    lowest = min(max(-slope / (2.0 * curve), a), b)
+    return float(z[k] + lowest * (slope + lowest * curve)), float(s[k] + lowest)
 
 
 def root_of(value: Callable[[Point], float]) -> Callable[[Point, Point, int], float]:

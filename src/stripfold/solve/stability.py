@@ -15,7 +15,8 @@ from stripfold.arrays import Array, Index
 from stripfold.errors import SolveError
 from stripfold.solve.linear import Matrix, Solve
 
-MOST_VECTORS = 60
+MOST_VECTORS, FIRST_CHECK = 60, 7
+"""Largest number of vectors, and how many there are when convergence is first looked at, then after every other one."""
 TOLERANCE = 1e-8
 """Largest residual of an eigenvector, as a share; that of the eigenvalue is its square."""
 TINY = 1e-300
@@ -83,7 +84,7 @@ def _lanczos(times_mass: Solve, solve: Solve, start: Array, count: int) -> tuple
         weighed = times_mass(new)
         projected[k, k] = share[k] + again[k]
         left = sqrt(max(float(new @ weighed), 0.0))
-        if k + 1 > count or left == 0.0:
+        if (k >= FIRST_CHECK and (k - FIRST_CHECK) % 2 == 0) or left == 0.0:
             values, ritz = np.linalg.eigh(projected[: k + 1, : k + 1])
             nearest = np.argsort(-np.abs(values))[:count]
             if np.all(left * np.abs(ritz[-1, nearest]) <= TOLERANCE * np.abs(values[nearest])):
