@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from difflib import get_close_matches
 from numbers import Real
@@ -15,8 +15,8 @@ from pydantic_core import ErrorDetails, PydanticCustomError
 
 from stripfold.errors import MISSING, InvalidInputError
 
-MOST_BYTES = 100_000
-"""Largest YAML file that is read: a whole configuration has a tenth of it."""
+MOST_BYTES = 200_000
+"""Largest YAML file that is read: a camera's with the corners of a hundred views is smaller."""
 DEEPEST = 10
 """Most levels of nested entries in a YAML file."""
 YAML_NUMBERS = "YAML reads a number with an exponent as a text unless it has a point: write 1.0e-3"
@@ -107,7 +107,9 @@ def quantity(what: str, unit: str = "", **limits: float) -> Any:
     return Field(description=what, json_schema_extra=extra, **limits)  # type: ignore[call-overload]
 
 
-def read_yaml(path: str | os.PathLike[str], key: str, example: str) -> dict[str, Any]:
+def read_yaml(
+    path: str | os.PathLike[str], key: str, example: str, plain: Callable[[str], str] = str
+) -> dict[str, Any]:
     """The keys and values in a YAML file.
 
     Parameters
@@ -118,6 +120,8 @@ def read_yaml(path: str | os.PathLike[str], key: str, example: str) -> dict[str,
         What the file is called in an error.
     example
         Keys and values as they could stand in it, for the error.
+    plain
+        Makes YAML of the text of a file that is not quite YAML.
 
     Raises
     ------
@@ -130,7 +134,7 @@ def read_yaml(path: str | os.PathLike[str], key: str, example: str) -> dict[str,
     try:
         if path.stat().st_size > MOST_BYTES:
             raise InvalidInputError(key, str(path), f"a file of at most {MOST_BYTES} bytes")
-        text = path.read_text(encoding="utf-8")
+        text = plain(path.read_text(encoding="utf-8"))
         _check_plain(text, key, path)
         given = yaml.safe_load(text)
     except InvalidInputError:

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-import csv
 import os
 from collections.abc import Callable
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 
 from stripfold.arrays import Array, Mask
 from stripfold.errors import InvalidInputError
 from stripfold.paths.curve import GripperPath, Piece, polygon_length
+from stripfold.tables import check_increasing, read_table
 
 HEADER = "t,x,z"
 CORNER = float(np.deg2rad(10.0))
@@ -41,10 +42,11 @@ def read(path: str | os.PathLike[str], length: float, unit: float) -> GripperPat
     InvalidInputError
         Not such a table, or a path that a strip of this length cannot follow; the message names the row.
     """
-    t, positions = _rows(path)
-    positions = positions / unit
-    name = os.path.basename(path)
-    _check_rows(t, positions, length, unit, name)
+    path = Path(path)
+    table = read_table("path", path, HEADER, (2, MAX_ROWS))
+    t, positions = table[:, 0], table[:, 1:] / unit
+    check_increasing("t", t, path)
+    _check_rows(positions, length, unit, path.name)
     positions[0] = (-length / 2.0, 0.0)
     moved = np.concatenate([[True], np.linalg.norm(np.diff(positions, axis=0), axis=1) > 1e-9])
     if moved.sum() < 2:
@@ -57,7 +59,7 @@ def read(path: str | os.PathLike[str], length: float, unit: float) -> GripperPat
     for i, j in pairwise(ends):
         start = pieces[-1].end if pieces else 0.0
         pieces.append(Piece.through(positions[i : j + 1], start, f"rows {i + 1} to {j + 1}"))
-    found = GripperPath(name, tuple(pieces), (polygon_length(positions), t))
+    found = GripperPath(path.name, tuple(pieces), (polygon_length(positions), t))
     lowest = found.sampled(SPACING)[1][:, 1].min()
     if lowest < -1e-6:
         allowed = "at least 0 m, the floor, also between the rows"
@@ -65,26 +67,7 @@ def read(path: str | os.PathLike[str], length: float, unit: float) -> GripperPat
     return found
 
 
-def _rows(path: str | os.PathLike[str]) -> tuple[Array, Array]:
-    """Pseudo times, shape (n,), and positions in m, shape (n, 2)."""
-    allowed = f"a CSV file with the header {HEADER} and 2 to {MAX_ROWS} rows of numbers"
-    try:
-        with open(path, encoding="utf-8", newline="") as file:
-            lines = [line for line in file.read(64 * MAX_ROWS).splitlines() if line.strip() and line[0] != "#"]
-        header = [name.strip() for name in lines[0].split(",")]
-        table = np.array([[float(value) for value in row] for row in csv.reader(lines[1:])])
-    except (OSError, ValueError, IndexError) as error:
-        raise InvalidInputError("path", str(path), allowed, " ".join(str(error).split())) from error
-    if header != HEADER.split(","):
-        raise InvalidInputError("path", ",".join(header)[:80], f"the header {HEADER}", "pseudo time and metres")
-    if not (table.ndim == 2 and table.shape[1] == 3 and 2 <= len(table) <= MAX_ROWS):
-        raise InvalidInputError("path", str(path), allowed)
-    if not np.all(np.isfinite(table)):
-        raise InvalidInputError("path", str(path), allowed, "a number is not finite")
-    return table[:, 0], table[:, 1:]
-
-
-def _check_rows(t: Array, positions: Array, length: float, unit: float, name: str) -> None:
+def _check_rows(positions: Array, length: float, unit: float, name: str) -> None:
     half = length / 2.0
 
     def in_metres(row: int) -> str:
@@ -96,7 +79,6 @@ def _check_rows(t: Array, positions: Array, length: float, unit: float, name: st
             row = int(np.argmax(bad))
             raise InvalidInputError(key, value(row), f"{allowed} (row {row + 1} of {name})")
 
-    refuse(np.diff(t, prepend=-np.inf) <= 0.0, "t", lambda row: float(t[row]), "more than in the row before")
     if np.hypot(positions[0, 0] + half, positions[0, 1]) > START_TOLERANCE * length:
         allowed = f"a start at ({-half * unit:g}, 0) m, where the flat strip ends"
         raise InvalidInputError("path", in_metres(0), allowed)

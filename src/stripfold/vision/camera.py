@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from math import prod
 from pathlib import Path
@@ -9,13 +10,11 @@ from typing import Any
 
 import cv2
 import numpy as np
-import yaml
 
 from stripfold.arrays import Array
 from stripfold.errors import InvalidInputError
+from stripfold.validation import read_yaml
 
-LARGEST_FILE = 200_000
-"""Bytes: a file with the corners of a hundred views is smaller."""
 MAX_SIDE = 100_000
 """Largest width or height of a picture, pixels."""
 # OpenCV's default of five iterations leaves 0.3 px in the corners of pictures from a wide-angle lens.
@@ -123,29 +122,5 @@ def read_opencv_yaml(path: Path) -> dict[str, Any]:
     """
     if not path.is_file():
         raise InvalidInputError("intrinsics", str(path), "an existing file")
-    try:
-        with path.open("rb") as file:
-            content = file.read(LARGEST_FILE + 1)
-        if len(content) > LARGEST_FILE:
-            raise ValueError(f"it has more than {LARGEST_FILE:,} bytes")
-        # The first line that OpenCV writes is not valid YAML.
-        text = content.decode("utf-8")
-        found = yaml.load(text.partition("\n")[2] if text.startswith("%YAML:") else text, _Loader)
-        if not isinstance(found, dict):
-            raise ValueError("it is not a mapping")
-    except (OSError, ValueError, yaml.YAMLError, RecursionError, OverflowError, TypeError) as error:
-        reason = " ".join(str(error).split())[:200]
-        raise InvalidInputError("intrinsics", str(path), ALLOWED, f"reading it failed: {reason}") from error
-    return found
-
-
-class _Loader(yaml.SafeLoader):
-    """Reads OpenCV's matrices as mappings."""
-
-
-def _mapping(loader: _Loader, node: yaml.MappingNode) -> dict[Any, Any]:
-    return loader.construct_mapping(node, deep=True)
-
-
-for _tag in ("opencv-matrix", "opencv-nd-matrix"):
-    _Loader.add_constructor(f"tag:yaml.org,2002:{_tag}", _mapping)
+    # OpenCV's first line is not valid YAML, and its tags of matrices say what their keys say, too.
+    return read_yaml(path, "intrinsics", ALLOWED, lambda text: re.sub(r"\A%YAML:.*|!!opencv-(nd-)?matrix", "", text))

@@ -15,7 +15,7 @@ from scipy.optimize import minimize_scalar
 
 from stripfold.arrays import Array
 from stripfold.errors import SynchronisationError
-from stripfold.vision.tables import check_increasing, read_table
+from stripfold.tables import check_increasing, read_table
 
 MAX_ROWS = 1_000_000
 MIN_CORRELATION = 0.999

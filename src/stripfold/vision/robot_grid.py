@@ -10,12 +10,12 @@ import numpy as np
 
 from stripfold.arrays import Array
 from stripfold.errors import CalibrationError, InvalidInputError
+from stripfold.tables import read_rows, to_numbers
 from stripfold.vision.camera import Camera
 from stripfold.vision.intrinsics import OUTLIER, require
 from stripfold.vision.mapping import fit_similarity, rms, scale, transform
 from stripfold.vision.marker import Marker
 from stripfold.vision.pictures import read_calibration_picture
-from stripfold.vision.tables import read_rows, to_numbers
 
 MIN_STOPS, MAX_STOPS = 6, 100
 """Stops of the robot: a similarity has four unknowns, and its residuals must reveal a mistake."""

@@ -23,8 +23,8 @@ import numpy as np
 
 from stripfold.arrays import Array, Picture
 from stripfold.errors import InvalidInputError
+from stripfold.tables import check_increasing, read_table
 from stripfold.vision.decoding import MAX_FRAMES, MAX_PIXELS, MAX_SECONDS, SUFFIXES, Message, frame_files
-from stripfold.vision.tables import check_increasing, read_table
 
 TIMEOUT = 30.0
 """Longest time without a message after which the decoder is ended, s."""

@@ -1,4 +1,4 @@
-"""Small CSV tables: frame times, the robot's log, the stops of the robot grid."""
+"""Small CSV tables: a gripper's path, frame times, the robot's log, the stops of the robot grid."""
 
 from __future__ import annotations
 
