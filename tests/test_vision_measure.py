@@ -15,9 +15,10 @@ import xarray as xr
 from stripfold import cli, store
 from stripfold.arrays import Mask
 from stripfold.errors import InvalidInputError, MeasurementError
+from stripfold.measured import RecordingMeasurement
 from stripfold.synthetic.recording import history_of, write_recording
 from stripfold.synthetic.scene import Scene
-from stripfold.vision import measure, recording, report, results, snap
+from stripfold.vision import measure, recording, report, snap
 from stripfold.vision.calibration import Calibration, calibrate_folder
 from stripfold.vision.measure import Measurement
 from stripfold.vision.recording import Entries, ManualOnset, Recording
@@ -123,7 +124,7 @@ def test_manual_onset_is_used_and_recorded(snapping: Made, found: Measurement, t
     by_hand = evaluated(snapping, manual=manual)
     assert by_hand.event == pytest.approx(found.event - 0.2 * found.speed, abs=1e-4)
     assert by_hand.parts["shape"] == pytest.approx(0.05 * found.speed, rel=0.05)
-    assert results.as_dataset(by_hand).attrs["manual_onset"] == "the loop is hidden"
+    assert RecordingMeasurement(by_hand).to_dataset().attrs["manual_onset"] == "the loop is hidden"
     with pytest.raises(MeasurementError, match="a time within the film"):
         evaluated(snapping, manual=ManualOnset(event_time=99.0, sd=0.05, reason="typing error"))
     asked = Recording(tmp_path, snapping[0].entries)
@@ -205,7 +206,7 @@ def test_too_few_frames_are_refused(snapping: Made):
 
 
 def test_dataset_and_report_hold_the_result(found: Measurement, tmp_path: Path):
-    data = results.as_dataset(found)
+    data = RecordingMeasurement(found).to_dataset()
     store.write(data, tmp_path / "measured.nc", title="test")
     with xr.open_dataset(tmp_path / "measured.nc") as stored:
         assert float(stored["lambda_event"]) == found.event

@@ -159,14 +159,56 @@ class RecordingMeasurement(Result):
         return "\n".join(f"{name:<30} {text}" for name, text in self.rows())
 
     def to_dict(self) -> dict[str, Any]:
-        from stripfold.vision import results
-
-        return results.fields(self.details)
+        found = self.details
+        return {
+            "snap": found.snapped,
+            **found.numbers(),
+            "speed": found.speed,
+            "flags": list(found.flags),
+            "manual_onset": found.manual,
+            "synthetic": found.recording.entries.synthetic,
+        }
 
     def to_dataset(self) -> xr.Dataset:
-        from stripfold.vision import results
-
-        return results.as_dataset(self.details)
+        """Over ``t`` (frames), ``moment`` (of the speed), ``station`` (along the strip); scalars for the result."""
+        found, entries = self.details, self.details.recording.entries
+        tracks, motion = found.tracks, found.motion
+        scalars = {
+            **found.numbers(),
+            "lambda_sd": found.sd,
+            **{f"sd_{name}": sd for name, sd in found.parts.items()},
+            "snapped": int(found.snapped),
+            "gripper_speed": found.speed,
+            "speed_ratio": motion.ratio,
+            "following": motion.following,
+            "clock_offset": found.clock.offset if found.clock else nan,
+            "height": entries.gripper.height,
+            "eta_b": entries.strip.eta_b,
+            "length": entries.strip.length,
+        }
+        values: schema.Values = {name: ((), value) for name, value in scalars.items()} | {
+            "t": ("t", tracks.timing.time),
+            "x": ("t", tracks.gripped_end[:, 0]),
+            "z": ("t", tracks.gripped_end[:, 1]),
+            "gripper_seen": ("t", tracks.gripper.tracked.astype("int8")),
+            "gripper_score": ("t", tracks.gripper.score),
+            "strip_score": ("t", tracks.score),
+            "moment": ("moment", motion.t),
+            "speed": ("moment", motion.u),
+            "station": ("station", tracks.stations),
+            "axis": ("axis", ["x", "z"]),
+            "strip": (("t", "station", "axis"), tracks.points.astype("float32")),
+        }
+        attrs = {
+            "title": f"measured: {entries.title}",
+            "recording": entries.title,
+            "synthetic": int(entries.synthetic),
+            "flags": "; ".join(found.flags),
+            "manual_onset": found.manual,
+            **{f"calibration_{name}": value for name, value in found.calibration.quality.items()},
+        }
+        ends = {axis: schema.Variable("m", f"{axis} of the gripped end by the video") for axis in ("x", "z")}
+        return schema.dataset(values, attrs, table=schema.variables() | ends)
 
     def plot(self) -> Figure:
         """Gripper, speed of the strip and confidence over time."""

@@ -8,7 +8,7 @@ from typing import Any
 
 import xarray as xr
 
-from stripfold import store
+from stripfold.measured import RecordingMeasurement
 
 
 def record(
@@ -33,13 +33,10 @@ def record(
 
 def measure(folders: Sequence[Path], output: Any, progress: Callable[[str], None]) -> list[xr.Dataset]:
     """Recordings measured; the page of each is written beside."""
-    from stripfold.vision import measure as measuring
-    from stripfold.vision import recording, report, results
-
     made = []
     for folder, page in zip(folders, output.report, strict=True):
         progress(str(folder))
-        found = measuring.measure(recording.read(folder), progress)
-        store.write_text(report.html(found), page)
-        made.append(results.as_dataset(found).assign_attrs(title=f"measured: {found.recording.entries.title}"))
+        found = RecordingMeasurement.of(folder, progress)
+        found.report(page)
+        made.append(found.to_dataset())
     return made

@@ -99,6 +99,20 @@ class Measurement:
         """95 % confidence interval of ``event``, m."""
         return self.event - Z_95 * self.sd, self.event + Z_95 * self.sd
 
+    def numbers(self) -> dict[str, float]:
+        """The numbers of the result by their names in files; lengths in m, times in s."""
+        low, high = self.interval
+        return {
+            "lambda_event": self.event,
+            "lambda_low": low,
+            "lambda_high": high,
+            "event_time": self.event_time,
+            "lambda_video": self.by_video,
+            "lambda_log": self.by_log,
+            "lambda_static": self.static.lam if self.static else float("nan"),
+            "lambda_static_sd": self.static.sd if self.static else float("nan"),
+        }
+
 
 def measure(recording: Recording, progress: Callable[[str], None] | None = None) -> Measurement:
     """Measure a recording.
