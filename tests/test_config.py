@@ -23,15 +23,13 @@ from studies import (
     accuracy,
     benchmark,
     fall_accuracy,
-    friction_steps,
     lag,
-    limit,
+    models,
     modes,
     order,
     profiling,
-    rod,
+    rpaths,
     schemes,
-    tangency,
 )
 
 ROOT = Path(__file__).parents[1]
@@ -125,23 +123,23 @@ def test_recordings_that_cannot_be(change: dict[str, Any], key: str):
 @pytest.mark.parametrize(
     ("name", "study"),
     [
-        ("limit", limit),
-        ("order", order),
-        ("rod", rod),
-        ("benchmark", benchmark),
-        ("schemes", schemes),
-        ("modes", modes),
-        ("lag", lag),
-        ("tangency", tangency),
-        ("friction_steps", friction_steps),
-        ("accuracy", accuracy),
-        ("fall_accuracy", fall_accuracy),
-        ("profiling", profiling),
+        ("limit", models.run_limit),
+        ("order", order.run),
+        ("rod", models.run_rod),
+        ("benchmark", benchmark.run),
+        ("schemes", schemes.run),
+        ("modes", modes.run),
+        ("lag", lag.run),
+        ("tangency", rpaths.run_tangency),
+        ("friction_steps", rpaths.run_friction_steps),
+        ("accuracy", accuracy.run),
+        ("fall_accuracy", fall_accuracy.run),
+        ("profiling", profiling.run),
     ],
 )
 def test_the_keys_are_the_parameters_of_the_studies(name, study):
     fields = get_args(Studies.model_fields[name].annotation)[0].model_fields
-    assert set(fields) == set(inspect.signature(study.run).parameters) - {"progress"}
+    assert set(fields) == set(inspect.signature(study).parameters) - {"progress", "threads"}
     assert all(field.is_required() for field in fields.values())
 
 

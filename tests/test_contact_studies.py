@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,7 +17,7 @@ from studies import branches, constants, low_paths, order
 
 
 def test_order_of_lambda_c_and_its_figure() -> None:
-    data = order.run(12.0, 0.0594, 3.0, 2.0, [1, 2, 4, 8], 4, 1)
+    data = order.run(12.0, 0.0594, 3.0, 2.0, [1, 2, 4, 8], 4)
     np.testing.assert_allclose(data["size"][:, :-1] / data["size"].values[:, 1:], 2.0, rtol=1e-3)
     assert data["elements"].values[:, -1].tolist() == (8 * data["elements"].values[:, 0]).tolist()
     assert 3.5 < float(data["order"].sel(model="rod")) < 4.5
@@ -51,24 +53,32 @@ def test_a_snap_and_a_failure_are_no_agreement(monkeypatch: pytest.MonkeyPatch) 
     assert "planted" in str(data["message"].values[0])
 
 
-class Branch:
-    """A branch, made up."""
-
-    def __init__(self, *points: tuple[float, float]) -> None:
-        def at(lam: float, rate: float) -> object:
-            tangent = type("Tangent", (), {"lam": rate})()
-            return type("At", (), {"point": type("Point", (), {"lam": lam, "tangent": tangent})()})()
-
-        self.points = tuple(at(*point) for point in points)
+def branch(*points: tuple[float, float]) -> tuple[Any, ...]:
+    """Points of a branch from lambda and its rate, made up."""
+    places = (SimpleNamespace(lam=lam, tangent=SimpleNamespace(lam=rate)) for lam, rate in points)
+    return tuple(SimpleNamespace(point=point) for point in places)
 
 
-def test_a_maximum_that_the_finer_mesh_lacks_is_spurious() -> None:
-    finer = Branch((8.0, 0.9), (9.8, 0.1), (9.8, -0.1), (9.7, -0.5))
-    assert branches.spurious(finer, finer) == 0
-    twice = Branch((8.0, 0.9), (9.0, -0.1), (8.9, 0.2), (9.8, 0.1), (9.799, -0.2))
+def test_a_maximum_that_the_finer_mesh_lacks_is_spurious(monkeypatch: pytest.MonkeyPatch) -> None:
+    finer = branch((8.0, 0.9), (9.8, 0.1), (9.8, -0.1), (9.7, -0.5))
+    twice = branch((8.0, 0.9), (9.0, -0.1), (8.9, 0.2), (9.8, 0.1), (9.799, -0.2))
     assert branches.maxima(twice).tolist() == [9.0, 9.8]
-    assert branches.spurious(twice, finer) == 1
-    assert branches.spurious(finer, Branch((8.0, 0.9), (9.0, -0.1))) == 1
+    strip, runs = StripModel(12.0, 0.05), []
+
+    def one(points: tuple[Any, ...]) -> Any:
+        return lambda *_: runs.append(points) or SimpleNamespace(points=points)
+
+    def spurious(points: tuple[Any, ...], near: tuple[Any, ...], whole: tuple[Any, ...]) -> int:
+        monkeypatch.setattr(branches, "from_near_the_end", one(near))
+        monkeypatch.setattr(branches, "solve_height", one(whole))
+        return branches.spurious(SimpleNamespace(points=points), strip, 3.0, 0.5)  # type: ignore[arg-type]
+
+    assert spurious(finer, finer, twice) == 0
+    # Compared near the end first; the whole branch is followed where that is not enough.
+    assert runs == [finer]
+    assert spurious(twice, finer, twice) == 0
+    assert spurious(twice, finer, finer) == 1
+    assert spurious(finer, branch((8.0, 0.9), (9.0, -0.1)), branch((8.0, 0.9), (9.0, -0.1))) == 1
 
 
 def test_constants_are_counted(tmp_path: Path) -> None:

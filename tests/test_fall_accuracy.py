@@ -43,7 +43,7 @@ def test_a_method_that_fails_has_no_number(monkeypatch: pytest.MonkeyPatch):
     sure = {**ROD, "tolerance": 1e-4}
     data = fall_accuracy.run(12.0, 0.0594, [3.0], 1e-2, [ROD], [sure, sure], 1)
     assert np.isnan(data["error"]).all()
-    assert "without touching" in str(data["message"].values[0, 0])
+    assert "without touching" in str(data["no_result"].values[0, 0])
 
 
 def test_units_and_figure(found: xr.Dataset, tmp_path):

@@ -12,7 +12,7 @@ import xarray as xr
 from stripfold import store
 from stripfold.errors import CrushedError, InvalidInputError, NewtonError, StripfoldError
 from studies.hard_cases import run as hard_cases
-from studies.hard_cases.case import Case, Finding, judge, refined, shown
+from studies.hard_cases.case import Case, Finding, judge, refined
 
 ROOT = Path(__file__).parents[1]
 COARSE = 1.0
@@ -48,7 +48,7 @@ def marks(name: str) -> list[pytest.MarkDecorator]:
 def test_case(case: Case) -> None:
     """The expected outcome, and no other."""
     row = judge(case, COARSE)
-    assert not row["failed"], shown(row)
+    assert not row["failed"], row
 
 
 def judged(found: Finding | Exception | None, error: type[StripfoldError] | None = None) -> dict:

@@ -88,7 +88,7 @@ def made_up() -> xr.Dataset:
     over = ("scene", "effect")
     names = {name: (over, np.zeros((1, 4))) for name in effects.NUMBERS}
     data = xr.Dataset(names, {"scene": ["calm"], "effect": list(effects.SWITCHED)}, {"repeats": 1})
-    data["seconds_on"], data["message"] = data["seconds_on"] + 2.0, (over, np.full((1, 4), "", dtype=object))
+    data["seconds_on"], data["no_result"] = data["seconds_on"] + 2.0, (over, np.full((1, 4), "", dtype=object))
     data["needed"].loc[{"effect": "inertia"}] = data["reported"].loc[{"effect": "inertia"}] = 1.0
     return data
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from time import sleep
+
+import numpy as np
 import pytest
 
 from stripfold.errors import StripfoldError
@@ -48,3 +51,26 @@ def test_cases_on_several_cores_keep_their_order_and_their_errors(threads: int) 
     assert shown == ["0", "1", "4", "9", "16"]
     with pytest.raises(ValueError, match="seven"):
         common.pooled(square, range(20), threads)
+
+
+def area(height: float, width: int) -> dict[str, float]:
+    if width == 2:
+        raise ZeroDivisionError("planted")
+    return {"thickness": height * width}
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_a_failed_case_of_a_grid_has_its_error_and_no_number(threads: int) -> None:
+    values = common.grid(area, ["thickness"], {"height": [3.0, 5.0], "steps": [1, 2, 4]}, threads)
+    dims, found = values["thickness"]
+    assert dims == ("height", "steps")
+    np.testing.assert_array_equal(found, [[3.0, np.nan, 12.0], [5.0, np.nan, 20.0]])
+    assert values["no_result"][1].tolist() == [["", "ZeroDivisionError: planted", ""]] * 2
+
+
+def test_a_case_that_takes_too_long_has_failed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(common, "LONGEST", 1)
+    found, message = common.attempted(lambda: sleep(5.0))
+    assert found is None
+    assert message == "TimeoutError: no result in 1 s"
+    assert common.attempted(lambda: 7) == (7, "")

@@ -34,7 +34,7 @@ class Limit(Input):
     length_star: LengthStar
     height: HeightStar
     eta_m: AtLeastTwo[EtaM]
-    refinements: AtLeastTwo[Refinement]
+    refinement: Refinement
 
 
 class Order(OneStrip):
@@ -43,7 +43,6 @@ class Order(OneStrip):
     refinement: Refinement
     parts: AtLeastTwo[Parts]
     reference: Parts
-    repeats: Repeats
 
 
 class Rod(Input):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import xarray as xr
 from matplotlib.figure import Figure
+from matplotlib.ticker import NullFormatter
 
 from plots.models import LOOKS
 from plots.pieces import note
@@ -32,6 +33,8 @@ def draw(data: xr.Dataset) -> Figure:
     note(bottom, "(b)")
     for ax in (top, bottom):
         ax.set(xscale="log", yscale="log")
+        # Less than a decade would have labels at minor ticks, one over the other.
+        ax.xaxis.set_minor_formatter(NullFormatter())
         ax.legend(loc="lower right", fontsize=7)
     fig.align_ylabels()
     return fig

@@ -19,7 +19,7 @@ MATERIALS = {material["name"]: material for material in config["materials"]}
 LABELS = {name: material["label"] for name, material in MATERIALS.items()}
 # The material whose single runs are drawn: the second, or the only one.
 SHOWN = list(MATERIALS)[min(1, len(MATERIALS) - 1)]
-# A timed study runs alone on the machine, so that nothing else is in the times; a single run is no measurement anyway.
+# A study has all cores; where no run is repeated, nothing is measured, and short studies run side by side.
 ALONE = workflow.cores if config["studies"].get("benchmark", {}).get("repeats", 1) > 1 else 1
 
 FILMED = config["recordings"]

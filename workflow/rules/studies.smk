@@ -1,5 +1,7 @@
 # Studies of the solver and of the measurement. The repository keeps their results, so `snakemake all` does not redo
 # them: it says which are stale. `make studies` redoes those.
+#
+# Each has the machine to itself: what is timed is not disturbed, and what is not shares its cases among all cores.
 
 for study_name, study in STUDIES.items():
     if not configured(study_name, config):
@@ -14,7 +16,7 @@ for study_name, study in STUDIES.items():
             f"{LOGS}/{study_name}.log",
         benchmark:
             f"{BENCHMARKS}/studies/{study_name}.tsv"
-        threads: workflow.cores if study.pooled else ALONE if study.alone else 1
+        threads: ALONE
         resources:
             mem_mb=study.memory,
             runtime=120,

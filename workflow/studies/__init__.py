@@ -11,15 +11,13 @@ class Study(NamedTuple):
     """A study and how the workflow runs it.
 
     ``call`` is the function, as "module:name".  Its parameters are the section ``config`` of the configuration's
-    studies, by default that of the study's name.  ``alone`` is for what is timed, ``pooled`` for what takes all cores.
-    ``files`` are patterns of source files that it depends on without importing them.
+    studies, by default that of the study's name.  ``files`` are patterns of source files that it depends on without
+    importing them.
     """
 
     call: str
     title: str
     config: str = ""
-    alone: bool = False
-    pooled: bool = False
     memory: int = 1000
     files: tuple[str, ...] = ()
 
@@ -32,64 +30,49 @@ FRESH_CLONE = ("cold_run", "ci_run")
 """Studies of a whole run in a fresh clone, which no rule can make: ``workflow/fresh_clone.py`` does."""
 
 STUDIES = {
-    "limit": Study("studies.limit:run", "the solid against the elastica as eta_m goes to zero"),
+    "limit": Study("studies.models:run_limit", "the solid against the elastica as eta_m goes to zero"),
     "order": Study("studies.order:run", "observed order of lambda_c in the element length, and run time"),
-    "rod": Study("studies.rod:run", "the rod against the solid and the elastica"),
-    "branches": Study(
-        "studies.branches:run", "random strips on the solid against the elastica and a finer mesh", pooled=True
-    ),
-    "low_paths": Study("studies.low_paths:run", "paths below the touch limit, which have no snap", pooled=True),
+    "rod": Study("studies.models:run_rod", "the rod against the solid and the elastica"),
+    "branches": Study("studies.branches:run", "random strips on the solid against the elastica and a finer mesh"),
+    "low_paths": Study("studies.low_paths:run", "paths below the touch limit, which have no snap"),
     "solver_constants": Study(
         "studies.constants:run", "named numerical constants of the solver", files=("src/stripfold/**/*.py",)
     ),
-    "estimates": Study("studies.estimates:run", "true errors of lambda_c against their estimates", pooled=True),
+    "estimates": Study("studies.estimates:run", "true errors of lambda_c against their estimates"),
     "hard_cases": Study("studies.hard_cases.run:run", "hard cases, each against its own judge"),
     "schemes": Study("studies.schemes:run", "time integration schemes: order, energy drift, cost"),
     "modes": Study("studies.modes:run", "frequencies of a clamped strip against the beam's"),
     "lag": Study("studies.lag:run", "lag of the snap behind a moving gripper"),
     "falls": Study("studies.falls:run", "hard and easy falls of a strip"),
-    "tangency": Study("studies.tangency:run", "where R-paths meet the stability boundary"),
-    "friction_steps": Study("studies.friction_steps:run", "smallest friction against the step size"),
-    "random_paths": Study("studies.random_paths:run", "random gripper paths, each assessed twice", pooled=True),
+    "tangency": Study("studies.rpaths:run_tangency", "where R-paths meet the stability boundary"),
+    "friction_steps": Study("studies.rpaths:run_friction_steps", "smallest friction against the step size"),
+    "random_paths": Study("studies.random_paths:run", "random gripper paths, each assessed twice"),
     "recordings_accuracy": Study(
         "studies.recordings_accuracy:run",
         "synthetic recordings measured, each with its truth",
-        pooled=True,
         memory=4000,
     ),
-    "benchmark": Study(
-        "studies.benchmark:run", "time and memory of one lambda_c of the solid", alone=True, files=COMMAND
-    ),
-    "cli_benchmark": Study(
-        "studies.benchmark:run_cli", "time of one command of the rod", "benchmark", alone=True, files=COMMAND
-    ),
+    "benchmark": Study("studies.benchmark:run", "time and memory of one lambda_c of the solid", files=COMMAND),
+    "cli_benchmark": Study("studies.benchmark:run_cli", "time of one command of the rod", "benchmark", files=COMMAND),
     "rod_benchmark": Study(
         "studies.benchmark:run_rod",
         "time of one lambda_c and one assessment of the rod",
         "assess_benchmark",
-        alone=True,
     ),
-    "assess_benchmark": Study(
-        "studies.benchmark:run_assess", "time and memory of one assessment", alone=True, files=COMMAND
-    ),
+    "assess_benchmark": Study("studies.benchmark:run_assess", "time and memory of one assessment", files=COMMAND),
     "fall_benchmark": Study(
-        "studies.benchmark:run_fall", "time and memory of one collapse", "benchmark", alone=True, files=COMMAND
+        "studies.benchmark:run_fall", "time and memory of one collapse", "benchmark", files=COMMAND
     ),
-    "accuracy": Study("studies.accuracy:run", "error of the end of the advance against run time", alone=True),
-    "fall_accuracy": Study(
-        "studies.fall_accuracy:run", "error of the first touch of a fall against run time", alone=True
-    ),
-    "profiling": Study(
-        "studies.profiling:run", "run time of one solid lambda_c and one rod R-path by part", alone=True
-    ),
-    "effects": Study("studies.effects:run", "scenes with each effect on and off", alone=True),
-    "video_benchmark": Study("studies.video_benchmark:run", "frames per second and memory of tracking", alone=True),
+    "accuracy": Study("studies.accuracy:run", "error of the end of the advance against run time"),
+    "fall_accuracy": Study("studies.fall_accuracy:run", "error of the first touch of a fall against run time"),
+    "profiling": Study("studies.profiling:run", "run time of one solid lambda_c and one rod R-path by part"),
+    "effects": Study("studies.effects:run", "scenes with each effect on and off"),
+    "video_benchmark": Study("studies.video_benchmark:run", "frames per second and memory of tracking"),
     "calibration": Study("studies.calibration:run", "calibration on public pictures of boards"),
     "centrelines": Study("studies.centrelines:run", "centrelines in photographs"),
     "peers": Study(
         "studies.peers:run",
         "other programs on the same strip",
-        alone=True,
         memory=2000,
         files=("workflow/peers/*.py", "workflow/peers/*.f90", "workflow/peers/requirements.lock"),
     ),

@@ -7,7 +7,7 @@ lambda at the first touch.  All in L*.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
+from functools import cache, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,11 +18,9 @@ from stripfold.analysis import critical_point as critical
 from stripfold.analysis.prediction import ElasticaPrediction, from_near_the_end
 from stripfold.analysis.static import LAMBDA_TOLERANCE, End, StripModel
 from stripfold.arrays import Array
-from stripfold.errors import SolveError
 from stripfold.inputs import Scene
 from stripfold.material import Material
-from stripfold.schema import Values
-from studies.common import Progress, blank, command, dataset, timed, timed_process
+from studies.common import Progress, attempted, command, dataset, grid, timed, timed_process
 
 Shape = Callable[[Array], Array]
 """The strip's mid-surface: from distances from the grasped end, shape (n,), to places, shape (n, 2)."""
@@ -35,6 +33,7 @@ COMPARED_PLACES = 400
 """Places along the strip at which two states are compared."""
 PRESETS = ("auto", "solid")
 """Models that are requested with an accuracy."""
+MODELS = ("elastica", "rod", "solid")
 
 
 class Answer(NamedTuple):
@@ -105,104 +104,88 @@ def run(
     repeats
         Calls after an uncounted one of which the median time is taken, in this process.
 
-    Raises
-    ------
-    SolveError
-        When the reference or a preset fails.  A strategy that fails has nan.
+    Returns
+    -------
+    Numbers that could not be had are nan; of the presets, ``no_result`` says why.
     """
-    say = progress or (lambda _: None)
     ways = [Strategy(**given) for given in strategies]
     s = np.linspace(0.0, length_star, COMPARED_PLACES)
-    shape = (len(ways), len(heights))
-    error, state_error, seconds = (blank(*shape) for _ in range(3))
-    truth, uncertain, state_uncertain, snaps = (blank(len(heights)) for _ in range(4))
-    memory = blank(len(ways))
-    for j, height in enumerate(heights):
-        say(f"z = {height:g} L*")
-        scene = length_star, thickness, height
-        finest, finer = (Strategy("solid", refinement=r).answer(*scene) for r in (reference, 2.0 * reference))
-        truth[j], uncertain[j], snaps[j] = finest.lam, abs(finer.lam / finest.lam - 1.0), finest.end is End.SNAP
-        there = finest.shape(s)
-        state_uncertain[j] = _distance(finer.shape(s), there)
-        for i, way in enumerate(ways):
-            try:
-                seconds_of, answer = timed(partial(way.answer, *scene), repeats)
-            except SolveError as failure:
-                say(f"{way}: {failure}")
-                continue
-            say(f"{way}: {answer.end}, {answer.lam / finest.lam - 1.0:.1e}, {np.median(seconds_of):.3f} s")
-            seconds[i, j] = np.median(seconds_of)
-            if j == len(heights) - 1:
-                memory[i] = timed_process(f"from {__name__} import Strategy\n{way!r}.answer{scene!r}")[2]
-            if answer.end is finest.end:
-                error[i, j] = answer.lam / finest.lam - 1.0
-                state_error[i, j] = _distance(answer.shape(s), there)
-    return dataset(
-        "accuracy",
-        {
-            "height": ("height", heights),
-            "accuracy": ("accuracy", accuracies),
-            "asked": ("asked", PRESETS),
-            "error": (("way", "height"), error),
-            "state_error": (("way", "height"), state_error),
-            "seconds": (("way", "height"), seconds),
-            "way_memory": ("way", memory),
-            "reference": ("height", truth),
-            "uncertain": ("height", uncertain),
-            "state_uncertain": ("height", state_uncertain),
-            "snaps": ("height", snaps.astype(np.int8)),
-            **_presets(length_star, thickness, heights, accuracies, truth, repeats, say),
-            **_of_elastica(heights, repeats),
-            **_memory(length_star, heights),
-            **{field: ("way", [getattr(way, field) for way in ways]) for field in Strategy._fields},
-        },
-        {"length_star": length_star, "thickness_star": thickness, "repeats": repeats},
-    )
+
+    @cache
+    def truth(height: float) -> tuple[Answer, Answer]:
+        """On the finest mesh and on the one before."""
+        finest, finer = (
+            Strategy("solid", refinement=r).answer(length_star, thickness, height) for r in (reference, 2.0 * reference)
+        )
+        return finest, finer
+
+    def of_reference(height: float) -> dict[str, float]:
+        finest, finer = truth(height)
+        apart = _distance(finer.shape(s), finest.shape(s))
+        uncertain = abs(finer.lam / finest.lam - 1.0)
+        snaps = finest.end is End.SNAP
+        return {"reference": finest.lam, "uncertain": uncertain, "state_uncertain": apart, "snaps": snaps}
+
+    def of_way(i: int, height: float) -> dict[str, float]:
+        finest, _ = truth(height)
+        seconds, answer = timed(partial(ways[i].answer, length_star, thickness, height), repeats)
+        if answer.end is not finest.end:
+            return {"seconds": float(np.median(seconds))}
+        apart = _distance(answer.shape(s), finest.shape(s))
+        error = answer.lam / finest.lam - 1.0
+        return {"seconds": float(np.median(seconds)), "error": error, "state_error": apart}
+
+    def of_preset(asked: Any, accuracy: float, height: float) -> dict[str, Any]:
+        finest, _ = truth(height)
+        scene = scene_of(length_star, thickness, height, asked, accuracy)
+        seconds, found = timed(partial(critical.find, scene), repeats)
+        row = {"preset_seconds": np.median(seconds), "preset_model": found.model}
+        if not found.snap:
+            return row
+        return row | {
+            "preset_estimate": (found.error + found.model_error) / found.lambda_c,
+            "preset_error": found.lambda_c / scene.material.gravity_length / finest.lam - 1.0,
+        }
+
+    def of_elastica(height: float) -> dict[str, float]:
+        """Time of the elastica's end of the advance, and its distance from one solved on a finer grid."""
+        seconds, found = timed(partial(elastica.critical, height), OF_ELASTICA * repeats)
+        error = found.state.advance / elastica.advance_on_finer_grid(found) - 1.0
+        return {"elastica_seconds": float(np.median(seconds)), "elastica_error": error}
+
+    def memory_of(code: str) -> float:
+        """Peak memory of a process, MB."""
+        found, _ = attempted(lambda: timed_process(code)[2])
+        return np.nan if found is None else found
+
+    scene = length_star, thickness, heights[-1]
+    codes = [f"from {__name__} import Strategy\n{way!r}.answer{scene!r}" for way in ways]
+    grids = [
+        grid(of_reference, ("reference", "uncertain", "state_uncertain", "snaps"), {"height": heights}, 1, progress),
+        grid(of_way, ("seconds", "error", "state_error"), {"way": range(len(ways)), "height": heights}, 1, progress),
+        grid(of_elastica, ("elastica_seconds", "elastica_error"), {"height": heights}, 1, progress),
+        grid(
+            of_preset,
+            [f"preset_{name}" for name in ("seconds", "model", "estimate", "error")],
+            {"asked": PRESETS, "accuracy": accuracies, "height": heights},
+            1,
+            progress,
+        ),
+    ]
+    values = {name: value for found in grids for name, value in found.items() if name != "way"}
+    values |= {"way_memory": ("way", [memory_of(code) for code in codes])}
+    values |= {"model": ("model", MODELS)}
+    values |= {"memory": ("model", [memory_of(_command(length_star, heights[-1], model)) for model in MODELS])}
+    values |= {field: ("way", [getattr(way, field) for way in ways]) for field in Strategy._fields}
+    attrs = {"length_star": length_star, "thickness_star": thickness, "repeats": repeats}
+    return dataset("accuracy", values, attrs)
 
 
-def _presets(
-    length: float,
-    thickness: float,
-    heights: Sequence[float],
-    accuracies: Sequence[float],
-    truth: Array,
-    repeats: int,
-    say: Progress,
-) -> Values:
-    """The model chosen for an accuracy, its time, its estimate and its true error; nan where there is no snap."""
-    shape = (len(PRESETS), len(accuracies), len(heights))
-    seconds, estimate, error = (blank(*shape) for _ in range(3))
-    chosen = np.empty(shape, dtype=object)
-    for at in np.ndindex(*shape):
-        scene = scene_of(length, thickness, heights[at[2]], PRESETS[at[0]], accuracies[at[1]])
-        taken, found = timed(partial(critical.find, scene), repeats)
-        seconds[at], chosen[at] = np.median(taken), found.model
-        say(f"{PRESETS[at[0]]} to {accuracies[at[1]]:g} at {heights[at[2]]:g} L*: {found.model}, {seconds[at]:.3f} s")
-        if found.snap:
-            estimate[at] = (found.error + found.model_error) / found.lambda_c
-            error[at] = found.lambda_c / scene.material.gravity_length / truth[at[2]] - 1.0
-    over = ("asked", "accuracy", "height")
-    values = {"model": chosen, "seconds": seconds, "estimate": estimate, "error": error}
-    return {f"preset_{name}": (over, value) for name, value in values.items()}
-
-
-def _of_elastica(heights: Sequence[float], repeats: int) -> Values:
-    """Time of the elastica's end of the advance, and its distance from one solved on a finer grid."""
-    seconds, error = blank(len(heights)), blank(len(heights))
-    for j, height in enumerate(heights):
-        taken, found = timed(partial(elastica.critical, height), OF_ELASTICA * repeats)
-        seconds[j] = np.median(taken)
-        error[j] = found.state.advance / elastica.advance_on_finer_grid(found) - 1.0
-    return {"elastica_seconds": ("height", seconds), "elastica_error": ("height", error)}
-
-
-def _memory(length: float, heights: Sequence[float]) -> Values:
-    """Peak memory of a process that finds one lambda_c to 1e-3, by each model."""
-    scene = scene_of(length, 0.0, heights[-1], "solid", 1e-3)
+def _command(length: float, height: float, model: str) -> str:
+    """Python code that finds one lambda_c to 1e-3."""
+    scene = scene_of(length, 0.0, height, "solid", 1e-3)
     words = ["critical", "--length", repr(scene.length), "--height", repr(scene.height), "--eta-b", repr(ETA_B)]
-    models = ("elastica", "rod", "solid")
-    peaks = [timed_process(command(*words, "--json", "--model", model))[2] for model in models]
-    return {"model": ("model", models), "memory": ("model", peaks)}
+    return command(*words, "--json", "--model", model)
 
 
 def scene_of(

@@ -1,12 +1,13 @@
 """Random strips on the solid, followed from the flat strip, against the elastica and a finer mesh.
 
 For each case the elastica says what the outcome must be: a snap at its lambda_c.  The solid differs from it by its
-thickness, by a known amount; anything else is another branch.  The first cases are run past their end and on elements
-half as long too: a maximum of lambda that these do not have is a spurious limit point.
+thickness, by a known amount; anything else is another branch.  The first cases are followed past their end: a maximum
+of lambda that elements half as long do not have is a spurious limit point.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
@@ -14,11 +15,12 @@ import numpy as np
 import xarray as xr
 
 from stripfold import elastica
+from stripfold.analysis.contact_branch import BranchPoint
+from stripfold.analysis.prediction import ElasticaPrediction, from_near_the_end
 from stripfold.analysis.static import End, StripModel, XRun, solve_height
 from stripfold.arrays import Array
-from stripfold.errors import SolveError
 from stripfold.material import Material
-from studies.common import Progress, pooled, table
+from studies.common import Progress, attempted, pooled, table
 
 ETA_B = (1e2, 1e6)
 HEIGHT = (1.7, 5.0)
@@ -49,7 +51,7 @@ def run(
 
     Returns
     -------
-    Dataset over ``case``: what was drawn, the outcome, and ``verdict`` 0 right, 1 wrong branch, 2 typed error;
+    Dataset over ``case``: what was drawn, the outcome, and ``verdict`` 0 right, 1 wrong branch, 2 error;
     ``spurious_limit_points`` is nan of cases that are not compared.
     """
     one = partial(case, compared=compared, seed=seed, refinement=refinement, eta_m=eta_m)
@@ -73,34 +75,43 @@ def case(number: int, compared: int, seed: int, refinement: float, eta_m: float)
         "lambda_c_elastica": truth.advance,
         "free_length_elastica": truth.length,
     }
-    strip, is_compared = StripModel(length, h), number < compared
-    try:
-        found = solve_height(strip, height, refinement, PAST if is_compared else 0.0)
-        finer = solve_height(strip, height, 0.5 * refinement, PAST) if is_compared else None
-    except SolveError as error:
+    strip = StripModel(length, h)
+    found, message = attempted(lambda: solve_height(strip, height, refinement, PAST if number < compared else 0.0))
+    if found is None:
         nothing = {"lambda_end": np.nan, "free_length": np.nan, "spurious_limit_points": np.nan, "end": ""}
-        return {**row, **nothing, "verdict": FAILED, "message": f"{type(error).__name__}: {error}"}
+        return {**row, **nothing, "verdict": FAILED, "message": message}
+    more = np.nan
+    if number < compared:
+        counted, message = attempted(lambda: spurious(found, strip, height, 0.5 * refinement))
+        more = np.nan if counted is None else counted
     shifted = truth.advance + THICKNESS_SHIFT * h**2
     same = found.end is End.SNAP and abs(found.lam - shifted) <= TOLERANCE * truth.advance
     return {
         **row,
         "lambda_end": found.lam,
         "free_length": found.free_length,
-        "spurious_limit_points": spurious(found, finer) if finer else np.nan,
+        "spurious_limit_points": more,
         "end": found.end.value,
         "verdict": RIGHT if same else WRONG,
-        "message": "",
+        "message": message,
     }
 
 
-def spurious(run: XRun, finer: XRun) -> int:
-    """Number of maxima of lambda that the run on the finer mesh does not have."""
-    there = maxima(finer)
-    return sum(not np.any(np.abs(there - lam) < SAME * abs(lam)) for lam in maxima(run))
+def spurious(run: XRun, strip: StripModel, height: float, refinement: float) -> int:
+    """Number of maxima of lambda that the branch on another mesh does not have: its last ones are computed first."""
+    there = maxima(from_near_the_end(strip, ElasticaPrediction.at(height), refinement).points)
+    if lacking(maxima(run.points), there):
+        there = maxima(solve_height(strip, height, refinement, PAST).points)
+    return lacking(maxima(run.points), there)
 
 
-def maxima(run: XRun) -> Array:
+def lacking(found: Array, there: Array) -> int:
+    """Number of maxima that are not among those of another mesh."""
+    return sum(not np.any(np.abs(there - lam) < SAME * abs(lam)) for lam in found)
+
+
+def maxima(points: Sequence[BranchPoint]) -> Array:
     """Maxima of lambda along a branch."""
-    lam, rate = np.array([(at.point.lam, at.point.tangent.lam) for at in run.points]).T
+    lam, rate = np.array([(at.point.lam, at.point.tangent.lam) for at in points]).T
     at = np.flatnonzero((rate[:-1] > 0.0) & (rate[1:] <= 0.0))
     return np.maximum(lam[at], lam[at + 1])

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import csv
 import os
+import signal
 import subprocess
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from functools import cache
+from functools import cache, partial
+from itertools import product
 from pathlib import Path
 from time import perf_counter
 from typing import Any, TypeVar
@@ -21,9 +23,14 @@ from stripfold.arrays import Array
 from stripfold.errors import StripfoldError
 from stripfold.schema import Values, Variable
 
+C = TypeVar("C")
 T = TypeVar("T")
 Progress = Callable[[str], None]
 
+LONGEST = 120
+"""Seconds after which a case has failed, so that none holds up a study."""
+NO_RESULT = "no_result"
+"""Variable of a study over a grid: why a case has no numbers; empty where it has."""
 ONE_CORE = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 
 
@@ -36,7 +43,7 @@ def variables(study: str) -> dict[str, Variable]:
 
 def dataset(study: str, values: Values, attrs: Mapping[str, Any] | None = None) -> xr.Dataset:
     """A dataset whose variables have the units and long names of the study's table; see :func:`.schema.dataset`."""
-    return schema.dataset(values, attrs, table=variables(study))
+    return schema.dataset(values, attrs, table=variables("") | variables(study))
 
 
 def table(
@@ -51,15 +58,30 @@ def blank(*shape: int) -> Array:
     return np.full(shape, np.nan)
 
 
-def pooled(
-    case: Callable[[int], T], numbers: Iterable[int], threads: int = 1, progress: Progress | None = None
-) -> list[T]:
-    """``case(number)`` for all numbers, on as many processes; ``case`` and its results can be pickled."""
+def attempted(call: Callable[[], T]) -> tuple[T | None, str]:
+    """The result of a call and an empty text, or None and its error, of any type: no case ends a whole study."""
+
+    def late(*_: object) -> None:
+        raise TimeoutError(f"no result in {LONGEST} s")
+
+    before = signal.signal(signal.SIGALRM, late)
+    signal.alarm(LONGEST)
+    try:
+        return call(), ""
+    except Exception as error:
+        return None, f"{type(error).__name__}: {error}"
+    finally:
+        signal.alarm(0)
+        signal.signal(signal.SIGALRM, before)
+
+
+def pooled(case: Callable[[C], T], of: Iterable[C], threads: int = 1, progress: Progress | None = None) -> list[T]:
+    """``case`` of each, in order, on as many processes; ``case``, its argument and its result can be pickled."""
     if threads == 1:
-        return list(_shown(map(case, numbers), progress))
+        return list(_shown(map(case, of), progress))
     with ProcessPoolExecutor(threads) as pool:
         try:
-            return list(_shown(pool.map(case, numbers), progress))
+            return list(_shown(pool.map(case, of), progress))
         except BaseException:
             # Otherwise all remaining cases would run before the error is seen.
             pool.shutdown(wait=False, cancel_futures=True)
@@ -73,9 +95,39 @@ def _shown(rows: Iterable[T], progress: Progress | None) -> Iterator[T]:
         yield row
 
 
-def timed(call: Callable[[], T], repeats: int, clock: Callable[[], float] = perf_counter) -> tuple[list[float], T]:
-    """Seconds of ``repeats`` calls after an uncounted one, and the result of the last."""
-    result, seconds = call(), []
+def grid(
+    case: Callable[..., Mapping[str, float]],
+    names: Sequence[str],
+    axes: Mapping[str, Sequence[Any]],
+    threads: int = 1,
+    progress: Progress | None = None,
+) -> dict[str, tuple[Any, Any]]:
+    """``case(*values)`` for every combination of the values of ``axes``.
+
+    Returns
+    -------
+    Its numbers ``names`` over the axes, nan where it failed, and :data:`NO_RESULT`.
+    """
+    shape = [len(values) for values in axes.values()]
+    rows = pooled(partial(_of_grid, case), list(product(*axes.values())), threads, progress)
+    found: dict[str, tuple[Any, Any]] = {name: (name, values) for name, values in axes.items()}
+    for name in names:
+        found[name] = (tuple(axes), np.reshape([row.get(name, np.nan) for _, row, _ in rows], shape))
+    return {**found, NO_RESULT: (tuple(axes), np.reshape([text for *_, text in rows], shape))}
+
+
+def _of_grid(case: Callable[..., Mapping[str, float]], at: Sequence[Any]) -> tuple[Any, Mapping[str, float], str]:
+    found, message = attempted(partial(case, *at))
+    return at, found or {}, message
+
+
+def timed(
+    call: Callable[[], T], repeats: int, clock: Callable[[], float] = perf_counter, first: bool = True
+) -> tuple[list[float], T]:
+    """Seconds of ``repeats`` calls, and the result of the last; ``first``: after an uncounted one."""
+    if first:
+        call()
+    seconds = []
     for _ in range(repeats):
         began = clock()
         result = call()

@@ -11,13 +11,12 @@ import xarray as xr
 
 from stripfold.analysis import collapse
 from stripfold.analysis.needed_effects import INERTIA, MEMBRANE, SELF_CONTACT, SOLID
-from stripfold.errors import SolveError
 from stripfold.simulation import Simulation
-from studies.common import Progress, blank, dataset, variables
+from studies.common import NO_RESULT, Progress, dataset, grid, variables
 
 SWITCHED = (SELF_CONTACT, INERTIA, SOLID, MEMBRANE)
 """Effects that can be on or off in a simulation: the floor is always there, and it has no internal friction."""
-NUMBERS = tuple(name for name in variables("effects") if name not in ("scene", "effect", "message"))
+NUMBERS = tuple(name for name in variables("effects") if name not in ("scene", "effect"))
 
 
 def run(scenes: Sequence[Mapping[str, Any]], repeats: int, progress: Progress | None = None) -> xr.Dataset:
@@ -34,30 +33,13 @@ def run(scenes: Sequence[Mapping[str, Any]], repeats: int, progress: Progress | 
     -------
     Dataset over ``scene`` and ``effect``.
     """
-    shape = len(scenes), len(SWITCHED)
-    columns = {name: blank(*shape) for name in NUMBERS}
-    messages = np.full(shape, "", dtype=object)
-    for i, j in np.ndindex(shape):
-        given = {key: value for key, value in scenes[i].items() if key != "name"}
-        try:
-            measured = compare(given, SWITCHED[j], repeats)
-        except SolveError as error:
-            messages[i, j], measured = str(error), {}
-        for name, value in measured.items():
-            columns[name][i, j] = value
-        if progress:
-            progress(f"{scenes[i]['name']}, {SWITCHED[j]}: {messages[i, j] or measured}")
-    over = ("scene", "effect")
-    return dataset(
-        "effects",
-        {
-            "scene": ("scene", [scene["name"] for scene in scenes]),
-            "effect": ("effect", SWITCHED),
-            **{name: (over, values) for name, values in columns.items()},
-            "message": (over, messages),
-        },
-        {"repeats": repeats},
-    )
+    given = {scene["name"]: {key: value for key, value in scene.items() if key != "name"} for scene in scenes}
+
+    def case(scene: str, effect: str) -> dict[str, float]:
+        return compare(given[scene], effect, repeats)
+
+    values = grid(case, NUMBERS, {"scene": list(given), "effect": SWITCHED}, 1, progress)
+    return dataset("effects", values, {"repeats": repeats})
 
 
 def compare(given: Mapping[str, Any], effect: str, repeats: int) -> dict[str, float]:
@@ -110,7 +92,7 @@ def markdown(data: xr.Dataset) -> str:
 
 def _cell(one: xr.Dataset) -> str:
     if np.isnan(one["needed"]):
-        return f"failed: {one['message'].item()}"
+        return f"failed: {one[NO_RESULT].item()}"
     saved = float(one["seconds_on"] - one["seconds_off"])
     needed = "needed" if one["needed"] else "not needed"
     if one["reported"]:

@@ -17,7 +17,7 @@ from stripfold.analysis.prediction import ElasticaPrediction, from_near_the_end
 from stripfold.analysis.static import End, StripModel
 from stripfold.errors import SolveError
 from studies.accuracy import scene_of
-from studies.common import Progress, pooled, table
+from studies.common import Progress, attempted, pooled, table
 
 MODELS = ("auto", "solid", "rod")
 ETA_B = (1e2, 1e6)
@@ -66,17 +66,24 @@ def case(number: int, seed: int) -> dict[str, Any]:
         **dict.fromkeys(("estimate", "error", "seconds"), np.nan),
         "message": "",
     }
-    try:
-        found = critical_point.find(scene)
-        row |= {"used": found.model, "seconds": found.seconds, "message": "" if found.snap else found.reason}
+
+    def truth() -> float:
         kind = "rod" if asked == "rod" else "solid"
         strip = StripModel(length, thickness, nu if kind == "solid" else 0.0, kind=kind)
-        truth = from_near_the_end(strip, prediction, TRUTH[kind])
-        if truth.end is not End.SNAP:
-            raise SolveError(f"the reference is no snap: {truth.end.reason}")
-    except SolveError as failure:
-        return row | {"message": f"{type(failure).__name__}: {failure}"}
-    if found.snap:
-        row["estimate"] = (found.error + (found.model_error if asked == "auto" else 0.0)) / found.lambda_c
-        row["error"] = abs(found.lambda_c / scene.material.gravity_length / truth.lam - 1.0)
+        run = from_near_the_end(strip, prediction, TRUTH[kind])
+        if run.end is not End.SNAP:
+            raise SolveError(f"the reference is no snap: {run.end.reason}")
+        return run.lam
+
+    found, message = attempted(partial(critical_point.find, scene))
+    if found is None:
+        return row | {"message": message}
+    row |= {"used": found.model, "seconds": found.seconds}
+    if not found.snap:
+        return row | {"message": found.reason}
+    lam, message = attempted(truth)
+    if lam is None:
+        return row | {"message": message}
+    row["estimate"] = (found.error + (found.model_error if asked == "auto" else 0.0)) / found.lambda_c
+    row["error"] = abs(found.lambda_c / scene.material.gravity_length / lam - 1.0)
     return row

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from functools import partial
+from functools import cache, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,7 +19,7 @@ from stripfold.analysis.release import TIME_OPTIONS, Fall, Motion, ReleaseState,
 from stripfold.analysis.static import StripModel
 from stripfold.errors import SolveError
 from stripfold.solve.schemes import EnergyMomentum, Scheme
-from studies.common import Progress, blank, dataset, timed
+from studies.common import Progress, dataset, grid, timed
 from studies.integrators import GeneralisedAlpha
 
 SCHEMES: dict[str, Scheme] = {
@@ -64,63 +64,55 @@ def run(
     reference
         Two more: the reference, and a cheaper one that estimates its error.
     repeats
-        Falls after an uncounted one of which the median time is taken.
+        Falls of which the median time is taken.
 
-    Raises
-    ------
-    SolveError
-        When the reference fails.  A way that fails has nan and its error's message.
+    Returns
+    -------
+    Over ``way`` and ``height``: numbers, and in ``no_result`` why there are none.
     """
-    say = progress or (lambda _: None)
     all_ways = [Way(**given) for given in ways]
-    truth, check = (Way(**given) for given in reference)
+    best, check = (Way(**given) for given in reference)
     fall = Fall(disturbance, to_rest=False)
-    shape = (len(all_ways), len(heights))
-    columns = {name: blank(*shape) for name in ("error", "time_error", "lambda_error", "seconds", "steps")}
-    message = np.full(shape, "", dtype=object)
-    known = {name: np.empty(len(heights)) for name in ("reference", "uncertain", "reference_time")}
-    for j, height in enumerate(heights):
-        releases: dict[tuple[str, float], ReleaseState] = {}
 
-        def followed(way: Way, height: float = height, releases: dict[Any, ReleaseState] = releases) -> Motion:
-            """The fall, from the model's critical state, which is found once."""
-            key = way.model, way.refinement
-            if key not in releases:
-                strip = StripModel(length_star, thickness, kind=way.model)
-                releases[key] = release_of(to_critical_point(strip, height, way.refinement), way.refinement)
-            options = replace(TIME_OPTIONS, tolerance=way.tolerance)
-            motion = simulate_fall(releases[key], fall, options, scheme=SCHEMES[way.scheme])
-            if motion.touch is None:
-                raise SolveError("the strip came to rest without touching")
-            return motion
+    @cache
+    def release(model: str, refinement: float, height: float) -> ReleaseState:
+        strip = StripModel(length_star, thickness, kind=model)
+        return release_of(to_critical_point(strip, height, refinement), refinement)
 
-        finest, checked = followed(truth), followed(check)
-        t, lambda_c = finest.states[-1].t, releases[truth.model, truth.refinement].point.lam
-        known["reference"][j], known["reference_time"][j] = finest.touch_x, t
-        known["uncertain"][j] = abs(checked.touch_x - finest.touch_x)
-        say(f"z = {height:g} L*: touch at {finest.touch_x:.5f}, {t:.4f}; uncertain by {known['uncertain'][j]:.1e}")
-        for i, way in enumerate(all_ways):
-            try:
-                seconds, motion = timed(partial(followed, way), repeats)
-            except SolveError as error:
-                message[i, j] = str(error)
-                say(f"{way}: {error}")
-                continue
-            columns["error"][i, j] = motion.touch_x - finest.touch_x
-            columns["time_error"][i, j] = motion.states[-1].t - t
-            columns["lambda_error"][i, j] = releases[way.model, way.refinement].point.lam - lambda_c
-            columns["seconds"][i, j] = np.median(seconds)
-            columns["steps"][i, j] = len(motion.states) - 1
-            say(f"{way}: {columns['error'][i, j]:.1e}, {columns['seconds'][i, j]:.2f} s")
-    both = ("way", "height")
-    return dataset(
-        "fall_accuracy",
-        {
-            "height": ("height", heights),
-            **{name: (both, values) for name, values in columns.items()},
-            **{name: ("height", values) for name, values in known.items()},
-            "message": (both, message),
-            **{field: ("way", [getattr(way, field) for way in all_ways]) for field in Way._fields},
-        },
-        {"length_star": length_star, "thickness_star": thickness, "disturbance": disturbance, "repeats": repeats},
-    )
+    def followed(way: Way, height: float) -> Motion:
+        """The fall, from the model's critical state, which is found once."""
+        options = replace(TIME_OPTIONS, tolerance=way.tolerance)
+        start = release(way.model, way.refinement, height)
+        motion = simulate_fall(start, fall, options, scheme=SCHEMES[way.scheme])
+        if motion.touch is None:
+            raise SolveError("the strip came to rest without touching")
+        return motion
+
+    truth = cache(partial(followed, best))
+
+    def of_reference(height: float) -> dict[str, float]:
+        finest, checked = truth(height), followed(check, height)
+        uncertain = abs(checked.touch_x - finest.touch_x)
+        return {"reference": finest.touch_x, "reference_time": finest.states[-1].t, "uncertain": uncertain}
+
+    def of_way(i: int, height: float) -> dict[str, float]:
+        way, finest = all_ways[i], truth(height)
+        # Found before the clock starts; the reference has compiled the kernels.
+        release(way.model, way.refinement, height)
+        seconds, motion = timed(partial(followed, way, height), repeats, first=False)
+        lam, lambda_c = (release(one.model, one.refinement, height).point.lam for one in (way, best))
+        return {
+            "error": motion.touch_x - finest.touch_x,
+            "time_error": motion.states[-1].t - finest.states[-1].t,
+            "lambda_error": lam - lambda_c,
+            "seconds": float(np.median(seconds)),
+            "steps": len(motion.states) - 1.0,
+        }
+
+    known = grid(of_reference, ("reference", "reference_time", "uncertain"), {"height": heights}, 1, progress)
+    names = ("error", "time_error", "lambda_error", "seconds", "steps")
+    values = {**known, **grid(of_way, names, {"way": range(len(ways)), "height": heights}, 1, progress)}
+    del values["way"]
+    values |= {field: ("way", [getattr(way, field) for way in all_ways]) for field in Way._fields}
+    attrs = {"length_star": length_star, "thickness_star": thickness, "disturbance": disturbance, "repeats": repeats}
+    return dataset("fall_accuracy", values, attrs)

@@ -5,28 +5,34 @@ The name of a case says how it differs from the base.  All in units of L*.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from stripfold.analysis.collapse import release_of, to_critical_point
-from stripfold.analysis.release import TIME_OPTIONS, Fall, ReleaseState, initial_state, simulate_fall, state_at_rest
+from stripfold.analysis.release import TIME_OPTIONS, Fall, initial_state, simulate_fall, state_at_rest
 from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
 from stripfold.errors import SolveError
 from stripfold.solve import dynamics
 from stripfold.solve.dynamics import TimeEvent
 from stripfold.solve.schemes import Damping
-from studies.common import Progress, table, variables
+from studies.common import Progress, attempted, pooled, table, variables
 
 FREE_RUN = 10.0
 """Time for which an undamped strip is followed past its first touch: it never comes to rest."""
 
 
-def run(base: Mapping[str, float], cases: Sequence[Mapping[str, Any]], progress: Progress | None = None) -> xr.Dataset:
+def run(
+    base: Mapping[str, float],
+    cases: Sequence[Mapping[str, Any]],
+    threads: int = 1,
+    progress: Progress | None = None,
+) -> xr.Dataset:
     """Let strips fall.
 
     Parameters
@@ -42,38 +48,29 @@ def run(base: Mapping[str, float], cases: Sequence[Mapping[str, Any]], progress:
     Dataset over ``case``, the first being called "base"; a case that failed has nan and its error's message.
     """
     falls = {"base": dict(base)} | {case["name"]: {**base, **case} for case in cases}
+    found = pooled(_measured, falls.values(), threads)
     rows: list[dict[str, Any]] = []
-    shapes: dict[str, Callable[[Array], Array]] = {}
-    branches: dict[tuple[float, ...], ReleaseState] = {}
-    for name, given in falls.items():
-        row: dict[str, Any] = {"case": name, **dict.fromkeys(NUMBERS, np.nan), "message": ""}
-        try:
-            measured, shapes[name] = _measure(given, branches)
-            row |= measured
-        except SolveError as error:
-            row["message"] = f"{type(error).__name__}: {error}"
-        if name in shapes and "base" in shapes and given["length"] == base["length"]:
-            s = np.linspace(0.0, base["length"], 400)
-            apart = shapes[name](s) - shapes["base"](s)
-            row["distance"] = float(np.linalg.norm(apart, axis=1).max())
-        rows.append(row)
+    for (name, given), (measured, message) in zip(falls.items(), found, strict=True):
+        row, shape = measured or ({}, None)
+        if shape is not None and found[0][0] is not None and given["length"] == base["length"]:
+            row["distance"] = float(np.linalg.norm(shape - found[0][0][1], axis=1).max())
+        rows.append({"case": name, **dict.fromkeys(NUMBERS, np.nan), "message": message, **row})
         if progress:
-            progress(f"{name}: {row['message'] or 'done'}")
+            progress(f"{name}: {message or 'done'}")
     return table("falls", "case", rows, {f"base_{key}": value for key, value in base.items()})
 
 
 NUMBERS = tuple(name for name in variables("falls") if name not in ("case", "message"))
 
 
-def _measure(
-    given: Mapping[str, float], branches: dict[tuple[float, ...], ReleaseState]
-) -> tuple[dict[str, float], Callable[[Array], Array]]:
-    """One fall: its numbers, and the end state's mid-surface as a function of the distance along the strip."""
-    key = (given["length"], given["thickness"], given["height"], given["refinement"])
-    if key not in branches:
-        strip = StripModel(given["length"], given["thickness"])
-        branches[key] = release_of(to_critical_point(strip, given["height"], key[3]), key[3])
-    release = branches[key]
+def _measured(given: Mapping[str, float]) -> tuple[tuple[dict[str, float], Array] | None, str]:
+    return attempted(partial(_measure, given))
+
+
+def _measure(given: Mapping[str, float]) -> tuple[dict[str, float], Array]:
+    """One fall: its numbers, and the end state's mid-surface at 400 places, shape (400, 2)."""
+    strip = StripModel(given["length"], given["thickness"])
+    release = release_of(to_critical_point(strip, given["height"], given["refinement"]), given["refinement"])
     problem = release.problem
     damping = Damping(given["air"], given["stiffness"])
     damped = damping != Damping()
@@ -105,9 +102,5 @@ def _measure(
     if damped:
         q = state_at_rest(problem, end).q
         measured["handed_over"] = model.largest_move(end.q, q)
-    shape = model.mid_surface(end.q)
-
-    def at(s: Array) -> Array:
-        return np.stack([np.interp(s, model.s, shape[:, i]) for i in range(2)], axis=1)
-
-    return measured, at
+    s = np.linspace(0.0, model.length, 400)
+    return measured, np.stack([np.interp(s, model.s, at) for at in model.mid_surface(end.q).T], axis=1)

@@ -20,7 +20,7 @@ from stripfold.models.contact_mesh import Topology
 from stripfold.moving_contact import MovingContact
 from stripfold.solve.events import Event, never
 from studies.branches import ETA_B
-from studies.common import Progress, pooled, table
+from studies.common import Progress, attempted, pooled, table
 
 HEIGHT = (0.5, 1.55)
 LENGTH = (10.0, 30.0)
@@ -50,11 +50,9 @@ def case(number: int, seed: int, eta_m: float) -> dict[str, Any]:
     h = Material(eta_b, eta_m).relative_thickness
     row: dict[str, Any] = {"case": number, "height": height, "length": length, "thickness": h, "message": ""}
     for name, (kind, refinement) in MESHES.items():
-        row |= {name: FAILED, f"touch_{name}": np.nan}
-        try:
-            row[name], row[f"touch_{name}"] = landed(StripModel(length, h, kind=kind), height, refinement)
-        except SolveError as error:
-            row["message"] += f"{name}: {type(error).__name__}: {error}; "
+        found, message = attempted(partial(landed, StripModel(length, h, kind=kind), height, refinement))
+        row[name], row[f"touch_{name}"] = found or (FAILED, np.nan)
+        row["message"] += message and f"{name}: {message}; "
     return row
 
 

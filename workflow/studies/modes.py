@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import scipy.linalg
@@ -22,7 +23,7 @@ from stripfold.solve import dynamics, newton
 from stripfold.solve.drive import Moving
 from stripfold.solve.linear import Band
 from stripfold.solve.schemes import Damping, EnergyMomentum
-from studies.common import dataset
+from studies.common import NO_RESULT, attempted, dataset
 from studies.integrators import WithoutMemory
 
 STRIKE = 1e-4
@@ -191,14 +192,17 @@ def run(
     """
     gravity = np.array([0.0, 1.0])
     truth, linear = np.empty((2, modes)), np.empty((2, modes))
-    motion = np.empty((2, modes, len(steps)))
+    motion = np.full((2, modes, len(steps)), np.nan)
+    messages = np.full(motion.shape, "", dtype=object)
     for i, g in enumerate(gravity):
         truth[i] = beam_frequencies(length_star, float(g), modes)
         problem, rest = hanging(length_star, thickness, elements, float(g))
         linear[i], shapes = solid_modes(problem, rest, modes)
         for j, shape in enumerate(shapes):
             for k, n in enumerate(steps):
-                motion[i, j, k] = struck(problem, rest, shape, float(linear[i, j]), periods, n)
+                at = partial(struck, problem, rest, shape, float(linear[i, j]), periods, n)
+                found, messages[i, j, k] = attempted(at)
+                motion[i, j, k] = np.nan if found is None else found
     both, all_three = ("gravity", "mode"), ("gravity", "mode", "steps")
     return dataset(
         "modes",
@@ -210,6 +214,7 @@ def run(
             "solid": (both, linear),
             "motion": (all_three, motion),
             "solid_error": (both, np.abs(linear / truth - 1.0)),
+            NO_RESULT: (all_three, messages),
             "motion_error": (all_three, np.abs(motion / truth[..., None] - 1.0)),
         },
         {"length_star": length_star, "thickness": thickness, "elements": elements, "periods": periods},

@@ -22,7 +22,7 @@ from stripfold.models.contact_mesh import ContactMesh
 from stripfold.problem import AlongX
 from stripfold.solve import continuation, critical
 from stripfold.solve.events import Crossing
-from studies.common import Progress, blank, dataset, timed
+from studies.common import Progress, attempted, dataset, grid, timed
 
 MODELS = ("rod", "solid")
 TOLERANCE = 1e-10
@@ -68,7 +68,6 @@ def run(
     refinement: float,
     parts: Sequence[int],
     reference: int,
-    repeats: int,
     progress: Progress | None = None,
 ) -> xr.Dataset:
     """Errors and times of both models.
@@ -83,18 +82,20 @@ def run(
         Numbers of parts of each of its elements, ascending.
     reference
         One of these: the error of coarser meshes is the distance of lambda_c from that with it.
-    repeats
-        Runs after an uncounted one of which the median time is taken.
     """
     prediction = ElasticaPrediction.at(height)
-    found, size, elements, seconds = (blank(len(MODELS), len(parts)) for _ in range(4))
-    for i, j in np.ndindex(found.shape):
-        strip = StripModel(length_star, thickness, kind=MODELS[i])
-        taken, (found[i, j], ends) = timed(partial(lambda_c, strip, prediction, refinement, parts[j]), repeats)
-        sizes = np.diff(ends)
-        size[i, j], elements[i, j], seconds[i, j] = sizes[0], len(sizes), np.median(taken)
-        if progress:
-            progress(f"{MODELS[i]}, {len(sizes)} elements: {found[i, j]:.10f}, {seconds[i, j]:.3g} s")
+
+    def case(model: str, number: int) -> dict[str, float]:
+        strip = StripModel(length_star, thickness, kind=model)
+        (seconds,), (lam, ends) = timed(partial(lambda_c, strip, prediction, refinement, number), 1, first=False)
+        return {"lambda_c": lam, "size": ends[1], "elements": len(ends) - 1.0, "seconds": seconds}
+
+    for model in MODELS:
+        # Uncounted: compiles the model's kernels.
+        attempted(partial(case, model, parts[0]))
+    names = ("lambda_c", "size", "elements", "seconds")
+    values = grid(case, names, {"model": MODELS, "parts": parts}, progress=progress)
+    found, size, elements, seconds = (values[name][1] for name in names)
     finest = list(parts).index(reference)
     error = np.abs(found - found[:, finest, None])
     error[:, finest:] = np.nan
@@ -103,17 +104,11 @@ def run(
     def slopes(x: Array, y: Array) -> list[float]:
         return [float(np.polyfit(np.log(a), np.log(b), 1)[0]) for a, b in zip(x, y, strict=True)]
 
-    over = ("model", "parts")
     return dataset(
         "order",
         {
-            "model": ("model", MODELS),
-            "parts": ("parts", parts),
-            "size": (over, size),
-            "elements": (over, elements),
-            "lambda_c": (over, found),
-            "error": (over, error),
-            "seconds": (over, seconds),
+            **values,
+            "error": (("model", "parts"), error),
             "order": ("model", slopes(size[:, :finest], error[:, :finest])),
             "cost_order": ("model", slopes(elements[:, large], seconds[:, large])),
         },

@@ -20,10 +20,10 @@ from stripfold.analysis.assess import Assessment, assess_strip
 from stripfold.analysis.contact_branch import STEPS
 from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
-from stripfold.errors import InvalidInputError, SolveError
+from stripfold.errors import InvalidInputError
 from stripfold.paths import table as user_table
 from stripfold.paths.curve import GripperPath
-from studies.common import Progress, pooled, table
+from studies.common import Progress, attempted, pooled, table
 
 KINDS = ("smooth", "corners")
 LENGTHS, THICKNESSES = (9.0, 20.0), (0.04, 0.1)
@@ -81,7 +81,8 @@ def run(cases: int, seed: int, refinement: float, threads: int = 1, progress: Pr
     Returns
     -------
     Dataset over ``case``: ``outcome`` ("stable", "critical", "close", "refused" or "undecided"), the first critical
-    point of both runs, ``contact`` ("moving" or "nodal") and the message of an error.
+    point of both runs, ``contact`` ("moving" or "nodal"), the message of an error, and ``spurious_limit_points``: 1
+    where the first run, but not the second, is critical, nan where there are not two runs.
     """
     one = partial(numbered, seed=seed, refinement=refinement)
     rows = pooled(one, range(cases), threads, progress)
@@ -99,7 +100,7 @@ def outcome(asked: Case, refinement: float) -> dict[str, Any]:
         "kind": asked.kind,
         "length": asked.strip.length,
         "thickness": asked.strip.thickness,
-        **dict.fromkeys(("critical", "again", "angle", "touched"), np.nan),
+        **dict.fromkeys(("critical", "again", "angle", "touched", "spurious_limit_points"), np.nan),
         "contact": "",
         "message": "",
     }
@@ -107,18 +108,20 @@ def outcome(asked: Case, refinement: float) -> dict[str, Any]:
         path = as_table(asked)
     except InvalidInputError as error:
         return {**row, "outcome": "refused", "message": str(error)}
-    try:
-        found = assess_strip(asked.strip, path, refinement=refinement)
-        again = _again(asked, path, refinement)
-    except SolveError as error:
-        return {**row, "outcome": "undecided", "message": f"{type(error).__name__}: {error}"}
+    found, message = attempted(lambda: assess_strip(asked.strip, path, refinement=refinement))
+    again, again_message = attempted(lambda: _again(asked, path, refinement))
+    if found is None or again is None:
+        return {**row, "outcome": "undecided", "message": message or again_message}
     row["critical"], row["again"] = _first(found), _first(again)
     row["angle"] = found.events[0].angle if found.events else np.nan
     row["contact"] = found.contact
     row["touched"] = float(found.touch is not None)
-    if found.stable != again.stable and _at_the_touch(found, again):
+    close = found.stable != again.stable and _at_the_touch(found, again)
+    same = found.stable == again.stable and not abs(row["critical"] - row["again"]) > SAME_PLACE
+    row["spurious_limit_points"] = float(not (found.stable or same or close))
+    if close:
         return {**row, "outcome": "close", "message": "the sag touches where the strip would become critical"}
-    if found.stable != again.stable or abs(row["critical"] - row["again"]) > SAME_PLACE:
+    if not same:
         return {**row, "outcome": "undecided", "message": CONTRADICTED}
     return {**row, "outcome": "stable" if found.stable else "critical"}
 

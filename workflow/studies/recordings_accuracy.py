@@ -16,14 +16,13 @@ import numpy as np
 import xarray as xr
 
 from stripfold.arrays import Array
-from stripfold.errors import StripfoldError
 from stripfold.vision import measure, recording, snap
 from stripfold.vision.measure import Measurement
-from studies.common import Progress, pooled, table
+from studies.common import Progress, attempted, pooled, table
 from studies.recordings_design import case, write_calibration
 
-MEASURED, BOUND, REFUSED = "measured", "bound", "refused"
-"""Outcomes: a value; a bound, since no snap was seen; an error."""
+MEASURED, BOUND, REFUSED, NOT_MADE = "measured", "bound", "refused", "not made"
+"""Outcomes: a value; a bound, since no snap was seen; an error of the measurement; one of the motion or the film."""
 _NUMBERS = ("event", "truth", "static", "static_sd", "static_truth", "sd", "ratio", "speed", "seconds_off", "tracked")
 
 
@@ -32,7 +31,7 @@ def run(cases: int, seed: int, dynamics: float, threads: int = 1, progress: Prog
     with tempfile.TemporaryDirectory() as folder:
         # Before the processes start: two of them would render the same calibration.
         for camera in {case(number, seed).factors["camera"] for number in range(cases)}:
-            write_calibration(camera, Path(folder))
+            attempted(partial(write_calibration, camera, Path(folder)))
         one = partial(measured, seed=seed, dynamics=dynamics, calibrations=Path(folder))
         rows = pooled(one, range(cases), threads, progress)
     return table("recordings_accuracy", "case", rows, {"seed": seed, "dynamics": dynamics})
@@ -44,11 +43,12 @@ def measured(number: int, seed: int, dynamics: float, calibrations: Path) -> dic
     row = {"case": number, **dict.fromkeys(_NUMBERS, np.nan), "message": "", "flags": "", **asked.factors}
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary) / "recording"
-        asked.write(folder, calibrations)
-        try:
-            found = measure.measure(recording.read(folder))
-        except StripfoldError as error:
-            return row | {"outcome": REFUSED, "message": f"{type(error).__name__}: {error}"}
+        _, message = attempted(lambda: asked.write(folder, calibrations))
+        if message:
+            return row | {"outcome": NOT_MADE, "message": message}
+        found, message = attempted(lambda: measure.measure(recording.read(folder)))
+        if found is None:
+            return row | {"outcome": REFUSED, "message": message}
         onset, event, static = _truth(folder, found)
     if found.static:
         row |= {"static": found.static.lam, "static_sd": found.static.sd}

@@ -94,9 +94,3 @@ def judge(case: Case, refinement: float) -> dict[str, Any]:
         "message": message,
         "seconds": perf_counter() - began,
     }
-
-
-def shown(row: dict[str, Any]) -> str:
-    """A row in a few words, for a log."""
-    what = row["message"] or f"{row['value']:.9g}, off by {row['error']:.1e}, allowed {row['allowed']:.1e}"
-    return f"{'FAILED ' if row['failed'] else ''}{row['name']}: {row['outcome']} {what} ({row['seconds']:.1f} s)"

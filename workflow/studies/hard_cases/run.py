@@ -6,6 +6,7 @@ Each has one expected outcome: a value that is compared with an independent one,
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import xarray as xr
@@ -16,9 +17,9 @@ from stripfold.errors import CrushedError, InvalidInputError, NewtonError, Solve
 from stripfold.inputs import Scene
 from stripfold.models.rod import Rod
 from stripfold.models.solid import Solid
-from studies.common import Progress, table
+from studies.common import Progress, pooled, table
 from studies.hard_cases import algebra, arch, strips
-from studies.hard_cases.case import Case, judge, shown
+from studies.hard_cases.case import Case, judge
 from studies.hard_cases.strips import HEIGHT, LENGTH, PAPERS
 
 BESIDE = 0.04
@@ -123,14 +124,14 @@ CASES = tuple(Case(*row) for row in (
 # fmt: on
 
 
-def run(refinement: float, progress: Progress | None = None) -> xr.Dataset:
+def run(refinement: float, threads: int = 1, progress: Progress | None = None) -> xr.Dataset:
     """All cases, over ``case``; ``refinement`` is a factor on all element lengths."""
-    rows: list[dict[str, Any]] = []
-    for case in CASES:
-        rows.append(judge(case, refinement))
-        if progress:
-            progress(shown(rows[-1]))
+    rows = pooled(partial(_numbered, refinement), range(len(CASES)), threads, progress)
     return dataset(rows, refinement)
+
+
+def _numbered(refinement: float, number: int) -> dict[str, Any]:
+    return judge(CASES[number], refinement)
 
 
 def dataset(rows: list[dict[str, Any]], refinement: float) -> xr.Dataset:

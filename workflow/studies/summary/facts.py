@@ -56,7 +56,7 @@ def limit(d: xr.Dataset) -> list[Facts]:
     """One for each eta_m."""
     out = []
     for i, eta_m in enumerate(d.eta_m.values):
-        value, mesh = (np.abs(x) / d.lambda_c_elastica for x in (d.difference[i, -1], d.mesh_error[i]))
+        value, mesh = (np.abs(x[i]) / d.lambda_c_elastica for x in (d.difference, d.mesh_error))
         order, first = float(d.order[i]), i == 0
         text = "" if first else f", order {order:.2f} in eta_m"
         rule = "no criterion: the largest eta_m has no order" if first else "order 1 in eta_m within 0.1"
@@ -78,15 +78,18 @@ def rod(d: xr.Dataset) -> Facts:
 
 def branches(d: xr.Dataset) -> Facts:
     wrong, failed = ((d.verdict == verdict).sum() for verdict in (of_branches.WRONG, of_branches.FAILED))
-    # A file of an earlier version has none compared.
-    compared = d.get("spurious_limit_points", d.verdict[:0]).dropna("case")
+    return {"cases": d.sizes["case"], "seed": seed_of(d), "wrong": wrong, "failed": failed}
+
+
+def spurious(strips: xr.Dataset, paths: xr.Dataset) -> Facts:
+    # Files of an earlier version have none compared.
+    strip, path = (d.get("spurious_limit_points", d.case[:0]).dropna("case") for d in (strips, paths))
     return {
-        "cases": d.sizes["case"],
-        "seed": seed_of(d),
-        "wrong": wrong,
-        "failed": failed,
-        "compared": compared.size,
-        "spurious": compared.sum(),
+        "strips": strip.size,
+        "paths": path.size,
+        "drawn": paths.sizes["case"],
+        "refused": (paths.outcome == "refused").sum(),
+        "spurious": float(strip.sum()) + float(path.sum()),
     }
 
 

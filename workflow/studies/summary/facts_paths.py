@@ -9,7 +9,7 @@ from stripfold.vision.measure import Z_95
 from studies import peers as of_peers
 from studies.peers import CRITICAL, EQUILIBRIUM
 from studies.random_paths import CONTRADICTED
-from studies.recordings_accuracy import BOUND, MEASURED, REFUSED, error
+from studies.recordings_accuracy import BOUND, MEASURED, error
 from studies.summary.facts import Facts, seed_of, share
 
 PEER_RATIOS = {"felupe": 10.0, "mujoco": 30.0, "pyelastica": 100.0, "auto": 1.5, "auto_critical": 2.0}
@@ -91,7 +91,6 @@ def random_paths(d: xr.Dataset) -> Facts:
         "apart": np.abs(d.critical - d.again).values[outcome == "critical"].max(initial=0.0),
         "undecided": len(messages),
         "contradicted": np.sum(messages == CONTRADICTED),
-        "typed": sum("Error: " in text for text in messages),
     }
 
 
@@ -108,6 +107,7 @@ def recordings_accuracy(d: xr.Dataset) -> Facts:
     """In mm; nan where nothing was measured, so that no criterion holds."""
     outcome, off = d.outcome.values, 1e3 * error(d)
     flags, sd = (d[name].values[outcome == MEASURED] for name in ("flags", "sd"))
+    refused = ~np.isin(outcome, (MEASURED, BOUND))
     flagged, wrong = flags != "", np.abs(off) > WRONG_RECORDING
     some = off if off.size else np.array([np.nan])
     median = np.median(some)
@@ -120,8 +120,8 @@ def recordings_accuracy(d: xr.Dataset) -> Facts:
         "mean": some.mean(),
         "rms": np.sqrt(np.mean(some**2)),
         "sd": 1.4826 * np.median(np.abs(some - median)),
-        "refused_share": share(outcome == REFUSED),
-        "refused": np.sum(outcome == REFUSED),
+        "refused_share": share(refused),
+        "refused": refused.sum(),
         "unseen": np.sum(outcome == BOUND),
         "wrong": np.sum(wrong & ~flagged),
         "flagged": flagged.sum(),

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from studies.common import NO_RESULT
 from studies.summary.facts import Facts
 from studies.summary.table import SOURCES, Number, Source
 
@@ -48,9 +49,13 @@ def summarise(data: Mapping[str, xr.Dataset], sources: Mapping[str, str]) -> dic
 def evaluate(source: Source, *data: xr.Dataset) -> dict[str, Entry]:
     """The numbers of one source by key, from its datasets."""
     out: dict[str, Entry] = {}
+    without = sum(int((d[NO_RESULT] != "").sum()) for d in data if NO_RESULT in d)
     for facts in _each(source.facts(*data)):
         facts["d"] = data[0]
         out |= {number.key.format(**facts): _evaluate(number, facts) for number in source.numbers}
+    for entry in out.values() if without else ():
+        entry["statement"] += f"; {without} cases of the study have no result"
+        entry["holds"] = False
     return out
 
 

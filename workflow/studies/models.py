@@ -1,0 +1,83 @@
+"""lambda_c of the models against each other and the elastica, over thickness and height.  All in L*."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from stripfold import elastica
+from stripfold.analysis.prediction import ElasticaPrediction, from_near_the_end
+from stripfold.analysis.static import End, StripModel
+from stripfold.errors import SolveError
+from stripfold.material import Material
+from studies.common import Progress, dataset, grid
+
+MODELS = ("rod", "solid")
+NUMBERS = ("lambda_c", "mesh_error")
+
+
+def lambda_c(length: float, refinement: float, model: str, height: float, thickness: float) -> dict[str, float]:
+    """lambda_c on one mesh, and its change from elements twice as long.
+
+    Raises
+    ------
+    SolveError
+        A run cannot be computed, or ends without a snap.
+    """
+    strip, prediction = StripModel(length, thickness, kind=model), ElasticaPrediction.at(height)
+    fine, coarse = (from_near_the_end(strip, prediction, r) for r in (refinement, 2.0 * refinement))
+    if fine.end is not End.SNAP:
+        raise SolveError(f"no snap of the {model}: {fine.end.reason}")
+    return {"lambda_c": fine.lam, "mesh_error": abs(fine.lam - coarse.lam)}
+
+
+def run_limit(
+    eta_b: float,
+    length_star: float,
+    height: float,
+    eta_m: Sequence[float],
+    refinement: float,
+    threads: int = 1,
+    progress: Progress | None = None,
+) -> xr.Dataset:
+    """lambda_c of the solid for each ``eta_m`` (m^-2 s^2), and the elastica's."""
+    thickness = [Material(eta_b, value).relative_thickness for value in eta_m]
+    case = partial(lambda_c, length_star, refinement, "solid", height)
+    found = grid(case, NUMBERS, {"thickness": thickness}, threads, progress)
+    values: dict[str, tuple[Any, Any]] = {name: ("eta_m", value) for name, (_, value) in found.items()}
+    truth = elastica.critical(height).advance
+    difference = values["lambda_c"][1] - truth
+    order = np.diff(np.log(np.abs(difference))) / np.diff(np.log(eta_m))
+    values |= {
+        "eta_m": ("eta_m", eta_m),
+        "lambda_c_elastica": ((), truth),
+        "difference": ("eta_m", difference),
+        "order": ("eta_m", [np.nan, *order]),
+    }
+    return dataset("limit", values, {"eta_b": eta_b, "height_star": height, "length_star": length_star})
+
+
+def run_rod(
+    length_star: float,
+    heights: Sequence[float],
+    thicknesses: Sequence[float],
+    refinement: float,
+    threads: int = 1,
+    progress: Progress | None = None,
+) -> xr.Dataset:
+    """lambda_c of rod, solid and elastica at all heights, of strips of all thicknesses."""
+    axes = {"model": MODELS, "height": heights, "thickness": thicknesses}
+    values = grid(partial(lambda_c, length_star, refinement), NUMBERS, axes, threads, progress)
+    rod, solid = values["lambda_c"][1]
+    truth = np.array([elastica.critical(z).advance for z in heights])
+    over = ("height", "thickness")
+    differences = {
+        "lambda_c_elastica": ("height", truth),
+        "model_error": (over, rod / solid - 1.0),
+        "thickness_effect": (over, solid / truth[:, None] - 1.0),
+    }
+    return dataset("rod", {**values, **differences}, {"length_star": length_star})
