@@ -30,7 +30,7 @@ all: $(STAMP) ## Redo every run, figure and number of the paper (set CORES=n to 
 studies: $(STAMP) ## Redo the studies that are stale, and the numbers and tables made from them
 	@stale=$$($(IN_VENV) PYTHONPATH=workflow python workflow/evidence.py) || exit 1; \
 	set -- $$(printf '%s\n' $$stale | grep -v -e peers -e cold_run -e ci_run); \
-	$(SNAKEMAKE) studies summary readme --cores $(CORES) $${1:+--forcerun "$$@"}
+	$(SNAKEMAKE) studies summary readme --keep-going --cores $(CORES) $${1:+--forcerun "$$@"}
 
 # Other programs, in an environment of their own beside ours. AUTO-07p is Debian's: apt-get install auto-07p gfortran.
 PEERS := workflow/peers

@@ -44,7 +44,7 @@ PRESET = ("asked", "accuracy", "height")
 SCENE = ("scene", "effect")
 MODEL = ("model", "height", "thickness")
 NEEDED = np.array([[0.0, 1.0, 0.0], [1.0, 1.0, 0.0]])
-OUTCOME = texts(*["stable"] * 100, *["critical"] * 80, *["refused"] * 15, *["undecided"] * 5)
+OUTCOME = texts(*["stable"] * 100, *["critical"] * 83, *["refused"] * 15, *["undecided"] * 2)
 FOUND = np.where(OUTCOME == "critical", 10.0, np.nan)
 
 

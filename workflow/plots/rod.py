@@ -16,7 +16,7 @@ from stripfold.plots.style import figure, styled
 def draw(data: xr.Dataset) -> Figure:
     """Draw the distance of the rod from the solid at each height, and that of the solid from the elastica.
 
-    ``data`` is from :func:`studies.rod.run`.
+    ``data`` is from :func:`studies.models.run_rod`.
     """
     fig = figure(2.8)
     ax = fig.subplots()
