@@ -15,7 +15,7 @@ from functools import cached_property
 
 import numpy as np
 
-from stripfold.arrays import Array, Index, Mask
+from stripfold.arrays import Array, Index
 from stripfold.effects import Effect
 from stripfold.errors import NewtonError
 from stripfold.models.contact_mesh import ContactMesh, Topology
@@ -36,18 +36,43 @@ KEPT_MESHES = 8
 
 @dataclass(frozen=True, eq=False)
 class _Mesh:
-    """The strip with one value of the contact coordinates.
+    """The strip with one value of the contact coordinates."""
 
-    ``growth`` is that of :meth:`.ContactMesh.growth`; ``weight``, shape (n,), that of what is off the floor, and
-    ``weight_columns``, shape (n, n_coordinates), its derivatives by the contact coordinates.
-    """
-
-    model: Model
+    mesh: ContactMesh
+    contact: Array
     motion: Motion
-    effects: tuple[Effect, ...]
-    growth: Array
-    weight: Array
-    weight_columns: Array
+    remembered: tuple[Model | None, tuple[Effect, ...]]
+    bent: tuple[Index, Index]
+
+    @cached_property
+    def model(self) -> Model:
+        return self.mesh.at(self.contact)
+
+    @cached_property
+    def effects(self) -> tuple[Effect, ...]:
+        """The effects on these elements."""
+        model, effects = self.remembered
+        return effects if model is None else tuple(effect.on(model, self.model) for effect in effects)
+
+    @cached_property
+    def growth(self) -> Array:
+        """Of the elements: see :meth:`.ContactMesh.growth`."""
+        return self.mesh.growth(self.contact)
+
+    @cached_property
+    def weight(self) -> Array:
+        """Weight of what is off the floor, shape (n,): the floor carries that of what lies."""
+        bent, unknowns = self.bent
+        weight = self.model.element_weight[bent]
+        return np.bincount(unknowns, weight.ravel(), self.model.size).astype(float)
+
+    @cached_property
+    def weight_columns(self) -> Array:
+        """Derivatives of ``weight`` by the contact coordinates, shape (n, n_coordinates)."""
+        bent, unknowns = self.bent
+        rate = self.model.weight_rate[bent]
+        columns = [np.bincount(unknowns, (by[bent, None] * rate).ravel(), self.model.size) for by in self.growth]
+        return np.array(columns, float).T
 
     @cached_property
     def problem(self) -> StripProblem:
@@ -134,37 +159,25 @@ class MovingContact:
     def at(self, contact: Array) -> _Mesh:
         """The strip with these contact coordinates."""
         key = contact.tobytes()
-        if key in self._meshes:
-            self._meshes.move_to_end(key)
-            return self._meshes[key]
-        model = self.mesh.at(contact)
-        effects = self.effects
-        if effects and self.remembered is not None:
-            effects = tuple(effect.on(self._remembered, model) for effect in effects)
-        # The floor carries the weight of what lies.
-        bent, unknowns = self._bent
-        growth, rate = self.mesh.growth(contact), model.weight_rate[bent]
-        weight = np.bincount(unknowns, model.element_weight[bent].ravel(), model.size)
-        columns = [np.bincount(unknowns, (by[bent, None] * rate).ravel(), model.size) for by in growth]
-        mesh = _Mesh(model, self.motion, effects, growth, weight.astype(float), np.stack(columns, axis=1).astype(float))
-        new = self._meshes[key] = mesh
-        while len(self._meshes) > KEPT_MESHES:
-            self._meshes.popitem(last=False)
-        return new
+        if key not in self._meshes:
+            self._meshes[key] = _Mesh(self.mesh, contact.copy(), self.motion, self._remembered, self._bent)
+            if len(self._meshes) > KEPT_MESHES:
+                self._meshes.popitem(last=False)
+        self._meshes.move_to_end(key)
+        return self._meshes[key]
 
     @cached_property
-    def _bent(self) -> tuple[Mask, Index]:
-        """The elements off the floor, shape (n_elements,), and their unknowns in one row."""
-        model = self.mesh.model
-        first = model.element_unknowns[:, 0] // (model.size // len(model.s))
-        bent = ~self.mesh.on_floor[first // self._per_element]
-        return bent, model.element_unknowns[bent].ravel()
+    def _bent(self) -> tuple[Index, Index]:
+        """The elements off the floor, and their unknowns in one row."""
+        unknowns = self.mesh.model.element_unknowns
+        # Elements across the strip are neighbours in the numbering.
+        bent = np.flatnonzero(np.repeat(~self.mesh.on_floor, len(unknowns) // len(self.mesh.on_floor)))
+        return bent, unknowns[bent].ravel()
 
     @cached_property
-    def _remembered(self) -> Model:
-        """The strip on which the effects are."""
-        assert self.remembered is not None
-        return self.mesh.at(self.remembered)
+    def _remembered(self) -> tuple[Model | None, tuple[Effect, ...]]:
+        """The strip on which the effects are, None for any, and the effects."""
+        return None if self.remembered is None else self.mesh.at(self.remembered), self.effects
 
     def accepted(self, q: Array, motion: Motion | None = None) -> MovingContact:
         """The problem after an accepted step to ``q``, by default of the same motion: the memory is updated."""

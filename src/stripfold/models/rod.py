@@ -62,16 +62,19 @@ X, Z = np.array([0, 2, 4, 6]), np.array([1, 3, 5, 7])
 """Positions of an element's x and z unknowns: displacement, slope; left end, right end."""
 
 
+CUBICS = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [-3.0, -2.0, 3.0, -1.0], [2.0, 1.0, -2.0, 1.0]])
+FIRST = CUBICS[1:] * np.array([1.0, 2.0, 3.0])[:, None]
+SECOND = FIRST[1:] * np.array([1.0, 2.0])[:, None]
+"""Coefficients of Hermite's cubics and their derivatives, shape (powers, 4)."""
+
+
 def hermite(t: Array) -> tuple[Array, Array, Array]:
     """Hermite's cubics on an element of length one, and two derivatives, at points from 0 to 1; shape (n, 4) each.
 
     The functions go with the displacement and the slope at the left end, then those at the right end.
     """
-    one = np.ones_like(t)
-    value = np.stack([1 - 3 * t**2 + 2 * t**3, t - 2 * t**2 + t**3, 3 * t**2 - 2 * t**3, t**3 - t**2], axis=1)
-    first = np.stack([6 * t**2 - 6 * t, 1 - 4 * t + 3 * t**2, 6 * t - 6 * t**2, 3 * t**2 - 2 * t], axis=1)
-    second = np.stack([12 * t - 6 * one, 6 * t - 4 * one, 6 * one - 12 * t, 6 * t - 2 * one], axis=1)
-    return value, first, second
+    powers = np.vander(t, 4, increasing=True)
+    return powers @ CUBICS, powers[:, :3] @ FIRST, powers[:, :2] @ SECOND
 
 
 def _mass() -> Array:
