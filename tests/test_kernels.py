@@ -25,12 +25,7 @@ from stripfold.solve.dynamics import TimeOptions
 from stripfold.solve.linear import Band
 from stripfold.solve.schemes import Damping, EnergyMomentum
 
-SOLIDS = {
-    "solid": {},
-    "two layers": {"across": 2},
-    "bilinear": {"order": 1, "across": 2},
-    "printed": {"law": "printed"},
-}
+SOLIDS = {"solid": {}, "two layers": {"across": 2}, "bilinear": {"order": 1, "across": 2}}
 ENDS = np.array([0.0, 0.2, 0.5, 0.6, 1.0, 1.3, 1.7, 2.0])
 MODELS = {
     "rod": lambda: Rod.of(2.0, 0.1, elements=ENDS),
@@ -125,6 +120,16 @@ def test_derivatives_by_lengths(name, thickness, with_stress):
             forces.append(there.force_of(q, there.predict_stress(q, zero) + more))
         difference = (forces[0] - forces[1]) / (2.0 * step)
         np.testing.assert_allclose(column, difference, rtol=0.0, atol=1e-6 * np.abs(difference).max())
+
+
+def test_derivatives_by_lengths_of_the_printed_law():
+    model = Solid.of(2.0, 0.06, nu=0.3, elements=ENDS, law="printed")
+    rng = np.random.default_rng(6)
+    q, growth, step = 0.1 * rng.standard_normal(model.size), rng.standard_normal((2, len(ENDS) - 1)), 1e-4
+    columns = model.force_and_derivatives(q, growth)[2]
+    for column, by in zip(columns.T, growth, strict=True):
+        ahead, back = (with_growth(model, sign * step * by).internal_force(q) for sign in (1.0, -1.0))
+        np.testing.assert_allclose(column, (ahead - back) / (2.0 * step), rtol=0.0, atol=1e-6 * np.abs(column).max())
 
 
 @pytest.mark.parametrize("name", STRAIGHT)

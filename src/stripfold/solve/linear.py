@@ -252,7 +252,7 @@ class Bordered:
         solve, response, schur = self._eliminated
         n = self.block.size
         try:
-            inverse = np.linalg.inv(schur)
+            inverse = 1.0 / schur if len(schur) == 1 and schur[0, 0] else np.linalg.inv(schur)
         except np.linalg.LinAlgError as error:
             raise SolveError("the tangent matrix is exactly singular") from error
 
