@@ -7,6 +7,7 @@ import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -29,9 +30,7 @@ SOLIDS = {"solid": {}, "two layers": {"across": 2}, "bilinear": {"order": 1, "ac
 ENDS = np.array([0.0, 0.2, 0.5, 0.6, 1.0, 1.3, 1.7, 2.0])
 MODELS = {
     "rod": lambda: Rod.of(2.0, 0.1, elements=ENDS),
-    "solid": lambda: Solid.of(2.0, 0.1, nu=0.3, elements=ENDS),
-    "two layers": lambda: Solid.of(2.0, 0.1, nu=0.3, elements=ENDS, across=2),
-    "bilinear": lambda: Solid.of(2.0, 0.1, nu=0.3, elements=ENDS, order=1, across=2),
+    **{name: partial(Solid.of, 2.0, 0.1, nu=0.3, elements=ENDS, **options) for name, options in SOLIDS.items()},
     "distorted": lambda: Solid.of(2.0, 0.1, nu=0.3, elements=ENDS, distort=lambda x: x + 0.01 * np.sin(3.0 * x)),
 }
 
