@@ -56,7 +56,7 @@ test: $(STAMP) ## Run the tests (set PYTEST_ARGS="-k fold" to choose, "-m slow" 
 	$(IN_VENV) python -m pytest --numprocesses $(CORES:all=auto) --dist loadfile $(PYTEST_ARGS)
 
 starts: $(STAMP) ## Compute the elastica's stored starts anew
-	$(IN_VENV) python -c 'from stripfold.elastica import _starts; _starts.store()'
+	$(IN_VENV) python workflow/starts.py
 
 # Into a folder of its own, so that it neither uses nor touches what `make all` stored. Kept when the run fails.
 quick: $(STAMP) ## Run the whole chain small, in minutes, into a temporary folder

@@ -158,7 +158,7 @@ def test_shapes_of_the_models_agree():
 def test_a_finer_grid_is_finer_and_agrees():
     for z in (1.2, HEIGHT):
         found = elastica.critical(z)
-        assert elastica.advance_on_finer_grid(found) == pytest.approx(found.state.advance, abs=1e-9)
+        assert accuracy.advance_on_finer_grid(found) == pytest.approx(found.state.advance, abs=1e-9)
 
 
 class TestEstimates:

@@ -193,19 +193,19 @@ class TestCriticalPoints:
     def test_off_the_boundary(self, statics: dict[str, Assessment], monkeypatch: pytest.MonkeyPatch):
         """Truth: the run along x at the same height; and how far that is from a place that is moved off."""
         (event,) = statics["r-path"].events
-        assert abs(assessing.off_the_boundary(STRIP, event)) < 1e-3
+        assert abs(assess_data.off_the_boundary(STRIP, event)) < 1e-3
         asked: list[tuple[object, ...]] = []
 
         def run(*given: object, **_: object) -> SimpleNamespace:
             asked.append(given)
             return SimpleNamespace(critical=SimpleNamespace(lam=13.0))
 
-        monkeypatch.setattr(assessing, "solve_height", run)
+        monkeypatch.setattr(assess_data, "solve_height", run)
         moved = replace(event, place=np.array([3.1, 5.0]))
-        assert assessing.off_the_boundary(STRIP, moved, 0.5) == pytest.approx(0.1)
+        assert assess_data.off_the_boundary(STRIP, moved, 0.5) == pytest.approx(0.1)
         assert asked == [(STRIP, 5.0, 0.5)]
-        monkeypatch.setattr(assessing, "solve_height", lambda *_, **__: SimpleNamespace(critical=None))
-        assert np.isnan(assessing.off_the_boundary(STRIP, moved))
+        monkeypatch.setattr(assess_data, "solve_height", lambda *_, **__: SimpleNamespace(critical=None))
+        assert np.isnan(assess_data.off_the_boundary(STRIP, moved))
 
 
 class TestLow:

@@ -7,10 +7,11 @@ from itertools import islice
 import numpy as np
 import pytest
 
+from starts import compute
 from stripfold import elastica
 from stripfold.elastica import _continuation as continuation
 from stripfold.elastica import _events as events
-from stripfold.elastica import _starts as starts
+from stripfold.elastica import _starts as stored_starts
 from stripfold.elastica import _system as system
 from stripfold.elastica._chebyshev import grid, resample
 from stripfold.elastica.branch import points
@@ -101,7 +102,7 @@ def test_slope_is_that_along_the_branch():
 
 
 def test_stored_starts_are_those_computed_from_the_branch():
-    stored, made = np.loadtxt(starts.TABLE, delimiter=","), starts.compute()
+    stored, made = np.loadtxt(stored_starts.TABLE, delimiter=","), compute()
     np.testing.assert_allclose(stored, made, rtol=1e-4, atol=1e-8)
 
 

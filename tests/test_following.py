@@ -111,7 +111,7 @@ def assert_points_are_equilibria(segment: StaticSegment) -> None:
 
 def test_it_goes_through_equilibria_to_the_end(followed: StaticSegment) -> None:
     assert followed.critical is None
-    assert followed.contact == path_statics.MOVING
+    assert not followed.nodal
     assert_points_are_equilibria(followed)
     lam = np.array([point.lam for point in followed.points])
     assert PATH.position(float(lam[0]))[1] == pytest.approx(path_statics.LOW, rel=1e-6)
@@ -143,7 +143,7 @@ def test_the_gripper_rises_again() -> None:
     path = polygon(*CORNERS, CORNERS[2])
     there = along(ROD, path)
     assert there.critical is None
-    assert there.contact == path_statics.MOVING
+    assert not there.nodal
     ends = [i for i, point in enumerate(there.points) if point.lam == path.pieces[1].end]
     assert distance(there.states[-1], there.states[ends[0]]) < 1e-3
 
@@ -282,7 +282,7 @@ def test_a_whole_strip_off_the_floor_is_followed_at_nodes() -> None:
     segment = along(ROD, path)
     assert segment.critical is None
     assert "whole strip" in segment.nodal
-    assert segment.contact == path_statics.NODAL
+    assert segment.nodal
     assert segment.points[-1].lam == path.length
     lies = [lying_length(*state) for state in segment.states]
     assert min(lies) == 0.0

@@ -17,6 +17,7 @@ from stripfold.analysis import static
 from stripfold.models.solid import Solid
 from stripfold.problem import AlongX, StripProblem
 from stripfold.solve import newton
+from studies.hard_cases.arch import column_buckling_length
 
 
 def check_orders(thickness: tuple[float, ...], errors: np.ndarray, order: float, slack: float) -> None:
@@ -37,7 +38,7 @@ def hanging(length: float, thickness: float, elements: int) -> np.ndarray:
 def test_cantilever():
     """Truth: the strip of Peirce's test: its chord points 41.5 degrees down at the length 2.000350."""
     length = 2.000350
-    assert elastica.cantilever_length() == pytest.approx(length, abs=1e-6)
+    assert np.degrees(elastica.cantilever(length).droop_angle) == pytest.approx(41.5, abs=1e-4)
     thickness = (0.1, 0.05, 0.025)
     errors = []
     for h in thickness:
@@ -69,7 +70,7 @@ def test_self_buckling():
 
     The straight state is computed past it too; eigenvalue and inertia must change at the same length.
     """
-    exact = elastica.column_buckling_length()
+    exact = column_buckling_length()
     assert exact == pytest.approx(1.986353, abs=1e-6)
     thickness = (0.2, 0.1, 0.05)
     errors = []

@@ -85,7 +85,7 @@ def _resolve_secant(material: Config, gravity: float, root: Path, at: str) -> No
         if not point.snap:
             raise InvalidInputError("z", given["height"], "a height at which the strip snaps, in L*")
         table = textile.read_table(root / given["table"])
-        found = textile.secant(table, given["areal_load"], point.state.max_curvature, gravity)
+        found = textile.secant(table, given["areal_load"], textile.largest_curvature(point.state), gravity)
     filled = (
         (material, at, "eta_b", found.eta_b),
         (material, at, "rho_a", given["areal_load"] / gravity),

@@ -24,7 +24,7 @@ def draw(data: xr.Dataset, curve: xr.Dataset) -> Figure:
     data
         Critical points of several materials, padded with nan, over ``material`` and ``height_index``.
     curve
-        The elastica's critical points from :func:`stripfold.elastica.master_curve`: ``lambda_c`` over ``z``,
+        The elastica's critical points from :func:`tasks.x_axis.master_curve`: ``lambda_c`` over ``z``,
         both in L*, and the attribute ``touch_limit``, the height under which the sag touches first.
     """
     limit = float(curve.attrs["touch_limit"])

@@ -15,9 +15,9 @@ from stripfold.analysis import critical_point
 from stripfold.analysis.verdict import assess_path
 from stripfold.inputs import Scene
 from stripfold.material import Material
-from stripfold.paths.rpath import path_of
 from stripfold.paths.table import read
 from studies.common import command, dataset, timed, timed_process
+from tasks.assess_data import path_of
 
 ETA_B = 3780.0
 """Of the strip whose R-path is assessed, m^-4 s^2."""

@@ -30,10 +30,10 @@ from stripfold.models.contact_mesh import ContactMesh
 from stripfold.models.integrals import CompiledIntegrals
 from stripfold.models.rod import Rod
 from stripfold.models.solid import Solid
-from stripfold.paths.rpath import path_of
 from stripfold.solve import compiled_step, continuation, dynamics, newton
 from stripfold.solve.linear import Band
 from studies.common import dataset
+from tasks.assess_data import path_of
 
 
 class Part(NamedTuple):

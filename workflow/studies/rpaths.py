@@ -13,7 +13,8 @@ from functools import partial
 import xarray as xr
 
 from stripfold import elastica
-from stripfold.analysis.assess import BIFURCATION, assess_strip, off_the_boundary
+from stripfold.analysis.assess import BIFURCATION, assess_strip
+from tasks.assess_data import off_the_boundary
 from stripfold.analysis.static import StripModel
 from stripfold.elastica.half_fold import critical_state_fixed_lift_off
 from stripfold.errors import SolveError

@@ -10,17 +10,19 @@ import numpy as np
 from stripfold import schema
 from stripfold.analysis.assess import (
     Assessment,
+    CriticalEvent,
     assess_strip,
     lying_length,
-    off_the_boundary,
     peak_forces,
     shape_error,
 )
 from stripfold.analysis.release import Fall, Progress
-from stripfold.analysis.static import StripModel
+from stripfold.analysis.static import StripModel, solve_height
 from stripfold.arrays import Array
 from stripfold.material import Material
-from stripfold.paths.rpath import path_of, plan_r_path
+from stripfold.paths.curve import GripperPath
+from stripfold.paths.geometric import circular, triangular
+from stripfold.paths.rpath import plan_r_path
 from tasks.states import dataset, rows_of_motion, rows_of_segment
 
 if TYPE_CHECKING:
@@ -50,6 +52,19 @@ NUMBERS = (
     "completed",
 )
 """Numbers of an assessment, stored as attributes of its file."""
+
+
+def path_of(name: str, length: float) -> GripperPath:
+    """One of the paper's paths, "triangular", "circular" or "r-path", for a strip of this length, L*.
+
+    Raises
+    ------
+    InvalidInputError
+        A length for which there is no such path.
+    """
+    if name == "r-path":
+        return plan_r_path(length).path
+    return {"triangular": triangular, "circular": circular}[name](length)
 
 
 def run(
@@ -116,6 +131,19 @@ def numbers(found: Assessment, strip: StripModel, name: str, refinement: float) 
         "relative_length": strip.length,
         "completed": float(found.at_end),
     }
+
+
+def off_the_boundary(strip: StripModel, event: CriticalEvent, refinement: float = 1.0) -> float:
+    """How far a critical point on a path is from lambda_c of the x-axis study at its height, L*.
+
+    The boundary belongs to the strip, not to the path: what differs is error.  nan where the sag touches first at
+    constant height.
+    """
+    x, z = event.place
+    run = solve_height(strip, float(z), refinement)
+    if run.critical is None:
+        return float("nan")
+    return float(x + strip.length / 2.0 - run.critical.lam)
 
 
 def table(files: Mapping[tuple[str, str], xr.Dataset], labels: Mapping[str, str]) -> xr.Dataset:

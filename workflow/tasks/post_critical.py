@@ -133,7 +133,7 @@ def two_ways(
         reason="",
         signs=[direction.sign for direction in ways.branches],
         touch_x=[unit * x for x in touches],
-        ends=[unit * direction.after.points[-1].lam for direction in ways.branches],
+        ends=[unit * direction.after.states[-1][1].lam for direction in ways.branches],
         landing_x=unit * plan.landing,
         planned_touch_x=unit * plan.first_touch,
     )

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from stripfold import elastica
 from stripfold.arrays import Array
 from stripfold.errors import InvalidInputError
 from stripfold.material import GRAVITY
@@ -57,6 +58,16 @@ def read_table(path: str | os.PathLike[str]) -> Array:
     if not (sound and np.all(np.isfinite(table)) and np.all(table > 0.0) and np.all(np.diff(table, axis=0) > 0.0)):
         raise InvalidInputError("table", str(path), allowed)
     return table
+
+
+def largest_curvature(state: elastica.State) -> float:
+    """Largest absolute curvature, 1/L*: a parabola through the largest of 1001 samples and its neighbours."""
+    size = np.abs(state.at(np.linspace(0.0, state.length, 1001)).curvature)
+    top = min(max(int(np.argmax(size)), 1), size.size - 2)
+    before, at, after = size[top - 1 : top + 2]
+    second = before - 2.0 * at + after
+    # At an end (a clamp), or where the curvature is constant, there is no maximum of a parabola.
+    return float(size.max() if at < size.max() or second >= 0.0 else at - (before - after) ** 2 / (8.0 * second))
 
 
 def secant(table: Array, load: float, dimensionless_curvature: float, gravity: float = GRAVITY) -> Secant:

@@ -257,6 +257,10 @@ def critical_points(runs: Mapping[str, xr.Dataset], labels: Mapping[str, str]) -
 
 def master_curve(heights: Sequence[float]) -> xr.Dataset:
     """The elastica's critical points, in L*, at ``heights`` above its touch limit."""
-    curve = elastica.master_curve(np.asarray(heights))
-    values = {"z": ("z", heights), "lambda_c": ("z", curve.advance), "free_length": ("z", curve.length)}
+    points = [elastica.critical(z) for z in heights]
+    values = {
+        "z": ("z", heights),
+        "lambda_c": ("z", [point.advance for point in points]),
+        "free_length": ("z", [point.length for point in points]),
+    }
     return schema.dataset(values, {"touch_limit": elastica.touch_limit()}, table=STAR)

@@ -23,7 +23,7 @@ from stripfold.analysis.release import (
     at_rest,
     simulate_fall,
 )
-from stripfold.analysis.static import StripModel, solve_height
+from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
 from stripfold.paths.curve import GripperPath
 from stripfold.paths.rpath import RPath
@@ -185,19 +185,6 @@ def boundary_angle(problem: StripProblem, point: Point) -> float:
     way = problem.motion.rates(point.lam)
     sine = abs(float(normal @ way)) / float(np.linalg.norm(normal) * np.linalg.norm(way))
     return degrees(np.arcsin(min(sine, 1.0)))
-
-
-def off_the_boundary(strip: StripModel, event: CriticalEvent, refinement: float = 1.0) -> float:
-    """How far a critical point on a path is from lambda_c of the x-axis study at its height, L*.
-
-    The boundary belongs to the strip, not to the path: what differs is error.  nan where the sag touches first at
-    constant height.
-    """
-    x, z = event.place
-    run = solve_height(strip, float(z), refinement)
-    if run.critical is None:
-        return float("nan")
-    return float(x + strip.length / 2.0 - run.critical.lam)
 
 
 def _static_touch(segment: StaticSegment) -> Touchdown | None:

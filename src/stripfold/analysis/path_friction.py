@@ -28,6 +28,7 @@ from stripfold.analysis.contact_branch import (
     transferred,
     zero,
 )
+from stripfold.analysis.static import LIMIT
 from stripfold.arrays import Array
 from stripfold.effects import Effect, Hysteresis, Pull
 from stripfold.errors import InvalidInputError, LostStabilityError, SolveError
@@ -37,7 +38,7 @@ from stripfold.moving_contact import MovingContact
 from stripfold.paths.curve import GripperPath
 from stripfold.problem import AlongPiece, Motion, StripProblem
 from stripfold.solve import continuation, critical, newton
-from stripfold.solve.events import Crossing, Event, never
+from stripfold.solve.events import Crossing, Event
 from stripfold.solve.linear import Bordered
 from stripfold.solve.problem import Equilibrium, Point, Tangent, inner
 
@@ -48,7 +49,6 @@ FIRST_HEIGHT = 0.01
 """Length travelled at the first state, L*."""
 LIMIT_TOLERANCE = 1e-5
 """Width of the bracket of lambda at a limit point, L*."""
-LIMIT = Event("limit point", critical.is_past, located=never)
 REACHED, LANDING = "end of the step", "gripper near the floor"
 LOW = 1e-3
 """Height of the gripper below which no state is computed but on the floor, L*."""

@@ -83,16 +83,6 @@ class StaticSegment:
         """The states without their problems."""
         return tuple(point for _, point in self.states)
 
-    @property
-    def contact(self) -> str:
-        """Whether contact coordinates were unknowns throughout, or the contact was at nodes in some states."""
-        return NODAL if self.nodal else MOVING
-
-    @property
-    def iterations(self) -> int:
-        """Newton iterations of all states together."""
-        return sum(len(point.state.residuals) - 1 for point in self.points)
-
 
 def from_flat(mesh: Planned, path: GripperPath, length: float) -> BranchPoint:
     """The first state of a path, its gripper just lifted."""

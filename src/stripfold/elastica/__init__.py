@@ -12,14 +12,11 @@ Examples
 (9.856908, True)
 """
 
+from stripfold.elastica._cantilever import cantilever
 from stripfold.elastica.branch import state_at, state_no_horizontal_force, x_axis_branch
-from stripfold.elastica.classics import cantilever, cantilever_length, column_buckling_length
 from stripfold.elastica.critical_point import (
     CriticalPoint,
-    MasterCurve,
-    advance_on_finer_grid,
     critical,
-    master_curve,
     touch_limit,
 )
 from stripfold.elastica.fold import (
@@ -33,19 +30,14 @@ from stripfold.elastica.state import Profile, Sag, State
 __all__ = [
     "CriticalPoint",
     "FoldedLoop",
-    "MasterCurve",
     "Profile",
     "Sag",
     "State",
-    "advance_on_finer_grid",
     "cantilever",
-    "cantilever_length",
-    "column_buckling_length",
     "critical",
     "eta_b_from_fold_height",
     "folded_loop",
     "half_fold_lying_length",
-    "master_curve",
     "state_at",
     "state_no_horizontal_force",
     "touch_limit",

@@ -13,10 +13,7 @@ import numpy as np
 
 from stripfold.arrays import Array
 from stripfold.elastica._chebyshev import grid
-from stripfold.elastica._continuation import at_height, between, until
-from stripfold.elastica._events import SNAP, TOUCH
 from stripfold.elastica._system import LENGTH, SCALARS, next_count, refine
-from stripfold.elastica.branch import points
 
 TABLE = Path(__file__).with_name("starts.csv")
 START_OF_SNAPS = 1.586
@@ -39,20 +36,3 @@ def start(z: float, snap: bool) -> Array:
 def _table() -> Array:
     """d^2 theta / ds^2 at the nodes and the three scalars: of each range, height and unknown."""
     return np.loadtxt(TABLE, delimiter=",").reshape(2, HEIGHTS, NODES + SCALARS)
-
-
-def compute() -> Array:
-    """The table, shape (2 HEIGHTS, NODES + 3)."""
-    rows = []
-    for event, (low, high) in zip((TOUCH, SNAP), np.log(RANGES), strict=True):
-        for z in np.exp(low + grid(HEIGHTS).nodes * (high - low)).tolist():
-            *_, before, after = until(points(z), event)
-            y = refine(between(before, after, at_height(z), event).e.y, NODES)
-            y[:-SCALARS] /= y[LENGTH] ** 2
-            rows.append(y)
-    return np.array(rows)
-
-
-def store() -> None:
-    """Compute the table and store it."""
-    np.savetxt(TABLE, compute(), fmt="%.5g", delimiter=",")

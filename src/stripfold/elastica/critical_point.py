@@ -12,17 +12,15 @@ Results for heights of 0.1 to 100 L* (docs/physics.md, section 4):
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
-from stripfold.arrays import Array, Mask
 from stripfold.elastica._checks import height
 from stripfold.elastica._events import SNAP, SNAP_AT_HEIGHT, TOUCH
 from stripfold.elastica._starts import START_OF_SNAPS, start
-from stripfold.elastica._system import gripper_at, newton, no_lift_off_moment, refine, solve
+from stripfold.elastica._system import gripper_at, no_lift_off_moment, solve
 from stripfold.elastica.state import State
 from stripfold.errors import ContinuationError
 
@@ -90,13 +88,6 @@ def critical(z: float) -> CriticalPoint:
     raise ContinuationError(f"neither a maximum of the advance nor contact was found at z = {z:g}", parameter=z)
 
 
-def advance_on_finer_grid(point: CriticalPoint) -> float:
-    """The advance at the same event with half as many nodes again, for an estimate of the discretisation error."""
-    y = point.state._unknowns()
-    finer = refine(y, 3 * point.state.s.size // 2)
-    return State._from(newton(finer, (*gripper_at(point.z), (SNAP if point.snap else TOUCH).condition))).advance
-
-
 @lru_cache(maxsize=1)
 def touch_limit() -> float:
     """The height z / L* at which the sag of the critical state just touches the lower layer.
@@ -111,28 +102,3 @@ def touch_limit() -> float:
     return State._from(
         solve(start(START_OF_SNAPS, True), (no_lift_off_moment, TOUCH.condition, SNAP.condition))
     ).gripper[1]
-
-
-@dataclass(frozen=True, eq=False)
-class MasterCurve:
-    """Critical points over the gripper height, shape (m,) each, in L*: the fields of :class:`CriticalPoint`."""
-
-    z: Array
-    snap: Mask
-    advance: Array
-    length: Array
-    x: Array
-    clearance: Array
-
-
-def master_curve(z: Iterable[float]) -> MasterCurve:
-    """The critical points at gripper heights ``z``, L*: one curve for all materials. Raises as :func:`critical`.
-
-    Examples
-    --------
-    >>> master_curve([2.0, 3.0]).advance.round(6).tolist()
-    [8.97838, 9.856908]
-    """
-    points = [critical(value) for value in z]
-    names = ("z", "snap", "advance", "length", "x", "clearance")
-    return MasterCurve(*(np.array([getattr(point, name) for point in points]) for name in names))

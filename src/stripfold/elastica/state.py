@@ -115,16 +115,6 @@ class State:
         return float(self.x[-1]), float(self.z[-1])
 
     @property
-    def max_curvature(self) -> float:
-        """Largest absolute curvature, 1/L*: a parabola through the largest of 1001 samples and its neighbours."""
-        size = np.abs(self.at(np.linspace(0.0, self.length, 1001)).curvature)
-        top = min(max(int(np.argmax(size)), 1), size.size - 2)
-        before, at, after = size[top - 1 : top + 2]
-        second = before - 2.0 * at + after
-        # At an end (a clamp), or where the curvature is constant, there is no maximum of a parabola.
-        return float(size.max() if at < size.max() or second >= 0.0 else at - (before - after) ** 2 / (8.0 * second))
-
-    @property
     def droop_angle(self) -> float:
         """Angle, rad, by which the chord from s = 0 to s = l points below the horizontal."""
         return float(np.arctan2(-self.z[-1], self.x[-1]))

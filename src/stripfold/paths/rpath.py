@@ -20,7 +20,6 @@ from stripfold.elastica.point_contact import states_point_contact
 from stripfold.elastica.state import State
 from stripfold.errors import InvalidInputError
 from stripfold.paths.curve import GripperPath, Piece, polygon_length
-from stripfold.paths.geometric import circular, triangular
 
 LONGEST = 100.0
 """Longest strip for which the plan has been tested, L*."""
@@ -191,16 +190,3 @@ def plan_r_path(length: float) -> RPath:
         first_touch=lift_off - float(free_states[-1].at(sag.s).x),
         landing=lift_off + loop.offset,
     )
-
-
-def path_of(name: str, length: float) -> GripperPath:
-    """One of the paper's paths, "triangular", "circular" or "r-path", for a strip of this length, L*.
-
-    Raises
-    ------
-    InvalidInputError
-        A length for which there is no such path.
-    """
-    if name == "r-path":
-        return plan_r_path(length).path
-    return {"triangular": triangular, "circular": circular}[name](length)

@@ -22,8 +22,8 @@ from math import log, nan, pi
 import numpy as np
 from scipy.optimize import brentq
 
-from stripfold import elastica
 from stripfold.arrays import Array, Index
+from stripfold.elastica._chebyshev import grid
 from stripfold.models.rod import Rod
 from stripfold.solve import continuation, critical, newton
 from stripfold.solve.continuation import StepOptions
@@ -176,7 +176,23 @@ def column() -> Finding:
         # Weight times length cubed over bending stiffness.
         return critical.locate(problem, before, point, 1e-6, steps).lam ** (1.0 / 3.0)
 
-    return refined(value_at, 1.0, elastica.column_buckling_length(), 1e-4)
+    return refined(value_at, 1.0, column_buckling_length(), 1e-4)
+
+
+def column_buckling_length() -> float:
+    """Height in L* at which a column, clamped below and free above, buckles under its own weight.
+
+    Smallest l with a nonzero solution of theta'' + (l - s) theta = 0, theta(0) = theta'(l) = 0.
+
+    Examples
+    --------
+    >>> round(column_buckling_length(), 6)
+    1.986353
+    """
+    g = grid(32)
+    # u = -l^3 (1 - sigma) G u: the eigenvalues of the operator are 1 / l^3.
+    values = np.linalg.eigvals(-(1.0 - g.nodes)[:, None] * g.angle)
+    return float(values.real.max() ** (-1.0 / 3.0))
 
 
 def root_law() -> Finding:

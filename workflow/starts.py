@@ -1,0 +1,29 @@
+"""Computes the stored approximations from which the elastica's events are found: `make starts`."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stripfold.arrays import Array
+from stripfold.elastica._chebyshev import grid
+from stripfold.elastica._continuation import at_height, between, until
+from stripfold.elastica._events import SNAP, TOUCH
+from stripfold.elastica._starts import HEIGHTS, NODES, RANGES, TABLE
+from stripfold.elastica._system import LENGTH, SCALARS, refine
+from stripfold.elastica.branch import points
+
+
+def compute() -> Array:
+    """The table, shape (2 HEIGHTS, NODES + 3)."""
+    rows = []
+    for event, (low, high) in zip((TOUCH, SNAP), np.log(RANGES), strict=True):
+        for z in np.exp(low + grid(HEIGHTS).nodes * (high - low)).tolist():
+            *_, before, after = until(points(z), event)
+            y = refine(between(before, after, at_height(z), event).e.y, NODES)
+            y[:-SCALARS] /= y[LENGTH] ** 2
+            rows.append(y)
+    return np.array(rows)
+
+
+if __name__ == "__main__":
+    np.savetxt(TABLE, compute(), fmt="%.5g", delimiter=",")
