@@ -14,12 +14,12 @@ import xarray as xr
 
 from stripfold import elastica
 from stripfold.analysis.assess import BIFURCATION, assess_strip
-from tasks.assess_data import off_the_boundary
 from stripfold.analysis.static import StripModel
 from stripfold.elastica.half_fold import critical_state_fixed_lift_off
 from stripfold.errors import SolveError
 from stripfold.paths.rpath import plan_r_path
 from studies.common import Progress, dataset, grid
+from tasks.assess_data import off_the_boundary
 from tasks.friction import LAWS, follow, smallest
 
 
