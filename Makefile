@@ -9,6 +9,7 @@ BIN := $(CURDIR)/$(VENV)/bin
 # What a rule's `script:` or `shell:` finds first must be the locked environment.
 IN_VENV := PATH="$(BIN):$$PATH"
 SNAKEMAKE = $(IN_VENV) snakemake
+COMPILE := from stripfold.kernels import band, elements, step
 
 # The systems solved are small and banded: threads inside BLAS only cost time, the parallelism is between runs.
 export OMP_NUM_THREADS := 1
@@ -27,7 +28,9 @@ unexport PYTHONDONTWRITEBYTECODE
 all: $(STAMP) ## Redo every run, figure and number of the paper (set CORES=n to use fewer cores)
 	$(SNAKEMAKE) all --cores $(CORES)
 
+# Kernels that have changed are compiled first: no study may wait for that in a case of limited time.
 studies: $(STAMP) ## Redo the studies that are stale, and the numbers and tables made from them
+	@$(IN_VENV) python -c '$(COMPILE)'
 	@stale=$$($(IN_VENV) PYTHONPATH=workflow python workflow/evidence.py) || exit 1; \
 	set -- $$(printf '%s\n' $$stale | grep -v -e peers -e cold_run -e ci_run); \
 	$(SNAKEMAKE) studies summary readme --keep-going --cores $(CORES) $${1:+--forcerun "$$@"}
@@ -102,7 +105,7 @@ $(STAMP): environment.lock pyproject.toml
 	@cmp -s environment.lock $(VENV)/environment.lock || rm -rf $(VENV)
 	@test -d $(VENV) || $(MAKE) --no-print-directory -f $(firstword $(MAKEFILE_LIST)) locked-packages
 	$(BIN)/python -m pip install --quiet --no-deps --no-build-isolation --editable .
-	$(BIN)/python -c 'from stripfold.kernels import band, elements, step'
+	$(BIN)/python -c '$(COMPILE)'
 	@touch $@
 	@echo "environment complete: $(VENV), $$($(BIN)/python --version)"
 

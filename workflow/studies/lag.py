@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cache, partial
 from itertools import takewhile
 from typing import Any
 
@@ -34,7 +35,7 @@ from stripfold.solve.drive import Moving
 from stripfold.solve.dynamics import TimeEvent, TimeOptions
 from stripfold.solve.problem import Point, Tangent
 from stripfold.solve.schemes import Damping
-from studies.common import dataset
+from studies.common import Progress, dataset, grid
 
 INERTIAL, OVERDAMPED = 4.0 / 5.0, 2.0 / 3.0
 """Exponents of the theory."""
@@ -157,8 +158,27 @@ def exponent(speed: Array, lag: Array) -> tuple[float, float]:
 
 
 def limit(speed: Array, lam: Array, power: float) -> float:
-    """``lambda_0`` of ``lam = lambda_0 + A speed^power``, least squares."""
+    """``lambda_0`` of ``lam = lambda_0 + A speed^power``, least squares; nan where a passage failed."""
+    if not np.isfinite(lam).all():
+        return float("nan")
     return float(np.polyfit(speed**power, lam, 1)[1])
+
+
+_fold = cache(
+    lambda length, thickness, height, refinement: Fold.of(
+        solve_height(StripModel(length, thickness), height, refinement), refinement
+    )
+)
+
+
+def _passage(asked: tuple[float, ...], air: float, speed: float) -> dict[str, float]:
+    fold = _fold(*asked)
+    snap, touch, steps = passage(fold, speed, air)
+    found = snap, touch, snap - fold.lam, fold.expected(speed, air), steps
+    return dict(zip(OF_PASSAGE, found, strict=True))
+
+
+OF_PASSAGE = ("snap", "touch", "lag", "expected", "time_steps")
 
 
 def run(
@@ -169,6 +189,8 @@ def run(
     speeds: Sequence[float],
     air: float,
     damped_speeds: Sequence[float],
+    threads: int = 1,
+    progress: Progress | None = None,
 ) -> xr.Dataset:
     """Lags without damping and in air.
 
@@ -183,28 +205,25 @@ def run(
     air
         Air drag per mass and velocity, sqrt(g/L*); much more than the rate of the passage, so that it decides.
     """
-    fold = Fold.of(solve_height(StripModel(length_star, thickness), height, refinement), refinement)
-    lambda_c = fold.lam
+    asked = length_star, thickness, height, refinement
+    # The processes started below have it, too.
+    fold = _fold(*asked)
     data: dict[str, tuple[Any, Any]] = {
-        "lambda_c": ((), lambda_c),
+        "lambda_c": ((), fold.lam),
         "push": ((), fold.push),
         "curvature": ((), fold.curvature),
     }
-    for suffix, a, asked, power in (("", 0.0, speeds, INERTIAL), ("_damped", air, damped_speeds, OVERDAMPED)):
-        dim, v = f"speed{suffix}", np.asarray(asked, dtype=float)
-        snap, touch, steps = (np.array(column) for column in zip(*(passage(fold, x, a) for x in v), strict=True))
-        slope, half_width = exponent(v, snap - lambda_c)
+    for suffix, a, given, power in (("", 0.0, speeds, INERTIAL), ("_damped", air, damped_speeds, OVERDAMPED)):
+        dim, v = f"speed{suffix}", np.asarray(given, dtype=float)
+        found = grid(partial(_passage, asked, a), OF_PASSAGE, {dim: list(v)}, threads, progress)
+        slope, half_width = exponent(v, found["lag"][1])
         data |= {
             dim: (dim, v),
-            f"snap{suffix}": (dim, snap),
-            f"touch{suffix}": (dim, touch),
-            f"lag{suffix}": (dim, snap - lambda_c),
-            f"expected{suffix}": (dim, [fold.expected(x, a) for x in v]),
-            f"time_steps{suffix}": (dim, steps),
+            **{f"{name}{suffix}": found[name] for name in OF_PASSAGE},
             f"exponent{suffix}": ((), slope),
             f"exponent_half_width{suffix}": ((), half_width),
             f"theory{suffix}": ((), power),
-            f"limit{suffix}": ((), limit(v, snap, power)),
+            f"limit{suffix}": ((), limit(v, found["snap"][1], power)),
         }
     scene = {"length_star": length_star, "thickness": thickness, "height_star": height}
     return dataset("lag", data, {**scene, "refinement": refinement, "air": air})

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from time import perf_counter
 
 import numpy as np
@@ -26,7 +27,7 @@ from stripfold.solve.dynamics import TimeEvent, TimeOptions, TimeState
 from stripfold.solve.linear import Band, BandPattern
 from stripfold.solve.problem import Point
 from stripfold.solve.schemes import Damping, DynamicProblem, EnergyMomentum, Scheme
-from studies.common import blank, dataset
+from studies.common import attempted, blank, dataset
 from studies.integrators import Bathe, GeneralisedAlpha, WithoutMemory
 from studies.modes import HeldStrip
 
@@ -197,21 +198,19 @@ def run(
     for i, scheme in enumerate(SCHEMES.values()):
         oscillator[i] = [oscillator_error(scheme, dt, oscillator_until) for dt in oscillator_steps]
         for j, dt in enumerate(swing_steps):
-            try:
-                begin = perf_counter()
-                states = _steps(strip, first, dt, swing_until, scheme)
-            except SolveError as error:
-                failures[i] += f"swing, step {dt:g}: {error}; "
+            begin = perf_counter()
+            states, message = attempted(partial(_steps, strip, first, dt, swing_until, scheme))
+            if states is None:
+                failures[i] += f"swing, step {dt:g}: {message}; "
                 continue
             seconds[i, j], iterations[i, j] = perf_counter() - begin, sum(m.iterations for m in states)
             swing[i, j] = np.sqrt(strip.metric @ (states[-1].q - truth) ** 2)
             most = max(m.energy.kinetic for m in states)
             change[i, j] = (states[-1].energy.total - first.energy.total) / most
-        try:
-            for name, value in _fall(static, refinement, scheme).items():
-                falls[name][i] = value
-        except SolveError as error:
-            failures[i] += f"fall: {error}; "
+        fall, message = attempted(partial(_fall, static, refinement, scheme))
+        for name, value in (fall or {}).items():
+            falls[name][i] = value
+        failures[i] += message and f"fall: {message}; "
     orders = (
         [observed_order(steps, error) for error in errors]
         for steps, errors in ((oscillator_steps, oscillator), (swing_steps, swing))
