@@ -40,7 +40,7 @@ class CriticalPoint(CriticalResult, Result):
     lambda_c, error
         Advance of the gripper past the flat end at the snap, and the estimated error of mesh and bracket.
     lambda_c_lower, lambda_c_upper
-        Its bracket.
+        Its bracket on the mesh used.
     lambda_0
         Advance without horizontal force, where the motion starts.
     x_c
@@ -50,11 +50,12 @@ class CriticalPoint(CriticalResult, Result):
     snap, reason
         Whether the strip snaps, and what ends the advance.
     model, model_error
-        The model used, and the estimated distance of its lambda_c from the solid's.
+        The model used, and the estimated distance of its lambda_c from the solid's; 0 for the solid.
     seconds
         Run time.
     state
-        Shape (n, 2): x and z of the mid-surface where the advance ends, from the gripped end.
+        Shape (n, 2): x and z of the mid-surface where the advance ends, from the gripped end; empty where the strip is
+        too short for such a state.
     scene
         The inputs.
     """

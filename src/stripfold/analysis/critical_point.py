@@ -31,32 +31,7 @@ BRACKET = 0.01
 
 @dataclass(frozen=True, slots=True)
 class CriticalResult:
-    """A critical point, lengths in m; nan where there is none.
-
-    Attributes
-    ----------
-    lambda_0, lambda_c
-        Advance of the gripper past the flat end, with no horizontal force and at the critical point.
-    x_c
-        Gripper at the critical point in the paper's frame, origin mid-strip.
-    lambda_c_lower, lambda_c_upper
-        Bracket of lambda_c on the mesh used.
-    error
-        Estimated error of lambda_c of this model, due to mesh and bracket.
-    free_length
-        Length of the part off the floor when the advance ends.
-    snap, reason
-        Whether lambda has a maximum, and how the advance ends.
-    seconds
-        Time taken.
-    model
-        "solid", "rod" or "elastica": the one that was used.
-    model_error
-        Estimated distance of this model's lambda_c from the solid's; 0 for the solid.
-    state
-        Shape (n, 2): x and z of the mid-surface where the advance ends, from the grasped end; empty where the strip is
-        too short for such a state.
-    """
+    """A critical point, lengths in m; :class:`.results.CriticalPoint` describes the attributes."""
 
     lambda_0: float
     lambda_c: float
