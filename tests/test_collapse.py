@@ -13,7 +13,7 @@ from stripfold import elastica
 from stripfold.analysis import collapse, release
 from stripfold.analysis.collapse import Collapse
 from stripfold.analysis.contact import columns_on_floor, touch_position, touches
-from stripfold.analysis.release import TIME_OPTIONS, Fall
+from stripfold.analysis.release import TIME_OPTIONS, Fall, ReleaseState
 from stripfold.analysis.static import StripModel
 from stripfold.errors import NewtonError, SolveError, TimeStepError
 from stripfold.simulation import Simulation
@@ -61,7 +61,7 @@ def test_nothing_penetrates_or_gains_energy(found: Collapse) -> None:
 def test_what_lies_and_what_is_held_has_its_velocity(found: Collapse) -> None:
     """After an impact nothing on the floor goes into it, and the gripper and the pin go as they are driven."""
     problem, states = found.motion.problem, found.motion.states
-    _, drive = release.initial_state(collapse.release_of(found.run, 1.5), FALL)
+    _, drive = release.initial_state(ReleaseState.at(found.run.last, 1.5), FALL)
     for state in states[1:]:
         assert np.abs(state.v[state.active]).max() < 1e-12
         np.testing.assert_allclose(state.v[problem.prescribed], [drive.rate(state.t), 0.0, 0.0, 0.0], atol=1e-12)
@@ -98,7 +98,7 @@ def test_the_touch_is_the_first(found: Collapse) -> None:
     # Bisection stops with a bracket that is short enough; its lower end need not be a state of the motion.
     before = motion.states[motion.touch - 1]
     if at.dt > release.TOUCH_TOLERANCE:
-        _, drive = release.initial_state(collapse.release_of(found.run, 1.5), FALL)
+        _, drive = release.initial_state(ReleaseState.at(found.run.last, 1.5), FALL)
         scheme, shorter = EnergyMomentum(), at.dt - release.TOUCH_TOLERANCE
         almost = dynamics.step(found.motion.problem, before, shorter, drive, FALL.damping, scheme, TIME_OPTIONS)
         assert not touches(model, almost)
@@ -115,7 +115,7 @@ def test_the_touch_is_located_step_by_step(found: Collapse, monkeypatch: pytest.
     touch = found.motion.touch
     at = next(i for i in range(touch, 0, -1) if states[touch].t - states[i].t > 0.01)
     problem = found.motion.problem
-    _, drive = release.initial_state(collapse.release_of(found.run, 1.5), FALL)
+    _, drive = release.initial_state(ReleaseState.at(found.run.last, 1.5), FALL)
     touch_event = TimeEvent(lambda state: touches(problem.model, state), release.TOUCH_TOLERANCE)
     step, reached = dynamics.step, []
 
@@ -171,7 +171,7 @@ def test_a_lying_upper_layer_leaves_the_folded_loop(found: Collapse) -> None:
 
 
 def test_both_signs_end_in_the_same_state(found: Collapse) -> None:
-    other = release.simulate_fall(collapse.release_of(found.run, 1.5), replace(FALL, disturbance=-FALL.disturbance))
+    other = release.simulate_fall(ReleaseState.at(found.run.last, 1.5), replace(FALL, disturbance=-FALL.disturbance))
     middle = found.motion.problem.model.mid_surface
     apart = middle(other.states[-1].q) - middle(found.motion.states[-1].q)
     assert np.abs(apart).max() < 1e-3
@@ -180,7 +180,7 @@ def test_both_signs_end_in_the_same_state(found: Collapse) -> None:
 
 
 def test_the_disturbance_has_its_speed_and_direction(found: Collapse) -> None:
-    first, drive = release.initial_state(collapse.release_of(found.run, 1.5), FALL)
+    first, drive = release.initial_state(ReleaseState.at(found.run.last, 1.5), FALL)
     problem = found.motion.problem
     speed = np.linalg.norm(first.v[problem.model.middle], axis=1).max()
     assert speed == pytest.approx(FALL.disturbance)
@@ -195,7 +195,7 @@ def test_the_disturbance_has_its_speed_and_direction(found: Collapse) -> None:
 
 
 def test_a_moving_gripper(found: Collapse) -> None:
-    motion = release.simulate_fall(collapse.release_of(found.run, 1.5), replace(FALL, speed=0.02, to_rest=False))
+    motion = release.simulate_fall(ReleaseState.at(found.run.last, 1.5), replace(FALL, speed=0.02, to_rest=False))
     last = motion.states[-1]
     assert last.lam == pytest.approx(motion.states[0].lam + 0.02 * last.t)
     assert motion.touch == len(motion.states) - 1
@@ -215,7 +215,7 @@ def test_a_strip_that_stays_is_an_error(found: Collapse, monkeypatch: pytest.Mon
 def test_a_strip_that_never_rests_is_an_error(found: Collapse, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(release, "LONGEST_FALL", 20.0)
     with pytest.raises(TimeStepError, match="did not come to rest") as caught:
-        release.simulate_fall(collapse.release_of(found.run, 1.5), replace(FALL, disturbance=0.05, damping=Damping()))
+        release.simulate_fall(ReleaseState.at(found.run.last, 1.5), replace(FALL, disturbance=0.05, damping=Damping()))
     assert caught.value.last.energy.kinetic > 0.0
 
 
@@ -236,7 +236,7 @@ def test_a_step_that_fails_keeps_the_last_good_state(found: Collapse, monkeypatc
 
     monkeypatch.setattr(dynamics, "step", breaking)
     with pytest.raises(TimeStepError, match="planted") as caught:
-        release.simulate_fall(collapse.release_of(found.run, 1.5), FALL)
+        release.simulate_fall(ReleaseState.at(found.run.last, 1.5), FALL)
     assert caught.value.last.t == pytest.approx(3.0, abs=1e-3)
     assert np.isfinite(caught.value.details["mid_surface"]).all()
 
@@ -337,4 +337,4 @@ def test_the_inputs_reach_the_model(monkeypatch: pytest.MonkeyPatch, model: str)
     ((strip, height, fall),) = seen
     assert strip == StripModel(pytest.approx(0.3 / star), asked.material.relative_thickness, 0.3, kind=model)
     assert height == pytest.approx(0.054 / star)
-    assert fall == collapse.fall_of(asked)
+    assert fall == collapse.in_solver_units(asked, asked.material)

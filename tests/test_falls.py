@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from stripfold.analysis.collapse import release_of, to_critical_point
-from stripfold.analysis.release import TIME_OPTIONS, Fall, simulate_fall
+from stripfold.analysis.collapse import to_critical_point
+from stripfold.analysis.release import TIME_OPTIONS, Fall, ReleaseState, simulate_fall
 from stripfold.analysis.static import StripModel
 from stripfold.solve.schemes import Damping
 from studies import falls
@@ -78,7 +78,7 @@ def test_undamped_is_followed_past_the_touch(found: xr.Dataset) -> None:
 def test_the_numbers_are_those_of_the_motion(found: xr.Dataset) -> None:
     """The base and its other sign once more, measured from the energies and shapes of their moments."""
     strip = StripModel(BASE["length"], BASE["thickness"])
-    run = release_of(to_critical_point(strip, BASE["height"], BASE["refinement"]), BASE["refinement"])
+    run = ReleaseState.at(to_critical_point(strip, BASE["height"], BASE["refinement"]).last, BASE["refinement"])
     options = replace(TIME_OPTIONS, tolerance=BASE["tolerance"])
     fall = Fall(BASE["disturbance"], damping=Damping(air=BASE["air"], stiffness=BASE["stiffness"]))
     motion, other = (simulate_fall(run, replace(fall, disturbance=v), options) for v in (1e-2, -1e-2))

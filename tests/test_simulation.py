@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from stripfold.analysis.collapse import fall_of
+from stripfold.analysis.collapse import in_solver_units
 from stripfold.errors import InvalidInputError
 from stripfold.simulation import Release, Simulation
 
@@ -17,7 +17,7 @@ def test_solver_units() -> None:
     asked = Simulation(**STRIP, disturbance=-0.02, speed=0.1, air=3.0, stiffness=0.01, until="touch")
     star = (3780.0 * 9.81) ** (-1 / 3)
     time = (star / 9.81) ** 0.5
-    fall = fall_of(asked)
+    fall = in_solver_units(asked, asked.material)
     assert asked.time_unit == pytest.approx(time)
     assert fall.disturbance == pytest.approx(-0.02 * time / star)
     assert fall.speed == pytest.approx(0.1 * time / star)

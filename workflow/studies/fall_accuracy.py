@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from stripfold.analysis.collapse import release_of, to_critical_point
+from stripfold.analysis.collapse import to_critical_point
 from stripfold.analysis.release import TIME_OPTIONS, Fall, Motion, ReleaseState, simulate_fall
 from stripfold.analysis.static import StripModel
 from stripfold.errors import SolveError
@@ -77,7 +77,7 @@ def run(
     @cache
     def release(model: str, refinement: float, height: float) -> ReleaseState:
         strip = StripModel(length_star, thickness, kind=model)
-        return release_of(to_critical_point(strip, height, refinement), refinement)
+        return ReleaseState.at(to_critical_point(strip, height, refinement).last, refinement)
 
     def followed(way: Way, height: float) -> Motion:
         """The fall, from the model's critical state, which is found once."""

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from stripfold.analysis.collapse import release_of, to_critical_point
-from stripfold.analysis.release import TIME_OPTIONS, Fall, initial_state, simulate_fall, state_at_rest
+from stripfold.analysis.collapse import to_critical_point
+from stripfold.analysis.release import TIME_OPTIONS, Fall, ReleaseState, initial_state, simulate_fall, state_at_rest
 from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
 from stripfold.errors import SolveError
@@ -70,7 +70,7 @@ def _measured(given: Mapping[str, float]) -> tuple[tuple[dict[str, float], Array
 def _measure(given: Mapping[str, float]) -> tuple[dict[str, float], Array]:
     """One fall: its numbers, and the end state's mid-surface at 400 places, shape (400, 2)."""
     strip = StripModel(given["length"], given["thickness"])
-    release = release_of(to_critical_point(strip, given["height"], given["refinement"]), given["refinement"])
+    release = ReleaseState.at(to_critical_point(strip, given["height"], given["refinement"]).last, given["refinement"])
     problem = release.problem
     damping = Damping(given["air"], given["stiffness"])
     damped = damping != Damping()

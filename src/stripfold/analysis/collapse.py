@@ -95,7 +95,7 @@ def simulate(
     run = to_critical_point(strip, height, refinement)
     if fall is None:
         return Collapse(height, run, None, (), "the critical point: statics alone do not lead past it")
-    release = release_of(run, refinement)
+    release = ReleaseState.at(run.last, refinement)
     if self_contact is not None:
         layers = SelfContact.of(release.problem.model, self_contact)
         release = replace(release, problem=replace(release.problem, self_contact=layers))
@@ -123,13 +123,6 @@ def to_critical_point(strip: StripModel, height: float, refinement: float = 1.0)
     return run
 
 
-def release_of(run: XRun, refinement: float = 1.0) -> ReleaseState:
-    """The critical state of a run that ended in a snap, on a mesh on which the strip can also be laid down and rolled
-    on."""
-    assert run.critical is not None
-    return ReleaseState.at(run.last, refinement)
-
-
 def go_on(strip: StripModel, motion: Motion, height: float, refinement: float = 1.0) -> tuple[tuple[State, ...], str]:
     """Follow the settled strip until its gripper is above the held end; the states, and what ended the motion."""
     length, begin = strip.length, motion.states[-1].lam
@@ -142,8 +135,10 @@ def go_on(strip: StripModel, motion: Motion, height: float, refinement: float = 
     )
     mesh, path = strip.contact_mesh(refinement), GripperPath("along x", (along_x,))
     segment = follow(mesh, path, length, at_rest(mesh, motion))
-    layers = motion.problem.self_contact
-    if layers is not None and any(layers.gap(_on(motion.problem.model, *state)) < 0.0 for state in segment.states):
+    layers, model = motion.problem.self_contact, motion.problem.model
+    if layers is not None and any(
+        layers.gap(problem.model.resampled(point.q, model.s)) < 0.0 for problem, point in segment.states
+    ):
         # Layers meet: a contact that only states on a fixed mesh have.
         rest = motion.problem, state_at_rest(motion.problem, motion.states[-1])
         segment = follow(mesh, path, length, rest)
@@ -153,19 +148,9 @@ def go_on(strip: StripModel, motion: Motion, height: float, refinement: float = 
     return segment.states, ABOVE if segment.critical is None else "another critical point"
 
 
-def _on(model: Model, problem: StripProblem, point: Point) -> Array:
-    """The unknowns of a state on another mesh."""
-    return problem.model.resampled(point.q, model.s)
-
-
 ENERGIES = ("kinetic", "elastic", "gravity", "work", "air", "viscous", "contact", "numerical", "closing")
 """Terms of the energy balance that are stored."""
 IN_STATICS = ("kinetic", "elastic", "gravity")
-
-
-def fall_of(simulation: Simulation) -> Fall:
-    """How the strip is released, in solver units."""
-    return in_solver_units(simulation, simulation.material)
 
 
 def in_solver_units(release: Release, material: Material) -> Fall:
@@ -185,7 +170,7 @@ def run(simulation: Simulation, progress: Progress | None = None) -> xr.Dataset:
     asked, thickness = simulation.effects, simulation.material.relative_thickness
     stretched = thickness if asked.membrane != "off" else min(thickness, needed_effects.UNSTRETCHED)
     strip = StripModel(simulation.length_star, stretched, simulation.nu, kind=simulation.model)
-    fall = fall_of(simulation) if asked.inertia != "off" else None
+    fall = in_solver_units(simulation, simulation.material) if asked.inertia != "off" else None
     layers = thickness if asked.self_contact != "off" else None
     began = perf_counter()
     found = simulate(strip, simulation.height_star, fall, progress=progress, self_contact=layers)
