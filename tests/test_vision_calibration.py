@@ -40,7 +40,7 @@ def test_corners_of_a_rendered_board(board: Board) -> None:
     assert len(corners.ids) == len(board.points)
     assert error(corners.pixels, true) < 0.06
     # Ids, object points and pixels belong together: one pose of the board reproduces them.
-    assert intrinsics.reprojection_error(seen.LENS, corners) < 0.1
+    assert study.reprojection_error(seen.LENS, corners) < 0.1
     np.testing.assert_array_equal(corners.object_points, board.points[corners.ids])
     # A large picture is reduced for detection only.
     large = detect(np.asarray(cv2.resize(image, (2560, 1920), interpolation=cv2.INTER_CUBIC)), board)

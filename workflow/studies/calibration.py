@@ -9,13 +9,15 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import cv2
 import numpy as np
 import xarray as xr
 
 from stripfold.errors import CalibrationError
 from stripfold.vision import intrinsics
-from stripfold.vision.boards import Board, Refinement, detect, spacing
-from stripfold.vision.camera import read_camera, read_opencv_yaml
+from stripfold.vision.boards import Board, Corners, Refinement, detect, spacing
+from stripfold.vision.camera import Camera, read_camera, read_opencv_yaml
+from stripfold.vision.mapping import rms as rms_of
 from stripfold.vision.pictures import read_calibration_picture
 from studies.common import Progress, dataset
 
@@ -62,7 +64,7 @@ def run(images: str | Path, progress: Progress | None = None) -> xr.Dataset:
     charuco = detect(read_calibration_picture(other / CHARUCO_PICTURE), CHARUCO)
     if charuco is None:
         raise CalibrationError(CHARUCO_PICTURE, "no board", "the ChArUco board")
-    charuco_rms = intrinsics.reprojection_error(read_camera(other / PUBLISHED_CHARUCO), charuco)
+    charuco_rms = reprojection_error(read_camera(other / PUBLISHED_CHARUCO), charuco)
     data = {
         "view_rms": (("way", "view"), view_rms),
         "rms": ("way", rms),
@@ -84,3 +86,9 @@ def run(images: str | Path, progress: Progress | None = None) -> xr.Dataset:
         "axis": ("axis", ["x", "y"]),
     }
     return dataset("calibration", data)
+
+
+def reprojection_error(camera: Camera, corners: Corners) -> float:
+    """RMS reprojection error of one view, pixels; only its pose is fitted."""
+    _, rotation, translation = cv2.solvePnP(corners.object_points, corners.pixels, camera.matrix, camera.distortion)
+    return rms_of(camera.project(corners.object_points, rotation, translation) - corners.pixels)

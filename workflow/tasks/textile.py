@@ -12,13 +12,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stripfold import elastica
+from stripfold import elastica, tables
 from stripfold.arrays import Array
 from stripfold.errors import InvalidInputError
 from stripfold.material import GRAVITY
 from stripfold.roots import root
 
 COLUMNS = "curvature_1_per_m,moment_N"
+MAX_ROWS = 10_000
 
 
 class Secant(NamedTuple):
@@ -47,16 +48,9 @@ def read_table(path: str | os.PathLike[str]) -> Array:
     InvalidInputError
         No such file, other columns, or numbers that are not positive and increasing in the curvature.
     """
-    allowed = f"a CSV file with the columns {COLUMNS} of positive numbers, both increasing"
-    try:
-        lines = Path(path).read_text(encoding="utf-8").splitlines()
-        rows = [line for line in lines if line and not line.startswith("#")]
-        header, table = rows[0], np.array([[float(x) for x in row.split(",")] for row in rows[1:]])
-    except (OSError, ValueError, IndexError) as error:
-        raise InvalidInputError("table", str(path), allowed, str(error)) from error
-    sound = header == COLUMNS and table.ndim == 2 and table.shape[0] >= 2 and table.shape[1] == 2
-    if not (sound and np.all(np.isfinite(table)) and np.all(table > 0.0) and np.all(np.diff(table, axis=0) > 0.0)):
-        raise InvalidInputError("table", str(path), allowed)
+    table = tables.read_table("table", Path(path), COLUMNS, (2, MAX_ROWS))
+    if not (np.all(table > 0.0) and np.all(np.diff(table, axis=0) > 0.0)):
+        raise InvalidInputError("table", str(path), "positive numbers, both columns increasing")
     return table
 
 

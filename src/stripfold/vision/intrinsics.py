@@ -255,9 +255,3 @@ def covariance(views: Sequence[View], whole: Fit) -> Array:
     scale = np.sqrt(np.diag(normal))
     inverse = np.linalg.inv(normal / np.outer(scale, scale)) / np.outer(scale, scale)
     return np.asarray((inverse + inverse.T) / 2.0 * (squares / freedom))
-
-
-def reprojection_error(camera: Camera, corners: Corners) -> float:
-    """RMS reprojection error of one view, pixels; only its pose is fitted."""
-    _, rotation, translation = cv2.solvePnP(corners.object_points, corners.pixels, camera.matrix, camera.distortion)
-    return rms(camera.project(corners.object_points, rotation, translation) - corners.pixels)

@@ -8,6 +8,7 @@ from typing import Any
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import orthogonal_procrustes
 
 from stripfold.arrays import Array
 from stripfold.errors import CalibrationError
@@ -65,9 +66,9 @@ def fit_similarity(source: Array, target: Array) -> Array:
     Source: Umeyama, IEEE Trans. Pattern Anal. Mach. Intell. 13 (1991) 376, with either sign of the determinant.
     """
     a, b = source - source.mean(axis=0), target - target.mean(axis=0)
-    u, singular, vt = np.linalg.svd(b.T @ a)
+    turn, singular = orthogonal_procrustes(a, b)
     similarity = np.eye(3)
-    similarity[:2, :2] = singular.sum() / np.sum(a**2) * u @ vt
+    similarity[:2, :2] = singular / np.sum(a**2) * turn.T
     similarity[:2, 2] = target.mean(axis=0) - similarity[:2, :2] @ source.mean(axis=0)
     return similarity
 
