@@ -185,7 +185,7 @@ class MovingContact:
         effects = self.at(contact).problem.accepted(q[: self.n]).effects
         return MovingContact(self.mesh, motion or self.motion, effects, contact.copy())
 
-    @property
+    @cached_property
     def n(self) -> int:
         """Number of unknowns of the model."""
         return self.size - len(self.mesh.planned)
@@ -253,7 +253,7 @@ class MovingContact:
             force, tangent = force + more, tangent + stiffness
         if mesh.effects:
             columns = columns + self._effect_columns(u, contact)
-        rows, corner = np.stack([tangent.row(j) for j in self._released]), columns[self._released]
+        rows, corner = np.array([tangent.row(j) for j in self._released]), columns[self._released]
         if self._at_point:
             rows[0], corner[0] = self._upright, 0.0
         sign = self._sign[:, None]
