@@ -30,7 +30,7 @@ from stripfold.models.contact_mesh import ContactMesh
 from stripfold.models.integrals import CompiledIntegrals
 from stripfold.models.rod import Rod
 from stripfold.models.solid import Solid
-from stripfold.solve import compiled_step, continuation, dynamics, newton
+from stripfold.solve import compiled_step, continuation, dynamics, limit_point, newton
 from stripfold.solve.linear import Band
 from studies.common import dataset
 from tasks.assess_data import path_of
@@ -54,11 +54,11 @@ PARTS = (
     Part(Band, "negatives", "count of negative eigenvalues"),
     Part(continuation, "nearest_eigenvalues", "eigenvalues"),
     Part(newton, "rounding", "rounding of the residual"),
-    Part(newton, "solve_bordered", "bordered systems of Newton"),
-    Part(continuation, "solve_bordered", "bordered systems of the tangent"),
+    Part(newton, "solve_bordered", "bordered systems"),
     Part(newton, "solve", "Newton"),
     Part(continuation, "evaluate", "tangent and stability of a point"),
     Part(continuation, "step", "step of the continuation"),
+    Part(limit_point, "solve", "limit point"),
     Part(ContactMesh, "of", "planning of the mesh"),
     Part(Solid, "of", "mesh and model"),
     Part(Rod, "of", "mesh and model"),

@@ -99,6 +99,11 @@ def from_flat(mesh: Planned, motion: Motion, lam: float) -> BranchPoint:
 
 def from_elastica(mesh: Planned, motion: Motion, lam: float, state: elastica.State) -> BranchPoint:
     """The state at ``lam`` near one of the elastica."""
+    return solved(*as_elastica(mesh, motion, state), lam)
+
+
+def as_elastica(mesh: Planned, motion: Motion, state: elastica.State) -> tuple[MovingContact, Array]:
+    """A strip bent as the elastica is: its problem and its unknowns."""
     planned = mesh(np.array([state.length]))
     model = planned.model
     at = state.at(np.clip(state.length - model.s, 0.0, None))
@@ -106,7 +111,7 @@ def from_elastica(mesh: Planned, motion: Motion, lam: float, state: elastica.Sta
     # The elastica's X points from the lift-off to the gripper, and so does its arc length.
     x = np.where(lies, model.s, state.length - at.x) - model.length / 2.0
     u = model.unknowns_of(np.stack([x, np.where(lies, 0.0, at.z)], axis=1), np.where(lies, 0.0, -at.theta))
-    return solved(MovingContact(planned, motion), np.append(u, state.length), lam)
+    return MovingContact(planned, motion), np.append(u, state.length)
 
 
 def solved(problem: MovingContact, q: Array, lam: float, sign: float = 1.0) -> BranchPoint:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field
 from math import nan
 from time import perf_counter
@@ -12,7 +13,13 @@ import numpy as np
 
 from stripfold import elastica
 from stripfold.analysis import select_model
-from stripfold.analysis.prediction import ElasticaPrediction, from_near_the_end, without_horizontal_force
+from stripfold.analysis.prediction import (
+    ElasticaPrediction,
+    Snap,
+    from_near_the_end,
+    snap,
+    without_horizontal_force,
+)
 from stripfold.analysis.static import LAMBDA_TOLERANCE, End, StripModel, XRun, solve_height
 from stripfold.arrays import Array
 from stripfold.errors import SolveError
@@ -134,7 +141,7 @@ def _find(scene: Scene, prediction: ElasticaPrediction, progress: Progress) -> _
     nu, law = (scene.material.nu, scene.law) if scene.model == "solid" else (0.0, "svk")
     strip = StripModel(length, thickness, nu, law=law, kind=scene.model)
     tolerance = max(LAMBDA_TOLERANCE, BRACKET * scene.accuracy * last.advance)
-    run, error = _fine_enough(scene, lambda r: _run(strip, prediction, r, tolerance, progress), progress)
+    run, error = _fine_enough(scene, strip, prediction, tolerance, progress)
     state = run.last.problem.mid_surface(run.last.point.q)
     lambda_0 = without_horizontal_force(strip, prediction, select_model.refinement(scene.model, scene.accuracy))
     if run.critical is None:
@@ -145,8 +152,18 @@ def _find(scene: Scene, prediction: ElasticaPrediction, progress: Progress) -> _
 
 def _run(
     strip: StripModel, prediction: ElasticaPrediction, refinement: float, tolerance: float, progress: Progress
+) -> Snap | XRun:
+    """The end of the advance, from the elastica's or, where a strip is so thick that none is near, from flat."""
+    progress(f"elements {refinement:.2g} times the standard ones")
+    with suppress(SolveError):
+        return snap(strip, prediction, refinement)
+    return _followed(strip, prediction, refinement, tolerance, progress)
+
+
+def _followed(
+    strip: StripModel, prediction: ElasticaPrediction, refinement: float, tolerance: float, progress: Progress
 ) -> XRun:
-    """The end of the advance, from the elastica's state or, where a strip is so thick that none is near, from flat."""
+    """The end of the advance, the branch followed to it."""
     try:
         return from_near_the_end(strip, prediction, refinement, tolerance)
     except SolveError as error:
@@ -164,19 +181,22 @@ def _with_held_end(free_part: Array, length: float) -> Array:
     return np.vstack([free_part, [length / 2.0, 0.0]])
 
 
-def _fine_enough(scene: Scene, follow: Callable[[float], XRun], progress: Progress) -> tuple[XRun, float]:
+def _fine_enough(
+    scene: Scene, strip: StripModel, prediction: ElasticaPrediction, tolerance: float, progress: Progress
+) -> tuple[XRun, float]:
     """The run on the first mesh within the scene's accuracy, and its error, L*.
 
     The error is a share of the change from a coarser mesh, the usual error, and the bracket's width.
     """
     refinement, share = select_model.refinement(scene.model, scene.accuracy), select_model.SHARE[scene.model]
-
-    def followed(r: float) -> XRun:
-        progress(f"following the branch, elements {r:.2g} times the standard ones")
-        return follow(r)
-
-    coarse, fine = followed(select_model.COARSER * refinement), followed(refinement)
+    coarse: Snap | XRun = _run(strip, prediction, select_model.COARSER * refinement, tolerance, progress)
     while True:
+        end = _run(strip, prediction, refinement, tolerance, progress)
+        try:
+            fine = end.checked(tolerance) if isinstance(end, Snap) else end
+        except SolveError as refused:
+            progress(f"not the first limit point: {refused}")
+            fine = _followed(strip, prediction, refinement, tolerance, progress)
         # Two meshes may agree by chance.
         usual = select_model.USUAL_ERROR[scene.model] * refinement ** select_model.ORDER[scene.model] * fine.lam
         error = share * abs(fine.lam - coarse.lam) + usual + fine.slack
@@ -188,4 +208,4 @@ def _fine_enough(scene: Scene, follow: Callable[[float], XRun], progress: Progre
                 advice="ask for less accuracy",
             )
         refinement /= select_model.COARSER
-        coarse, fine = fine, followed(refinement)
+        coarse = fine

@@ -1,19 +1,28 @@
-"""The end of the gripper's advance from where the elastica predicts it.  Lengths in L*."""
+"""The end of the gripper's advance from where the elastica predicts it: solved for, or followed to.  Lengths in L*."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 from stripfold import elastica
-from stripfold.analysis.contact_branch import from_elastica
+from stripfold.analysis.contact_branch import STEPS, BranchPoint, as_elastica, clearance, from_elastica
 from stripfold.analysis.static import LAMBDA_TOLERANCE, LEAST_LYING, End, StripModel, XRun, to_the_end
 from stripfold.errors import SolveError
+from stripfold.moving_contact import MovingContact
 from stripfold.problem import AlongX, Lift
+from stripfold.solve import critical, limit_point
+from stripfold.solve.limit_point import LimitPoint
+from stripfold.solve.newton import NewtonOptions
+from stripfold.solve.problem import Tangent
 
 BEFORE = 0.25
 """Distance in free length before the elastica's end at which a run begins, L*: lambda is about 0.06 L* lower."""
 SHORTER = (10.0, 0.05)
 """Thick strips begin earlier by up to this, (a + b z^2) h^2 L*: their advance ends earlier."""
+
+NEWTON = NewtonOptions(max_iterations=15)
+"""For the limit point from the elastica's: where more are needed, a march takes as long."""
 
 
 class ElasticaPrediction(NamedTuple):
@@ -35,6 +44,55 @@ class ElasticaPrediction(NamedTuple):
         if self.last.length >= length:
             return End.LIFTED
         return End.SNAP if self.snap else End.TOUCH
+
+
+@dataclass(frozen=True, eq=False)
+class Snap:
+    """A limit point of an advance, not yet checked by the states beside it."""
+
+    problem: MovingContact
+    limit: LimitPoint
+    end: End = End.SNAP
+
+    @property
+    def lam(self) -> float:
+        """lambda_c."""
+        return self.limit.state.lam
+
+    def checked(self, tolerance: float = LAMBDA_TOLERANCE) -> XRun:
+        """The end of the advance, lambda_c to a bracket of ``tolerance``.
+
+        Raises
+        ------
+        SolveError
+            See :func:`.critical.checked`.
+        """
+        found = critical.checked(self.problem, self.limit, tolerance, STEPS)
+        before, after = (BranchPoint(self.problem, point) for point in (found.before, found.after))
+        return XRun((before, after), End.SNAP, found, before)
+
+
+def snap(strip: StripModel, prediction: ElasticaPrediction, refinement: float = 1.0) -> Snap:
+    """The limit point near the elastica's, solved for directly.
+
+    Raises
+    ------
+    SolveError
+        There is none, or the sag touches or the whole strip lifts before.
+    """
+    last, longest = prediction.last, strip.length - LEAST_LYING
+    if not prediction.snap or last.length > longest:
+        raise SolveError("the elastica has no limit point on a strip of this length")
+    problem, q = as_elastica(strip.contact_mesh(refinement), AlongX(prediction.height), last)
+    # There lambda stands still and the lift-off moves.
+    towards = Tangent(problem.metric, 0.0)
+    limit = limit_point.solve(problem, q, last.advance, towards, problem.bounded, NEWTON)
+    q = limit.state.q
+    if clearance(problem, q)[0] < 0.0:
+        raise SolveError("the sag touches before lambda has a maximum", parameter=limit.state.lam)
+    if problem.contact(q)[-1] > longest:
+        raise SolveError("the whole strip lifts before lambda has a maximum", parameter=limit.state.lam)
+    return Snap(problem, limit)
 
 
 def from_near_the_end(

@@ -6,6 +6,7 @@ All in units of L*; see ``docs/physics.md``, section 4, for what is expected.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from enum import StrEnum
 from math import inf
@@ -240,36 +241,35 @@ def to_the_end(
 
 def _snap(points: list[BranchPoint], past: float, options: StepOptions, tolerance: float) -> XRun:
     """The critical point on elements planned for it, and the branch past it."""
-    last = transferred(points[-1])
+    last = transferred(points.pop())
     while critical.is_past(last.point):
         # On other elements the limit point lies a little before.
-        points = points[:-1]
-        last = transferred(points[-1])
+        last = transferred(points.pop())
     # The branch to follow begins with this state.
-    points = points[:-1]
-    beyond: list[BranchPoint] = []
-    found: CriticalPoint | None = None
-    for item in follow(last, options, lambda problem: [LIMIT, touch(problem)], through_contact=False):
+    problem, found = _limit_point(last, options, tolerance)
+    before, after = (BranchPoint(problem, point) for point in (found.before, found.after))
+    points += [last, before, after]
+    if past == 0.0:
+        return XRun(tuple(points), End.SNAP, found, before)
+    branch = follow(after, options, lambda problem: [touch(problem)], through_contact=False)
+    next(branch)
+    for item in branch:
+        # The unstable branch ends where the sag touches.
+        points.append(item.before if isinstance(item, BranchCrossing) else item)
+        if isinstance(item, BranchCrossing) or item.point.arc - found.after.arc > past:
+            break
+    return XRun(tuple(points), End.SNAP, found, before)
+
+
+def _limit_point(near: BranchPoint, options: StepOptions, tolerance: float) -> tuple[MovingContact, CriticalPoint]:
+    """The limit point ahead: solved for or, where that fails, as in a strip as thin as rounding, bracketed."""
+    with suppress(SolveError):
+        return near.problem, critical.near(near.problem, near.point, tolerance, options)
+    for item in follow(near, options, lambda _: [LIMIT], through_contact=False):
         if isinstance(item, BranchCrossing):
-            if item.event is not LIMIT:
-                # The unstable branch ends where the sag touches.
-                beyond.append(item.before)
-                break
-            if found is None:
-                problem = item.before.problem
-                found = critical.locate(problem, item.before.point, item.after.point, tolerance, options)
-                last = BranchPoint(problem, found.before)
-                points += [last, BranchPoint(problem, found.after)]
-                if past == 0.0:
-                    break
-        elif found is None:
-            points.append(item)
-        else:
-            beyond.append(item)
-            if item.point.arc - found.after.arc > past:
-                break
-    assert found is not None
-    return XRun((*points, *beyond), End.SNAP, found, last)
+            before, after, problem = item.before.point, item.after.point, item.before.problem
+            return problem, critical.locate(problem, before, after, tolerance, options)
+    raise AssertionError("a branch ends in an event or raises")
 
 
 def solve_height(strip: StripModel, height: float, refinement: float = 1.0, past: float = 0.0) -> XRun:

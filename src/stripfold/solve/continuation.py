@@ -7,6 +7,7 @@ another branch are yielded; ``docs/method.md`` says what can still be missed.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from math import sqrt
 from typing import overload
@@ -17,7 +18,6 @@ from stripfold.arrays import Array, Index
 from stripfold.errors import ContinuationError, NewtonError, SolveError
 from stripfold.solve import newton
 from stripfold.solve.events import Crossing, Event, narrow
-from stripfold.solve.linear import solve_bordered
 from stripfold.solve.problem import Equilibrium, Point, Problem, Tangent, inner
 from stripfold.solve.stability import nearest_eigenvalues
 
@@ -52,27 +52,13 @@ def evaluate(
     problem: Problem, state: Equilibrium, towards: Tangent, arc: float = 0.0, mode: Array | None = None
 ) -> Point:
     """Tangent, oriented along ``towards``, and stability of an equilibrium; ``mode`` starts the eigenvalue solver."""
-    _, k, load_rate = problem.linearise(state.q, state.lam)
-    held = np.concatenate([problem.prescribed, state.active])
-    rate = np.zeros(problem.size)
-    rate[problem.prescribed] = problem.prescribed_rates(state.lam)
-    column = load_rate + k @ rate
-    column[held] = 0.0
-    kept = k.with_fixed(held)
-    solve = kept.factor()
-    # Bordered with the direction of travel, the system stays regular at a limit point.
-    row = problem.metric * towards.q
-    corner = towards.lam + float(row @ rate)
-    row[held] = 0.0
-    dq, dlam = solve_bordered(solve, kept, column, row, corner, np.zeros(problem.size), 1.0)
-    direction = Tangent(dq + rate * dlam, dlam)
-    length = sqrt(inner(problem.metric, direction, direction))
-    tangent = Tangent(direction.q / length, direction.lam / length)
+    at = newton.Linearised.at(problem, state.q, state.lam, state.active)
+    tangent = at.tangent(problem.metric, towards)
     # Stability is that at fixed contact coordinates, where there are any.
-    block = kept.block
-    mass, at_rest = problem.mass_at(state.q), solve if block is kept else block.factor()
-    eigenvalues, vector = nearest_eigenvalues(mass, block, at_rest, held, mode)
-    return Point(state, tangent, kept.negatives(), eigenvalues, vector, arc)
+    block = at.kept.block
+    mass, at_rest = problem.mass_at(state.q), at.solve if block is at.kept else block.factor()
+    eigenvalues, vector = nearest_eigenvalues(mass, block, at_rest, at.held, mode)
+    return Point(state, tangent, at.kept.negatives(), eigenvalues, vector, arc)
 
 
 def start(problem: Problem, q: Array, lam: float, active: Index, sign: float, options: StepOptions) -> Point:
@@ -196,6 +182,10 @@ def locate(problem: Problem, crossing: Crossing, options: StepOptions, max_evalu
     def point_between(at: Crossing, ds: float) -> Point:
         return _point_between(problem, at, ds, options)
 
+    event = crossing.event
+    if event.directly is not None and event.width(crossing.before, crossing.after) > event.tolerance:
+        with suppress(SolveError):
+            return Crossing(event, *event.directly(problem, crossing.before, crossing.after, options))
     return narrow(crossing, point_between, max_evaluations)
 
 

@@ -1,4 +1,7 @@
-"""Locating the critical point: the first maximum of lambda along a branch, between two accepted points.
+"""The critical point: the first maximum of lambda along a branch, solved for directly or between two accepted points.
+
+A limit point found by :mod:`.limit_point` is checked by a state on either side; where there is none, as where a contact
+opens, the point is bracketed.
 
 Three detectors: the sign of the tangent's lambda component, the number of negative eigenvalues, and the smallest
 eigenvalue.  While the contact set stays the same they change together; :attr:`CriticalPoint.agree` says whether they
@@ -7,19 +10,30 @@ do.  A failure of Newton's method is never a detector.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from math import inf
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from math import inf, sqrt
+
+import numpy as np
 
 from stripfold.arrays import Array
 from stripfold.errors import SolveError
-from stripfold.solve import continuation
+from stripfold.solve import continuation, limit_point, newton
 from stripfold.solve.continuation import StepOptions
 from stripfold.solve.events import Crossing, Event
-from stripfold.solve.problem import Point, Problem
+from stripfold.solve.limit_point import LimitPoint
+from stripfold.solve.newton import Constraint
+from stripfold.solve.problem import Point, Problem, Tangent, inner
 
 NEAR = 0.05
 """Arc length from the maximum within which the smallest eigenvalue is zero: with contact coordinates the two differ by
 the discretisation."""
+
+FARTHEST = 0.01
+"""Largest arc length from a limit point to the states that check it."""
+SHARE, SLOPE = 0.6, 0.1
+"""Of the square root of the bracket's width: distance of those states times that of the curvature, and slope of lambda
+to which the limit point is solved."""
 
 
 @dataclass(frozen=True)
@@ -29,10 +43,10 @@ class CriticalPoint:
     Attributes
     ----------
     lam
-        lambda_c: the largest value reached by a computed point; at a bifurcation, where lambda rises on, that at which
-        the eigenvalue is zero.
+        lambda_c: of the limit point, or of the higher end of a bracket; at a bifurcation, where lambda rises on, of the
+        eigenvalue's zero.
     lower, upper
-        Bracket of the maximum: the larger value of both ends, and what their slopes allow beyond it.
+        Bracket of the maximum: the largest value of a computed point, and what the slopes of both ends allow beyond it.
     eigenvalue_lam
         lambda where the smallest eigenvalue, extrapolated linearly along the branch, is zero.
     agree
@@ -42,7 +56,7 @@ class CriticalPoint:
     mode
         Critical eigenvector, shape (n,), unit mass norm.
     evaluations
-        Points computed to locate it.
+        Points computed to narrow the bracket; 0 for a limit point that was solved for directly.
     """
 
     lam: float
@@ -76,7 +90,71 @@ def critical_point(tolerance: float) -> Event:
         lower, upper = _bracket(before, after)
         return upper - lower
 
-    return Event("critical point", is_past, tolerance, width, _next_share)
+    def directly(problem: Problem, before: Point, after: Point, options: StepOptions) -> tuple[Point, Point]:
+        found = _between(problem, before, after, tolerance, options)
+        return found.before, found.after
+
+    return Event("critical point", is_past, tolerance, width, _next_share, directly=directly)
+
+
+def checked(
+    problem: Problem, limit: LimitPoint, tolerance: float, options: StepOptions, arc: float = 0.0
+) -> CriticalPoint:
+    """A limit point as the critical point, by a state on either side: lambda has its first maximum between them.
+
+    They are so near that the bracket of lambda_c is narrower than ``tolerance``.  ``arc`` is the limit point's place on
+    the branch.
+
+    Raises
+    ------
+    SolveError
+        It is no maximum, or not of a stable branch.
+    """
+    lam, bend = limit.state.lam, limit.bend.lam
+    if bend >= 0.0:
+        raise SolveError("lambda has no maximum at the limit point", parameter=lam)
+    distance = min(SHARE * sqrt(tolerance / -bend), FARTHEST)
+    before, after = (_beside(problem, limit, ds, options, arc) for ds in (-distance, distance))
+    if is_past(before) or not is_past(after) or lam < max(before.lam, after.lam):
+        raise SolveError("the branch does not lose its stability at the limit point", parameter=lam)
+    found = _of_bracket(before, after)
+    return replace(found, lam=lam, lower=lam, upper=max(lam, found.upper))
+
+
+def _beside(problem: Problem, limit: LimitPoint, ds: float, options: StepOptions, arc: float) -> Point:
+    """The point at a small arc length from a limit point."""
+    q, lam = limit.beside(ds)
+    plane = Constraint(problem.metric * limit.tangent.q, limit.tangent.lam, q, lam)
+    state = newton.solve(problem, q, lam, limit.state.active, plane, options.newton)
+    if not np.array_equal(state.active, limit.state.active):
+        raise SolveError("a contact changes at the limit point", parameter=lam)
+    mode = limit.tangent.q[: problem.mass_at(q).size]
+    return continuation.evaluate(problem, state, limit.tangent, arc + ds, mode)
+
+
+def near(problem: Problem, point: Point, tolerance: float, options: StepOptions) -> CriticalPoint:
+    """The critical point near a point of the branch, solved for directly.
+
+    Raises
+    ------
+    SolveError
+        There is none near.
+    """
+    q, lam = point.q, point.lam
+    slope = SLOPE * sqrt(tolerance)
+    limit = limit_point.solve(problem, q, lam, point.tangent, point.active, options.newton, tolerance=slope)
+    arc = point.arc + inner(problem.metric, point.tangent, Tangent(limit.state.q - q, limit.state.lam - lam))
+    return checked(problem, limit, tolerance, options, arc)
+
+
+def _between(problem: Problem, before: Point, after: Point, tolerance: float, options: StepOptions) -> CriticalPoint:
+    """The limit point between two points, by :func:`near`."""
+    if after.tangent.lam > 0.0 or not np.array_equal(before.active, after.active):
+        raise SolveError("no limit point of a smooth branch", parameter=before.lam)
+    found = near(problem, min(before, after, key=lambda p: abs(p.tangent.lam)), tolerance, options)
+    if found.before.arc < before.arc or found.after.arc > after.arc:
+        raise SolveError("the limit point found is another one", parameter=found.lam)
+    return found
 
 
 def locate(
@@ -91,8 +169,16 @@ def locate(
     """
     if is_past(before) or not is_past(after, before):
         raise SolveError("the critical point is not between the two points given")
-    found = continuation.locate(problem, Crossing(critical_point(tolerance), before, after), options, max_evaluations)
-    before, after = found.before, found.after
+    event = replace(critical_point(tolerance), directly=None)
+    if event.width(before, after) > tolerance:
+        with suppress(SolveError):
+            return _between(problem, before, after, tolerance, options)
+    found = continuation.locate(problem, Crossing(event, before, after), options, max_evaluations)
+    return _of_bracket(found.before, found.after, found.evaluations)
+
+
+def _of_bracket(before: Point, after: Point, evaluations: int = 0) -> CriticalPoint:
+    """The critical point in a bracket."""
     lower, upper = _bracket(before, after)
     zero, eigenvalue_lam = _eigenvalue_zero(before, after)
     nearer = min(before, after, key=lambda p: abs(p.eigenvalues[0]))
@@ -105,7 +191,7 @@ def locate(
         before=before,
         after=after,
         mode=nearer.mode,
-        evaluations=found.evaluations,
+        evaluations=evaluations,
     )
 
 

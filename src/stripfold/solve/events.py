@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 from stripfold.errors import SolveError
 from stripfold.solve.problem import Point
@@ -47,6 +48,9 @@ class Event:
         Where in the bracket, from 0 to 1, to compute the next point; counts the evaluations.
     located
         Whether :func:`.continuation.follow` locates it in a step from this point; otherwise it reports the step.
+    directly
+        Solves for it, given the problem, both ends of a bracket and the options of a step: a bracket within its
+        tolerance.  Without it, or where it raises :class:`.SolveError`, the bracket is narrowed.
     """
 
     name: str
@@ -55,6 +59,7 @@ class Event:
     width: Callable[[Point, Point], float] = arc_length
     share: Callable[[Point, Point, int], float] = half
     located: Callable[[Point], bool] = always
+    directly: Callable[[Any, Point, Point, Any], tuple[Point, Point]] | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,7 +7,10 @@ other forces are below the tolerance; a small update alone never counts as conve
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
+from math import sqrt
 from typing import Any
 
 import numpy as np
@@ -15,8 +18,8 @@ from numpy.typing import NDArray
 
 from stripfold.arrays import Array, Index
 from stripfold.errors import CrushedError, NewtonError, SolveError
-from stripfold.solve.linear import Matrix, solve_bordered
-from stripfold.solve.problem import Equilibrium, Problem
+from stripfold.solve.linear import Matrix, Solve, solve_bordered
+from stripfold.solve.problem import Equilibrium, Problem, Tangent, inner
 
 EPS = float(np.finfo(float).eps)
 REPEATED = 1e-2
@@ -51,6 +54,105 @@ class Constraint:
         return float(self.row @ (q - self.q0)) + self.corner * (lam - self.lam0)
 
 
+@dataclass(frozen=True, eq=False)
+class Linearised:
+    """The equations linearised at a state; prescribed unknowns move with lambda, active ones are held.
+
+    Attributes
+    ----------
+    force, matrix, load_rate
+        Of :meth:`.Problem.linearise`.
+    held
+        Prescribed and active unknowns.
+    gap
+        What the held unknowns are away from their values, shape (n,), zero elsewhere.
+    rate
+        Derivatives of the prescribed unknowns by lambda, shape (n,), zero elsewhere.
+    """
+
+    q: Array
+    force: Array
+    matrix: Matrix
+    load_rate: Array
+    held: Index
+    gap: Array
+    rate: Array
+
+    @classmethod
+    def at(cls, problem: Problem, q: Array, lam: float, active: Index, predicted_stress: Any = None) -> Linearised:
+        """Of a problem at a state."""
+        force, matrix, load_rate = problem.linearise(q, lam, predicted_stress)
+        prescribed, gap, rate = problem.prescribed, np.zeros(problem.size), np.zeros(problem.size)
+        gap[prescribed] = problem.prescribed_values(lam) - q[prescribed]
+        gap[active] = problem.lower[np.isin(problem.bounded, active)] - q[active]
+        rate[prescribed] = problem.prescribed_rates(lam)
+        return cls(q, force, matrix, load_rate, np.concatenate([prescribed, active]), gap, rate)
+
+    def free(self, forces: Array) -> Array:
+        """Forces without those on held unknowns."""
+        forces = forces.copy()
+        forces[self.held] = 0.0
+        return forces
+
+    @cached_property
+    def unbalanced(self) -> float:
+        """Largest unbalanced force."""
+        return float(np.abs(self.free(self.force)).max(initial=0.0))
+
+    def is_balanced(self, options: NewtonOptions) -> bool:
+        """Whether all forces but reactions are within the tolerance or the rounding of the unknowns."""
+        # The rounding of q limits the residual: in a thin strip far above any fixed tolerance, and far below any force
+        # that moves the strip.
+        worst, tolerance = self.unbalanced, options.force_tolerance
+        if worst > tolerance and worst < 1.0:
+            least = np.maximum(rounding(self.matrix, self.q), tolerance)
+            return bool(np.all(np.abs(self.free(self.force)) <= least))
+        return worst <= tolerance
+
+    @cached_property
+    def kept(self) -> Matrix:
+        """The matrix of the unknowns that are not held."""
+        return self.matrix.with_fixed(self.held)
+
+    @cached_property
+    def solve(self) -> Solve:
+        """Its factorisation."""
+        return self.kept.factor()
+
+    @property
+    def imbalance(self) -> Array:
+        """Minus the forces once the held unknowns are where they belong, zero on these."""
+        return self.free(-(self.force + self.matrix @ self.gap))
+
+    def corrected(self) -> Array:
+        """Change of the unknowns at this lambda."""
+        # Once refined, as a bordered system is: near a fold the tangent is nearly singular.
+        dq = self.solve(self.imbalance)
+        return np.asarray(dq + self.solve(self.imbalance - self.kept @ dq) + self.gap)
+
+    def tangent(self, metric: Array, towards: Tangent) -> Tangent:
+        """Unit tangent of the branch in the direction of ``towards``."""
+        # Bordered with the direction of travel, the system stays regular at a limit point.
+        q, lam = self.bordered(metric * towards.q, towards.lam)(np.zeros(len(metric)), 1.0)
+        length = sqrt(inner(metric, Tangent(q, lam), Tangent(q, lam)))
+        return Tangent(q / length, lam / length)
+
+    def bordered(self, row: Array, corner: float) -> Callable[[Array, float], tuple[Array, float]]:
+        """A solver of the system with lambda as an unknown and ``row . dq + corner dlam`` as an equation.
+
+        It takes forces, zero on held unknowns, and the value of the equation, and returns dq and dlam.
+        """
+        column = self.free(self.load_rate + self.matrix @ self.rate)
+        corner = corner + float(row @ self.rate)
+        row = self.free(row)
+
+        def solved(forces: Array, value: float) -> tuple[Array, float]:
+            dq, dlam = solve_bordered(self.solve, self.kept, column, row, corner, forces, value)
+            return dq + self.rate * dlam, dlam
+
+        return solved
+
+
 def solve(
     problem: Problem,
     q: Array,
@@ -82,38 +184,28 @@ def solve(
     """
     options = options or NewtonOptions()
     guess, q = q, q.copy()
-    prescribed, bounded, lower = problem.prescribed, problem.bounded, problem.lower
+    bounded, lower = problem.bounded, problem.lower
     is_active = np.isin(bounded, active)
     history: list[float] = []
     sets: list[NDArray[np.bool_]] = []
     for iteration in range(options.max_iterations):
-        r, k, load_rate = problem.linearise(q, lam, predicted_stress)
-        held = np.concatenate([prescribed, bounded[is_active]])
-        fix = np.zeros(problem.size)
-        fix[prescribed] = problem.prescribed_values(lam) - q[prescribed]
-        fix[bounded[is_active]] = (lower - q[bounded])[is_active]
-        unbalanced = r.copy()
-        unbalanced[held] = 0.0
-        worst = float(np.abs(unbalanced).max(initial=0.0))
+        at = Linearised.at(problem, q, lam, bounded[is_active], predicted_stress)
+        worst = at.unbalanced
         history.append(worst)
         if not np.isfinite(worst):
             raise NewtonError("Newton's method met a value that is not finite", parameter=lam, residuals=history)
-        # The rounding of q limits the residual: in a thin strip far above any fixed tolerance, and far below any force
-        # that moves the strip.
-        converged = worst <= options.force_tolerance
-        if not converged and worst < 1.0:
-            converged = bool(np.all(np.abs(unbalanced) <= np.maximum(rounding(k, q), options.force_tolerance)))
+        converged = at.is_balanced(options)
         if converged:
             gap = q[bounded] - lower
             converged = (
-                np.abs(fix).max(initial=0.0) <= options.gap_tolerance
+                np.abs(at.gap).max(initial=0.0) <= options.gap_tolerance
                 and (constraint is None or abs(constraint.defect(q, lam)) <= 1e-10)
                 and not np.any(~is_active & (gap < -options.gap_tolerance))
-                and not np.any(is_active & (r[bounded] < -options.force_tolerance))
+                and not np.any(is_active & (at.force[bounded] < -options.force_tolerance))
             )
             if converged:
                 _check_solution(problem, guess, q, lam, options, history)
-                return Equilibrium(q, lam, bounded[is_active], tuple(history), r)
+                return Equilibrium(q, lam, bounded[is_active], tuple(history), at.force)
         sets.append(is_active)
         if _is_cycling(sets, history):
             raise NewtonError(
@@ -122,31 +214,18 @@ def solve(
                 residuals=history,
                 advice="take a smaller step",
             )
-        rhs = -(r + k @ fix)
-        rhs[held] = 0.0
         try:
-            kept = k.with_fixed(held)
-            solve_kept = kept.factor()
             if constraint is None:
-                # Once refined, as a bordered system is: near a fold the tangent is nearly singular.
-                dq = solve_kept(rhs)
-                dq, dlam = dq + solve_kept(rhs - kept @ dq) + fix, 0.0
+                dq, dlam = at.corrected(), 0.0
             else:
-                rate = np.zeros(problem.size)
-                rate[prescribed] = problem.prescribed_rates(lam)
-                column = load_rate + k @ rate
-                column[held] = 0.0
-                row = constraint.row.copy()
-                row[held] = 0.0
-                corner = constraint.corner + float(constraint.row @ rate)
-                last = -constraint.defect(q, lam) - float(constraint.row @ fix)
-                dq, dlam = solve_bordered(solve_kept, kept, column, row, corner, rhs, last)
-                dq = dq + fix + rate * dlam
+                last = -constraint.defect(q, lam) - float(constraint.row @ at.gap)
+                dq, dlam = at.bordered(constraint.row, constraint.corner)(at.imbalance, last)
+                dq = dq + at.gap
         except SolveError as error:
             raise NewtonError(str(error), parameter=lam, residuals=history) from error
         longest = problem.largest_change(q, dq)
         damping = min(1.0, options.largest_step / longest) if longest > 0.0 else 1.0
-        predicted_force = (r + k @ dq + load_rate * dlam)[bounded]
+        predicted_force = (at.force + at.matrix @ dq + at.load_rate * dlam)[bounded]
         q, predicted_stress = problem.stepped(q, damping * dq)
         lam = lam + damping * dlam
         is_active = _next_active(is_active, predicted_force, q[bounded] - lower, iteration)
@@ -191,7 +270,7 @@ def _check_solution(
 def rounding(k: Matrix, q: Array) -> Array:
     """Change of the forces due to the rounding of ``q``, shape (n,), given their derivative ``k``."""
     # The unknowns are added to lengths and directors of order one.
-    return 4.0 * EPS * (abs(k) @ (np.abs(q) + 1.0))
+    return 8.0 * EPS * (abs(k) @ (np.abs(q) + 1.0))
 
 
 def _next_active(is_active: NDArray[np.bool_], force: Array, gap: Array, iteration: int) -> NDArray[np.bool_]:
