@@ -27,7 +27,7 @@ C = TypeVar("C")
 T = TypeVar("T")
 Progress = Callable[[str], None]
 
-LONGEST = 120
+LONGEST = 240
 """Seconds after which a case has failed, so that none holds up a study."""
 NO_RESULT = "no_result"
 """Variable of a study over a grid: why a case has no numbers; empty where it has."""
