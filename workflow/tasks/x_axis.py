@@ -191,7 +191,7 @@ def run(
     heights
         Gripper heights in units of L*.
     refinement
-        Factor on all element lengths (:mod:`stripfold.analysis.planning`).
+        Factor on all element lengths.
     solid
         Further options of :class:`.StripModel`.
     """
