@@ -122,7 +122,7 @@ class Linearised:
     @property
     def imbalance(self) -> Array:
         """Minus the forces once the held unknowns are where they belong, zero on these."""
-        return self.free(-(self.force + self.matrix @ self.gap))
+        return self.free(-(self.force + self.matrix @ self.gap if self.gap.any() else self.force))
 
     def corrected(self) -> Array:
         """Change of the unknowns at this lambda."""
@@ -225,10 +225,11 @@ def solve(
             raise NewtonError(str(error), parameter=lam, residuals=history) from error
         longest = problem.largest_change(q, dq)
         damping = min(1.0, options.largest_step / longest) if longest > 0.0 else 1.0
-        predicted_force = (at.force + at.matrix @ dq + at.load_rate * dlam)[bounded]
         q, predicted_stress = problem.stepped(q, damping * dq)
         lam = lam + damping * dlam
-        is_active = _next_active(is_active, predicted_force, q[bounded] - lower, iteration)
+        if len(bounded):
+            predicted_force = (at.force + at.matrix @ dq + at.load_rate * dlam)[bounded]
+            is_active = _next_active(is_active, predicted_force, q[bounded] - lower, iteration)
     raise NewtonError(
         f"Newton's method did not converge in {options.max_iterations} iterations: largest unbalanced force "
         f"{history[-1]:.1e}, allowed {options.force_tolerance:.1e}",
