@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import xarray as xr
 from matplotlib.figure import Figure
-from matplotlib.ticker import NullFormatter
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from plots.models import LOOKS
 from plots.pieces import note
@@ -36,5 +36,7 @@ def draw(data: xr.Dataset) -> Figure:
         # Less than a decade would have labels at minor ticks, one over the other.
         ax.xaxis.set_minor_formatter(NullFormatter())
         ax.legend(loc="lower right", fontsize=7)
+    top.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    top.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     fig.align_ylabels()
     return fig

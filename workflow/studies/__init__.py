@@ -25,7 +25,7 @@ class Study(NamedTuple):
 COMMAND = ("src/stripfold/**/*.py",)
 """Dependencies of a study that runs the command line in a process of its own."""
 
-EVERYTHING = ("src/stripfold/**/*.py", "workflow/*.py", "workflow/[st]*/**/*.py")
+EVERYTHING = ("src/stripfold/**/*.py", "workflow/*.py", "workflow/[st]*/**/*.py", "workflow/plots/*.py")
 FRESH_CLONE = ("cold_run", "ci_run")
 """Studies of a whole run in a fresh clone, which no rule can make: ``workflow/fresh_clone.py`` does."""
 
