@@ -15,7 +15,7 @@ import xarray as xr
 
 from stripfold import elastica
 from stripfold.analysis import critical_point as critical
-from stripfold.analysis.prediction import ElasticaPrediction, from_near_the_end
+from stripfold.analysis.prediction import ElasticaPrediction, end_of_advance
 from stripfold.analysis.static import LAMBDA_TOLERANCE, End, StripModel
 from stripfold.arrays import Array
 from stripfold.elastica._events import SNAP, TOUCH
@@ -75,7 +75,7 @@ class Strategy(NamedTuple):
                 End.SNAP if prediction.snap else End.TOUCH, prediction.last.advance, _bent(prediction.last, length)
             )
         strip = StripModel(length, thickness, order=self.order, across=self.across, kind=self.kind)
-        run = from_near_the_end(strip, prediction, self.refinement, self.tolerance)
+        run = end_of_advance(strip, prediction, self.refinement, self.tolerance)
         return Answer(run.end, run.lam, run.last.mid_surface)
 
 

@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 
 from stripfold import elastica
 from stripfold.analysis.contact_branch import STEPS, BranchCrossing, follow
-from stripfold.analysis.prediction import ElasticaPrediction, from_near_the_end
+from stripfold.analysis.prediction import ElasticaPrediction, end_of_advance
 from stripfold.analysis.static import StripModel, at_lambda, lift, start_along_x
 from stripfold.arrays import Array
 from stripfold.errors import SolveError
@@ -83,7 +83,7 @@ def critical(model: str, scene: Mapping[str, Any], refinement: float) -> dict[st
     if model == "elastica":
         return {"lambda_c": elastica.critical(height).advance}
     strip = StripModel(scene["length"], scene["thickness"], kind=model)
-    return {"lambda_c": from_near_the_end(strip, ElasticaPrediction.at(height), refinement).lam}
+    return {"lambda_c": end_of_advance(strip, ElasticaPrediction.at(height), refinement).lam}
 
 
 def reference(model: str, scene: Mapping[str, Any], refinement: float) -> tuple[CubicSpline, float]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -80,19 +81,33 @@ def snap(strip: StripModel, prediction: ElasticaPrediction, refinement: float = 
     SolveError
         There is none, or the sag touches or the whole strip lifts before.
     """
-    last, longest = prediction.last, strip.length - LEAST_LYING
-    if not prediction.snap or last.length > longest:
+    last = prediction.last
+    if not prediction.snap or last.length > strip.length - LEAST_LYING:
         raise SolveError("the elastica has no limit point on a strip of this length")
     problem, q = as_elastica(strip.contact_mesh(refinement), AlongX(prediction.height), last)
     # There lambda stands still and the lift-off moves.
     towards = Tangent(problem.metric, 0.0)
     limit = limit_point.solve(problem, q, last.advance, towards, problem.bounded, NEWTON)
-    q = limit.state.q
-    if clearance(problem, q)[0] < 0.0:
-        raise SolveError("the sag touches before lambda has a maximum", parameter=limit.state.lam)
-    if problem.contact(q)[-1] > longest:
-        raise SolveError("the whole strip lifts before lambda has a maximum", parameter=limit.state.lam)
-    return Snap(problem, limit)
+    return as_first(Snap(problem, limit))
+
+
+def as_first(found: Snap) -> Snap:
+    """The same once it is certain that nothing ends the advance before; raises SolveError where something does."""
+    problem, state = found.problem, found.limit.state
+    if clearance(problem, state.q)[0] < 0.0:
+        raise SolveError("the sag touches before lambda has a maximum", parameter=state.lam)
+    if problem.contact(state.q)[-1] > problem.mesh.length - LEAST_LYING:
+        raise SolveError("the whole strip lifts before lambda has a maximum", parameter=state.lam)
+    return found
+
+
+def end_of_advance(
+    strip: StripModel, prediction: ElasticaPrediction, refinement: float = 1.0, tolerance: float = LAMBDA_TOLERANCE
+) -> XRun:
+    """The end of the advance, solved for or, where that fails, followed to; raises SolveError where that fails, too."""
+    with suppress(SolveError):
+        return snap(strip, prediction, refinement).checked(tolerance)
+    return from_near_the_end(strip, prediction, refinement, tolerance)
 
 
 def from_near_the_end(

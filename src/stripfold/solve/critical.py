@@ -31,7 +31,7 @@ the discretisation."""
 
 FARTHEST = 0.01
 """Largest arc length from a limit point to the states that check it."""
-SHARE, SLOPE = 0.6, 0.1
+SHARE, SLOPE = 0.3, 0.1
 """Of the square root of the bracket's width: distance of those states times that of the curvature, and slope of lambda
 to which the limit point is solved."""
 

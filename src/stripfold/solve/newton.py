@@ -100,7 +100,9 @@ class Linearised:
         return float(np.abs(self.free(self.force)).max(initial=0.0))
 
     def is_balanced(self, options: NewtonOptions) -> bool:
-        """Whether all forces but reactions are within the tolerance or the rounding of the unknowns."""
+        """Whether held unknowns are in place and all other forces within the tolerance or the unknowns' rounding."""
+        if np.abs(self.gap).max(initial=0.0) > options.gap_tolerance:
+            return False
         # The rounding of q limits the residual: in a thin strip far above any fixed tolerance, and far below any force
         # that moves the strip.
         worst, tolerance = self.unbalanced, options.force_tolerance
@@ -198,8 +200,7 @@ def solve(
         if converged:
             gap = q[bounded] - lower
             converged = (
-                np.abs(at.gap).max(initial=0.0) <= options.gap_tolerance
-                and (constraint is None or abs(constraint.defect(q, lam)) <= 1e-10)
+                (constraint is None or abs(constraint.defect(q, lam)) <= 1e-10)
                 and not np.any(~is_active & (gap < -options.gap_tolerance))
                 and not np.any(is_active & (at.force[bounded] < -options.force_tolerance))
             )
