@@ -128,3 +128,25 @@ def test_there_is_none():
     with pytest.raises(NewtonError) as error:
         limit_point.solve(rising, np.array([0.2]), 0.2, Tangent(np.ones(1), 0.0), NONE, TIGHT)
     assert error.value.residuals
+
+
+def test_prescribed_unknowns_are_in_place():
+    """A limit point at another value of a prescribed unknown is none, though all other forces are balanced."""
+
+    def problem(height: float) -> Toy:
+        def function(q: np.ndarray, lam: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+            force = np.array([0.0, lam - height - q[0] + q[1] ** 2])
+            return force, np.array([[1.0, 0.0], [-1.0, 2.0 * q[1]]]), np.array([0.0, 1.0])
+
+        toy = Toy(2, function, moved=np.array([0]), weights=np.array([0.0, 1.0]))
+        object.__setattr__(toy, "prescribed_values", lambda lam: np.array([height]))
+        object.__setattr__(toy, "prescribed_rates", lambda lam: np.zeros(1))
+        return toy
+
+    towards = Tangent(np.array([0.0, 1.0]), 0.0)
+    # The limit point at the height 1, but for what makes a matrix exactly singular.
+    start = np.array([1.0, 1e-7])
+    assert limit_point.solve(problem(1.0), start, 2.0, towards, NONE, TIGHT).state.lam == pytest.approx(2.0, abs=1e-10)
+    found = limit_point.solve(problem(2.0), start, 3.0, towards, NONE, TIGHT)
+    assert found.state.q[0] == 2.0
+    assert found.state.lam == pytest.approx(4.0, abs=1e-10)

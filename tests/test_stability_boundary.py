@@ -33,7 +33,7 @@ def test_over_the_thickness():
     runs = list(stability_boundary((strip, 3.0) for strip in strips))
     with pytest.raises(SolveError):
         snap(strips[-1], ElasticaPrediction.at(3.0))
-    assert runs[-1].lam == pytest.approx(solve_height(strips[-1], 3.0).lam, rel=1e-5)
+    assert runs[-1].lam == pytest.approx(solve_height(strips[-1], 3.0).lam, rel=1e-4)
 
 
 def test_its_end():
