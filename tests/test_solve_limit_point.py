@@ -135,8 +135,9 @@ def test_prescribed_unknowns_are_in_place():
 
     def problem(height: float) -> Toy:
         def function(q: np.ndarray, lam: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-            force = np.array([0.0, lam - height - q[0] + q[1] ** 2])
-            return force, np.array([[1.0, 0.0], [-1.0, 2.0 * q[1]]]), np.array([0.0, 1.0])
+            y = q[1] - 0.3
+            force = np.array([0.0, lam - height - q[0] + y**2 + 0.1 * y**3])
+            return force, np.array([[1.0, 0.0], [-1.0, 2.0 * y + 0.3 * y**2]]), np.array([0.0, 1.0])
 
         toy = Toy(2, function, moved=np.array([0]), weights=np.array([0.0, 1.0]))
         object.__setattr__(toy, "prescribed_values", lambda lam: np.array([height]))
@@ -145,7 +146,7 @@ def test_prescribed_unknowns_are_in_place():
 
     towards = Tangent(np.array([0.0, 1.0]), 0.0)
     # The limit point at the height 1, but for what makes a matrix exactly singular.
-    start = np.array([1.0, 1e-7])
+    start = np.array([1.0, 0.3 + 1e-7])
     assert limit_point.solve(problem(1.0), start, 2.0, towards, NONE, TIGHT).state.lam == pytest.approx(2.0, abs=1e-10)
     found = limit_point.solve(problem(2.0), start, 3.0, towards, NONE, TIGHT)
     assert found.state.q[0] == 2.0
