@@ -23,7 +23,7 @@ MODELS = ("auto", "solid", "rod")
 ETA_B = (1e2, 1e6)
 HEIGHT = (1.62, 9.0)
 LONGER = (0.6, 10.0)
-"""By how much the strip is longer than the elastica's free part, L*; of less than half an L* it lifts off as a whole."""
+"""By how much the strip is longer than the elastica's free part, L*; of less than half an L* it would lift off."""
 THICKNESS = (0.005, 0.2)
 NU = (0.0, 0.45)
 ACCURACY = {"auto": (1e-4, 1e-2), "solid": (3e-4, 1e-2), "rod": (1e-6, 1e-2)}
