@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from math import sqrt
+from math import inf, sqrt
 from typing import overload
 
 import numpy as np
@@ -179,8 +179,16 @@ def locate(problem: Problem, crossing: Crossing, options: StepOptions, max_evalu
         The bracket cannot be made that narrow.
     """
 
+    longest = inf
+
     def point_between(at: Crossing, ds: float) -> Point:
-        return _point_between(problem, at, ds, options)
+        nonlocal longest
+        ds = min(ds, longest)
+        point = _point_between(problem, at, ds, options)
+        taken = point.arc - at.before.arc
+        # Where a step had to be shortened, the next would have to be as well.
+        longest = 2.0 * taken if 0.0 < taken < 0.9 * ds else 2.0 * longest
+        return point
 
     event = crossing.event
     if event.directly is not None and event.width(crossing.before, crossing.after) > event.tolerance:
