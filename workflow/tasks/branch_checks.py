@@ -18,7 +18,7 @@ FORCE = 1e-4
 
 
 def check_branch(run: xr.Dataset) -> None:
-    """Refuse a dataset of :func:`.xaxis.run` that breaks what every branch must obey.
+    """Refuse a dataset of :func:`tasks.x_axis.run` that breaks what every branch must obey.
 
     Raises
     ------

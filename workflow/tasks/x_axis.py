@@ -228,7 +228,7 @@ def critical_points(runs: Mapping[str, xr.Dataset], labels: Mapping[str, str]) -
     Parameters
     ----------
     runs
-        Datasets of :func:`.xaxis.run` by the material's name.
+        Datasets of :func:`run` by the material's name.
     labels
         How figures call each material.
     """

@@ -12,7 +12,7 @@ from functools import lru_cache
 import numpy as np
 
 from stripfold.analysis.contact import touches
-from stripfold.analysis.contact_branch import BranchPoint, solved
+from stripfold.analysis.contact_branch import solved
 from stripfold.analysis.contact_set import NODAL_SIZES, ROBUST_NEWTON
 from stripfold.analysis.path_friction import Step, load_incrementally_from, with_effects
 from stripfold.analysis.static import LEAST_LYING, StripModel, lift
@@ -152,13 +152,8 @@ def set_in_motion(before: Step, step: Step, speed: float, model: Model) -> tuple
     held = at.problem.accepted(at.point.q).at(at.contact)
     problem = StripProblem(model, at.problem.motion, held.on(model))
     lies = problem.bounded[np.isin(problem.bounded, model.middle[model.s >= at.contact[-1], 1])]
-    state = newton.solve(problem, _on(at, model), step.lam, lies, options=ROBUST_NEWTON)
-    rate = (_on(at, model) - _on(before.at, model)) / (step.lam - before.lam)
+    q, q_before = (state.model.resampled(state.u, model.s) for state in (at, before.at))
+    state = newton.solve(problem, q, step.lam, lies, options=ROBUST_NEWTON)
+    rate = (q - q_before) / (step.lam - before.lam)
     rate[state.active] = 0.0
     return problem, dynamics.start(problem, state.q, speed * rate, step.lam, state.active)
-
-
-def _on(at: BranchPoint, model: Model) -> Array:
-    """The unknowns of a state on other elements."""
-    problem = at.problem
-    return problem.at(at.contact).model.resampled(at.point.q[: problem.n], model.s)

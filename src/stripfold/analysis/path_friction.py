@@ -155,9 +155,8 @@ def load_incrementally(mesh: Planned, path: GripperPath, effects: Effects, size:
 
 def with_effects(at: BranchPoint, effects: Effects) -> BranchPoint:
     """The same state with effects that have no force there."""
-    problem, q = at.problem, at.point.q
-    acting = effects(problem.at(at.contact).model, q[: problem.n])
-    return BranchPoint(MovingContact(problem.mesh, problem.motion, acting, at.contact), at.point)
+    problem = MovingContact(at.problem.mesh, at.problem.motion, effects(at.model, at.u), at.contact)
+    return BranchPoint(problem, at.point)
 
 
 def load_incrementally_from(

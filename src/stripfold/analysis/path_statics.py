@@ -282,7 +282,6 @@ def taken_off(at: BranchPoint, lam: float) -> BranchPoint:
 
 def _other(at: BranchPoint, contact: Array, topology: Topology, lam: float) -> BranchPoint:
     """A state of another kind of contact near a given one."""
-    problem = at.problem
-    mesh = problem.mesh.replanned(contact, topology)
-    q = problem.at(at.contact).model.resampled(at.point.q[: problem.n], mesh.model.s)
-    return contact_branch.solved(MovingContact(mesh, problem.motion), np.append(q, contact), lam)
+    mesh = at.problem.mesh.replanned(contact, topology)
+    q = at.model.resampled(at.u, mesh.model.s)
+    return contact_branch.solved(MovingContact(mesh, at.problem.motion), np.append(q, contact), lam)
