@@ -54,6 +54,19 @@ def packed(band, width):
     return flat
 
 
+@compiled(vector(matrix, numba.int64, vector))
+def times(band, width, x):
+    """The transpose of LAPACK's storage, shape (n, 3 width + 1), as a matrix, times ``x``."""
+    n = len(x)
+    y = np.zeros(n)
+    for j in range(n):
+        first, last = max(0, j - width), min(n, j + width + 1)
+        entries, rows = band[j, 2 * width + first - j :], y[first:last]
+        for i in range(len(rows)):
+            rows[i] += entries[i] * x[j]
+    return y
+
+
 @compiled(vector(vector, numba.int64, vector))
 def product(flat, width, x):
     """The matrix times ``x``."""

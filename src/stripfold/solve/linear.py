@@ -13,7 +13,7 @@ from typing import Protocol
 
 import numpy as np
 from scipy import sparse
-from scipy.linalg import blas, lapack
+from scipy.linalg import lapack
 from scipy.sparse.linalg import splu
 
 from stripfold import kernels
@@ -96,11 +96,8 @@ class Band:
         return self
 
     def __matmul__(self, x: Array) -> Array:
-        n, w = self.size, self.width
-        # The rows above the band, filled by `gbtrf`, are zero: including them avoids a copy.  The wrapper accepts no
-        # band wider than the matrix.
-        above = 2 * w if 3 * w < n else w
-        return np.asarray(blas.dgbmv(n, n, w, above, 1.0, self.ab[2 * w - above :], x))
+        # BLAS would start threads, which for bands this narrow take many times longer than the product.
+        return np.asarray(kernels.band.times(np.ascontiguousarray(self.ab.T), self.width, np.ascontiguousarray(x)))
 
     def diagonal(self) -> Array:
         return np.asarray(self.ab[2 * self.width])
