@@ -119,7 +119,11 @@ class TestCollapseCurve:
             part = data.isel(state=np.flatnonzero(data["phase"] == phase))
             label = collapse_curve.LABELS[phase]
             expected = 100.0 * np.stack([part["deflection"], part["lambda"]], axis=1)
-            np.testing.assert_allclose(labelled(ax, label), expected)
+            curve = labelled(ax, label)
+            np.testing.assert_allclose(curve[[0, -1]], expected[[0, -1]])
+            # A smooth curve goes through the states.
+            distance = np.abs(curve - expected[:, None]).sum(axis=2).min(axis=1)
+            assert distance.max() < 0.01 * np.ptp(expected, axis=0).sum() + 1e-9
             assert next(line for line in ax.lines if line.get_label() == label).get_color() == colour
         for name, value in (("lambda_0", 12.0), ("lambda_c", 36.0)):
             assert colours(ax, name) == {palette.GREEN}

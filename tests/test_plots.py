@@ -124,21 +124,6 @@ class TestBranch:
         assert [state.shape for state in chosen.states] == [(40, 2)] * 8
         assert chosen.critical == 5
 
-    @pytest.mark.parametrize(
-        ("negatives", "runs"),
-        [
-            ([0, 0, 0, 0, 0, 0, 1, 1], [(slice(0, 6), True), (slice(5, 9), False)]),
-            (
-                [0, 0, 1, 0, 0, 0, 1, 1],
-                [(slice(0, 2), True), (slice(1, 4), False), (slice(3, 6), True), (slice(5, 9), False)],
-            ),
-        ],
-    )
-    def test_runs_of_one_stability(self, negatives, runs):
-        data = made_up.x_axis()
-        data["negatives"][1, :8] = negatives
-        assert branch(data, 5.0).runs() == runs
-
     def test_no_snap_is_refused(self):
         with pytest.raises(InvalidInputError, match="snap"):
             branch(made_up.x_axis().assign(snap=("height", [0, 0])), 5.0)
@@ -192,8 +177,11 @@ class TestXAxis:
         fig = deflection.draw(made_up.x_axis())
         ax = fig.axes[0]
         assert "rms displacement" in ax.get_xlabel()
-        np.testing.assert_allclose(lines(ax, "--"), [[(10.0, 26.0), (12.0, 22.0), (14.0, 18.0)]])
-        np.testing.assert_allclose(labelled(ax, "stable")[:, 0], 2.0 * np.arange(6))
+        (curve,) = lines(ax, "--")
+        assert np.all(np.diff(curve[:, 0]) > 0.0)
+        for state in ((10.0, 26.0), (12.0, 22.0), (14.0, 18.0)):
+            assert np.abs(curve - state).sum(axis=1).min() < 0.3
+        np.testing.assert_allclose(labelled(ax, "stable")[[0, -1], 0], [0.0, 10.0], atol=0.1)
         for name, value in (("lambda_0", 6.0), ("lambda_c", 26.0)):
             np.testing.assert_allclose(drawn(ax, name)[0, :, 1], value)
             assert colours(ax, name) == {palette.GREEN}

@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from plots.readers import Branch, branch
-from stripfold.plots.collapse_curve import deflection_axes, enlarged, level
+from stripfold.plots.collapse_curve import deflection_axes, enlarged, level, smooth
 from stripfold.plots.colours import BLACK, CRITICAL, GREY, LEVEL, UNSTABLE
 from stripfold.plots.style import CM, figure, styled
 
@@ -43,12 +43,16 @@ def draw(data: xr.Dataset) -> Figure:
 
 def _curve(ax: Axes, chosen: Branch, marker: str = "") -> None:
     """The branch, with a marker on each stored point, and its critical point."""
-    named: set[str] = set()
-    for part, stable in chosen.runs():
-        name, colour, line = ("stable", BLACK, "-") if stable else ("unstable", UNSTABLE, "--")
-        x, y = CM * chosen.deflection[part], CM * chosen.advance[part]
-        label = f"_{name}" if name in named else name
-        ax.plot(x, y, color=colour, ls=line, marker=marker, ms=3, zorder=3, label=label)
-        named.add(name)
+    x, y = CM * chosen.deflection, CM * chosen.advance
+    curve = smooth(x, y)
+    # Along the branch the deflection grows.
+    unstable = curve[0] > x[chosen.critical]
+    for part, name, colour, line in ((~unstable, "stable", BLACK, "-"), (unstable, "unstable", UNSTABLE, "--")):
+        if not part.any():
+            continue
+        ax.plot(curve[0][part], curve[1][part], color=colour, ls=line, zorder=3, label=name)
+        if marker:
+            states = chosen.stable if name == "stable" else ~chosen.stable
+            ax.plot(x[states], y[states], marker, color=colour, ms=3, zorder=3)
     point = CM * chosen.deflection[chosen.critical], CM * chosen.lambda_c
     ax.plot(*point, "o", color=CRITICAL, zorder=4, label="critical point")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 import xarray as xr
@@ -31,17 +30,6 @@ class Branch:
     def critical(self) -> int:
         """Index of the stored state nearest the critical point, on its stable side."""
         return int(np.argmax(np.where(self.stable, self.advance, -np.inf)))
-
-    def runs(self) -> list[tuple[slice, bool]]:
-        """The branch cut where its stability changes: slice of points, stable or not.
-
-        An unstable run includes the stable points beside it, so that the curve has no gap.
-        """
-        cuts = [0, *(np.flatnonzero(np.diff(self.stable)) + 1).tolist(), len(self.stable)]
-        return [
-            (slice(a, b) if self.stable[a] else slice(max(a - 1, 0), b + 1), bool(self.stable[a]))
-            for a, b in pairwise(cuts)
-        ]
 
 
 def branch(data: xr.Dataset, height: float) -> Branch:

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stripfold import elastica, schema
+from stripfold.analysis import select_model
 from stripfold.analysis.collapse import node_weights
-from stripfold.analysis.select_model import COARSER, SHARE
 from stripfold.analysis.static import End, StripModel, XRun, along_x, lift
 from stripfold.arrays import Array
 from stripfold.material import Material
@@ -43,21 +43,12 @@ RECORDED = (
 
 @dataclass(frozen=True)
 class HeightResult:
-    """Result at one height, in solver units: the run, its records, and the same end on a coarser mesh.
-
-    ``share`` of what that changes is the error.
-    """
+    """Result at one height, in solver units: the run, its records, and the error of lambda at its end."""
 
     height: float
     run: XRun
     records: tuple[Record, ...]
-    coarse: XRun
-    share: float
-
-    @property
-    def discretisation_error(self) -> float:
-        """Estimate for lambda at the end of the advance, L*: by the coarser mesh, and the bracket."""
-        return self.share * abs(self.run.lam - self.coarse.lam) + self.run.slack
+    error: float
 
 
 def at_heights(
@@ -73,8 +64,9 @@ def at_heights(
     out = []
     for height, start in lift(strip.contact_mesh(refinement), sorted(heights)):
         fine = along_x(start, height)
-        coarse = along_x(start, height, strip.contact_mesh(COARSER * refinement), past=0.0)
-        out.append(HeightResult(height, fine, tuple(record(at) for at in fine.points), coarse, SHARE[strip.kind]))
+        coarse = along_x(start, height, strip.contact_mesh(select_model.COARSER * refinement), past=0.0)
+        error = select_model.error(strip.kind, refinement, fine.lam, coarse.lam, fine.slack)
+        out.append(HeightResult(height, fine, tuple(record(at) for at in fine.points), error))
         if progress:
             progress(f"z = {height:g} L*: {fine.end.value}")
     return out
@@ -132,7 +124,7 @@ def dataset(material: Material, length: float, results: Sequence[HeightResult]) 
         "lambda_c_upper": critical(lambda c: c.upper),
         "lambda_c_eigenvalue": critical(lambda c: c.eigenvalue_lam),
         "detectors_agree": critical(lambda c: float(c.agree)),
-        "lambda_error": per_height(lambda r: r.discretisation_error),
+        "lambda_error": per_height(lambda r: r.error),
         "free_length": per_height(lambda r: r.run.free_length),
         "elements": per_height(lambda r: len(r.run.last.model.ends) - 1),
     }

@@ -184,11 +184,8 @@ def _with_held_end(free_part: Array, length: float) -> Array:
 def _fine_enough(
     scene: Scene, strip: StripModel, prediction: ElasticaPrediction, tolerance: float, progress: Progress
 ) -> tuple[XRun, float]:
-    """The run on the first mesh within the scene's accuracy, and its error, L*.
-
-    The error is a share of the change from a coarser mesh, the usual error, and the bracket's width.
-    """
-    refinement, share = select_model.refinement(scene.model, scene.accuracy), select_model.SHARE[scene.model]
+    """The run on the first mesh within the scene's accuracy, and its error, L*."""
+    refinement = select_model.refinement(scene.model, scene.accuracy)
     coarse: Snap | XRun = _run(strip, prediction, select_model.COARSER * refinement, tolerance, progress)
     while True:
         end = _run(strip, prediction, refinement, tolerance, progress)
@@ -197,9 +194,7 @@ def _fine_enough(
         except SolveError as refused:
             progress(f"not the first limit point: {refused}")
             fine = _followed(strip, prediction, refinement, tolerance, progress)
-        # Two meshes may agree by chance.
-        usual = select_model.USUAL_ERROR[scene.model] * refinement ** select_model.ORDER[scene.model] * fine.lam
-        error = share * abs(fine.lam - coarse.lam) + usual + fine.slack
+        error = select_model.error(scene.model, refinement, fine.lam, coarse.lam, fine.slack)
         if fine.end is coarse.end and error <= scene.accuracy * fine.lam:
             return fine, error
         if refinement / select_model.COARSER < select_model.FINEST:

@@ -54,3 +54,11 @@ def refinement(model: str, accuracy: float) -> float:
     order = ORDER[model]
     estimate = SHARE[model] * (COARSER**order - 1.0) * USUAL_ERROR[model]
     return float(min(COARSEST, max(FINEST, (0.5 * accuracy / estimate) ** (1.0 / order))))
+
+
+def error(model: str, refinement: float, fine: float, coarse: float, slack: float) -> float:
+    """Estimated error of lambda_c by a model at a refinement, L*, given that on a mesh :data:`COARSER`.
+
+    It is a share of the change from there, the usual error, as two meshes may agree by chance, and the bracket's width.
+    """
+    return SHARE[model] * abs(fine - coarse) + USUAL_ERROR[model] * refinement ** ORDER[model] * fine + slack

@@ -6,13 +6,17 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from scipy.interpolate import CubicSpline
 
 from stripfold.analysis.phases import AFTER, BEFORE, FALL
+from stripfold.arrays import Array
 from stripfold.plots.colours import CRITICAL, FALLING, GREY, LEVEL, SETTLED
 from stripfold.plots.readers import Collapse, collapse
 from stripfold.plots.style import CM, figure, legend_above, styled, text_at
 
 LABELS = {BEFORE: "static, before", FALL: "fall", AFTER: "static, after"}
+SMOOTH = 20
+"""Points of a curve that are drawn for each state."""
 COLOURS = {BEFORE: CRITICAL, FALL: FALLING, AFTER: SETTLED}
 
 
@@ -36,7 +40,7 @@ def draw(data: xr.Dataset) -> Figure:
     # Enlarged: the fall, in which only a part of the strip moves; the gripper is held a little past lambda_c.
     x = CM * found.deflection[found.part(FALL)]
     wide = float(np.ptp(x))
-    inset = enlarged(ax, (0.57, 0.2, 0.4, 0.3) if fall_is_high else (0.1, 0.66, 0.36, 0.3))
+    inset = enlarged(ax, (0.57, 0.2, 0.4, 0.3) if fall_is_high else (0.15, 0.66, 0.36, 0.3))
     _curve(inset, found)
     inset.axhline(y, color=LEVEL, lw=1.0, zorder=1)
     inset.set_xlim(x.min() - 0.7 * wide, x.max() + 0.7 * wide)
@@ -71,9 +75,20 @@ def enlarged(ax: Axes, where: tuple[float, float, float, float]) -> Axes:
     return inset
 
 
+def smooth(x: Array, y: Array) -> tuple[Array, Array]:
+    """A smooth curve through the states of a branch: continuation takes long steps."""
+    chord = np.hypot(np.diff(x) / np.ptp(x), np.diff(y) / np.ptp(y))
+    # The two states of a bracket are one.
+    kept = np.concatenate([[True], chord > 1e-3 * chord.sum()])
+    at = np.concatenate([[0.0], np.cumsum(chord)])[kept]
+    curve = CubicSpline(at, np.stack([x, y], axis=1)[kept])(np.linspace(0.0, at[-1], SMOOTH * len(x)))
+    return curve[:, 0], curve[:, 1]
+
+
 def _curve(ax: Axes, found: Collapse) -> None:
     x, y = CM * found.deflection, CM * found.advance
     for phase, colour in COLOURS.items():
         if len(part := found.part(phase)):
-            ax.plot(x[part], y[part], color=colour, lw=1.5, zorder=3, label=LABELS[phase])
+            line = smooth(x[part], y[part]) if phase is BEFORE else (x[part], y[part])
+            ax.plot(*line, color=colour, lw=1.5, zorder=3, label=LABELS[phase])
     ax.plot(x[found.critical], y[found.critical], "o", color=CRITICAL, ms=3.0, zorder=4, label="_critical")
