@@ -27,7 +27,10 @@ from stripfold.solve.events import Crossing, Event
 from stripfold.solve.newton import Constraint
 from stripfold.solve.problem import Point, Tangent
 
-STEPS = StepOptions(first=0.05, largest=0.7, max_correction=0.5, max_attempts=300)
+STEPS = StepOptions(
+    first=0.05, largest=0.7, max_correction=0.5, max_attempts=300, newton=newton.NewtonOptions(max_iterations=8)
+)
+"""A step that needs more iterations is halved: where there is no state it would not end."""
 FIRST_INTERVALS = (0.02, 0.05, 0.1)
 """Lengths of an interval of contact that are tried when it is first solved for, L*."""
 TOUCH_TOLERANCE = 1e-6
@@ -116,7 +119,7 @@ def as_elastica(mesh: Planned, motion: Motion, state: elastica.State) -> tuple[M
 
 def solved(problem: MovingContact, q: Array, lam: float, sign: float = 1.0) -> BranchPoint:
     """The state at ``lam`` near a guess, with lambda rising, or falling where ``sign`` is negative."""
-    return BranchPoint(problem, continuation.start(problem, q, lam, problem.bounded, sign, STEPS))
+    return BranchPoint(problem, continuation.start(problem, q, lam, problem.bounded, sign, StepOptions()))
 
 
 def transferred(
