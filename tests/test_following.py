@@ -330,3 +330,21 @@ def test_the_tangent_on_fixed_nodes_is_the_way_of_the_strip(x_run: static.XRun) 
     moved = (shapes[0] - shapes[1]) / 1e-3
     truth = (point.tangent.q / point.tangent.lam)[problem.model.middle]
     np.testing.assert_allclose(moved, truth, atol=0.02)
+
+
+@pytest.mark.parametrize("kind", ["solid", "rod"])
+def test_a_sag_lifted_off_the_floor_loses_its_stability(kind: str, tmp_path: Path) -> None:
+    """Below the touch limit the floor holds the sag; higher up the strip is unstable without it.
+
+    Truth: the floor's push is used up in the last state, and lambda is the other model's.
+    """
+    file = tmp_path / "path.csv"
+    file.write_text("t,x,z\n0,-8,0\n1,-7.2,1.4\n2,1,1.4\n3,2,8\n")
+    strip = StripModel(16.0, 0.05, kind=kind)
+    found = follow(strip.contact_mesh(), table.read(file, strip.length, 1.0), strip.length)
+    assert found.critical is not None
+    assert found.critical.lam == pytest.approx(10.618, abs=1e-3)
+    for problem, point in found.states:
+        floor = np.setdiff1d(point.active, problem.prescribed)
+        assert problem.residual(point.q, point.lam)[floor].min(initial=0.0) > -0.02
+        assert point.negatives == 0

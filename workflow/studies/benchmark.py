@@ -82,7 +82,7 @@ def run_assess(repeats: int, length: float) -> xr.Dataset:
 
 
 def run_rod(repeats: int, length: float) -> xr.Dataset:
-    """One lambda_c of the rod to 1e-3 and one R-path assessed on it: ``repeats`` calls each in this process.
+    """One lambda_c of the rod to 1e-3 and one R-path assessed on it, without and with its fall: ``repeats`` calls each.
 
     Errors from finer meshes, and from the solid.  ``length`` in m of the strip whose path is assessed.
     """
@@ -91,6 +91,7 @@ def run_rod(repeats: int, length: float) -> xr.Dataset:
     path = path_of("r-path", length / material.gravity_length)
     seconds, found = timed(partial(critical_point.find, Scene(**strip)), repeats)
     truth = critical_point.find(Scene(**strip, accuracy=1e-4)).lambda_c
+    seconds_static, _ = timed(partial(assess_path, material, length, path, model="rod"), repeats)
     seconds_assess, verdict = timed(partial(assess_path, material, length, path, fall=True, model="rod"), repeats)
     apart = _apart(verdict.critical[0], verdict.touch_x, assess_path(material, length, path, fall=True))
     return dataset(
@@ -99,6 +100,7 @@ def run_rod(repeats: int, length: float) -> xr.Dataset:
             "seconds": ("repeat", seconds),
             "estimated_error": ((), found.error / found.lambda_c),
             "error": ((), abs(found.lambda_c / truth - 1.0)),
+            "seconds_static": ("repeat", seconds_static),
             "seconds_assess": ("repeat", seconds_assess),
             "apart": ((), apart / length),
         },

@@ -28,6 +28,7 @@ from stripfold.analysis.contact_branch import (
     transferred,
     zero,
 )
+from stripfold.analysis.path_statics import is_unstable_after_change
 from stripfold.analysis.static import LIMIT
 from stripfold.arrays import Array
 from stripfold.effects import Effect, Hysteresis, Pull
@@ -242,6 +243,10 @@ def _along_branch(at: BranchPoint, end: float) -> BranchPoint:
     last = first = _changed(first, end)
     for item in follow(first, WITHIN_STEP, stops):
         if isinstance(item, BranchPoint):
+            if is_unstable_after_change(last, item):
+                raise LostStabilityError(
+                    "the strip does not follow its gripper: what held it has left the floor", parameter=item.point.lam
+                )
             if item.point.lam < end:
                 last = item
                 continue

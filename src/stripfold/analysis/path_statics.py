@@ -212,6 +212,9 @@ class _Follower:
         next(branch)
         for item in branch:
             if isinstance(item, BranchPoint):
+                if is_unstable_after_change(at, item):
+                    self.critical = _at_change(at.point, item.point)
+                    break
                 at = item
                 self.add(at)
                 continue
@@ -266,6 +269,19 @@ def _stops(problem: MovingContact) -> list[Event]:
         return [LIMIT, lifted]
     sag = Event("another touch of a sag", lambda point, _: clearance(problem, point.q)[0] < -PENETRATION)
     return [LIMIT, lifted, sag]
+
+
+def is_unstable_after_change(before: BranchPoint, after: BranchPoint) -> bool:
+    """Whether a strip that was stable is not where its contact has changed: what held it has left the floor."""
+    return after.topology is not before.topology and is_past(after.point)
+
+
+def _at_change(before: Point, after: Point) -> CriticalPoint:
+    """The critical point at a change of the contact, between the states on either side."""
+    return CriticalPoint(
+        before.lam, before.lam, after.lam, before.lam, agree=False, before=before, after=after, mode=after.mode,
+        evaluations=0,
+    )  # fmt: skip
 
 
 def landed(at: BranchPoint, lam: float) -> BranchPoint:
