@@ -10,43 +10,38 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
 from stripfold import elastica
-from stripfold.analysis.contact_branch import STEPS, BranchCrossing, follow
+from stripfold.analysis.contact_branch import from_elastica
 from stripfold.analysis.prediction import ElasticaPrediction, end_of_advance
-from stripfold.analysis.static import StripModel, at_lambda, lift, start_along_x
+from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
 from stripfold.errors import SolveError
-from stripfold.solve.events import Event, never
+from stripfold.problem import AlongX
 
 Line = tuple[Array, Array]
 """Distances from the grasped end, shape (n,), and places, shape (n, 2), from where that end lay."""
 
 
 def model_equilibrium(strip: StripModel, height: float, lam: float, refinement: float) -> Line:
-    """The mid-surface when the flat strip was lifted and its gripper moved to ``lam``, on a mesh.
+    """The mid-surface with the gripper at ``lam``, on a mesh; solved for from the elastica's state there.
 
     Raises
     ------
     SolveError
         A state could not be computed.
     """
-    ((_, start),) = lift(strip.contact_mesh(refinement), [height])
-    there = Event("lambda", lambda point, _: point.lam >= lam, located=never)
-    first = start_along_x(start, height)
-    for item in follow(first, STEPS, lambda _: [there], through_contact=False):
-        if isinstance(item, BranchCrossing):
-            found = at_lambda(item.after, lam)
-            place = found.problem.mid_surface(found.point.q)
-            return found.model.s, place + np.array([strip.length / 2.0, 0.0])
-    raise AssertionError("a branch ends in an event or raises")
+    near = elastica_state(height, lam)
+    found = from_elastica(strip.contact_mesh(refinement), AlongX(height), lam, near)
+    place = found.problem.mid_surface(found.point.q)
+    return found.model.s, place + np.array([strip.length / 2.0, 0.0])
 
 
-def elastica_equilibrium(length: float, height: float, lam: float) -> Line:
-    """The same of the elastica, at a thousand places.
+def elastica_state(height: float, lam: float) -> elastica.State:
+    """The elastica's state with the gripper at ``lam``, before its critical point.
 
     Raises
     ------
     SolveError
-        A state could not be computed.
+        There is none, or it could not be computed.
     """
     before = None
     for state in elastica.x_axis_branch(height):
@@ -56,14 +51,19 @@ def elastica_equilibrium(length: float, height: float, lam: float) -> Line:
     if before is None or state.advance < lam:
         raise SolveError(f"no state with lambda = {lam:g} L* before the critical point")
 
-    def excess(free: float) -> float:
-        return elastica.state_at(height, free, guess=state).advance - lam
+    def at(free: float) -> elastica.State:
+        return elastica.state_at(height, free, guess=state)
 
-    free = float(brentq(excess, before.length, state.length, xtol=1e-12))
-    profile = elastica.state_at(height, free, guess=state).at(np.linspace(free, 0.0, 801))
-    lying = np.linspace(free, length, 202)[1:]
-    s = np.concatenate([free - profile.s, lying])
-    x = np.concatenate([free - profile.x, lying])
+    return at(float(brentq(lambda free: at(free).advance - lam, before.length, state.length, xtol=1e-12)))
+
+
+def elastica_equilibrium(length: float, height: float, lam: float) -> Line:
+    """The same of the elastica, at a thousand places; raises SolveError."""
+    state = elastica_state(height, lam)
+    profile = state.at(np.linspace(state.length, 0.0, 801))
+    lying = np.linspace(state.length, length, 202)[1:]
+    s = np.concatenate([state.length - profile.s, lying])
+    x = np.concatenate([state.length - profile.x, lying])
     return s, np.stack([x, np.concatenate([profile.z, 0.0 * lying])], axis=1)
 
 
