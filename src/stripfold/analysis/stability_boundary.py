@@ -6,7 +6,6 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from stripfold.analysis.contact_branch import STEPS
 from stripfold.analysis.prediction import ElasticaPrediction, Snap, as_first, snap
 from stripfold.analysis.static import LAMBDA_TOLERANCE, StripModel, XRun
 from stripfold.errors import SolveError
@@ -58,5 +57,5 @@ def _from(last: Snap, strip: StripModel, height: float, refinement: float) -> Sn
     guess = np.append(before.resampled(q[:n], mesh.model.s), contact)
     stress = before.resampled_stress(q[:n], mesh.model)
     towards = Tangent(problem.metric, 0.0)
-    limit = limit_point.solve(problem, guess, last.lam, towards, problem.bounded, STEPS.newton, stress)
+    limit = limit_point.solve(problem, guess, last.lam, towards, problem.bounded, predicted_stress=stress)
     return as_first(Snap(problem, limit))
