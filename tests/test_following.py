@@ -12,8 +12,8 @@ import pytest
 
 from stripfold import elastica
 from stripfold.analysis import contact_set, path_statics, static
-from stripfold.analysis.assess import grip_and_hold, lying_length
-from stripfold.analysis.contact_branch import BranchPoint, solved
+from stripfold.analysis.assess import SNAP, assess_strip, grip_and_hold, lying_length
+from stripfold.analysis.contact_branch import BranchPoint, reaction, solved
 from stripfold.analysis.path_statics import StaticSegment, follow
 from stripfold.analysis.static import StripModel
 from stripfold.errors import SolveError
@@ -336,14 +336,31 @@ def test_the_tangent_on_fixed_nodes_is_the_way_of_the_strip(x_run: static.XRun) 
 def test_a_sag_lifted_off_the_floor_loses_its_stability(kind: str, tmp_path: Path) -> None:
     """Below the touch limit the floor holds the sag; higher up the strip is unstable without it.
 
-    Truth: the floor's push is used up in the last state, and lambda is the other model's.
+    Truth: the floor's push is used up in the last state, and lambda is the other model's.  The boundary is where no
+    push is left: it is normal to the gradient of the push by the gripper's place.
     """
     file = tmp_path / "path.csv"
     file.write_text("t,x,z\n0,-8,0\n1,-7.2,1.4\n2,1,1.4\n3,2,8\n")
     strip = StripModel(16.0, 0.05, kind=kind)
-    found = follow(strip.contact_mesh(), table.read(file, strip.length, 1.0), strip.length)
+    assessed = assess_strip(strip, table.read(file, strip.length, 1.0))
+    (found,), (event,) = assessed.segments, assessed.events
     assert found.critical is not None
     assert found.critical.lam == pytest.approx(10.618, abs=1e-3)
+    assert found.critical.width < 1e-6
+    last = found.last
+    assert last is not None
+    lam = last.point.lam - 0.02
+    piece = found.path.pieces[-1]
+
+    def push(moved: np.ndarray) -> float:
+        held = replace(piece, position=lambda _: piece.position(lam) + moved)
+        problem = MovingContact(last.problem.mesh, AlongPiece(held, strip.length))
+        return reaction(problem, solved(problem, last.point.q, 0.0).point)
+
+    normal = [(push(d) - push(-d)) / 2e-3 for d in 1e-3 * np.eye(2)]
+    sine = abs(normal @ piece.rate(lam)) / np.linalg.norm(normal)
+    assert event.angle == pytest.approx(np.degrees(np.arcsin(sine)), abs=4.0)
+    assert event.kind == SNAP
     for problem, point in found.states:
         floor = np.setdiff1d(point.active, problem.prescribed)
         assert problem.residual(point.q, point.lam)[floor].min(initial=0.0) > -0.02

@@ -152,7 +152,7 @@ def assess_strip(
     touch = _static_touch(segments[0])
     while (found := segments[-1].critical) is not None:
         segment = segments[-1]
-        events.append(_event(segment.states[-1], path, found))
+        events.append(_event(segment.unheld or segment.states[-1], path, found))
         if fall is None or len(events) > MAX_FALLS:
             break
         say(f"falling at {found.lam / path.length:.0%} of the path")
@@ -167,8 +167,9 @@ def assess_strip(
     return Assessment(path, tuple(segments), tuple(motions), tuple(events), touch)
 
 
-def _event(last: State, path: GripperPath, found: CriticalPoint) -> CriticalEvent:
-    angle = boundary_angle(*last)
+def _event(state: State, path: GripperPath, found: CriticalPoint) -> CriticalEvent:
+    """The critical point found, with its kind by the mode of a state there."""
+    angle = boundary_angle(*state)
     kind = BIFURCATION if angle < LARGEST_BIFURCATION_ANGLE else SNAP
     return CriticalEvent(found.lam, path.position(found.lam), kind, angle, found)
 

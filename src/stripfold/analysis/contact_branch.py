@@ -21,7 +21,7 @@ from stripfold.models.model import Model
 from stripfold.models.state_cache import StateCache
 from stripfold.moving_contact import MovingContact
 from stripfold.problem import Motion
-from stripfold.solve import continuation, newton
+from stripfold.solve import continuation, critical, newton
 from stripfold.solve.continuation import StepOptions
 from stripfold.solve.events import Crossing, Event
 from stripfold.solve.newton import Constraint
@@ -34,11 +34,13 @@ STEPS = StepOptions(
 FIRST_INTERVALS = (0.02, 0.05, 0.1)
 """Lengths of an interval of contact that are tried when it is first solved for, L*."""
 TOUCH_TOLERANCE = 1e-6
-"""Arc length to which the touch of the sag is located, L*."""
+"""Arc length to which a touch of the sag and its release are located, L*."""
 LEAST_SAG = 0.02
 """Height of the strip on either side over the lowest point of a sag, L*."""
 SAMPLES = np.linspace(0.0, 1.0, 5)[:-1]
 """Places in an element where the height over the floor is looked at."""
+UNHELD = Event("change of the contact that leaves the strip unstable", critical.is_past)
+"""The critical point where a contact ends without which the strip is unstable."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -261,7 +263,7 @@ def contact_changes(problem: MovingContact) -> dict[Event, Callable[[BranchPoint
         return {touch(problem): to_point}
     if topology is Topology.POINT:
         return {
-            zero("release of the sag", lambda point: reaction(problem, point)): to_lying,
+            zero("release of the sag", lambda point: reaction(problem, point), TOUCH_TOLERANCE): to_lying,
             zero("flattening of the sag", lambda point: curvature(problem, point)): to_interval,
         }
     if topology is Topology.INTERVAL:
@@ -278,7 +280,8 @@ def follow(
 ) -> Iterator[BranchPoint | BranchCrossing]:
     """Yield ``first``, then point after point along its branch, and the events of ``stops`` as they happen.
 
-    The point at ``end``, a value of lambda, is the last; events behind it do not count.
+    :data:`UNHELD` is an event of its own, between the states on either side of a change of the contact.  The point at
+    ``end``, a value of lambda, is the last; events behind it do not count.
 
     Raises
     ------
@@ -306,8 +309,8 @@ def follow(
                     continue
                 if before.point is not at.point:
                     yield before
-                at = changes[item.event](after)
-                yield at
+                last, at = before, changes[item.event](after)
+                yield from _changed(last, at)
                 break
             if item.lam >= end:
                 yield BranchPoint(problem, continuation.step_to(problem, at.point, end, options))
@@ -320,10 +323,22 @@ def follow(
                 for event, change in (contact_changes(at.problem) if through_contact else {}).items():
                     # On other elements the change lies a little before.
                     if event.passed(at.point, None):
-                        at = change(at)
-                        yield at
+                        last, at = at, change(at)
+                        yield from _changed(last, at)
                         break
                 break
+
+
+def _changed(before: BranchPoint, after: BranchPoint) -> Iterator[BranchPoint | BranchCrossing]:
+    """The state behind a change of the contact, preceded by :data:`UNHELD` where it is one."""
+    if is_unheld(before, after):
+        yield BranchCrossing(UNHELD, before, after)
+    yield after
+
+
+def is_unheld(before: BranchPoint, after: BranchPoint) -> bool:
+    """Whether the strip is stable before a change of the contact, and not behind it."""
+    return critical.is_past(after.point) and not critical.is_past(before.point)
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,16 +19,17 @@ import numpy as np
 
 from stripfold.analysis.contact_branch import (
     STEPS,
+    UNHELD,
     BranchCrossing,
     BranchPoint,
     Planned,
     contact_changes,
     follow,
     from_flat,
+    is_unheld,
     transferred,
     zero,
 )
-from stripfold.analysis.path_statics import is_unstable_after_change
 from stripfold.analysis.static import LIMIT
 from stripfold.arrays import Array
 from stripfold.effects import Effect, Hysteresis, Pull
@@ -243,14 +244,12 @@ def _along_branch(at: BranchPoint, end: float) -> BranchPoint:
     last = first = _changed(first, end)
     for item in follow(first, WITHIN_STEP, stops):
         if isinstance(item, BranchPoint):
-            if is_unstable_after_change(last, item):
-                raise LostStabilityError(
-                    "the strip does not follow its gripper: what held it has left the floor", parameter=item.point.lam
-                )
             if item.point.lam < end:
                 last = item
                 continue
             # A change of contact went beyond the end.
+        elif item.event is UNHELD:
+            raise _lost_contact(item.after)
         elif item.event is LIMIT:
             raise LostStabilityError(
                 "the strip does not follow its gripper: the branch has a limit point", parameter=_limit(item)
@@ -271,8 +270,18 @@ def _changed(at: BranchPoint, end: float) -> BranchPoint:
     for event, change in contact_changes(at.problem).items():
         if event.passed(at.point, None):
             changed = change(at)
-            return changed if changed.point.lam < end else at
+            if changed.point.lam >= end:
+                return at
+            if is_unheld(at, changed):
+                raise _lost_contact(changed)
+            return changed
     return at
+
+
+def _lost_contact(at: BranchPoint) -> LostStabilityError:
+    return LostStabilityError(
+        "the strip does not follow its gripper: what held it has left the floor", parameter=at.point.lam
+    )
 
 
 def _lands(at: BranchPoint, end: float) -> bool:

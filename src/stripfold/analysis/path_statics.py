@@ -13,7 +13,7 @@ import numpy as np
 
 from stripfold.analysis import contact_branch
 from stripfold.analysis.contact import lift_off
-from stripfold.analysis.contact_branch import STEPS, BranchPoint, Planned, clearance
+from stripfold.analysis.contact_branch import STEPS, UNHELD, BranchPoint, Planned, clearance
 from stripfold.analysis.contact_set import ROBUST_NEWTON, from_nodes, on_nodes
 from stripfold.arrays import Array
 from stripfold.errors import SolveError
@@ -65,6 +65,8 @@ class StaticSegment:
         For each state the index of its piece.
     critical
         The critical point that ends it, or None at the end of the path.
+    unheld
+        Where that is a change of the contact, the state behind it, whose mode is the critical one; else None.
     last
         The last state with its contact coordinates; None if its contact is at nodes.
     nodal
@@ -75,6 +77,7 @@ class StaticSegment:
     states: tuple[State, ...]
     pieces: tuple[int, ...]
     critical: CriticalPoint | None
+    unheld: State | None
     last: BranchPoint | None
     nodal: str = ""
 
@@ -132,7 +135,8 @@ def follow(
     while follower.critical is None and follower.lam < path.length:
         follower.advance()
     last = follower.at if isinstance(follower.at, BranchPoint) else None
-    return StaticSegment(path, tuple(follower.states), tuple(follower.pieces), follower.critical, last, follower.nodal)
+    states, pieces = tuple(follower.states), tuple(follower.pieces)
+    return StaticSegment(path, states, pieces, follower.critical, follower.unheld, last, follower.nodal)
 
 
 @dataclass
@@ -148,6 +152,7 @@ class _Follower:
     states: list[State] = field(default_factory=list)
     pieces: list[int] = field(default_factory=list)
     critical: CriticalPoint | None = None
+    unheld: State | None = None
     nodal: str = ""
     returns: int = 0
 
@@ -212,18 +217,18 @@ class _Follower:
         next(branch)
         for item in branch:
             if isinstance(item, BranchPoint):
-                if is_unstable_after_change(at, item):
-                    self.critical = _at_change(at.point, item.point)
-                    break
                 at = item
                 self.add(at)
                 continue
-            if item.event is not LIMIT:
+            if item.event not in (LIMIT, UNHELD):
                 raise SolveError(f"{item.event.name}: none of the known kinds of contact", parameter=at.point.lam)
-            at, after = item.before, item.after.point
+            at, after = item.before, item.after
             if at.point is not self.at.point:  # type: ignore[union-attr]
                 self.add(at)
-            self.critical = critical.locate(at.problem, at.point, after, LIMIT_TOLERANCE, self.options)
+            if item.event is UNHELD:
+                self.critical, self.unheld = _at_change(at.point, after.point), after.problem.on_mesh(after.point)
+            else:
+                self.critical = critical.locate(at.problem, at.point, after.point, LIMIT_TOLERANCE, self.options)
             break
         return at
 
@@ -269,11 +274,6 @@ def _stops(problem: MovingContact) -> list[Event]:
         return [LIMIT, lifted]
     sag = Event("another touch of a sag", lambda point, _: clearance(problem, point.q)[0] < -PENETRATION)
     return [LIMIT, lifted, sag]
-
-
-def is_unstable_after_change(before: BranchPoint, after: BranchPoint) -> bool:
-    """Whether a strip that was stable is not where its contact has changed: what held it has left the floor."""
-    return after.topology is not before.topology and is_past(after.point)
 
 
 def _at_change(before: Point, after: Point) -> CriticalPoint:
