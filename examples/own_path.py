@@ -23,7 +23,7 @@ found = strip.assess(path, fall=True, model="rod")
 print(found)
 for event in found.critical:
     print(f"The strip leaves the path at t = {event['t']:.3f}: {event['kind']} at {event['angle']:.0f} degrees.")
-print(f"It lands {1e3 * found.touch_error:.0f} mm from where the folded state lands.")
+print(f"It first touches itself {1e3 * found.touch_error:.0f} mm from the place of an accurate fold.")
 found.plot().savefig("own_path.png", dpi=200)
 
 # A path that this strip cannot follow is refused; the message names the row.

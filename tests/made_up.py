@@ -196,8 +196,9 @@ def assessments() -> xr.Dataset:
         for path in assess_data.PATHS:
             numbers = dict.fromkeys(assess_data.NUMBERS, 0.0)
             error = TOUCH_ERRORS[path][i] * UNITS[i]
-            numbers |= {"planned_touch_x": 3.6 * UNITS[i], "touch_error": error, "fell": float(i < 2)}
-            numbers |= {"assumed_touch_x": 2.6 * UNITS[i], "relative_length": LENGTHS[i] / UNITS[i]}
+            numbers |= {"planned_touch_x": 2.6 * UNITS[i], "touch_error": error, "fell": float(i < 2)}
+            numbers |= {"landing_x": 3.6 * UNITS[i], "relative_length": LENGTHS[i] / UNITS[i]}
+            numbers |= {"touch_uncertainty": 0.05 * UNITS[i]}
             files[material, path] = xr.Dataset(attrs={**numbers, "eta_b": ETAS[i], "gravity_length": UNITS[i]})
     return assess_data.table(files, LABELS)
 

@@ -252,7 +252,8 @@ class TestLow:
     def test_numbers(self, low: tuple[StripModel, Assessment]):
         """Where nothing is critical there is no number, and none is made up."""
         strip, found = low
-        numbers = assess_data.numbers(found, strip, "triangular", 2.0)
+        fine = replace(found, touch=replace(found.touch, x=found.touch.x + 0.2))  # type: ignore[type-var, union-attr]
+        numbers = assess_data.numbers(found, fine, strip, "triangular", 2.0)
         assert set(numbers) == set(assess_data.NUMBERS)
         missing = {key for key, value in numbers.items() if np.isnan(value)}
         critical = {f"critical_{name}" for name in ("travelled", "x", "z", "angle")}
@@ -261,18 +262,20 @@ class TestLow:
         assert numbers["completed"] == 1.0
         assert found.touch is not None
         assert numbers["touch_x"] == found.touch.x
+        assert numbers["touch_uncertainty"] == pytest.approx(0.2)
         assert numbers["touch_travelled"] == found.touch.travelled
 
     def test_numbers_without_a_touch(self, statics: dict[str, Assessment]):
         found = statics["r-path"]
-        numbers = assess_data.numbers(found, STRIP, "r-path", 2.0)
+        numbers = assess_data.numbers(found, found, STRIP, "r-path", 2.0)
         missing = {key for key, value in numbers.items() if np.isnan(value)}
-        assert missing == {"touch_x", "touch_travelled", "touch_error", "fell"}
+        assert missing == {"touch_x", "touch_travelled", "touch_error", "touch_uncertainty", "fell"}
         assert numbers["completed"] == 0.0
         assert numbers["critical_points"] == numbers["bifurcation"] == 1.0
         plan = rpath.plan_r_path(STRIP.length)
         assert numbers["assumed_touch_x"] == plan.first_touch
-        assert numbers["planned_touch_x"] == plan.landing
+        assert numbers["planned_touch_x"] == plan.first_touch
+        assert numbers["landing_x"] == plan.landing
 
 
 class TestFallen:
@@ -460,7 +463,8 @@ class TestStored:
         given: list[tuple[object, ...]] = []
         monkeypatch.setattr(assess_data, "assess_strip", lambda *x: given.append(x) or found)
         other = assess_data.run(OTHER, SHORT * OTHER.gravity_length, "circular", FALL, 2.0)
-        ((strip, path, fall, refinement, _),) = given
+        (strip, path, fall, refinement, _), fine = given
+        assert (fine[0], fine[1], fine[3]) == (strip, path, 1.0)
         assert strip.length == pytest.approx(SHORT)  # type: ignore[attr-defined]
         assert strip.thickness == pytest.approx(found.last[0].model.thickness)  # type: ignore[attr-defined]
         assert refinement == 2.0
@@ -470,7 +474,8 @@ class TestStored:
         for name, variable in data.data_vars.items():
             factor = factors[variable.attrs["units"]]
             np.testing.assert_allclose(other[name], factor * variable, rtol=1e-6, atol=1e-9, err_msg=str(name))
-        for name in assess_data.NUMBERS:
+        assert other.attrs["touch_uncertainty"] == 0.0  # the same twice
+        for name in set(assess_data.NUMBERS) - {"touch_uncertainty"}:
             expected = factors[schema.variables()[name].unit] * data.attrs[name]
             assert other.attrs[name] == pytest.approx(expected, rel=1e-4, abs=1e-6), name
         assert other.attrs["length"] == pytest.approx(0.5 * data.attrs["length"])

@@ -18,6 +18,7 @@ from plots import (
     rpath_friction,
     touch_error,
 )
+from plots.pieces import PATH_LOOKS
 from plotted import colours, drawn, indices_of, labelled, legend_texts, named, notes, states_of
 from stripfold.errors import InvalidInputError
 from stripfold.plots import colours as palette
@@ -256,27 +257,24 @@ class TestRPathCurve:
 class TestTouchError:
     def test_points(self):
         (ax,) = touch_error.draw(made_up.assessments()).axes
-        assert ax.get_xscale() == "log"
         for name, errors in made_up.TOUCH_ERRORS.items():
-            assert colours(ax, f"{name}-filled") == {touch_error.LOOKS[name][1].color}
+            assert colours(ax, f"{name}-filled") == {PATH_LOOKS[name][1].color}
             filled, hollow = drawn(ax, f"{name}-filled")[0], drawn(ax, f"{name}-hollow")[0]
-            # In the order of eta_b; the third material is the one that does not fall.
-            np.testing.assert_allclose(filled, [(820.0, errors[1]), (3780.0, errors[0])])
-            np.testing.assert_allclose(hollow, [(95.0, errors[2])])
+            # In the order of the length, 12 and 20 L*; the third material is the one that does not fall.
+            np.testing.assert_allclose(filled, [(12.0, errors[1]), (20.0, errors[0])])
+            np.testing.assert_allclose(hollow, [(20.0, errors[2])])
             assert named(ax, f"{name}-hollow")[0].get_markerfacecolor() == "white"
+        bars = [segment for c in ax.collections for segment in c.get_segments()]
+        assert len(bars) == 9
+        np.testing.assert_allclose(bars[0], [(20.0, -0.35), (20.0, -0.25)])
+        np.testing.assert_allclose(drawn(ax, "landing")[0][:, 1], 1.0)
+        np.testing.assert_allclose(drawn(ax, "line")[0][:, 1], -2.6)
+        # No line goes where there is no touch.
+        np.testing.assert_allclose(drawn(ax, "circular-line")[0], [(20.0, 0.7), (20.0, 0.6)])
 
-        np.testing.assert_allclose(drawn(ax, "assumed")[0][:, 1], -1.0)
-        # Only strips of one length are joined, and no line goes where there is no touch.
-        np.testing.assert_allclose(drawn(ax, "r-path-line")[0][:, 0], [820.0, 3780.0])
-        np.testing.assert_allclose(drawn(ax, "circular-line")[0], [(3780.0, 0.7)])
-
-    def test_lengths_and_legend(self):
+    def test_legend(self):
         data = made_up.assessments()
-        fig = touch_error.draw(data)
-        (above,) = fig.axes[0].child_axes
-        assert [text.get_text() for text in above.get_xticklabels()] == ["20", "12", "20 (cloth)"]
-        np.testing.assert_allclose(above.get_xticks(), made_up.ETAS)
-        assert "laid down without a fall" in legend_texts(fig)
+        assert "laid down without a fall" in legend_texts(touch_error.draw(data))
         data["fell"][:] = 1.0
         assert "laid down without a fall" not in legend_texts(touch_error.draw(data))
 
@@ -284,13 +282,12 @@ class TestTouchError:
 def test_friction_needed():
     top, bottom = friction_needed.draw(made_up.frictions()).axes
     # k_f / (g/L*) times the step of 0.1 L*.
-    np.testing.assert_allclose(drawn(top, "pull-filled")[0], [(95.0, 0.012), (820.0, 0.010), (3780.0, 0.008)])
-    np.testing.assert_allclose(drawn(top, "hysteresis-filled")[0], [(95.0, 0.005), (820.0, 0.007), (3780.0, 0.009)])
+    np.testing.assert_allclose(drawn(top, "pull-filled")[0], [(12.0, 0.010), (20.0, 0.008), (20.0, 0.012)])
+    np.testing.assert_allclose(drawn(top, "hysteresis-filled")[0], [(12.0, 0.007), (20.0, 0.009), (20.0, 0.005)])
     # Up to the first touch, at the pseudo time 0.6; the median is at 0.3.
     np.testing.assert_allclose(drawn(bottom, "ratio_max-filled")[0][:, 1], 0.037)
     np.testing.assert_allclose(drawn(bottom, "ratio_median-filled")[0][:, 1], 0.010)
     assert top.get_yscale() == bottom.get_yscale() == "log"
-    np.testing.assert_allclose(drawn(top, "pull-line")[0][:, 0], [820.0, 3780.0])
     assert legend_texts(top) == [friction_needed.PULL, friction_needed.MOMENT]
     assert legend_texts(bottom) == ["largest", "median"]
     np.testing.assert_allclose(top.get_ylim(), [1e-3, 1e-1])

@@ -64,8 +64,9 @@ def test_assess_says_where_the_strip_leaves(here: Path, coarse: None, capsys: py
     assert event["x"] + event["z"] == pytest.approx(0.225, abs=1e-9)
     assert event["t"] == pytest.approx(0.5 + event["x"] / 0.45, abs=1e-6)
     assert found["landing_x"] == pytest.approx(3.584045 * UNIT, abs=1e-6)
-    assert found["touch_error"] == pytest.approx(found["touch_x"] - found["landing_x"])
-    assert found["touch_error"] < -0.02
+    assert found["planned_touch_x"] == pytest.approx(2.6255 * UNIT, abs=1e-3 * UNIT)
+    assert found["touch_error"] == pytest.approx(found["touch_x"] - found["planned_touch_x"])
+    assert -0.4 * UNIT < found["touch_error"] < -0.1 * UNIT
     assert 0.0 < found["shape_error"] < 0.02 * UNIT
     assert found["seconds"] > 0.0
     assert sorted(os.listdir(here)) == ["own.csv"]

@@ -121,8 +121,11 @@ class PathAssessment(Verdict, Result):
     critical
         Its critical points: ``t``, ``x``, ``z`` of the gripper, ``kind``, and the ``angle`` with the stability
         boundary in degrees.
-    touch_x, landing_x, touch_error
-        Where the upper layer first touches, where the folded state lands, and the difference.
+    touch_x, planned_touch_x, touch_error
+        Where the upper layer first touches, where that of the strip's planned R-path does (the accurate fold), and the
+        difference.  The fold line is at x = 0.
+    landing_x
+        Where the folded state lands.
     shape_error
         Largest distance of the last state from the folded one; nan for a path that ends elsewhere.
     lying_length
@@ -172,8 +175,9 @@ class PathAssessment(Verdict, Result):
             ("stable", "yes" if self.stable else "no"),
             *events,
             ("first touch", metres(self.touch_x, "x, origin mid-strip")),
-            ("  planned", metres(self.landing_x, "x where the folded state lands")),
+            ("  planned", metres(self.planned_touch_x, "x of the first touch of the accurate fold, an R-path's")),
             ("  error", metres(self.touch_error, "negative: short of it")),
+            ("landing", metres(self.landing_x, "x where the folded state lands")),
             ("shape error", metres(self.shape_error, "largest distance of the last state from the folded one")),
             ("lying", metres(self.lying_length, "length from the held end in the last state")),
             ("peak force", f"{self.peak_force:.4g} N/m  (gripper, per width)"),
@@ -193,7 +197,8 @@ class PathAssessment(Verdict, Result):
         return values | {"critical": [dict(event) for event in self.critical]}
 
     def to_dataset(self) -> xr.Dataset:
-        numbers = ("touch_x", "landing_x", "touch_error", "shape_error", "lying_length", "peak_force", "peak_hold")
+        touches = ("touch_x", "planned_touch_x", "touch_error", "landing_x")
+        numbers = (*touches, "shape_error", "lying_length", "peak_force", "peak_hold")
         values: dict[str, Any] = {name: ((), getattr(self, name)) for name in numbers}
         states = self._mid_surfaces()
         values |= {

@@ -48,10 +48,12 @@ FIGURES = {
         "Without friction the branch (black) ends at the critical point, enlarged in (b); with friction (orange) the "
         "strip stays within a fraction of a millimetre of the plan.",
     "touch_error":
-        "On the triangular path the strip first touches more than L* short of where the folded strip lands; on the "
-        "R-path it comes closer, on the circular path it mostly touches too far.",
+        "Compared with the planned first touch of the R-path the strip touches short of it on the triangular path and "
+        "beyond it on the circular one; the R-path without friction does not touch where planned either. Bars: change "
+        "on elements half as long. What decides is the length in L*, not eta_b: two materials of 20 L* coincide.",
     "friction_needed":
-        "A pull of about one percent of the gripper force, or a similarly small hysteresis, suffices everywhere.",
+        "A pull of about one percent of the gripper force, or a similarly small hysteresis, suffices at all lengths; "
+        "two materials of 20 L* coincide.",
     "measured":
         "Strips snap later than the frictionless model says (lines), the more so the faster the gripper moves.",
     "real_paths":

@@ -1,4 +1,4 @@
-"""The smallest internal friction with which an R-path is followed, over the materials."""
+"""The smallest internal friction with which an R-path is followed, over the length of the strip."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from plots.pieces import ETA_TITLE, Look, note
-from plots.touch_error import common, draw_points, lengths_above
+from plots.pieces import LENGTH_TITLE, Look, note
+from plots.touch_error import draw_points
 from stripfold.plots.colours import BLACK, FRICTION, SKY
 from stripfold.plots.style import figure, styled
 
@@ -19,14 +19,12 @@ RATIOS = {"ratio_max": ("largest", Look(FRICTION, "^")), "ratio_median": ("media
 
 @styled
 def draw(data: xr.Dataset) -> Figure:
-    """Draw over eta_b (a) the friction that suffices, by either law, (b) pulling force over gripper force.
-
-    Strips of the commonest length are joined by a line.
+    """Draw over the length in L* (a) the friction that suffices, by either law, (b) pulling force over gripper force.
 
     ``data`` is from :func:`tasks.friction.table`.
     """
-    eta, unit, relative = (data[name].values for name in ("eta_b", "gravity_length", "relative_length"))
-    joined, filled = common(unit * relative), np.ones(len(eta), dtype=bool)
+    unit, length = (data[name].values for name in ("gravity_length", "relative_length"))
+    filled = np.ones(len(length), dtype=bool)
     # k_f is stored in g/L*.
     factor = {"pull": data["step"].values / unit, "hysteresis": 1.0}
     suffices = {law: factor[law] * data["suffices"].sel(law=law).values for law in LAWS}
@@ -35,16 +33,15 @@ def draw(data: xr.Dataset) -> Figure:
     top, bottom = fig.subplots(2, 1, sharex=True, height_ratios=(1.3, 1.0))
     for ax, values, looks in ((top, suffices, LAWS), (bottom, ratios, RATIOS)):
         for name, (label, look) in looks.items():
-            draw_points(ax, eta, values[name], look, joined, filled, name)
+            draw_points(ax, length, values[name], look, filled, name)
             ax.plot([], [], color=look.color, marker=look.marker, lw=1.0, label=label)
-        ax.set(xscale="log", yscale="log")
+        ax.set(yscale="log")
         _decades(ax)
         ax.legend(loc="lower right", fontsize=7)
     top.set_ylabel("friction that suffices")
-    bottom.set(xlabel=f"weight-to-bending-stiffness ratio {ETA_TITLE}", ylabel="pull$\\,/\\,$gripper force")
+    bottom.set(xlabel=LENGTH_TITLE, ylabel="pull$\\,/\\,$gripper force")
     note(top, "(a)")
     note(bottom, "(b) up to the first touch")
-    lengths_above(top, data, relative, joined)
     fig.align_ylabels()
     return fig
 

@@ -25,6 +25,14 @@ class Look(NamedTuple):
     marker: str
 
 
+LENGTH_TITLE = "length of the strip$\\,/\\,L^*$"
+PATH_LOOKS = {
+    "r-path": ("R-path", Look(BLACK, "o")),
+    "triangular": ("triangular path", Look(SKY, "^")),
+    "circular": ("circular path", Look(PINK, "D")),
+}
+"""Name and look of each folding path where results of all three are compared."""
+
 _COLOURS = (BLUE, VERMILLION, GREEN, PINK, ORANGE, SKY, BLACK)
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X", "p")
 

@@ -42,8 +42,10 @@ NUMBERS = (
     "touch_travelled",
     "fell",
     "planned_touch_x",
+    "landing_x",
     "assumed_touch_x",
     "touch_error",
+    "touch_uncertainty",
     "lying_length",
     "shape_error",
     "peak_force",
@@ -91,25 +93,26 @@ def run(
     strip = StripModel(length / unit, material.relative_thickness, material.nu)
     path = path_of(name, strip.length)
     found = assess_strip(strip, path, fall, refinement, progress)
+    fine = assess_strip(strip, path, fall, 0.5 * refinement, progress)
     rows = []
     for i, segment in enumerate(found.segments):
         rows += rows_of_segment(segment, 2 * i)
         if i < len(found.motions):
             rows += rows_of_motion(found.motions[i], 2 * i + 1)
     data = dataset(rows, path, material)
-    found_si = schema.in_si(numbers(found, strip, name, refinement), material.scales)
+    found_si = schema.in_si(numbers(found, fine, strip, name, refinement), material.scales)
     return data.assign_attrs(path=name, length=length, contact=found.contact, **found_si)
 
 
-def numbers(found: Assessment, strip: StripModel, name: str, refinement: float) -> dict[str, float]:
-    """:data:`NUMBERS` in solver units."""
+def numbers(found: Assessment, fine: Assessment, strip: StripModel, name: str, refinement: float) -> dict[str, float]:
+    """:data:`NUMBERS` in solver units; ``fine`` is the same on elements half as long."""
     nan = float("nan")
     first = found.events[0] if found.events else None
     plan = plan_r_path(strip.length)
     # What each path takes for granted: no stiffness or a hinge at the fold line; the elastica.
     assumed = plan.first_touch if name == "r-path" else 0.0
     peak_force, peak_hold = peak_forces(found.states)
-    touch = found.touch
+    touch, again = found.touch, fine.touch
     return {
         "critical_points": float(len(found.events)),
         "critical_travelled": first.travelled if first else nan,
@@ -121,9 +124,11 @@ def numbers(found: Assessment, strip: StripModel, name: str, refinement: float) 
         "touch_x": touch.x if touch else nan,
         "touch_travelled": touch.travelled if touch else nan,
         "fell": float(touch.fell) if touch else nan,
-        "planned_touch_x": plan.landing,
+        "planned_touch_x": plan.first_touch,
+        "landing_x": plan.landing,
         "assumed_touch_x": assumed,
-        "touch_error": touch.x - plan.landing if touch else nan,
+        "touch_error": touch.x - plan.first_touch if touch else nan,
+        "touch_uncertainty": abs(touch.x - again.x) if touch and again else nan,
         "lying_length": lying_length(*found.last),
         "shape_error": shape_error(*found.last, plan),
         "peak_force": peak_force,

@@ -18,7 +18,7 @@ from stripfold.arrays import Array
 from stripfold.errors import InvalidInputError, LostStabilityError
 from stripfold.material import Material
 from stripfold.paths.curve import GripperPath
-from stripfold.paths.rpath import plan_r_path
+from stripfold.paths.rpath import RPath, plan_r_path
 from stripfold.problem import StripProblem
 from stripfold.simulation import Release
 from stripfold.solve.problem import Point
@@ -40,8 +40,9 @@ class Verdict:
     stable: bool
     critical: tuple[Mapping[str, Any], ...]
     touch_x: float
-    landing_x: float
+    planned_touch_x: float
     touch_error: float
+    landing_x: float
     shape_error: float
     lying_length: float
     peak_force: float
@@ -139,7 +140,9 @@ def _verdict(
     problem, last = states[-1]
     peak_force, peak_hold = peak_forces(states)
     completed = abs(last.lam - path.length) < 1e-6
-    landing, shape = _folded(strip, path, problem, last) if completed else (_landing(strip), float("nan"))
+    plan = _plan(strip)
+    planned, landing = (plan.first_touch, plan.landing) if plan else (float("nan"), float("nan"))
+    folded = plan if completed and _ends_folded(strip, path) else None
     critical = []
     for event in events:
         x, z = unit * path.position(event["travelled"])
@@ -149,9 +152,10 @@ def _verdict(
         stable=not events,
         critical=tuple(critical),
         touch_x=unit * touch,
+        planned_touch_x=unit * planned,
+        touch_error=unit * (touch - planned),
         landing_x=unit * landing,
-        touch_error=unit * (touch - landing),
-        shape_error=unit * shape,
+        shape_error=unit * (shape_error(problem, last, folded) if folded else float("nan")),
         lying_length=unit * lying_length(problem, last),
         peak_force=force * peak_force,
         peak_hold=force * peak_hold,
@@ -161,18 +165,15 @@ def _verdict(
     )
 
 
-def _landing(strip: StripModel) -> float:
-    """Where the folded state lands, L*; nan for a strip that has none."""
+def _plan(strip: StripModel) -> RPath | None:
+    """The strip's accurate fold; none of a strip too short or too long for one."""
     try:
-        return plan_r_path(strip.length).landing
+        return plan_r_path(strip.length)
     except InvalidInputError:
-        return float("nan")
+        return None
 
 
-def _folded(strip: StripModel, path: GripperPath, problem: StripProblem, last: Point) -> tuple[float, float]:
-    """Landing place of the folded state, and the last state's distance from it where the path ends as a fold does."""
+def _ends_folded(strip: StripModel, path: GripperPath) -> bool:
+    """Whether a path ends where a half fold ends."""
     end: Array = path.position(path.length) - np.array([strip.length / 2.0, 0.0])
-    landing = _landing(strip)
-    if np.isnan(landing) or np.linalg.norm(end) > AT_END * strip.length:
-        return landing, float("nan")
-    return landing, shape_error(problem, last, plan_r_path(strip.length))
+    return bool(np.linalg.norm(end) <= AT_END * strip.length)

@@ -34,19 +34,25 @@ def tangency(d: xr.Dataset) -> Facts:
 
 
 def assessment(d: xr.Dataset) -> list[Facts]:
-    """First touch less the landing place of the folded state, L*, of the strips that fall; one for each path."""
+    """First touch less the planned one of the R-path, L*, of the strips that fall; one for each of the other paths.
+
+    The worst strip is the one that is least beyond its error on the expected side.
+    """
     out = []
-    for path, which, side, bound in (
-        ("triangular", "largest", "short of", "<"),
-        ("circular", "smallest", "beyond", ">"),
-    ):
-        error = (d.touch_error / d.gravity_length).sel(path=path).values
-        fell = d.fell.sel(path=path).values == 1.0
-        fallen = error[fell] if fell.any() else np.array([np.nan])
-        worst = fallen.max() if which == "largest" else fallen.min()
-        each, laid = (", ".join(f"{x:+.2f}" for x in error[one]) or "none" for one in (fell, ~fell))
-        words = {"path": path, "which": which, "side": side, "bound": bound, "each": each, "laid": laid}
-        out.append({**words, "value": worst, "falls": fell.sum()})
+    for path, sign, side in (("triangular", -1.0, "short of"), ("circular", 1.0, "beyond")):
+        one = d.sel(path=path)
+        off, error = ((one[name] / d.gravity_length).values for name in ("touch_error", "touch_uncertainty"))
+        line = (one.touch_x / d.gravity_length).values
+        fell = one.fell.values == 1.0
+        beyond = np.where(fell, sign * off - error, np.inf)
+        worst = int(np.argmin(beyond)) if fell.any() else -1
+        each, laid, lines = (
+            ", ".join(f"{x:+.2f}" for x in values) or "none" for values in (off[fell], off[~fell], line[fell])
+        )
+        words = {"path": path, "side": side, "bound": "<" if sign < 0.0 else ">", "each": each, "laid": laid}
+        words |= {"lines": lines, "errors": error[fell].max(initial=0.0), "falls": fell.sum()}
+        found = {"value": off[worst] if worst >= 0 else np.nan, "error": error[worst], "decided": beyond.min() > 0.0}
+        out.append(words | found | {"fallen": fell.any()})
     return out
 
 

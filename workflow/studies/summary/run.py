@@ -35,7 +35,7 @@ def summarise(data: Mapping[str, xr.Dataset], sources: Mapping[str, str]) -> dic
     Returns
     -------
     For each number ``value``, ``unit``, ``statement``, ``criterion``, ``holds``, ``source`` (the file) and ``datasets``
-    (the names of all datasets that it is from).
+    (the names of all datasets that it is from); ``error`` where one is known.
     """
     out: dict[str, Entry] = {}
     for source in SOURCES:
@@ -72,6 +72,7 @@ def _evaluate(number: Number, facts: Facts) -> Entry:
     within = bound is None or BOUNDS[bound[1]](value, float(bound[2]))
     return {
         "value": int(value) if number.unit == "count" else float(f"{value:.{number.digits}g}"),
+        **({"error": float(f"{facts[number.error]:.1g}")} if number.error else {}),
         "unit": number.unit,
         "statement": statement,
         "criterion": criterion,
@@ -84,13 +85,18 @@ def verdict(item: Entry) -> str:
     return "stale" if not item["fresh"] else "yes" if item["holds"] else "no"
 
 
+def quoted(item: Entry) -> str:
+    """A number with its error and unit."""
+    error = f" +- {item['error']:g}" if "error" in item else ""
+    return f"{item['value']:g}{error}" + ("" if item["unit"] in ("1", "count") else f" {item['unit']}")
+
+
 def markdown(summary: Mapping[str, Entry]) -> str:
     """The summary as a table in Markdown."""
     rows = ["| key | value | what | criterion | holds |", "|---|---|---|---|---|"]
     for key, item in summary.items():
-        unit = "" if item["unit"] in ("1", "count") else f" {item['unit']}"
         statement, criterion = (item[part].replace("|", "\\|") for part in ("statement", "criterion"))
-        rows.append(f"| `{key}` | {item['value']:g}{unit} | {statement} | {criterion} | {verdict(item)} |")
+        rows.append(f"| `{key}` | {quoted(item)} | {statement} | {criterion} | {verdict(item)} |")
     return "\n".join(rows) + "\n"
 
 

@@ -24,6 +24,8 @@ class Number(NamedTuple):
     criterion: str
     statement: str
     also: Callable[[SimpleNamespace], bool] = lambda f: True
+    error: str = ""
+    """The fact that is the value's error, in the same unit, where one is known."""
 
 
 class Source(NamedTuple):
@@ -234,9 +236,10 @@ SOURCES = (
             "largest error of the first integral in the planned states of the R-paths"),
     )),
     Source("assessment", facts_paths.assessment, (
-        Number("first_touch_{path}", "value", "L*", 4, "{bound} 0",
-            "first touch less the landing place of the folded state, {path} path, the {which} of the {falls} strips "
-            "that fall: {each} (the paper: {side} it); strips laid down without a fall do not count: {laid}"),
+        Number("first_touch_{path}", "value", "L*", 3, "{bound} 0 by more than its error, every strip that falls",
+            "first touch less the planned one of the R-path, {path} path, the least of the {falls} strips that fall: "
+            "{each}, errors at most {errors:.0e} L* (the paper: {side} it; from the fold line: {lines}); strips laid "
+            "down without a fall do not count: {laid}", lambda f: f.fallen and f.decided, "error"),
     )),
     Source("friction", facts_paths.friction, (
         Number("rpath_two_ways", "two", "count", 4, ">= 1",
