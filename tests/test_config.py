@@ -22,6 +22,7 @@ from stripfold.inputs import Scene
 from studies import (
     accuracy,
     benchmark,
+    fabrics,
     fall_accuracy,
     lag,
     models,
@@ -133,6 +134,7 @@ def test_recordings_that_cannot_be(change: dict[str, Any], key: str):
         ("lag", lag.run),
         ("tangency", rpaths.run_tangency),
         ("friction_steps", rpaths.run_friction_steps),
+        ("fabrics", fabrics.run),
         ("accuracy", accuracy.run),
         ("fall_accuracy", fall_accuracy.run),
         ("profiling", profiling.run),

@@ -140,6 +140,7 @@ def datasets() -> dict[str, xr.Dataset]:
             {"law": ["pull", "hysteresis"]}),
         "friction_steps": ({"suffices": (("law", "step"), [[0.04, 0.08, 0.16], [0.008, 0.0082, 0.008]])},
             {"law": ["pull", "hysteresis"], "step": [0.2, 0.1, 0.05]}),
+        "fabrics": ({"friction": ("fabric", np.linspace(0.1, 0.5, 20))},),
         "random_paths": ({
             "outcome": ("case", OUTCOME.copy()), "critical": ("case", FOUND), "again": ("case", FOUND + 1e-3),
             "message": ("case", texts(*np.where(OUTCOME == "undecided", "NewtonError: no", ""))),
@@ -275,6 +276,7 @@ def test_a_sample_is_named_by_its_seed() -> None:
         ("friction", "ratio_max", 0.2, "friction_ratio_max"),
         ("friction", "two_ways", 0.0, "rpath_two_ways"),
         ("friction", "suffices", 0.2, "friction_moment_max"),
+        ("fabrics", "friction", 0.005, "friction_margin"),
         ("friction_steps", "suffices", 0.1, "friction_step_k_f"),
         ("random_paths", "outcome", "undecided", "random_paths_undecided"),
         ("random_paths", "spurious_limit_points", 1.0, "spurious_limit_points"),

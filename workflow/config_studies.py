@@ -122,6 +122,15 @@ class FrictionSteps(Input):
     refinement: Refinement
 
 
+class Fabrics(Input):
+    """Internal friction of real fabrics."""
+
+    table: Annotated[Text, Field(description="table of fabrics measured by Kawabata's test")]
+    measured: Annotated[Text, Field(description="moment-curvature table of a textile as it is first bent")]
+    areal_load: Annotated[Number, quantity("weight of the textile per area", "N m^-2", gt=0.0)]
+    height: HeightStar
+
+
 class RandomPaths(Sample):
     """Random gripper paths."""
 
@@ -201,6 +210,7 @@ class Studies(Input):
     estimates: Estimates | None = None
     tangency: Tangency | None = None
     friction_steps: FrictionSteps | None = None
+    fabrics: Fabrics | None = None
     random_paths: RandomPaths | None = None
     hard_cases: HardCases | None = None
     effects: EffectsStudy | None = None

@@ -54,6 +54,8 @@ FIGURES = {
     "friction_needed":
         "A pull of about one percent of the gripper force, or a similarly small hysteresis, suffices at all lengths; "
         "two materials of 20 L* coincide.",
+    "fabrics":
+        "Fabrics have tens of times the friction in bending that an R-path needs (shaded: all materials).",
     "measured":
         "Strips snap later than the frictionless model says (lines), the more so the faster the gripper moves.",
     "real_paths":
@@ -90,7 +92,7 @@ _SECTIONS = {
     "Motion along x": ["geometry", "motion", "deflection", "collapse", "collapse_curve", "energy", "paths"],
     "Critical points": ["critical_points", "master_curve"],
     "Folding paths": ["folding", "planned_paths", "evolutions", "rpath_friction", "rpath_curve"],
-    "Folding paths of all materials": ["touch_error", "friction_needed"],
+    "Folding paths of all materials": ["touch_error", "friction_needed", "fabrics"],
     "Recordings": ["measured", "real_paths", "recordings_accuracy", "calibration"],
     "Accuracy and performance": ["work_precision", "fall_precision", "order", "rod", "printed_law", "peers"],
 }

@@ -46,6 +46,11 @@ STUDIES = {
     "falls": Study("studies.falls:run", "hard and easy falls of a strip"),
     "tangency": Study("studies.rpaths:run_tangency", "where R-paths meet the stability boundary"),
     "friction_steps": Study("studies.rpaths:run_friction_steps", "smallest friction against the step size"),
+    "fabrics": Study(
+        "studies.fabrics:run",
+        "internal friction of real fabrics",
+        files=("data/fabrics.csv", "data/textile_moment_curvature.csv"),
+    ),
     "random_paths": Study("studies.random_paths:run", "random gripper paths, each assessed twice"),
     "recordings_accuracy": Study(
         "studies.recordings_accuracy:run",

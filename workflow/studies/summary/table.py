@@ -10,7 +10,7 @@ from collections.abc import Callable
 from types import SimpleNamespace
 from typing import NamedTuple
 
-from studies.summary import facts, facts_paths
+from studies.summary import facts, facts_fabrics, facts_paths
 from studies.summary.facts import Facts
 
 
@@ -261,6 +261,15 @@ SOURCES = (
             "{products} g", lambda f: f.spread < 1.2),
         Number("friction_step_M_0", "M_0", "1", 3, "< 1.2",
             "smallest sufficient M_0 of bending hysteresis, largest over smallest for the same steps"),
+    )),
+    Source("fabrics friction", facts_fabrics.fabrics, (
+        Number("fabrics", "count", "count", 4, ">= 20",
+            "fabrics measured by Kawabata's bending test, from publications (data/fabrics.csv)"),
+        Number("fabric_friction_median", "median", "1", 2, "no criterion",
+            "median M_0 / rho_a g L*^2 of these fabrics; smallest {least:.2f}, largest {most:.2f}"),
+        Number("friction_margin", "margin", "1", 2, "> 1",
+            "that median over the largest M_0 / rho_a g L*^2 that an R-path needs ({needed:.4f}); of the fabric with "
+            "least friction {least_margin:.0f}", lambda f: f.least_margin > 1.0),
     )),
     Source("random_paths", facts_paths.random_paths, (
         Number("random_paths", "paths", "count", 4, ">= 200",
