@@ -43,6 +43,7 @@ PROJECT = xr.Dataset(
 PRESET = ("asked", "accuracy", "height")
 SCENE = ("scene", "effect")
 MODEL = ("model", "height", "thickness")
+ENERGIES = ("barrier", "work")
 NEEDED = np.array([[0.0, 1.0, 0.0], [1.0, 1.0, 0.0]])
 OUTCOME = texts(*["stable"] * 117, *["critical"] * 83, *["refused"] * 15, *["undecided"] * 2)
 FOUND = np.where(OUTCOME == "critical", 10.0, np.nan)
@@ -72,6 +73,11 @@ def datasets() -> dict[str, xr.Dataset]:
             "elements": (("model", "parts"), [[33.0, 10032.0]] * 2)}, {"model": ["rod", "solid"]}),
         "solver_constants": ({"constant": ("constant", texts("A", "B"))}, None, {"before": 3}),
         "low_paths": ({name: ("case", texts(*["stable"] * 60)) for name in ("solid", "finer", "rod")},),
+        "barrier": ({
+            **{name: (("height", "distance"), 1.08 * np.array([[1e-6, 3.2e-5], [1e-6, np.nan]])) for name in ENERGIES},
+            "model_coefficient": (("model", "height"), np.full((2, 2), 1.076)),
+            **{name: ("height", [1.08, 1.08]) for name in ("coefficient", "width", "largest", "speed")}},
+            {"height": [3.0, 2.0], "distance": [1e-4, 1.00794e-3], "model": ["rod", "solid"]}),
         "branches": ({
             "verdict": ("case", np.zeros(2000, int)),
             "spurious_limit_points": ("case", np.where(np.arange(2000) < 500, 0.0, np.nan))},),
@@ -335,6 +341,9 @@ def test_a_criterion_that_is_broken_does_not_hold(dataset: str, name: str, value
         ("branches", "spurious_limit_points", {"case": 7}, 1.0, "spurious_limit_points"),
         ("low_paths", "rod", {"case": 7}, "failed", "low_path_agreement"),
         ("order", "order", {"model": "solid"}, 2.9, "order_lambda_c"),
+        ("barrier", "barrier", {"height": 3.0, "distance": 1e-4}, 1.0803e-6, "barrier_coefficient"),
+        ("barrier", "work", {"height": 2.0, "distance": 1e-4}, 1.0801e-6, "barrier_coefficient"),
+        ("barrier", "model_coefficient", {"model": "rod", "height": 3.0}, 1.05, "barrier_coefficient"),
     ],
 )
 def test_one_bad_value_is_enough(dataset: str, name: str, where: dict, value: float | str, key: str) -> None:

@@ -24,6 +24,7 @@ from stripfold.simulation import Release
 from stripfold.validation import AtLeastOne, AtLeastTwo, Input, Number, Text, Whole, quantity
 
 Parts = Annotated[Whole, quantity("parts of each element", ge=1)]
+Distance = Annotated[Number, quantity("distance to lambda_c", "L*", gt=0.0)]
 Share = Annotated[Number, quantity("share", ge=0.0, le=1.0)]
 
 
@@ -66,6 +67,17 @@ class LowPaths(Sample):
     """Random paths below the touch limit."""
 
     eta_m: EtaM
+
+
+class Barrier(Input):
+    """The energy barrier over the distance to lambda_c."""
+
+    heights: AtLeastOne[HeightStar]
+    distances: AtLeastOne[Distance]
+    length_star: LengthStar
+    thickness: Thickness
+    refinement: Refinement
+    range_heights: AtLeastOne[HeightStar]
 
 
 class Strategy(Input):
@@ -204,6 +216,7 @@ class Studies(Input):
     rod: Rod | None = None
     branches: Branches | None = None
     low_paths: LowPaths | None = None
+    barrier: Barrier | None = None
     solver_constants: SolverConstants | None = None
     accuracy: AccuracyStudy | None = None
     profiling: Profiling | None = None

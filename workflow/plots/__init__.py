@@ -34,6 +34,10 @@ FIGURES = {
     "master_curve":
         "In units of the gravity-bending length L* the critical points of all materials lie on one curve, that of the "
         "elastica; below 1.586 L* (grey) the sag touches first and there is no snap of this kind.",
+    "barrier":
+        "The energy that makes a hanging strip fall grows as the 3/2 power of the distance to lambda_c (a, b), up to "
+        "lambda_t, where the sag of the unstable state touches the floor (crosses): with less advance the strip has no "
+        "other state and comes back from any disturbance. The range is narrow at low grippers (c).",
     "folding":
         "The gripper (purple) carries the grasped end along the folding path over the fold line (blue).",
     "planned_paths":
@@ -90,7 +94,7 @@ FIGURES = {
 
 _SECTIONS = {
     "Motion along x": ["geometry", "motion", "deflection", "collapse", "collapse_curve", "energy", "paths"],
-    "Critical points": ["critical_points", "master_curve"],
+    "Critical points": ["critical_points", "master_curve", "barrier"],
     "Folding paths": ["folding", "planned_paths", "evolutions", "rpath_friction", "rpath_curve"],
     "Folding paths of all materials": ["touch_error", "friction_needed", "fabrics"],
     "Recordings": ["measured", "real_paths", "recordings_accuracy", "calibration"],

@@ -33,6 +33,7 @@ SOURCES = {
                 "recordings_accuracy": "recordings_accuracy",
                 "calibration": "calibration",
                 "order": "order",
+                "barrier": "barrier",
                 "rod": "rod",
                 "work_precision": "accuracy",
                 "fall_precision": "fall_accuracy",

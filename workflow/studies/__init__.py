@@ -35,6 +35,7 @@ STUDIES = {
     "rod": Study("studies.models:run_rod", "the rod against the solid and the elastica"),
     "branches": Study("studies.branches:run", "random strips on the solid against the elastica and a finer mesh"),
     "low_paths": Study("studies.low_paths:run", "paths below the touch limit, which have no snap"),
+    "barrier": Study("studies.barrier:run", "energy barrier between the stable and the unstable state"),
     "solver_constants": Study(
         "studies.constants:run", "named numerical constants of the solver", files=("src/stripfold/**/*.py",)
     ),

@@ -13,6 +13,7 @@ Examples
 """
 
 from stripfold.elastica._cantilever import cantilever
+from stripfold.elastica.barrier import BistableRange, bistable_range
 from stripfold.elastica.branch import state_at, state_no_horizontal_force, x_axis_branch
 from stripfold.elastica.critical_point import (
     CriticalPoint,
@@ -28,11 +29,13 @@ from stripfold.elastica.fold import (
 from stripfold.elastica.state import Profile, Sag, State
 
 __all__ = [
+    "BistableRange",
     "CriticalPoint",
     "FoldedLoop",
     "Profile",
     "Sag",
     "State",
+    "bistable_range",
     "cantilever",
     "critical",
     "eta_b_from_fold_height",

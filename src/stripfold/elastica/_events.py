@@ -95,6 +95,15 @@ def at_length(length: float) -> Event:
     return Event(lambda e, _: length - e.length, fixed(LENGTH, length))
 
 
+def at_advance(advance: float) -> Event:
+    """The advance has fallen to this."""
+    return Event(lambda e, _: _advance(e) - advance, lambda e: (_advance(e) - advance, advance_gradient(e)))
+
+
+def _advance(e: Evaluation) -> float:
+    return e.length * (1.0 - float(e.grid.integral[-1] @ e.cos))
+
+
 TOUCH = Event(lambda e, _: clearance(e), _touching)
 """The sag touches the lower layer."""
 SNAP = Event(

@@ -115,6 +115,11 @@ class State:
         return float(self.x[-1]), float(self.z[-1])
 
     @property
+    def energy(self) -> float:
+        """Bending and potential energy per width, rho_a g L*^2; zero for the flat strip."""
+        return self.length * float(grid(self.s.size).integral[-1] @ (self.curvature**2 / 2 + self.z))
+
+    @property
     def droop_angle(self) -> float:
         """Angle, rad, by which the chord from s = 0 to s = l points below the horizontal."""
         return float(np.arctan2(-self.z[-1], self.x[-1]))

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from types import SimpleNamespace
 from typing import NamedTuple
 
-from studies.summary import facts, facts_fabrics, facts_paths
+from studies.summary import facts, facts_energy, facts_fabrics, facts_paths
 from studies.summary.facts import Facts
 
 
@@ -97,6 +97,20 @@ SOURCES = (
             "paths below the touch limit, of {cases} random ones ({seed}), without a maximum of lambda on the solid, "
             "on elements half as long and on the rod; on single meshes {limited} limit points and {failed} errors",
             lambda f: f.stable == f.cases >= 60),
+    )),
+    Source("barrier", facts_energy.barrier, (
+        Number("barrier_coefficient", "measured", "1", 5,
+            "within 1e-4 of the normal form; rod and solid within 1e-2; energy and work within 1e-6",
+            "energy between the stable and the unstable state at z = {z:g} L* over (lambda_c - lambda)^(3/2), rho_a g "
+            "L*^2 per width, elastica, at the smallest distance ({normal:.5g} by the normal form at the limit point, "
+            "{rod:+.1%} on the rod, {solid:+.1%} on the solid; {lowest:.3g} to {highest:.3g} at other heights); the "
+            "integral of the gripper's forces is the same energy to {work:.0e}, and the law holds to {curved:.1e} up "
+            "to the touch", lambda f: f.apart < 1e-4 and f.models < 1e-2 and f.work < 1e-6),
+        Number("bistable_width", "width", "L*", 4, "no criterion",
+            "distance below lambda_c at z = {z:g} L* up to which the strip has a second state, with the sag on the "
+            "floor ({first_width:.1e} L* at z = {first_z:g} L*, {last_width:.2g} L* at {last_z:g} L*); the barrier "
+            "there is {largest:.2e} rho_a g L*^2 per width, the kinetic energy of an rms speed of {speed:.2g} "
+            "sqrt(g L*) of the free part"),
     )),
     Source("branches", facts.branches, (
         Number("branch_cases", "cases", "count", 4, ">= 2000",

@@ -1,0 +1,122 @@
+"""The energy that a disturbance must exceed to make a hanging strip fall, at one gripper height.
+
+Past the maximum of the advance the branch goes back: at an advance below lambda_c the strip has a stable and an
+unstable state.  The energy between them is the barrier.  Where the sag of the unstable state touches the lower layer
+the branch ends in the landed states, whose advance grows from there: with less advance the strip has no other state to
+fall into.  Energies per width in rho_a g L*^2, lengths in L*.  Source: docs/physics.md, section 5.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from math import inf, sqrt
+
+from stripfold.elastica._continuation import Point, at_height, between, march, point_at, until
+from stripfold.elastica._events import TOUCH, advance_gradient, at_advance, length_gradient, slope
+from stripfold.elastica._system import FORCE_X, evaluate
+from stripfold.elastica.critical_point import critical
+from stripfold.elastica.state import State
+from stripfold.errors import InvalidInputError
+
+FIRST_STEP, MAX_STEP = 0.02, 0.2  # in arc length, from the critical point
+
+
+@dataclass(frozen=True, eq=False)
+class BistableRange:
+    """The advances at one gripper height at which a strip can hang or lie; make it with :func:`bistable_range`.
+
+    Attributes
+    ----------
+    z
+        Height of the gripper.
+    critical
+        The critical state, at the largest advance.
+    landing
+        The unstable state whose sag touches the lower layer, at the smallest advance.
+    coefficient
+        C of the law near the critical state, barrier = C (lambda_c - lambda)^(3/2).
+    """
+
+    z: float
+    critical: State
+    landing: State
+    coefficient: float
+
+    @property
+    def width(self) -> float:
+        """Difference of the largest and the smallest advance."""
+        return self.critical.advance - self.landing.advance
+
+    def pair(self, advance: float) -> tuple[State, State]:
+        """The stable and the unstable state with this advance.
+
+        Raises
+        ------
+        InvalidInputError
+            An advance outside this range.
+        """
+        if not self.landing.advance <= advance < self.critical.advance:
+            allowed = f"from {self.landing.advance:.9g} to less than {self.critical.advance:.9g} L*"
+            raise InvalidInputError("advance", advance, allowed)
+        stable, unstable = (self._on(side, advance) for side in self._sides)
+        return stable, unstable
+
+    def barrier(self, advance: float) -> float:
+        """The energy between the two states; ``inf`` where there is no other stable state, 0 past the critical one."""
+        if advance >= self.critical.advance:
+            return 0.0
+        if advance < self.landing.advance:
+            return inf
+        stable, unstable = self.pair(advance)
+        return unstable.energy - stable.energy
+
+    @cached_property
+    def _sides(self) -> tuple[list[Point], list[Point]]:
+        """The branch from the critical point to the advance of the landing state: stable, unstable."""
+        family, lowest = at_height(self.z), at_advance(self.landing.advance)
+        e = evaluate(self.critical._unknowns())
+        stable, unstable = (
+            list(until(march(point_at(e, family, way), family, step=FIRST_STEP, max_step=MAX_STEP), lowest))
+            for way in (-length_gradient(e), length_gradient(e))
+        )
+        return stable, unstable
+
+    def _on(self, side: list[Point], advance: float) -> State:
+        event = at_advance(advance)
+        before, after = next(
+            pair for pair in pairwise(side) if event.sign(pair[1].e, pair[1].tangent) <= 0.0 or pair[1] is side[-1]
+        )
+        return State._from(between(before, after, at_height(self.z), event).e)
+
+
+def bistable_range(z: float) -> BistableRange | None:
+    """The bistable range at gripper height ``z`` (0.1 to 100 L*), or None where the strip does not snap.
+
+    Raises
+    ------
+    InvalidInputError
+        ``z`` outside its range or not a number.
+    SolveError
+        A state was not found.
+
+    Examples
+    --------
+    >>> found = bistable_range(3.0)
+    >>> round(found.coefficient, 6), round(found.width, 6)
+    (1.080145, 0.009798)
+    >>> round(found.barrier(found.critical.advance - 1e-3) / 1e-3**1.5, 3)
+    1.08
+    """
+    point = critical(z)
+    if not point.snap:
+        return None
+    family, e = at_height(point.z), evaluate(point.state._unknowns())
+    _, gradient, along = slope(e, advance_gradient, length_gradient)
+    # By the free length, in which both are smooth: the advance falls as its square and the force grows in proportion.
+    coefficient = 4.0 * sqrt(2.0) / 3.0 * abs(float(along[FORCE_X])) / sqrt(-float(gradient @ along))
+    first = point_at(e, family, length_gradient(e))
+    *_, before, after = until(march(first, family, step=FIRST_STEP, max_step=MAX_STEP), TOUCH)
+    landing = between(before, after, family, TOUCH)
+    return BistableRange(point.z, point.state, State._from(landing.e), coefficient)
