@@ -121,7 +121,10 @@ def _parser(argv: Sequence[str]) -> argparse.ArgumentParser:
 @contextmanager
 def _progress() -> Iterator[Say]:
     """A function that shows what is being done, on a terminal only."""
+    if not sys.stderr.isatty():
+        yield lambda _: None
+        return
     from tqdm import tqdm
 
-    with tqdm(disable=None, leave=False, file=sys.stderr, bar_format="{desc} [{elapsed}]") as bar:
+    with tqdm(leave=False, file=sys.stderr, bar_format="{desc} [{elapsed}]") as bar:
         yield bar.set_description_str

@@ -10,7 +10,6 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy import sparse
 
 from stripfold.arrays import Array, Index
 from stripfold.effects import Effect
@@ -21,6 +20,8 @@ from stripfold.solve.linear import Band, Sparse
 from stripfold.solve.problem import FixedUnknowns
 
 if TYPE_CHECKING:
+    from scipy.sparse import csc_matrix
+
     from stripfold.kernels.elements import Elements
 
 
@@ -180,7 +181,7 @@ class StripProblem(FixedUnknowns):
         return np.concatenate([self.motion.rates(lam), np.zeros(2)])
 
 
-def _with(force: Array, tangent: Band, touching: tuple[Array, sparse.csc_matrix] | None) -> tuple[Array, Band | Sparse]:
+def _with(force: Array, tangent: Band, touching: tuple[Array, csc_matrix] | None) -> tuple[Array, Band | Sparse]:
     """Force and tangent with those of layers that touch."""
     if touching is None:
         return force, tangent

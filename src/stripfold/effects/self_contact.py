@@ -12,11 +12,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from functools import cached_property
 from time import perf_counter
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
 
 from stripfold.arrays import Array, Index
 from stripfold.effects.proximity import Distances, Pairs, smooth_step, smooth_step_slope
@@ -24,9 +23,12 @@ from stripfold.errors import NewtonError
 from stripfold.models.model import Model
 from stripfold.models.state_cache import StateCache
 
+if TYPE_CHECKING:
+    from scipy.sparse import csc_matrix
+
 Values = NDArray[Any]
 """Real, or complex with a derivative as the imaginary part."""
-ForceAndTangent = tuple[Array, sparse.csc_matrix]
+ForceAndTangent: TypeAlias = "tuple[Array, csc_matrix]"
 
 STIFFNESS = 100.0
 """Penalty times h^2: a layer that arrives at the speed v, in sqrt(g L*), penetrates by v h / 10."""
@@ -136,7 +138,9 @@ class SelfContact:
             matrices[:, :, k] = factor * (pair_force(x0 if over_step else x, x, h).imag / COMPLEX_STEP)
         force = np.bincount(unknowns.ravel(), local.ravel(), minlength=n).astype(float)
         rows, columns = np.repeat(unknowns, 6, axis=1), np.tile(unknowns, (1, 6))
-        tangent = sparse.csc_matrix((matrices.ravel(), (rows.ravel(), columns.ravel())), shape=(n, n))
+        from scipy.sparse import csc_matrix
+
+        tangent = csc_matrix((matrices.ravel(), (rows.ravel(), columns.ravel())), shape=(n, n))
         self.spent.append(perf_counter() - began)
         return force, tangent
 

@@ -27,7 +27,6 @@ from stripfold.elastica._system import (
     Evaluation,
     angle_change,
     evaluate,
-    factor,
     finer,
     gripper_at,
     jacobian,
@@ -35,6 +34,7 @@ from stripfold.elastica._system import (
     on_plane,
     refine,
     solve,
+    solved,
 )
 from stripfold.errors import ContinuationError, NewtonError
 from stripfold.roots import root
@@ -89,14 +89,14 @@ def point_at(e: Evaluation, family: Family, forward: Array, arc: float = 0.0) ->
 
     So has its normal: the bordered determinants with either row have the same sign.
     """
-    factors = factor(jacobian(e, [*(condition(e)[1] for condition in family.conditions), forward]))
+    matrix = jacobian(e, [*(condition(e)[1] for condition in family.conditions), forward])
     right = np.zeros(e.y.size)
     right[-1] = 1.0
-    v = factors.solve(right)
+    v = solved(matrix, right)
     row = metric_times(e, v)
     size = sqrt(float(row @ v))
     tangent = v / size
-    return Point(e, tangent, row / size, factors.sign, arc)
+    return Point(e, tangent, row / size, float(np.linalg.slogdet(matrix)[0]), arc)
 
 
 def _resolve(point: Point, family: Family) -> Point:

@@ -15,11 +15,11 @@ from stripfold.elastica._system import (
     ValueAndGradient,
     end_height,
     evaluate,
-    factor,
     fixed,
     height_of,
     jacobian,
     no_lift_off_moment,
+    solved,
     weighted,
 )
 from stripfold.elastica.state import State
@@ -68,11 +68,11 @@ def slope(e: Evaluation, of: Gradient, over: Gradient) -> tuple[float, Array, Ar
     """
     n = e.grid.n
     height = end_height(0.0)
-    factors = factor(jacobian(e, [no_lift_off_moment(e)[1], height(e)[1], over(e)]))
+    matrix = jacobian(e, [no_lift_off_moment(e)[1], height(e)[1], over(e)])
     right = np.zeros(e.y.size)
     right[-1] = 1.0
-    tangent = factors.solve(right)
-    w = factors.solve(of(e), transposed=True)
+    tangent = solved(matrix, right)
+    w = solved(matrix.T, of(e))
     beside = evaluate(e.y + 1j * COMPLEX_STEP * tangent)
     gradient = of(beside) - weighted(beside, w[:n]) - w[n + 1] * height(beside)[1] - w[-1] * over(beside)
     return float(w[-1]), gradient.imag / COMPLEX_STEP, tangent

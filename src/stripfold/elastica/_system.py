@@ -17,7 +17,6 @@ from math import log
 from types import MappingProxyType
 
 import numpy as np
-from scipy.linalg.lapack import dgetrf, dgetrs
 
 from stripfold.arrays import Array
 from stripfold.elastica._chebyshev import Grid, grid, resample
@@ -171,30 +170,15 @@ def weighted(e: Evaluation, weights: Array) -> Array:
     return np.concatenate([weights + (weights * by_angle) @ e.grid.angle, by_scalars @ weights])
 
 
-@dataclass(frozen=True, slots=True)
-class Factors:
-    """LU factors of a square matrix, by LAPACK directly: the matrices are small and the overhead of scipy counts."""
+def solved(matrix: Array, right: Array) -> Array:
+    """Solution of a linear system; nan where the matrix is singular.
 
-    lu: Array
-    pivots: Array
-
-    @property
-    def sign(self) -> float:
-        """Sign of the determinant; 0 for a singular matrix."""
-        diagonal = self.lu.diagonal()
-        if not diagonal.all():
-            return 0.0
-        swaps = np.count_nonzero(self.pivots != np.arange(self.pivots.size))
-        return -1.0 if (swaps + np.count_nonzero(diagonal < 0.0)) % 2 else 1.0
-
-    def solve(self, right: Array, *, transposed: bool = False) -> Array:
-        """Solution for one right-hand side, with the matrix or its transpose."""
-        return np.asarray(dgetrs(self.lu, self.pivots, right, trans=int(transposed))[0])
-
-
-def factor(matrix: Array) -> Factors:
-    """LU factors with partial pivoting; the matrix is overwritten if in Fortran order."""
-    return Factors(*dgetrf(matrix, overwrite_a=1)[:2])
+    By NumPy: to factorise twice where a matrix has two right-hand sides takes less than the import of SciPy.
+    """
+    try:
+        return np.linalg.solve(matrix, right)
+    except np.linalg.LinAlgError:
+        return np.full_like(right, np.nan)
 
 
 def newton(y: Array, conditions: tuple[Condition, ...], *, limit: int = 25) -> Evaluation:
@@ -221,7 +205,7 @@ def newton(y: Array, conditions: tuple[Condition, ...], *, limit: int = 25) -> E
             return e
         if iteration == limit:
             break
-        change = factor(jacobian(e, rows)).solve(-right)
+        change = solved(jacobian(e, rows), -right)
         if not np.isfinite(change).all():
             break  # a singular matrix
         rotation = float(np.abs(angle_change(change)).max())

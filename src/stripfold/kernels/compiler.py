@@ -9,6 +9,8 @@ from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numba
+from numba.core.caching import FunctionCache
+from numba.core.runtime import rtsys
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -28,6 +30,19 @@ def _digest() -> str:
 SOURCES = _digest()
 
 
+class _Cache(FunctionCache):  # type: ignore[misc]
+    """Kept code, loaded without the compiler's own library, whose import takes twice as long as all kernels do."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        super().__init__(function)
+        # The compiler's own stamp misses changes of the functions that this one calls.
+        self._cache_file._source_stamp = SOURCES
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        rtsys.initialize(target_context)
+        return self._load_overload(sig, target_context)
+
+
 def compiled(signature: Any = None) -> Callable[[F], F]:
     """Compile a function for one signature; without it, for the kernels that call it."""
 
@@ -36,9 +51,7 @@ def compiled(signature: Any = None) -> Callable[[F], F]:
         if signature is not None:
             # Without a folder that can hold the cache, the package's or the user's, it is compiled each time.
             with suppress(RuntimeError):
-                kernel.enable_caching()
-                # The compiler's own stamp misses changes of the functions that this one calls.
-                kernel._cache._cache_file._source_stamp = SOURCES
+                kernel._cache = _Cache(function)
             kernel.compile(signature)
         return cast(F, kernel)
 

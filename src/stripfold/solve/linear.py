@@ -9,16 +9,16 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
-from scipy import sparse
-from scipy.linalg import lapack
-from scipy.sparse.linalg import splu
 
 from stripfold import kernels
 from stripfold.arrays import Array, Index
 from stripfold.errors import SolveError
+
+if TYPE_CHECKING:
+    from scipy.sparse import csc_matrix
 
 Solve = Callable[[Array], Array]
 
@@ -148,6 +148,8 @@ class Band:
         return solve
 
     def _factor_with_pivots(self) -> Solve:
+        from scipy.linalg import lapack
+
         lu, piv, info = lapack.dgbtrf(self.ab, self.width, self.width)
         if info > 0:
             raise SolveError("the tangent matrix is exactly singular")
@@ -162,19 +164,21 @@ class Band:
         pivots = self._factors[0][lanes + self.width :: 2 * self.width + lanes][: self.size]
         return int(np.sum(pivots < 0.0))
 
-    def to_sparse(self) -> sparse.csc_matrix:
+    def to_sparse(self) -> csc_matrix:
         """The same matrix as scipy's compressed columns."""
+        from scipy.sparse import dia_matrix
+
         w = self.width
         offsets = np.arange(w, -w - 1, -1)
         # scipy's `dia` storage keeps entry (i, j) in column j as LAPACK does, row by diagonal.
-        return sparse.dia_matrix((self.ab[w:], offsets), shape=(self.size, self.size)).tocsc()
+        return dia_matrix((self.ab[w:], offsets), shape=(self.size, self.size)).tocsc()
 
 
 @dataclass(frozen=True)
 class Sparse:
     """A matrix in compressed columns, for entries far from the diagonal."""
 
-    a: sparse.csc_matrix
+    a: csc_matrix
 
     @property
     def size(self) -> int:
@@ -197,12 +201,16 @@ class Sparse:
         return Sparse(abs(self.a))
 
     def with_fixed(self, fixed: Index) -> Sparse:
+        from scipy.sparse import diags
+
         kept = np.ones(self.a.shape[0])
         kept[fixed] = 0.0
-        keep = sparse.diags(kept)
-        return Sparse((keep @ self.a @ keep + sparse.diags((1.0 - kept) * np.abs(self.a.diagonal()))).tocsc())
+        keep = diags(kept)
+        return Sparse((keep @ self.a @ keep + diags((1.0 - kept) * np.abs(self.a.diagonal()))).tocsc())
 
     def factor(self) -> Solve:
+        from scipy.sparse.linalg import splu
+
         try:
             return splu(self.a).solve
         except RuntimeError as error:
@@ -272,8 +280,10 @@ class Bordered:
         return count - 1 if count else 1
 
 
-def _negatives(matrix: sparse.csc_matrix) -> int:
+def _negatives(matrix: csc_matrix) -> int:
     """By Sylvester's law, from a factorisation without pivots."""
+    from scipy.sparse.linalg import splu
+
     try:
         lu = splu(matrix, permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
     except RuntimeError as error:

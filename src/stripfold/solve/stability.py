@@ -9,7 +9,6 @@ from __future__ import annotations
 from math import sqrt
 
 import numpy as np
-import scipy.linalg
 
 from stripfold.arrays import Array, Index
 from stripfold.errors import SolveError
@@ -52,10 +51,12 @@ def nearest_eigenvalues(
 
     count = min(count, int(free.sum()))
     if n <= 20:
+        from scipy.linalg import eigh
+
         dense_k = np.column_stack([kept @ e for e in np.eye(n)])
         dense_m = np.column_stack([times_mass(e) for e in np.eye(n)])
         keep = free > 0.0
-        values, vectors = scipy.linalg.eigh(dense_k[np.ix_(keep, keep)], dense_m[np.ix_(keep, keep)])
+        values, vectors = eigh(dense_k[np.ix_(keep, keep)], dense_m[np.ix_(keep, keep)])
         nearest = np.sort(np.argsort(np.abs(values))[:count])
         mode = np.zeros(n)
         mode[keep] = vectors[:, nearest[0]]
