@@ -176,7 +176,7 @@ def solved(matrix: Array, right: Array) -> Array:
     By NumPy: to factorise twice where a matrix has two right-hand sides takes less than the import of SciPy.
     """
     try:
-        return np.linalg.solve(matrix, right)
+        return np.asarray(np.linalg.solve(matrix, right))
     except np.linalg.LinAlgError:
         return np.full_like(right, np.nan)
 
