@@ -194,9 +194,9 @@ class TestCriticalPoint:
         assert found == pytest.approx(prediction.first.advance, abs=1e-4)
 
 
-def low_path(kind: str, height: float) -> list[BranchPoint]:
+def low_path(kind: str, height: float, thickness: float = 0.02, refinement: float = 1.0) -> list[BranchPoint]:
     """States of an advance through the touch of the sag, until an upper layer of 2 L* lies."""
-    ((_, start),) = static.lift(strip(kind, 0.02).contact_mesh(), [height])
+    ((_, start),) = static.lift(strip(kind, thickness).contact_mesh(refinement), [height])
     lambda_0 = float(start.u[start.model.middle[0, 0]])
     first = solved(MovingContact(start.problem.mesh, AlongX(height)), start.point.q, lambda_0)
     points = []
@@ -206,6 +206,19 @@ def low_path(kind: str, height: float) -> list[BranchPoint]:
         if item.topology is Topology.INTERVAL and item.contact[1] - item.contact[0] > 2.0:
             return points
     raise AssertionError("a branch ends in an event or raises")
+
+
+def test_the_sag_flattens_where_it_does_on_finer_elements():
+    """A force in a point shears the solid: over an element's length the strip looks the flatter the shorter that is."""
+    last = []
+    for refinement in (1.0, 0.5):
+        points = low_path("solid", 0.62, 0.04, refinement)
+        flat = [at.topology for at in points].index(Topology.INTERVAL)
+        before, behind = points[flat - 1 : flat + 1]
+        assert behind.point.lam == pytest.approx(before.point.lam, abs=0.03)
+        assert len(behind.point.state.residuals) <= 5
+        last.append(before.point.lam)
+    assert last[0] == pytest.approx(last[1], abs=0.01)
 
 
 @pytest.mark.parametrize("kind", MODELS)

@@ -15,7 +15,6 @@ import numpy as np
 
 from stripfold import elastica
 from stripfold.arrays import Array
-from stripfold.errors import SolveError
 from stripfold.models.contact_mesh import ContactMesh, Topology
 from stripfold.models.model import Model
 from stripfold.models.state_cache import StateCache
@@ -31,8 +30,8 @@ STEPS = StepOptions(
     first=0.05, largest=0.7, max_correction=0.5, max_attempts=300, newton=newton.NewtonOptions(max_iterations=8)
 )
 """A step that needs more iterations is halved: where there is no state it would not end."""
-FIRST_INTERVALS = (0.02, 0.05, 0.1)
-"""Lengths of an interval of contact that are tried when it is first solved for, L*."""
+FIRST_INTERVAL = 0.02
+"""Length of an interval of contact when it is first solved for, L*."""
 TOUCH_TOLERANCE = 1e-6
 """Arc length to which a touch of the sag and its release are located, L*."""
 LEAST_SAG = 0.02
@@ -221,14 +220,16 @@ def reaction(problem: MovingContact, point: Point) -> float:
 
 
 def curvature(problem: MovingContact, point: Point) -> float:
-    """Curvature of the strip over the floor in a point contact, 1/L*."""
-    model = problem.at(point.q[problem.n :]).model
-    element = problem.mesh.elements_at[0]
-    distance = float(np.diff(model.ends)[element - 1 : element + 1].min())
-    at = model.ends[element] + np.array([-distance, distance])
+    """Curvature of the strip over the floor in a point contact, 1/L*: by its height at :data:`FIRST_INTERVAL`.
+
+    On the solid a force in a point shears the strip: without a length it would be flat in any contact.
+    """
+    place = problem.contact(point.q)[0]
+    at = place + FIRST_INTERVAL * np.array([-1.0, 1.0])
+    model = problem.at(problem.contact(point.q)).model
     height = model.resampled_mid_surface(point.q[: problem.n], at)[:, 1].sum()
     # The reaction is the jump of the shear force, and so of the third derivative.
-    return float(height / distance**2 - reaction(problem, point) * distance / 6.0)
+    return float(height / FIRST_INTERVAL**2 - reaction(problem, point) * FIRST_INTERVAL / 6.0)
 
 
 def contact_changes(problem: MovingContact) -> dict[Event, Callable[[BranchPoint], BranchPoint]]:
@@ -246,18 +247,12 @@ def contact_changes(problem: MovingContact) -> dict[Event, Callable[[BranchPoint
 
     def to_interval(at: BranchPoint) -> BranchPoint:
         place, lift_off = at.contact
-        error = SolveError("no interval of contact", parameter=at.point.lam)
-        for length in FIRST_INTERVALS:
-            contact = np.array([place - 0.5 * length, place + 0.5 * length, lift_off])
-            try:
-                return transferred(at, contact, Topology.INTERVAL, constraint=(np.array([-1.0, 1.0, 0.0]), 0.0))
-            except SolveError as failed:
-                error = failed
-        raise error
+        contact = np.array([place - 0.5 * FIRST_INTERVAL, place + 0.5 * FIRST_INTERVAL, lift_off])
+        return transferred(at, contact, Topology.INTERVAL, constraint=(np.array([-1.0, 1.0, 0.0]), 0.0))
 
     def length(point: Point) -> float:
         ends = problem.contact(point.q)
-        return float(ends[1] - ends[0]) - 0.5 * FIRST_INTERVALS[0]
+        return float(ends[1] - ends[0]) - 0.5 * FIRST_INTERVAL
 
     if topology is Topology.LYING:
         return {touch(problem): to_point}
