@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 import pytest
 
 from stripfold import elastica
-from stripfold.analysis import static
+from stripfold.analysis import contact_branch, static
 from stripfold.analysis.contact_branch import STEPS, BranchCrossing, BranchPoint, follow, solved
 from stripfold.analysis.path_friction import effects_of
-from stripfold.analysis.prediction import ElasticaPrediction, from_near_the_end, without_horizontal_force
+from stripfold.analysis.prediction import (
+    ElasticaPrediction,
+    end_of_advance,
+    from_near_the_end,
+    without_horizontal_force,
+)
 from stripfold.analysis.static import End, StripModel
 from stripfold.errors import NewtonError, SolveError
 from stripfold.models.contact_mesh import ContactMesh, Sizes, Topology
@@ -168,14 +174,32 @@ class TestCriticalPoint:
         assert found.free_length == pytest.approx(truth.length, abs=2e-3)
         assert found.lam == pytest.approx(truth.advance, abs=2e-4)
 
-    def test_too_short(self):
-        """The elastica would just snap, the rod's free length at its maximum is shorter: the strip decides."""
-        free = near_end("rod", 0.05).free_length
-        short, long = (static.solve_height(strip("rod", 0.05, free + extra), HEIGHT) for extra in (0.3, 0.7))
-        assert short.end is End.LIFTED
-        assert long.end is End.SNAP
+    @pytest.mark.parametrize("kind", MODELS)
+    def test_shortest_that_snaps(self, kind: str):
+        """Its free part at the limit point just has room, whatever the steps.
+
+        Truth: the limit point of a long strip, and the elastica's; the solid's lift-off is a thickness wide.
+        """
+        h, prediction = 0.05, ElasticaPrediction.at(HEIGHT)
+        long = near_end(kind, h)
+        shortest = long.free_length + (h if kind == "solid" else contact_branch.LEAST_LYING)
+        assert shortest == pytest.approx(prediction.last.length, abs=0.5 * h)
+        near = 0.02 if kind == "solid" else 0.003
+        for extra, end in ((0.5, End.SNAP), (near, End.SNAP), (-near, End.LIFTED), (-0.2, End.LIFTED)):
+            short = strip(kind, h, shortest + extra)
+            ((_, start),) = static.lift(short.contact_mesh(), [HEIGHT])
+            runs = [end_of_advance(short, prediction), from_near_the_end(short, prediction)]
+            runs += [static.along_x(start, HEIGHT, options=replace(STEPS, largest=ds)) for ds in (0.7, 0.2)]
+            assert [run.end for run in runs] == 4 * [end]
+            lam = [run.lam for run in runs]
+            assert lam == pytest.approx(4 * [lam[0]], abs=3e-4)
+            if end is End.SNAP:
+                # What lies is compressed by the horizontal force; the end of a solid is near its lift-off.
+                assert lam[0] == pytest.approx(long.lam, abs=1e-3)
+
+    def test_too_short_to_be_lifted(self):
         with pytest.raises(SolveError, match="leaves the floor"):
-            static.solve_height(strip("rod", 0.05, 3.5), HEIGHT)
+            static.solve_height(strip("rod", 0.05, 2.9), HEIGHT)
 
     @pytest.mark.parametrize("kind", MODELS)
     def test_one_maximum(self, kind: str):

@@ -52,7 +52,9 @@ class TestStaticLimit:
         print(found)
         np.testing.assert_allclose(found, found[1], rtol=0.03)
 
-    @pytest.mark.parametrize(("length", "height", "reason"), [(16.0, 1.2, "touches before"), (9.0, HEIGHT, "lifted")])
+    @pytest.mark.parametrize(
+        ("length", "height", "reason"), [(16.0, 1.2, "touches before"), (8.5, HEIGHT, "leaves the floor")]
+    )
     def test_without_a_snap(self, length: float, height: float, reason: str):
         with pytest.raises(SolveError, match=reason):
             static_limit(StripModel(length, 0.08), height, 0.0, REFINEMENT)

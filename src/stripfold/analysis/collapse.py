@@ -15,6 +15,7 @@ import numpy as np
 from stripfold import schema
 from stripfold.analysis import needed_effects
 from stripfold.analysis.contact import lift_off
+from stripfold.analysis.contact_branch import longest_free
 from stripfold.analysis.path_statics import State, follow
 from stripfold.analysis.phases import AFTER, BEFORE, FALL
 from stripfold.analysis.release import (
@@ -26,7 +27,7 @@ from stripfold.analysis.release import (
     simulate_fall,
     state_at_rest,
 )
-from stripfold.analysis.static import LEAST_LYING, End, StripModel, XRun, solve_height
+from stripfold.analysis.static import End, StripModel, XRun, solve_height
 from stripfold.arrays import Array
 from stripfold.effects.self_contact import SelfContact
 from stripfold.errors import SolveError, TimeStepError
@@ -143,7 +144,7 @@ def go_on(strip: StripModel, motion: Motion, height: float, refinement: float = 
         rest = motion.problem, state_at_rest(motion.problem, motion.states[-1])
         segment = follow(mesh, path, length, rest)
     for i, (problem, point) in enumerate(segment.states):
-        if strip.length - lift_off(problem.model, point) < LEAST_LYING:
+        if lift_off(problem.model, point) > longest_free(problem.model):
             return segment.states[: i + 1], End.LIFTED.value
     return segment.states, ABOVE if segment.critical is None else "another critical point"
 

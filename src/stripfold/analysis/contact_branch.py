@@ -34,6 +34,9 @@ FIRST_INTERVAL = 0.02
 """Length of an interval of contact when it is first solved for, L*."""
 TOUCH_TOLERANCE = 1e-6
 """Arc length to which a touch of the sag and its release are located, L*."""
+LEAST_LYING = 1e-3
+"""Length of the lying part at which the whole strip of a rod is taken to lift off, L*."""
+LIFTED = "lift-off of the whole strip"
 LEAST_SAG = 0.02
 """Height of the strip on either side over the lowest point of a sag, L*."""
 SAMPLES = np.linspace(0.0, 1.0, 5)[:-1]
@@ -211,6 +214,20 @@ def touch(problem: MovingContact) -> Event:
     """The event that the sag touches the floor."""
     height = StateCache(lambda q: clearance(problem, q)[0])
     return zero("touch of the sag", lambda point: height(point.q), TOUCH_TOLERANCE)
+
+
+def longest_free(model: Model) -> float:
+    """Largest lift-off coordinate: beyond, the whole strip is taken to lift off.
+
+    The solid's lift-off is as wide as the strip is thick: of less the held end carries a part.
+    """
+    return model.length - (LEAST_LYING if model.slopes is not None else max(LEAST_LYING, model.thickness))
+
+
+def lift_off_of_all(problem: MovingContact) -> Event:
+    """The event that nothing is left lying."""
+    most = longest_free(problem.mesh.model)
+    return zero(LIFTED, lambda point: most - float(problem.contact(point.q)[-1]))
 
 
 def reaction(problem: MovingContact, point: Point) -> float:

@@ -15,7 +15,7 @@ from stripfold.analysis.contact import touches
 from stripfold.analysis.contact_branch import solved
 from stripfold.analysis.contact_set import NODAL_SIZES, ROBUST_NEWTON
 from stripfold.analysis.path_friction import Step, load_incrementally_from, with_effects
-from stripfold.analysis.static import LEAST_LYING, StripModel, lift
+from stripfold.analysis.static import StripModel, lift
 from stripfold.arrays import Array
 from stripfold.effects import Effect, Hysteresis
 from stripfold.errors import LostStabilityError, SolveError
@@ -130,8 +130,6 @@ def static_limit(strip: StripModel, height: float, friction: float, refinement: 
         for step in load_incrementally_from(with_effects(first, effects), [motion], places):
             if step.touches:
                 raise SolveError("the sag touches before the strip snaps", parameter=step.lam)
-            if step.at.contact[-1] > strip.length - LEAST_LYING:
-                raise SolveError("the whole strip is lifted before it snaps", parameter=step.lam)
             steps.append(step)
     except LostStabilityError as error:
         if not steps:

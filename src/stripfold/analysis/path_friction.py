@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stripfold.analysis.contact_branch import (
+    LIFTED,
     STEPS,
     UNHELD,
     BranchCrossing,
@@ -27,6 +28,7 @@ from stripfold.analysis.contact_branch import (
     follow,
     from_flat,
     is_unheld,
+    lift_off_of_all,
     transferred,
     zero,
 )
@@ -237,9 +239,9 @@ def _along_branch(at: BranchPoint, end: float) -> BranchPoint:
     def stops(problem: MovingContact) -> list[Event]:
         reached = zero(REACHED, lambda point: end - point.lam)
         if not lands or problem.mesh.topology is not Topology.INTERVAL:
-            return [reached, LIMIT]
+            return [reached, lift_off_of_all(problem), LIMIT]
         low = zero(LANDING, lambda point: float(problem.motion.values(point.lam)[-1]) - LOW)
-        return [reached, low, LIMIT]
+        return [reached, low, lift_off_of_all(problem), LIMIT]
 
     last = first = _changed(first, end)
     for item in follow(first, WITHIN_STEP, stops):
@@ -254,6 +256,8 @@ def _along_branch(at: BranchPoint, end: float) -> BranchPoint:
             raise LostStabilityError(
                 "the strip does not follow its gripper: the branch has a limit point", parameter=_limit(item)
             )
+        elif item.event.name == LIFTED:
+            raise SolveError("the whole strip leaves the floor", parameter=item.before.point.lam)
         elif item.event.name == LANDING:
             return _landed(item.before, end)
         else:

@@ -13,7 +13,7 @@ import numpy as np
 
 from stripfold.analysis import contact_branch
 from stripfold.analysis.contact import lift_off
-from stripfold.analysis.contact_branch import STEPS, UNHELD, BranchPoint, Planned, clearance
+from stripfold.analysis.contact_branch import STEPS, UNHELD, BranchPoint, Planned, clearance, lift_off_of_all
 from stripfold.analysis.contact_set import ROBUST_NEWTON, from_nodes, on_nodes
 from stripfold.arrays import Array
 from stripfold.errors import SolveError
@@ -41,8 +41,6 @@ ON_FLOOR = 1e-9
 """Height of a gripper on the floor, L*: rounding."""
 FIRST = 0.01
 """Largest length travelled at the first state, L*."""
-LEAST_LYING = 0.05
-"""Length of the lying part at which the whole strip is taken to lift off, L*."""
 PENETRATION = 1e-3
 """Depth under the floor that a sag beside a contact must reach to count as another contact, L*."""
 NODAL_STEPS = StepOptions(first=0.05, largest=0.5, target_iterations=10, max_attempts=1000, newton=ROBUST_NEWTON)
@@ -268,12 +266,11 @@ class _Follower:
 
 def _stops(problem: MovingContact) -> list[Event]:
     """What ends a branch, and what its kind of contact cannot describe."""
-    most = problem.mesh.length - LEAST_LYING
-    lifted = Event("lift-off of the whole strip", lambda point, _: problem.contact(point.q)[-1] > most)
+    lifted = lift_off_of_all(problem)
     if problem.mesh.topology is Topology.LYING:
-        return [LIMIT, lifted]
+        return [lifted, LIMIT]
     sag = Event("another touch of a sag", lambda point, _: clearance(problem, point.q)[0] < -PENETRATION)
-    return [LIMIT, lifted, sag]
+    return [sag, lifted, LIMIT]
 
 
 def _at_change(before: Point, after: Point) -> CriticalPoint:

@@ -7,8 +7,15 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from stripfold import elastica
-from stripfold.analysis.contact_branch import STEPS, BranchPoint, as_elastica, clearance, from_elastica
-from stripfold.analysis.static import LAMBDA_TOLERANCE, LEAST_LYING, End, StripModel, XRun, to_the_end
+from stripfold.analysis.contact_branch import (
+    STEPS,
+    BranchPoint,
+    as_elastica,
+    clearance,
+    from_elastica,
+    longest_free,
+)
+from stripfold.analysis.static import LAMBDA_TOLERANCE, End, StripModel, XRun, to_the_end
 from stripfold.errors import SolveError
 from stripfold.moving_contact import MovingContact
 from stripfold.problem import AlongX, Lift
@@ -22,6 +29,8 @@ BEFORE = 0.25
 SHORTER = (10.0, 0.05)
 """Thick strips begin earlier by up to this, (a + b z^2) h^2 L*: their advance ends earlier."""
 
+ROOM = 0.05
+"""Length that lies at least in a state from which the limit point is solved for, L*."""
 NEWTON = NewtonOptions(max_iterations=15)
 """For the limit point from the elastica's: where more are needed, a march takes as long."""
 
@@ -81,9 +90,9 @@ def snap(strip: StripModel, prediction: ElasticaPrediction, refinement: float = 
     SolveError
         There is none, or the sag touches or the whole strip lifts before.
     """
-    last = prediction.last
-    if not prediction.snap or last.length > strip.length - LEAST_LYING:
-        raise SolveError("the elastica has no limit point on a strip of this length")
+    if not prediction.snap:
+        raise SolveError("the elastica has no limit point at this height")
+    last = _fitting(prediction, strip.length)
     problem, q = as_elastica(strip.contact_mesh(refinement), AlongX(prediction.height), last)
     # There lambda stands still and the lift-off moves.
     towards = Tangent(problem.metric, 0.0)
@@ -96,10 +105,17 @@ def as_first(found: Snap) -> Snap:
     problem, state = found.problem, found.limit.state
     if clearance(problem, state.q)[0] < 0.0:
         raise SolveError("the sag touches before lambda has a maximum", parameter=state.lam)
-    # A step that passes the limit point and the lift-off counts as lift-off: so close to it the branch decides.
-    if problem.contact(state.q)[-1] > problem.mesh.length - LEAST_LYING - STEPS.largest:
-        raise SolveError("the whole strip may lift before lambda has a maximum", parameter=state.lam)
+    if problem.contact(state.q)[-1] > longest_free(problem.mesh.model):
+        raise SolveError("the whole strip lifts before lambda has a maximum", parameter=state.lam)
     return found
+
+
+def _fitting(prediction: ElasticaPrediction, length: float) -> elastica.State:
+    """The elastica's state at the end of the advance, or the one before it of which a strip of this length has room."""
+    last = prediction.last
+    if last.length < length - ROOM:
+        return last
+    return elastica.state_at(prediction.height, length - ROOM, last)
 
 
 def end_of_advance(
@@ -123,9 +139,7 @@ def from_near_the_end(
     """
     z = prediction.height
     before = BEFORE + (SHORTER[0] + SHORTER[1] * z**2) * strip.thickness**2
-    near = elastica.state_at(z, prediction.last.length - before, prediction.last)
-    if near.length > strip.length - LEAST_LYING:
-        raise SolveError("the strip is too short for the state before the end of the advance")
+    near = elastica.state_at(z, min(prediction.last.length, strip.length) - before, prediction.last)
     first = from_elastica(strip.contact_mesh(refinement), AlongX(z), near.advance, near)
     return to_the_end(first, tolerance=tolerance)
 

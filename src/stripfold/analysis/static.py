@@ -12,12 +12,14 @@ from enum import StrEnum
 from math import inf
 
 from stripfold.analysis.contact_branch import (
+    LIFTED,
     STEPS,
     BranchCrossing,
     BranchPoint,
     Planned,
     follow,
     from_flat,
+    lift_off_of_all,
     solved,
     touch,
     transferred,
@@ -40,8 +42,6 @@ LAMBDA_TOLERANCE = 1e-6
 """Width of the bracket of lambda_c, L*."""
 FIRST_HEIGHT = 1e-3
 """Height of the gripper at the first state of a lift, L*: the lifted part is a beam then."""
-LEAST_LYING = 0.5
-"""Length of the lying part below which the whole strip is taken to lift off, L*."""
 LIMIT = Event("limit point", critical.is_past, located=never)
 
 
@@ -156,22 +156,15 @@ def lift(plan: Planned, heights: Sequence[float]) -> Iterator[tuple[float, Branc
 
 def _lifted_to(first: BranchPoint, height: float) -> BranchPoint:
     above = Event("height", lambda point, _: point.lam >= height, located=never)
-    lifted = _whole_strip_lifts(first)
-    for item in follow(first, STEPS, lambda _: [above, LIMIT, lifted], through_contact=False):
+    for item in follow(first, STEPS, lambda at: [lift_off_of_all(at), above, LIMIT], through_contact=False):
         if isinstance(item, BranchCrossing):
-            if item.event is lifted:
+            if item.event.name == LIFTED:
                 raise SolveError(f"the whole strip leaves the floor below a height of {height:.4g} L*")
             if item.event is LIMIT:
                 raise SolveError("the strip loses its stability while it is lifted", parameter=item.before.point.lam)
             near = min(item.before, item.after, key=lambda at: abs(at.point.lam - height))
             return at_lambda(near, height)
     raise AssertionError("a branch ends in an event or raises")
-
-
-def _whole_strip_lifts(at: BranchPoint) -> Event:
-    """The event that too little of the strip is left lying."""
-    most = at.problem.mesh.length - LEAST_LYING
-    return Event("lift-off of the whole strip", lambda point, _: point.q[-1] > most, located=never)
 
 
 def at_lambda(near: BranchPoint, lam: float) -> BranchPoint:
@@ -218,12 +211,9 @@ def to_the_end(
     """Follow a branch along x from a state on it, lambda_c to a bracket of ``tolerance``; see :func:`along_x`."""
     if critical.is_past(first.point):
         raise SolveError("the branch does not start stable", parameter=first.point.lam)
-    lifted = _whole_strip_lifts(first)
-    sag: dict[MovingContact, Event] = {}
 
     def stops(problem: MovingContact) -> list[Event]:
-        sag[problem] = touch(problem)
-        return [sag[problem], lifted, LIMIT]
+        return [touch(problem), lift_off_of_all(problem), LIMIT]
 
     points: list[BranchPoint] = []
     for item in follow(first, options, stops, through_contact=False):
@@ -231,11 +221,10 @@ def to_the_end(
             points.append(item)
         elif item.event is LIMIT:
             return _snap(points, past, options, tolerance)
-        elif item.event is lifted:
-            return XRun(tuple(points), End.LIFTED, None, points[-1])
         else:
-            # Behind it the sag would be in the floor.
-            return XRun((*points, item.before), End.TOUCH, None, item.before)
+            # Behind it the sag would be in the floor, or nothing would lie.
+            end = End.LIFTED if item.event.name == LIFTED else End.TOUCH
+            return XRun((*points, item.before), end, None, item.before)
     raise AssertionError("a branch ends in an event or raises")
 
 
@@ -251,10 +240,10 @@ def _snap(points: list[BranchPoint], past: float, options: StepOptions, toleranc
     points += [last, before, after]
     if past == 0.0:
         return XRun(tuple(points), End.SNAP, found, before)
-    branch = follow(after, options, lambda problem: [touch(problem)], through_contact=False)
+    branch = follow(after, options, lambda at: [touch(at), lift_off_of_all(at)], through_contact=False)
     next(branch)
     for item in branch:
-        # The unstable branch ends where the sag touches.
+        # The unstable branch ends where the sag touches or nothing lies.
         points.append(item.before if isinstance(item, BranchCrossing) else item)
         if isinstance(item, BranchCrossing) or item.point.arc - found.after.arc > past:
             break
