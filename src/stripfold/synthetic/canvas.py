@@ -7,14 +7,11 @@ and the sums accumulated along the rows.
 
 from __future__ import annotations
 
-import cv2
 import numpy as np
 
-from stripfold.arrays import Array, Index
+from stripfold import kernels
+from stripfold.arrays import Array
 from stripfold.synthetic.view import Light
-
-_LEAST = 1e-6
-"""Share of a pixel below which it is not covered."""
 
 
 class Canvas:
@@ -63,64 +60,4 @@ class Canvas:
         ``weights``, shape (2, n): what they add to the covered share of the pixels to their right, and to this share
         times its grey.
         """
-        used = np.flatnonzero((weights != 0.0).any(axis=0))
-        if not len(used):
-            return
-        x, y, to_x, to_y = (0.5 + values[used] for values in (*start.T, *end.T))
-        weights = weights.take(used, axis=1)
-        first_row, end_row = self._rows
-        columns = self.picture.shape[1]
-        left, right = max(int(min(x.min(), to_x.min())), 0), min(int(max(x.max(), to_x.max())) + 1, columns)
-        top, bottom = max(int(min(y.min(), to_y.min())), first_row), min(int(max(y.max(), to_y.max())) + 1, end_row)
-        width, height = right - left, bottom - top
-        if width <= 0 or height <= 0:
-            return
-        # Cut at rows, then at columns.
-        x, to_x, y, to_y = x - left, to_x - left, y - top, to_y - top
-        of, first, last = _cut(y, to_y, (0.0, height))
-        dx, dy = (to_x - x)[of], (to_y - y)[of]
-        row, dy = y[of] + 0.5 * (first + last) * dy, (last - first) * dy
-        x, to_x = x[of] + first * dx, x[of] + last * dx
-        inside = np.flatnonzero((row > 0.0) & (row < height))
-        row, dy, of, x, to_x = row[inside], dy[inside], of[inside], x[inside], to_x[inside]
-        piece, first, last = _cut(x, to_x)
-        place = np.maximum(x[piece] + 0.5 * (first + last) * (to_x - x)[piece], 0.0)
-        inside = np.flatnonzero(place < width)
-        if not len(inside):
-            return
-        place, piece, share = place[inside], piece[inside], (last - first)[inside]
-        column = place.astype(np.intp)
-        at = row.astype(np.intp)[piece] * (width + 1) + column
-        values = weights.take(of[piece], axis=1) * (share * dy[piece])
-        ahead = values * (place - column)
-        # Covered share and light of a pixel side by side, as a picture of two channels.
-        at = np.concatenate([2 * at, 2 * at + 1, 2 * at + 2, 2 * at + 3])
-        sums = np.bincount(at, np.concatenate([values - ahead, ahead]).ravel(), 2 * height * (width + 1))
-        # Summed along rows and columns: faster than NumPy does it along the rows alone.
-        above = cv2.integral(sums.reshape(height, width + 1, 2))[:, 1:-1]
-        covered = above[1:, :, 0] - above[:-1, :, 0]
-        inside = np.flatnonzero(covered > _LEAST)
-        row, column = np.divmod(inside, width)
-        share, light = covered.ravel()[inside], above[row + 1, column, 1] - above[row, column, 1]
-        flat, inside = self.picture.reshape(-1), (row + top) * columns + column + left
-        below = flat[inside]
-        flat[inside] = below + alpha * np.minimum(share, 1.0) * (255.0 * light / share - below)
-
-
-def _cut(a: Array, b: Array, limits: tuple[float, float] = (-np.inf, np.inf)) -> tuple[Index, Array, Array]:
-    """Lines from a to b, shape (n,), cut at whole numbers: the line of each piece, and where on it it starts and ends.
-
-    What is outside of the limits is of no interest.
-    """
-    low, high = np.minimum(a, b), np.maximum(a, b)
-    high = np.where(high - low < _LEAST, low, high)
-    floor = np.floor(np.clip(low, *limits))
-    count = np.maximum(np.ceil(np.clip(high, *limits)) - floor, 1.0).astype(np.intp)
-    of = np.repeat(np.arange(len(a)), count)
-    level = floor[of] + np.arange(len(of)) - np.repeat(np.cumsum(count) - count, count)
-    low, high = low[of], high[of]
-    length = np.maximum(high - low, _LEAST)
-    one = (np.maximum(level, low) - low) / length
-    other = np.where(high > low, (np.minimum(level + 1.0, high) - low) / length, 1.0)
-    down = (b < a)[of]
-    return of, np.where(down, 1.0 - other, one), np.where(down, 1.0 - one, other)
+        kernels.coverage.draw(self.picture, *self._rows, start, end, weights, alpha)
