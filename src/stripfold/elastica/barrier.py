@@ -105,7 +105,7 @@ def bistable_range(z: float) -> BistableRange | None:
     --------
     >>> found = bistable_range(3.0)
     >>> round(found.coefficient, 6), round(found.width, 6)
-    (1.080145, 0.009798)
+    (1.080145, 0.009785)
     >>> round(found.barrier(found.critical.advance - 1e-3) / 1e-3**1.5, 3)
     1.08
     """
