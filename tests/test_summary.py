@@ -78,6 +78,11 @@ def datasets() -> dict[str, xr.Dataset]:
             "model_coefficient": (("model", "height"), np.full((2, 2), 1.076)),
             **{name: ("height", [1.08, 1.08]) for name in ("coefficient", "width", "largest", "speed")}},
             {"height": [3.0, 2.0], "distance": [1e-4, 1.00794e-3], "model": ["rod", "solid"]}),
+        "eigenvalues": ({
+            "distance": (("motion", "step"), np.tile([1e-3, 1e-4, 1e-5, 1e-12], (4, 1))),
+            "eigenvalue_1": (("motion", "step"), np.tile([1e-2, 1e-2 * 0.1**0.5, 1e-3, 1e-7], (4, 1))),
+            "eigenvalue_2": (("motion", "step"), np.ones((4, 4)))},
+            {"motion": ["x", "r-path", "triangular", "circular"]}),
         "branches": ({
             "verdict": ("case", np.zeros(2000, int)),
             "spurious_limit_points": ("case", np.where(np.arange(2000) < 500, 0.0, np.nan))},),
@@ -341,6 +346,8 @@ def test_a_criterion_that_is_broken_does_not_hold(dataset: str, name: str, value
         ("branches", "spurious_limit_points", {"case": 7}, 1.0, "spurious_limit_points"),
         ("low_paths", "rod", {"case": 7}, "failed", "low_path_agreement"),
         ("order", "order", {"model": "solid"}, 2.9, "order_lambda_c"),
+        ("eigenvalues", "eigenvalue_1", {"motion": "x", "step": 3}, 1e-2, "eigenvalue_at_critical"),
+        ("eigenvalues", "eigenvalue_1", {"motion": "circular", "step": 0}, 5e-2, "eigenvalue_at_critical"),
         ("barrier", "barrier", {"height": 3.0, "distance": 1e-4}, 1.0803e-6, "barrier_coefficient"),
         ("barrier", "work", {"height": 2.0, "distance": 1e-4}, 1.0801e-6, "barrier_coefficient"),
         ("barrier", "model_coefficient", {"model": "rod", "height": 3.0}, 1.05, "barrier_coefficient"),

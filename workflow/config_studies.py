@@ -80,6 +80,12 @@ class Barrier(Input):
     range_heights: AtLeastOne[HeightStar]
 
 
+class Eigenvalues(OneStrip):
+    """Eigenvalues to the critical points along x and along paths."""
+
+    refinement: Refinement
+
+
 class Strategy(Input):
     """A way to the end of the advance: model, mesh and tolerance."""
 
@@ -217,6 +223,7 @@ class Studies(Input):
     branches: Branches | None = None
     low_paths: LowPaths | None = None
     barrier: Barrier | None = None
+    eigenvalues: Eigenvalues | None = None
     solver_constants: SolverConstants | None = None
     accuracy: AccuracyStudy | None = None
     profiling: Profiling | None = None

@@ -38,6 +38,11 @@ FIGURES = {
         "The energy that makes a hanging strip fall grows as the 3/2 power of the distance to lambda_c (a, b), up to "
         "lambda_t, where the sag of the unstable state touches the floor (crosses): with less advance the strip has no "
         "other state and comes back from any disturbance. The range is narrow at low grippers (c).",
+    "eigenvalues":
+        "The smallest eigenvalue of (K, M) goes to zero at the critical points (a): as the root of the distance at a "
+        "snap-through; on the R-path linearly but for its last part, where the thickness turns the tangency into a "
+        "crossing (thin: the second eigenvalue). The critical modes (red down, blue up) at the snap along x (b) and on "
+        "the R-path (c).",
     "folding":
         "The gripper (purple) carries the grasped end along the folding path over the fold line (blue).",
     "planned_paths":
@@ -94,7 +99,7 @@ FIGURES = {
 
 _SECTIONS = {
     "Motion along x": ["geometry", "motion", "deflection", "collapse", "collapse_curve", "energy", "paths"],
-    "Critical points": ["critical_points", "master_curve", "barrier"],
+    "Critical points": ["critical_points", "master_curve", "barrier", "eigenvalues"],
     "Folding paths": ["folding", "planned_paths", "evolutions", "rpath_friction", "rpath_curve"],
     "Folding paths of all materials": ["touch_error", "friction_needed", "fabrics"],
     "Recordings": ["measured", "real_paths", "recordings_accuracy", "calibration"],

@@ -34,6 +34,7 @@ SOURCES = {
                 "calibration": "calibration",
                 "order": "order",
                 "barrier": "barrier",
+                "eigenvalues": "eigenvalues",
                 "rod": "rod",
                 "work_precision": "accuracy",
                 "fall_precision": "fall_accuracy",

@@ -36,6 +36,7 @@ STUDIES = {
     "branches": Study("studies.branches:run", "random strips on the solid against the elastica and a finer mesh"),
     "low_paths": Study("studies.low_paths:run", "paths below the touch limit, which have no snap"),
     "barrier": Study("studies.barrier:run", "energy barrier between the stable and the unstable state"),
+    "eigenvalues": Study("studies.eigenvalues:run", "smallest eigenvalue down to zero, and the critical modes"),
     "solver_constants": Study(
         "studies.constants:run", "named numerical constants of the solver", files=("src/stripfold/**/*.py",)
     ),

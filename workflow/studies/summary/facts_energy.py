@@ -1,4 +1,4 @@
-"""Facts about the energy barrier."""
+"""Facts about the energy barrier and the eigenvalues."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ import xarray as xr
 
 from studies.summary.facts import Facts
 
+NEAREST, FARTHEST = 1e-6, 3e-3
+"""Distances from the critical point between which the exponent of the eigenvalue is taken, L*."""
 SHOWN = 3.0
 """Height whose numbers are quoted, L*."""
 
@@ -36,4 +38,22 @@ def barrier(d: xr.Dataset) -> Facts:
         "last_width": d.width[-1],
         "first_z": d.height[0],
         "last_z": d.height[-1],
+    }
+
+
+def eigenvalues(d: xr.Dataset) -> Facts:
+    """How far the eigenvalue goes down, its exponent at the snaps, and the distance to the second one."""
+    rest, exponents = [], {}
+    for motion in d.motion.values:
+        one = d.sel(motion=motion).dropna("step", subset=["distance"])
+        distance, first = one.distance.values, one.eigenvalue_1.values
+        rest.append(abs(first[-1]) / one.eigenvalue_2.values[-1])
+        near = (distance > NEAREST) & (distance < FARTHEST)
+        exponents[motion] = np.polyfit(np.log(distance[near]), np.log(first[near]), 1)[0]
+    snaps = [value for motion, value in exponents.items() if motion != "r-path"]
+    return {
+        "rest": max(rest),
+        "snap": max(snaps, key=lambda value: abs(value - 0.5)),
+        "off": max(abs(value - 0.5) for value in snaps),
+        "motions": len(exponents),
     }

@@ -112,6 +112,12 @@ SOURCES = (
             "there is {largest:.2e} rho_a g L*^2 per width, the kinetic energy of an rms speed of {speed:.2g} "
             "sqrt(g L*) of the free part"),
     )),
+    Source("eigenvalues", facts_energy.eigenvalues, (
+        Number("eigenvalue_at_critical", "rest", "1", 2, "< 1e-3; exponents of 1/2 within 0.02",
+            "smallest eigenvalue of (K, M) over the second one at the critical points along x and along three paths, the "
+            "largest of them; at the snaps it goes to zero with an exponent of the distance of {snap:.3f}",
+            lambda f: f.off < 0.02 and f.motions == 4),
+    )),
     Source("branches", facts.branches, (
         Number("branch_cases", "cases", "count", 4, ">= 2000",
             "random strips ({seed}) run on the solid and compared with the elastica"),
