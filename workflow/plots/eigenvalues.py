@@ -40,7 +40,7 @@ def draw(data: xr.Dataset) -> Figure:
         line: dict[str, Any] = {"color": how.color, "ls": STYLES[i]}
         top.plot(distance[shown], one["eigenvalue_1"].values[shown], **line, lw=1.2, label=label)
         top.plot(distance[shown], one["eigenvalue_2"].values[shown], **line, lw=0.6, label="_second")
-    for power, factor, text, place in ((0.5, 0.025, "1/2", 1e-4), (1.0, 0.4, "1", 0.3)):
+    for power, factor, text, place in ((0.5, 0.025, "1/2", 1e-4), (1.0, 0.45, "1", 0.9)):
         x = place * np.array([0.3, 3.0])
         top.plot(x, factor * x**power, color=GREY, lw=0.8, label="_guide")
         text_at(top, (x[0], factor * x[0] ** power), text, (2, 0), ha="left", va="center", fontsize=7, color=GREY)

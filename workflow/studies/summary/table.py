@@ -114,8 +114,8 @@ SOURCES = (
     )),
     Source("eigenvalues", facts_energy.eigenvalues, (
         Number("eigenvalue_at_critical", "rest", "1", 2, "< 1e-3; exponents of 1/2 within 0.02",
-            "smallest eigenvalue of (K, M) over the second one at the critical points along x and along three paths, the "
-            "largest of them; at the snaps it goes to zero with an exponent of the distance of {snap:.3f}",
+            "smallest eigenvalue of (K, M) over the second one at the critical points along x and along three paths, "
+            "the largest of them; at the snaps it goes to zero with an exponent of the distance of {snap:.3f}",
             lambda f: f.off < 0.02 and f.motions == 4),
     )),
     Source("branches", facts.branches, (
