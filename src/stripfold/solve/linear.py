@@ -79,6 +79,12 @@ class BandPattern:
         flat = np.asarray(np.bincount(self.position, element_matrices.ravel(), minlength=height * self.size), float)
         return Band(flat.reshape((height, self.size), order="F"), self.width)
 
+    def diagonal(self, values: Array) -> Band:
+        """A diagonal matrix in the same storage."""
+        ab = np.zeros((3 * self.width + 1, self.size), order="F")
+        ab[2 * self.width] = values
+        return Band(ab, self.width)
+
 
 @dataclass(frozen=True)
 class Band:

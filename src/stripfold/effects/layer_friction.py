@@ -1,0 +1,126 @@
+"""Coulomb friction between the layers and on the floor, stick and slip (docs/physics.md, section 8).
+
+Each mid-surface node on the floor, or on the lower layer that lies there, has a spring in series with a slider along x,
+as :mod:`.hysteresis` has in each element.  The slider holds up to mu times the node's normal reaction in the last
+accepted state: within a step the law has a potential and the tangent is symmetric.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Self
+
+import numpy as np
+
+from stripfold.arrays import Array
+from stripfold.effects.hysteresis import STICK_TOLERANCE
+from stripfold.errors import InvalidInputError
+from stripfold.models.model import Model
+from stripfold.solve.linear import Band
+
+SPRING = 1e4
+"""Stiffness of the springs, rho_a g per L* of displacement and of strip.
+
+A layer under its own weight slips after mu 1e-4 L*; membranes of a strip of h = 0.1 L* are as stiff over a tenth of L*.
+"""
+
+
+@dataclass(frozen=True, eq=False)
+class LayerFriction:
+    """Friction of the nodes that lie; see :meth:`of`.
+
+    Attributes
+    ----------
+    model
+        The strip.
+    mu
+        Coefficient of friction.
+    stiffness
+        Of each node's spring, rho_a g, shape (nodes,).
+    slack
+        Displacement along x at which each node's spring is slack, as committed, L*, shape (nodes,).
+    normal
+        Normal reaction of each node in the last accepted state, rho_a g L*, shape (nodes,); zero above the floor.
+    place
+        Displacement along x in the last accepted state, L*, shape (nodes,).
+    dissipated
+        Energy dissipated in all committed steps, rho_a g L*^2 per width.
+    """
+
+    model: Model = field(repr=False)
+    mu: float
+    stiffness: Array = field(repr=False)
+    slack: Array = field(repr=False)
+    normal: Array = field(repr=False)
+    place: Array = field(repr=False)
+    dissipated: float = 0.0
+
+    @classmethod
+    def of(cls, model: Model, mu: float, q: Array, reaction: Array) -> Self:
+        """Friction without force in the state ``q``.
+
+        Parameters
+        ----------
+        model, mu
+            The strip and the coefficient of friction.
+        q, reaction
+            A state and the forces on its bounded unknowns, zero elsewhere; shape (n,) each.
+
+        Raises
+        ------
+        InvalidInputError
+            ``mu`` negative or not finite.
+        """
+        if not 0.0 <= mu < np.inf:
+            raise InvalidInputError("mu", mu, "a finite number >= 0")
+        weight = model.weight[model.middle[:, 1]]
+        place = q[model.middle[:, 0]]
+        return cls(model, mu, SPRING * weight, place, np.maximum(reaction[model.middle[:, 1]], 0.0), place)
+
+    def tractions(self, q: Array) -> Array:
+        """Force of each node's spring against its displacement, rho_a g L*, shape (nodes,)."""
+        limit = self.mu * self.normal
+        return np.clip(self.stiffness * (q[self.model.middle[:, 0]] - self.slack), -limit, limit)
+
+    def force(self, q: Array) -> Array:
+        """Contribution to the residual, shape (n,)."""
+        force = np.zeros(self.model.size)
+        force[self.model.middle[:, 0]] = self.tractions(q)
+        return force
+
+    def force_and_tangent(self, q: Array) -> tuple[Array, Band]:
+        """The force and its derivative: the spring's stiffness where a node sticks."""
+        x = self.model.middle[:, 0]
+        limit = self.mu * self.normal
+        trial = self.stiffness * (q[x] - self.slack)
+        sticks = (np.abs(trial) <= limit * (1.0 + STICK_TOLERANCE)) & (limit > 0.0)
+        force = np.zeros(self.model.size)
+        force[x] = np.clip(trial, -limit, limit)
+        diagonal = np.zeros(self.model.size)
+        diagonal[x] = self.stiffness * sticks
+        return force, self.model.pattern.diagonal(diagonal)
+
+    def stored(self, q: Array) -> float:
+        """Elastic energy of the springs, rho_a g L*^2 per width."""
+        return 0.5 * float(np.sum(self.tractions(q) ** 2 / self.stiffness))
+
+    def committed(self, q: Array, reaction: Array) -> Self:
+        """The friction after an accepted step to ``q`` with these forces on the bounded unknowns, shape (n,).
+
+        A node that has landed sticks where it is; one that has left the floor forgets.
+        """
+        place, traction = q[self.model.middle[:, 0]], self.tractions(q)
+        normal = np.maximum(reaction[self.model.middle[:, 1]], 0.0)
+        work = float(traction @ (place - self.place))
+        # Where the normal force has fallen the slider holds less: the spring's energy above that is lost, too.
+        limit = self.mu * normal
+        held = np.clip(traction, -limit, limit)
+        before = np.clip(self.stiffness * (self.place - self.slack), -self.mu * self.normal, self.mu * self.normal)
+        stored = 0.5 * float(np.sum((held**2 - before**2) / self.stiffness))
+        return replace(
+            self,
+            slack=place - held / self.stiffness,
+            normal=normal,
+            place=place,
+            dissipated=self.dissipated + work - stored,
+        )
