@@ -16,7 +16,7 @@ from stripfold.effects import Effect
 from stripfold.effects.layer_friction import LayerFriction
 from stripfold.effects.self_contact import SelfContact
 from stripfold.models.model import Model
-from stripfold.paths.curve import Piece
+from stripfold.paths.curve import GripperPath, Piece
 from stripfold.solve.linear import Band, Sparse
 from stripfold.solve.problem import FixedUnknowns
 
@@ -74,15 +74,47 @@ class AlongPiece:
         return self.piece.rate(lam)
 
 
-Motion = Lift | AlongX | AlongPiece
+@dataclass(frozen=True)
+class AlongPath:
+    """The gripper follows a whole path: lambda is the length travelled; in time it may pass corners."""
+
+    path: GripperPath
+    length: float
+    """Length of the strip, L*."""
+
+    def grasped(self, model: Model) -> Index:
+        return np.asarray(model.middle[0])
+
+    def values(self, lam: float) -> Array:
+        return self.path.position(lam) + np.array([self.length / 2.0, 0.0])
+
+    def rates(self, lam: float) -> Array:
+        return self.path.rate(lam)
+
+
+@dataclass(frozen=True)
+class Opened:
+    """The gripper has opened: nothing is grasped."""
+
+    def grasped(self, model: Model) -> Index:
+        return np.asarray(model.middle[0, :0])
+
+    def values(self, lam: float) -> Array:
+        return np.zeros(0)
+
+    def rates(self, lam: float) -> Array:
+        return np.zeros(0)
+
+
+Motion = Lift | AlongX | AlongPiece | AlongPath | Opened
 
 
 @dataclass(frozen=True)
 class StripProblem(FixedUnknowns):
     """A strip on the floor, held at one end and moved at the other.
 
-    The memory of ``effects`` changes in :meth:`accepted` only.  ``self_contact`` acts between layers above the floor;
-    while they touch the tangent is not a band matrix.
+    The memory of ``effects`` and of ``layer_friction`` changes in :meth:`accepted` only.  ``self_contact`` acts between
+    layers above the floor; while they touch the tangent is not a band matrix.
     """
 
     model: Model
@@ -135,9 +167,10 @@ class StripProblem(FixedUnknowns):
 
     def accepted(self, q: Array) -> StripProblem:
         """The problem after an accepted step to ``q``: its effects have updated their memory."""
-        effects = tuple(effect.committed(q) for effect in self.effects)
+        if not self._acting:
+            return self
         layers = self.layer_friction and self.layer_friction.committed(q, self.reaction(q))
-        return replace(self, effects=effects, layer_friction=layers) if self._acting else self
+        return replace(self, effects=tuple(effect.committed(q) for effect in self.effects), layer_friction=layers)
 
     def reaction(self, q: Array) -> Array:
         """The floor's forces on the strip in a state, inertia aside, shape (n,)."""
@@ -162,7 +195,7 @@ class StripProblem(FixedUnknowns):
         force, tangent = self.model.force_over_step(q0, q1, kappa, predicted_stress)
         force = force + self.model.weight
         for effect in self._acting:
-            if effect in self.effects and effect.step_dependent:
+            if effect.step_dependent:
                 raise ValueError("motion in time needs effects that do not depend on the step size")
             # The force at the end of the step: a state at rest is an equilibrium, and the work is never too small.
             more, stiffness = effect.force_and_tangent(q1)

@@ -12,7 +12,7 @@ from typing import Self
 
 import numpy as np
 
-from stripfold.arrays import Array
+from stripfold.arrays import Array, Mask
 from stripfold.effects.hysteresis import STICK_TOLERANCE
 from stripfold.errors import InvalidInputError
 from stripfold.models.model import Model
@@ -77,6 +77,11 @@ class LayerFriction:
         place = q[model.middle[:, 0]]
         return cls(model, mu, SPRING * weight, place, np.maximum(reaction[model.middle[:, 1]], 0.0), place)
 
+    @property
+    def step_dependent(self) -> bool:
+        """False: with shorter steps the last step's reaction becomes the present one."""
+        return False
+
     def tractions(self, q: Array) -> Array:
         """Force of each node's spring against its displacement, rho_a g L*, shape (nodes,)."""
         limit = self.mu * self.normal
@@ -90,19 +95,20 @@ class LayerFriction:
 
     def force_and_tangent(self, q: Array) -> tuple[Array, Band]:
         """The force and its derivative: the spring's stiffness where a node sticks."""
-        x = self.model.middle[:, 0]
-        limit = self.mu * self.normal
-        trial = self.stiffness * (q[x] - self.slack)
-        sticks = (np.abs(trial) <= limit * (1.0 + STICK_TOLERANCE)) & (limit > 0.0)
-        force = np.zeros(self.model.size)
-        force[x] = np.clip(trial, -limit, limit)
         diagonal = np.zeros(self.model.size)
-        diagonal[x] = self.stiffness * sticks
-        return force, self.model.pattern.diagonal(diagonal)
+        diagonal[self.model.middle[:, 0]] = self.stiffness * self.sticks(q)
+        return self.force(q), self.model.pattern.diagonal(diagonal)
 
-    def stored(self, q: Array) -> float:
-        """Elastic energy of the springs, rho_a g L*^2 per width."""
-        return 0.5 * float(np.sum(self.tractions(q) ** 2 / self.stiffness))
+    def sticks(self, q: Array) -> Mask:
+        """Which nodes lie and do not slip, shape (nodes,)."""
+        limit = self.mu * self.normal
+        trial = np.abs(self.stiffness * (q[self.model.middle[:, 0]] - self.slack))
+        return np.asarray((trial <= limit * (1.0 + STICK_TOLERANCE)) & (limit > 0.0))
+
+    @property
+    def stored(self) -> float:
+        """Elastic energy of the springs in the last accepted state, rho_a g L*^2 per width."""
+        return 0.5 * float(self.stiffness @ (self.place - self.slack) ** 2)
 
     def committed(self, q: Array, reaction: Array) -> Self:
         """The friction after an accepted step to ``q`` with these forces on the bounded unknowns, shape (n,).
@@ -111,16 +117,8 @@ class LayerFriction:
         """
         place, traction = q[self.model.middle[:, 0]], self.tractions(q)
         normal = np.maximum(reaction[self.model.middle[:, 1]], 0.0)
-        work = float(traction @ (place - self.place))
-        # Where the normal force has fallen the slider holds less: the spring's energy above that is lost, too.
-        limit = self.mu * normal
-        held = np.clip(traction, -limit, limit)
-        before = np.clip(self.stiffness * (self.place - self.slack), -self.mu * self.normal, self.mu * self.normal)
-        stored = 0.5 * float(np.sum((held**2 - before**2) / self.stiffness))
-        return replace(
-            self,
-            slack=place - held / self.stiffness,
-            normal=normal,
-            place=place,
-            dissipated=self.dissipated + work - stored,
-        )
+        # Where the normal force has fallen the slider holds less: the spring loses the energy above that, too.
+        held = np.clip(traction, -self.mu * normal, self.mu * normal)
+        new = replace(self, slack=place - held / self.stiffness, normal=normal, place=place)
+        lost = float(traction @ (place - self.place)) - (new.stored - self.stored)
+        return replace(new, dissipated=self.dissipated + lost)

@@ -85,7 +85,14 @@ class GripperPath:
 
     def position(self, s: float) -> Array:
         """Position (x, z) at the length travelled ``s``, L*."""
-        return next((piece for piece in self.pieces if s <= piece.end), self.pieces[-1]).position(s)
+        return self._piece(s).position(s)
+
+    def rate(self, s: float) -> Array:
+        """Its derivative; at a corner that of the piece that ends there."""
+        return self._piece(s).rate(s)
+
+    def _piece(self, s: float) -> Piece:
+        return next((piece for piece in self.pieces if s <= piece.end), self.pieces[-1])
 
     def sampled(self, spacing: float) -> tuple[Array, Array]:
         """Lengths travelled, shape (n,), and positions, shape (n, 2), at most ``spacing`` apart, with all corners.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import inf
 from typing import Protocol
 
 
@@ -16,16 +17,17 @@ class Drive(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Moving:
-    """At constant speed."""
+    """At constant speed, up to ``end``."""
 
     start: float
     speed: float
+    end: float = inf
 
     def lam(self, t: float) -> float:
-        return self.start + self.speed * t
+        return min(self.start + self.speed * t, self.end)
 
     def rate(self, t: float) -> float:
-        return self.speed
+        return self.speed if self.start + self.speed * t < self.end else 0.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,176 @@
+"""A path followed in time by a slow gripper, with friction between the layers: the finished fold depends on the way to it.
+
+From the flat strip to rest at the path's end and, if asked for, to rest after the gripper has opened.  In units of L*,
+sqrt(L*/g) and rho_a g L*.  Source: docs/physics.md, section 8.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from math import ceil, inf
+
+import numpy as np
+
+from stripfold.analysis.contact import lying_parts, touch_position
+from stripfold.analysis.contact_set import ROBUST_NEWTON
+from stripfold.analysis.static import StripModel
+from stripfold.arrays import Array
+from stripfold.effects import Hysteresis
+from stripfold.effects.layer_friction import LayerFriction
+from stripfold.errors import SolveError
+from stripfold.models.model import Model
+from stripfold.paths.curve import GripperPath
+from stripfold.problem import AlongPath, Opened, StripProblem
+from stripfold.solve import dynamics, newton
+from stripfold.solve.drive import Moving
+from stripfold.solve.dynamics import TimeEvent, TimeOptions, TimeState
+from stripfold.solve.newton import NewtonOptions
+from stripfold.solve.schemes import Damping
+
+SPEED = 0.2
+"""Speed of the gripper, sqrt(g L*): 0.1 m/s with L* = 2.5 cm."""
+DAMPING = Damping(air=0.1, stiffness=0.06)
+"""Air drag of 2 /s and viscosity of 3 ms with L* = 2.5 cm."""
+ELEMENT = 0.1
+"""Length of the elements, L*."""
+FIRST = 0.05
+"""Length travelled at the first state, an equilibrium, L*."""
+TIME_OPTIONS = TimeOptions(first=0.02, tolerance=1e-4, newton=NewtonOptions(max_iterations=25))
+REST, QUIET = 3e-5, 2.0
+"""Kinetic energy, rho_a g L*^2, below which a strip is at rest when it has stayed there for this time, sqrt(L*/g).
+
+A layer that slides on the lower one comes to a standstill by itself; a strip of 14 L* has speeds of 0.002 then.
+"""
+LONGEST_REST = 200.0
+"""Longest time until rest, sqrt(L*/g)."""
+
+
+@dataclass(frozen=True, eq=False)
+class PathInTime:
+    """A path followed in time.
+
+    Attributes
+    ----------
+    problem
+        The strip, with what its friction remembers in the last state.
+    states
+        All accepted states.
+    touch
+        Index of the first state in which the upper layer touches; None if it never does.
+    dissipated
+        Energy dissipated by the friction between the layers up to each state, shape (states,).
+    """
+
+    problem: StripProblem
+    states: tuple[TimeState, ...]
+    touch: int | None
+    dissipated: Array
+
+    @property
+    def last(self) -> TimeState:
+        """The last state, at rest."""
+        return self.states[-1]
+
+    @property
+    def touch_x(self) -> float:
+        """x of the first touch, origin mid-strip, L*; nan without one."""
+        return np.nan if self.touch is None else touch_position(self.problem.model, self.states[self.touch])
+
+
+def follow_in_time(
+    strip: StripModel,
+    path: GripperPath,
+    mu: float,
+    moment: float = 0.0,
+    *,
+    speed: float = SPEED,
+    damping: Damping = DAMPING,
+    refinement: float = 1.0,
+    options: TimeOptions = TIME_OPTIONS,
+) -> PathInTime:
+    """Follow a path to its end and wait for rest.
+
+    Parameters
+    ----------
+    strip, path
+        The strip and the gripper's path, L*.
+    mu
+        Coefficient of friction between the layers and on the floor.
+    moment
+        M_0 of the bending hysteresis, rho_a g L*^2.
+    speed
+        Of the gripper, sqrt(g L*).
+    damping
+        Physical damping.
+    refinement
+        Factor on the element lengths.
+
+    Raises
+    ------
+    SolveError
+        The first state cannot be computed, or the strip does not come to rest.
+    TimeStepError
+        No time step succeeds.
+    """
+    model = strip.model(ceil(strip.length / (ELEMENT * refinement)))
+    problem = StripProblem(model, AlongPath(path, strip.length))
+    lies = np.setdiff1d(problem.bounded, model.middle[model.s < 1.0, 1])
+    q = newton.solve(problem, np.zeros(model.size), FIRST, lies, options=ROBUST_NEWTON).q
+    hysteresis = (Hysteresis.of(model, moment, slack=q),) if moment else ()
+    layers = LayerFriction.of(model, mu, q, problem.reaction(q)) if mu else None
+    problem = replace(problem, effects=hysteresis, layer_friction=layers)
+    on_floor = problem.bounded[q[problem.bounded] <= 0.0]
+    first = dynamics.start(problem, q, np.zeros(model.size), FIRST, on_floor)
+    drive = Moving(FIRST, speed, path.length)
+    return _followed(problem, first, drive, damping, options, (path.length - FIRST) / speed)
+
+
+def opened(
+    found: PathInTime, damping: Damping = DAMPING, options: TimeOptions = TIME_OPTIONS
+) -> PathInTime:
+    """The strip at rest after its gripper has opened at the end of the path; errors as :func:`follow_in_time`."""
+    last, problem = found.last, replace(found.problem, motion=Opened())
+    on_floor = problem.bounded[last.q[problem.bounded] <= 0.0]
+    return _followed(problem, replace(last, t=0.0, active=on_floor), Moving(last.lam, 0.0), damping, options, 0.0)
+
+
+def _followed(
+    problem: StripProblem, first: TimeState, drive: Moving, damping: Damping, options: TimeOptions, moving: float
+) -> PathInTime:
+    """To rest after the gripper has moved for some time."""
+    rests = _Rest(moving)
+    too_long = TimeEvent(lambda state: state.t > moving + LONGEST_REST)
+    states: list[TimeState] = []
+    touch: int | None = None
+    dissipated: list[float] = []
+    for state in dynamics.march(problem, first, drive, damping, options=options, until=(TimeEvent(rests), too_long)):
+        if states:
+            # The march has its own; this one is kept.
+            problem = problem.accepted(state.q)
+        if touch is None and _layers_touch(problem.model, state):
+            touch = len(states)
+        states.append(state)
+        dissipated.append(problem.layer_friction.dissipated if problem.layer_friction else 0.0)
+    if not rests(states[-1]):
+        raise SolveError("the strip does not come to rest", parameter=states[-1].lam, advice="add damping")
+    return PathInTime(problem, tuple(states), touch, np.array(dissipated))
+
+
+def _layers_touch(model: Model, state: TimeState) -> bool:
+    """Whether a part lies on the part from the lift-off to the held end: a layer that flutters in front of it does not."""
+    first, *more = lying_parts(model, state)
+    place = model.mid_surface(state.q)[:, 0]
+    return bool(more) and bool(place[first[-1]] > place[more[-1][0]])
+
+
+class _Rest:
+    """Whether a strip is at rest some time after its gripper stopped; to be called with each state."""
+
+    def __init__(self, since: float) -> None:
+        self.since, self.quiet = since, inf
+
+    def __call__(self, state: TimeState) -> bool:
+        still = state.t >= self.since and state.energy.kinetic <= REST
+        self.quiet = min(self.quiet, state.t) if still else inf
+        return state.t - self.quiet > QUIET
