@@ -22,6 +22,8 @@ HEIGHT_STAR = (0.1, 60.0)
 """Allowed gripper heights, L*; below the lowest the planning model has not been tested."""
 MAX_THICKNESS_STAR = 0.2
 """Largest thickness of the model, L*: at 0.3 the solid's lambda_c depends on the mesh (docs/hard-cases.md)."""
+MAX_MU = 5.0
+"""Largest coefficient of friction; those of fabrics on fabrics are 0.2 to 1."""
 UNSTRETCHED = 1e-6
 """eta_m, m^-2 s^2, of a strip that hardly stretches: any strip with it is thin."""
 
@@ -177,13 +179,17 @@ class Scene(AtHeight):
 
 
 class PathAssessment(Strip):
-    """A strip to be moved along a path, its model, its falls and its internal friction."""
+    """A strip to be moved along a path, its model, its falls and its friction."""
 
     model: Annotated[MovingModel, Field(description="the paper's finite elements, or a rod")] = "solid"
     fall: Annotated[Flag, Field(description="simulate the fall at a critical point, and go on after it")] = False
     friction: Annotated[Number | None, quantity("the paper's internal friction k_f", "s^-2", ge=0.0, le=1e9)] = None
     hysteresis: Annotated[
         Number | None, quantity("largest moment M_0 of a bending hysteresis, per width", "N", ge=0.0, le=1e3)
+    ] = None
+    layer_friction: Annotated[
+        Number | None,
+        quantity("coefficient of friction between the layers and on the floor; followed in time", ge=0.0, le=MAX_MU),
     ] = None
     step: Annotated[Number | None, quantity("step size with friction; by default 0.1 L*", "m", ge=1e-9, le=1e6)] = None
 
@@ -193,6 +199,9 @@ class PathAssessment(Strip):
             raise InvalidInputError("hysteresis", self.hysteresis, "nothing together with friction", "give only one")
         if self.fall and (self.friction is not None or self.hysteresis is not None):
             raise InvalidInputError("fall", self.fall, "no fall together with friction or hysteresis")
+        if self.layer_friction is not None and (self.fall or self.friction is not None):
+            advice = "with it a path is followed in time: falls are part of it, and the pull is not defined there"
+            raise InvalidInputError("layer_friction", self.layer_friction, "neither fall nor friction with it", advice)
         if self.step is not None and self.friction is None and self.hysteresis is None:
             raise InvalidInputError("step", self.step, "a step together with friction or hysteresis")
         return self

@@ -30,6 +30,7 @@ from stripfold.paths.rpath import RPath
 from stripfold.problem import StripProblem
 from stripfold.solve.continuation import StepOptions
 from stripfold.solve.critical import CriticalPoint
+from stripfold.solve.dynamics import TimeState
 from stripfold.solve.problem import Point
 
 SNAP, BIFURCATION = KINDS = "snap-through", "bifurcation"
@@ -42,6 +43,8 @@ touches it; for a strip of thickness h it crosses at an angle that vanishes with
 tangency: an unfolded bifurcation.
 """
 MAX_FALLS = 5
+Followed = tuple[StripProblem, Point | TimeState]
+"""A state in statics or in time, with what it solves."""
 SPACING = 0.1
 """Distance of the places at which shapes are compared, L*."""
 
@@ -198,25 +201,25 @@ def _static_touch(segment: StaticSegment) -> Touchdown | None:
     return None
 
 
-def lying_length(problem: StripProblem, point: Point) -> float:
+def lying_length(problem: StripProblem, point: Point | TimeState) -> float:
     """Length that lies from the held end to the lift-off, L*."""
     model = problem.model
     return model.length - lift_off(model, point)
 
 
-def grip_and_hold(problem: StripProblem, point: Point) -> tuple[Array, float]:
-    """Force (x, z) of the gripper on the strip, and the horizontal one of the held end, rho_a g L*."""
+def grip_and_hold(problem: StripProblem, point: Point | TimeState) -> tuple[Array, float]:
+    """Force (x, z) of the gripper on the strip, and the horizontal one of the held end, inertia aside, rho_a g L*."""
     residual = problem.residual(point.q, point.lam)
     return np.asarray(residual[problem.model.middle[0]]), float(residual[problem.model.middle[-1, 0]])
 
 
-def peak_forces(states: Sequence[State]) -> tuple[float, float]:
-    """Largest force of the gripper, and largest horizontal force of the held end, over static states."""
+def peak_forces(states: Sequence[Followed]) -> tuple[float, float]:
+    """Largest force of the gripper, and largest horizontal force of the held end, over states."""
     forces = [grip_and_hold(*state) for state in states]
     return max(float(np.linalg.norm(grip)) for grip, _ in forces), max(abs(hold) for _, hold in forces)
 
 
-def shape_error(problem: StripProblem, point: Point, plan: RPath) -> float:
+def shape_error(problem: StripProblem, point: Point | TimeState, plan: RPath) -> float:
     """Largest distance of a state from the folded state that an R-path ends in, L*."""
     model = problem.model
     s = np.arange(0.0, model.length, SPACING)

@@ -52,30 +52,33 @@ class PathInTime:
 
     Attributes
     ----------
-    problem
-        The strip, with what its friction remembers in the last state.
     states
-        All accepted states.
+        All accepted states, each with what it solves: the memory of friction is that of the state before.
+    problem
+        The strip, with what friction remembers in the last state.
     touch
         Index of the first state in which the upper layer touches; None if it never does.
-    dissipated
-        Energy dissipated by the friction between the layers up to each state, shape (states,).
     """
 
+    states: tuple[tuple[StripProblem, TimeState], ...]
     problem: StripProblem
-    states: tuple[TimeState, ...]
     touch: int | None
-    dissipated: Array
 
     @property
     def last(self) -> TimeState:
         """The last state, at rest."""
-        return self.states[-1]
+        return self.states[-1][1]
 
     @property
     def touch_x(self) -> float:
         """x of the first touch, origin mid-strip, L*; nan without one."""
-        return np.nan if self.touch is None else touch_position(self.problem.model, self.states[self.touch])
+        return np.nan if self.touch is None else touch_position(self.problem.model, self.states[self.touch][1])
+
+    @property
+    def dissipated(self) -> Array:
+        """Energy dissipated by the friction between the layers before each state and in the end, (states + 1,)."""
+        layers = [problem.layer_friction for problem in (*(problem for problem, _ in self.states), self.problem)]
+        return np.array([0.0 if friction is None else friction.dissipated for friction in layers])
 
 
 def follow_in_time(
@@ -141,20 +144,17 @@ def _followed(
     """To rest after the gripper has moved for some time."""
     rests = _Rest(moving)
     too_long = TimeEvent(lambda state: state.t > moving + LONGEST_REST)
-    states: list[TimeState] = []
+    states: list[tuple[StripProblem, TimeState]] = []
     touch: int | None = None
-    dissipated: list[float] = []
     for state in dynamics.march(problem, first, drive, damping, options=options, until=(TimeEvent(rests), too_long)):
-        if states:
-            # The march has its own; this one is kept.
-            problem = problem.accepted(state.q)
         if touch is None and _layers_touch(problem.model, state):
             touch = len(states)
-        states.append(state)
-        dissipated.append(problem.layer_friction.dissipated if problem.layer_friction else 0.0)
-    if not rests(states[-1]):
-        raise SolveError("the strip does not come to rest", parameter=states[-1].lam, advice="add damping")
-    return PathInTime(problem, tuple(states), touch, np.array(dissipated))
+        states.append((problem, state))
+        # The march updates a problem of its own in the same way.
+        problem = problem.accepted(state.q)
+    if not rests(state):
+        raise SolveError("the strip does not come to rest", parameter=state.lam, advice="add damping")
+    return PathInTime(tuple(states), problem, touch)
 
 
 def _layers_touch(model: Model, state: TimeState) -> bool:

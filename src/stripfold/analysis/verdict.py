@@ -60,12 +60,13 @@ def assess_path(
     fall: bool = False,
     friction: float | None = None,
     hysteresis: float | None = None,
+    layer_friction: float | None = None,
     step: float | None = None,
     refinement: float = 1.0,
     model: str = "solid",
     progress: Callable[[str], None] | None = None,
 ) -> Verdict:
-    """Assess a path; with friction in steps, without along the branch.
+    """Assess a path; with friction in steps, without along the branch; with friction between the layers in time, too.
 
     Parameters
     ----------
@@ -79,6 +80,9 @@ def assess_path(
         The paper's k_f, s^-2.
     hysteresis
         The bending hysteresis' M_0, N.
+    layer_friction
+        Coefficient of friction between the layers and on the floor.  The critical points are then those of statics
+        before the first touch, all else is of a motion in time with a slow gripper.
     step
         Size of the steps with either, m.
     refinement
@@ -98,7 +102,9 @@ def assess_path(
         found = assess_strip(strip, path, released, refinement, progress)
         events = [{"travelled": e.travelled, "kind": e.kind, "angle": e.angle} for e in found.events]
         touch = found.touch.x if found.touch else float("nan")
-        return _verdict(strip, material, path, events, touch, found.states, found.contact)
+        if layer_friction is None:
+            return _verdict(strip, material, path, events, touch, found.states, found.contact)
+        return _in_time(strip, material, path, events if np.isnan(touch) else [], layer_friction, 0.0, refinement)
     if friction is not None:
         law, strength = "pull", friction * unit / material.gravity
     else:
