@@ -212,7 +212,7 @@ def assess_options(parser: argparse.ArgumentParser) -> None:
     law = parser.add_mutually_exclusive_group()
     _option(law, PathAssessment, "friction")
     _option(law, PathAssessment, "hysteresis")
-    _option(parser, PathAssessment, "step")
+    _options(parser, PathAssessment, ("layer_friction", "step"))
     _json_option(parser)
 
 

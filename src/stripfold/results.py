@@ -155,6 +155,7 @@ class PathAssessment(Verdict, Result):
             path.curve,
             friction=asked.friction,
             hysteresis=asked.hysteresis,
+            layer_friction=asked.layer_friction,
             step=asked.step,
             fall=asked.fall,
             model=asked.model,

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BeforeValidator, Field, model_validator
 
 from stripfold.errors import InvalidInputError
-from stripfold.inputs import Air, AtHeight, MovingModel, Stiffness
+from stripfold.inputs import MAX_MU, Air, AtHeight, MovingModel, Stiffness
 from stripfold.models.model_error import model_error
 from stripfold.validation import Input, Number, quantity, read_yaml
 
@@ -56,6 +56,7 @@ class Effects(Input):
     self_contact: EffectSetting = "auto"
     inertia: EffectSetting = "auto"
     friction: EffectSetting = "auto"
+    layer_friction: EffectSetting = "auto"
     solid: EffectSetting = "auto"
     membrane: EffectSetting = "auto"
 
@@ -87,6 +88,9 @@ class Simulation(AtHeight, Release):
     model: Annotated[
         MovingModel, Field(description="the paper's finite elements, or a rod; the elastica has no motion in time")
     ] = "solid"
+    layer_friction: Annotated[
+        Number, quantity("coefficient of friction between the layers and on the floor", ge=0.0, le=MAX_MU)
+    ] = 0.0
     effects: Annotated[Effects, BeforeValidator(_all_auto)] = Effects()
 
     @model_validator(mode="after")

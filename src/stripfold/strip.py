@@ -195,6 +195,7 @@ class Strip:
         *,
         fall: bool = False,
         friction: Hysteresis | Pull | None = None,
+        layer_friction: float | None = None,
         step: float | None = None,
         model: MovingModel = "solid",
         progress: Progress | None = None,
@@ -211,6 +212,9 @@ class Strip:
             Whether to simulate the fall at a critical point and to go on from the state at rest; without friction.
         friction
             Internal friction; without it the strip is followed along its branch.
+        layer_friction
+            Coefficient of friction between the layers and on the floor.  The path is then followed in time, to rest at
+            its end; the critical points are those of statics before the first touch.
         step
             Size of the steps with friction, m; 0.1 L* where it is not given.
         model
@@ -234,7 +238,13 @@ class Strip:
         k_f = friction.k_f if isinstance(friction, Pull) else None
         moment = friction.moment if isinstance(friction, Hysteresis) else None
         asked = inputs.PathAssessment(
-            **asdict(self), model=model, fall=fall, friction=k_f, hysteresis=moment, step=step
+            **asdict(self),
+            model=model,
+            fall=fall,
+            friction=k_f,
+            hysteresis=moment,
+            layer_friction=layer_friction,
+            step=step,
         )
         from stripfold.results import PathAssessment
 

@@ -29,6 +29,7 @@ from stripfold.analysis.release import (
 )
 from stripfold.analysis.static import End, StripModel, XRun, solve_height
 from stripfold.arrays import Array
+from stripfold.effects.layer_friction import LayerFriction
 from stripfold.effects.self_contact import SelfContact
 from stripfold.errors import SolveError, TimeStepError
 from stripfold.material import Material
@@ -46,6 +47,7 @@ if TYPE_CHECKING:
 SPACING = 0.1
 """Largest distance of the nodes at which states are stored, L*."""
 ABOVE = "the gripper is above the held end"
+AT_REST = "rest after the fall: statics do not know the friction between the layers"
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,11 +80,13 @@ def simulate(
     refinement: float = 1.0,
     progress: Progress | None = None,
     self_contact: float | None = None,
+    layer_friction: float = 0.0,
 ) -> Collapse:
     """Lift the strip, move its gripper to lambda_c, let it fall, and move on until the gripper is above the held end.
 
     Without a ``fall`` it ends at lambda_c.  ``self_contact`` is the thickness, L*, of layers that meet above the floor;
-    None lets them go through each other.
+    None lets them go through each other.  ``layer_friction`` is the coefficient of friction between the layers and on
+    the floor; with it the end is the strip at rest after its fall, as statics do not know it.
 
     Raises
     ------
@@ -100,11 +104,17 @@ def simulate(
     if self_contact is not None:
         layers = SelfContact.of(release.problem.model, self_contact)
         release = replace(release, problem=replace(release.problem, self_contact=layers))
+    if layer_friction:
+        problem, q = release.problem, release.point.q
+        friction = LayerFriction.of(problem.model, layer_friction, q, problem.reaction(q))
+        release = replace(release, problem=replace(problem, layer_friction=friction))
     motion = simulate_fall(release, fall, progress=say)
     if motion.touch is None:
         raise SolveError("the strip came to rest without touching", parameter=motion.states[-1].lam)
     if not fall.to_rest:
         return Collapse(height, run, motion, (), "first touch")
+    if layer_friction:
+        return Collapse(height, run, motion, (), AT_REST)
     say("going on from the state at rest")
     after, end = go_on(strip, motion, height, refinement)
     return Collapse(height, run, motion, after, end)
@@ -149,7 +159,7 @@ def go_on(strip: StripModel, motion: Motion, height: float, refinement: float = 
     return segment.states, ABOVE if segment.critical is None else "another critical point"
 
 
-ENERGIES = ("kinetic", "elastic", "gravity", "work", "air", "viscous", "contact", "numerical", "closing")
+ENERGIES = ("kinetic", "elastic", "gravity", "work", "air", "viscous", "friction", "contact", "numerical", "closing")
 """Terms of the energy balance that are stored."""
 IN_STATICS = ("kinetic", "elastic", "gravity")
 
@@ -173,8 +183,9 @@ def run(simulation: Simulation, progress: Progress | None = None) -> xr.Dataset:
     strip = StripModel(simulation.length_star, stretched, simulation.nu, kind=simulation.model)
     fall = in_solver_units(simulation, simulation.material) if asked.inertia != "off" else None
     layers = thickness if asked.self_contact != "off" else None
+    mu = simulation.layer_friction if asked.layer_friction != "off" else 0.0
     began = perf_counter()
-    found = simulate(strip, simulation.height_star, fall, progress=progress, self_contact=layers)
+    found = simulate(strip, simulation.height_star, fall, progress=progress, self_contact=layers, layer_friction=mu)
     record = needed_effects.record(simulation, found, perf_counter() - began)
     return dataset(simulation, found).merge(record).assign_attrs(record.attrs)
 

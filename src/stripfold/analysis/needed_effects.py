@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from stripfold.analysis.collapse import Collapse
 
 CONTACT, SELF_CONTACT, INERTIA = "contact", "self_contact", "inertia"
-FRICTION, SOLID, MEMBRANE = "friction", "solid", "membrane"
-EFFECTS = (CONTACT, SELF_CONTACT, INERTIA, FRICTION, SOLID, MEMBRANE)
+FRICTION, LAYER_FRICTION, SOLID, MEMBRANE = "friction", "layer_friction", "solid", "membrane"
+EFFECTS = (CONTACT, SELF_CONTACT, INERTIA, FRICTION, LAYER_FRICTION, SOLID, MEMBRANE)
 """As in :class:`.inputs.Effects`."""
 STRETCH_EFFECT = 0.72
 """Largest distance of the solid's lambda_c from that of a strip that does not stretch, over (h/L*)^2 of itself, in
@@ -72,6 +72,12 @@ def need_of_friction() -> Need:
     return Need(False, 0.0, 0.0, "the scene names no internal friction")
 
 
+def need_of_layer_friction(mu: float, touch: bool) -> Need:
+    """From the coefficient of friction, and whether the upper layer comes down on the lower one."""
+    words = f"the layers {'touch' if touch else 'do not touch'}, with a coefficient of friction of {mu:g}"
+    return Need(touch and mu > 0.0, mu, 0.0, words)
+
+
 def need_of_solid(thickness: float, nu: float, accuracy: float) -> Need:
     """From the thickness, L*, Poisson's ratio, and the wanted relative accuracy of lambda_c."""
     error = model_error("rod", thickness, nu)
@@ -110,6 +116,9 @@ def record(simulation: Simulation, found: Collapse, seconds: float) -> xr.Datase
         SELF_CONTACT: need_of_self_contact(gap),
         INERTIA: need_of_inertia(slope, share),
         FRICTION: need_of_friction(),
+        LAYER_FRICTION: need_of_layer_friction(
+            simulation.layer_friction, motion is not None and motion.touch is not None
+        ),
         SOLID: need_of_solid(thickness, nu, simulation.accuracy),
         MEMBRANE: need_of_membrane(thickness, simulation.accuracy),
     }
@@ -123,6 +132,7 @@ def record(simulation: Simulation, found: Collapse, seconds: float) -> xr.Datase
         },
         INERTIA: {"active": float(motion is not None), "since": 0.0 if motion else np.nan},
         FRICTION: {"active": 0.0, "seconds": 0.0},
+        LAYER_FRICTION: _layer_friction(simulation, found),
         SOLID: {"active": float(simulation.model == "solid")},
         MEMBRANE: {"active": float(asked.membrane != "off")},
     }
@@ -139,6 +149,15 @@ def record(simulation: Simulation, found: Collapse, seconds: float) -> xr.Datase
         },
         {"missing": ", ".join(missing)},
     )
+
+
+def _layer_friction(simulation: Simulation, found: Collapse) -> dict[str, float]:
+    """The row of the friction between the layers: it acts on the upper layer from the first touch on."""
+    motion = found.motion
+    if motion is None or motion.problem.layer_friction is None:
+        return {"active": 0.0}
+    since = np.nan if motion.touch is None else motion.states[motion.touch].t
+    return {"active": 1.0, "since": simulation.time_unit * since}
 
 
 def kinetic_share(found: Collapse) -> float:

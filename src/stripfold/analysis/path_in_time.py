@@ -6,7 +6,6 @@ sqrt(L*/g) and rho_a g L*.  Source: docs/physics.md, section 8.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import ceil, inf
 
@@ -129,9 +128,7 @@ def follow_in_time(
     return _followed(problem, first, drive, damping, options, (path.length - FIRST) / speed)
 
 
-def opened(
-    found: PathInTime, damping: Damping = DAMPING, options: TimeOptions = TIME_OPTIONS
-) -> PathInTime:
+def opened(found: PathInTime, damping: Damping = DAMPING, options: TimeOptions = TIME_OPTIONS) -> PathInTime:
     """The strip at rest after its gripper has opened at the end of the path; errors as :func:`follow_in_time`."""
     last, problem = found.last, replace(found.problem, motion=Opened())
     on_floor = problem.bounded[last.q[problem.bounded] <= 0.0]

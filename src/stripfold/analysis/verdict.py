@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from stripfold.analysis.assess import SNAP, assess_strip, lying_length, peak_forces, shape_error
+from stripfold.analysis.assess import SNAP, Followed, assess_strip, lying_length, peak_forces, shape_error
 from stripfold.analysis.collapse import in_solver_units
 from stripfold.analysis.contact import touch_position, touches
 from stripfold.analysis.path_friction import effects_of, load_incrementally
-from stripfold.analysis.path_statics import MOVING, State
+from stripfold.analysis.path_in_time import follow_in_time
+from stripfold.analysis.path_statics import MOVING, NODAL
 from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
 from stripfold.errors import InvalidInputError, LostStabilityError
@@ -33,8 +34,8 @@ AT_END = 1e-3
 class Verdict:
     """The assessment of a path; lengths in m, forces in N per m of width, nan where undefined.
 
-    :class:`.results.PathAssessment` describes the attributes; ``states`` are the static states followed, in L*, each
-    with the problem that it solves.
+    :class:`.results.PathAssessment` describes the attributes; ``states`` are the states followed, static or in time, in
+    L*, each with the problem that it solves.
     """
 
     stable: bool
@@ -49,7 +50,7 @@ class Verdict:
     peak_hold: float
     completed: bool
     contact: str
-    states: tuple[State, ...] = field(repr=False)
+    states: tuple[Followed, ...] = field(repr=False)
 
 
 def assess_path(
@@ -102,19 +103,25 @@ def assess_path(
         found = assess_strip(strip, path, released, refinement, progress)
         events = [{"travelled": e.travelled, "kind": e.kind, "angle": e.angle} for e in found.events]
         touch = found.touch.x if found.touch else float("nan")
-        if layer_friction is None:
-            return _verdict(strip, material, path, events, touch, found.states, found.contact)
-        return _in_time(strip, material, path, events if np.isnan(touch) else [], layer_friction, 0.0, refinement)
-    if friction is not None:
-        law, strength = "pull", friction * unit / material.gravity
+        states, contact = list[Followed](found.states), found.contact
     else:
-        assert hysteresis is not None
-        law, strength = "hysteresis", hysteresis / (material.force_scale * unit)
-    size = STEP if step is None else step / unit
-    states, lost = _with_friction(strip, path, law, strength, size, refinement)
-    touch = next((touch_position(p.model, point) for p, point in states if touches(p.model, point)), float("nan"))
-    events = [{"travelled": lost, "kind": SNAP, "angle": float("nan")}] if lost is not None else []
-    return _verdict(strip, material, path, events, touch, states)
+        law, strength = "pull", (friction or 0.0) * unit / material.gravity
+        if hysteresis is not None:
+            law, strength = "hysteresis", hysteresis / (material.force_scale * unit)
+        size = STEP if step is None else step / unit
+        stepped, lost = _with_friction(strip, path, law, strength, size, refinement)
+        touch = next((touch_position(p.model, point) for p, point in stepped if touches(p.model, point)), float("nan"))
+        events = [{"travelled": lost, "kind": SNAP, "angle": float("nan")}] if lost is not None else []
+        states, contact = list[Followed](stepped), MOVING
+    if layer_friction is not None:
+        if not np.isnan(touch):
+            # These statics know no friction between the layers.
+            events = []
+        damping = in_solver_units(Release(), material).damping
+        moment = 0.0 if hysteresis is None else strength
+        moved = follow_in_time(strip, path, layer_friction, moment, damping=damping, refinement=refinement)
+        states, touch, contact = list(moved.states), moved.touch_x, NODAL
+    return _verdict(strip, material, path, events, touch, states, contact)
 
 
 def _with_friction(
@@ -139,8 +146,8 @@ def _verdict(
     path: GripperPath,
     events: list[dict[str, Any]],
     touch: float,
-    states: list[State],
-    contact: str = MOVING,
+    states: list[Followed],
+    contact: str,
 ) -> Verdict:
     unit, force = material.gravity_length, material.force_scale
     problem, last = states[-1]
