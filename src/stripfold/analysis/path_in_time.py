@@ -1,4 +1,4 @@
-"""A path followed in time by a slow gripper, with friction between the layers: the finished fold depends on the way to it.
+"""A path followed in time by a slow gripper, with friction between the layers.
 
 From the flat strip to rest at the path's end and, if asked for, to rest after the gripper has opened.  In units of L*,
 sqrt(L*/g) and rho_a g L*.  Source: docs/physics.md, section 8.
@@ -155,7 +155,7 @@ def _followed(
 
 
 def _layers_touch(model: Model, state: TimeState) -> bool:
-    """Whether a part lies on the part from the lift-off to the held end: a layer that flutters in front of it does not."""
+    """Whether a part lies on the part that ends at the held end, and not in front of it, where it lay before."""
     first, *more = lying_parts(model, state)
     place = model.mid_surface(state.q)[:, 0]
     return bool(more) and bool(place[first[-1]] > place[more[-1][0]])

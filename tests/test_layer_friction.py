@@ -1,0 +1,201 @@
+"""Friction between the layers and on the floor: a strip dragged, one that slides to rest, and a fold frozen in."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+from stripfold.analysis.path_in_time import follow_in_time, opened
+from stripfold.analysis.static import StripModel
+from stripfold.effects.layer_friction import SPRING, LayerFriction
+from stripfold.elastica import folded_loop, half_fold_lying_length
+from stripfold.errors import InvalidInputError
+from stripfold.models.model import Model
+from stripfold.models.rod import Rod
+from stripfold.models.solid import Solid
+from stripfold.paths.geometric import circular
+from stripfold.problem import AlongX, Opened, StripProblem
+from stripfold.simulation import Simulation
+from stripfold.solve import dynamics, newton
+from stripfold.solve.drive import Moving
+from stripfold.solve.dynamics import TimeEvent, TimeOptions
+
+LENGTH, THICKNESS, MU = 10.0, 0.1, 0.4
+MEMBRANE = 12.0 / THICKNESS**2
+"""Stiffness of the membrane in plane strain beside a bending stiffness of one."""
+
+
+def lying(model: Model) -> StripProblem:
+    """A strip that lies flat, with friction."""
+    problem = StripProblem(model, AlongX(0.0))
+    flat = np.zeros(model.size)
+    friction = LayerFriction.of(model, MU, flat, problem.reaction(flat))
+    return replace(problem, layer_friction=friction)
+
+
+def dragged(advance: float, steps: int) -> tuple[StripProblem, np.ndarray, float]:
+    """A strip whose grasped end is pulled away from the held one; the problem after it, its state and the force."""
+    problem = lying(Rod.of(LENGTH, THICKNESS, elements=200))
+    q, force = np.zeros(problem.size), 0.0
+    for lam in np.linspace(0.0, -advance, steps + 1)[1:]:
+        state = newton.solve(problem, q, float(lam), problem.bounded)
+        q, force = state.q, -float(state.force[problem.model.middle[0, 0]])
+        problem = problem.accepted(q)
+    return problem, q, force
+
+
+def test_a_dragged_strip_slips_as_far_as_friction_allows() -> None:
+    # The membrane's tension falls by mu w per length: slip to F / (mu w), elongation F^2 / (2 mu w EA).
+    advance = 4e-3
+    force = np.sqrt(2.0 * MU * MEMBRANE * advance)
+    slip = force / MU
+    problem, q, found = dragged(advance, 10)
+    assert found == pytest.approx(force, rel=0.01)
+    s, u = problem.model.s, -q[problem.model.middle[:, 0]]
+    expected = np.where(s < slip, MU * (slip - np.minimum(s, slip)) ** 2 / (2.0 * MEMBRANE), 0.0)
+    assert np.abs(u - expected).max() < 0.01 * advance
+    # What lies beyond sticks.
+    assert u[s > slip + 0.5].max() < MU / SPRING
+    friction = problem.layer_friction
+    assert friction is not None
+    assert not friction.sticks(q - 1e-6)[(s > 0.1) & (s < slip - 0.5)].any()
+    # Of mu w times the slip the springs keep a little.
+    heat = friction.dissipated + friction.stored
+    assert heat == pytest.approx(force**3 / (6.0 * MU * MEMBRANE), rel=0.02)
+
+
+@dataclass(frozen=True)
+class Loose(StripProblem):
+    """A strip that nothing holds."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        object.__setattr__(self, "prescribed", np.zeros(0, dtype=int))
+        object.__setattr__(self, "bounded", np.sort(self.model.middle[:, 1]))
+        object.__setattr__(self, "lower", np.zeros(len(self.bounded)))
+
+    def prescribed_values(self, lam: float) -> np.ndarray:
+        return np.zeros(0)
+
+    prescribed_rates = prescribed_values
+
+
+@pytest.mark.parametrize(
+    "model", [Rod.of(3.0, THICKNESS, elements=20), Solid.of(3.0, THICKNESS, elements=15)], ids=["rod", "solid"]
+)
+def test_a_strip_slides_to_rest_like_a_block(model: Model) -> None:
+    problem, flat, speed = Loose(model, Opened()), np.zeros(model.size), 0.5
+    friction = LayerFriction.of(model, MU, flat, problem.reaction(flat))
+    assert friction.normal.sum() == pytest.approx(3.0)
+    problem = replace(problem, layer_friction=friction)
+    v = np.zeros(model.size)
+    v[model.middle[:, 0]] = speed
+    first = dynamics.start(problem, flat, v, 0.0, problem.bounded)
+    end = TimeEvent(lambda state: state.t > 1.5 * speed / MU)
+    options = TimeOptions(first=0.002, largest=0.02)
+    for state in dynamics.march(problem, first, Moving(0.0, 0.0), options=options, until=(end,)):
+        problem = problem.accepted(state.q)
+    # Time v / (mu g), distance v^2 / (2 mu g), and heat mu w L times the distance: all of the kinetic energy.
+    distance, kinetic = speed**2 / (2.0 * MU), 0.5 * 3.0 * speed**2
+    assert np.mean(state.q[model.middle[:, 0]]) == pytest.approx(distance, rel=0.01)
+    assert np.ptp(state.q[model.middle[:, 0]]) < 1e-3
+    assert problem.layer_friction is not None
+    assert problem.layer_friction.dissipated == pytest.approx(kinetic, rel=0.01)
+    assert problem.layer_friction.dissipated == pytest.approx(MU * 3.0 * distance, rel=0.01)
+    assert abs(state.energy.closing) < 1e-7
+
+
+@pytest.mark.parametrize("share", [0.9, 1.1])
+def test_on_an_inclined_plane_a_strip_slides_above_mu(share: float) -> None:
+    model = Rod.of(3.0, THICKNESS, elements=20)
+    x, z = model.middle.T
+    tilted = model.weight.copy()
+    tilted[x] = -share * MU * tilted[z]
+    model.__dict__["weight"] = tilted
+    problem, flat = Loose(model, Opened()), np.zeros(model.size)
+    problem = replace(problem, layer_friction=LayerFriction.of(model, MU, flat, problem.reaction(flat)))
+    # With springs that hold what they can: a sudden load would make the strip swing on them.
+    begin = flat.copy()
+    begin[x] = min(share, 1.0) * MU / SPRING
+    first = dynamics.start(problem, begin, flat, 0.0, problem.bounded)
+    end = TimeEvent(lambda state: state.t > 3.0)
+    *_, last = dynamics.march(
+        problem, first, Moving(0.0, 0.0), options=TimeOptions(first=0.002, largest=0.02), until=(end,)
+    )
+    moved = float(np.mean(last.q[x]))
+    if share < 1.0:
+        assert moved == pytest.approx(share * MU / SPRING, rel=1e-6)
+    else:
+        assert moved == pytest.approx(0.5 * (share - 1.0) * MU * last.t**2, rel=0.02)
+
+
+def test_memory_of_what_lands_and_leaves() -> None:
+    model = Rod.of(LENGTH, THICKNESS, elements=20)
+    x, z = model.middle[:, 0], model.middle[:, 1]
+    lands, free = np.zeros(model.size), np.zeros(model.size)
+    lands[z] = 0.5
+    moved = np.zeros(model.size)
+    moved[x] = 0.3
+    friction = LayerFriction.of(model, MU, free, free)
+    landed = friction.committed(moved, lands)
+    assert not landed.force(moved).any()
+    assert landed.dissipated == 0.0
+    shifted = moved.copy()
+    shifted[x] += 1e-5
+    assert landed.tractions(shifted) == pytest.approx(landed.stiffness * 1e-5)
+    shifted[x] += 1.0
+    assert landed.tractions(shifted) == pytest.approx(MU * 0.5)
+    slipped = landed.committed(shifted, lands)
+    assert slipped.stored > 0.0
+    gone = slipped.committed(shifted, free)
+    # The spring of a node that leaves loses its energy, and acts no more.
+    assert gone.stored == 0.0
+    assert gone.dissipated == pytest.approx(slipped.dissipated + slipped.stored)
+    assert not gone.force(moved).any()
+    with pytest.raises(InvalidInputError):
+        LayerFriction.of(model, -0.1, free, free)
+
+
+def test_tangent() -> None:
+    problem, q, _ = dragged(4e-3, 3)
+    friction, rng = problem.layer_friction, np.random.default_rng(1)
+    assert friction is not None
+    way = np.zeros(problem.size)
+    way[problem.model.middle[:, 0]] = rng.uniform(0.5, 1.0, len(problem.model.s))
+    # Backwards: what has slipped unloads elastically.
+    change = (friction.force(q + 1e-7 * way) - friction.force(q)) / 1e-7
+    assert np.allclose(change, friction.force_and_tangent(q)[1] @ way, rtol=1e-5)
+
+
+def test_a_circular_fold_keeps_the_slack_of_its_touch() -> None:
+    length = 14.0
+    found = follow_in_time(StripModel(length, 0.05, kind="rod"), circular(length), MU)
+    assert found.touch_x == pytest.approx(3.7, abs=0.05)
+    after = opened(found)
+    places = after.problem.model.mid_surface(after.last.q)
+    edge = float(places[0, 0]) - length / 2.0
+    assert edge > 1.5
+    # Both layers stick, so a slack e beyond the edge moves the universal loop by e / 2.
+    bulge = length / 2.0 - half_fold_lying_length(length) - folded_loop().bulge
+    assert float(places[:, 0].min()) - bulge == pytest.approx(0.5 * edge, abs=0.02)
+    # Nothing is made by stick and slip.
+    steps = np.diff(np.concatenate([found.dissipated, after.dissipated[1:]]))
+    assert steps.min() > -1e-12
+    assert max(found.last.energy.closing, after.last.energy.closing) < 1e-6
+
+
+def test_a_scene_without_statics_after_the_fall_says_so() -> None:
+    from stripfold.analysis import collapse
+
+    strip = {"length": 0.6, "eta_b": 3780.0, "height": 0.07, "model": "rod", "layer_friction": 0.3}
+    found = collapse.run(Simulation(**strip))
+    assert found.attrs["end"] == collapse.AT_REST
+    row = found.sel(effect="layer_friction")
+    assert row["needed"] == row["active"] == 1.0
+    assert float(row["since"]) > 0.0
+    assert float(found["friction"].dropna("state")[-1]) > 0.0
+    without = collapse.run(Simulation(**strip, until="touch", effects={"layer_friction": "off"}))
+    assert "layer_friction" in without.attrs["missing"]
+    assert not without["friction"].dropna("state").any()
