@@ -199,7 +199,9 @@ def assessments() -> xr.Dataset:
             numbers |= {"planned_touch_x": 2.6 * UNITS[i], "touch_error": error, "fell": float(i < 2)}
             numbers |= {"landing_x": 3.6 * UNITS[i], "relative_length": LENGTHS[i] / UNITS[i]}
             numbers |= {"touch_uncertainty": 0.05 * UNITS[i]}
-            files[material, path] = xr.Dataset(attrs={**numbers, "eta_b": ETAS[i], "gravity_length": UNITS[i]})
+            files[material, path] = xr.Dataset(
+                attrs={**numbers, "eta_b": ETAS[i], "gravity_length": UNITS[i], "rho_a": 1.0}
+            )
     return assess_data.table(files, LABELS)
 
 

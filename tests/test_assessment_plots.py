@@ -281,12 +281,12 @@ class TestTouchError:
 
 def test_friction_needed():
     top, bottom = friction_needed.draw(made_up.frictions()).axes
-    # k_f / (g/L*) times the step of 0.1 L*.
-    np.testing.assert_allclose(drawn(top, "pull-filled")[0], [(12.0, 0.010), (20.0, 0.008), (20.0, 0.012)])
-    np.testing.assert_allclose(drawn(top, "hysteresis-filled")[0], [(12.0, 0.007), (20.0, 0.009), (20.0, 0.005)])
+    # k_f / (g/L*) times the step of 0.1 L*; lengths of 20, 12 and 20 L*.
+    np.testing.assert_allclose(labelled(top, friction_needed.PULL), [(20.0, 0.008), (12.0, 0.010), (20.0, 0.012)])
+    np.testing.assert_allclose(labelled(top, friction_needed.MOMENT), [(20.0, 0.009), (12.0, 0.007), (20.0, 0.005)])
     # Up to the first touch, at the pseudo time 0.6; the median is at 0.3.
-    np.testing.assert_allclose(drawn(bottom, "ratio_max-filled")[0][:, 1], 0.037)
-    np.testing.assert_allclose(drawn(bottom, "ratio_median-filled")[0][:, 1], 0.010)
+    np.testing.assert_allclose(labelled(bottom, "largest")[:, 1], 0.037)
+    np.testing.assert_allclose(labelled(bottom, "median")[:, 1], 0.010)
     assert top.get_yscale() == bottom.get_yscale() == "log"
     assert legend_texts(top) == [friction_needed.PULL, friction_needed.MOMENT]
     assert legend_texts(bottom) == ["largest", "median"]

@@ -30,6 +30,7 @@ Z = np.linspace(2.0, 12.0, 41)
 BOTH = ("material", "height_index")
 LENGTHS = ("length", "thickness")
 LAW = ("material", "law")
+RUN = ("material", "path")
 PROJECT = xr.Dataset(
     attrs={
         "stale": "",
@@ -62,7 +63,10 @@ def datasets() -> dict[str, xr.Dataset]:
         "points": ({
             "height": (BOTH, 0.03 * Z[None]), "lambda_error": (BOTH, np.full((1, 41), 1e-5)),
             **{name: (BOTH, 0.03 * (Z[None] + 7.0)) for name in ("lambda_c", "lambda_c_lower", "lambda_c_upper")},
-            "snap": (BOTH, np.where(Z[None] > 2.0, 1.0, 0.0)), "gravity_length": ("material", [0.03])},),
+            "lambda_c_eigenvalue": (BOTH, 0.03 * (Z[None] + 7.0001)), "detectors_agree": (BOTH, np.ones((1, 41))),
+            "thickness": ("material", [1.8e-3]),
+            "snap": (BOTH, np.where(Z[None] > 2.0, 1.0, 0.0)), "gravity_length": ("material", [0.03])},
+            {"material": ["cloth"]}),
         "master": ({"lambda_c": ("z", Z + 7.0)}, {"z": Z}, {"touch_limit": 1.58617085}),
         "limit": ({
             "difference": ("eta_m", [2e-4, 2e-5]), "mesh_error": ("eta_m", [1e-6, 1e-6]),
@@ -136,16 +140,39 @@ def datasets() -> dict[str, xr.Dataset]:
             "boundary_error": (LENGTHS, np.full((5, 2), -1e-4)), "angle": (LENGTHS, np.tile([8.0, 2.0], (5, 1))),
             "plan_error": ("length", np.full(5, 1e-12)), "elastica_error": ("length", np.full(5, -1e-13))},
             {"length": np.linspace(13.0, 30.0, 5), "thickness": [0.06, 0.015]}),
+        # One point of the strip moves 0.9 L* in the fall.
+        "collapse": ({
+            "phase": ("state", texts("before", "fall", "fall", "after", "after")),
+            "lambda": ("state", 0.03 * np.array([11.0, 11.7, 11.71, 11.71, 20.0])),
+            "x": (("state", "node"), np.zeros((5, 3))), "negatives": ("state", [0.0, np.nan, np.nan, 0.0, 0.0]),
+            "z": (("state", "node"), 0.03 * np.array([[0.0, 1.0, 3.0]] * 2 + [[0.0, 0.1, 3.0]] * 3))},
+            None, {"gravity_length": 0.03, "end": "above the held end"}),
+        # Flat, half way up, and from there on with two nodes, 1 L*, on the floor.
+        "plans": ({
+            "arc": ("node", 0.03 * np.arange(5.0)),
+            "z": (("path", "place", "node"),
+                0.03 * np.array([[[0, 0, 0, 0, 0], [1, 1, 0, 0, 0], *[[3, 3, 2, 0, 0]] * 120, [0, 2, 2, 0, 0]]]))},
+            {"path": ["r-path"]}, {"gravity_length": 0.03, "lying_length": 0.03}),
+        "printed_law": ({
+            "stiffness_printed": ("angle", [1.0, 0.0]), "stiffness_svk": ("angle", [1.0, 1.0])},
+            {"angle": [0.0, 90.0]}),
         "assessment": ({
-            "touch_error": (("material", "path"), 0.03 * np.array([[0.0, -1.2, 0.7], [0.0, -0.1, 0.2]])),
+            "critical_points": (RUN, np.ones((2, 3))), "critical_angle": (RUN, [[8.0, 88.0, 70.0]] * 2),
+            "bifurcation": (RUN, [[1.0, 0.0, 0.0]] * 2), "boundary_error": (RUN, np.full((2, 3), -1e-6)),
+            "shape_error": (RUN, np.full((2, 3), 0.03 * 0.01)), "peak_hold": (RUN, [[0.3, 12.0, 6.0]] * 2),
+            "lying_length": (RUN, np.full((2, 3), 0.27)), "rho_a": ("material", [1.0, 1.0]),
+            "eta_b": ("material", [3780.0, 3780.0]),
+            "touch_error": (("material", "path"), 0.03 * np.array([[0.5, -1.2, 0.7], [-0.5, -0.1, 0.2]])),
             "touch_uncertainty": (("material", "path"), np.full((2, 3), 0.03 * 0.05)),
-            "touch_x": (("material", "path"), 0.03 * np.array([[2.6, 1.4, 3.3], [2.6, 2.5, 2.8]])),
+            "touch_x": (("material", "path"), 0.03 * np.array([[2.6, 2.4, 3.3], [2.6, 2.5, 2.8]])),
             "fell": (("material", "path"), [[1.0, 1.0, 1.0], [0.0, 1.0, 0.0]]),
             "gravity_length": ("material", [0.03, 0.03])},
             {"path": ["r-path", "triangular", "circular"]}),
         "friction": ({
             "ratio_max": (LAW, [[1e-2, 0.0], [2e-2, 0.0]]), "ratio_median": (LAW, [[7e-3, 0.0], [8e-3, 0.0]]),
             "suffices": (LAW, [[0.08, 0.008], [0.1, 0.01]]), "deviation_end": (LAW, 0.03 * np.full((2, 2), 0.01)),
+            "touch_x": (LAW, 0.03 * np.full((2, 2), 2.65)), "planned_touch_x": ("material", 0.03 * np.full(2, 2.6)),
+            "deviation_max": (LAW, 0.03 * np.full((2, 2), 0.2)),
             "two_ways": ("material", [0.0, 1.0]), "relative_length": ("material", [12.0, 20.0]),
             "gravity_length": ("material", [0.03, 0.03])},
             {"law": ["pull", "hysteresis"]}),
@@ -282,6 +309,23 @@ def test_a_sample_is_named_by_its_seed() -> None:
         ("assessment", "touch_uncertainty", 0.004, "first_touch_triangular"),
         ("assessment", "touch_uncertainty", np.nan, "first_touch_circular"),
         ("assessment", "fell", 0.0, "first_touch_circular"),
+        ("points", "lambda_c_eigenvalue", 1.0, "eigenvalue_at_critical"),
+        ("points", "detectors_agree", 0.0, "eigenvalue_at_critical"),
+        ("points", "lambda_c", 1.0, "lambda_c_slope"),
+        ("points", "thickness", 1.0, "density_factor"),
+        ("collapse", "z", 0.03, "collapse_jump"),
+        ("collapse", "negatives", 1.0, "collapse_stable_after"),
+        ("printed_law", "stiffness_printed", 1.0, "printed_law_stiffness"),
+        ("assessment", "critical_points", 0.0, "paths_critical"),
+        ("assessment", "boundary_error", np.nan, "path_boundary_error"),
+        ("assessment", "boundary_error", -1e-3, "path_boundary_error"),
+        ("assessment", "bifurcation", 0.0, "rpath_bifurcations"),
+        ("assessment", "critical_angle", 10.0, "snap_angle"),
+        ("assessment", "shape_error", 1e-3, "fold_error_frictionless"),
+        ("assessment", "touch_error", 0.0, "rpath_touch_frictionless"),
+        ("assessment", "peak_hold", 12.0, "hold_over_weight"),
+        ("friction", "touch_x", 0.1, "rpath_touch_friction"),
+        ("friction", "deviation_max", 0.1, "rpath_deviation"),
         ("friction", "deviation_end", 0.01, "rpath_completed"),
         ("friction", "deviation_end", np.nan, "rpath_completed"),
         ("friction", "ratio_max", 0.2, "friction_ratio_max"),
@@ -330,6 +374,11 @@ def test_a_criterion_that_is_broken_does_not_hold(dataset: str, name: str, value
         ("tangency", "plan_error", {"length": 21.5}, 1e-7, "rpath_plan_error"),
         ("assessment", "touch_error", {"material": 1, "path": "triangular"}, 0.001, "first_touch_triangular"),
         ("assessment", "touch_error", {"material": 0, "path": "circular"}, -0.001, "first_touch_circular"),
+        ("points", "detectors_agree", {"height_index": 7}, 0.0, "eigenvalue_at_critical"),
+        ("plans", "z", {"place": 50, "node": 3}, 0.03, "rpath_lying_change"),
+        ("assessment", "shape_error", {"material": 1, "path": "circular"}, 3.4e-4, "fold_paths_apart"),
+        ("assessment", "touch_x", {"material": 1, "path": "triangular"}, 0.084, "triangular_touch_scaled"),
+        ("assessment", "touch_error", {"material": 1, "path": "r-path"}, 0.001, "rpath_touch_frictionless"),
         ("friction", "deviation_end", {"material": 1, "law": "hysteresis"}, 0.01, "rpath_completed"),
         ("friction", "ratio_max", {"material": 1, "law": "pull"}, 0.2, "friction_ratio_max"),
         ("friction_steps", "suffices", {"law": "hysteresis", "step": 0.1}, 0.02, "friction_step_M_0"),

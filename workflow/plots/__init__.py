@@ -61,8 +61,8 @@ FIGURES = {
         "beyond it on the circular one; the R-path without friction does not touch where planned either. Bars: change "
         "on elements half as long. What decides is the length in L*, not eta_b: two materials of 20 L* coincide.",
     "friction_needed":
-        "A pull of about one percent of the gripper force, or a similarly small hysteresis, suffices at all lengths; "
-        "two materials of 20 L* coincide.",
+        "A pull of about one percent of the gripper force, or a similarly small hysteresis, suffices at all lengths. "
+        "The two strips of 20 L* have different thicknesses.",
     "fabrics":
         "Fabrics have tens of times the friction in bending that an R-path needs (shaded: all materials).",
     "measured":

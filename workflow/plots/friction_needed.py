@@ -8,7 +8,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from plots.pieces import LENGTH_TITLE, Look, note
-from plots.touch_error import draw_points
 from stripfold.plots.colours import BLACK, FRICTION, SKY
 from stripfold.plots.style import figure, styled
 
@@ -24,7 +23,6 @@ def draw(data: xr.Dataset) -> Figure:
     ``data`` is from :func:`tasks.friction.table`.
     """
     unit, length = (data[name].values for name in ("gravity_length", "relative_length"))
-    filled = np.ones(len(length), dtype=bool)
     # k_f is stored in g/L*.
     factor = {"pull": data["step"].values / unit, "hysteresis": 1.0}
     suffices = {law: factor[law] * data["suffices"].sel(law=law).values for law in LAWS}
@@ -33,8 +31,7 @@ def draw(data: xr.Dataset) -> Figure:
     top, bottom = fig.subplots(2, 1, sharex=True, height_ratios=(1.3, 1.0))
     for ax, values, looks in ((top, suffices, LAWS), (bottom, ratios, RATIOS)):
         for name, (label, look) in looks.items():
-            draw_points(ax, length, values[name], look, filled, name)
-            ax.plot([], [], color=look.color, marker=look.marker, lw=1.0, label=label)
+            ax.plot(length, values[name], look.marker, color=look.color, mfc="none", label=label)
         ax.set(yscale="log")
         _decades(ax)
         ax.legend(loc="lower right", fontsize=7)

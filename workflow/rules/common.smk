@@ -38,12 +38,12 @@ SYNTHETIC = {
 REAL = sorted(path.parent.name for path in Path("data/recordings").glob("*/recording.yaml"))
 
 
-def calls(call, **params):
-    """``params`` that call a function, "module:name".
+def calls(call, files=(), **params):
+    """``params`` that call a function, "module:name", which also reads ``files``.
 
-    The digest of its code is among them: Snakemake redoes a result whose ``params`` have changed.
+    The digest of its code and of these files is among them: Snakemake redoes a result whose ``params`` have changed.
     """
-    return {"call": call, "evidence": code_digest(call), **params}
+    return {"call": call, "evidence": code_digest(call, files), "files": files, **params}
 
 
 def of_material(wildcards):

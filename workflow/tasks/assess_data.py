@@ -161,7 +161,7 @@ def table(files: Mapping[tuple[str, str], xr.Dataset], labels: Mapping[str, str]
     return schema.dataset(
         {
             **{name: (("material", "path"), per(name)) for name in NUMBERS},
-            **{name: ("material", per(name)[:, 0]) for name in ("eta_b", "gravity_length")},
+            **{name: ("material", per(name)[:, 0]) for name in ("eta_b", "gravity_length", "rho_a")},
             "material": ("material", materials),
             "path": ("path", PATHS),
             "label": ("material", list(labels.values())),
