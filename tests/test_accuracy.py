@@ -81,6 +81,17 @@ class TestSelectModel:
         limit = ElasticaPrediction.at(1.6)
         assert select_model.candidates(limit, LENGTH, 0.06, 0.0, 1e-2) == ("solid",)
 
+    @pytest.mark.parametrize("model", ["rod", "solid", "auto"])
+    def test_a_low_gripper_that_compresses_the_strip(self, model: str):
+        """Truth: the whole branch from the flat strip.  The elastica, which is not compressed, lays the sag down."""
+        length, height = 20.0, 0.2
+        truth = static.solve_height(StripModel(length, THICKNESS, kind="rod" if model == "rod" else "solid"), height)
+        assert not ElasticaPrediction.at(height).snap
+        found = critical.find(scene_of(length, THICKNESS, height, model, 1e-3))
+        assert truth.end is static.End.SNAP
+        assert found.snap
+        assert found.lambda_c / found.free_length == pytest.approx(truth.lam / truth.free_length, rel=5e-3)
+
     def test_auto(self, prediction: ElasticaPrediction):
         for accuracy_asked, model in ((1e-2, "elastica"), (1e-3, "rod")):
             scene = scene_of(LENGTH, THICKNESS, HEIGHT, "auto", accuracy_asked)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from stripfold import elastica
-from stripfold.analysis.prediction import ElasticaPrediction
+from stripfold.analysis.prediction import ElasticaPrediction, is_compressed
 from stripfold.inputs import Model
 from stripfold.models.model_error import model_error
 
@@ -26,9 +26,13 @@ SPARE = 0.5
 
 
 def undecided(prediction: ElasticaPrediction, length: float, thickness: float) -> bool:
-    """Whether the thickness may decide how the advance ends: near the touch limit, or if little of the strip lies."""
-    room = room_for(thickness)
-    return abs(prediction.height - elastica.touch_limit()) < room or length - prediction.last.length < room
+    """Whether the thickness may decide how the advance ends.
+
+    That is near the touch limit, if little of the strip lies, or if a low gripper compresses it.
+    """
+    room, height = room_for(thickness), prediction.height
+    near_limits = abs(height - elastica.touch_limit()) < room or length - prediction.last.length < room
+    return near_limits or is_compressed(height, length, thickness)
 
 
 def room_for(thickness: float) -> float:
