@@ -31,6 +31,7 @@ from studies import (
     profiling,
     rpaths,
     schemes,
+    textile_law,
 )
 from tasks.textile import largest_curvature
 
@@ -135,6 +136,7 @@ def test_recordings_that_cannot_be(change: dict[str, Any], key: str):
         ("tangency", rpaths.run_tangency),
         ("friction_steps", rpaths.run_friction_steps),
         ("fabrics", fabrics.run),
+        ("textile_law", textile_law.run),
         ("accuracy", accuracy.run),
         ("fall_accuracy", fall_accuracy.run),
         ("profiling", profiling.run),

@@ -180,6 +180,10 @@ def datasets() -> dict[str, xr.Dataset]:
             {"law": ["pull", "hysteresis"]}),
         "friction_steps": ({"suffices": (("law", "step"), [[0.04, 0.08, 0.16], [0.008, 0.0082, 0.008]])},
             {"law": ["pull", "hysteresis"], "step": [0.2, 0.1, 0.05]}),
+        "textile_law": ({
+            **{name: (("law", "height"), [[9.0, 12.0], [11.0, 14.0]]) for name in ("advance", "curvature", "leaves")},
+            "path_lost": ("law", [0.66, 0.73]), "measured_curvature": ("row", [1.0, 3.0])},
+            {"law": ["secant", "measured"], "height": [3.0, 5.0]}),
         "fabrics": ({"friction": ("fabric", np.linspace(0.1, 0.5, 20))},),
         "random_paths": ({
             "outcome": ("case", OUTCOME.copy()), "critical": ("case", FOUND), "again": ("case", FOUND + 1e-3),

@@ -149,6 +149,19 @@ class Fabrics(Input):
     height: HeightStar
 
 
+class TextileLaw(Input):
+    """The measured textile with its own bending law, against its secant."""
+
+    table: Annotated[Text, Field(description="moment-curvature table of a textile as it is first bent")]
+    areal_load: Annotated[Number, quantity("weight of the textile per area", "N m^-2", gt=0.0)]
+    height: HeightStar
+    length_star: LengthStar
+    thickness: Thickness
+    heights: AtLeastOne[HeightStar]
+    step: Step
+    refinement: Refinement
+
+
 class RandomPaths(Sample):
     """Random gripper paths."""
 
@@ -231,6 +244,7 @@ class Studies(Input):
     tangency: Tangency | None = None
     friction_steps: FrictionSteps | None = None
     fabrics: Fabrics | None = None
+    textile_law: TextileLaw | None = None
     random_paths: RandomPaths | None = None
     hard_cases: HardCases | None = None
     effects: EffectsStudy | None = None

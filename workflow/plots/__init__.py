@@ -65,6 +65,9 @@ FIGURES = {
         "The two strips of 20 L* have different thicknesses.",
     "fabrics":
         "Fabrics have tens of times the friction in bending that an R-path needs (shaded: all materials).",
+    "textile_law":
+        "The moment of the measured textile hardly grows with the curvature (a): its bends are much sharper than those "
+        "of its secant, and leave the measured range long before the snap, which comes later (b).",
     "measured":
         "Strips snap later than the frictionless model says (lines), the more so the faster the gripper moves.",
     "real_paths":
@@ -101,7 +104,7 @@ _SECTIONS = {
     "Motion along x": ["geometry", "motion", "deflection", "collapse", "collapse_curve", "energy", "paths"],
     "Critical points": ["critical_points", "master_curve", "barrier", "eigenvalues"],
     "Folding paths": ["folding", "planned_paths", "evolutions", "rpath_friction", "rpath_curve"],
-    "Folding paths of all materials": ["touch_error", "friction_needed", "fabrics"],
+    "Folding paths of all materials": ["touch_error", "friction_needed", "fabrics", "textile_law"],
     "Recordings": ["measured", "real_paths", "recordings_accuracy", "calibration"],
     "Accuracy and performance": ["work_precision", "fall_precision", "order", "rod", "printed_law", "peers"],
 }

@@ -39,6 +39,7 @@ SOURCES = {
                 "work_precision": "accuracy",
                 "fall_precision": "fall_accuracy",
                 "peers": "peers",
+                "textile_law": "textile_law",
             }.items()
             if study in STUDY_FILES
         },

@@ -53,6 +53,11 @@ STUDIES = {
         "internal friction of real fabrics",
         files=("data/fabrics.csv", "data/textile_moment_curvature.csv"),
     ),
+    "textile_law": Study(
+        "studies.textile_law:run",
+        "the measured textile with its own bending law",
+        files=("data/textile_moment_curvature.csv",),
+    ),
     "random_paths": Study("studies.random_paths:run", "random gripper paths, each assessed twice"),
     "recordings_accuracy": Study(
         "studies.recordings_accuracy:run",

@@ -1,4 +1,4 @@
-"""Facts about real fabrics; see :mod:`.facts`."""
+"""Facts about real fabrics and the measured textile; see :mod:`.facts`."""
 
 from __future__ import annotations
 
@@ -18,4 +18,20 @@ def fabrics(d: xr.Dataset, friction: xr.Dataset) -> Facts:
         "needed": needed,
         "margin": d.friction.median() / needed,
         "least_margin": d.friction.min() / needed,
+    }
+
+
+def textile_law(d: xr.Dataset) -> Facts:
+    """The measured law against the secant, over the heights."""
+    measured, secant = (d.sel(law=law) for law in ("measured", "secant"))
+    ratio = measured.advance / secant.advance
+    return {
+        "heights": f"{float(d.height.min()):g} to {float(d.height.max()):g}",
+        "ratio": ratio.max(),
+        "least_ratio": ratio.min(),
+        "bend": measured.curvature.max() / d.measured_curvature.max(),
+        "secant_bend": secant.curvature.max() / d.measured_curvature.max(),
+        "leaves": (measured.leaves / measured.advance).max(),
+        "lost": measured.path_lost,
+        "secant_lost": secant.path_lost,
     }

@@ -359,6 +359,17 @@ SOURCES = (
             "that median over the largest M_0 / rho_a g L*^2 that an R-path needs ({needed:.4f}); of the fabric with "
             "least friction {least_margin:.0f}", lambda f: f.least_margin > 1.0),
     )),
+    Source("textile_law", facts_fabrics.textile_law, (
+        Number("textile_law_ratio", "ratio", "1", 3, "no criterion",
+            "largest lambda_c of the textile with its measured bending law over that of its secant, gripper at "
+            "{heights} L*; smallest {least_ratio:.3f}"),
+        Number("textile_law_range", "bend", "1", 2, "no criterion",
+            "largest curvature at these snaps over the largest one measured (with the secant {secant_bend:.2f}); it "
+            "leaves the measured range at {leaves:.0%} of lambda_c or before"),
+        Number("textile_law_path", "lost", "1", 2, "no criterion",
+            "share of the R-path planned with the secant that the textile with its measured law, without friction, "
+            "follows before it snaps; with the secant {secant_lost:.2f}"),
+    )),
     Source("random_paths", facts_paths.random_paths, (
         Number("random_paths", "paths", "count", 4, ">= 200",
             "random gripper paths ({seed}), each assessed twice ({counts}); critical points of both runs at most "
