@@ -17,7 +17,10 @@ import xarray as xr
 
 from stripfold.arrays import Array
 from stripfold.vision import measure, recording, snap
+from stripfold.vision.calibration import Calibration, calibrate_folder
 from stripfold.vision.measure import Measurement
+from stripfold.vision.recording import Recording
+from stripfold.vision.tracking import track
 from studies.common import Progress, attempted, pooled, table
 from studies.recordings_design import case, write_calibration
 
@@ -46,7 +49,7 @@ def measured(number: int, seed: int, dynamics: float, calibrations: Path) -> dic
         _, message = attempted(lambda: asked.write(folder, calibrations))
         if message:
             return row | {"outcome": NOT_MADE, "message": message}
-        found, message = attempted(lambda: measure.measure(recording.read(folder)))
+        found, message = attempted(lambda: _measure(recording.read(folder), (calibrations, asked.factors["camera"])))
         if found is None:
             return row | {"outcome": REFUSED, "message": message}
         onset, event, static = _truth(folder, found)
@@ -64,6 +67,18 @@ def measured(number: int, seed: int, dynamics: float, calibrations: Path) -> dic
         "flags": "; ".join(found.flags),
         "tracked": float(np.mean(found.tracks.score > 0.0)),
     }
+
+
+_CALIBRATIONS: dict[tuple[Path, int], Calibration] = {}
+"""Of each camera, in a folder of calibrations: its recordings share one."""
+
+
+def _measure(asked: Recording, camera: tuple[Path, int]) -> Measurement:
+    """As :func:`.measure.measure` does it, with the calibration of a camera evaluated once."""
+    if camera not in _CALIBRATIONS:
+        _CALIBRATIONS[camera] = calibrate_folder(asked.folder, asked.entries)
+    tracks = track(asked, _CALIBRATIONS[camera])
+    return measure.evaluate(asked, _CALIBRATIONS[camera], tracks)
 
 
 def _truth(folder: Path, found: Measurement) -> tuple[float, float, float]:

@@ -31,7 +31,7 @@ from stripfold.vision.strip_tracker import StripTracker
 from stripfold.vision.video import read
 from studies.common import dataset, timed_process
 
-CODECS = {"h264": ("libx264", "mp4"), "mpeg4": ("mpeg4", "mp4"), "mjpeg": ("mjpeg", "avi"), "ffv1": ("ffv1", "mkv")}
+CODECS = {"h264": ("libx264", "mp4"), "mjpeg": ("mjpeg", "avi"), "ffv1": ("ffv1", "mkv")}
 """Encoder and container of each codec."""
 STAGES = ("decoding", "marker", "strip")
 SIZE, RATE = (1280, 720), 60
@@ -119,7 +119,7 @@ def _make(path: Path, codec: str, frames: int) -> None:
         stream = cast(VideoStream, container.add_stream(codec, rate=RATE, options=_OPTIONS.get(codec, {})))
         stream.width, stream.height = SIZE
         stream.pix_fmt = {"mjpeg": "yuvj420p", "ffv1": "gray"}.get(codec, "yuv420p")
-        if codec in ("mpeg4", "mjpeg"):
+        if codec == "mjpeg":
             stream.codec_context.qmin = stream.codec_context.qmax = 3
         for k in range(frames):
             picture = there_and_back[k % len(there_and_back)]

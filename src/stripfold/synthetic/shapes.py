@@ -140,6 +140,8 @@ def _integrate(angle: Array, change: Array, first: Array, last: Array, share: Ar
 
     The direction is ``angle`` + ``change`` (3 u^2 - 2 u^3), where u goes from ``first`` to ``last``; each shape (m,).
     """
+    if not change.any():
+        return share * np.cos(angle)[:, None], share * np.sin(angle)[:, None]
     x, z = share.copy(), np.zeros_like(share)
     # Most points lie on the table or beyond the piece.
     rows, columns = np.nonzero(share > 0.0)
