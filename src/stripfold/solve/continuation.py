@@ -118,14 +118,14 @@ def follow(
         An event could not be located.
     """
     point, ds = first, options.first
-    contact_switched = False
+    contact_switched = shortened = False
     pending = [event for event in events if not event.passed(first, None)]
     yield point
     for _ in range(options.max_attempts):
         try:
             new = step(problem, point, ds, options)
         except NewtonError as error:
-            ds /= 2.0
+            ds, shortened = ds / 2.0, True
             if ds >= options.smallest:
                 continue
             beyond = None if contact_switched else switch_contact(problem, point)
@@ -140,8 +140,10 @@ def follow(
             new, ds, contact_switched = beyond, options.kink, True
         else:
             iterations = max(len(new.state.residuals) - 1, 1)
-            ds = min(ds * min(2.0, max(0.5, options.target_iterations / iterations)), options.largest)
-            contact_switched = False
+            # Where a step had to be shortened, the next would have to be as well.
+            growth = 1.0 if shortened else 2.0
+            ds = min(ds * min(growth, max(0.5, options.target_iterations / iterations)), options.largest)
+            contact_switched = shortened = False
         yield from _crossings(problem, point, new, pending, options)
         pending = [event for event in events if not event.passed(new, point)]
         point = new
