@@ -84,7 +84,8 @@ class Linearised:
         force, matrix, load_rate = problem.linearise(q, lam, predicted_stress)
         prescribed, gap, rate = problem.prescribed, np.zeros(problem.size), np.zeros(problem.size)
         gap[prescribed] = problem.prescribed_values(lam) - q[prescribed]
-        gap[active] = problem.lower[np.isin(problem.bounded, active)] - q[active]
+        if len(active):
+            gap[active] = problem.lower[np.isin(problem.bounded, active)] - q[active]
         rate[prescribed] = problem.prescribed_rates(lam)
         return cls(q, force, matrix, load_rate, np.concatenate([prescribed, active]), gap, rate)
 
