@@ -112,13 +112,14 @@ def test_other_mappings_are_taken():
         ({"heights": [0.001]}, "recordings.heights[0]"),
         ({"length_star": 7.0}, "recordings.length_star"),
         ({"speeds": [0.0]}, "recordings.speeds[0]"),
-        ({"friction": -1.0}, "recordings.friction"),
+        ({"friction": [-1.0]}, "recordings.friction[0]"),
+        ({"friction": [0.01, 0.02]}, "recordings.friction"),
         ({"hights": [5.0]}, "recordings.hights"),
     ],
 )
 def test_recordings_that_cannot_be(change: dict[str, Any], key: str):
     name = MINIMAL["materials"][0]["name"]
-    asked = {"materials": [name], "heights": [5.0], "speeds": [0.001]}
+    asked = {"materials": [name], "heights": [5.0], "speeds": [0.001], "friction": [0.01]}
     config.load(changed("recordings", asked), ROOT)
     assert refused(changed("recordings", asked | change)).key == key
 

@@ -23,13 +23,16 @@ class Solid(Input):
     accuracy: Accuracy = 1e-3
 
 
+Friction = Annotated[Number, quantity("M_0 of the bending hysteresis", "rho_a g L*^2", ge=0.0)]
+
+
 class Recordings(Input):
     """Synthetic recordings that are made and measured."""
 
     materials: Distinct[Text] = Field(default_factory=list)
     heights: Distinct[HeightStar] = Field(default_factory=list)
     speeds: Distinct[Speed] = Field(default_factory=list)
-    friction: Annotated[Number, quantity("M_0 of the bending hysteresis", "rho_a g L*^2", ge=0.0)] = 0.01
+    friction: Annotated[list[Friction], Field(description="M_0 of each of the materials")] = Field(default_factory=list)
     length_star: LengthStar = 20.0
 
 
@@ -102,4 +105,7 @@ class Configuration(Input):
         for i, name in enumerate(self.recordings.materials):
             if name not in names:
                 raise InvalidInputError(f"recordings.materials[{i}]", name, f"one of the materials {', '.join(names)}")
+        filmed, frictions = len(self.recordings.materials), len(self.recordings.friction)
+        if frictions != filmed:
+            raise InvalidInputError("recordings.friction", f"{frictions} numbers", f"{filmed}, one for each material")
         return self

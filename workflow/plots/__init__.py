@@ -69,9 +69,11 @@ FIGURES = {
         "The moment of the measured textile hardly grows with the curvature (a): its bends are much sharper than those "
         "of its secant, and leave the measured range long before the snap, which comes later (b).",
     "measured":
-        "Strips snap later than the frictionless model says (lines), the more so the faster the gripper moves.",
+        "Verification of the measuring chain: strips filmed synthetically, each with its own friction, are measured to "
+        "snap later than the frictionless model says (lines), the more so the faster the gripper moves.",
     "real_paths":
-        "The onset of the snap lies past the frictionless boundary of stability (dotted) at every height.",
+        "Verification of the measuring chain: in synthetic films of strips with friction the onset of the snap lies "
+        "past the frictionless boundary of stability (dotted) at every height.",
     "recordings_accuracy":
         "About 95 % of the intervals hold the true lambda of synthetic recordings with noise, blur, rolling shutter, "
         "shadows, occlusion, dropped frames and compression; the other intervals are orange-red.",
