@@ -10,7 +10,7 @@ Lengths in L*, forces in rho_a g L*.  Source: docs/physics.md, sections 4 and 5;
 from __future__ import annotations
 
 from collections import OrderedDict
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -309,4 +309,4 @@ class MovingContact:
         floor = np.intersect1d(self.prescribed, problem.bounded)
         state = Equilibrium(u, point.lam, floor, point.state.residuals, problem.residual(u, point.lam))
         tangent = Tangent(point.tangent.q[: self.n], point.tangent.lam)
-        return problem, Point(state, tangent, point.negatives, point.eigenvalues, point.mode, point.arc)
+        return problem, replace(point, state=state, tangent=tangent)

@@ -25,7 +25,6 @@ from stripfold.material import Material
 from stripfold.moving_contact import MovingContact
 from stripfold.paths.rpath import RPath, plan_r_path
 from stripfold.solve import continuation
-from stripfold.solve.problem import Tangent
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -220,8 +219,7 @@ def _eigenvalue(step: Step) -> float:
     """The smallest eigenvalue of the strip's own tangent at a step: negative where only friction holds it."""
     problem, point = step.at.problem, step.at.point
     bare = MovingContact(problem.mesh, problem.motion)
-    towards = Tangent(np.zeros(bare.size), 1.0)
-    return float(continuation.evaluate(bare, point.state, towards, mode=point.mode).eigenvalues[0])
+    return float(continuation.eigenvalues(bare, point.state)[0][0])
 
 
 def table(files: Mapping[str, xr.Dataset], ways: Mapping[str, xr.Dataset], labels: Mapping[str, str]) -> xr.Dataset:

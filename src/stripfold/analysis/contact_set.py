@@ -62,7 +62,7 @@ def on_nodes(at: BranchPoint, refinement: float = 1.0, stable: bool = False) -> 
     for back in BACK if stable else BACK[:1]:
         with suppress(NewtonError):
             state = newton.solve(problem, point.q, point.lam - back, point.active, options=NEARBY_NEWTON)
-            settled = continuation.evaluate(problem, state, tangent, point.arc, point.mode)
+            settled = continuation.evaluate(problem, state, tangent, point.arc)
             fallen = touches(problem.model, settled) and not touches(problem.model, point)
             if not fallen and not (stable and settled.negatives):
                 return problem, settled

@@ -207,7 +207,7 @@ def _at_once(at: BranchPoint, end: float) -> BranchPoint | None:
     try:
         q, stress = problem.stepped(point.q, ds * before.q)
         state = newton.solve(problem, q, end, problem.bounded, predicted_stress=stress)
-        new = continuation.evaluate(problem, state, before, point.arc + ds, point.mode)
+        new = continuation.evaluate(problem, state, before, point.arc + ds)
     except SolveError:
         return None
     correction = np.linalg.norm(problem.contact(state.q) - problem.contact(q))

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from functools import partial
 from math import inf, sqrt
 from typing import overload
 
@@ -48,17 +49,21 @@ class StepOptions:
     newton: newton.NewtonOptions = field(default_factory=newton.NewtonOptions)
 
 
-def evaluate(
-    problem: Problem, state: Equilibrium, towards: Tangent, arc: float = 0.0, mode: Array | None = None
-) -> Point:
-    """Tangent, oriented along ``towards``, and stability of an equilibrium; ``mode`` starts the eigenvalue solver."""
+def evaluate(problem: Problem, state: Equilibrium, towards: Tangent, arc: float = 0.0) -> Point:
+    """Tangent, oriented along ``towards``, and stability of an equilibrium."""
     at = newton.Linearised.at(problem, state.q, state.lam, state.active)
     tangent = at.tangent(problem.metric, towards)
-    # Stability is that at fixed contact coordinates, where there are any.
+    return Point(state, tangent, at.kept.negatives(), partial(eigenvalues, problem, state), arc)
+
+
+def eigenvalues(problem: Problem, state: Equilibrium) -> tuple[Array, Array]:
+    """Eigenvalues of the tangent nearest zero, and the mode of the smallest: :func:`.nearest_eigenvalues`.
+
+    They are those at fixed contact coordinates, where there are any.
+    """
+    at = newton.Linearised.at(problem, state.q, state.lam, state.active)
     block = at.kept.block
-    mass, at_rest = problem.mass_at(state.q), at.solve if block is at.kept else block.factor()
-    eigenvalues, vector = nearest_eigenvalues(mass, block, at_rest, at.held, mode)
-    return Point(state, tangent, at.kept.negatives(), eigenvalues, vector, arc)
+    return nearest_eigenvalues(problem.mass_at(state.q), block, block.factor(), at.held)
 
 
 def start(problem: Problem, q: Array, lam: float, active: Index, sign: float, options: StepOptions) -> Point:
@@ -84,7 +89,7 @@ def step(problem: Problem, point: Point, ds: float, options: StepOptions) -> Poi
     if correction > max(options.max_correction * abs(ds), options.kink):
         raise NewtonError("guard: the point lies too far from its prediction", parameter=state.lam, step=ds)
     try:
-        new = evaluate(problem, state, t, point.arc + ds, point.mode)
+        new = evaluate(problem, state, t, point.arc + ds)
     except SolveError as error:
         # The tangent is singular to rounding; with a slightly shorter step it is not.
         raise NewtonError(str(error), parameter=state.lam, step=ds) from error
@@ -233,7 +238,7 @@ def step_to(problem: Problem, point: Point, lam: float, options: StepOptions) ->
     for _ in range(40):
         if abs(lam - point.lam) <= AT_VALUE:
             state = newton.solve(problem, point.q, lam, point.active, options=options.newton)
-            return evaluate(problem, state, point.tangent, point.arc, point.mode)
+            return evaluate(problem, state, point.tangent, point.arc)
         ds = (lam - point.lam) / point.tangent.lam
         try:
             point = step(problem, point, ds, options)
@@ -270,7 +275,7 @@ def switch_contact(problem: Problem, point: Point) -> Point | None:
         return None
     is_active[changed] = ~is_active[changed]
     state = replace(point.state, active=bounded[is_active])
-    new = evaluate(problem, state, t, point.arc, point.mode)
+    new = evaluate(problem, state, t, point.arc)
     gap_rate, rate = _contact_rates(problem, state, new.tangent)
     admissible = rate[changed] if is_active[changed] else gap_rate[changed]
     if admissible < 0.0:

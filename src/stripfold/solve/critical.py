@@ -128,8 +128,7 @@ def _beside(problem: Problem, limit: LimitPoint, ds: float, options: StepOptions
     state = newton.solve(problem, q, lam, limit.state.active, plane, options.newton)
     if not np.array_equal(state.active, limit.state.active):
         raise SolveError("a contact changes at the limit point", parameter=lam)
-    mode = limit.tangent.q[: problem.mass_at(q).size]
-    return continuation.evaluate(problem, state, limit.tangent, arc + ds, mode)
+    return continuation.evaluate(problem, state, limit.tangent, arc + ds)
 
 
 def near(problem: Problem, point: Point, tolerance: float, options: StepOptions) -> CriticalPoint:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
@@ -132,10 +134,8 @@ class Point:
         Unit tangent in the direction of travel.
     negatives
         Number of negative eigenvalues of the tangent matrix with prescribed and active unknowns held.
-    eigenvalues
-        The eigenvalues mu of ``K v = mu M v`` nearest zero, ascending.
-    mode
-        Eigenvector of the smallest of them, shape (n,), unit mass norm.
+    solve_eigenvalues
+        Computes ``eigenvalues`` and ``mode``, which most points are never asked for.
     arc
         Arc length from the start of the branch.
     """
@@ -143,9 +143,22 @@ class Point:
     state: Equilibrium
     tangent: Tangent
     negatives: int
-    eigenvalues: Array
-    mode: Array
+    solve_eigenvalues: Callable[[], tuple[Array, Array]] = field(repr=False)
     arc: float = 0.0
+
+    @cached_property
+    def _nearest(self) -> tuple[Array, Array]:
+        return self.solve_eigenvalues()
+
+    @property
+    def eigenvalues(self) -> Array:
+        """The eigenvalues mu of ``K v = mu M v`` nearest zero, ascending."""
+        return self._nearest[0]
+
+    @property
+    def mode(self) -> Array:
+        """Eigenvector of the smallest of them, shape (n,), unit mass norm."""
+        return self._nearest[1]
 
     @property
     def lam(self) -> float:
