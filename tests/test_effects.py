@@ -11,7 +11,7 @@ from scipy.integrate import cumulative_simpson
 
 from oracles.held_solid import arc
 from stripfold.effects import Hysteresis, Pull
-from stripfold.effects.hysteresis import averages
+from stripfold.effects.hysteresis import integrals
 from stripfold.errors import InvalidInputError
 from stripfold.models.rod import Rod
 from stripfold.models.solid import Solid
@@ -308,9 +308,12 @@ class TestOnOtherElements:
             effect = effect.on(effect.model, other)
         np.testing.assert_allclose(effect.on(effect.model, model).slip, first, atol=1e-12)
 
-    def test_averages(self):
-        """Exact for averages of a parabola away from the ends; the integral is kept."""
+    def test_integrals(self):
+        """Exact for averages of a parabola away from the ends; the whole integral is kept."""
         ends, new = BOUNDARIES, np.array([0.0, 0.9, 1.3, 2.2, 4.0, 4.4, 6.0])
+
+        def averages(ends: np.ndarray, values: np.ndarray, new: np.ndarray) -> np.ndarray:
+            return np.diff(integrals(ends, values, new), axis=0) / np.diff(new)[:, None]
 
         def of(at: np.ndarray, power: int) -> np.ndarray:
             return (np.diff(at ** (power + 1)) / (power + 1) / np.diff(at))[:, None]

@@ -24,14 +24,12 @@ from stripfold.problem import Motion, StripProblem
 from stripfold.solve.linear import Band, Bordered
 from stripfold.solve.problem import Equilibrium, Point, Tangent
 
-DIFFERENCE = 1e-6
-"""Step of the effects' differences by a contact coordinate, as a share of the shorter part beside it."""
 LARGEST_SHRINKAGE = 0.5
 """Largest share by which an iteration may shorten a part."""
 LARGEST_DISPLACEMENT = 0.3
 """Largest displacement of the mid-surface in an iteration, L*: what :class:`.NewtonOptions` limits."""
-KEPT_MESHES = 8
-"""Meshes kept: with effects an iteration evaluates two more for each contact coordinate."""
+KEPT_MESHES = 3
+"""Meshes kept: those of the last states."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -249,10 +247,8 @@ class MovingContact:
         force, tangent, columns = mesh.model.force_and_derivatives(u, mesh.growth, predicted_stress)
         force, columns = force + mesh.weight, columns + mesh.weight_columns
         for effect in mesh.effects:
-            more, stiffness = effect.force_and_tangent(u)
-            force, tangent = force + more, tangent + stiffness
-        if mesh.effects:
-            columns = columns + self._effect_columns(u, contact)
+            more, stiffness, by_contact = effect.force_and_derivatives(u, mesh.growth)
+            force, tangent, columns = force + more, tangent + stiffness, columns + by_contact
         rows, corner = np.array([tangent.row(j) for j in self._released]), columns[self._released]
         if self._at_point:
             rows[0], corner[0] = self._upright, 0.0
@@ -262,16 +258,6 @@ class MovingContact:
             Bordered(tangent, columns, sign * rows, sign * corner),
             np.zeros(self.size),
         )
-
-    def _effect_columns(self, u: Array, contact: Array) -> Array:
-        """Derivatives of the effects' forces by the contact coordinates, shape (n, n_coordinates), by differences."""
-        parts, columns = self.mesh.parts(contact), []
-        for step in np.diag(DIFFERENCE * np.minimum(parts[:-1], parts[1:])):
-            ahead, back = (
-                sum(effect.force(u) for effect in self.at(to).effects) for to in (contact + step, contact - step)
-            )
-            columns.append((ahead - back) / (2.0 * step.sum()))
-        return np.stack(columns, axis=1)
 
     def stepped(self, q: Array, dq: Array) -> tuple[Array, Array]:
         """The unknowns after a step, and the stress predicted for them: linear in the step."""

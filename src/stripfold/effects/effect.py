@@ -29,6 +29,14 @@ class Effect(Protocol):
         """The same and its derivative, in the model's band."""
         ...
 
+    def force_and_derivatives(self, q: Array, growth: Array) -> tuple[Array, Band, Array]:
+        """And the force's derivatives by the lengths of the elements, the unknowns fixed.
+
+        ``growth``: derivatives of the logarithm of each element's length by k parameters, shape (k, n_elements).  The
+        last is of shape (n, k).  The memory stays where it is on the strip, while the elements move.
+        """
+        ...
+
     def on(self, before: Model, model: Model) -> Self:
         """The effect with its memory, on ``before``, on other elements of the same strip."""
         ...

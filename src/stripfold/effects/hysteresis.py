@@ -10,9 +10,11 @@ from typing import Self
 
 import numpy as np
 
+from stripfold import kernels
 from stripfold.arrays import Array
 from stripfold.errors import InvalidInputError
 from stripfold.models.directors import Directors
+from stripfold.models.integrals import NONE
 from stripfold.models.model import Model
 from stripfold.solve.linear import Band
 
@@ -24,9 +26,6 @@ folding, and large enough for the spring not to be far stiffer than the strip it
 """
 CELL = 0.02
 """Length of the fixed cells that keep kappa_p where elements move, L*."""
-STICK_TOLERANCE = 1e-9
-"""Relative excess over kappa_y that still counts as sticking: rounding must not decide the tangent of a state that slid
-and was committed, with the spring at its limit."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,8 +47,8 @@ class Hysteresis:
     directors
         The geometry of the elements.
     cells
-        Of friction that has been on other elements: ends of fixed cells along the strip, L*, and kappa_p in them,
-        shape (n_cells, across).
+        Of friction that has been on other elements: ends of fixed cells along the strip, L*, and the integral of
+        kappa_p up to them, shape (n_cells + 1, across).
     """
 
     model: Model = field(repr=False)
@@ -99,7 +98,7 @@ class Hysteresis:
 
     def curvature(self, q: Array) -> Array:
         """Mean curvature of each element (rotation of the sections per reference length), 1/L*, (n_elements,)."""
-        return self.directors.turn(self.directors.at(q)) / self.directors.length
+        return self.directors.turn(q) / self.directors.length
 
     def moments(self, q: Array) -> Array:
         """The friction moment m at each element's section, rho_a g L*^2, shape (n_elements,)."""
@@ -111,26 +110,41 @@ class Hysteresis:
 
     def force(self, q: Array) -> Array:
         """``sum over elements of m * length * d kappa / dq``, shape (n,)."""
-        gradient = self.directors.gradient(self.directors.at(q))
-        return self._scatter(self._fraction * self.moments(q)[:, None] * gradient)
+        return self._assembled(q, False)[0]
 
     def force_and_tangent(self, q: Array) -> tuple[Array, Band]:
         """The force and its derivative: with the spring's stiffness where it sticks, without where it slides."""
-        directors, curvature = self.directors, self.curvature(q)
-        d = directors.at(q)
-        moment = self._fraction * self.stiffness * self._spring(curvature)
-        sticks = np.abs(curvature - self.slip) <= self.yield_curvature * (1.0 + STICK_TOLERANCE)
-        modulus = self._fraction * self.stiffness * sticks / directors.length
-        gradient = directors.gradient(d)
-        of_ends = modulus[:, None, None] * (gradient[:, :, None] * gradient[:, None, :])
-        of_ends += moment[:, None, None] * directors.hessian(d)
-        local = directors.local
-        matrices = np.zeros((len(curvature), directors.n_local, directors.n_local))
-        matrices[:, local[:, None], local] = of_ends
-        return self._scatter(moment[:, None] * gradient), self.model.pattern.assemble(matrices)
+        return self._assembled(q, True)[:2]
 
-    def _scatter(self, of_ends: Array) -> Array:
-        return np.bincount(self.directors.unknowns.ravel(), of_ends.ravel(), minlength=self.model.size).astype(float)
+    def force_and_derivatives(self, q: Array, growth: Array) -> tuple[Array, Band, Array]:
+        """See :meth:`.Effect.force_and_derivatives`."""
+        return self._assembled(q, True, growth)
+
+    def _assembled(self, q: Array, with_tangent: bool, growth: Array = NONE) -> tuple[Array, Band, Array]:
+        n, width, d = self.model.size, self.model.pattern.width, self.directors
+        stretched = self.curvature(q) - self.slip
+        rate = -stretched * growth - self._carried(growth) if len(growth) else NONE
+        force, columns = np.zeros(n), np.zeros((len(growth), n))
+        band = np.zeros((n, 3 * width + 1)) if with_tangent else NONE
+        kernels.bending.assemble(
+            d.unknowns, d.factor, d.straight, np.ascontiguousarray(q), d.length, stretched, self.yield_curvature,
+            self._fraction * self.stiffness, rate, force, band, 2 * width, columns,
+        )  # fmt: skip
+        return force, Band(band.T, width), columns.T
+
+    def _carried(self, growth: Array) -> Array:
+        """kappa_p that the ends of the elements take in as they move, per length: shape (k, n_elements).
+
+        Together with the change of the elements' lengths it is the derivative of ``slip``.
+        """
+        ends, across = self.model.ends, self.directors.across
+        cells, integral = self._in_cells(self.model)
+        size = np.diff(ends)
+        moves = np.concatenate([np.zeros((len(growth), 1)), np.cumsum(growth[:, ::across] * size, axis=1)], axis=1)
+        cell = np.clip(np.searchsorted(cells, ends, side="right") - 1, 0, len(cells) - 2)
+        at_ends = (integral[cell + 1] - integral[cell]) / (cells[cell + 1] - cells[cell])[:, None]
+        taken = np.diff(moves[:, :, None] * at_ends, axis=1) / size[:, None]
+        return np.asarray(taken.reshape(len(growth), -1))
 
     def stored(self, q: Array) -> float:
         """Elastic energy of the springs, rho_a g L*^2 per width."""
@@ -151,12 +165,7 @@ class Hysteresis:
 
         kappa_p is then kept in fixed cells as well, so that it does not spread when elements move back and forth.
         """
-        if self.cells is None:
-            cells = np.linspace(0.0, before.length, int(np.ceil(before.length / CELL)) + 1)
-            slip = averages(before.ends, self._across(self.slip), cells)
-        else:
-            cells, slip = self.cells
-        integral = np.concatenate([np.zeros((1, slip.shape[1])), np.cumsum(np.diff(cells)[:, None] * slip, axis=0)])
+        cells, integral = self._in_cells(before)
         at_ends = np.stack([np.interp(model.ends, cells, column) for column in integral.T], axis=1)
         size = np.diff(model.ends)[:, None]
         averaged = (np.diff(at_ends, axis=0) / size).ravel()
@@ -165,7 +174,14 @@ class Hysteresis:
             directors = replace(self.directors, length=np.repeat(size, self.directors.across))
         else:
             directors = model.directors
-        return replace(self, model=model, slip=averaged, directors=directors, cells=(cells, slip))
+        return replace(self, model=model, slip=averaged, directors=directors, cells=(cells, integral))
+
+    def _in_cells(self, model: Model) -> tuple[Array, Array]:
+        """``cells``, made where there are none from the elements of ``model``, on which the friction is."""
+        if self.cells is not None:
+            return self.cells
+        cells = np.linspace(0.0, model.length, int(np.ceil(model.length / CELL)) + 1)
+        return cells, integrals(model.ends, self._across(self.slip), cells)
 
     def _across(self, values: Array) -> Array:
         """Values of the elements, shape (along, across): elements across the strip are neighbours in the numbering."""
@@ -176,24 +192,24 @@ class Hysteresis:
         slip, cells = self._slip_at(q), self.cells
         if cells is not None:
             # Only the change is interpolated: where nothing slides nothing changes.
-            ends, in_cells = cells
-            cells = ends, in_cells + averages(self.model.ends, self._across(slip - self.slip), ends)
+            ends, integral = cells
+            cells = ends, integral + integrals(self.model.ends, self._across(slip - self.slip), ends)
         return replace(self, slip=slip, dissipated=self.dissipated + self.dissipation(q), cells=cells)
 
 
-def averages(ends: Array, values: Array, new: Array) -> Array:
-    """Averages over the elements between the ends ``new`` of a function with the averages ``values``, shape (n, k).
+def integrals(ends: Array, values: Array, at: Array) -> Array:
+    """Integrals up to the places ``at`` of a function with the averages ``values`` over elements, shape (len(at), k).
 
-    In each element the function is the parabola of that average whose values at its ends are interpolated between the
-    middles of neighbours: third order, and conservative.
+    In each element between two ``ends`` the function is the parabola of that average whose values at its ends are
+    interpolated between the middles of neighbours: third order.
     """
     size = np.diff(ends)[:, None]
     at_ends = np.concatenate(
         [values[:1], (size[1:] * values[:-1] + size[:-1] * values[1:]) / (size[1:] + size[:-1]), values[-1:]]
     )
     integral = np.concatenate([np.zeros_like(values[:1]), np.cumsum(size * values, axis=0)])
-    e = np.clip(np.searchsorted(ends, new, side="right") - 1, 0, len(size) - 1)
-    t = (new - ends[e])[:, None] / size[e]
+    e = np.clip(np.searchsorted(ends, at, side="right") - 1, 0, len(size) - 1)
+    t = (at - ends[e])[:, None] / size[e]
     left, right = at_ends[e], at_ends[e + 1]
     inside = t * (left + t * (3.0 * values[e] - 2.0 * left - right + t * (left + right - 2.0 * values[e])))
-    return np.asarray(np.diff(integral[e] + size[e] * inside, axis=0) / np.diff(new)[:, None])
+    return np.asarray(integral[e] + size[e] * inside)

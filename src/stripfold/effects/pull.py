@@ -15,6 +15,9 @@ from stripfold.errors import InvalidInputError
 from stripfold.models.model import Model
 from stripfold.solve.linear import Band
 
+MOVE = 1e-6
+"""Of the difference by which the last state is differentiated along the strip, L*."""
+
 
 @dataclass(frozen=True, eq=False)
 class Pull:
@@ -28,6 +31,8 @@ class Pull:
         Force per displacement and mass, g/L*; >= 0.
     q_prev
         The last accepted state, shape (model.size,).
+    before
+        Of a pull on other elements than those of that state: theirs, and its unknowns on them.
 
     Raises
     ------
@@ -38,6 +43,7 @@ class Pull:
     model: Model = field(repr=False)
     k_f: float
     q_prev: Array = field(repr=False)
+    before: tuple[Model, Array] | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.k_f < np.inf:
@@ -56,13 +62,28 @@ class Pull:
         """The force and ``k_f M``."""
         return self.force(q), self.model.mass.scaled(self.k_f)
 
+    def force_and_derivatives(self, q: Array, growth: Array) -> tuple[Array, Band, Array]:
+        """See :meth:`.Effect.force_and_derivatives`."""
+        model, mass = self.model, self.model.mass
+        before, q_prev = self.before or (model, self.q_prev)
+        unknowns, per_end = model.element_unknowns, len(model.element_unknowns) // (len(model.ends) - 1)
+        stretched, columns = model.mass_rate(q - self.q_prev), []
+        for share in growth:
+            moves = np.append(0.0, np.cumsum(share[::per_end] * np.diff(model.ends)))
+            change = MOVE * np.interp(model.s, model.ends, moves)
+            ahead, back = (before.resampled(q_prev, model.s + by) for by in (change, -change))
+            by_length = np.bincount(unknowns.ravel(), (share[:, None] * stretched).ravel(), model.size)
+            columns.append(self.k_f * (by_length - mass @ ((ahead - back) / (2.0 * MOVE))))
+        return *self.force_and_tangent(q), np.stack(columns, axis=1)
+
     def on(self, before: Model, model: Model) -> Self:
         """The same pull on other elements of the same strip."""
-        return replace(self, model=model, q_prev=before.resampled(self.q_prev, model.s))
+        source = self.before or (before, self.q_prev)
+        return replace(self, model=model, q_prev=source[0].resampled(source[1], model.s), before=source)
 
     def committed(self, q: Array) -> Self:
         """The pull towards ``q``."""
-        return replace(self, q_prev=q.copy())
+        return replace(self, q_prev=q.copy(), before=None)
 
     def pulling_force(self, q: Array) -> float:
         """``integral of k_f |u - u_prev| ds`` over the mid-surface, rho_a g L*: an upper bound of the resultant."""

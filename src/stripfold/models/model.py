@@ -58,6 +58,10 @@ class Model(Protocol):
         """Consistent mass matrix, one per length."""
         ...
 
+    def mass_rate(self, q: Array) -> Array:
+        """Derivative of each element's share in ``mass @ q`` by the logarithm of its length, (n_elements, n_local)."""
+        ...
+
     @property
     def weight(self) -> Array:
         """Force of gravity with its sign turned, shape (size,)."""

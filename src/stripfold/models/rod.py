@@ -176,6 +176,12 @@ class Rod(CompiledIntegrals):
         factor = self._size**IS_SLOPE
         return self.pattern.assemble((self._size * factor)[:, :, None] * factor[:, None, :] * MASS)
 
+    def mass_rate(self, q: Array) -> Array:
+        """Derivative of each element's share in ``mass @ q`` by the logarithm of its length, shape (n_elements, 8)."""
+        factor = self._size**IS_SLOPE
+        local = factor * q[self.element_unknowns]
+        return np.asarray(self._size * factor * ((1.0 + IS_SLOPE) * (local @ MASS) + (IS_SLOPE * local) @ MASS))
+
     @cached_property
     def element_weight(self) -> Array:
         """Force of gravity on each element with its sign turned, shape (n_elements, 8)."""
@@ -209,10 +215,8 @@ class Rod(CompiledIntegrals):
     @cached_property
     def directors(self) -> Directors:
         """The tangents at an element's ends."""
-        local = np.array([2, 3, 6, 7])
-        unknowns = self.element_unknowns[:, local].reshape(-1, 2, 1, 2)
-        factor = np.ones((len(unknowns), 2, 1))
-        return Directors(unknowns, local, 8, factor, np.array([1.0, 0.0]), np.diff(self.s), 1)
+        unknowns = self.element_unknowns.reshape(-1, 2, 2, 2)[:, :, 1:].copy()
+        return Directors(unknowns, np.ones((len(unknowns), 2, 1)), np.array([1.0, 0.0]), np.diff(self.s), 1)
 
     @cached_property
     def elements(self) -> Elements:

@@ -76,6 +76,12 @@ class Solid(CompiledIntegrals):
         density = self.mesh.lengths / self.thickness
         return self.pattern.assemble(density[:, None, None] * self.mesh.unit_mass)
 
+    def mass_rate(self, q: Array) -> Array:
+        """Derivative of each element's share in ``mass @ q`` by the logarithm of its length: the share itself."""
+        density = self.mesh.lengths / self.thickness
+        local = q[self.mesh.element_unknowns][:, None, :]
+        return np.asarray(density[:, None] * np.matmul(local, self.mesh.unit_mass)[:, 0])
+
     @cached_property
     def element_weight(self) -> Array:
         """Force of gravity on each element with its sign turned, shape (n_elements, n_local)."""
