@@ -1,0 +1,108 @@
+"""The turn of each element and the friction moment that opposes it: :class:`.Hysteresis`."""
+
+from __future__ import annotations
+
+from math import atan2
+
+import numba
+import numpy as np
+
+from stripfold.kernels.compiler import compiled, matrix, vector
+
+STICK_TOLERANCE = 1e-9
+"""Relative excess over kappa_y that still counts as sticking: rounding must not decide the tangent of a state that slid
+and was committed, with the spring at its limit."""
+
+unknowns_type, factor_type = numba.int64[:, :, :, ::1], numba.float64[:, :, ::1]
+
+
+@compiled()
+def director(unknowns, factor, straight, q):
+    """Of one section."""
+    x, z = straight
+    for f in range(len(factor)):
+        x += factor[f] * q[unknowns[f, 0]]
+        z += factor[f] * q[unknowns[f, 1]]
+    return x, z
+
+
+@compiled(vector(unknowns_type, factor_type, vector, vector))
+def turns(unknowns, factor, straight, q):
+    """Angle from the left to the right director of each element, rad, in (-pi, pi], shape (n_elements,).
+
+    Between neighbours, not from angles with an axis: the number of turns of the strip is not limited.
+    """
+    out = np.empty(len(unknowns))
+    for e in range(len(out)):
+        x0, z0 = director(unknowns[e, 0], factor[e, 0], straight, q)
+        x1, z1 = director(unknowns[e, 1], factor[e, 1], straight, q)
+        out[e] = atan2(x0 * z1 - z0 * x1, x0 * x1 + z0 * z1)
+    return out
+
+
+@compiled(
+    numba.void(
+        unknowns_type,
+        factor_type,
+        vector,
+        vector,
+        vector,
+        vector,
+        numba.float64,
+        numba.float64,
+        matrix,
+        vector,
+        matrix,
+        numba.int64,
+        matrix,
+    )
+)
+def assemble(unknowns, factor, straight, q, length, spring, limit, stiffness, rate, force, band, top, columns):
+    """Add the friction's force and its derivatives.
+
+    Parameters
+    ----------
+    unknowns, factor, straight, length
+        Of :class:`.Directors`.
+    q
+        Shape (n,).
+    spring, limit, stiffness
+        Curvature of each spring, shape (n_elements,), at which it slides, and moment per curvature.
+    rate
+        Derivatives of ``spring``, where it does not slide, by k parameters, shape (k, n_elements).
+    force, band, top, columns
+        What is added to: shape (n,); a matrix as in :mod:`.elements`, or empty; and shape (k, n).
+    """
+    n_points = factor.shape[2]
+    gradient, hessian = np.empty((2, 2)), np.empty((2, 2))
+    for e in range(len(unknowns)):
+        sticks = abs(spring[e]) <= limit * (1.0 + STICK_TOLERANCE)
+        moment = stiffness * min(max(spring[e], -limit), limit)
+        modulus = stiffness / length[e] if sticks else 0.0
+        for end in range(2):
+            x, z = director(unknowns[e, end], factor[e, end], straight, q)
+            sign = (2 * end - 1) / (x * x + z * z)
+            gradient[end, 0], gradient[end, 1] = -sign * z, sign * x
+        for end in range(2):
+            # The second derivative of the angle; the two ends do not couple.
+            gx, gz = gradient[end]
+            sign = 2 * end - 1
+            hessian[0, 0], hessian[1, 1] = -2.0 * sign * gx * gz, 2.0 * sign * gx * gz
+            hessian[0, 1] = hessian[1, 0] = sign * (gx * gx - gz * gz)
+            for f in range(n_points):
+                for i in range(2):
+                    row, by = unknowns[e, end, f, i], factor[e, end, f]
+                    force[row] += moment * by * gradient[end, i]
+                    if sticks:
+                        for k in range(len(rate)):
+                            columns[k, row] += stiffness * rate[k, e] * by * gradient[end, i]
+                    if len(band) == 0:
+                        continue
+                    for other in range(2):
+                        for g in range(n_points):
+                            for j in range(2):
+                                entry = modulus * gradient[end, i] * gradient[other, j]
+                                if other == end:
+                                    entry += moment * hessian[i, j]
+                                column = unknowns[e, other, g, j]
+                                band[column, top + row - column] += entry * by * factor[e, other, g]
