@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
 from math import inf
@@ -86,16 +87,15 @@ def low_steps() -> list[Step]:
 def stored() -> tuple[xr.Dataset, list[Run]]:
     """What friction an R-path needs, and the runs that were stored."""
     runs: list[Run] = []
-    follow = friction.follow
+    smallest = friction.smallest
 
-    def keep(*given: object) -> Run:
-        run = follow(*given)  # type: ignore[arg-type]
-        if run.values:
-            runs.append(run)
-        return run
+    def keep(*given: object) -> tuple[float, Run]:
+        fails, run = smallest(*given)  # type: ignore[arg-type]
+        runs.append(replace(run, rest=tuple(run.rest)))
+        return fails, runs[-1]
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(friction, "follow", keep)
+        patch.setattr(friction, "smallest", keep)
         return friction.run(MATERIAL, LENGTH * MATERIAL.gravity_length, STEP, 2.0), runs
 
 
@@ -306,10 +306,11 @@ class TestFriction:
         def follow(model, plan, law, strength, step):  # type: ignore[no-untyped-def]
             tried.append(strength)
             x = plan.first_touch + (0.09 if strength >= threshold else -0.11)
-            return Run(law, strength, step, (), 0, x, "")
+            return Run(law, strength, step, (), iter(()), x)
 
         monkeypatch.setattr(friction, "follow", follow)
-        fails, suffices = friction.smallest(None, plan, law, 0.25)  # type: ignore[arg-type]
+        fails, found = friction.smallest(None, plan, law, 0.25)  # type: ignore[arg-type]
+        suffices = found.strength
         assert fails < threshold <= suffices
         assert suffices <= friction.NARROW * fails
         assert tried[0] == (0.04 if law == "pull" else 0.01)
@@ -319,7 +320,7 @@ class TestFriction:
     @pytest.mark.parametrize("x", [float("nan"), 5.0])
     def test_none_suffices(self, monkeypatch: pytest.MonkeyPatch, x: float):
         plan = plan_r_path(LENGTH)
-        monkeypatch.setattr(friction, "follow", lambda m, p, law, k, step: Run(law, k, step, (), None, x, ""))
+        monkeypatch.setattr(friction, "follow", lambda m, p, law, k, step: Run(law, k, step, (), iter(()), x))
         with pytest.raises(SolveError, match="pull friction"):
             friction.smallest(None, plan, "pull", 0.25)  # type: ignore[arg-type]
 
@@ -334,7 +335,6 @@ class TestFriction:
             for strength, expected in ((fails, False), (suffices, True)):
                 run = friction.follow(mesh, plan, law, strength, STEP)
                 assert run.followed(plan) is expected
-                assert run.values == ()
 
     def test_the_pull_goes_by_force_times_step(self):
         """k_f times the step is what counts; the unit of a pull is the mass times the way."""
@@ -347,16 +347,19 @@ class TestFriction:
             assert not (run.lost and expected)
 
     def test_a_lost_strip_says_so(self, monkeypatch: pytest.MonkeyPatch):
-        lost = Run("pull", 1.0, STEP, ({},), None, float("nan"), "planted")
         plan = plan_r_path(LENGTH)
         mesh = StripModel(LENGTH, 0.06, kind="rod").contact_mesh(2.0, memory=True)
         run = friction.follow(mesh, plan, "pull", 0.0, STEP)
         assert "limit point" in run.lost
-        assert run.touch is None
         assert np.isnan(run.touch_x)
         assert not run.followed(plan)
-        monkeypatch.setattr(friction, "follow", lambda *_: lost)
-        monkeypatch.setattr(friction, "smallest", lambda *_: (0.1, 0.2))
+
+        def planted() -> Iterator[Step]:
+            yield run.steps[0]
+            raise LostStabilityError("planted")
+
+        found = Run("pull", 0.2, STEP, (), planted(), plan.first_touch)
+        monkeypatch.setattr(friction, "smallest", lambda *_: (0.1, found))
         with pytest.raises(SolveError, match="planted"):
             friction.run(MATERIAL, LENGTH * MATERIAL.gravity_length, STEP, 3.0)
 
@@ -437,7 +440,7 @@ class TestFrictionData:
             before = data["eigenvalue"].sel(law=law).values[: run.touch]
             assert before[:10].min() > 0.0
             assert before[-1] < 0.0
-            assert before[-1] * seconds**2 == pytest.approx(run.values[run.touch - 1]["eigenvalue"])
+            assert before[-1] * seconds**2 == pytest.approx(friction._eigenvalue(run.steps[run.touch - 1]))
         mesh = StripModel(LENGTH, MATERIAL.relative_thickness, kind="rod").contact_mesh(2.0, memory=True)
         plan = plan_r_path(LENGTH)
         steps = load_incrementally(mesh, plan.path, path_friction.effects_of("pull", 0.2), STEP)
@@ -451,17 +454,16 @@ class TestFrictionData:
     ):
         """The same numbers of another size: by hand L* is half, rho_a g L* is 3/2, a second 1/sqrt(2)."""
         data, runs = stored
-        brackets = {law: tuple(float(data[n].sel(law=law)) for n in ("fails", "suffices")) for law in friction.LAWS}
+        fails = {law: float(data["fails"].sel(law=law)) for law in friction.LAWS}
+        by_law = {run.law: run for run in runs}
         seen: list[tuple[float, float]] = []
 
         def smallest(mesh, plan, law, step):  # type: ignore[no-untyped-def]
             model = mesh(np.ones(1)).model
             seen.append((model.length, model.thickness))
-            return brackets[law]
+            return fails[law], by_law[law]
 
         monkeypatch.setattr(friction, "smallest", smallest)
-        by_law = {run.law: run for run in runs}
-        monkeypatch.setattr(friction, "follow", lambda m, p, law, *_: by_law[law])
         other = friction.run(OTHER, LENGTH * OTHER.gravity_length, STEP, 2.0)
         assert seen[0][0] == pytest.approx(LENGTH)
         factors = {

@@ -20,7 +20,7 @@ from stripfold.errors import SolveError
 from stripfold.paths.rpath import plan_r_path
 from studies.common import Progress, dataset, grid
 from tasks.assess_data import off_the_boundary
-from tasks.friction import LAWS, follow, smallest
+from tasks.friction import LAWS, smallest
 
 
 def planned(length: float) -> dict[str, float]:
@@ -73,9 +73,8 @@ def needed(length: float, thickness: float, refinement: float, law: str, step: f
     """The smallest sufficient friction of the rod (a third of the cost); raises SolveError where none suffices."""
     plan = plan_r_path(length)
     mesh = StripModel(length, thickness, kind="rod").contact_mesh(refinement, memory=True)
-    fails, suffices = smallest(mesh, plan, law, step)
-    touch = follow(mesh, plan, law, suffices, step).touch_x - plan.first_touch
-    return {"fails": fails, "suffices": suffices, "touch_error": touch}
+    fails, found = smallest(mesh, plan, law, step)
+    return {"fails": fails, "suffices": found.strength, "touch_error": found.touch_x - plan.first_touch}
 
 
 def run_friction_steps(

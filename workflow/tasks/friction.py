@@ -5,9 +5,10 @@ In units of L*, g/L* and rho_a g L*; :func:`run` converts to SI.  See docs/physi
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from math import inf, sqrt
+from itertools import chain
+from math import inf, nan, sqrt
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -44,58 +45,55 @@ SPACING = 0.1
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """An R-path followed with friction.
+    """An R-path followed with friction to the first touch.
 
     Attributes
     ----------
     law, strength, step
         One of :data:`LAWS`; k_f in g/L* or M_0 in rho_a g L*^2; size of the steps, L*.
-    values
-        Values of each accepted step, in solver units; none of a strip followed to its first touch only.
-    touch
-        Index of the first step at which the strip touches, or None.
+    steps, rest
+        The accepted steps, the one that touches included, and those beyond it, which are computed when asked for.
     touch_x
-        Where, L*; nan without a touch.
+        Where it touches, L*; nan without a touch.
     lost
-        Why it ended early; empty if it did not.
+        Why it ended before; empty if it did not.
     """
 
     law: str
     strength: float
     step: float
-    values: tuple[dict[str, float | Array], ...]
-    touch: int | None
+    steps: tuple[Step, ...]
+    rest: Iterable[Step]
     touch_x: float
-    lost: str
+    lost: str = ""
+
+    @property
+    def touch(self) -> int:
+        """Index of the step that touches."""
+        return len(self.steps) - 1
 
     def followed(self, plan: RPath) -> bool:
         """Whether it first touches at the planned place."""
         return abs(self.touch_x - plan.first_touch) < FOLLOWED
 
 
-def follow(mesh: Planned, plan: RPath, law: str, strength: float, step: float, arc: Array | None = None) -> Run:
-    """Follow an R-path from the flat strip to its first touch; with ``arc`` to its end, with the values of each step.
-
-    ``arc``: distances from the grasped end at which shapes are sampled, L*.
-    """
-    values: list[dict[str, float | Array]] = []
-    touch, touch_x, lost = None, float("nan"), ""
+def follow(mesh: Planned, plan: RPath, law: str, strength: float, step: float) -> Run:
+    """Follow an R-path from the flat strip to its first touch."""
+    rest = load_incrementally(mesh, plan.path, effects_of(law, strength), step)
+    steps: list[Step] = []
     try:
-        for i, new in enumerate(load_incrementally(mesh, plan.path, effects_of(law, strength), step)):
-            if arc is not None:
-                values.append(_of_step(new, plan, arc))
-            if touch is None and new.touches:
+        for new in rest:
+            steps.append(new)
+            if new.touches:
                 problem, point = new.on_mesh
-                touch, touch_x = i, touch_position(problem.model, point)
-                if arc is None:
-                    break
+                return Run(law, strength, step, tuple(steps), rest, touch_position(problem.model, point))
     except LostStabilityError as error:
-        lost = str(error)
-    return Run(law, strength, step, tuple(values), touch, touch_x, lost)
+        return Run(law, strength, step, tuple(steps), rest, nan, str(error))
+    raise SolveError("the strip has come to the end of the path without a touch")
 
 
-def smallest(mesh: Planned, plan: RPath, law: str, step: float) -> tuple[float, float]:
-    """Bracket of the smallest strength with which the plan is followed to its first touch: too weak, sufficient.
+def smallest(mesh: Planned, plan: RPath, law: str, step: float) -> tuple[float, Run]:
+    """A strength too weak for the plan to be followed to its first touch, and a run with one that suffices.
 
     Raises
     ------
@@ -103,14 +101,15 @@ def smallest(mesh: Planned, plan: RPath, law: str, step: float) -> tuple[float, 
         When none does.
     """
     strength = FIRST_GUESS[law] / (step if law == "pull" else 1.0)
-    fails, suffices = 0.0, inf
+    fails, suffices, found = 0.0, inf, None
     for _ in range(MOST_TRIALS):
-        if follow(mesh, plan, law, strength, step).followed(plan):
-            suffices = strength
+        tried = follow(mesh, plan, law, strength, step)
+        if tried.followed(plan):
+            suffices, found = strength, tried
         else:
             fails = strength
-        if suffices <= NARROW * fails:
-            return fails, suffices
+        if found and suffices <= NARROW * fails:
+            return fails, found
         if fails == 0.0:
             strength /= 2.0
         elif suffices == inf:
@@ -155,21 +154,23 @@ def run(
     plan = plan_r_path(strip.length)
     mesh = strip.contact_mesh(refinement, memory=True)
     arc = np.linspace(0.0, strip.length, int(np.ceil(strip.length / SPACING)) + 1)
-    brackets, runs = [], []
+    brackets, runs, steps = [], [], []
     for law in LAWS:
         say(f"{law}: looking for the smallest that suffices")
-        brackets.append(smallest(mesh, plan, law, step))
-        found = follow(mesh, plan, law, brackets[-1][1], step, arc)
-        if found.lost:
-            raise SolveError(f"the path was followed to its first touch only: {found.lost}")
-        say(f"{law}: {brackets[-1][1]:.4g}, first touch at {found.touch_x:.4g} L*")
+        fails, found = smallest(mesh, plan, law, step)
+        say(f"{law}: {found.strength:.4g}, first touch at {found.touch_x:.4g} L*")
+        brackets.append((fails, found.strength))
         runs.append(found)
+        try:
+            steps.append([_of_step(new, plan, arc) for new in chain(found.steps, found.rest)])
+        except LostStabilityError as error:
+            raise SolveError(f"the path was followed to its first touch only: {error}") from error
     values = {
         "fails": ("law", [b[0] for b in brackets]),
         "suffices": ("law", [b[1] for b in brackets]),
         "touch_x": ("law", [r.touch_x for r in runs]),
-        "touch_step": ("law", [float(r.touch or 0) for r in runs]),
-        **_of_steps(runs),
+        "touch_step": ("law", [float(r.touch) for r in runs]),
+        **_of_steps(steps),
         "arc": ("node", arc),
         "law": ("law", LAWS),
     }
@@ -186,11 +187,11 @@ def run(
     )
 
 
-def _of_steps(runs: list[Run]) -> dict[str, Any]:
+def _of_steps(runs: list[list[dict[str, float | Array]]]) -> dict[str, Any]:
     """Values of each step, in solver units; both laws take the same steps."""
     out = {}
-    for name in runs[0].values[0]:
-        values = np.array([[of_step[name] for of_step in run.values] for run in runs])
+    for name in runs[0][0]:
+        values = np.array([[of_step[name] for of_step in run] for run in runs])
         out[name] = (("law", "state", "node")[: values.ndim], values)
     return out
 

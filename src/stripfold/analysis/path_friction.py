@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -97,7 +98,8 @@ class Step:
     @property
     def on_mesh(self) -> tuple[StripProblem, Point]:
         """The state on its own mesh, with the floor as a bound, and its problem."""
-        return self.at.problem.on_mesh(self.at.point)
+        # By a copy, which keeps the mesh: steps are many.
+        return replace(self.at.problem).on_mesh(self.at.point)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -113,7 +115,7 @@ class _StepProblem(MovingContact):
         """The step from an accepted state to lambda = ``end``."""
         q, start = at.point.q, at.point.lam
         new = at.problem.accepted(q)
-        taken = at.problem.residual(q, start) - new.residual(q, start)
+        taken = at.point.state.force - new.residual(q, start)
         return cls(new.mesh, new.motion, new.effects, new.remembered, start=start, end=end, taken=taken)
 
     def _share(self, lam: float) -> float:
@@ -180,7 +182,9 @@ def load_incrementally_from(
         at = _turned(at, motions[piece])
         at = _at_once(at, end) or _along_branch(at, end)
         # A copy without the meshes that were tried: steps are many.
-        yield Step(BranchPoint(replace(at.problem), at.point), piece)
+        problem, state = replace(at.problem), at.point.state
+        point = replace(at.point, solve_eigenvalues=partial(continuation.eigenvalues, problem, state))
+        yield Step(BranchPoint(problem, point), piece)
 
 
 def _turned(at: BranchPoint, motion: Motion) -> BranchPoint:
