@@ -29,7 +29,7 @@ from stripfold.problem import AlongPiece, AlongX, Lift
 from stripfold.solve import continuation
 from stripfold.solve.events import Event, never
 from tasks import friction
-from tasks.friction import Run
+from tasks.friction import Run, Sample
 
 ROD = StripModel(12.0, 0.06, kind="rod")
 MESH = ROD.contact_mesh(2.0, memory=True)
@@ -354,7 +354,7 @@ class TestFriction:
         assert np.isnan(run.touch_x)
         assert not run.followed(plan)
 
-        def planted() -> Iterator[Step]:
+        def planted() -> Iterator[Sample]:
             yield run.steps[0]
             raise LostStabilityError("planted")
 
@@ -434,18 +434,22 @@ class TestFrictionData:
 
     def test_eigenvalue_is_without_friction(self, stored: tuple[xr.Dataset, list[Run]]):
         """Positive where the strip is stable by itself, negative where only friction holds it."""
+
+        def stability(step: Sample) -> float:
+            return friction._of_step(step, plan, np.zeros(1))["eigenvalue"]
+
         data, runs = stored
+        plan = plan_r_path(LENGTH)
         seconds = np.sqrt(MATERIAL.gravity_length / 9.81)
         for law, run in zip(friction.LAWS, runs, strict=True):
             before = data["eigenvalue"].sel(law=law).values[: run.touch]
             assert before[:10].min() > 0.0
             assert before[-1] < 0.0
-            assert before[-1] * seconds**2 == pytest.approx(friction._eigenvalue(run.steps[run.touch - 1]))
+            assert before[-1] * seconds**2 == pytest.approx(stability(run.steps[run.touch - 1]))
         mesh = StripModel(LENGTH, MATERIAL.relative_thickness, kind="rod").contact_mesh(2.0, memory=True)
-        plan = plan_r_path(LENGTH)
         steps = load_incrementally(mesh, plan.path, path_friction.effects_of("pull", 0.2), STEP)
         step = next(step for step in steps if step.lam > 3.0)
-        value = friction._eigenvalue(step)
+        value = stability(Sample.of(step))
         # With the pull every eigenvalue is higher by k_f.
         assert step.at.point.eigenvalues[0] == pytest.approx(value + 0.2, rel=1e-5)
 

@@ -23,9 +23,12 @@ from stripfold.arrays import Array
 from stripfold.effects import Pull
 from stripfold.errors import LostStabilityError, SolveError
 from stripfold.material import Material
+from stripfold.models.contact_mesh import ContactMesh
 from stripfold.moving_contact import MovingContact
 from stripfold.paths.rpath import RPath, plan_r_path
+from stripfold.problem import Motion
 from stripfold.solve import continuation
+from stripfold.solve.problem import Equilibrium
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -44,6 +47,27 @@ SPACING = 0.1
 
 
 @dataclass(frozen=True, eq=False)
+class Sample:
+    """What is kept of a step: without its effects, whose elements would fill the memory.
+
+    ``pull`` is the force of the paper's pull, rho_a g L*; 0 without it.
+    """
+
+    mesh: ContactMesh
+    motion: Motion
+    state: Equilibrium
+    pull: float
+
+    @classmethod
+    def of(cls, step: Step) -> Sample:
+        """Of a step."""
+        problem, at = step.at.problem, step.at
+        effects = problem.at(at.contact).effects
+        pull = sum(effect.pulling_force(at.u) for effect in effects if isinstance(effect, Pull))
+        return cls(problem.mesh, problem.motion, at.point.state, pull)
+
+
+@dataclass(frozen=True, eq=False)
 class Run:
     """An R-path followed with friction to the first touch.
 
@@ -52,7 +76,7 @@ class Run:
     law, strength, step
         One of :data:`LAWS`; k_f in g/L* or M_0 in rho_a g L*^2; size of the steps, L*.
     steps, rest
-        The accepted steps, the one that touches included, and those beyond it, which are computed when asked for.
+        The accepted steps, the last one touches; and those beyond it, which are computed when asked for.
     touch_x
         Where it touches, L*; nan without a touch.
     lost
@@ -62,8 +86,8 @@ class Run:
     law: str
     strength: float
     step: float
-    steps: tuple[Step, ...]
-    rest: Iterable[Step]
+    steps: tuple[Sample, ...]
+    rest: Iterable[Sample]
     touch_x: float
     lost: str = ""
 
@@ -80,15 +104,16 @@ class Run:
 def follow(mesh: Planned, plan: RPath, law: str, strength: float, step: float) -> Run:
     """Follow an R-path from the flat strip to its first touch."""
     rest = load_incrementally(mesh, plan.path, effects_of(law, strength), step)
-    steps: list[Step] = []
+    steps: list[Sample] = []
     try:
         for new in rest:
-            steps.append(new)
+            steps.append(Sample.of(new))
             if new.touches:
                 problem, point = new.on_mesh
-                return Run(law, strength, step, tuple(steps), rest, touch_position(problem.model, point))
+                touch_x = touch_position(problem.model, point)
+                return Run(law, strength, step, tuple(steps), map(Sample.of, rest), touch_x)
     except LostStabilityError as error:
-        return Run(law, strength, step, tuple(steps), rest, nan, str(error))
+        return Run(law, strength, step, tuple(steps), (), nan, str(error))
     raise SolveError("the strip has come to the end of the path without a touch")
 
 
@@ -196,31 +221,24 @@ def _of_steps(runs: list[list[dict[str, float | Array]]]) -> dict[str, Any]:
     return out
 
 
-def _of_step(step: Step, plan: RPath, arc: Array) -> dict[str, float | Array]:
-    """Values of a step, in solver units."""
-    problem, point = step.on_mesh
-    model, lam = problem.model, step.lam
-    grip = float(np.linalg.norm(problem.residual(point.q, lam)[model.middle[0]]))
-    pull = sum(effect.pulling_force(point.q) for effect in problem.effects if isinstance(effect, Pull))
-    place = model.resampled_mid_surface(point.q, arc)
+def _of_step(step: Sample, plan: RPath, arc: Array) -> dict[str, float | Array]:
+    """Values of a step, in solver units; ``arc``: distances from the grasped end of places on the strip, L*."""
+    problem, state = MovingContact(step.mesh, step.motion), step.state
+    model, lam = problem.at(problem.contact(state.q)).model, state.lam
+    grip = float(np.linalg.norm(state.force[model.middle[0]]))
+    place = model.resampled_mid_surface(state.q[: problem.n], arc)
     return {
         "travelled": lam,
         "pseudo_time": plan.path.pseudo_time(lam),
         "gripper_force": grip,
-        "pulling_force": pull,
-        "ratio": pull / grip,
-        "eigenvalue": _eigenvalue(step),
+        "pulling_force": step.pull,
+        "ratio": step.pull / grip,
+        # The strip's own: negative where only friction holds it.
+        "eigenvalue": float(continuation.eigenvalues(problem, state)[0][0]),
         "deviation": float(np.linalg.norm(place - plan.mid_surface(lam, arc), axis=1).max()),
         "x": place[:, 0],
         "z": place[:, 1],
     }
-
-
-def _eigenvalue(step: Step) -> float:
-    """The smallest eigenvalue of the strip's own tangent at a step: negative where only friction holds it."""
-    problem, point = step.at.problem, step.at.point
-    bare = MovingContact(problem.mesh, problem.motion)
-    return float(continuation.eigenvalues(bare, point.state)[0][0])
 
 
 def table(files: Mapping[str, xr.Dataset], ways: Mapping[str, xr.Dataset], labels: Mapping[str, str]) -> xr.Dataset:

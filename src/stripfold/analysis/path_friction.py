@@ -98,8 +98,7 @@ class Step:
     @property
     def on_mesh(self) -> tuple[StripProblem, Point]:
         """The state on its own mesh, with the floor as a bound, and its problem."""
-        # By a copy, which keeps the mesh: steps are many.
-        return replace(self.at.problem).on_mesh(self.at.point)
+        return self.at.problem.on_mesh(self.at.point)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
