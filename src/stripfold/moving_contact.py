@@ -93,14 +93,15 @@ class MovingContact:
     motion: Motion
     effects: tuple[Effect, ...] = ()
     remembered: Array | None = None
-    prescribed: Index = field(init=False, repr=False)
     _meshes: OrderedDict[bytes, _Mesh] = field(init=False, repr=False, default_factory=OrderedDict)
 
-    def __post_init__(self) -> None:
+    @cached_property
+    def prescribed(self) -> Index:
+        """The unknowns at the grasp, at the held end and on the floor."""
         model = self.mesh.model
         grasped, end = self.motion.grasped(model), model.middle[-1]
         on_floor = np.setdiff1d(self._floor(model), np.concatenate([grasped, end]))
-        object.__setattr__(self, "prescribed", np.concatenate([grasped, end, on_floor]))
+        return np.concatenate([grasped, end, on_floor])
 
     def _floor(self, model: Model) -> Index:
         """The unknowns that the floor holds."""
@@ -180,7 +181,7 @@ class MovingContact:
     def accepted(self, q: Array, motion: Motion | None = None) -> MovingContact:
         """The problem after an accepted step to ``q``, by default of the same motion: the memory is updated."""
         contact = self.contact(q)
-        effects = self.at(contact).problem.accepted(q[: self.n]).effects
+        effects = tuple(effect.committed(q[: self.n]) for effect in self.at(contact).effects)
         return MovingContact(self.mesh, motion or self.motion, effects, contact.copy())
 
     @cached_property
@@ -247,8 +248,7 @@ class MovingContact:
         force, tangent, columns = mesh.model.force_and_derivatives(u, mesh.growth, predicted_stress)
         force, columns = force + mesh.weight, columns + mesh.weight_columns
         for effect in mesh.effects:
-            more, stiffness, by_contact = effect.force_and_derivatives(u, mesh.growth)
-            force, tangent, columns = force + more, tangent + stiffness, columns + by_contact
+            effect.add(u, mesh.growth, force, tangent, columns)
         rows, corner = np.array([tangent.row(j) for j in self._released]), columns[self._released]
         if self._at_point:
             rows[0], corner[0] = self._upright, 0.0

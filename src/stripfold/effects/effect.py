@@ -29,11 +29,11 @@ class Effect(Protocol):
         """The same and its derivative, in the model's band."""
         ...
 
-    def force_and_derivatives(self, q: Array, growth: Array) -> tuple[Array, Band, Array]:
-        """And the force's derivatives by the lengths of the elements, the unknowns fixed.
+    def add(self, q: Array, growth: Array, force: Array, tangent: Band, columns: Array) -> None:
+        """Add both, and the force's derivatives by the elements' lengths, to those of the model.
 
-        ``growth``: derivatives of the logarithm of each element's length by k parameters, shape (k, n_elements).  The
-        last is of shape (n, k).  The memory stays where it is on the strip, while the elements move.
+        ``growth``: derivatives of the logarithm of each element's length by k parameters, shape (k, n_elements);
+        ``columns``: shape (n, k).  The unknowns stay, and so does the memory's place on the strip.
         """
         ...
 

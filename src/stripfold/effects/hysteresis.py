@@ -110,27 +110,29 @@ class Hysteresis:
 
     def force(self, q: Array) -> Array:
         """``sum over elements of m * length * d kappa / dq``, shape (n,)."""
-        return self._assembled(q, False)[0]
+        force = np.zeros(self.model.size)
+        self._add(q, NONE, force, NONE, NONE)
+        return force
 
     def force_and_tangent(self, q: Array) -> tuple[Array, Band]:
         """The force and its derivative: with the spring's stiffness where it sticks, without where it slides."""
-        return self._assembled(q, True)[:2]
+        n, width = self.model.size, self.model.pattern.width
+        force, band = np.zeros(n), np.zeros((n, 3 * width + 1))
+        self._add(q, NONE, force, band, NONE)
+        return force, Band(band.T, width)
 
-    def force_and_derivatives(self, q: Array, growth: Array) -> tuple[Array, Band, Array]:
-        """See :meth:`.Effect.force_and_derivatives`."""
-        return self._assembled(q, True, growth)
+    def add(self, q: Array, growth: Array, force: Array, tangent: Band, columns: Array) -> None:
+        """See :meth:`.Effect.add`."""
+        self._add(q, growth, force, tangent.ab.T, columns.T)
 
-    def _assembled(self, q: Array, with_tangent: bool, growth: Array = NONE) -> tuple[Array, Band, Array]:
-        n, width, d = self.model.size, self.model.pattern.width, self.directors
+    def _add(self, q: Array, growth: Array, force: Array, band: Array, columns: Array) -> None:
+        d = self.directors
         stretched = self.curvature(q) - self.slip
         rate = -stretched * growth - self._carried(growth) if len(growth) else NONE
-        force, columns = np.zeros(n), np.zeros((len(growth), n))
-        band = np.zeros((n, 3 * width + 1)) if with_tangent else NONE
         kernels.bending.assemble(
             d.unknowns, d.factor, d.straight, np.ascontiguousarray(q), d.length, stretched, self.yield_curvature,
-            self._fraction * self.stiffness, rate, force, band, 2 * width, columns,
+            self._fraction * self.stiffness, rate, force, band, 2 * self.model.pattern.width, columns,
         )  # fmt: skip
-        return force, Band(band.T, width), columns.T
 
     def _carried(self, growth: Array) -> Array:
         """kappa_p that the ends of the elements take in as they move, per length: shape (k, n_elements).

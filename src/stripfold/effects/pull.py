@@ -62,19 +62,20 @@ class Pull:
         """The force and ``k_f M``."""
         return self.force(q), self.model.mass.scaled(self.k_f)
 
-    def force_and_derivatives(self, q: Array, growth: Array) -> tuple[Array, Band, Array]:
-        """See :meth:`.Effect.force_and_derivatives`."""
+    def add(self, q: Array, growth: Array, force: Array, tangent: Band, columns: Array) -> None:
+        """See :meth:`.Effect.add`."""
         model, mass = self.model, self.model.mass
         before, q_prev = self.before or (model, self.q_prev)
         unknowns, per_end = model.element_unknowns, len(model.element_unknowns) // (len(model.ends) - 1)
-        stretched, columns = model.mass_rate(q - self.q_prev), []
-        for share in growth:
+        stretched = model.mass_rate(q - self.q_prev)
+        force += self.force(q)
+        tangent.add(mass, self.k_f)
+        for share, column in zip(growth, columns.T, strict=True):
             moves = np.append(0.0, np.cumsum(share[::per_end] * np.diff(model.ends)))
             change = MOVE * np.interp(model.s, model.ends, moves)
             ahead, back = (before.resampled(q_prev, model.s + by) for by in (change, -change))
             by_length = np.bincount(unknowns.ravel(), (share[:, None] * stretched).ravel(), model.size)
-            columns.append(self.k_f * (by_length - mass @ ((ahead - back) / (2.0 * MOVE))))
-        return *self.force_and_tangent(q), np.stack(columns, axis=1)
+            column += self.k_f * (by_length - mass @ ((ahead - back) / (2.0 * MOVE)))
 
     def on(self, before: Model, model: Model) -> Self:
         """The same pull on other elements of the same strip."""

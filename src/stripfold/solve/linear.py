@@ -111,6 +111,10 @@ class Band:
     def __add__(self, other: Band) -> Band:
         return Band(self.ab + other.ab, self.width)
 
+    def add(self, other: Band, factor: float) -> None:
+        """Add a multiple of another matrix, in place."""
+        self.ab[self.width :] += factor * other.ab[self.width :]
+
     def __abs__(self) -> Band:
         return Band(np.abs(self.ab), self.width)
 
