@@ -15,10 +15,10 @@ from typing import Self
 import numpy as np
 
 from stripfold.arrays import Array
+from stripfold.effects.moments import ElementMoments
 from stripfold.errors import InvalidInputError
 from stripfold.models.directors import Directors
 from stripfold.models.model import Model
-from stripfold.solve.linear import Band
 
 
 class MomentCurvature:
@@ -86,7 +86,7 @@ def split_loop(curvature: Array, loading: Array, unloading: Array) -> tuple[Mome
 
 
 @dataclass(frozen=True, eq=False)
-class BendingLaw:
+class BendingLaw(ElementMoments):
     """The moment ``m(kappa) - kappa`` in each element; it has no memory.  See :meth:`of`."""
 
     model: Model = field(repr=False)
@@ -98,15 +98,6 @@ class BendingLaw:
         """The law on a strip."""
         return cls(model, law, model.directors)
 
-    @property
-    def step_dependent(self) -> bool:
-        """False."""
-        return False
-
-    def curvature(self, q: Array) -> Array:
-        """Mean curvature of each element, 1/L*, shape (n_elements,)."""
-        return self.directors.turn(self.directors.at(q)) / self.directors.length
-
     def moments(self, q: Array) -> Array:
         """The strip's moment m(kappa) in each element, rho_a g L*^2, shape (n_elements,)."""
         return self.law.moment(self.curvature(q))
@@ -116,29 +107,11 @@ class BendingLaw:
         kappa = self.curvature(q)
         return float(self.directors.length @ (self.law.energy(kappa) - 0.5 * kappa**2)) / self.directors.across
 
-    def force(self, q: Array) -> Array:
-        """``sum over elements of (m - kappa) * length * d kappa / dq``, shape (n,)."""
-        gradient = self.directors.gradient(self.directors.at(q))
-        return self._scatter(self._added(self.curvature(q))[:, None] * gradient)
+    def _moment(self, curvature: Array) -> tuple[Array, Array]:
+        return self.law.moment(curvature) - curvature, self.law.tangent(curvature) - 1.0
 
-    def force_and_tangent(self, q: Array) -> tuple[Array, Band]:
-        """The force and its derivative."""
-        directors, kappa = self.directors, self.curvature(q)
-        d = directors.at(q)
-        added, gradient = self._added(kappa), directors.gradient(d)
-        modulus = (self.law.tangent(kappa) - 1.0) / (directors.length * directors.across)
-        of_ends = modulus[:, None, None] * (gradient[:, :, None] * gradient[:, None, :])
-        of_ends += added[:, None, None] * directors.hessian(d)
-        local = directors.local
-        matrices = np.zeros((len(kappa), directors.n_local, directors.n_local))
-        matrices[:, local[:, None], local] = of_ends
-        return self._scatter(added[:, None] * gradient), self.model.pattern.assemble(matrices)
-
-    def _added(self, kappa: Array) -> Array:
-        return (self.law.moment(kappa) - kappa) / self.directors.across
-
-    def _scatter(self, of_ends: Array) -> Array:
-        return np.bincount(self.directors.unknowns.ravel(), of_ends.ravel(), minlength=self.model.size).astype(float)
+    def _rate(self, curvature: Array, growth: Array) -> Array:
+        return -curvature * growth
 
     def on(self, before: Model, model: Model) -> Self:
         """The same law on other elements."""

@@ -10,14 +10,15 @@ from typing import Self
 
 import numpy as np
 
-from stripfold import kernels
 from stripfold.arrays import Array
+from stripfold.effects.moments import ElementMoments
 from stripfold.errors import InvalidInputError
 from stripfold.models.directors import Directors
-from stripfold.models.integrals import NONE
 from stripfold.models.model import Model
-from stripfold.solve.linear import Band
 
+STICK_TOLERANCE = 1e-9
+"""Relative excess over kappa_y that still counts as sticking: rounding must not decide the tangent of a state that slid
+and was committed, with the spring at its limit."""
 YIELD_CURVATURE = 0.05
 """kappa_y, 1/L*: the change of curvature after which the element slides.
 
@@ -29,7 +30,7 @@ CELL = 0.02
 
 
 @dataclass(frozen=True, eq=False)
-class Hysteresis:
+class Hysteresis(ElementMoments):
     """A moment ``m = M_0 / kappa_y * clip(kappa - kappa_p, -kappa_y, kappa_y)`` in each element; see :meth:`of`.
 
     Attributes
@@ -82,11 +83,6 @@ class Hysteresis:
         return flat if slack is None else replace(flat, slip=flat.curvature(slack))
 
     @property
-    def step_dependent(self) -> bool:
-        """False."""
-        return False
-
-    @property
     def stiffness(self) -> float:
         """Stiffness of the spring, M_0 / kappa_y, in units of the bending stiffness rho_a g L*^3."""
         return self.moment / self.yield_curvature
@@ -96,10 +92,6 @@ class Hysteresis:
         """Share of an element in its section's friction: one half with two elements across."""
         return 1.0 / self.directors.across
 
-    def curvature(self, q: Array) -> Array:
-        """Mean curvature of each element (rotation of the sections per reference length), 1/L*, (n_elements,)."""
-        return self.directors.turn(q) / self.directors.length
-
     def moments(self, q: Array) -> Array:
         """The friction moment m at each element's section, rho_a g L*^2, shape (n_elements,)."""
         return self.stiffness * self._spring(self.curvature(q))
@@ -108,31 +100,13 @@ class Hysteresis:
         """Curvature of the springs."""
         return np.clip(curvature - self.slip, -self.yield_curvature, self.yield_curvature)
 
-    def force(self, q: Array) -> Array:
-        """``sum over elements of m * length * d kappa / dq``, shape (n,)."""
-        force = np.zeros(self.model.size)
-        self._add(q, NONE, force, NONE, NONE)
-        return force
+    def _moment(self, curvature: Array) -> tuple[Array, Array]:
+        # With the spring's stiffness where it sticks, without where it slides.
+        sticks = np.abs(curvature - self.slip) <= self.yield_curvature * (1.0 + STICK_TOLERANCE)
+        return self.stiffness * self._spring(curvature), np.where(sticks, self.stiffness, 0.0)
 
-    def force_and_tangent(self, q: Array) -> tuple[Array, Band]:
-        """The force and its derivative: with the spring's stiffness where it sticks, without where it slides."""
-        n, width = self.model.size, self.model.pattern.width
-        force, band = np.zeros(n), np.zeros((n, 3 * width + 1))
-        self._add(q, NONE, force, band, NONE)
-        return force, Band(band.T, width)
-
-    def add(self, q: Array, growth: Array, force: Array, tangent: Band, columns: Array) -> None:
-        """See :meth:`.Effect.add`."""
-        self._add(q, growth, force, tangent.ab.T, columns.T)
-
-    def _add(self, q: Array, growth: Array, force: Array, band: Array, columns: Array) -> None:
-        d = self.directors
-        stretched = self.curvature(q) - self.slip
-        rate = -stretched * growth - self._carried(growth) if len(growth) else NONE
-        kernels.bending.assemble(
-            d.unknowns, d.factor, d.straight, np.ascontiguousarray(q), d.length, stretched, self.yield_curvature,
-            self._fraction * self.stiffness, rate, force, band, 2 * self.model.pattern.width, columns,
-        )  # fmt: skip
+    def _rate(self, curvature: Array, growth: Array) -> Array:
+        return (self.slip - curvature) * growth - self._carried(growth)
 
     def _carried(self, growth: Array) -> Array:
         """kappa_p that the ends of the elements take in as they move, per length: shape (k, n_elements).

@@ -1,4 +1,4 @@
-"""The turn of each element and the friction moment that opposes it: :class:`.Hysteresis`."""
+"""The turn of each element, and the force of a moment that depends on it: :class:`.ElementMoments`."""
 
 from __future__ import annotations
 
@@ -8,10 +8,6 @@ import numba
 import numpy as np
 
 from stripfold.kernels.compiler import compiled, matrix, vector
-
-STICK_TOLERANCE = 1e-9
-"""Relative excess over kappa_y that still counts as sticking: rounding must not decide the tangent of a state that slid
-and was committed, with the spring at its limit."""
 
 unknowns_type, factor_type = numba.int64[:, :, :, ::1], numba.float64[:, :, ::1]
 
@@ -48,8 +44,7 @@ def turns(unknowns, factor, straight, q):
         vector,
         vector,
         vector,
-        numba.float64,
-        numba.float64,
+        vector,
         matrix,
         vector,
         matrix,
@@ -57,8 +52,8 @@ def turns(unknowns, factor, straight, q):
         matrix,
     )
 )
-def assemble(unknowns, factor, straight, q, length, spring, limit, stiffness, rate, force, band, top, columns):
-    """Add the friction's force and its derivatives.
+def assemble(unknowns, factor, straight, length, q, moment, modulus, rate, force, band, top, columns):
+    """Add the force of a moment in each element, and its derivatives.
 
     Parameters
     ----------
@@ -66,19 +61,15 @@ def assemble(unknowns, factor, straight, q, length, spring, limit, stiffness, ra
         Of :class:`.Directors`.
     q
         Shape (n,).
-    spring, limit, stiffness
-        Curvature of each spring, shape (n_elements,), at which it slides, and moment per curvature.
-    rate
-        Derivatives of ``spring``, where it does not slide, by k parameters, shape (k, n_elements).
+    moment, modulus, rate
+        The moment, its derivative by the element's mean curvature, shape (n_elements,), and by k parameters, with ``q``
+        fixed, shape (k, n_elements).
     force, band, top, columns
         What is added to: shape (n,); a matrix as in :mod:`.elements`, or empty; and shape (k, n).
     """
     n_points = factor.shape[2]
     gradient, hessian = np.empty((2, 2)), np.empty((2, 2))
     for e in range(len(unknowns)):
-        sticks = abs(spring[e]) <= limit * (1.0 + STICK_TOLERANCE)
-        moment = stiffness * min(max(spring[e], -limit), limit)
-        modulus = stiffness / length[e] if sticks else 0.0
         for end in range(2):
             x, z = director(unknowns[e, end], factor[e, end], straight, q)
             sign = (2 * end - 1) / (x * x + z * z)
@@ -91,18 +82,17 @@ def assemble(unknowns, factor, straight, q, length, spring, limit, stiffness, ra
             hessian[0, 1] = hessian[1, 0] = sign * (gx * gx - gz * gz)
             for f in range(n_points):
                 for i in range(2):
-                    row, by = unknowns[e, end, f, i], factor[e, end, f]
-                    force[row] += moment * by * gradient[end, i]
-                    if sticks:
-                        for k in range(len(rate)):
-                            columns[k, row] += stiffness * rate[k, e] * by * gradient[end, i]
+                    row, slope = unknowns[e, end, f, i], factor[e, end, f] * gradient[end, i]
+                    force[row] += moment[e] * slope
+                    for k in range(len(rate)):
+                        columns[k, row] += rate[k, e] * slope
                     if len(band) == 0:
                         continue
                     for other in range(2):
                         for g in range(n_points):
                             for j in range(2):
-                                entry = modulus * gradient[end, i] * gradient[other, j]
+                                entry = modulus[e] / length[e] * slope * gradient[other, j]
                                 if other == end:
-                                    entry += moment * hessian[i, j]
+                                    entry += moment[e] * hessian[i, j] * factor[e, end, f]
                                 column = unknowns[e, other, g, j]
-                                band[column, top + row - column] += entry * by * factor[e, other, g]
+                                band[column, top + row - column] += entry * factor[e, other, g]

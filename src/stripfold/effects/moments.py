@@ -1,0 +1,68 @@
+"""A moment in each element that depends on its mean curvature: bending laws and bending friction."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+
+import numpy as np
+
+from stripfold import kernels
+from stripfold.arrays import Array
+from stripfold.models.directors import Directors
+from stripfold.models.integrals import NONE
+from stripfold.models.model import Model
+from stripfold.solve.linear import Band
+
+
+class ElementMoments(ABC):
+    """The methods of :class:`.Effect` that follow from the moment in each element."""
+
+    model: Model
+    directors: Directors
+
+    @property
+    def step_dependent(self) -> bool:
+        """False."""
+        return False
+
+    def curvature(self, q: Array) -> Array:
+        """Mean curvature of each element (rotation of the sections per reference length), 1/L*, (n_elements,)."""
+        return self.directors.turn(q) / self.directors.length
+
+    @abstractmethod
+    def _moment(self, curvature: Array) -> tuple[Array, Array]:
+        """The section's moment in each element and its derivative, shape (n_elements,) each."""
+
+    @abstractmethod
+    def _rate(self, curvature: Array, growth: Array) -> Array:
+        """Derivative of the curvature that the moment depends on by the elements' lengths: see :meth:`.Effect.add`.
+
+        Shape (k, n_elements).
+        """
+
+    def force(self, q: Array) -> Array:
+        """``sum over elements of moment * length * d kappa / dq``, shape (n,)."""
+        force = np.zeros(self.model.size)
+        self._add(q, NONE, force, NONE, NONE)
+        return force
+
+    def force_and_tangent(self, q: Array) -> tuple[Array, Band]:
+        """The force and its derivative."""
+        n, width = self.model.size, self.model.pattern.width
+        force, band = np.zeros(n), np.zeros((n, 3 * width + 1))
+        self._add(q, NONE, force, band, NONE)
+        return force, Band(band.T, width)
+
+    def add(self, q: Array, growth: Array, force: Array, tangent: Band, columns: Array) -> None:
+        """See :meth:`.Effect.add`."""
+        self._add(q, growth, force, tangent.ab.T, columns.T)
+
+    def _add(self, q: Array, growth: Array, force: Array, band: Array, columns: Array) -> None:
+        d, curvature = self.directors, self.curvature(q)
+        # An element is a share of its section: one half with two elements across.
+        moment, modulus = (values / d.across for values in self._moment(curvature))
+        rate = modulus * self._rate(curvature, growth) if len(growth) else NONE
+        kernels.bending.assemble(
+            d.unknowns, d.factor, d.straight, d.length, np.ascontiguousarray(q), moment, modulus, rate,
+            force, band, 2 * self.model.pattern.width, columns,
+        )  # fmt: skip
