@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from stripfold.analysis import assess
+from stripfold.analysis.contact_branch import Planned
 from stripfold.analysis.static import StripModel
 from stripfold.errors import SolveError
 from stripfold.paths import geometric, rpath
@@ -33,17 +34,13 @@ def test_tangency() -> None:
 def test_friction_steps(monkeypatch: pytest.MonkeyPatch) -> None:
     """Brackets and touches end up under their own law and step."""
 
-    class Fake:
-        def __init__(self, touch_x: float) -> None:
-            self.touch_x = touch_x
+    def smallest(mesh: Planned, plan: rpath.RPath, law: str, step: float) -> tuple[float, friction.Run]:
+        strength, is_pull = 10.0 * step, law == "pull"
+        touch = plan.first_touch + strength + (0.5 if is_pull else 0.0)
+        return (1.0 if is_pull else 2.0), friction.Run(law, strength, step, (), (), touch)
 
     plan = rpath.plan_r_path(12.0)
-    monkeypatch.setattr(rpaths, "smallest", lambda model, plan, law, step: (1.0 if law == "pull" else 2.0, 10.0 * step))
-    monkeypatch.setattr(
-        rpaths,
-        "follow",
-        lambda model, plan, law, strength, step: Fake(plan.first_touch + strength + (0.5 if law == "pull" else 0.0)),
-    )
+    monkeypatch.setattr(rpaths, "smallest", smallest)
     data = rpaths.run_friction_steps(12.0, 0.06, [0.2, 0.1], 3.0)
     assert data["fails"].values.tolist() == [[1.0, 1.0], [2.0, 2.0]]
     np.testing.assert_allclose(data["suffices"], [[2.0, 1.0], [2.0, 1.0]])
