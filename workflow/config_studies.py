@@ -162,6 +162,23 @@ class TextileLaw(Input):
     refinement: Refinement
 
 
+Friction = Annotated[Number, quantity("M_0 of bending hysteresis", "rho_a g L*^2", gt=0.0)]
+YieldCurvature = Annotated[Number, quantity("kappa_y of bending hysteresis", "1/L*", gt=0.0)]
+
+
+class FrictionDelay(Input):
+    """The end of a motion along x with bending friction."""
+
+    length: LengthStar
+    thickness: Thickness
+    heights: AtLeastOne[HeightStar]
+    moments: AtLeastTwo[Friction]
+    checked: Friction
+    folded: AtLeastOne[Friction]
+    yield_curvature: YieldCurvature
+    step: Step
+
+
 class RandomPaths(Sample):
     """Random gripper paths."""
 
@@ -243,6 +260,7 @@ class Studies(Input):
     estimates: Estimates | None = None
     tangency: Tangency | None = None
     friction_steps: FrictionSteps | None = None
+    friction_delay: FrictionDelay | None = None
     fabrics: Fabrics | None = None
     textile_law: TextileLaw | None = None
     random_paths: RandomPaths | None = None

@@ -63,6 +63,9 @@ FIGURES = {
     "friction_needed":
         "A pull of about one percent of the gripper force, or a similarly small hysteresis, suffices at all lengths. "
         "The two strips of 20 L* have different thicknesses.",
+    "friction_delay":
+        "Bending friction delays the snap in proportion to M_0 (a) until the sag touches first and nothing snaps; with "
+        "the friction of fabrics (grey) there is no snap at these heights (b).",
     "fabrics":
         "Fabrics have tens of times the friction in bending that an R-path needs (shaded: all materials).",
     "textile_law":
@@ -106,7 +109,7 @@ _SECTIONS = {
     "Motion along x": ["geometry", "motion", "deflection", "collapse", "collapse_curve", "energy", "paths"],
     "Critical points": ["critical_points", "master_curve", "barrier", "eigenvalues"],
     "Folding paths": ["folding", "planned_paths", "evolutions", "rpath_friction", "rpath_curve"],
-    "Folding paths of all materials": ["touch_error", "friction_needed", "fabrics", "textile_law"],
+    "Folding paths of all materials": ["touch_error", "friction_needed", "fabrics", "textile_law", "friction_delay"],
     "Recordings": ["measured", "real_paths", "recordings_accuracy", "calibration"],
     "Accuracy and performance": ["work_precision", "fall_precision", "order", "rod", "printed_law", "peers"],
 }

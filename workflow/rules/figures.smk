@@ -20,6 +20,17 @@ SOURCES = {
         "touch_error": [rules.assessment.output[0]],
         "friction_needed": [rules.friction_table.output[0]],
         **({"fabrics": [STUDY_FILES["fabrics"], rules.friction_table.output[0]]} if "fabrics" in STUDY_FILES else {}),
+        **(
+            {
+                "friction_delay": [
+                    STUDY_FILES["friction_delay"],
+                    STUDY_FILES["fabrics"],
+                    rules.friction_table.output[0],
+                ]
+            }
+            if {"friction_delay", "fabrics"} <= set(STUDY_FILES)
+            else {}
+        ),
     },
     "recording_figures": {
         "measured": [rules.recordings.output[0]],

@@ -58,6 +58,7 @@ STUDIES = {
         "the measured textile with its own bending law",
         files=("data/textile_moment_curvature.csv",),
     ),
+    "friction_delay": Study("studies.friction_delay:run", "rise of lambda_c with bending friction, and its end"),
     "random_paths": Study("studies.random_paths:run", "random gripper paths, each assessed twice"),
     "recordings_accuracy": Study(
         "studies.recordings_accuracy:run",

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from types import SimpleNamespace
 from typing import NamedTuple
 
-from studies.summary import facts, facts_claims, facts_energy, facts_fabrics, facts_paths
+from studies.summary import facts, facts_claims, facts_delay, facts_energy, facts_fabrics, facts_paths
 from studies.summary.facts import Facts
 
 
@@ -349,6 +349,23 @@ SOURCES = (
             "{products} g", lambda f: f.spread < 1.2),
         Number("friction_step_M_0", "M_0", "1", 3, "< 1.2",
             "smallest sufficient M_0 of bending hysteresis, largest over smallest for the same steps"),
+    )),
+    Source("friction_delay fabrics", facts_delay.friction_delay, (
+        Number("delay_at_fabric_friction", "rise", "L*", 3, "> 0",
+            "rise of lambda with the fabrics' median M_0 of {median:.2f} rho_a g L*^2 at z = {height:g} L*, up to the "
+            "touch of the sag where nothing snaps; +-{error:.2f} by halved step, elements and kappa_y and by the "
+            "history of the lift; with the fabrics' least and most friction {least:.2f} and {most:.2f}; the paper's "
+            "text gives no amount"),
+        Number("delay_law", "law", "1", 2, "< 0.05",
+            "largest relative difference of the rise over M_0 = {smallest:g} from the perturbation of the elastica "
+            "({coefficients} L*)"),
+        Number("snap_vanishes", "no_snap", "1", 2, "no criterion",
+            "M_0 / rho_a g L*^2 from which on the sag is laid down without a snap, largest of all heights "
+            "({no_snap_each} L*); from the fabrics' least of {real_least:.2f} on {snapping} snaps, and the sag falls "
+            "at most {speed:.1f} times as fast as the gripper moves"),
+        Number("fold_height_friction", "fold", "1", 2, "< 0.1",
+            "relative rise of the height of a fold with M_0 = {folded:g}: what friction changes of an L* measured by "
+            "it"),
     )),
     Source("fabrics friction", facts_fabrics.fabrics, (
         Number("fabrics", "count", "count", 4, ">= 20",

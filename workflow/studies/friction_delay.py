@@ -1,0 +1,179 @@
+"""How far bending friction carries the snap of a motion along x, and where it turns the snap into a gradual touch.
+
+Lengths in L*, M_0 in rho_a g L*^2.  Source: docs/physics.md, section 8.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import cache, partial
+from math import sqrt
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from stripfold import elastica
+from stripfold.analysis.path_friction import load_incrementally
+from stripfold.analysis.static import StripModel
+from stripfold.arrays import Array
+from stripfold.paths.rpath import plan_r_path
+from studies.common import Progress, dataset, grid
+from studies.motion_with_friction import SNAP, TOUCH, Case, limit
+
+NARROW = 1.3
+"""Ratio of the bracket of the friction from which on the sag touches first."""
+LARGEST = 0.4
+"""Step without friction, L*."""
+FOLDED_LENGTH, FOLD_STEP, FOLD_YIELD = 16.0, 0.2, 0.1
+"""Length of the strip that follows the R-path and its steps, L*; kappa_y, with which it is followed to its end."""
+
+
+def coefficient(height: float, difference: float = 1e-4) -> float:
+    """Rise of lambda_c over M_0 for small M_0 and kappa_y = 0, by the elastica alone; L*^-1 per rho_a g.
+
+    At the maximum of lambda each section bends on as in the critical mode.  By virtual work on that mode the friction
+    shifts the maximum by M_0 times the integral of |d kappa|, at fixed places of the strip, over the change of the
+    horizontal force; both are differences of states of the branch on either side.
+    """
+    at = elastica.critical(height).state
+    before, after = (elastica.state_at(height, at.length + d, at) for d in (-difference, difference))
+    # From the gripper, so that places belong to the strip.
+    s = np.linspace(0.0, before.length, 4001)
+    change = after.at(after.length - s).curvature - before.at(before.length - s).curvature
+    return float(np.trapezoid(np.abs(change), s)) / abs(after.force_x - before.force_x)
+
+
+def vanishing(case: Case, height: float, snaps: float, touches: float) -> tuple[float, float]:
+    """Bracket of the M_0 from which on the sag touches before lambda has a maximum, from a wider one."""
+    while touches > NARROW * snaps:
+        between = sqrt(snaps * touches)
+        snaps, touches = (between, touches) if limit(case, height, between)[0] == SNAP else (snaps, between)
+    return snaps, touches
+
+
+def fold_height(case: Case, moment: float) -> float:
+    """Height of the loop at the end of an R-path followed with friction."""
+    strip = StripModel(FOLDED_LENGTH, case.thickness, kind="rod")
+    mesh, path = strip.contact_mesh(memory=True), plan_r_path(strip.length).path
+    case, found = replace(case, yield_curvature=FOLD_YIELD), 0.0
+    for step in load_incrementally(mesh, path, lambda model, q: (case.friction(model, moment, q),), FOLD_STEP):
+        found = float(step.at.mid_surface(step.at.model.s)[:, 1].max())
+    return found
+
+
+OF_MOTION = ("outcome", "lambda_end", "lambda_0", "sag_speed")
+FINE = {"yield_curvature": 0.25, "step": 0.25}
+"""Factors for the rise at the smallest M_0, which is compared with the law for small M_0 and kappa_y = 0."""
+CHECKS: dict[str, dict[str, Any]] = {
+    "as above": {},
+    "half the step": {"step": 0.5},
+    "half the elements": {"refinement": 0.5},
+    "half kappa_y": {"yield_curvature": 0.5},
+    "friction from lambda_0 on": {"history": "slack"},
+    "lifted too high, lowered": {"history": "over"},
+}
+"""Ways to compute the rise at the first height: factors on the numbers of the case."""
+
+
+def run(
+    length: float,
+    thickness: float,
+    heights: Sequence[float],
+    moments: Sequence[float],
+    checked: float,
+    folded: Sequence[float],
+    yield_curvature: float,
+    step: float,
+    threads: int = 1,
+    progress: Progress | None = None,
+) -> xr.Dataset:
+    """The end of the motion over ``height`` and ``moment``, 0 among them.
+
+    Parameters
+    ----------
+    length, thickness
+        The strip.
+    heights, moments
+        Of the gripper, the first also for the checks; M_0, without 0, the smallest first.
+    checked
+        M_0 of the checks.
+    folded
+        M_0 with which an R-path is followed to its end.
+    yield_curvature, step
+        kappa_y, 1/L*; largest step.
+    """
+    case = Case(length, thickness, yield_curvature, step)
+    m = [0.0, *moments]
+    found = grid(partial(_motion, case), OF_MOTION, {"height": heights, "moment": m}, threads, progress)
+    outcome = found["outcome"][1]
+    brackets = [_bracket(case, z, m, row) for z, row in zip(heights, outcome, strict=True)]
+    ends = found["lambda_end"][1]
+    small = [
+        _rise(_changed(case, FINE), z, moments[0]) if row[1] == SNAP else np.nan
+        for z, row in zip(heights, outcome, strict=True)
+    ]
+    checks = grid(partial(_checked, case, heights[0], checked), ("rise",), {"check": list(CHECKS)}, threads)
+    folds = grid(partial(_folded, case), ("fold_height",), {"folded": folded}, threads)
+    return dataset(
+        "friction_delay",
+        {
+            **found,
+            "rise": (("height", "moment"), ends - ends[:, :1]),
+            "coefficient": ("height", [coefficient(z) for z in heights]),
+            "small_rise": ("height", small),
+            "vanishes_above": ("height", [b[0] for b in brackets]),
+            "vanishes_below": ("height", [b[1] for b in brackets]),
+            "check": checks["check"],
+            "checked_rise": checks["rise"],
+            "folded": folds["folded"],
+            "fold_height": folds["fold_height"],
+        },
+        {
+            "length": length,
+            "thickness": thickness,
+            "yield_curvature": yield_curvature,
+            "step": step,
+            "checked": checked,
+        },
+    )
+
+
+def _motion(case: Case, height: float, moment: float) -> dict[str, float]:
+    return dict(zip(OF_MOTION, limit(case, height, moment), strict=True))
+
+
+def _bracket(case: Case, height: float, moments: Sequence[float], outcome: Array) -> tuple[float, float]:
+    """Of the M_0 from which on there is no snap; nan where all moments snap, or none."""
+    first = int(np.argmax(outcome != SNAP))
+    if first < 2 or outcome[first] != TOUCH:
+        return np.nan, np.nan
+    return vanishing(case, height, moments[first - 1], moments[first])
+
+
+def _changed(case: Case, factors: Mapping[str, Any]) -> Case:
+    """A case with its numbers times factors, or with another history."""
+    changed = {name: by if name == "history" else by * getattr(case, name) for name, by in factors.items()}
+    if "yield_curvature" in factors:
+        # Also where M_0 sets it.
+        changed["stiffest"] = case.stiffest / factors["yield_curvature"]
+    return replace(case, **changed)
+
+
+@cache
+def _without(length: float, thickness: float, refinement: float, height: float) -> float:
+    """lambda_c without friction, on which neither steps nor history have an influence."""
+    return limit(Case(length, thickness, 1.0, LARGEST, refinement), height, 0.0)[1]
+
+
+def _rise(case: Case, height: float, moment: float) -> float:
+    return limit(case, height, moment)[1] - _without(case.length, case.thickness, case.refinement, height)
+
+
+def _checked(case: Case, height: float, moment: float, check: str) -> dict[str, float]:
+    return {"rise": _rise(_changed(case, CHECKS[check]), height, moment)}
+
+
+def _folded(case: Case, moment: float) -> dict[str, float]:
+    return {"fold_height": fold_height(case, moment)}
