@@ -8,6 +8,7 @@ import skfem
 from skfem.helpers import dot, mul
 
 from oracles.held_solid import HeldSolid, arc, column, interpolant
+from oracles.nodal import Nodal
 from stripfold.models.solid import Solid
 from stripfold.models.strip_mesh import build
 
@@ -43,8 +44,7 @@ def strip(order: int, across: int, nu: float = 0.3, law: str = "svk", distorted:
 
 def to_unknowns(model: Solid, nodal: np.ndarray) -> np.ndarray:
     """A nodal force in our unknowns: T^T f."""
-    t = np.column_stack([model.mesh.to_nodal(e) for e in np.eye(model.size)])
-    return np.asarray(t.T @ nodal)
+    return np.asarray(Nodal(model.mesh).transformation().T @ nodal)
 
 
 def traction(model: Solid, stress: np.ndarray, gradient: np.ndarray | None = None) -> np.ndarray:
@@ -52,7 +52,7 @@ def traction(model: Solid, stress: np.ndarray, gradient: np.ndarray | None = Non
 
     ``stress`` has shape (2, 2), ``gradient`` (2, 2, 2): component i, j per coordinate.
     """
-    basis = skfem.FacetBasis(model.mesh.basis.mesh, model.mesh.basis.elem, intorder=8)
+    basis = skfem.FacetBasis(Nodal(model.mesh).basis.mesh, Nodal(model.mesh).basis.elem, intorder=8)
     slope = np.zeros((2, 2, 2)) if gradient is None else gradient
 
     @skfem.LinearForm
@@ -67,7 +67,7 @@ def rigid(model: Solid, degrees: float) -> np.ndarray:
     """Unknowns of the strip turned about a point beside it and shifted."""
     a = np.radians(degrees)
     turn = np.array([[np.cos(a), -np.sin(a)], [np.sin(a), np.cos(a)]])
-    x = model.mesh.basis.doflocs
+    x = Nodal(model.mesh).basis.doflocs
     return interpolant(model, turn @ x - x + np.array([[0.3], [-1.2]]))
 
 
@@ -86,7 +86,7 @@ class TestPatch:
         model = strip(order, across, nu)
         strain = 0.5 * (f.T @ f - np.eye(2))
         p = f @ (model.lame.lam * np.trace(strain) * np.eye(2) + 2.0 * model.lame.mu * strain)
-        exact = interpolant(model, (f - np.eye(2)) @ model.mesh.basis.doflocs)
+        exact = interpolant(model, (f - np.eye(2)) @ Nodal(model.mesh).basis.doflocs)
         held = np.concatenate([column(model, 0), column(model, -1)])
         problem = HeldSolid(model, held, exact[held], traction(model, p))
         start = exact + 0.02 * np.random.default_rng(3).standard_normal(model.size)
@@ -108,7 +108,7 @@ class TestPatch:
         quadratic field is of sixth degree; nor for order 1.
         """
         model = strip(2, across)
-        x, z = model.mesh.basis.doflocs
+        x, z = Nodal(model.mesh).basis.doflocs
         rng = np.random.default_rng(5)
         c = rng.standard_normal((2, 3))  # of x^2, x z, z^2, for each component
         q = interpolant(model, c @ np.stack([x**2, x * z, z**2]))
@@ -118,7 +118,7 @@ class TestPatch:
         trace = strain[0, 0] + strain[1, 1]
         stress = model.lame.lam * np.eye(2)[:, :, None] * trace + 2.0 * model.lame.mu * strain
         body = -np.einsum("ijj->i", stress)
-        basis = skfem.Basis(model.mesh.basis.mesh, model.mesh.basis.elem, intorder=8)
+        basis = skfem.Basis(Nodal(model.mesh).basis.mesh, Nodal(model.mesh).basis.elem, intorder=8)
         load = skfem.LinearForm(lambda v, w: body[0] * v[0] + body[1] * v[1]).assemble(basis)
         force = model.force_and_tangent(np.zeros(model.size))[1] @ q
         wanted = to_unknowns(model, load) + traction(model, np.zeros((2, 2)), stress)
@@ -166,7 +166,7 @@ class TestWeightAndMass:
     def test_totals(self, order, across):
         """Truth: weight and mass of the strip are its length; no weight along x, no product of x and z."""
         model = strip(order, across, distorted=False)
-        x = model.mesh.basis.doflocs
+        x = Nodal(model.mesh).basis.doflocs
         along, up = (interpolant(model, np.outer(e, np.ones(x.shape[1]))) for e in np.eye(2))
         assert model.weight @ up == pytest.approx(LENGTH, rel=1e-14)
         assert model.weight @ along == 0.0
@@ -190,7 +190,7 @@ class TestWeightAndMass:
         Truth: integrals of monomials.  With the two Gauss points along the strip that the stress has, X^4 is not.
         """
         model = strip(2, across, distorted=False)
-        x, z = model.mesh.basis.doflocs
+        x, z = Nodal(model.mesh).basis.doflocs
         zero = np.zeros_like(x)
 
         def integral(m: int, n: int) -> float:
@@ -218,7 +218,7 @@ class TestWeightAndMass:
     def test_turning_inertia(self, order, across):
         """Truth: L (L^2 + h^2) / 12 about the middle."""
         model = strip(order, across, distorted=False)
-        x, z = model.mesh.basis.doflocs
+        x, z = Nodal(model.mesh).basis.doflocs
         turn = interpolant(model, np.stack([-z, x]))
         wanted = LENGTH * (LENGTH**2 + THICKNESS**2) / 12.0
         assert turn @ (model.mass @ turn) == pytest.approx(wanted, rel=1e-13)
@@ -294,7 +294,8 @@ class TestMesh:
     def test_columns_and_middle(self, order, across):
         """Columns run from the grasped to the held end, nodes upwards; the middle row lies at z = 0."""
         mesh = build(LENGTH, THICKNESS, order=order, elements=ELEMENTS, across=across)
-        x, z = (a[mesh.nodal_of[mesh.unknowns[:, :, 0]]] for a in mesh.basis.doflocs)
+        own = Nodal(mesh)
+        x, z = (a[own.nodal_of[mesh.unknowns[:, :, 0]]] for a in own.basis.doflocs)
         wanted = ELEMENTS if order == 1 else np.sort(np.r_[ELEMENTS, (ELEMENTS[1:] + ELEMENTS[:-1]) / 2.0])
         np.testing.assert_allclose(mesh.s, wanted, atol=1e-14)
         np.testing.assert_allclose(x, np.broadcast_to(mesh.s[:, None] - LENGTH / 2.0, x.shape), atol=1e-14)
@@ -305,10 +306,11 @@ class TestMesh:
 
     @pytest.mark.parametrize(("order", "across"), KINDS)
     def test_nodal_displacements(self, order, across):
-        """``to_nodal`` undoes :func:`interpolant`."""
+        """They undo :func:`interpolant`."""
         model = strip(order, across)
-        field = np.random.default_rng(1).standard_normal(model.mesh.basis.doflocs.shape)
-        nodal = model.mesh.to_nodal(interpolant(model, field))
+        mesh = Nodal(model.mesh)
+        field = np.random.default_rng(1).standard_normal(mesh.basis.doflocs.shape)
+        nodal = mesh.displacements(interpolant(model, field))
         for component in (0, 1):
-            own = model.mesh.nodal_of[model.mesh.unknowns[:, :, component]].ravel()
+            own = mesh.nodal_of[model.mesh.unknowns[:, :, component]].ravel()
             np.testing.assert_allclose(nodal[own], field[component][own], atol=1e-14)

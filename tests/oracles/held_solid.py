@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from oracles.nodal import Nodal
 from stripfold.arrays import Array, Index
 from stripfold.models.solid import Solid
 from stripfold.solve import newton
@@ -102,11 +103,11 @@ def clamped(model: Solid, q: Array, *columns: int, load: Array | None = None) ->
 def interpolant(model: Solid, field: Array) -> Array:
     """Unknowns whose nodal displacements are ``field``, shape (2, n), at the mesh's nodes ``basis.doflocs``."""
     mesh = model.mesh
-    nodal = np.empty(model.size)
+    nodal, number = np.empty(model.size), Nodal(mesh).nodal_of[mesh.unknowns]
     for component in (0, 1):
-        own = mesh.nodal_of[mesh.unknowns[:, :, component]]
+        own = number[:, :, component]
         nodal[own] = field[component][own]
-    columns = nodal[mesh.nodal_of[mesh.unknowns]]
+    columns = nodal[number]
     across = columns.shape[1] // 2
     relative = (columns - columns[:, across, None, :]) / model.thickness
     relative[:, across] = columns[:, across]

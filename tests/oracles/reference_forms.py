@@ -8,12 +8,14 @@ unknowns of :class:`.StripMesh` by the chain rule.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from skfem import BilinearForm, Functional, LinearForm
 from skfem.helpers import ddot, det, dot, eye, grad, inv, trace, transpose
 
+from oracles.nodal import Nodal
 from stripfold.arrays import Array
 from stripfold.models.laws import Lame
 from stripfold.models.strip_mesh import StripMesh
@@ -117,40 +119,43 @@ TANGENTS = {"svk": svk_tangent, "printed": printed_tangent}
 class Reference:
     """The forms assembled on a strip's mesh, in its unknowns; dense, for small meshes.
 
-    ``to_nodal`` is linear, u = T q: a force transforms as ``T^T r``, a tangent as ``T^T K T``.
+    Nodal displacements are linear, u = T q: a force transforms as ``T^T r``, a tangent as ``T^T K T``.
     """
 
     mesh: StripMesh
     lame: Lame
     law: str = "svk"
 
-    def _nodal(self, q: Array) -> dict[str, Any]:
-        u = self.mesh.basis.interpolate(self.mesh.to_nodal(q))
-        return {"u": u, "lam": self.lame.lam, "mu": self.lame.mu}
+    @cached_property
+    def nodal(self) -> Nodal:
+        """The mesh in scikit-fem's numbering."""
+        return Nodal(self.mesh)
 
-    def transformation(self) -> Array:
-        """T, shape (n, n)."""
-        return np.column_stack([self.mesh.to_nodal(e) for e in np.eye(self.mesh.size)])
+    def _nodal(self, q: Array) -> dict[str, Any]:
+        u = self.nodal.basis.interpolate(self.nodal.displacements(q))
+        return {"u": u, "lam": self.lame.lam, "mu": self.lame.mu}
 
     def energy(self, q: Array) -> float:
         """Elastic energy of the St Venant-Kirchhoff law."""
-        return float(svk_energy.assemble(self.mesh.basis, **self._nodal(q)))
+        return float(svk_energy.assemble(self.nodal.basis, **self._nodal(q)))
 
     def internal_force(self, q: Array) -> Array:
         """Internal force, shape (n,)."""
-        nodal = FORCES[self.law].assemble(self.mesh.basis, **self._nodal(q))
-        return np.asarray(self.transformation().T @ nodal)
+        nodal = FORCES[self.law].assemble(self.nodal.basis, **self._nodal(q))
+        return np.asarray(self.nodal.transformation().T @ nodal)
 
     def tangent(self, q: Array) -> Array:
         """Its derivative, shape (n, n)."""
-        t = self.transformation()
-        return np.asarray(t.T @ TANGENTS[self.law].assemble(self.mesh.basis, **self._nodal(q)) @ t)
+        t = self.nodal.transformation()
+        return np.asarray(t.T @ TANGENTS[self.law].assemble(self.nodal.basis, **self._nodal(q)) @ t)
 
     def mass(self) -> Array:
         """Mass matrix of a strip of unit mass per length, shape (n, n)."""
-        t = self.transformation()
-        return np.asarray(t.T @ mass.assemble(self.mesh.full, rho=1.0 / self.mesh.thickness) @ t)
+        t = self.nodal.transformation()
+        return np.asarray(t.T @ mass.assemble(self.nodal.full, rho=1.0 / self.mesh.thickness) @ t)
 
     def weight(self) -> Array:
         """Force that holds the strip's weight up, shape (n,)."""
-        return np.asarray(self.transformation().T @ weight.assemble(self.mesh.full, rho=1.0 / self.mesh.thickness))
+        return np.asarray(
+            self.nodal.transformation().T @ weight.assemble(self.nodal.full, rho=1.0 / self.mesh.thickness)
+        )
