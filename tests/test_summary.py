@@ -89,6 +89,13 @@ def datasets() -> dict[str, xr.Dataset]:
             "eigenvalue_1": (("motion", "step"), np.tile([1e-2, 1e-2 * 0.1**0.5, 1e-3, 1e-7], (4, 1))),
             "eigenvalue_2": (("motion", "step"), np.ones((4, 4)))},
             {"motion": ["x", "r-path", "triangular", "circular"]}),
+        "layer_friction": ({
+            "error": (("path", "mu"), [[0.01] * 5, [0.01] * 5, [0.01, 0.01, 2.6, 2.1, 2.0]] ),
+            "finer_error": ("path", [0.01, 0.01, 2.11]), "edge": (("path", "mu"), np.full((3, 5), 2.1)),
+            "created": (("path", "mu"), np.full((3, 5), 1e-9)), "dissipated": (("path", "mu"), np.ones((3, 5))),
+            "long_error": ("path", [0.01, 0.01, 3.8]), "long_error_without": 0.37},
+            {"path": ["r-path", "triangular", "circular"], "mu": [0.0, 0.1, 0.2, 0.4, 0.6]},
+            {"shown": 0.4, "band": [0.2, 0.6], "length_star": 14.0, "long": 24.0, "moment": 0.02}),
         "branches": ({
             "verdict": ("case", np.zeros(2000, int)),
             "spurious_limit_points": ("case", np.where(np.arange(2000) < 500, 0.0, np.nan))},),
@@ -416,6 +423,9 @@ def test_a_criterion_that_is_broken_does_not_hold(dataset: str, name: str, value
         ("eigenvalues", "eigenvalue_1", {"motion": "x", "step": 3}, 1e-2, "eigenvalue_at_critical"),
         ("eigenvalues", "eigenvalue_1", {"motion": "circular", "step": 0}, 5e-2, "eigenvalue_at_critical"),
         ("barrier", "barrier", {"height": 3.0, "distance": 1e-4}, 1.0803e-6, "barrier_coefficient"),
+        ("layer_friction", "error", {"path": "circular", "mu": 0.2}, 0.05, "fold_error_mu"),
+        ("layer_friction", "error", {"path": "r-path", "mu": 0.1}, 0.2, "fold_error_mu"),
+        ("layer_friction", "created", {"path": "circular", "mu": 0.2}, 2e-6, "layer_friction_energy"),
         ("barrier", "work", {"height": 2.0, "distance": 1e-4}, 1.0801e-6, "barrier_coefficient"),
         ("barrier", "model_coefficient", {"model": "rod", "height": 3.0}, 1.05, "barrier_coefficient"),
     ],

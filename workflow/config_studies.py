@@ -19,12 +19,14 @@ from config_quantities import (
     Thickness,
     Tolerance,
 )
-from stripfold.inputs import Accuracy, AtHeight, EtaB, EtaM, Height, Length
+from stripfold.inputs import MAX_MU, Accuracy, AtHeight, EtaB, EtaM, Height, Length
 from stripfold.simulation import Release
 from stripfold.validation import AtLeastOne, AtLeastTwo, Input, Number, Text, Whole, quantity
 
 Parts = Annotated[Whole, quantity("parts of each element", ge=1)]
 Distance = Annotated[Number, quantity("distance to lambda_c", "L*", gt=0.0)]
+Moment = Annotated[Number, quantity("M_0 of a bending hysteresis", "rho_a g L*^2", ge=0.0)]
+Mu = Annotated[Number, quantity("coefficient of friction", ge=0.0, le=MAX_MU)]
 Share = Annotated[Number, quantity("share", ge=0.0, le=1.0)]
 
 
@@ -179,6 +181,18 @@ class FrictionDelay(Input):
     step: Step
 
 
+class LayerFriction(Input):
+    """The finished fold over the friction between the layers."""
+
+    length_star: LengthStar
+    thickness: Thickness
+    moment: Moment
+    coefficients: AtLeastOne[Mu]
+    shown: Mu
+    band: AtLeastTwo[Mu]
+    long: LengthStar
+
+
 class RandomPaths(Sample):
     """Random gripper paths."""
 
@@ -263,6 +277,7 @@ class Studies(Input):
     friction_delay: FrictionDelay | None = None
     fabrics: Fabrics | None = None
     textile_law: TextileLaw | None = None
+    layer_friction: LayerFriction | None = None
     random_paths: RandomPaths | None = None
     hard_cases: HardCases | None = None
     effects: EffectsStudy | None = None

@@ -71,6 +71,10 @@ FIGURES = {
     "textile_law":
         "The moment of the measured textile hardly grows with the curvature (a): its bends are much sharper than those "
         "of its secant, and leave the measured range long before the snap, which comes later (b).",
+    "layer_friction":
+        "With friction between the layers the finished fold of the circular path is off by two L* (a): the upper layer "
+        "touches with slack that it cannot push out, and the loop stays aside (b). On the triangular path the gripper "
+        "draws the layer into place. Shaded: usual coefficients of fabric on fabric; circles: a finer computation.",
     "measured":
         "Verification of the measuring chain: strips filmed synthetically, each with its own friction, are measured to "
         "snap later than the frictionless model says (lines), the more so the faster the gripper moves.",
@@ -109,7 +113,14 @@ _SECTIONS = {
     "Motion along x": ["geometry", "motion", "deflection", "collapse", "collapse_curve", "energy", "paths"],
     "Critical points": ["critical_points", "master_curve", "barrier", "eigenvalues"],
     "Folding paths": ["folding", "planned_paths", "evolutions", "rpath_friction", "rpath_curve"],
-    "Folding paths of all materials": ["touch_error", "friction_needed", "fabrics", "textile_law", "friction_delay"],
+    "Folding paths of all materials": [
+        "touch_error",
+        "friction_needed",
+        "fabrics",
+        "textile_law",
+        "friction_delay",
+        "layer_friction",
+    ],
     "Recordings": ["measured", "real_paths", "recordings_accuracy", "calibration"],
     "Accuracy and performance": ["work_precision", "fall_precision", "order", "rod", "printed_law", "peers"],
 }

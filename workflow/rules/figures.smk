@@ -46,6 +46,7 @@ SOURCES = {
                 "order": "order",
                 "barrier": "barrier",
                 "eigenvalues": "eigenvalues",
+                "layer_friction": "layer_friction",
                 "rod": "rod",
                 "work_precision": "accuracy",
                 "fall_precision": "fall_accuracy",

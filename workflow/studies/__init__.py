@@ -59,6 +59,7 @@ STUDIES = {
         files=("data/textile_moment_curvature.csv",),
     ),
     "friction_delay": Study("studies.friction_delay:run", "rise of lambda_c with bending friction, and its end"),
+    "layer_friction": Study("studies.layer_friction:run", "finished folds with friction between the layers"),
     "random_paths": Study("studies.random_paths:run", "random gripper paths, each assessed twice"),
     "recordings_accuracy": Study(
         "studies.recordings_accuracy:run",

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from types import SimpleNamespace
 from typing import NamedTuple
 
-from studies.summary import facts, facts_claims, facts_delay, facts_energy, facts_fabrics, facts_paths
+from studies.summary import facts, facts_claims, facts_delay, facts_energy, facts_fabrics, facts_layers, facts_paths
 from studies.summary.facts import Facts
 
 
@@ -386,6 +386,22 @@ SOURCES = (
         Number("textile_law_path", "lost", "1", 2, "no criterion",
             "share of the R-path planned with the secant that the textile with its measured law, without friction, "
             "follows before it snaps; with the secant {secant_lost:.2f}"),
+    )),
+    Source("layer_friction", facts_layers.layer_friction, (
+        Number("fold_error_mu", "circular", "L*", 3,
+            "> 0.1 L* on the circular path at all coefficients of fabrics; < 0.05 L* on the R-path at all, and on all "
+            "paths without friction",
+            "distance of the finished fold of the circular path from the accurate one with a coefficient of friction "
+            "of {mu:g} between the layers, gripper closed, length {length:g} L*, M_0 = {moment:g} rho_a g L*^2 "
+            "({r_path:.3f} on the R-path, {triangular:.3f} on the triangular one; {without:.3f} at most without "
+            "friction); it is off from a coefficient between {from_:g} and {to:g} on, fabrics have {low:g} to "
+            "{high:g}; after the gripper has opened its end is {edge:.2f} L* past the edge. Length {long:g} L*: "
+            "{long_circular:.2f}, R-path {long_r_path:.3f} ({long_r_path_without:.2f} without internal friction), "
+            "triangular {long_triangular:.3f}",
+            lambda f: f.in_band and max(f.r_path_most, f.without) < 0.05, "finer"),
+        Number("layer_friction_energy", "created", "rho_a g L*^2", 2, "< 1e-6",
+            "largest energy that stick and slip and the defect of the balance made in a fold, of {runs}; friction "
+            "between the layers took up to {dissipated:.2g}", lambda f: f.runs >= 15),
     )),
     Source("random_paths", facts_paths.random_paths, (
         Number("random_paths", "paths", "count", 4, ">= 200",

@@ -1,0 +1,133 @@
+"""Whether the gripper's path decides the finished fold: three paths with Coulomb friction between the layers.
+
+Each path is followed in time from the flat strip to rest at its end; then the gripper opens.  The error of the fold is
+its largest distance from the accurate one.  Lengths in L*, energies per width in rho_a g L*^2.
+Source: docs/physics.md, section 8.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+import xarray as xr
+
+from stripfold import elastica
+from stripfold.analysis.assess import SPACING, shape_error
+from stripfold.analysis.path_in_time import TIME_OPTIONS, PathInTime, follow_in_time, opened
+from stripfold.analysis.static import StripModel
+from stripfold.arrays import Array
+from stripfold.paths.curve import GripperPath
+from stripfold.paths.geometric import circular, triangular
+from stripfold.paths.rpath import plan_r_path
+from studies.common import Progress, dataset, grid
+
+PATHS = ("r-path", "triangular", "circular")
+NUMBERS = ("error", "opened_error", "edge", "loop", "touch_x", "dissipated", "created")
+HALF_STEP = 1.0 / 8.0
+"""Factor on the estimated error of a time step: steps half as long."""
+LOOP_SPACING = 0.01
+
+
+def run(
+    length_star: float,
+    thickness: float,
+    moment: float,
+    coefficients: Sequence[float],
+    shown: float,
+    band: Sequence[float],
+    long: float,
+    threads: int = 1,
+    progress: Progress | None = None,
+) -> xr.Dataset:
+    """Folds over ``path`` and ``mu``.
+
+    Parameters
+    ----------
+    length_star, thickness
+        The strip, a rod, L*.
+    moment
+        M_0 of the bending hysteresis, with which the R-path is followed, rho_a g L*^2.
+    coefficients
+        Coefficients of friction.
+    shown
+        The one at which elements and time steps half as long are used as well, for the error.
+    band
+        Coefficients of fabrics: from, to.
+    long
+        Length of a longer strip, at ``shown``, with the hysteresis on each path and without it on the R-path.
+    """
+    case = partial(_numbers, length=length_star, thickness=thickness, moment=moment)
+    values = grid(case, NUMBERS, {"path": PATHS, "mu": list(coefficients)}, threads, progress)
+    finer = [_fold(name, shown, length_star, thickness, moment, finer=True) for name in PATHS]
+    arc = np.append(np.arange(0.0, length_star, SPACING), length_star)
+    shapes = np.stack([closed.problem.model.resampled_mid_surface(closed.last.q, arc) for closed, _ in finer])
+    longer = [_numbers(name, shown, length=long, thickness=thickness, moment=moment) for name in PATHS]
+    without = _numbers("r-path", shown, length=long, thickness=thickness, moment=0.0)
+    return dataset(
+        "layer_friction",
+        {
+            **values,
+            "long_error": ("path", [found["error"] for found in longer]),
+            "long_edge": ("path", [found["edge"] for found in longer]),
+            "long_error_without": ((), without["error"]),
+            "finer_error": ("path", [_error(length_star, closed) for closed, _ in finer]),
+            "arc": ("node", arc),
+            "x": (("path", "node"), shapes[..., 0]),
+            "z": (("path", "node"), shapes[..., 1]),
+        },
+        {
+            "length_star": length_star,
+            "thickness": thickness,
+            "moment": moment,
+            "shown": shown,
+            "band": list(band),
+            "long": long,
+        },
+    )
+
+
+def path_of(name: str, length: float) -> GripperPath:
+    """A path of a strip of this length, L*."""
+    if name == "r-path":
+        return plan_r_path(length).path
+    return triangular(length) if name == "triangular" else circular(length)
+
+
+def _fold(
+    name: str, mu: float, length: float, thickness: float, moment: float, finer: bool = False
+) -> tuple[PathInTime, PathInTime]:
+    """The strip at rest with the gripper closed, and after it has opened."""
+    strip, path = StripModel(length, thickness, kind="rod"), path_of(name, length)
+    refinement, options = 1.0, TIME_OPTIONS
+    if finer:
+        refinement, options = 0.5, replace(options, tolerance=HALF_STEP * options.tolerance)
+    closed = follow_in_time(strip, path, mu, moment, refinement=refinement, options=options)
+    return closed, opened(closed, options=options)
+
+
+def _numbers(name: str, mu: float, *, length: float, thickness: float, moment: float) -> dict[str, float]:
+    closed, after = _fold(name, mu, length, thickness, moment)
+    place = after.problem.model.resampled_mid_surface(after.last.q, np.arange(0.0, length, LOOP_SPACING))
+    accurate = length / 2.0 - elastica.half_fold_lying_length(length) - elastica.folded_loop().bulge
+    return {
+        "error": _error(length, closed),
+        "opened_error": _error(length, after),
+        "edge": float(place[0, 0]) - length / 2.0,
+        "loop": float(place[:, 0].min()) - accurate,
+        "touch_x": closed.touch_x,
+        "dissipated": float(after.dissipated[-1]),
+        "created": _created(closed, after),
+    }
+
+
+def _error(length: float, fold: PathInTime) -> float:
+    return shape_error(fold.problem, fold.last, plan_r_path(length))
+
+
+def _created(*parts: PathInTime) -> float:
+    """Energy that appears from nowhere: where friction gives some, and where the balance does not close."""
+    given: Array = np.concatenate([np.diff(part.dissipated) for part in parts])
+    return float(np.maximum(-given, 0.0).sum()) + max(max(part.last.energy.closing, 0.0) for part in parts)
