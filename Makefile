@@ -111,12 +111,13 @@ $(STAMP): environment.lock pyproject.toml
 
 # The build tools come first, from the lock like the rest: one dependency is published as source only, and pip
 # would otherwise fetch unpinned tools to build it.
+# Modules are compiled to byte code when they are first imported: most never are.
 .PHONY: locked-packages
 locked-packages:
 	$(PYTHON) -m venv $(VENV)
 	awk '/^[^ ]/ { keep = /^(packaging|setuptools|wheel)==/ } keep' environment.lock > $(VENV)/build-tools.lock
 	$(BIN)/python -m pip install --quiet --require-hashes --no-deps -r $(VENV)/build-tools.lock
-	$(BIN)/python -m pip install --quiet --require-hashes --no-build-isolation -r environment.lock
+	$(BIN)/python -m pip install --quiet --require-hashes --no-build-isolation --no-compile -r environment.lock
 	cp environment.lock $(VENV)/environment.lock
 
 # Pins already in the lock are kept where they still fit. To move to newest versions: make lock LOCK_ARGS=--upgrade

@@ -72,7 +72,7 @@ PARTS = (
 )
 OF_ELASTICA = (
     *(Part(module, "jacobian", "assembly") for module in (system, events)),
-    *(Part(module, "factor", "factorisation") for module in (system, events)),
+    *(Part(module, "solved", "factorisation") for module in (system, events)),
     Part(system, "residual", "residual"),
     *(Part(module, "evaluate", "angles of a state") for module in (system, events)),
     Part(system, "newton", "Newton"),
