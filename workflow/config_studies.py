@@ -88,6 +88,18 @@ class Eigenvalues(OneStrip):
     refinement: Refinement
 
 
+class Variants(OneStrip):
+    """What each choice of the model changes."""
+
+    refinement: Refinement
+    poisson: AtLeastOne[Annotated[Number, quantity("Poisson's ratio", ge=0.0, lt=0.5)]]
+    eta_m: AtLeastOne[Annotated[Number, quantity("factor on eta_m", gt=0.0)]]
+    narrow: Annotated[Number, quantity("Poisson's ratio of a narrow strip", ge=0.0, lt=0.5)]
+    angles: AtLeastOne[Annotated[Number, quantity("angle of the strip at the gripper", "degree")]]
+    compliance: Annotated[Number, quantity("displacement of the pin per force", "(rho_a g)^-1", ge=0.0)]
+    sliding: Annotated[Number, quantity("force at which the pin slides", "rho_a g L*", gt=0.0)]
+
+
 class Strategy(Input):
     """A way to the end of the advance: model, mesh and tolerance."""
 
@@ -268,6 +280,7 @@ class Studies(Input):
     low_paths: LowPaths | None = None
     barrier: Barrier | None = None
     eigenvalues: Eigenvalues | None = None
+    variants: Variants | None = None
     solver_constants: SolverConstants | None = None
     accuracy: AccuracyStudy | None = None
     profiling: Profiling | None = None

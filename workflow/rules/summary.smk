@@ -33,7 +33,7 @@ rule readme:
     input:
         **{
             name: STUDY_FILES[name]
-            for name in ("hard_cases", "accuracy", "profiling", "effects", "cold_run", "peers")
+            for name in ("hard_cases", "accuracy", "profiling", "effects", "cold_run", "peers", "variants")
             if name in STUDY_FILES
         },
         summary=rules.summary.output[0],

@@ -37,6 +37,7 @@ STUDIES = {
     "low_paths": Study("studies.low_paths:run", "paths below the touch limit, which have no snap"),
     "barrier": Study("studies.barrier:run", "energy barrier between the stable and the unstable state"),
     "eigenvalues": Study("studies.eigenvalues:run", "smallest eigenvalue down to zero, and the critical modes"),
+    "variants": Study("studies.variants:run", "end of the advance and first touch with other choices of the model"),
     "solver_constants": Study(
         "studies.constants:run", "named numerical constants of the solver", files=("src/stripfold/**/*.py",)
     ),

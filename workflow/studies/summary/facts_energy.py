@@ -1,4 +1,4 @@
-"""Facts about the energy barrier and the eigenvalues."""
+"""Facts about the energy barrier, the eigenvalues and the variants of the model."""
 
 from __future__ import annotations
 
@@ -56,4 +56,29 @@ def eigenvalues(d: xr.Dataset) -> Facts:
         "snap": max(snaps, key=lambda value: abs(value - 0.5)),
         "off": max(abs(value - 0.5) for value in snaps),
         "motions": len(exponents),
+    }
+
+
+def variants(d: xr.Dataset) -> Facts:
+    """Changes of the end of the advance by kind of variant."""
+    names = d.variant.values.astype(str)
+    shift = np.abs(d.lambda_end_shift.values)
+
+    def of(*words: str) -> np.ndarray:
+        return np.array([any(word in name for word in words) for name in names])
+
+    def largest(*words: str) -> float:
+        return float(np.nanmax(shift[of(*words)]))
+
+    clamped = of("clamps") & np.isfinite(shift)
+    return {
+        "count": (d.base.values != "").sum(),
+        "z": d.attrs["height"],
+        "poisson": float(np.nanmax(shift[of("Poisson") & ~of("narrow")])),
+        "stretch": largest("eta_m"),
+        "narrow": largest("narrow"),
+        "pin": largest("pin "),
+        "clamp": largest("clamps"),
+        "angles": clamped.sum(),
+        "touching": (d.snap.values[clamped] == 0.0).sum(),
     }

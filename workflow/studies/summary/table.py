@@ -130,11 +130,21 @@ SOURCES = (
             "there is {largest:.2e} rho_a g L*^2 per width, the kinetic energy of an rms speed of {speed:.2g} "
             "sqrt(g L*) of the free part"),
     )),
+    Source("variants", facts_energy.variants, (
+        Number("variants", "count", "count", 4, ">= 10",
+            "other choices of the model whose lambda_c or first touch is compared (docs/physics.md, section 12)"),
+        Number("variant_poisson", "poisson", "L*", 2, "< 0.005 L*",
+            "largest change of lambda_c at z = {z:g} L* by Poisson's ratio at the same eta_b; by eta_m {stretch:.2g} "
+            "L*, by the width up to {narrow:.2g} L*, by a pin that gives or slides up to {pin:.2g} L*"),
+        Number("variant_clamp", "clamp", "L*", 2, "no criterion",
+            "largest change of the end of the advance by a clamp in place of the gripper's hinge; at {touching} of "
+            "{angles} angles the sag touches before lambda has a maximum"),
+    )),
     Source("eigenvalues", facts_energy.eigenvalues, (
-        Number("eigenvalue_at_critical", "rest", "1", 2, "< 1e-3; exponents of 1/2 within 0.02",
-            "smallest eigenvalue of (K, M) over the second one at the critical points along x and along three paths, "
-            "the largest of them; at the snaps it goes to zero with an exponent of the distance of {snap:.3f}",
-            lambda f: f.off < 0.02 and f.motions == 4),
+        Number("eigenvalue_exponent", "snap", "1", 4, "1/2 within 0.02; the eigenvalue falls below 1e-3 of the second",
+            "exponent of the distance with which the smallest eigenvalue of (K, M) goes to zero at a snap, on the rod, "
+            "farthest from 1/2 of three motions; at the last state before a critical point, on the R-path too, it is "
+            "at most {rest:.0e} of the second eigenvalue", lambda f: f.off < 0.02 and f.rest < 1e-3 and f.motions == 4),
     )),
     Source("branches", facts.branches, (
         Number("branch_cases", "cases", "count", 4, ">= 2000",
