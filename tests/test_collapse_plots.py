@@ -112,9 +112,9 @@ class TestCollapse:
 
 
 class TestCollapseCurve:
-    def test_parts_levels_and_inset(self, data):
+    def test_parts_and_levels(self, data):
         fig = collapse_curve.draw(data)
-        (ax,) = fig.axes
+        ax, below = fig.axes
         for phase, colour in zip(PHASES, (palette.BLACK, palette.RED, palette.GREEN), strict=True):
             part = data.isel(state=np.flatnonzero(data["phase"] == phase))
             label = collapse_curve.LABELS[phase]
@@ -128,23 +128,23 @@ class TestCollapseCurve:
         for name, value in (("lambda_0", 12.0), ("lambda_c", 36.0)):
             assert colours(ax, name) == {palette.GREEN}
             np.testing.assert_allclose(drawn(ax, name)[0, :, 1], value)
-        assert [text.get_text() for text in ax.texts] == [r"$\lambda_0$ = 12.00 cm", r"$\lambda_c$ = 36.00 cm"]
+        assert [text.get_text() for text in ax.texts] == [
+            r"$\lambda_0$ = 12.00 cm",
+            r"$\lambda_c$ = 36.00 cm",
+            "(a)",
+        ]
         assert "rms displacement" in ax.get_xlabel()
         assert legend_texts(fig) == list(collapse_curve.LABELS.values())
-        (inset,) = ax.child_axes
-        fall = 100.0 * data["deflection"].values[data["phase"] == "fall"]
-        assert inset.get_xlim()[0] < fall.min() < fall.max() < inset.get_xlim()[1]
-        assert inset.get_ylim()[0] < 36.0 < inset.get_ylim()[1]
+        assert "sag" in below.get_xlabel()
+        assert below.get_ylim()[0] < 36.0 < below.get_ylim()[1]
+        left, right = below.get_xlim()
+        assert left > 0.0 > right
 
-    def test_a_high_fall_gets_its_inset_below(self, data):
-        high = data.copy(deep=True)
-        high["lambda"][FIRST_FALL + made_up.COUNTS["fall"] :] = made_up.LAMBDA_C + 0.01
-        for one, above in ((data, True), (high, False)):
-            (ax,) = collapse_curve.draw(one).axes
-            (inset,) = ax.child_axes
-            middle = inset.get_position().y0 + 0.5 * inset.get_position().height
-            level = ax.transData.transform((0.0, 36.0))[1] / ax.figure.bbox.height
-            assert (middle > level) == above
+    def test_height_of_the_sag(self):
+        """By hand: from the gripper down to 1, over a loop of 2, and down; none where the strip only comes down."""
+        x = np.arange(6.0)
+        states = [np.stack([x, z], axis=1) for z in ([5.0, 3.0, 1.0, 2.0, 0.0, 0.0], [5.0, 3.0, 1.0, 0.5, 0.0, 0.0])]
+        np.testing.assert_array_equal(collapse_curve.sag_heights(np.array(states)), [1.0, np.nan])
 
     def test_to_the_touch_only(self, data):
         assert legend_texts(collapse_curve.draw(made_up.until_touch(data))) == ["static, before", "fall"]

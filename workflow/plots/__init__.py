@@ -13,16 +13,18 @@ FIGURES = {
     "geometry":
         "The strip is held at one end (blue) and grasped at the other (purple); its mid-surface is red.",
     "motion":
-        "The gripper moves from lambda_0, where it exerts no horizontal force, to the critical point lambda_c; states "
-        "past it (dashed) are unstable.",
+        "A high gripper moves from lambda_0, where it exerts no horizontal force, to the critical point lambda_c; "
+        "states past it (dashed) are unstable. The farther it goes, the deeper the strip sags beside the loop.",
     "deflection":
-        "The branch turns at lambda_c (inset), where stable states (solid) end and unstable ones (dashed) begin.",
+        "At a low height the branch turns at lambda_c (inset), where stable states (solid) end and unstable ones "
+        "(dashed) begin; the unstable ones end where the sag touches.",
     "collapse":
         "Static states (grey) lead to the critical state (black), the strip falls (red) until its upper layer rests on "
         "the lower one, and static states (green) follow until the gripper (purple) is above the held end (blue).",
     "collapse_curve":
-        "The gripper is held slightly past lambda_c (inset): in the fall (red) the deflection jumps at constant "
-        "lambda; static states continue after it (green).",
+        "Over the deflection (a) the snap is hardly seen, as most of the strip does not move; over the height of the "
+        "sag (b) the branch turns at lambda_c, the sag falls to the lower layer at constant lambda (red) and stays "
+        "there in the static states after it (green).",
     "energy":
         "Gravity releases energy in the fall (a), most of it to bending; air and fabric dissipate the rest (b), and "
         "the balance closes to rounding (c).",
@@ -44,7 +46,8 @@ FIGURES = {
         "crossing (thin: the second eigenvalue). The critical modes (red down, blue up) at the snap along x (b) and on "
         "the R-path (c).",
     "folding":
-        "The gripper (purple) carries the grasped end along the folding path over the fold line (blue).",
+        "The gripper (purple) carries the grasped edge along the folding path over the fold line (blue; dashed where "
+        "the upper layer hides it).",
     "planned_paths":
         "The triangular and the circular path assume straight panels, the R-path the true bent shape of the strip.",
     "evolutions":

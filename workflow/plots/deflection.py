@@ -16,12 +16,13 @@ from stripfold.plots.style import CM, figure, styled
 def draw(data: xr.Dataset) -> Figure:
     """Draw lambda over the deflection: stable solid, unstable dashed, lambda_0 and lambda_c in green.
 
-    ``data`` is from :func:`tasks.x_axis.run`; the gripper height nearest 5 L* is drawn.
+    ``data`` is from :func:`tasks.x_axis.run`; the gripper height nearest 3 L* is drawn.
     """
-    chosen = branch(data, 5.0)
+    chosen = branch(data, 3.0)
     right, low, high = CM * float(chosen.deflection.max()), CM * chosen.lambda_0, CM * chosen.lambda_c
     fig = figure(2.7)
-    ax = deflection_axes(fig, right, low, high)
+    ax = fig.subplots()
+    deflection_axes(ax, right, low, high)
     _curve(ax, chosen)
     level(ax, "lambda_0", chosen.lambda_0, 0.12 * right)
     level(ax, "lambda_c", chosen.lambda_c)

@@ -43,10 +43,13 @@ def draw(data: xr.Dataset) -> Figure:
     tops = [plan.states[:, 0, 1].max() + 0.5 * deep[1] + 0.09 * length, deep[1] + 0.12 * length]
     spans = [(low, float(top)) for top in tops]
     fig, axes = drawings((-0.55 * length, 0.55 * length + deep[0]), spans, ("(a) initial state", "(b) folded state"))
-    for ax, state, order in zip(axes, plan.states[[0, -1]], (5.0, 2.0), strict=True):
-        _strip(ax, layered(state, LAYER * length), deep)
-        ax.plot([0.0, deep[0]], [0.0, deep[1]], color=FIXED, lw=1.8, zorder=order, label="_fold-line")
-        ax.plot(*(state[0] + 0.5 * deep), "o", color=GRIPPER, ms=4, zorder=7, label="_gripper")
+    for ax, state, ls in zip(axes, plan.states[[0, -1]], ("-", "--"), strict=True):
+        drawn = layered(state, LAYER * length)
+        _strip(ax, drawn, deep)
+        # On the lower layer: dashed where the upper one hides it.
+        ax.plot([0.0, deep[0]], [0.0, deep[1]], color=FIXED, ls=ls, lw=1.8, zorder=5, label="_fold-line")
+        edge = np.stack([drawn[0], drawn[0] + deep], axis=1)
+        ax.plot(*edge, color=GRIPPER, lw=2.5, solid_capstyle="round", zorder=7, label="_gripper")
     _path_and_names(axes[0], plan, deep)
     return fig
 

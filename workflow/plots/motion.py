@@ -21,9 +21,9 @@ STATES, UNSTABLE_STATES = 9, 2
 def draw(data: xr.Dataset) -> Figure:
     """Draw mid-surfaces along one branch: stable ones solid, unstable ones dashed.
 
-    ``data`` is from :func:`tasks.x_axis.run`; the gripper height nearest 5 L* is drawn.
+    ``data`` is from :func:`tasks.x_axis.run`; the gripper height nearest 10 L* is drawn.
     """
-    chosen = branch(data, 5.0)
+    chosen = branch(data, 10.0)
     states, last = chosen.states, chosen.critical
     start, end = states[0][0], states[last][0]
     # As wide as the states need: most of the flat part is left out.

@@ -1,4 +1,4 @@
-"""The control-parameter/deflection curve through a collapse."""
+"""lambda over the deflection and over the height of the sag, through a collapse."""
 
 from __future__ import annotations
 
@@ -10,54 +10,65 @@ from scipy.interpolate import CubicSpline
 
 from stripfold.analysis.phases import AFTER, BEFORE, FALL
 from stripfold.arrays import Array
-from stripfold.plots.colours import CRITICAL, FALLING, GREY, LEVEL, SETTLED
+from stripfold.plots.colours import CRITICAL, FALLING, LEVEL, SETTLED
 from stripfold.plots.readers import Collapse, collapse
 from stripfold.plots.style import CM, figure, legend_above, styled, text_at
 
 LABELS = {BEFORE: "static, before", FALL: "fall", AFTER: "static, after"}
-SMOOTH = 20
+SMOOTH = 50
 """Points of a curve that are drawn for each state."""
 COLOURS = {BEFORE: CRITICAL, FALL: FALLING, AFTER: SETTLED}
+STYLES = {BEFORE: "-", FALL: "--", AFTER: "-."}
 
 
 @styled
 def draw(data: xr.Dataset) -> Figure:
-    """Draw lambda over the deflection: black to lambda_c, red in the fall, green after it.
+    """Draw lambda over (a) the deflection, (b) the sag's height: black to lambda_c, red in the fall, green after it.
 
     ``data`` is from :func:`stripfold.analysis.collapse.run`.
     """
     found = collapse(data)
     right, low, high = CM * float(found.deflection.max()), CM * found.lambda_0, CM * float(found.advance.max())
-    fig = figure(3.1)
-    ax = deflection_axes(fig, right, low, high)
-    _curve(ax, found)
-    # Label and inset go where the curve leaves room.
-    y = CM * found.lambda_c
-    fall_is_high = y > low + 0.6 * (high - low)
-    level(ax, "lambda_0", found.lambda_0, 0.12 * right)
-    level(ax, "lambda_c", found.lambda_c, 0.0 if fall_is_high else 0.65 * right)
-    legend_above(fig, ncols=3, title=f"gripper height $z$ = {CM * found.height:.1f} cm")
-    # Enlarged: the fall, in which only a part of the strip moves; the gripper is held a little past lambda_c.
-    x = CM * found.deflection[found.part(FALL)]
-    wide = float(np.ptp(x))
-    inset = enlarged(ax, (0.57, 0.2, 0.4, 0.3) if fall_is_high else (0.15, 0.66, 0.36, 0.3))
-    _curve(inset, found)
-    inset.axhline(y, color=LEVEL, lw=1.0, zorder=1)
-    inset.set_xlim(x.min() - 0.7 * wide, x.max() + 0.7 * wide)
-    inset.set_ylim(y - 0.7 * wide, y + 0.7 * wide)
-    ax.indicate_inset_zoom(inset, edgecolor=GREY)
+    fig = figure(4.6)
+    above, below = fig.subplots(2, 1)
+    deflection_axes(above, right, low, high)
+    _curve(above, CM * found.deflection, found)
+    level(above, "lambda_0", found.lambda_0, 0.12 * right)
+    level(above, "lambda_c", found.lambda_c, 0.65 * right)
+    sag = CM * sag_heights(found.states)
+    _curve(below, sag, found)
+    highest = float(np.nanmax(sag, initial=0.1))
+    level(below, "lambda_c", found.lambda_c, highest)
+    below.set_xlim(1.03 * highest, -0.05 * highest)  # falling to the right
+    below.set(xlabel="height of the sag [cm]", ylabel=above.get_ylabel())
+    # From where there is a sag; as much again past lambda_c, where it lies.
+    first = CM * float(found.advance[np.isfinite(sag)].min(initial=found.lambda_c))
+    room = max(CM * found.lambda_c - first, 0.02 * (high - low))
+    below.set_ylim(CM * found.lambda_c - 1.05 * room, CM * found.lambda_c + 0.5 * room)
+    for ax, name in ((above, "(a)"), (below, "(b)")):
+        ax.annotate(name, (0, 1), (4, -4), xycoords="axes fraction", textcoords="offset points", va="top")
+    legend_above(fig, above.get_legend_handles_labels()[0], ncols=3, title=f"$z$ = {CM * found.height:.1f} cm")
     return fig
 
 
-def deflection_axes(fig: Figure, right: float, low: float, high: float) -> Axes:
-    """Axes of lambda, from about ``low`` to ``high``, over a deflection up to about ``right``, all in cm."""
-    ax = fig.subplots()
+def sag_heights(states: Array) -> Array:
+    """Height of the lowest point between gripper and loop, shape (m,), of states, shape (m, n, 2), from the gripper on.
+
+    nan where the strip only falls from the gripper to the floor.
+    """
+    z = states[..., 1]
+    rises = np.diff(z, axis=1) > 1e-6 * z.max()
+    heights = np.take_along_axis(z, rises.argmax(axis=1)[:, None], axis=1)[:, 0]
+    return np.where(rises.any(axis=1), heights, np.nan)
+
+
+def deflection_axes(ax: Axes, right: float, low: float, high: float) -> None:
+    """Make ``ax`` one of lambda, from about ``low`` to ``high``, over a deflection up to about ``right``, all in cm."""
     ax.grid(visible=False)  # it would run behind the inset's numbers
-    ax.set_xlabel(r"deflection: rms displacement of the mid-surface from $\lambda_0$ [cm]")
+    ax.set_xlabel(r"deflection: rms displacement from $\lambda_0$ [cm]")
     ax.set_ylabel(r"gripper position $\lambda$ [cm]")
     ax.set_xlim(-0.02 * right, 1.05 * right)
     ax.set_ylim(low - 0.07 * (high - low), high + 0.08 * (high - low))
-    return ax
 
 
 def level(ax: Axes, name: str, value: float, at: float = 0.0) -> None:
@@ -85,10 +96,12 @@ def smooth(x: Array, y: Array) -> tuple[Array, Array]:
     return curve[:, 0], curve[:, 1]
 
 
-def _curve(ax: Axes, found: Collapse) -> None:
-    x, y = CM * found.deflection, CM * found.advance
+def _curve(ax: Axes, x: Array, found: Collapse) -> None:
+    """lambda over ``x``, which may be nan in the first states, cm."""
+    y = CM * found.advance
     for phase, colour in COLOURS.items():
-        if len(part := found.part(phase)):
-            line = smooth(x[part], y[part]) if phase is BEFORE else (x[part], y[part])
-            ax.plot(*line, color=colour, lw=1.5, zorder=3, label=LABELS[phase])
+        part = found.part(phase)
+        if len(part := part[np.isfinite(x[part])]) > 1:
+            line = smooth(x[part], y[part]) if phase is BEFORE and np.ptp(x[part]) > 0.0 else (x[part], y[part])
+            ax.plot(*line, color=colour, ls=STYLES[phase], lw=1.5, zorder=3, label=LABELS[phase])
     ax.plot(x[found.critical], y[found.critical], "o", color=CRITICAL, ms=3.0, zorder=4, label="_critical")
