@@ -35,7 +35,9 @@ FIGURES = {
         "lambda_c grows almost linearly with the gripper height for every material.",
     "master_curve":
         "In units of the gravity-bending length L* the critical points of all materials lie on one curve, that of the "
-        "elastica; below 1.586 L* (grey) the sag touches first and there is no snap of this kind.",
+        "elastica; below 1.586 L* (grey) the sag touches first and there is no snap of this kind. What is left (below) "
+        "is due to the solid's stretch: it is proportional to eta_m g L* and grows with the weight that hangs from the "
+        "gripper.",
     "barrier":
         "The energy that makes a hanging strip fall grows as the 3/2 power of the distance to lambda_c (a, b), up to "
         "lambda_t, where the sag of the unstable state touches the floor (crosses): with less advance the strip has no "
@@ -80,13 +82,15 @@ FIGURES = {
         "draws the layer into place. Shaded: usual coefficients of fabric on fabric; circles: a finer computation.",
     "measured":
         "Verification of the measuring chain: strips filmed synthetically, each with its own friction, are measured to "
-        "snap later than the frictionless model says (lines), the more so the faster the gripper moves.",
+        "snap later than the frictionless model says (lines), the more so the faster the gripper moves: small filled "
+        "marks and large open ones.",
     "real_paths":
         "Verification of the measuring chain: in synthetic films of strips with friction the onset of the snap lies "
         "past the frictionless boundary of stability (dotted) at every height.",
     "recordings_accuracy":
         "About 95 % of the intervals hold the true lambda of synthetic recordings with noise, blur, rolling shutter, "
-        "shadows, occlusion, dropped frames and compression; the other intervals are orange-red.",
+        "shadows, occlusion, dropped frames and compression; the other intervals are orange-red. "
+        "Most errors are smaller than stated, a few larger: Student's distribution fits them, not the normal one.",
     "calibration":
         "With a refinement window that grows with the distance of the corners (blue) every view meets the target; the "
         "published outlier, view 02, comes from a window that reaches the next corner.",
@@ -95,14 +99,15 @@ FIGURES = {
         "with the Pareto front (grey) and the uncertainty of the reference (dotted); open markers are elements of "
         "order one, or two elements across the thickness.",
     "fall_precision":
-        "Accuracy versus run time of a fall: error of the first touch for models, meshes (size of the markers), time "
-        "steps (half-filled: longer at the top, shorter at the bottom) and integrators, with the Pareto front (grey) "
-        "and the uncertainty of the reference (dotted).",
+        "Accuracy versus run time of a fall: error of the first touch for models, meshes, time steps and integrators. "
+        "Finer meshes end up to 0.01 L* from the reference, a fine solid: how far from lambda_c a mesh releases the "
+        "strip counts, the more the lower the gripper (`touch_convergence` is of one fall from 5 L*).",
     "order":
         "The error of lambda_c falls with the fourth power of the element length on the rod and the third on the solid "
         "(a); the run time grows linearly with the number of elements (b).",
     "rod":
-        "The rod's distance from the solid is far below the effect of the thickness, which both have (dotted).",
+        "The rod's distance from the solid is far below the effect of the thickness, which both have (dotted). Dashed: "
+        "the orders in h between the two thickest strips; on thin ones the rod's distance is that of the meshes.",
     "printed_law":
         "A rotated strip loses stress and bending stiffness under the law as printed, all of it at 90 degrees; the "
         "objective law keeps both.",

@@ -15,7 +15,7 @@ from stripfold.plots.colours import BLACK
 from stripfold.plots.style import CM, figure, legend_above, styled
 
 CROWDED = 0.6
-"""When all materials but one fill less than this part of the axes, a second panel enlarges them."""
+"""When all materials but one fill less than this part of the axes, that one gets a panel of its own."""
 NO_SNAP = "sag touches first: no snap"
 
 
@@ -27,26 +27,27 @@ def draw(data: xr.Dataset) -> Figure:
     """
     found = [(critical_points(data, name), how) for name, how in materials(data)]
     sizes = sorted((CM * float(p["height"].max()), CM * float(p["end"].max())) for p, _ in found)
-    enlarge = len(sizes) > 1 and sizes[-2][0] < CROWDED * sizes[-1][0]
-    fig = figure(5.0 if enlarge else 3.2)
-    axes = list(fig.subplots(2 if enlarge else 1, 1, squeeze=False).flat)
+    apart = len(sizes) > 1 and sizes[-2][0] < CROWDED * sizes[-1][0]
+    fig = figure(5.0 if apart else 3.2)
+    axes = list(fig.subplots(2 if apart else 1, 1, squeeze=False, height_ratios=(2, 1) if apart else (1,)).flat)
+    for p, how in found:
+        large = apart and CM * float(p["height"].max()) == sizes[-1][0]
+        draw_points(axes[1 if large else 0], p, CM, how)
     for ax in axes:
-        for p, how in found:
-            draw_points(ax, p, CM, how)
         ax.set(ylabel=r"critical point $\lambda_c$ [cm]", xlim=(0.0, None), ylim=(0.0, None))
     axes[-1].set_xlabel("gripper height $z$ [cm]")
     legend_above(fig, legend_handles(data), title=ETA_TITLE)
-    if enlarge:
-        axes[1].set_xlim(0.0, 1.05 * sizes[-2][0])
-        axes[1].set_ylim(0.0, 1.05 * max(advance for _, advance in sizes[:-1]))
+    if apart:
         note(axes[0], "(a)")
-        note(axes[1], "(b) lower left part of (a)")
+        note(axes[1], "(b) the longest strip")
     return fig
 
 
 def legend_handles(data: xr.Dataset) -> list[Line2D]:
     """One entry for each material under the title ``ETA_TITLE``, and one for crosses where there are any."""
-    handles = [entry(_eta(data, name), how.color, marker=how.marker, ms=3.0, lw=1.0) for name, how in materials(data)]
+    handles = [
+        entry(eta_label(data, name), how.color, marker=how.marker, ms=3.0, lw=1.0) for name, how in materials(data)
+    ]
     if not all(critical_points(data, name)["snap"].all() for name, _ in materials(data)):
         handles.append(entry(NO_SNAP, BLACK, "none", marker="x"))
     return handles
@@ -65,7 +66,7 @@ def error_bars(how: Look) -> dict[str, Any]:
     return {"color": how.color, "marker": how.marker, "ms": 3.0, "lw": 1.0, "capsize": 1.5, "elinewidth": 0.8}
 
 
-def _eta(data: xr.Dataset, material: str) -> str:
+def eta_label(data: xr.Dataset, material: str) -> str:
     """``eta_b`` of a material, with its name where it has one."""
     one = data.sel(material=material)
     label = str(one["label"].values)

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from plots.models import LOOKS, draw_pareto, headroom
 from plots.pieces import entry, note
-from stripfold.plots.colours import GREEN, PINK
+from stripfold.plots.colours import GREEN, GREY, PINK
 from stripfold.plots.style import figure, legend_above, styled
 
 COLOURS = {
@@ -52,5 +52,11 @@ def draw(data: xr.Dataset) -> Figure:
     fig.supylabel(r"error of the first touch$\,/\,L^*$", fontsize=9.0)
     shown = dict.fromkeys(zip(data["model"].values, data["scheme"].values, strict=True))
     handles = [entry(f"{m}, {s}", COLOURS[m, s], "none", marker=LOOKS[m].marker, ms=5.0) for m, s in shown]
-    legend_above(fig, handles, ncols=1)
+    sizes = [5.0 * float(r) ** 0.5 for r in np.unique(data["refinement"].values)]
+    for size, text in ((sizes[-1], "longest elements"), (sizes[0], "shortest elements")):
+        handles.append(entry(text, GREY, "none", marker="o", ms=size))
+    for fill, text in (("top", "longer time steps"), ("bottom", "shorter time steps")):
+        handles.append(entry(text, GREY, "none", marker="o", ms=5.0, fillstyle=fill, markerfacecoloralt="white"))
+    handles += [entry("Pareto front", GREY, lw=1.0), entry("uncertainty of the reference", GREY, ":", lw=0.8)]
+    legend_above(fig, handles, fontsize=6.5)
     return fig

@@ -32,7 +32,10 @@ def draw(data: xr.Dataset) -> Figure:
             names = ("height", "lambda_event", "lambda_low", "lambda_high", "lambda_model")
             z, event, low, high, model = (CM * some[name].values for name in names)
             fill = look.color if speed == speeds[0] else "white"
-            options = {"fmt": look.marker, "color": look.color, "mfc": fill, "ms": 3.5, "capsize": 1.5, "lw": 0.8}
+            # Small and filled in large and open: above both speeds are nearly at one place.
+            size = 2.5 if speed == speeds[0] else 5.5
+            options = {"fmt": look.marker, "color": look.color, "mfc": fill, "ms": size, "capsize": 1.5, "lw": 0.8}
+            options["zorder"] = 4 if speed == speeds[0] else 3
             for ax, y in ((top, event), (bottom, event - model)):
                 ax.errorbar(z, y, yerr=[event - low, high - event], **options)
         handles.append(entry(f"{eta:.5g}", look.color, marker=look.marker, ms=3.5, lw=1.0))
@@ -41,7 +44,8 @@ def draw(data: xr.Dataset) -> Figure:
     bottom.set(ylabel=r"$\lambda - \lambda_c$ [cm]", xlabel="gripper height $z$ [cm]")
     for i, speed in enumerate(speeds):
         fill = "white" if i else BLACK
-        handles.append(entry(f"{MILLI * speed:.2g} mm/s", BLACK, "none", marker="o", mfc=fill, ms=3.5))
+        size = 5.5 if i else 2.5
+        handles.append(entry(f"{MILLI * speed:.2g} mm/s", BLACK, "none", marker="o", mfc=fill, ms=size))
     legend_above(fig, handles, ncols=3, title=ETA_TITLE)
     if np.all(data["synthetic"].values == 1.0):
         note(top, "synthetic recordings; lines: $\\lambda_c$ without friction")

@@ -6,7 +6,8 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from plots.critical_points import NO_SNAP
+from plots.critical_points import NO_SNAP, eta_label
+from plots.pieces import ETA_TITLE
 from plots.readers import critical_points
 from stripfold.plots.colours import CRITICAL, GREY, GRIPPER
 from stripfold.plots.style import CM, equal_panels, legend_above, styled
@@ -33,7 +34,7 @@ def draw(data: xr.Dataset, material: str) -> Figure:
     start, end, z = CM * (p["lambda_0"].values - half), CM * (p["end"].values - half), CM * p["height"].values
     margin = 0.05 * (end.max() - start.min())
     limits = (start.min() - margin, end.max() + margin), (-margin, z.max() + margin)
-    fig, (ax,) = equal_panels([limits], above=0.45)
+    fig, (ax,) = equal_panels([limits], above=0.62)
     ax.set(xlabel="gripper $x$ [cm]", ylabel="gripper $z$ [cm]")
     for x0, x1, height, snaps in zip(start, end, z, snap, strict=True):
         ax.plot([x0, x1], [height, height], color=GRIPPER if snaps else GREY, lw=1.0, label="_path")
@@ -42,5 +43,5 @@ def draw(data: xr.Dataset, material: str) -> Figure:
     ax.plot(end[snap], z[snap], ":o", color=CRITICAL, ms=2.5, label=label, gid="lambda_c", zorder=4)
     if not np.all(snap):
         ax.plot(end[~snap], z[~snap], "x", color=CRITICAL, mew=1.2, label=NO_SNAP, gid="no-snap", zorder=4)
-    legend_above(fig)
+    legend_above(fig, title=f"{ETA_TITLE}: {eta_label(data, material)}")
     return fig

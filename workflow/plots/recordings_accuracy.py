@@ -5,12 +5,18 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
+from scipy import stats
 
 from plots.pieces import note
 from stripfold.plots.colours import BLACK, BLUE, GREY, SKY, VERMILLION
 from stripfold.plots.style import MILLI, figure, styled
 from stripfold.vision.measure import Z_95
 from studies.recordings_accuracy import MEASURED, error
+
+LINEAR = 0.3
+"""Errors below are drawn on a linear scale, larger ones on a logarithmic one, mm."""
+FITTED = 20
+"""Fewer values than these say nothing about their distribution."""
 
 
 @styled
@@ -28,19 +34,24 @@ def draw(data: xr.Dataset) -> Figure:
     colours = np.where(inside, GREY, VERMILLION)
     fig = figure(4.4)
     top, bottom = fig.subplots(2, 1, height_ratios=(1.5, 1.0))
-    # Of the widest intervals only the ends are cut off.
-    limit = 1.1 * max(float(np.quantile(np.abs(off) + half, 0.97)), float(np.abs(off).max())) if len(off) else 1.0
+    limit = 1.1 * float((np.abs(off) + half).max()) if len(off) else 1.0
     top.vlines(rank, off - half, off + half, colors=colours, lw=0.7)
     top.scatter(rank, off, s=3.0, c=np.where(inside, BLACK, VERMILLION), zorder=3)
     top.axhline(0.0, color=BLACK, lw=0.8)
+    top.set_yscale("symlog", linthresh=LINEAR)
     top.set(ylim=(-limit, limit), ylabel=r"error of $\lambda$ [mm]", xlabel="recordings, ordered by standard deviation")
     held = f"{100.0 * inside.mean():.1f} % of " if len(off) else ""
     note(top, f"95 % intervals: {held}{len(off)} hold the truth")
-    z, bins = np.clip(off / sd, -5.0, 5.0), np.linspace(-5.0, 5.0, 41)
-    bottom.hist([z[~flagged], z[flagged]], bins, stacked=True, color=[BLUE, SKY], label=["no flag", "flagged"])
+    z, bins = off / sd, np.linspace(-5.0, 5.0, 41)
+    shown = np.clip(z, bins[0], bins[-1])  # beyond: in the outermost bin
+    bottom.hist([shown[~flagged], shown[flagged]], bins, stacked=True, color=[BLUE, SKY], label=["no flag", "flagged"])
     x = np.linspace(-5.0, 5.0, 201)
-    density = np.exp(-0.5 * x**2) / np.sqrt(2.0 * np.pi)
-    bottom.plot(x, len(z) * (bins[1] - bins[0]) * density, color=BLACK, lw=0.8, label="normal distribution")
+    area = len(z) * (bins[1] - bins[0])
+    bottom.plot(x, area * stats.norm.pdf(x), "--", color=BLACK, lw=0.8, label="normal, as stated")
+    if len(z) > FITTED:
+        freedom, _, scale = stats.t.fit(z, floc=0.0)
+        name = rf"Student's $t$, $\nu$ = {freedom:.1f}, scale {scale:.2f}"
+        bottom.plot(x, area * stats.t.pdf(x, freedom, 0.0, scale), color=BLACK, lw=1.0, label=name)
     bottom.set(xlabel="error / standard deviation", ylabel="recordings", xlim=(-5.0, 5.0))
-    bottom.legend(loc="upper right")
+    bottom.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, fontsize=7)
     return fig

@@ -25,6 +25,13 @@ def draw(data: xr.Dataset) -> Figure:
         one, how = data.sel(height=height), look(i + 3)  # not the colours of the models
         ax.plot(thickness, np.abs(one["model_error"]), **how._asdict(), label=f"$z = {height:g}\\,L^*$")
         ax.plot(thickness, np.abs(one["thickness_effect"]), color=how.color, ls=":", lw=0.8)
+    # The orders that the two thickest strips have: of thin ones the rod's distance is that of the meshes.
+    thick = np.argsort(thickness)[-2:]
+    for name in ("model_error", "thickness_effect"):
+        low, high = (float(np.abs(data[name].isel(thickness=int(i))).min()) for i in thick)
+        order = np.log(high / low) / np.log(thickness[thick[1]] / thickness[thick[0]])
+        guide = 0.5 * high * (thickness / thickness.max()) ** order
+        ax.plot(thickness, guide, "--", color=GREY, lw=0.8, label=f"$h^{{{order:.1f}}}$")
     ax.plot([], [], color=GREY, marker="o", label="rod from solid")
     ax.plot([], [], color=GREY, ls=":", lw=0.8, label="solid from elastica")
     ax.set(xlabel="thickness $h\\,/\\,L^*$", ylabel=r"difference in $\lambda_c$, relative", xscale="log", yscale="log")

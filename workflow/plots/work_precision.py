@@ -7,7 +7,8 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from plots.models import LOOKS, draw_pareto, headroom
-from plots.pieces import note
+from plots.pieces import entry, note
+from stripfold.plots.colours import GREY
 from stripfold.plots.style import figure, legend_above, styled
 
 LEAST = 1e-7
@@ -50,5 +51,12 @@ def draw(data: xr.Dataset) -> Figure:
     panels[0].autoscale(axis="x")  # to what all of them show
     headroom(panels[0], 0.12)
     fig.supylabel(r"error of $\lambda$, relative", fontsize=9.0)
-    legend_above(fig, ncols=len(LOOKS), fontsize=7.0)
+    handles = panels[0].get_legend_handles_labels()[0]
+    open_marks = entry("order one, or two across", LOOKS["solid"].color, "none", marker="s", mfc="white")
+    handles += [
+        open_marks,
+        entry("Pareto front", GREY, lw=1.0),
+        entry("uncertainty of the reference", GREY, ":", lw=0.8),
+    ]
+    legend_above(fig, handles, ncols=len(LOOKS), fontsize=7.0)
     return fig
