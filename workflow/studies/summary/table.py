@@ -60,7 +60,7 @@ SOURCES = (
         Number("bracket_max", "bracket", "L*", 2, "<= 1e-6 L*", "widest bracket of lambda_c, all {found} of them"),
     )),
     Source("points", facts_claims.eigenvalues, (
-        Number("eigenvalue_at_critical", "apart", "L*", 2, "< 1e-3 L*, detectors agree at every point",
+        Number("detectors_apart", "apart", "L*", 2, "< 1e-3 L*, detectors agree at every point",
             "largest distance of the lambda at which the smallest eigenvalue is zero from lambda_c, all {found} "
             "critical points; tangent, inertia and eigenvalue agree at {agree}", lambda f: f.agree == f.found),
     )),
