@@ -141,10 +141,12 @@ SOURCES = (
             "{angles} angles the sag touches before lambda has a maximum"),
     )),
     Source("eigenvalues", facts_energy.eigenvalues, (
-        Number("eigenvalue_exponent", "snap", "1", 4, "1/2 within 0.02; the eigenvalue falls below 1e-3 of the second",
-            "exponent of the distance with which the smallest eigenvalue of (K, M) goes to zero at a snap, on the rod, "
-            "farthest from 1/2 of three motions; at the last state before a critical point, on the R-path too, it is "
-            "at most {rest:.0e} of the second eigenvalue", lambda f: f.off < 0.02 and f.rest < 1e-3 and f.motions == 4),
+        Number("eigenvalue_at_critical", "rest", "1", 2, "< 1e-3, four motions",
+            "smallest eigenvalue of (K, M) at the last state before a critical point, over the second one: the largest "
+            "along x and along three paths, on the rod", lambda f: f.motions == 4),
+        Number("eigenvalue_exponent", "snap", "1", 4, "1/2 within 0.02",
+            "exponent of the distance with which that eigenvalue goes to zero at a snap, farthest from 1/2 of three "
+            "motions", lambda f: f.off < 0.02),
     )),
     Source("branches", facts.branches, (
         Number("branch_cases", "cases", "count", 4, ">= 2000",
