@@ -19,7 +19,11 @@ SOURCES = {
     "material_figures": {
         "touch_error": [rules.assessment.output[0]],
         "friction_needed": [rules.friction_table.output[0]],
-        **({"fabrics": [STUDY_FILES["fabrics"], rules.friction_table.output[0]]} if "fabrics" in STUDY_FILES else {}),
+        **(
+            {"fabrics": [STUDY_FILES["fabrics"], rules.friction_table.output[0]]}
+            if "fabrics" in STUDY_FILES
+            else {}
+        ),
         **(
             {
                 "friction_delay": [
