@@ -9,7 +9,7 @@ BIN := $(CURDIR)/$(VENV)/bin
 # What a rule's `script:` or `shell:` finds first must be the locked environment.
 IN_VENV := PATH="$(BIN):$$PATH"
 SNAKEMAKE = $(IN_VENV) snakemake
-COMPILE := from stripfold.kernels import band, coverage, elements, step
+COMPILE := from stripfold.kernels import band, bending, coverage, elements, step
 
 # The systems solved are small and banded: threads inside BLAS only cost time, the parallelism is between runs.
 export OMP_NUM_THREADS := 1

@@ -53,6 +53,8 @@ def compiled(signature: Any = None) -> Callable[[F], F]:
             with suppress(RuntimeError):
                 kernel._cache = _Cache(function)
             kernel.compile(signature)
+            # For a constant among the arguments a kernel that calls this one would have it compiled once more.
+            kernel.disable_compile()
         return cast(F, kernel)
 
     return compile_
