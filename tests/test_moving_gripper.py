@@ -47,9 +47,8 @@ class TestStaticLimit:
             return static_limit(strip, HEIGHT, FRICTION, refinement)[1] - without
 
         without = solve_height(strip, HEIGHT, 1.0).lam
-        found = [delay(*options) for options in ((2.0, 0.1), (1.0, 0.1), (1.0, 0.2), (1.0, 0.05))]
+        found = [delay(*options) for options in ((2.0, 0.1), (1.0, 0.1), (1.0, 0.2))]
         static_limit.cache_clear()
-        print(found)
         np.testing.assert_allclose(found, found[1], rtol=0.03)
 
     @pytest.mark.parametrize(
