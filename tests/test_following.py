@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 
 from stripfold import elastica
-from stripfold.analysis import contact_set, path_statics, static
+from stripfold.analysis import contact_set, landing, path_statics, static
 from stripfold.analysis.assess import SNAP, assess_strip, grip_and_hold, lying_length
-from stripfold.analysis.contact_branch import BranchPoint, reaction, solved
+from stripfold.analysis.contact_branch import BranchPoint, solved
+from stripfold.analysis.contact_events import reaction
 from stripfold.analysis.path_statics import StaticSegment, follow
 from stripfold.analysis.static import StripModel
 from stripfold.errors import SolveError
@@ -114,7 +115,7 @@ def test_it_goes_through_equilibria_to_the_end(followed: StaticSegment) -> None:
     assert not followed.nodal
     assert_points_are_equilibria(followed)
     lam = np.array([point.lam for point in followed.points])
-    assert PATH.position(float(lam[0]))[1] == pytest.approx(path_statics.LOW, rel=1e-6)
+    assert PATH.position(float(lam[0]))[1] == pytest.approx(landing.LOW, rel=1e-6)
     assert lam[-1] == PATH.length
     assert len(followed.points) == len(followed.pieces) < 100
     assert np.all(np.diff(lam) >= 0.0)
@@ -135,7 +136,7 @@ def test_the_gripper_comes_down_to_the_folded_state(followed: StaticSegment) -> 
     # Shortly before, the part beside the gripper is a beam under its weight: (24 z)^(1/4) long.
     before = followed.points[-2]
     *_, height = PATH.position(before.lam)
-    assert height == pytest.approx(path_statics.LOW, rel=1e-6)
+    assert height == pytest.approx(landing.LOW, rel=1e-6)
 
 
 def test_the_gripper_rises_again() -> None:

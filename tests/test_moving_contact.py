@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from stripfold import elastica
-from stripfold.analysis import contact_branch, static
+from stripfold.analysis import contact_events, static
 from stripfold.analysis.contact_branch import STEPS, BranchCrossing, BranchPoint, follow, solved
 from stripfold.analysis.path_friction import effects_of
 from stripfold.analysis.prediction import (
@@ -186,7 +186,7 @@ class TestCriticalPoint:
         """
         h, prediction = 0.05, ElasticaPrediction.at(HEIGHT)
         long = near_end(kind, h)
-        shortest = long.free_length + (h if kind == "solid" else contact_branch.LEAST_LYING)
+        shortest = long.free_length + (h if kind == "solid" else contact_events.LEAST_LYING)
         assert shortest == pytest.approx(prediction.last.length, abs=0.5 * h)
         near = 0.02 if kind == "solid" else 0.003
         for extra, end in ((0.5, End.SNAP), (near, End.SNAP), (-near, End.LIFTED), (-0.2, End.LIFTED)):

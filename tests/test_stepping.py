@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from stripfold.analysis import contact_branch, path_friction
+from stripfold.analysis import contact_branch, contact_events, path_friction
 from stripfold.analysis.contact_branch import BranchCrossing, BranchPoint
 from stripfold.analysis.path_friction import Step, load_incrementally, load_incrementally_from, steps_on, with_effects
 from stripfold.analysis.static import StripModel, lift, solve_height
@@ -157,7 +157,7 @@ class TestLoadingIncrementally:
             place = point.q[problem.model.middle[0]] - [6.0, 0.0]
             np.testing.assert_allclose(place, LOW.position(step.lam), atol=1e-9)
             assert at.point.negatives == 0
-            assert step.touches or contact_branch.clearance(at.problem, at.point.q)[0] > -1e-4
+            assert step.touches or contact_events.clearance(at.problem, at.point.q)[0] > -1e-4
             # The same forces with the contact at nodes: the floor pushes.
             residual = problem.residual(point.q, step.lam)
             others = np.setdiff1d(np.arange(problem.size), np.concatenate([problem.prescribed, problem.bounded]))

@@ -13,7 +13,7 @@ from scipy.interpolate import CubicSpline
 from stripfold import elastica
 from stripfold.analysis import static
 from stripfold.analysis.collapse import node_weights
-from stripfold.analysis.contact_branch import clearance
+from stripfold.analysis.contact_events import clearance
 from stripfold.analysis.critical_point import find
 from stripfold.analysis.static import End, StripModel
 from stripfold.errors import InvalidInputError, NewtonError, SolveError, StripfoldError

@@ -16,7 +16,7 @@ import numpy as np
 import xarray as xr
 
 from stripfold import elastica
-from stripfold.analysis import contact_branch
+from stripfold.analysis import contact_branch, contact_events
 from stripfold.analysis.prediction import ElasticaPrediction, Snap, snap
 from stripfold.analysis.static import StripModel
 from stripfold.elastica.barrier import BistableRange
@@ -133,7 +133,7 @@ def _of_model(
         for sign, negatives in ((-1.0, 0), (1.0, 1)):
             guess, _ = found.limit.beside(sign * sqrt(2.0 * short / -found.limit.bend.lam))
             at = contact_branch.solved(found.problem, guess, found.lam - short, -sign)
-            if contact_branch.clearance(at.problem, at.point.q)[0] < 0.0:
+            if contact_events.clearance(at.problem, at.point.q)[0] < 0.0:
                 return nan
             if at.point.negatives != negatives:
                 raise SolveError("not a stable and an unstable state", parameter=at.point.lam)

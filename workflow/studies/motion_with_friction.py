@@ -13,7 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from stripfold import elastica
-from stripfold.analysis.contact_branch import BranchPoint, clearance, from_flat, solved
+from stripfold.analysis.contact_branch import BranchPoint, from_flat, solved
+from stripfold.analysis.contact_events import clearance
 from stripfold.analysis.path_friction import Step, load_incrementally_from
 from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array

@@ -11,7 +11,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from stripfold import schema
-from stripfold.analysis.contact_branch import STEPS, BranchPoint, clearance, solved
+from stripfold.analysis.contact_branch import STEPS, BranchPoint, solved
+from stripfold.analysis.contact_events import clearance
 from stripfold.analysis.contact_set import on_nodes
 from stripfold.analysis.path_statics import State, StaticSegment, follow
 from stripfold.analysis.release import Fall, Motion, Progress, ReleaseState, at_rest, simulate_fall

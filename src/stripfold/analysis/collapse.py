@@ -15,7 +15,7 @@ import numpy as np
 from stripfold import schema
 from stripfold.analysis import needed_effects
 from stripfold.analysis.contact import lift_off
-from stripfold.analysis.contact_branch import longest_free
+from stripfold.analysis.contact_events import longest_free
 from stripfold.analysis.path_statics import State, follow
 from stripfold.analysis.phases import AFTER, BEFORE, FALL
 from stripfold.analysis.release import (

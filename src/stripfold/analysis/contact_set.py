@@ -13,7 +13,8 @@ from dataclasses import replace
 import numpy as np
 
 from stripfold.analysis.contact import lying_parts, touches
-from stripfold.analysis.contact_branch import BranchPoint, curvature, reaction, solved, transferred
+from stripfold.analysis.contact_branch import BranchPoint, solved, transferred
+from stripfold.analysis.contact_events import curvature, reaction
 from stripfold.arrays import Array
 from stripfold.errors import NewtonError, SolveError
 from stripfold.models.contact_mesh import ContactMesh, Sizes, Topology

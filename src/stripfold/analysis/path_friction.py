@@ -19,7 +19,6 @@ from functools import partial
 import numpy as np
 
 from stripfold.analysis.contact_branch import (
-    LIFTED,
     STEPS,
     UNHELD,
     BranchCrossing,
@@ -29,10 +28,10 @@ from stripfold.analysis.contact_branch import (
     follow,
     from_flat,
     is_unheld,
-    lift_off_of_all,
     transferred,
-    zero,
 )
+from stripfold.analysis.contact_events import LIFTED, lift_off_of_all, zero
+from stripfold.analysis.landing import LOW, landed, lands
 from stripfold.analysis.static import LIMIT
 from stripfold.arrays import Array
 from stripfold.effects import Effect, Hysteresis, Pull
@@ -55,8 +54,6 @@ FIRST_HEIGHT = 0.01
 LIMIT_TOLERANCE = 1e-5
 """Width of the bracket of lambda at a limit point, L*."""
 REACHED, LANDING = "end of the step", "gripper near the floor"
-LOW = 1e-3
-"""Height of the gripper below which no state is computed but on the floor, L*."""
 WITHIN_STEP = replace(STEPS, first=0.02, largest=0.3)
 """Steps of the continuation where one solve does not reach a step's end."""
 
@@ -204,7 +201,7 @@ def _at_once(at: BranchPoint, end: float) -> BranchPoint | None:
     The guards are those of the continuation.
     """
     problem, point, before = _StepProblem.after(at, end), at.point, at.point.tangent
-    if before.lam <= 0.0 or _lands(at, end):
+    if before.lam <= 0.0 or lands(at, end):
         return None
     ds = (end - point.lam) / before.lam
     try:
@@ -237,11 +234,11 @@ def _along_branch(at: BranchPoint, end: float) -> BranchPoint:
     residual = problem.residual(at.point.q, at.point.lam)
     state = Equilibrium(at.point.q, at.point.lam, at.point.active, at.point.state.residuals, residual)
     first = BranchPoint(problem, continuation.evaluate(problem, state, at.point.tangent, at.point.arc))
-    lands = _lands(at, end)
+    near_floor = lands(at, end)
 
     def stops(problem: MovingContact) -> list[Event]:
         reached = zero(REACHED, lambda point: end - point.lam)
-        if not lands or problem.mesh.topology is not Topology.INTERVAL:
+        if not near_floor or problem.mesh.topology is not Topology.INTERVAL:
             return [reached, lift_off_of_all(problem), LIMIT]
         low = zero(LANDING, lambda point: float(problem.motion.values(point.lam)[-1]) - LOW)
         return [reached, low, lift_off_of_all(problem), LIMIT]
@@ -262,7 +259,7 @@ def _along_branch(at: BranchPoint, end: float) -> BranchPoint:
         elif item.event.name == LIFTED:
             raise SolveError("the whole strip leaves the floor", parameter=item.before.point.lam)
         elif item.event.name == LANDING:
-            return _landed(item.before, end)
+            return landed(item.before, end)
         else:
             last = item.before
         return BranchPoint(last.problem, continuation.step_to(last.problem, last.point, end, WITHIN_STEP))
@@ -289,18 +286,6 @@ def _lost_contact(at: BranchPoint) -> LostStabilityError:
     return LostStabilityError(
         "the strip does not follow its gripper: what held it has left the floor", parameter=at.point.lam
     )
-
-
-def _lands(at: BranchPoint, end: float) -> bool:
-    """Whether the gripper comes down to the floor in this step."""
-    heights = [float(at.problem.motion.values(lam)[-1]) for lam in (at.point.lam, end)]
-    return heights[0] > LOW >= heights[1]
-
-
-def _landed(at: BranchPoint, end: float) -> BranchPoint:
-    """The state with the gripper on the floor, from one just above it with an upper layer that lies."""
-    there = replace(at.point, state=replace(at.point.state, lam=end))
-    return transferred(BranchPoint(at.problem, there), at.contact[1:], Topology.FOLDED, (np.zeros(2), 1.0))
 
 
 def _limit(crossing: BranchCrossing) -> float:

@@ -9,13 +9,12 @@ from __future__ import annotations
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 
-import numpy as np
-
 from stripfold.analysis import contact_branch
 from stripfold.analysis.contact import lift_off
-from stripfold.analysis.contact_branch import STEPS, UNHELD, BranchPoint, Planned, clearance, lift_off_of_all
+from stripfold.analysis.contact_branch import STEPS, UNHELD, BranchPoint, Planned
+from stripfold.analysis.contact_events import clearance, lift_off_of_all
 from stripfold.analysis.contact_set import ROBUST_NEWTON, from_nodes, on_nodes
-from stripfold.arrays import Array
+from stripfold.analysis.landing import LOW, landed, place_of_low, taken_off
 from stripfold.errors import SolveError
 from stripfold.models.contact_mesh import Topology
 from stripfold.moving_contact import MovingContact
@@ -34,9 +33,6 @@ LIMIT_TOLERANCE = 1e-6
 """Width of the bracket of lambda at a critical point, L*."""
 LIMIT = critical.critical_point(LIMIT_TOLERANCE)
 """The event that ends an advance."""
-LOW = 1e-3
-"""Height of the gripper below which no state is computed but on the floor, L*: the part beside it is then shorter than
-(24 LOW)^(1/4)."""
 ON_FLOOR = 1e-9
 """Height of a gripper on the floor, L*: rounding."""
 FIRST = 0.01
@@ -88,18 +84,8 @@ class StaticSegment:
 def from_flat(mesh: Planned, path: GripperPath, length: float) -> BranchPoint:
     """The first state of a path, its gripper just lifted."""
     piece = path.pieces[0]
-    first = min(FIRST, _low(piece, piece.start, piece.end))
+    first = min(FIRST, place_of_low(piece, piece.start, piece.end))
     return contact_branch.from_flat(mesh, AlongPiece(piece, length), first)
-
-
-def _low(piece: Piece, floor: float, above: float) -> float:
-    """Length travelled at which the gripper is :data:`LOW`, between places on the floor and above."""
-    for _ in range(60):
-        if abs(above - floor) < 1e-9:
-            break
-        middle = 0.5 * (floor + above)
-        floor, above = (floor, middle) if piece.position(middle)[1] > LOW else (middle, above)
-    return above
 
 
 def follow(
@@ -197,9 +183,9 @@ class _Follower:
         start, end = (piece.position(lam)[1] <= ON_FLOOR for lam in (at.point.lam, piece.end))
         highest = max((at.point.lam, 0.5 * (at.point.lam + piece.end), piece.end), key=lambda s: piece.position(s)[1])
         if start and at.topology is Topology.FOLDED and piece.position(highest)[1] > LOW:
-            at = taken_off(at, _low(piece, at.point.lam, highest))
+            at = taken_off(at, place_of_low(piece, at.point.lam, highest))
             self.add(at)
-        before_end = _low(piece, piece.end, highest) if end and piece.position(highest)[1] > LOW else piece.end
+        before_end = place_of_low(piece, piece.end, highest) if end and piece.position(highest)[1] > LOW else piece.end
         for to in (before_end, piece.end):
             if self.critical is None and at.point.lam < to:
                 at = self.along_branch(at, to)
@@ -279,22 +265,3 @@ def _at_change(before: Point, after: Point) -> CriticalPoint:
         before.lam, before.lam, after.lam, before.lam, agree=False, before=before, after=after, mode=after.mode,
         evaluations=0,
     )  # fmt: skip
-
-
-def landed(at: BranchPoint, lam: float) -> BranchPoint:
-    """The state with the gripper on the floor, from one just before with an upper layer that lies."""
-    return _other(at, at.contact[1:], Topology.FOLDED, lam)
-
-
-def taken_off(at: BranchPoint, lam: float) -> BranchPoint:
-    """The state with the gripper just above the floor, from one with the gripper on it."""
-    height = float(at.problem.motion.values(lam)[-1])
-    beside = min((24.0 * height) ** 0.25, 0.5 * float(at.contact[0]))
-    return _other(at, np.concatenate([[beside], at.contact]), Topology.INTERVAL, lam)
-
-
-def _other(at: BranchPoint, contact: Array, topology: Topology, lam: float) -> BranchPoint:
-    """A state of another kind of contact near a given one."""
-    mesh = at.problem.mesh.replanned(contact, topology)
-    q = at.model.resampled(at.u, mesh.model.s)
-    return contact_branch.solved(MovingContact(mesh, at.problem.motion), np.append(q, contact), lam)

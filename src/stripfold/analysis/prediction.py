@@ -7,14 +7,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from stripfold import elastica
-from stripfold.analysis.contact_branch import (
-    STEPS,
-    BranchPoint,
-    as_elastica,
-    clearance,
-    from_elastica,
-    longest_free,
-)
+from stripfold.analysis.contact_branch import STEPS, BranchPoint, as_elastica, from_elastica
+from stripfold.analysis.contact_events import clearance, longest_free
 from stripfold.analysis.static import LAMBDA_TOLERANCE, End, StripModel, XRun, to_the_end
 from stripfold.errors import SolveError
 from stripfold.moving_contact import MovingContact

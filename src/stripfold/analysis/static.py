@@ -12,18 +12,16 @@ from enum import StrEnum
 from math import inf
 
 from stripfold.analysis.contact_branch import (
-    LIFTED,
     STEPS,
     BranchCrossing,
     BranchPoint,
     Planned,
     follow,
     from_flat,
-    lift_off_of_all,
     solved,
-    touch,
     transferred,
 )
+from stripfold.analysis.contact_events import LIFTED, lift_off_of_all, touch
 from stripfold.arrays import Array
 from stripfold.errors import SolveError
 from stripfold.models import contact_mesh
