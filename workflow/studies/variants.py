@@ -21,7 +21,7 @@ from scipy.interpolate import make_interp_spline
 from scipy.optimize import brentq, minimize_scalar
 
 from stripfold import elastica
-from stripfold.analysis import contact_branch
+from stripfold.analysis import contact_branch, contact_events
 from stripfold.analysis.assess import grip_and_hold
 from stripfold.analysis.contact_branch import STEPS, BranchCrossing, BranchPoint
 from stripfold.analysis.path_statics import LIMIT, follow
@@ -259,7 +259,7 @@ def _to_the_end(at: BranchPoint) -> Advance:
 
 
 def _stops(problem: MovingContact) -> list[Event]:
-    return [contact_branch.touch(problem), LIMIT]
+    return [contact_events.touch(problem), LIMIT]
 
 
 def of_elastica(height: float) -> Advance:
