@@ -127,7 +127,9 @@ def assessment(critical: bool = True) -> xr.Dataset:
     before = ("static", 0, np.linspace(0.0, 0.5 if critical else 1.0, 21), 0.0)
     fall = ("fall", 1, np.full(11, 0.5), np.linspace(0.0, 0.1, 11))
     after = ("static", 2, np.linspace(0.5, 1.0, 13), 0.1)
-    return _rows([before, fall, after] if critical else [before]).assign_attrs(critical_points=float(critical))
+    return _rows([before, fall, after] if critical else [before]).assign_attrs(
+        critical_points=float(critical), touch_x=-0.05 if critical else np.nan
+    )
 
 
 def two_ways() -> xr.Dataset:
@@ -170,7 +172,7 @@ def with_friction(suffices: tuple[float, float] = (0.08, 0.009), attrs: dict[str
     }
     data = xr.Dataset({name: (dims, v, {"units": u, "long_name": name}) for name, (dims, v, u) in columns.items()})
     data = data.assign_coords(law=("law", np.array(laws, dtype=object), {"units": "1", "long_name": "law"}))
-    return data.assign_attrs(attrs or {})
+    return data.assign_attrs(attrs or {"step": 0.1 * UNIT, "gravity_length": UNIT})
 
 
 def plans() -> xr.Dataset:

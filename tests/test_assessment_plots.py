@@ -134,7 +134,10 @@ class TestPlannedStates:
             assert len(named(ax, "static")) == evolutions.SHOWN - 1
             assert max(indices_of(data, drawn(ax, "static"))) < 20
             assert indices_of(data, drawn(ax, "critical")) == [20]
+            assert set(indices_of(data, drawn(ax, "fall"))) <= set(range(21, 32))
+            np.testing.assert_allclose(drawn(ax, "touch"), [[[-5.0, 0.0]]])
         assert not named(fig.axes[2], "critical")
+        assert not named(fig.axes[2], "touch")
         assert indices_of(smooth, drawn(fig.axes[2], "static")[-1:]) == [20]
         assert ["no critical point" in notes(ax)[0] for ax in fig.axes] == [False, False, True]
         for ax in fig.axes:
@@ -149,7 +152,7 @@ class TestPlannedStates:
 class TestRPathFriction:
     @pytest.fixture
     def fig(self) -> Figure:
-        return rpath_friction.draw(made_up.assessment(), made_up.two_ways(), made_up.with_friction())
+        return rpath_friction.draw(made_up.assessment(), made_up.two_ways(), made_up.with_friction(), made_up.plans())
 
     def test_without_friction(self, fig):
         whole, near, _ = fig.axes
@@ -170,13 +173,16 @@ class TestRPathFriction:
 
     def test_with_friction(self, fig):
         data = made_up.with_friction().sel(law="pull")
+        # The plan at the times of what is drawn.
+        assert len(named(fig.axes[2], "planned")) == len(named(fig.axes[2], "held")) + len(named(fig.axes[2], "static"))
+        assert "planned" in legend_texts(fig)
         held, free = (indices_of(data, drawn(fig.axes[2], name)) for name in ("held", "static"))
         assert colours(fig.axes[2], "held") == {palette.ORANGE}
         assert {20, 24} <= set(held) <= set(range(20, 25))
         assert {0, 40} <= set(free) <= {*range(20), *range(25, 41)}
         data = made_up.with_friction()
         data["eigenvalue"] = abs(data["eigenvalue"])
-        fig = rpath_friction.draw(made_up.assessment(), made_up.two_ways(), data)
+        fig = rpath_friction.draw(made_up.assessment(), made_up.two_ways(), data, made_up.plans())
         assert not named(fig, "held")
         assert "held by friction alone" not in legend_texts(fig)
 
@@ -193,10 +199,12 @@ class TestRPathFriction:
         assert 0.4 < near.get_ylim()[1] / (high - low) < 0.7
 
     def test_without_ways(self):
-        fig = rpath_friction.draw(made_up.assessment(critical=False), made_up.without_ways(), made_up.with_friction())
+        smooth, ways = made_up.assessment(critical=False), made_up.without_ways()
+        fig = rpath_friction.draw(smooth, ways, made_up.with_friction(), made_up.plans())
         whole, held = fig.axes
         assert "no unstable planned state" in notes(whole)[0]
-        assert notes(held) == ["(b) with friction"]
+        # k_f of 0.08 g/L* with steps of 0.1 L*.
+        assert notes(held) == ["(b) with friction:\n      pull, $k_f\\,\\Delta s$ = 0.008 $g$"]
         for name in ("critical", "unstable", "touch", "touching-fall"):
             assert not named(fig, name)
         assert "falls and touches" not in legend_texts(fig)

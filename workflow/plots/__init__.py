@@ -54,10 +54,12 @@ FIGURES = {
         "The triangular and the circular path assume straight panels, the R-path the true bent shape of the strip.",
     "evolutions":
         "The strip deviates from the states assumed by the triangular and the circular path and snaps; the R-path only "
-        "touches the stability boundary (black: last state before the critical point).",
+        "touches the stability boundary (black: last state before the critical point). Falls are red, their first "
+        "touches marked below the floor.",
     "rpath_friction":
         "Past the critical point the planned state is unstable and the strip falls and touches (red) or rests without "
-        "touching (blue); a little internal friction holds it on the plan to the end (orange).",
+        "touching (blue); a little internal friction, here the paper's pull, holds it on the plan (dotted) to the end "
+        "(orange: by friction alone).",
     "rpath_curve":
         "Without friction the branch (black) ends at the critical point, enlarged in (b); with friction (orange) the "
         "strip stays within a fraction of a millimetre of the plan.",

@@ -1,28 +1,33 @@
-"""The strip on each of the paper's paths, up to the first critical point."""
+"""The strip on each of the paper's paths, up to the first critical point, and its fall from there."""
 
 from __future__ import annotations
 
+import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.markers import CARETUP
 
 from plots.path_readers import Part, parts, planned
 from plots.pieces import draw_states, entry, note
 from plots.planned_paths import draw_path, limits
-from stripfold.plots.colours import CRITICAL, LYING, STATIC
+from stripfold.plots.colours import CRITICAL, FALLING, LYING, STATIC
 from stripfold.plots.style import CM, equal_panels, legend_above, styled
+from tasks.states import FALL
 
 TITLES = {"r-path": "(a) R-path", "triangular": "(b) triangular path", "circular": "(c) circular path"}
 SHOWN = 16
 """Largest number of states drawn on each path."""
+FALLING_STATES = 4
+"""Largest number of states drawn in each fall."""
 
 
 @styled
 def draw(r_path: xr.Dataset, triangular: xr.Dataset, circular: xr.Dataset, plans: xr.Dataset) -> Figure:
-    """Draw static states in grey, the last before the first critical point in black, the path dashed.
+    """Draw static states in grey, the last before the first critical point in black, the fall red, the path dashed.
 
-    A mark on the floor tells where the folded strip begins to lie.
+    Marks on the floor tell where the strip first touches and where the folded strip begins to lie.
 
     Parameters
     ----------
@@ -32,17 +37,25 @@ def draw(r_path: xr.Dataset, triangular: xr.Dataset, circular: xr.Dataset, plans
         From :func:`tasks.plans.dataset`, for the same strip.
     """
     found = (r_path, triangular, circular)
-    plan, first = [planned(plans, name) for name in TITLES], [parts(data)[0] for data in found]
+    each = [parts(data) for data in found]
+    plan, first = [planned(plans, name) for name in TITLES], [own[0] for own in each]
     lying = float(plans.attrs["length"]) / 2.0 - float(plans.attrs["lying_length"])
-    fig, axes = equal_panels([limits([*pair]) for pair in zip(plan, first, strict=True)], above=0.42, one_x=True)
+    fig, axes = equal_panels([limits([*pair]) for pair in zip(plan, first, strict=True)], above=0.6, one_x=True)
     for i, (ax, title) in enumerate(zip(axes, TITLES.values(), strict=True)):
         path = draw_path(ax, plan[i])
         critical = float(found[i].attrs["critical_points"]) > 0.0
         static, last = draw_evolution(ax, first[i], SHOWN, critical)
+        for part in [own for own in each[i][1:] if own.phase == FALL][:1]:
+            fallen = part.states[part.evenly(FALLING_STATES + 1)[1:]]
+            draw_states(ax, fallen, "fall", color=FALLING, ls="--", lw=0.8, zorder=3)
+        if np.isfinite(touch := float(found[i].attrs["touch_x"])):
+            ax.plot(CM * touch, 0.0, marker=CARETUP, color=FALLING, ms=5, mew=0, zorder=6, label="_touch")
         ax.plot(CM * lying, 0.0, "o", color=LYING, mec="white", mew=0.4, ms=5, zorder=6, label="_lying")
         note(ax, title + ("" if critical else ",\n      no critical point"))
     mark = entry("folded strip lies from here on", LYING, "none", marker="o", ms=4)
-    legend_above(fig, [static, last, path, mark])
+    fall = entry("fall", FALLING, "--", lw=0.8)
+    touched = entry("first touch", FALLING, "none", marker=CARETUP, ms=5, mew=0)
+    legend_above(fig, [static, last, path, fall, touched, mark])
     return fig
 
 

@@ -46,6 +46,11 @@ class Part:
         )
         return self._mean(self.states[..., 1] - planned(tuple(np.meshgrid(self.pseudo_time, self.arc, indexing="ij"))))
 
+    def at(self, times: Array) -> Array:
+        """States at pseudo times, shape (m,), linear between those that are known; shape (m, n, 2)."""
+        known = RegularGridInterpolator((self.pseudo_time,), self.states, bounds_error=False, fill_value=None)
+        return np.asarray(known(times))
+
     def _mean(self, values: Array) -> Array:
         return np.asarray(np.trapezoid(values, self.arc, axis=1) / self.arc[-1])
 

@@ -10,11 +10,11 @@ from matplotlib.lines import Line2D
 from matplotlib.markers import CARETUP
 
 from plots.evolutions import draw_evolution
-from plots.path_readers import Part, PostCriticalBranch, parts, post_critical, with_friction
+from plots.path_readers import Part, PostCriticalBranch, parts, planned, post_critical, with_friction
 from plots.pieces import draw_states, entry, note
-from plots.planned_paths import limits
+from plots.planned_paths import draw_path, limits
 from stripfold.arrays import Array
-from stripfold.plots.colours import CRITICAL, FRICTION, HANGING, STATIC, TOUCHING
+from stripfold.plots.colours import CRITICAL, FRICTION, GRIPPER, HANGING, STATIC, TOUCHING
 from stripfold.plots.style import CM, Limits, around, equal_panels, legend_above, styled
 
 BEFORE, FALLS, AFTER, WHOLE = 14, 6, 7, 22
@@ -28,16 +28,17 @@ LEGEND = {
     "touching-fall": (TOUCHING, 1.0, "-", "falls and touches"),
     "hanging-fall": (HANGING, 1.0, "-", "rests without touching"),
     "held": (FRICTION, 1.2, "-", "held by friction alone"),
+    "planned": (CRITICAL, 0.8, ":", "planned"),
 }
 """Colour, width, kind of line and text of what may be drawn."""
 
 
 @styled
-def draw(r_path: xr.Dataset, ways: xr.Dataset, friction: xr.Dataset) -> Figure:
+def draw(r_path: xr.Dataset, ways: xr.Dataset, friction: xr.Dataset, plans: xr.Dataset) -> Figure:
     """Draw (a) the R-path without friction, (b) the post-critical branches from the planned state, (c) with friction.
 
     Red is the branch that touches, blue the other, with thin static states after the falls.  In (c) states that
-    without friction would be unstable are orange.
+    without friction would be unstable are orange; dotted over them the planned ones.
 
     Parameters
     ----------
@@ -47,10 +48,13 @@ def draw(r_path: xr.Dataset, ways: xr.Dataset, friction: xr.Dataset) -> Figure:
         From :func:`tasks.post_critical.two_ways`.
     friction
         From :func:`tasks.friction.run`; the paper's pull is drawn.
+    plans
+        From :func:`tasks.plans.dataset`, for the same strip.
     """
     before, branches, (whole, eigenvalues) = parts(r_path)[0], post_critical(ways), with_friction(friction)
-    view = limits([before, whole])
-    fig, axes = equal_panels([view, _near(branches), view] if branches else [view, view], above=0.57)
+    plan = planned(plans, "r-path")
+    view = limits([before, whole, plan])
+    fig, axes = equal_panels([view, _near(branches), view] if branches else [view, view], above=0.72)
     draw_evolution(axes[0], before, BEFORE, float(r_path.attrs["critical_points"]) > 0.0)
     for branch in branches:
         _branch(axes[0], branch, 1, AFTER, 0.7)
@@ -59,10 +63,14 @@ def draw(r_path: xr.Dataset, ways: xr.Dataset, friction: xr.Dataset) -> Figure:
         for ax in axes[:2]:
             draw_states(ax, branches[0].fall.states[:1], "unstable", color=CRITICAL, ls="--", lw=1.2, zorder=4)
         note(axes[1], r"(b) the two branches, enlarged; touch ($\blacktriangle$)")
-    _held(axes[-1], whole, eigenvalues)
+    _held(axes[-1], whole, eigenvalues, plan)
+    for ax in (axes[0], axes[-1]):
+        draw_path(ax, plan)
     note(axes[0], "(a) without friction" + ("" if branches else ":\n      no unstable planned state"))
-    note(axes[-1], f"({'c' if branches else 'b'}) with friction")
-    legend_above(fig, _handles(fig))
+    pull = float(friction["suffices"].sel(law="pull")) * friction.attrs["step"] / friction.attrs["gravity_length"]
+    letter = "c" if branches else "b"
+    note(axes[-1], f"({letter}) with friction:\n      pull, $k_f\\,\\Delta s$ = {pull:.2g} $g$")
+    legend_above(fig, [*_handles(fig), entry("gripper path", GRIPPER, "--", lw=0.8)])
     return fig
 
 
@@ -85,12 +93,14 @@ def _branch(ax: Axes, branch: PostCriticalBranch, falls: int, after: int, width:
         ax.plot(CM * branch.touch_x, 0.0, marker=CARETUP, color=colour, ms=5, mew=0, zorder=6, label="_touch")
 
 
-def _held(ax: Axes, whole: Part, eigenvalues: Array) -> None:
-    """States with friction; those that friction alone holds include the first and the last."""
+def _held(ax: Axes, whole: Part, eigenvalues: Array, plan: Part) -> None:
+    """States with friction, those that friction alone holds include the first and the last; the planned ones."""
     only = np.flatnonzero(eigenvalues < 0.0)
-    for i in sorted({*whole.evenly(WHOLE), *only[:1].tolist(), *only[-1:].tolist()}):
+    shown = sorted({*whole.evenly(WHOLE), *only[:1].tolist(), *only[-1:].tolist()})
+    for i in shown:
         name, order = ("held", 3) if eigenvalues[i] < 0.0 else ("static", 2)
         draw_states(ax, whole.states[[i]], name, color=LEGEND[name][0], lw=LEGEND[name][1], zorder=order)
+    draw_states(ax, plan.at(whole.pseudo_time[shown]), "planned", color=CRITICAL, ls=":", lw=0.8, zorder=4)
 
 
 def _handles(fig: Figure) -> list[Line2D]:

@@ -13,7 +13,7 @@ SOURCES = {
     "plan_figures": {"folding": [PLANS], "planned_paths": [PLANS]},
     "path_figures": {
         "evolutions": [*(ASSESSED[path] for path in ("r-path", "triangular", "circular")), PLANS],
-        "rpath_friction": [ASSESSED["r-path"], WAYS, HELD],
+        "rpath_friction": [ASSESSED["r-path"], WAYS, HELD, PLANS],
         "rpath_curve": [ASSESSED["r-path"], WAYS, HELD, PLANS],
     },
     "material_figures": {
