@@ -250,7 +250,7 @@ class TestRPathCurve:
         for ax in fig.axes:
             found = {line.get_label(): (line.get_color(), line.get_linestyle()) for line in ax.lines}
             assert {name: found[name] for name in expected} == expected
-        assert set(legend_texts(fig)) == {*expected, "critical point"}
+        assert set(legend_texts(fig)) == {*expected, "critical point", rpath_curve.UNSTABLE}
 
     def test_friction_is_the_pull(self, fig):
         np.testing.assert_allclose(labelled(fig.axes[1], rpath_curve.HELD)[-1, 0], -1e3 * 0.02 / 6.0 / 3.0, rtol=5e-3)

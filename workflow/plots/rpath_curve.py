@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from plots.path_readers import Part, parts, planned, post_critical, with_friction
-from plots.pieces import note
+from plots.pieces import arrow, entry, note
 from stripfold.arrays import Array
 from stripfold.plots.colours import CRITICAL, FRICTION, GREY, HANGING, TOUCHING
 from stripfold.plots.style import CM, MILLI, figure, legend_above, styled
@@ -19,6 +19,7 @@ AROUND = 0.04
 """Pseudo time shown in (b) before the critical point and after the falls of the post-critical branches."""
 PLANNED, BEFORE = "planned", "static, to the critical point"
 WHOLE, BEHIND = "static", "falls at the critical point"
+UNSTABLE = "unstable planned state"
 TOUCHES, HANGS, HELD = "falls and touches", "rests without touching", "with friction"
 
 Curve = tuple[str, list[Part], str, str]
@@ -56,19 +57,37 @@ def draw(r_path: xr.Dataset, ways: xr.Dataset, friction: xr.Dataset, plans: xr.D
     for branch in branches:
         name, colour = (TOUCHES, TOUCHING) if branch.touches else (HANGS, HANGING)
         curves.append((name, [branch.fall, branch.after], colour, "-"))
-    fig = figure(5.4)
-    top, bottom = fig.subplots(2, 1)
+    fig = figure(6.2)
+    top, bottom = fig.subplots(2, 1, height_ratios=(1.0, 1.6))
     _draw(top, curves, lambda part: CM * part.displacement(), critical)
     _draw(bottom, curves, lambda part: MILLI * part.above(plan), critical)
+    for branch in branches:
+        # Both begin in the planned state, and jump at its pseudo time.
+        bottom.plot(
+            0.0, branch.fall.pseudo_time[0], "o", color=CRITICAL, mfc="white", ms=4.0, zorder=13, label="_start"
+        )
+        _arrows(bottom, MILLI * branch.fall.above(plan), branch.fall.pseudo_time)
+    if critical and behind:
+        _arrows(bottom, MILLI * behind[0].above(plan), behind[0].pseudo_time)
     top.set_xlabel("deflection: rms displacement from the flat strip [cm]")
     bottom.set_xlabel("mean height of the strip over the planned state [mm]")
     if critical:
         times = [float(part.pseudo_time[-1]) for part in (critical, *(branch.fall for branch in branches))]
         bottom.set_ylim(times[0] - AROUND, max(times) + AROUND)
-    legend_above(fig, top.get_legend_handles_labels()[0])
+    handles = top.get_legend_handles_labels()[0]
+    if branches:
+        handles.append(entry(UNSTABLE, CRITICAL, "none", marker="o", mfc="white", ms=4.0))
+    legend_above(fig, handles)
     note(top, "(a)")
     note(bottom, "(b)")
     return fig
+
+
+def _arrows(ax: Axes, x: Array, y: Array) -> None:
+    """An arrowhead in the middle of a fall, which goes along x."""
+    middle = 0.5 * (x[0] + x[-1])
+    reach = 0.02 * np.sign(x[-1] - x[0]) * max(abs(x[-1] - x[0]), 1e-9)
+    arrow(ax, np.array([middle - reach, y[0]]), np.array([middle + reach, y[0]]))
 
 
 def _draw(ax: Axes, curves: list[Curve], of: Callable[[Part], Array], critical: Part | None) -> None:
