@@ -12,7 +12,7 @@ from stripfold import elastica
 from stripfold.arrays import Array
 from stripfold.elastica._chebyshev import grid
 from stripfold.errors import InvalidInputError
-from studies import barrier
+from studies import barrier, knocks
 
 STEP = 0.02
 THIRD = np.array([1.0, -8.0, 13.0, 0.0, -13.0, 8.0, -1.0]) / (8.0 * STEP**3)
@@ -85,3 +85,17 @@ def test_study_and_its_figure() -> None:
     lines = [line for line in energy.lines if line.get_label() == "_elastica"]
     assert [len(line.get_xdata()) for line in lines] == [2, 3]
     np.testing.assert_array_equal(ends.lines[0].get_ydata(), data["range_width"])
+
+
+def test_a_knock_in_time_needs_the_energy_of_the_barrier() -> None:
+    """Also with what the floor does: beyond the bistable range the strip comes back from the floor."""
+    found = elastica.bistable_range(5.0)
+    assert found is not None
+    within = knocks.at_rest(5.0, 0.02, 0.0594, 1.0)
+    energy = found.barrier(found.critical.advance - 0.02)
+    assert not within.falls(0.9 * energy)
+    assert within.falls(1.15 * energy)
+    away, touched = knocks.at_rest(5.0, 1.4 * found.width, 0.0594, 1.0).settles()
+    assert touched
+    assert away < 1e-3
+    assert within.settles()[0] > 0.5

@@ -84,6 +84,10 @@ def datasets() -> dict[str, xr.Dataset]:
             "model_coefficient": (("model", "height"), np.full((2, 2), 1.076)),
             **{name: ("height", [1.08, 1.08]) for name in ("coefficient", "width", "largest", "speed")}},
             {"height": [3.0, 2.0], "distance": [1e-4, 1.00794e-3], "model": ["rod", "solid"]}),
+        "knocks": ({
+            "held": ("distance", [0.99, np.nan]), "fell": ("distance", [1.03, np.nan]),
+            "away": ("distance", [1.0, 1e-5]), "touched": ("distance", [1.0, 1.0])},
+            {"distance": [0.02, 0.1]}, {"height": 5.0, "width": 0.07}),
         "variants": ({
             "base": ("variant", texts("", *["rod"] * 11)), "snap": ("variant", np.ones(12)),
             "lambda_end_shift": ("variant", np.array([0.0, 1e-3, 2e-3, -0.06, -0.2, -0.5, 0.4, -0.01] + [0.0] * 4))},
@@ -426,6 +430,9 @@ def test_a_criterion_that_is_broken_does_not_hold(dataset: str, name: str, value
         ("branches", "spurious_limit_points", {"case": 7}, 1.0, "spurious_limit_points"),
         ("low_paths", "rod", {"case": 7}, "failed", "low_path_agreement"),
         ("order", "order", {"model": "solid"}, 2.9, "order_lambda_c"),
+        ("knocks", "fell", {"distance": 0.02}, 1.2, "knock_threshold"),
+        ("knocks", "away", {"distance": 0.1}, 0.5, "knock_return"),
+        ("knocks", "away", {"distance": 0.02}, 1e-4, "knock_return"),
         ("variants", "lambda_end_shift", {"variant": "Poisson's ratio 0.45"}, 0.01, "variant_poisson"),
         ("eigenvalues", "eigenvalue_1", {"motion": "x", "step": 3}, 1e-2, "eigenvalue_at_critical"),
         ("eigenvalues", "eigenvalue_1", {"motion": "circular", "step": 0}, 5e-2, "eigenvalue_exponent"),

@@ -100,6 +100,16 @@ class Variants(OneStrip):
     sliding: Annotated[Number, quantity("force at which the pin slides", "rho_a g L*", gt=0.0)]
 
 
+class Knocks(Input):
+    """Knocks on a hanging strip in time."""
+
+    height: HeightStar
+    thickness: Thickness
+    refinement: Refinement
+    distances: AtLeastTwo[Distance]
+    bisections: Annotated[Whole, quantity("bisections of the energy", ge=1)]
+
+
 class Strategy(Input):
     """A way to the end of the advance: model, mesh and tolerance."""
 
@@ -279,6 +289,7 @@ class Studies(Input):
     branches: Branches | None = None
     low_paths: LowPaths | None = None
     barrier: Barrier | None = None
+    knocks: Knocks | None = None
     eigenvalues: Eigenvalues | None = None
     variants: Variants | None = None
     solver_constants: SolverConstants | None = None

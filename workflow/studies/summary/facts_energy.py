@@ -1,4 +1,4 @@
-"""Facts about the energy barrier, the eigenvalues and the variants of the model."""
+"""Facts about the energy barrier and knocks, the eigenvalues and the variants of the model."""
 
 from __future__ import annotations
 
@@ -81,4 +81,18 @@ def variants(d: xr.Dataset) -> Facts:
         "clamp": largest("clamps"),
         "angles": clamped.sum(),
         "touching": (d.snap.values[clamped] == 0.0).sum(),
+    }
+
+
+def knocks(d: xr.Dataset) -> Facts:
+    """The energy that makes a strip fall over the barrier, and where a strip comes to rest that was thrown down."""
+    within = d.distance.values < d.attrs["width"]
+    return {
+        "z": d.attrs["height"],
+        "threshold": np.sqrt(d.held * d.fell).max(),
+        "held": d.held.min(),
+        "fell": d.fell.max(),
+        "back": d.away.values[~within].max(),
+        "stays": d.away.values[within].min(),
+        "touched": (d.touched == 1.0).all(),
     }

@@ -130,6 +130,15 @@ SOURCES = (
             "there is {largest:.2e} rho_a g L*^2 per width, the kinetic energy of an rms speed of {speed:.2g} "
             "sqrt(g L*) of the free part"),
     )),
+    Source("knocks", facts_energy.knocks, (
+        Number("knock_threshold", "threshold", "1", 3, "brackets within 0.95 and 1.1",
+            "least kinetic energy of a knock along the softest mode that makes a hanging strip fall in time, without "
+            "damping, over its static energy barrier, rod, z = {z:g} L*: brackets from {held:.3f} to {fell:.3f}",
+            lambda f: f.held > 0.95 and f.fell < 1.1),
+        Number("knock_return", "back", "L*", 2, "< 1e-3 L*; within the range the sag stays on the floor",
+            "distance from its first state of a strip below its bistable range that comes to rest after a knock that "
+            "threw its sag on the floor; within the range: {stays:.2g} L*", lambda f: f.stays > 0.1 and f.touched),
+    )),
     Source("variants", facts_energy.variants, (
         Number("variants", "count", "count", 4, ">= 10",
             "other choices of the model whose lambda_c or first touch is compared (docs/physics.md, section 12)"),
