@@ -291,6 +291,19 @@ def test_a_whole_strip_off_the_floor_is_followed_at_nodes() -> None:
     assert segment.last is not None
 
 
+@pytest.mark.parametrize("kind", ["rod", "solid"])
+def test_a_strip_a_little_too_short_loses_its_stability_where_it_lifts(kind: str) -> None:
+    """Contact at nodes takes over from the run along x, which ends where nothing lies: that is the critical point."""
+    strip = StripModel(6.5, 0.02, kind=kind)
+    run = static.solve_height(strip, 3.0)
+    assert run.end is static.End.LIFTED
+    segment = along(strip, polygon((-3.25, 0.0), (-1.25, 3.0), (6.75, 3.0)))
+    assert segment.critical is not None
+    assert "whole strip" in segment.nodal
+    x, _ = segment.path.position(segment.critical.lam)
+    assert x + 3.25 == pytest.approx(run.lam, abs=strip.thickness)
+
+
 def test_a_state_at_nodes_and_back(followed: StaticSegment) -> None:
     """Truth: the state itself; its contact coordinates are found again from the nodes on the floor."""
     kind = "solid" if followed.states[0][0].model.slopes is None else "rod"
