@@ -268,8 +268,12 @@ class TestRecordings:
         assert notes(top) == [r"synthetic recordings; lines: $\lambda_c$ without friction"]
 
     def test_paths_end_where_the_strip_snapped(self):
-        axes = real_paths.draw(made_up.recordings()).axes
-        assert len(axes) == 2
+        shown = np.full((3, 4, 5), 7, dtype=np.uint8)
+        film = xr.Dataset({"frame": (("instant", "row", "column"), shown)}, {"instant": [-9.0, 0.01, 1.0]})
+        *pictures, left, right = real_paths.draw(made_up.recordings(), film).axes
+        assert [ax.get_title() for ax in pictures] == ["-9.0 s", "onset of the snap", "+1.0 s"]
+        assert all(ax.images[0].get_array().shape == (4, 5) for ax in pictures)
+        axes = (left, right)
         for ax, snaps in zip(axes, (4, 3), strict=True):
             tracks = [line.get_xydata() for line in ax.lines if to_hex(line.get_color()).upper() == palette.PURPLE]
             (dots,) = [line.get_xydata() for line in ax.lines if line.get_linestyle() == "None"]

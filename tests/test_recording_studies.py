@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections import Counter
+from contextlib import nullcontext
 from math import sqrt
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -23,6 +25,7 @@ from stripfold.synthetic.scene import DynamicsMotion, Scene
 from stripfold.synthetic.view import View
 from studies import recordings, recordings_accuracy
 from studies import recordings_design as design
+from tasks import recordings as tasks_recordings
 
 MATERIAL = {"name": "a", "eta_b": 3780.0, "eta_m": 1e-3}
 UNIT = Material(3780.0).gravity_length
@@ -177,3 +180,12 @@ def test_design() -> None:
     other = design.case(3, 0, dynamics=1.0).scene
     assert other.motion == DynamicsMotion(friction=0.0, before=0.01, after=0.5)
     assert other.filming == cases[3].scene.filming
+
+
+def test_frames_are_the_first_that_at_the_onset_and_the_last(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
+    film = [SimpleNamespace(time=0.1 * i, image=np.full((2, 3), i, dtype=np.uint8)) for i in range(20)]
+    monkeypatch.setattr("stripfold.vision.video.read", lambda path: nullcontext(film))
+    measured = xr.Dataset({"event_time": 1.22}, attrs={"recording": "a"})
+    found = tasks_recordings.frames(tmp_path, measured)
+    assert found["frame"].values[:, 1, 2].tolist() == [0, 12, 19]
+    np.testing.assert_allclose(found["instant"], [-1.22, -0.02, 0.68])

@@ -88,8 +88,8 @@ FIGURES = {
         "snap later than the frictionless model says (lines), the more so the faster the gripper moves: small filled "
         "marks and large open ones.",
     "real_paths":
-        "Verification of the measuring chain: in synthetic films of strips with friction the onset of the snap lies "
-        "past the frictionless boundary of stability (dotted) at every height.",
+        "Verification of the measuring chain: in synthetic films (above, one of them) of strips with friction the "
+        "onset of the snap lies past the frictionless boundary of stability (dotted) at every height.",
     "recordings_accuracy":
         "About 95 % of the intervals hold the true lambda of synthetic recordings with noise, blur, rolling shutter, "
         "shadows, occlusion, dropped frames and compression; the other intervals are orange-red. "

@@ -9,20 +9,27 @@ from matplotlib.figure import Figure
 from plots.pieces import entry, note
 from plots.readers import recordings
 from stripfold.plots.colours import BLACK, CRITICAL, GRIPPER
-from stripfold.plots.style import CM, figure, legend_above, styled
+from stripfold.plots.style import CM, figure, styled
 
 
 @styled
-def draw(data: xr.Dataset) -> Figure:
-    """Draw the gripper's way in each recording, the onset of the snap on it, and the model's boundary of stability.
+def draw(data: xr.Dataset, frames: xr.Dataset) -> Figure:
+    """Draw frames of one film; the gripper's way in each recording, the onset of the snap on it, the model's boundary.
 
-    ``data`` is the table of measured recordings, over ``recording``.
+    ``data`` is the table of measured recordings, over ``recording``; ``frames`` from :func:`tasks.recordings.frames`.
     """
     groups = list(recordings(data))
     columns = min(len(groups), 2)
     rows = -(-len(groups) // columns)
-    fig = figure(0.6 + 1.9 * rows)
-    axes = fig.subplots(rows, columns, squeeze=False).ravel()
+    fig = figure(1.9 + 1.9 * rows)
+    film, below = fig.subfigures(2, 1, squeeze=False, height_ratios=(1.3, 0.6 + 1.9 * rows)).ravel()
+    first, _, last = frames["instant"].values
+    titles = (f"{first:+.1f} s", "onset of the snap", f"{last:+.1f} s")
+    for ax, image, title in zip(film.subplots(1, 3), frames["frame"].values, titles, strict=True):
+        ax.imshow(image, cmap="gray", vmin=0, vmax=255)
+        ax.set_axis_off()
+        ax.set_title(title, fontsize=8, loc="center")
+    axes = below.subplots(rows, columns, squeeze=False).ravel()
     for ax, (eta, look, part) in zip(axes, groups, strict=False):
         for track in part["track"].values:
             ax.plot(*(CM * track).T, color=GRIPPER, lw=0.8)
@@ -40,5 +47,5 @@ def draw(data: xr.Dataset) -> Figure:
         entry("onset of the snap", BLACK, "none", marker="o", mfc="none", ms=3.5),
         entry(r"$\lambda_c$ without friction", CRITICAL, ":"),
     ]
-    legend_above(fig, handles)
+    below.legend(handles=handles, loc="outside upper center", ncols=2)
     return fig

@@ -38,7 +38,7 @@ SOURCES = {
     },
     "recording_figures": {
         "measured": [rules.recordings.output[0]],
-        "real_paths": [rules.recordings.output[0]],
+        "real_paths": [rules.recordings.output[0], rules.frames.output[0]],
     },
     "study_figures": {
         "printed_law": [rules.printed_law.output[0]],

@@ -81,3 +81,23 @@ rule recordings:
         ),
     script:
         "../script.py"
+
+
+# Three frames of one film, for a figure: a slow one of the material that is shown, or of the first that is filmed.
+FRAMED = next((name for name in SYNTHETIC if SYNTHETIC[name]["material"] == SHOWN), list(SYNTHETIC)[0])
+
+
+rule frames:
+    input:
+        folder=FOLDERS[FRAMED],
+        measured=f"{RESULTS}/measured/{FRAMED}.nc",
+    output:
+        f"{RESULTS}/frames.nc",
+    log:
+        f"{LOGS}/frames.log",
+    benchmark:
+        f"{BENCHMARKS}/frames/all.tsv"
+    params:
+        **calls("tasks.recordings:frames", title="frames of a synthetic recording"),
+    script:
+        "../script.py"

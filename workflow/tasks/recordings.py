@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import xarray as xr
 
 from stripfold.measured import RecordingMeasurement
@@ -40,3 +41,20 @@ def measure(folders: Sequence[Path], output: Any, progress: Callable[[str], None
         found.report(page)
         made.append(found.to_dataset())
     return made
+
+
+def frames(folder: Path, measured: xr.Dataset) -> xr.Dataset:
+    """The first frame of a synthetic recording, that at the onset of the snap, and the last."""
+    from stripfold.vision.video import read
+    from studies.common import dataset
+
+    with read(folder / "video.mkv") as film:
+        every = [(frame.time, frame.image.copy()) for frame in film]
+    times = np.array([time for time, _ in every])
+    event = float(measured["event_time"])
+    chosen = [0, int(np.abs(times - event).argmin()), len(every) - 1]
+    values = {
+        "frame": (("instant", "row", "column"), np.array([every[i][1] for i in chosen])),
+        "instant": ("instant", times[chosen] - event),
+    }
+    return dataset("recordings", values, {"recording": str(measured.attrs["recording"])})
