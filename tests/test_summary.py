@@ -103,9 +103,11 @@ def datasets() -> dict[str, xr.Dataset]:
             "error": (("path", "mu"), [[0.01] * 5, [0.01] * 5, [0.01, 0.01, 2.6, 2.1, 2.0]] ),
             "finer_error": ("path", [0.01, 0.01, 2.11]), "edge": (("path", "mu"), np.full((3, 5), 2.1)),
             "created": (("path", "mu"), np.full((3, 5), 1e-9)), "dissipated": (("path", "mu"), np.ones((3, 5))),
-            "long_error": ("path", [0.01, 0.01, 3.8]), "long_error_without": 0.37},
+            "long_error": ("path", [0.01, 0.01, 3.8]), "long_error_without": 0.37,
+            "fabric_error": ("path", [0.05, 0.1, 1.3]), "low_error": 0.003},
             {"path": ["r-path", "triangular", "circular"], "mu": [0.0, 0.1, 0.2, 0.4, 0.6]},
-            {"shown": 0.4, "band": [0.2, 0.6], "length_star": 14.0, "long": 24.0, "moment": 0.02}),
+            {"shown": 0.4, "band": [0.2, 0.6], "length_star": 14.0, "long": 24.0, "low": 1.2, "fabric_moment": 0.3,
+             "moment": 0.02}),
         "branches": ({
             "verdict": ("case", np.zeros(2000, int)),
             "spurious_limit_points": ("case", np.where(np.arange(2000) < 500, 0.0, np.nan))},),

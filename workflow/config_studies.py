@@ -213,6 +213,8 @@ class LayerFriction(Input):
     shown: Mu
     band: AtLeastTwo[Mu]
     long: LengthStar
+    fabric_moment: Moment
+    low: HeightStar
 
 
 class RandomPaths(Sample):

@@ -19,7 +19,7 @@ from stripfold.analysis.assess import SPACING, shape_error
 from stripfold.analysis.path_in_time import TIME_OPTIONS, PathInTime, follow_in_time, opened
 from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
-from stripfold.paths.curve import GripperPath
+from stripfold.paths.curve import GripperPath, Piece, polygon_length
 from stripfold.paths.geometric import circular, triangular
 from stripfold.paths.rpath import plan_r_path
 from studies.common import Progress, dataset, grid
@@ -29,6 +29,8 @@ NUMBERS = ("error", "opened_error", "edge", "loop", "touch_x", "dissipated", "cr
 HALF_STEP = 1.0 / 8.0
 """Factor on the estimated error of a time step: steps half as long."""
 LOOP_SPACING = 0.01
+RISE, DESCENT = 0.25, 2.0
+"""Advance over height while a low gripper rises, and its advance while it comes down, L*."""
 
 
 def run(
@@ -39,6 +41,8 @@ def run(
     shown: float,
     band: Sequence[float],
     long: float,
+    fabric_moment: float,
+    low: float,
     threads: int = 1,
     progress: Progress | None = None,
 ) -> xr.Dataset:
@@ -58,6 +62,10 @@ def run(
         Coefficients of fabrics: from, to.
     long
         Length of a longer strip, at ``shown``, with the hysteresis on each path and without it on the R-path.
+    fabric_moment
+        M_0 of fabrics, at ``shown``.
+    low
+        Height of a gripper carried low over the strip, below the touch limit, at ``shown``.
     """
     case = partial(_numbers, length=length_star, thickness=thickness, moment=moment)
     values = grid(case, NUMBERS, {"path": PATHS, "mu": list(coefficients)}, threads, progress)
@@ -66,6 +74,8 @@ def run(
     shapes = np.stack([closed.problem.model.resampled_mid_surface(closed.last.q, arc) for closed, _ in finer])
     longer = [_numbers(name, shown, length=long, thickness=thickness, moment=moment) for name in PATHS]
     without = _numbers("r-path", shown, length=long, thickness=thickness, moment=0.0)
+    fabric = [_numbers(name, shown, length=length_star, thickness=thickness, moment=fabric_moment) for name in PATHS]
+    low_fold = _follow(low_path(length_star, low), shown, length_star, thickness, moment)
     return dataset(
         "layer_friction",
         {
@@ -73,6 +83,8 @@ def run(
             "long_error": ("path", [found["error"] for found in longer]),
             "long_edge": ("path", [found["edge"] for found in longer]),
             "long_error_without": ((), without["error"]),
+            "fabric_error": ("path", [found["error"] for found in fabric]),
+            "low_error": ((), _error(length_star, low_fold[0])),
             "finer_error": ("path", [_error(length_star, closed) for closed, _ in finer]),
             "arc": ("node", arc),
             "x": (("path", "node"), shapes[..., 0]),
@@ -85,6 +97,8 @@ def run(
             "shown": shown,
             "band": list(band),
             "long": long,
+            "fabric_moment": fabric_moment,
+            "low": low,
         },
     )
 
@@ -96,11 +110,26 @@ def path_of(name: str, length: float) -> GripperPath:
     return triangular(length) if name == "triangular" else circular(length)
 
 
+def low_path(length: float, height: float) -> GripperPath:
+    """Up to a height, along x, and down: nearly straight up, so that the strip is not pushed together."""
+    half = length / 2.0
+    corners = np.array([[-half, 0.0], [RISE * height - half, height], [half - DESCENT, height], [half, 0.0]])
+    travelled = polygon_length(corners)
+    pieces = (Piece.through(corners[i : i + 2], float(travelled[i]), "low") for i in range(3))
+    return GripperPath("low", tuple(pieces))
+
+
 def _fold(
     name: str, mu: float, length: float, thickness: float, moment: float, finer: bool = False
 ) -> tuple[PathInTime, PathInTime]:
     """The strip at rest with the gripper closed, and after it has opened."""
-    strip, path = StripModel(length, thickness, kind="rod"), path_of(name, length)
+    return _follow(path_of(name, length), mu, length, thickness, moment, finer)
+
+
+def _follow(
+    path: GripperPath, mu: float, length: float, thickness: float, moment: float, finer: bool = False
+) -> tuple[PathInTime, PathInTime]:
+    strip = StripModel(length, thickness, kind="rod")
     refinement, options = 1.0, TIME_OPTIONS
     if finer:
         refinement, options = 0.5, replace(options, tolerance=HALF_STEP * options.tolerance)

@@ -17,6 +17,7 @@ from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
 from stripfold.effects import Hysteresis
 from stripfold.effects.layer_friction import LayerFriction
+from stripfold.effects.self_contact import SelfContact
 from stripfold.errors import SolveError
 from stripfold.models.model import Model
 from stripfold.paths.curve import GripperPath
@@ -116,7 +117,7 @@ def follow_in_time(
         No time step succeeds.
     """
     model = strip.model(ceil(strip.length / (ELEMENT * refinement)))
-    problem = StripProblem(model, AlongPath(path, strip.length))
+    problem = StripProblem(model, AlongPath(path, strip.length), self_contact=SelfContact.of(model, strip.thickness))
     lies = np.setdiff1d(problem.bounded, model.middle[model.s < 1.0, 1])
     q = newton.solve(problem, np.zeros(model.size), FIRST, lies, options=ROBUST_NEWTON).q
     hysteresis = (Hysteresis.of(model, moment, slack=q),) if moment else ()

@@ -415,11 +415,16 @@ SOURCES = (
             "distance of the finished fold of the circular path from the accurate one with a coefficient of friction "
             "of {mu:g} between the layers, gripper closed, length {length:g} L*, M_0 = {moment:g} rho_a g L*^2 "
             "({r_path:.3f} on the R-path, {triangular:.3f} on the triangular one; {without:.3f} at most without "
-            "friction); it is off from a coefficient between {from_:g} and {to:g} on, fabrics have {low:g} to "
-            "{high:g}; after the gripper has opened its end is {edge:.2f} L* past the edge. Length {long:g} L*: "
-            "{long_circular:.2f}, R-path {long_r_path:.3f} ({long_r_path_without:.2f} without internal friction), "
+            "friction); it is off from a coefficient between {from_:g} and {to:g} on, fabrics have {band_low:g} "
+            "to {band_high:g}; after the gripper has opened its end is {edge:.2f} L* past the edge. Length {long:g} "
+            "L*: {long_circular:.2f}, R-path {long_r_path:.3f} ({long_r_path_without:.2f} without internal friction), "
             "triangular {long_triangular:.3f}",
             lambda f: f.in_band and max(f.r_path_most, f.without) < 0.05, "finer"),
+        Number("fold_error_fabric", "fabric", "L*", 3, "> 1 L*, on the R-path < 0.1 L*",
+            "the same with M_0 = {fabric_moment:g} rho_a g L*^2, as fabrics have ({fabric_r_path:.3f} on the R-path, "
+            "{fabric_triangular:.3f} on the triangular one)", lambda f: f.fabric_r_path < 0.1),
+        Number("fold_error_low", "low_error", "L*", 2, "< 0.02 L*",
+            "the same of a gripper carried over the strip at {low:g} L*, M_0 = {moment:g} rho_a g L*^2"),
         Number("layer_friction_energy", "created", "rho_a g L*^2", 2, "< 1e-6",
             "largest energy that stick and slip and the defect of the balance made in a fold, of {runs}; friction "
             "between the layers took up to {dissipated:.2g}", lambda f: f.runs >= 15),
