@@ -82,7 +82,7 @@ class TestDerivatives:
         change = model.predict_stress(q, dq) - model.predict_stress(q, 0.0 * dq)
         assert np.abs(change - difference).max() < 1e-8 * np.abs(difference).max()
         np.testing.assert_array_equal(
-            model.force_and_tangent(q)[1].ab, model.force_and_tangent(q, model.predict_stress(q, 0.0 * dq))[1].ab
+            model.force_and_tangent(q)[1].flat, model.force_and_tangent(q, model.predict_stress(q, 0.0 * dq))[1].flat
         )
 
     @pytest.mark.parametrize("kappa", [0.0, 0.7])

@@ -48,14 +48,13 @@ class ElementMoments(ABC):
 
     def force_and_tangent(self, q: Array) -> tuple[Array, Band]:
         """The force and its derivative."""
-        n, width = self.model.size, self.model.pattern.width
-        force, band = np.zeros(n), np.zeros((n, 3 * width + 1))
-        self._add(q, NONE, force, band, NONE)
-        return force, Band(band.T, width)
+        force, tangent = np.zeros(self.model.size), Band.zeros(self.model.size, self.model.pattern.width)
+        self._add(q, NONE, force, tangent.columns, NONE)
+        return force, tangent
 
     def add(self, q: Array, growth: Array, force: Array, tangent: Band, columns: Array) -> None:
         """See :meth:`.Effect.add`."""
-        self._add(q, growth, force, tangent.ab.T, columns.T)
+        self._add(q, growth, force, tangent.columns, columns.T)
 
     def _add(self, q: Array, growth: Array, force: Array, band: Array, columns: Array) -> None:
         d, curvature = self.directors, self.curvature(q)
@@ -64,5 +63,5 @@ class ElementMoments(ABC):
         rate = modulus * self._rate(curvature, growth) if len(growth) else NONE
         kernels.bending.assemble(
             d.unknowns, d.factor, d.straight, d.length, np.ascontiguousarray(q), moment, modulus, rate,
-            force, band, 2 * self.model.pattern.width, columns,
+            force, band, self.model.pattern.width, columns,
         )  # fmt: skip

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from stripfold.kernels.compiler import compiled, index, mask, matrix, vector
+from stripfold.kernels.compiler import compiled, index, mask, vector
 
 LANES = 8
 # Unsigned: an index of which the compiler cannot exclude that it is negative keeps it from using vector instructions.
@@ -41,30 +41,6 @@ def add_multiple(y, at, a, start, factor):
     y[i + U5] += factor * a5
     y[i + U6] += factor * a6
     y[i + U7] += factor * a7
-
-
-@compiled(vector(matrix, numba.int64))
-def packed(band, width):
-    """A matrix from the transpose of LAPACK's storage, shape (n, 3 width + 1)."""
-    n = len(band)
-    flat, columns = storage(n, width)
-    for j in range(n):
-        for i in range(2 * width + 1):
-            columns[j, i] = band[j, width + i]
-    return flat
-
-
-@compiled(vector(matrix, numba.int64, vector))
-def times(band, width, x):
-    """The transpose of LAPACK's storage, shape (n, 3 width + 1), as a matrix, times ``x``."""
-    n = len(x)
-    y = np.zeros(n)
-    for j in range(n):
-        first, last = max(0, j - width), min(n, j + width + 1)
-        entries, rows = band[j, 2 * width + first - j :], y[first:last]
-        for i in range(len(rows)):
-            rows[i] += entries[i] * x[j]
-    return y
 
 
 @compiled(vector(vector, numba.int64, vector))
@@ -102,17 +78,6 @@ def hold(flat, width, held):
                 flat[diagonal + i - j] = 0.0
                 flat[LANES + i * height + width + j - i] = 0.0
             flat[diagonal] = kept
-
-
-@compiled(numba.void(matrix, numba.int64, index))
-def fix(band, width, fixed):
-    """What :func:`hold` does, in the transpose of LAPACK's storage, shape (n, 3 width + 1); ``fixed``: which rows."""
-    for j in fixed:
-        kept = abs(band[j, 2 * width])
-        for i in range(max(0, j - width), min(len(band), j + width + 1)):
-            band[j, 2 * width + i - j] = 0.0
-            band[i, 2 * width + j - i] = 0.0
-        band[j, 2 * width] = kept
 
 
 @compiled(numba.boolean(vector, numba.int64, index))

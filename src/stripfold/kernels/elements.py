@@ -1,7 +1,7 @@
 """Element integrals of the rod and the solid: internal force and tangent, over a time step or in one state.
 
 Both have strains that are quadratic in the unknowns and a stress that is linear in them, so one scheme serves both
-(:func:`assemble`).  A band matrix is stored as the transpose of LAPACK's: entry (i, j) at ``band[j, top + i - j]``.
+(:func:`assemble`).  Entry (i, j) of a band matrix is at ``band[j, top + i - j]``.
 """
 
 from __future__ import annotations

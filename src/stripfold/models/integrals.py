@@ -109,12 +109,22 @@ class CompiledIntegrals(OnNodes):
     ) -> tuple[Array, Any, Array]:
         n, width = self.size, self.pattern.width
         columns = np.zeros((len(growth), n))
-        force, band = np.zeros(n), np.zeros((n, 3 * width + 1)) if with_tangent else NONE
+        force, tangent = np.zeros(n), Band.zeros(n if with_tangent else 0, width)
         given = NONE if stress is None else np.ascontiguousarray(stress, float).reshape(len(stress), -1)
         kernels.elements.assemble(
-            self.elements, _vector(q0), _vector(q1), kappa, in_state, given, force, band, 2 * width, growth, columns
+            self.elements,
+            _vector(q0),
+            _vector(q1),
+            kappa,
+            in_state,
+            given,
+            force,
+            tangent.columns,
+            width,
+            growth,
+            columns,
         )
-        return force, Band(band.T, width), columns.T
+        return force, tangent, columns.T
 
 
 def _vector(q: Array) -> Array:

@@ -56,7 +56,7 @@ def solve(
     active[np.searchsorted(problem.bounded, begin.active)] = True
     status, history = step.solve(
         elements,
-        problem.mass.packed,
+        problem.mass.flat,
         problem.mass.width,
         weight,
         begin.q,

@@ -57,7 +57,7 @@ class Matrix(Protocol):
 
 @dataclass(frozen=True)
 class BandPattern:
-    """Where the entries of element matrices go in LAPACK's band storage; made once per mesh."""
+    """Where the entries of element matrices go in the storage of :class:`Band`; made once per mesh."""
 
     size: int
     width: int
@@ -69,33 +69,45 @@ class BandPattern:
         rows = np.repeat(element_unknowns[:, :, None], element_unknowns.shape[1], axis=2)
         cols = np.swapaxes(rows, 1, 2)
         width = int(np.abs(rows - cols).max())
-        # Column-major, so that LAPACK takes the array as it is: entry (i, j) sits at [2 width + i - j, j].
-        position = (2 * width + rows - cols) + cols * (3 * width + 1)
+        lanes = kernels.band.LANES
+        position = lanes + cols * (2 * width + lanes) + width + rows - cols
         return cls(size, width, position.ravel())
 
     def assemble(self, element_matrices: Array) -> Band:
         """Sum element matrices, shape (n_elements, n_local, n_local)."""
-        height = 3 * self.width + 1
-        flat = np.asarray(np.bincount(self.position, element_matrices.ravel(), minlength=height * self.size), float)
-        return Band(flat.reshape((height, self.size), order="F"), self.width)
+        band = Band.zeros(self.size, self.width)
+        flat = np.bincount(self.position, element_matrices.ravel(), minlength=len(band.flat))
+        return Band(np.asarray(flat, float), self.width)
 
     def diagonal(self, values: Array) -> Band:
         """A diagonal matrix in the same storage."""
-        ab = np.zeros((3 * self.width + 1, self.size), order="F")
-        ab[2 * self.width] = values
-        return Band(ab, self.width)
+        band = Band.zeros(self.size, self.width)
+        band.columns[:, self.width] = values
+        return band
 
 
 @dataclass(frozen=True)
 class Band:
-    """A band matrix in the storage of LAPACK's ``gbtrf``: entry (i, j) at ``ab[2 width + i - j, j]``."""
+    """A band matrix as :mod:`.kernels.band` stores it: entry (i, j) at ``columns[j, width + i - j]``."""
 
-    ab: Array
+    flat: Array
     width: int
+
+    @classmethod
+    def zeros(cls, size: int, width: int) -> Band:
+        """An empty matrix."""
+        lanes = kernels.band.LANES
+        return cls(np.zeros(size * (2 * width + lanes) + 2 * lanes), width)
 
     @property
     def size(self) -> int:
-        return int(self.ab.shape[1])
+        return len(self.columns)
+
+    @property
+    def columns(self) -> Array:
+        """Shape (size, 2 width + LANES)."""
+        lanes = kernels.band.LANES
+        return self.flat[lanes:-lanes].reshape(-1, 2 * self.width + lanes)
 
     @property
     def block(self) -> Band:
@@ -103,48 +115,42 @@ class Band:
 
     def __matmul__(self, x: Array) -> Array:
         # BLAS would start threads, which for bands this narrow take many times longer than the product.
-        return np.asarray(kernels.band.times(np.ascontiguousarray(self.ab.T), self.width, np.ascontiguousarray(x)))
+        return np.asarray(kernels.band.product(self.flat, self.width, np.ascontiguousarray(x, np.float64)))
 
     def diagonal(self) -> Array:
-        return np.asarray(self.ab[2 * self.width])
+        return self.columns[:, self.width]
 
     def __add__(self, other: Band) -> Band:
-        return Band(self.ab + other.ab, self.width)
+        return Band(self.flat + other.flat, self.width)
 
     def add(self, other: Band, factor: float) -> None:
         """Add a multiple of another matrix, in place."""
-        self.ab[self.width :] += factor * other.ab[self.width :]
+        self.flat[:] += factor * other.flat
 
     def __abs__(self) -> Band:
-        return Band(np.abs(self.ab), self.width)
+        return Band(np.abs(self.flat), self.width)
 
     def scaled(self, factor: float) -> Band:
-        return Band(factor * self.ab, self.width)
+        return Band(factor * self.flat, self.width)
 
     def row(self, i: int) -> Array:
         """One row, shape (size,)."""
-        n, w = self.size, self.width
+        n, w, columns = self.size, self.width, self.columns
         first, last = max(i - w, 0), min(i + w, n - 1)
-        out = np.zeros(n)
-        # Neighbours in a row are 3 w entries apart.
-        out[first : last + 1] = self.ab.T.ravel()[(3 * first + 2) * w + i : (3 * last + 2) * w + i + 1 : 3 * w]
+        out, j = np.zeros(n), np.arange(first, last + 1)
+        out[j] = columns[j, w + i - j]
         return out
 
     def with_fixed(self, fixed: Index) -> Band:
-        kept = self.ab.T.copy()
-        kernels.band.fix(kept, self.width, np.ascontiguousarray(fixed))
-        return Band(kept.T, self.width)
-
-    @cached_property
-    def packed(self) -> Array:
-        """This matrix as :mod:`stripfold.kernels.band` stores it."""
-        return np.asarray(kernels.band.packed(np.ascontiguousarray(self.ab.T), self.width))
+        kept, held = self.flat.copy(), np.zeros(self.size, bool)
+        held[fixed] = True
+        kernels.band.hold(kept, self.width, held)
+        return Band(kept, self.width)
 
     @cached_property
     def _factors(self) -> tuple[Array, Index] | None:
         """Those of :func:`.kernels.band.factorise`; None where pivots are needed."""
-        factors = kernels.band.packed(np.ascontiguousarray(self.ab.T), self.width)
-        reach = np.empty(self.size, np.int64)
+        factors, reach = self.flat.copy(), np.empty(self.size, np.int64)
         return (factors, reach) if kernels.band.factorise(factors, self.width, reach) else None
 
     def factor(self) -> Solve:
@@ -160,10 +166,13 @@ class Band:
     def _factor_with_pivots(self) -> Solve:
         from scipy.linalg import lapack
 
-        lu, piv, info = lapack.dgbtrf(self.ab, self.width, self.width)
+        # In LAPACK's storage entry (i, j) is at [2 width + i - j, j].
+        w = self.width
+        ab = np.zeros((3 * w + 1, self.size), order="F")
+        ab[w:] = self.columns[:, : 2 * w + 1].T
+        lu, piv, info = lapack.dgbtrf(ab, w, w)
         if info > 0:
             raise SolveError("the tangent matrix is exactly singular")
-        w = self.width
         return lambda b: np.asarray(lapack.dgbtrs(lu, w, w, b, piv)[0])
 
     def negatives(self) -> int:
@@ -181,7 +190,7 @@ class Band:
         w = self.width
         offsets = np.arange(w, -w - 1, -1)
         # scipy's `dia` storage keeps entry (i, j) in column j as LAPACK does, row by diagonal.
-        return dia_matrix((self.ab[w:], offsets), shape=(self.size, self.size)).tocsc()
+        return dia_matrix((self.columns[:, : 2 * w + 1].T, offsets), shape=(self.size, self.size)).tocsc()
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from stripfold.models.model import Model
 from stripfold.models.rod import Rod
 from stripfold.models.solid import Solid
 from stripfold.solve import newton
-from stripfold.solve.linear import Band, solve_bordered
+from stripfold.solve.linear import BandPattern, solve_bordered
 from stripfold.solve.stability import nearest_eigenvalues
 from studies.hard_cases.arch import LENGTH, NONE, THICKNESS, Arch
 from studies.hard_cases.case import Finding, refined
@@ -57,7 +57,7 @@ def held_nowhere() -> None:
 
 def needs_a_pivot() -> None:
     """Two unknowns whose negative eigenvalues cannot be counted without a pivot."""
-    Band(np.array([[0.0] * 2, [0.0, 1.0], [0.0, 0.0], [1.0, 0.0]]), 1).negatives()
+    BandPattern.of(np.array([[0, 1]]), 2).assemble(np.array([[[0.0, 1.0], [1.0, 0.0]]])).negatives()
 
 
 def double_eigenvalue() -> Finding:
