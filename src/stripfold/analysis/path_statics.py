@@ -189,7 +189,7 @@ class _Follower:
         for to in (before_end, piece.end):
             if self.critical is None and at.point.lam < to:
                 at = self.along_branch(at, to)
-            if to < piece.end and at.topology is Topology.INTERVAL:
+            if self.critical is None and to < piece.end and at.topology is Topology.INTERVAL:
                 at = landed(at, piece.end)
                 self.add(at)
         if self.critical is None and is_past(at.point):
