@@ -203,6 +203,13 @@ def datasets() -> dict[str, xr.Dataset]:
             **{name: (("law", "height"), [[9.0, 12.0], [11.0, 14.0]]) for name in ("advance", "curvature", "leaves")},
             "path_lost": ("law", [0.66, 0.73]), "measured_curvature": ("row", [1.0, 3.0])},
             {"law": ["secant", "measured"], "height": [3.0, 5.0]}),
+        "friction_touch": ({
+            "touch_x": (("path", "length", "moment"), [[[2.3, 2.5, 3.0]] * 2, [[3.5, 3.5, 3.6]] * 2]),
+            **{name: (("path", "length", "moment"), np.full((2, 2, 3), x))
+               for name, x in (("touch_softer", 2.0), ("touch_stiffer", 3.0), ("fell", 0.0))},
+            "planned_x": ("length", [2.63, 2.63]), "checked_length": 20.0,
+            "checked_x": (("path", "moment"), np.full((2, 3), 2.5))},
+            {"path": ["triangular", "circular"], "length": [12.0, 20.0], "moment": [0.0, 0.3, 1.0]}),
         "friction_delay": ({
             "outcome": (("height", "moment"), [[1.0, 1.0, 0.0, 0.0]] * 2),
             "rise": (("height", "moment"), [[0.0, 0.05, 1.0, 5.0]] * 2),
@@ -368,6 +375,7 @@ def test_a_sample_is_named_by_its_seed() -> None:
         ("fabrics", "friction", 0.005, "friction_margin"),
         ("friction_steps", "suffices", 0.1, "friction_step_k_f"),
         ("friction_delay", "small_rise", 0.06, "delay_law"),
+        ("friction_touch", "touch_x", 2.0, "friction_right_triangular"),
         ("friction_delay", "rise", -0.1, "delay_at_fabric_friction"),
         ("friction_delay", "fold_height", 1.2, "fold_height_friction"),
         ("random_paths", "outcome", "undecided", "random_paths_undecided"),

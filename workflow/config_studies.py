@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from config_motion import FallAccuracy, Falls, Lag, Modes, Schemes
+from config_motion import AirStar, FallAccuracy, Falls, Lag, Modes, Schemes, SpeedStar, StiffnessStar
 from config_quantities import (
     HeightStar,
     LengthStar,
@@ -217,6 +217,21 @@ class LayerFriction(Input):
     low: HeightStar
 
 
+class FrictionTouch(Input):
+    """First touches on the triangular and the circular path with bending friction."""
+
+    lengths: AtLeastTwo[LengthStar]
+    thickness: Thickness
+    moments: AtLeastTwo[Friction]
+    checked: LengthStar
+    yield_curvature: YieldCurvature
+    step: Step
+    speed: SpeedStar
+    air: AirStar
+    stiffness: StiffnessStar
+    uncertainty: Share
+
+
 class RandomPaths(Sample):
     """Random gripper paths."""
 
@@ -301,6 +316,7 @@ class Studies(Input):
     tangency: Tangency | None = None
     friction_steps: FrictionSteps | None = None
     friction_delay: FrictionDelay | None = None
+    friction_touch: FrictionTouch | None = None
     fabrics: Fabrics | None = None
     textile_law: TextileLaw | None = None
     layer_friction: LayerFriction | None = None

@@ -74,6 +74,10 @@ FIGURES = {
     "friction_delay":
         "Bending friction delays the snap in proportion to M_0 (a) until the sag touches first and nothing snaps; with "
         "the friction of fabrics (grey) there is no snap at these heights (b).",
+    "friction_touch":
+        "With the friction of fabrics (grey) the strip is laid down instead of falling (open marks). On the triangular "
+        "path (a) that moves the touch to where it is planned, for one M_0 at each length; on the circular path (b) it "
+        "stays too far. Vertical lines: an eta_b known to 20 per cent.",
     "fabrics":
         "Fabrics have tens of times the friction in bending that an R-path needs (shaded: all materials).",
     "textile_law":
@@ -131,6 +135,7 @@ _SECTIONS = {
         "textile_law",
         "friction_delay",
         "layer_friction",
+        "friction_touch",
     ],
     "Recordings": ["measured", "real_paths", "recordings_accuracy", "calibration"],
     "Accuracy and performance": ["work_precision", "fall_precision", "order", "rod", "printed_law", "peers"],

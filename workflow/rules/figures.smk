@@ -25,6 +25,11 @@ SOURCES = {
             else {}
         ),
         **(
+            {"friction_touch": [STUDY_FILES["friction_touch"], STUDY_FILES["fabrics"]]}
+            if {"friction_touch", "fabrics"} <= set(STUDY_FILES)
+            else {}
+        ),
+        **(
             {
                 "friction_delay": [
                     STUDY_FILES["friction_delay"],

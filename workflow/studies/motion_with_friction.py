@@ -41,7 +41,7 @@ OVER = 2.0
 """Height above the final one to which a strip is lifted first, L*."""
 
 
-class _Kept(ContactMesh):
+class Kept(ContactMesh):
     """Elements that are not planned anew.
 
     Between meshes a state is resampled, and the springs of friction, M_0 / kappa_y times stiffer than the strip, turn
@@ -142,7 +142,7 @@ def _lifting(case: Case, height: float) -> BranchPoint:
     """The strip at the first height, on elements planned for the critical state."""
     contact = np.array([elastica.critical(height).state.length])
     strip = StripModel(case.length, case.thickness, kind="rod")
-    mesh = _Kept.of(case.length, Topology.LYING, contact, SIZES.scaled(case.refinement), strip.model)
+    mesh = Kept.of(case.length, Topology.LYING, contact, SIZES.scaled(case.refinement), strip.model)
     return from_flat(lambda _: mesh, Lift(), BEGIN[0])
 
 

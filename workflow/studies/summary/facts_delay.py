@@ -9,6 +9,9 @@ from stripfold import elastica
 from studies.motion_with_friction import SNAP
 from studies.summary.facts import Facts
 
+LEAST_OF_FABRICS = 0.2
+"""M_0 / rho_a g L*^2 from which on a strip counts as a fabric here: data/fabrics.csv begins at 0.22."""
+
 
 def friction_delay(d: xr.Dataset, fabrics: xr.Dataset) -> Facts:
     """At the height of the checks, with the fabrics' median M_0."""
@@ -49,3 +52,49 @@ def _interpolated(one: xr.Dataset, moment: float) -> float:
     """The rise at M_0, from rise over M_0 linearly in the logarithm of M_0."""
     m, rise = one.moment.values[1:], one.rise.values[1:]
     return float(np.interp(np.log(moment), np.log(m), rise / m)) * moment
+
+
+def friction_touch(d: xr.Dataset) -> list[Facts]:
+    """First touch less the planned one with the friction of fabrics; one for each path."""
+    out = []
+    for path in d.path.values:
+        one = d.sel(path=path)
+        error = one.touch_x - d.planned_x
+        real = error.sel(moment=d.moment >= LEAST_OF_FABRICS)
+        band = 0.5 * (one.touch_stiffer - one.touch_softer)
+        finer = np.abs(one.touch_x.sel(length=float(d.checked_length)) - one.checked_x)
+        out.append(
+            {
+                "path": str(path),
+                "least": error.min(),
+                "most": error.max(),
+                "without": ", ".join(f"{float(x):+.2f}" for x in error.sel(moment=0.0)),
+                "change": np.abs(real - error.sel(moment=0.0)).max(),
+                "band": band.max(),
+                "error": finer.max(),
+                "lengths": ", ".join(f"{length:g}" for length in d.length.values),
+                "fell": int((one.fell.sel(moment=d.moment >= LEAST_OF_FABRICS) == 1.0).sum()),
+            }
+        )
+    return out
+
+
+def right_on_triangular(d: xr.Dataset) -> Facts:
+    """The friction with which the triangular path first touches where planned."""
+    error = d.touch_x.sel(path="triangular") - d.planned_x
+    right = {float(length): _right(error.sel(length=length)) for length in d.length.values}
+    found = {length: m for length, m in right.items() if np.isfinite(m)}
+    return {
+        "right": min(found.values(), default=np.nan),
+        "each": ", ".join(f"{m:.2f} at {length:g}" for length, m in found.items()) or "none",
+        "none": ", ".join(f"{length:g}" for length in right if length not in found) or "no length",
+        "largest": d.moment.max(),
+    }
+
+
+def _right(error: xr.DataArray) -> float:
+    """The smallest M_0 with which the touch is where planned, linearly in M_0; nan without one."""
+    m, e = error.moment.values, error.values
+    for i in np.flatnonzero((e[:-1] < 0.0) & (e[1:] >= 0.0)):
+        return float(m[i] - e[i] * (m[i + 1] - m[i]) / (e[i + 1] - e[i]))
+    return float("nan")

@@ -388,6 +388,18 @@ SOURCES = (
             "relative rise of the height of a fold with M_0 = {folded:g}: what friction changes of an L* measured by "
             "it"),
     )),
+    Source("friction_touch", facts_delay.friction_touch, (
+        Number("friction_touch_{path}", "change", "L*", 2, "no criterion",
+            "largest change of the first touch on the {path} path by a fabric's friction (M_0 of 0.3 and more); less "
+            "the planned place without friction {without} L* for strips of {lengths} L*, over all M_0 {least:+.2f} to "
+            "{most:+.2f} L*; an eta_b known to 20 % moves it by up to +-{band:.2f}, halved elements and steps by "
+            "{error:.2f}; with fabrics' friction {fell} strips fall, the others are laid down"),
+    )),
+    Source("friction_touch", facts_delay.right_on_triangular, (
+        Number("friction_right_triangular", "right", "1", 2, "> 0",
+            "smallest M_0 / rho_a g L*^2, up to {largest:g}, with which the triangular path first touches where "
+            "planned: {each} L*; with none at {none} L*"),
+    )),
     Source("fabrics friction", facts_fabrics.fabrics, (
         Number("fabrics", "count", "count", 4, ">= 20",
             "fabrics measured by Kawabata's bending test, from publications (data/fabrics.csv)"),

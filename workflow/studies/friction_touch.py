@@ -1,0 +1,204 @@
+"""Where a strip with bending friction first touches itself on the triangular and the circular path.
+
+The strip is followed in statics; where it is lost it falls in time with its friction, the gripper moving on.  Lengths
+in L*, M_0 in rho_a g L*^2.  Source: docs/physics.md, section 9.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from stripfold import elastica
+from stripfold.analysis.contact import touch_position, touches
+from stripfold.analysis.contact_branch import BranchPoint, from_elastica, solved
+from stripfold.analysis.contact_events import clearance
+from stripfold.analysis.moving_gripper import TIME_OPTIONS, model_in_time, set_in_motion
+from stripfold.analysis.path_friction import Step, load_incrementally_from, with_effects
+from stripfold.analysis.static import StripModel
+from stripfold.arrays import Array
+from stripfold.errors import LostStabilityError, SolveError
+from stripfold.models.contact_mesh import ContactMesh, Topology
+from stripfold.moving_contact import MovingContact
+from stripfold.paths import geometric
+from stripfold.paths.curve import GripperPath, Piece
+from stripfold.paths.rpath import plan_r_path
+from stripfold.problem import AlongPiece, AlongX
+from stripfold.solve import dynamics
+from stripfold.solve.drive import Moving
+from stripfold.solve.dynamics import TimeEvent
+from stripfold.solve.schemes import Damping
+from studies.common import Progress, dataset, grid
+from studies.motion_with_friction import SIZES, Case, Kept
+
+PATHS = {"triangular": geometric.triangular, "circular": geometric.circular}
+FIRST_HEIGHT = 1.5
+"""Height of the gripper at the first state, where friction begins, L*: the elastica gives it."""
+LONGEST_FREE = 0.6
+"""Share of the strip for which the elements are planned."""
+NEAR, FINE = 0.3, 0.25
+"""Height of the sag, L*, below which steps are shorter, and their share of the others."""
+STIFFEST = 5.0
+"""Largest M_0 / kappa_y: what touches is found on new elements."""
+TOUCH_TOLERANCE = 1e-3
+LONGEST_FALL = 200.0
+"""sqrt(L*/g)."""
+LAID, FELL = 0.0, 1.0
+"""How the sag comes down: in statics or in time."""
+
+
+def first_touch(case: Case, path: GripperPath, moment: float, speed: float, damping: Damping) -> tuple[float, float]:
+    """x of the first touch, origin mid-strip, and :data:`LAID` or :data:`FELL`.
+
+    Raises
+    ------
+    SolveError
+        A state could not be computed, or the strip does not touch.
+    TimeStepError
+        The fall could not be followed.
+    """
+    at = _first(case, path)
+    if moment:
+        at = with_effects(at, lambda model, q: (case.friction(model, moment, q),))
+    motions = [AlongPiece(piece, case.length) for piece in path.pieces]
+    steps: list[Step] = []
+
+    def places() -> Iterator[tuple[int, float]]:
+        travelled = at.point.lam
+        for i, piece in enumerate(path.pieces):
+            while travelled < piece.end - 1e-9:
+                low = bool(steps) and clearance(steps[-1].at.problem, steps[-1].at.point.q)[0] < NEAR
+                travelled = min(travelled + case.step * (FINE if low else 1.0), piece.end)
+                yield i, travelled
+
+    try:
+        for step in load_incrementally_from(at, motions, places()):
+            steps = [*steps[-1:], step]
+            if step.touches:
+                problem, point = step.on_mesh
+                return touch_position(problem.model, point), LAID
+    except LostStabilityError:
+        return _fall(steps[-2], steps[-1], case.refinement, speed, damping), FELL
+    raise SolveError("the strip is followed to the path's end without a touch")
+
+
+def _first(case: Case, path: GripperPath) -> BranchPoint:
+    """The state with the gripper at :data:`FIRST_HEIGHT`, from the elastica's nearest one at this height."""
+    piece = path.pieces[0]
+    travelled = _at_height(piece)
+    lam = float(piece.position(travelled)[0]) + case.length / 2.0
+    start = elastica.state_no_horizontal_force(FIRST_HEIGHT)
+    if lam > start.advance:
+        branch = elastica.x_axis_branch(FIRST_HEIGHT, past=0.01, max_step=0.05)
+        start = min(branch, key=lambda state: abs(state.advance - lam))
+    strip = StripModel(case.length, case.thickness, kind="rod")
+    longest = np.array([LONGEST_FREE * case.length])
+    mesh = Kept.of(case.length, Topology.LYING, longest, SIZES.scaled(case.refinement), strip.model)
+
+    def kept(contact: Array) -> ContactMesh:
+        return replace(mesh, planned=contact, model=mesh.at(contact))
+
+    at = from_elastica(kept, AlongX(FIRST_HEIGHT), start.advance, start)
+    for advance in np.linspace(start.advance, lam, 8)[1:]:
+        at = solved(at.problem, at.point.q, float(advance))
+    return solved(MovingContact(at.problem.mesh, AlongPiece(piece, case.length)), at.point.q, travelled)
+
+
+def _at_height(piece: Piece) -> float:
+    """Length travelled at :data:`FIRST_HEIGHT`."""
+    low, high = piece.start, 0.5 * piece.end
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if piece.position(middle)[1] < FIRST_HEIGHT else (low, middle)
+    return high
+
+
+def _fall(before: Step, last: Step, refinement: float, speed: float, damping: Damping) -> float:
+    """x of the first touch of a strip in motion, from its last static states."""
+    problem, first = set_in_motion(before, last, speed, model_in_time(last, refinement))
+    touch = TimeEvent(lambda state: touches(problem.model, state), TOUCH_TOLERANCE)
+    drive = Moving(first.lam, speed)
+    for state in dynamics.march(problem, first, drive, damping, options=TIME_OPTIONS, until=[touch]):
+        if touches(problem.model, state):
+            return touch_position(problem.model, state)
+        if state.t > LONGEST_FALL:
+            break
+    raise SolveError("the strip does not come down", parameter=last.lam)
+
+
+def run(
+    lengths: Sequence[float],
+    thickness: float,
+    moments: Sequence[float],
+    checked: float,
+    yield_curvature: float,
+    step: float,
+    speed: float,
+    air: float,
+    stiffness: float,
+    uncertainty: float,
+    threads: int = 1,
+    progress: Progress | None = None,
+) -> xr.Dataset:
+    """First touches over ``path``, ``length`` and ``moment``, 0 among them.
+
+    Parameters
+    ----------
+    lengths, thickness
+        Strips, by ascending length.
+    moments
+        M_0, ascending, without 0.
+    checked
+        Length of the strips that are computed with halved elements and steps as well.
+    yield_curvature, step
+        kappa_y, 1/L*; steps of the statics.
+    speed, air, stiffness
+        Of the gripper, sqrt(g L*); damping, sqrt(g/L*) and sqrt(L*/g).
+    uncertainty
+        Relative uncertainty of eta_b of the band.
+    """
+    case = Case(lengths[0], thickness, yield_curvature, step, stiffest=STIFFEST)
+    damping = Damping(air, stiffness)
+    axes: dict[str, Sequence[Any]] = {"path": list(PATHS), "length": lengths, "moment": [0.0, *moments]}
+    found = grid(partial(_touch, case, speed, damping), ("touch_x", "fell"), axes, threads, progress)
+    finer = replace(case, length=checked, refinement=0.5, step=0.5 * step)
+    axes |= {"length": [checked]}
+    again = grid(partial(_touch, finer, speed, damping), ("touch_x",), axes, threads, progress)["touch_x"][1][:, 0]
+    x, dims = found["touch_x"][1], ("path", "length", "moment")
+    # A larger eta_b is a smaller L*.
+    units = [(1.0 + sign * uncertainty) ** (-1.0 / 3.0) for sign in (-1.0, 1.0)]
+    band = [_with_unit(np.log(lengths), x, unit) for unit in units]
+    first = [plan_r_path(length).first_touch for length in lengths]
+    return dataset(
+        "friction_touch",
+        {
+            **found,
+            "touch_stiffer": (dims, band[0]),
+            "touch_softer": (dims, band[1]),
+            "planned_x": ("length", first),
+            "checked_length": ((), checked),
+            "checked_x": (("path", "moment"), again),
+        },
+        {"thickness": thickness, "uncertainty": uncertainty, "step": step, "speed": speed},
+    )
+
+
+def _touch(case: Case, speed: float, damping: Damping, path: str, length: float, moment: float) -> dict[str, float]:
+    found = first_touch(replace(case, length=length), PATHS[path](length), moment, speed, damping)
+    return dict(zip(("touch_x", "fell"), found, strict=True))
+
+
+def _with_unit(log_length: Array, x: Array, unit: float) -> Array:
+    """First touches, in L*, of strips whose true L* is ``unit`` times that: x interpolated over log(length).
+
+    Outside the lengths that were computed the last two give the slope.
+    """
+    wanted = log_length - np.log(unit)
+    at = np.clip(np.searchsorted(log_length, wanted) - 1, 0, len(log_length) - 2)
+    share = (wanted - log_length[at]) / (log_length[at + 1] - log_length[at])
+    return np.asarray(unit * (x[:, at] + share[:, None] * (x[:, at + 1] - x[:, at])))
