@@ -188,7 +188,7 @@ def plans() -> xr.Dataset:
     }
     data = xr.Dataset({name: (dims, v, {"units": "m", "long_name": name}) for name, (dims, v) in columns.items()})
     data = data.assign_coords(path=("path", np.array(assess_data.PATHS, dtype=object)))
-    return data.assign_attrs(length=LENGTH, lying_length=0.26)
+    return data.assign_attrs(length=LENGTH, lying_length=0.26, planned_touch_x=0.05)
 
 
 def assessments() -> xr.Dataset:

@@ -142,6 +142,7 @@ class TestPlannedStates:
         assert ["no critical point" in notes(ax)[0] for ax in fig.axes] == [False, False, True]
         for ax in fig.axes:
             assert ax.get_aspect() == 1.0
+            np.testing.assert_allclose(drawn(ax, "planned-touch"), [[[5.0, 0.0]]])
             np.testing.assert_allclose(drawn(ax, "lying"), [[[100.0 * (made_up.LENGTH / 2.0 - 0.26), 0.0]]])
             np.testing.assert_allclose(drawn(ax, "path")[0], states_of(made_up.plans().isel(path=0))[:, 0])
         expected = {"static": palette.STATIC, "critical": palette.BLACK, "lying": palette.MAGENTA}
@@ -204,7 +205,7 @@ class TestRPathFriction:
         whole, held = fig.axes
         assert "no unstable planned state" in notes(whole)[0]
         # k_f of 0.08 g/L* with steps of 0.1 L*.
-        assert notes(held) == ["(b) with friction:\n      pull, $k_f\\,\\Delta s$ = 0.008 $g$"]
+        assert notes(held) == ["(b) with friction: pull,\n$k_f\\,\\Delta s$ = 0.008 $g$"]
         for name in ("critical", "unstable", "touch", "touching-fall"):
             assert not named(fig, name)
         assert "falls and touches" not in legend_texts(fig)

@@ -54,8 +54,9 @@ FIGURES = {
         "The triangular and the circular path assume straight panels, the R-path the true bent shape of the strip.",
     "evolutions":
         "The strip deviates from the states assumed by the triangular and the circular path and snaps; the R-path only "
-        "touches the stability boundary (black: last state before the critical point). Falls are red, their first "
-        "touches marked below the floor.",
+        "touches the stability boundary (black: last state before the critical point). The strip falls (red) from "
+        "there and first touches (red triangles) beyond the planned place (black ones) or, on the triangular path, "
+        "short of it.",
     "rpath_friction":
         "Past the critical point the planned state is unstable and the strip falls and touches (red) or rests without "
         "touching (blue); a little internal friction, here the paper's pull, holds it on the plan (dotted) to the end "

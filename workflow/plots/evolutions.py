@@ -12,7 +12,7 @@ from matplotlib.markers import CARETUP
 from plots.path_readers import Part, parts, planned
 from plots.pieces import draw_states, entry, note
 from plots.planned_paths import draw_path, limits
-from stripfold.plots.colours import CRITICAL, FALLING, LYING, STATIC
+from stripfold.plots.colours import BLACK, CRITICAL, FALLING, LYING, STATIC
 from stripfold.plots.style import CM, equal_panels, legend_above, styled
 from tasks.states import FALL
 
@@ -27,7 +27,8 @@ FALLING_STATES = 4
 def draw(r_path: xr.Dataset, triangular: xr.Dataset, circular: xr.Dataset, plans: xr.Dataset) -> Figure:
     """Draw static states in grey, the last before the first critical point in black, the fall red, the path dashed.
 
-    Marks on the floor tell where the strip first touches and where the folded strip begins to lie.
+    Marks on the floor tell where the strip first touches, where it should, by the plan of the R-path, and where the
+    folded strip begins to lie.
 
     Parameters
     ----------
@@ -40,7 +41,8 @@ def draw(r_path: xr.Dataset, triangular: xr.Dataset, circular: xr.Dataset, plans
     each = [parts(data) for data in found]
     plan, first = [planned(plans, name) for name in TITLES], [own[0] for own in each]
     lying = float(plans.attrs["length"]) / 2.0 - float(plans.attrs["lying_length"])
-    fig, axes = equal_panels([limits([*pair]) for pair in zip(plan, first, strict=True)], above=0.6, one_x=True)
+    intended = float(plans.attrs["planned_touch_x"])
+    fig, axes = equal_panels([limits([*pair]) for pair in zip(plan, first, strict=True)], above=0.75, one_x=True)
     for i, (ax, title) in enumerate(zip(axes, TITLES.values(), strict=True)):
         path = draw_path(ax, plan[i])
         critical = float(found[i].attrs["critical_points"]) > 0.0
@@ -50,12 +52,14 @@ def draw(r_path: xr.Dataset, triangular: xr.Dataset, circular: xr.Dataset, plans
             draw_states(ax, fallen, "fall", color=FALLING, ls="--", lw=0.8, zorder=3)
         if np.isfinite(touch := float(found[i].attrs["touch_x"])):
             ax.plot(CM * touch, 0.0, marker=CARETUP, color=FALLING, ms=5, mew=0, zorder=6, label="_touch")
+        ax.plot(CM * intended, 0.0, marker=CARETUP, color=BLACK, ms=5, mew=0, zorder=5, label="_planned-touch")
         ax.plot(CM * lying, 0.0, "o", color=LYING, mec="white", mew=0.4, ms=5, zorder=6, label="_lying")
         note(ax, title + ("" if critical else ",\n      no critical point"))
     mark = entry("folded strip lies from here on", LYING, "none", marker="o", ms=4)
     fall = entry("fall", FALLING, "--", lw=0.8)
     touched = entry("first touch", FALLING, "none", marker=CARETUP, ms=5, mew=0)
-    legend_above(fig, [static, last, path, fall, touched, mark])
+    intention = entry("planned first touch", BLACK, "none", marker=CARETUP, ms=5, mew=0)
+    legend_above(fig, [static, last, path, fall, touched, intention, mark])
     return fig
 
 

@@ -62,14 +62,14 @@ def draw(r_path: xr.Dataset, ways: xr.Dataset, friction: xr.Dataset, plans: xr.D
     if branches:
         for ax in axes[:2]:
             draw_states(ax, branches[0].fall.states[:1], "unstable", color=CRITICAL, ls="--", lw=1.2, zorder=4)
-        note(axes[1], r"(b) the two branches, enlarged; touch ($\blacktriangle$)")
+        note(axes[1], "(b) the two branches, enlarged")
     _held(axes[-1], whole, eigenvalues, plan)
     for ax in (axes[0], axes[-1]):
         draw_path(ax, plan)
     note(axes[0], "(a) without friction" + ("" if branches else ":\n      no unstable planned state"))
     pull = float(friction["suffices"].sel(law="pull")) * friction.attrs["step"] / friction.attrs["gravity_length"]
     letter = "c" if branches else "b"
-    note(axes[-1], f"({letter}) with friction:\n      pull, $k_f\\,\\Delta s$ = {pull:.2g} $g$")
+    note(axes[-1], f"({letter}) with friction: pull,\n$k_f\\,\\Delta s$ = {pull:.2g} $g$")
     legend_above(fig, [*_handles(fig), entry("gripper path", GRIPPER, "--", lw=0.8)])
     return fig
 
@@ -106,8 +106,9 @@ def _held(ax: Axes, whole: Part, eigenvalues: Array, plan: Part) -> None:
 def _handles(fig: Figure) -> list[Line2D]:
     """Entries of the legend for all that is drawn."""
     shown = {line.get_label() for ax in fig.axes for line in ax.lines}
+    touch = {"marker": CARETUP, "ms": 5, "mew": 0}
     return [
-        entry(text, colour, line, lw=width)
+        entry(text, colour, line, lw=width, **(touch if name == "touching-fall" else {}))
         for name, (colour, width, line, text) in LEGEND.items()
         if f"_{name}" in shown
     ]
