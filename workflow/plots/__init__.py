@@ -152,8 +152,9 @@ All figures of `figures/`, drawn from stored results; each is there as PNG and S
 A colour means the same in all figures. As in the paper, purple is the gripper; blue the held end, the fold line and the
 way out of an R-path without a touch; red the mid-surface and the strip in motion; grey static states; black the
 critical state; green static states after a fall and the lines at lambda_0 and lambda_c; magenta the place where the
-folded strip begins to lie. Dashed orange-red states are unstable, orange ones need friction. Other colours tell
-materials, models or programs apart and are named in legends.
+folded strip begins to lie. Dashed orange-red states are unstable, orange ones need friction. Where the three paths are
+compared, the R-path is black with circles, the triangular path light blue with triangles, the circular path pink with
+diamonds, each with its own kind of line. Other colours tell materials, models or programs apart and are in legends.
 """
 
 

@@ -6,11 +6,9 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from plots.pieces import PATH_LOOKS, entry, note
+from plots.pieces import PATH_LOOKS, PATH_STYLES, entry, note, path_entries
 from stripfold.plots.colours import GREY, SHADE
 from stripfold.plots.style import figure, legend_above, styled
-
-STYLES = {"r-path": "-", "triangular": "--", "circular": ":"}
 
 
 @styled
@@ -26,7 +24,7 @@ def draw(data: xr.Dataset) -> Figure:
     top.axvspan(low, high, color=SHADE, lw=0.0, zorder=0, label="_fabrics")
     for name, (_, look) in PATH_LOOKS.items():
         one = data.sel(path=name)
-        style = {"color": look.color, "ls": STYLES[name]}
+        style = {"color": look.color, "ls": PATH_STYLES[name]}
         top.plot(mu, one["error"].values, marker=look.marker, lw=1.1, **style, label=f"_{name}")
         top.plot(shown, one["finer_error"], "o", color=look.color, mfc="none", ms=8.0, label=f"_{name}-finer")
         width = 2.2 if name == "r-path" else 1.2
@@ -35,9 +33,7 @@ def draw(data: xr.Dataset) -> Figure:
     bottom.axhline(0.0, color=GREY, lw=0.6, zorder=0)
     bottom.set(aspect="equal", xlabel="$x\\,/\\,L^*$", ylabel="$z\\,/\\,L^*$")
     bottom.set_ylim(-0.2, 1.6 * float(np.max(data["z"].values)))
-    handles = [entry(text, k.color, STYLES[name], marker=k.marker, lw=0.9) for name, (text, k) in PATH_LOOKS.items()]
-    handles.append(entry("fabric on fabric", SHADE, lw=6.0))
-    legend_above(fig, handles)
+    legend_above(fig, [*path_entries(), entry("fabric on fabric", SHADE, lw=6.0)])
     note(top, "(a)")
     note(bottom, rf"(b) $\mu$ = {shown:g}", "upper right")
     return fig

@@ -32,6 +32,8 @@ PATH_LOOKS = {
     "circular": ("circular path", Look(PINK, "D")),
 }
 """Name and look of each folding path where results of all three are compared."""
+PATH_STYLES = {"r-path": "-", "triangular": "--", "circular": ":"}
+"""Their kinds of line."""
 
 _COLOURS = (BLUE, VERMILLION, GREEN, PINK, ORANGE, SKY, BLACK)
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X", "p")
@@ -61,9 +63,16 @@ def draw_states(ax: Axes, states: Iterable[Array], name: str, **options: Any) ->
         ax.plot(*(CM * state).T, **{"lw": 0.8} | options, label=f"_{name}")
 
 
-def entry(label: str, color: str, ls: str = "-", **options: Any) -> Line2D:
+def entry(label: str, color: str, ls: Any = "-", **options: Any) -> Line2D:
     """An entry of a legend."""
     return Line2D([], [], color=color, ls=ls, label=label, **options)
+
+
+def path_entries() -> list[Line2D]:
+    """Entries of a legend for the three folding paths."""
+    return [
+        entry(text, how.color, PATH_STYLES[name], marker=how.marker, lw=0.9) for name, (text, how) in PATH_LOOKS.items()
+    ]
 
 
 def arrow(ax: Axes, tail: Point, head: Point, **options: Any) -> None:

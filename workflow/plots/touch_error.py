@@ -7,10 +7,13 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from plots.pieces import LENGTH_TITLE, PATH_LOOKS, Look, entry
+from plots.pieces import LENGTH_TITLE, PATH_LOOKS, PATH_STYLES, Look, entry, path_entries
 from stripfold.arrays import Array, Mask
 from stripfold.plots.colours import BLACK, GREY, LYING
 from stripfold.plots.style import figure, legend_above, styled
+
+LANDING, LINE = (0, (6, 1)), (0, (1, 4))
+"""Kinds of line of the places of reference."""
 
 
 @styled
@@ -28,16 +31,17 @@ def draw(data: xr.Dataset) -> Figure:
     order = np.argsort(length)
     planned = r_path["planned_touch_x"].values
     ax.axhline(0.0, color=BLACK, lw=0.8, zorder=1, label="_planned")
-    for place, ls, color, name in ((r_path["landing_x"].values, "--", LYING, "landing"), (0.0, ":", GREY, "line")):
-        ax.plot(length[order], ((place - planned) / unit)[order], ls, color=color, lw=1.0, zorder=1, label=f"_{name}")
+    for place, name, color, ls in ((r_path["landing_x"].values, "landing", LYING, LANDING), (0.0, "line", GREY, LINE)):
+        y = (place - planned) / unit
+        ax.plot(length[order], y[order], ls=ls, color=color, lw=1.0, zorder=1, label=f"_{name}")
     for name, (_, look) in PATH_LOOKS.items():
         one = data.sel(path=name)
         y, error = one["touch_error"].values / unit, one["touch_uncertainty"].values / unit
         ax.errorbar(length, y, error, fmt="none", ecolor=look.color, capsize=2.0, lw=0.8, zorder=2)
         draw_points(ax, length, y, look, one["fell"].values > 0.0, name)
     ax.set(xlabel=LENGTH_TITLE, ylabel="first touch less the planned one$\\,/\\,L^*$")
-    handles = [entry(text, k.color, marker=k.marker, lw=0.8) for text, k in PATH_LOOKS.values()]
-    handles += [entry("finished fold lands", LYING, "--", lw=1.0), entry("fold line", GREY, ":", lw=1.0)]
+    handles = path_entries()
+    handles += [entry("finished fold lands", LYING, LANDING, lw=1.0), entry("fold line", GREY, LINE, lw=1.0)]
     if np.any((data["fell"].values == 0.0) & np.isfinite(data["touch_error"].values)):
         handles.append(entry("laid down without a fall", GREY, "none", marker="o", mfc="white"))
     legend_above(fig, handles)
@@ -48,7 +52,7 @@ def draw_points(ax: Axes, x: Array, y: Array, look: Look, filled: Mask, name: st
     """Points joined in the order of ``x``, some hollow."""
     order = np.argsort(x)
     line = order[np.isfinite(y[order])]
-    ax.plot(x[line], y[line], color=look.color, lw=0.8, zorder=2, label=f"_{name}-line")
+    ax.plot(x[line], y[line], PATH_STYLES[name], color=look.color, lw=0.8, zorder=2, label=f"_{name}-line")
     for chosen, fill, kind in ((filled, look.color, "filled"), (~filled, "white", "hollow")):
         own = order[chosen[order]]
         ax.plot(x[own], y[own], look.marker, color=look.color, mfc=fill, zorder=3, label=f"_{name}-{kind}")
