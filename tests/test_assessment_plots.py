@@ -231,10 +231,10 @@ class TestRPathCurve:
         _, bottom = fig.axes
         # The dip is a parabola of height 1/4 times its factor over a third of the strip: 0.1 is a mean of 5.556 mm.
         touching = labelled(bottom, rpath_curve.TOUCHES)
-        np.testing.assert_allclose(touching[8:, 0], -1e3 * 0.1 / 6.0 / 3.0, rtol=5e-3, atol=0.05)
-        np.testing.assert_allclose(touching[:9, 1], 0.6)
-        hanging = labelled(bottom, rpath_curve.HANGS)
-        assert hanging[8, 0] == pytest.approx(2e3 * 0.1 / 6.0 / 3.0, rel=5e-3, abs=0.05)
+        np.testing.assert_allclose(touching[:, 0], -1e3 * 0.1 / 6.0 / 3.0, rtol=5e-3, atol=0.05)
+        np.testing.assert_allclose(labelled(bottom, f"_{rpath_curve.TOUCHES}")[:, 1], 0.6)
+        hanging = labelled(bottom, f"_{rpath_curve.HANGS}")
+        assert hanging[-1, 0] == pytest.approx(2e3 * 0.1 / 6.0 / 3.0, rel=5e-3, abs=0.05)
         np.testing.assert_allclose(labelled(bottom, rpath_curve.PLANNED)[:, 0], 0.0, atol=1e-9)
         low, high = bottom.get_ylim()
         assert low < 0.5 < 0.6 < high < 0.8
@@ -242,11 +242,12 @@ class TestRPathCurve:
     def test_colours(self, fig):
         expected = {
             rpath_curve.BEFORE: (palette.BLACK, "-"),
-            rpath_curve.BEHIND: (palette.RED, ":"),
+            rpath_curve.BEHIND: (palette.RED, "--"),
+            rpath_curve.AFTER: (palette.GREEN, "-"),
             rpath_curve.TOUCHES: (palette.RED, "-"),
             rpath_curve.HANGS: (palette.BLUE, "-"),
             rpath_curve.HELD: (palette.ORANGE, "-"),
-            rpath_curve.PLANNED: (palette.GREY, "--"),
+            rpath_curve.PLANNED: (palette.BLACK, ":"),
         }
         for ax in fig.axes:
             found = {line.get_label(): (line.get_color(), line.get_linestyle()) for line in ax.lines}

@@ -62,9 +62,10 @@ FIGURES = {
         "touching (blue); a little internal friction, here the paper's pull, holds it on the plan (dotted) to the end "
         "(orange: by friction alone).",
     "rpath_curve":
-        "Without friction the branch (black) ends at the critical point, enlarged in (b), from where the strip falls "
-        "(dotted); from an unstable planned state (white) it falls to the lower layer (red) or rises to rest above it "
-        "(blue). With friction (orange) it stays within a fraction of a millimetre of the plan.",
+        "Without friction the branch (black) ends at the critical point, enlarged in (b); the strip falls (dashed) to "
+        "the lower layer, from which the static states (green) lead back to the plan (dotted). From an unstable "
+        "planned state (white) it falls to the lower layer (red) or rises to rest above it (blue). With friction "
+        "(orange) it stays within a fraction of a millimetre of the plan.",
     "touch_error":
         "Compared with the planned first touch of the R-path the strip touches short of it on the triangular path and "
         "beyond it on the circular one; the R-path without friction does not touch where planned either. Bars: change "

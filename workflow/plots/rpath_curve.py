@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -12,27 +13,35 @@ from matplotlib.figure import Figure
 from plots.path_readers import Part, parts, planned, post_critical, with_friction
 from plots.pieces import arrow, entry, note
 from stripfold.arrays import Array
-from stripfold.plots.colours import CRITICAL, FRICTION, GREY, HANGING, TOUCHING
+from stripfold.plots.colours import CRITICAL, FRICTION, HANGING, SETTLED, TOUCHING
 from stripfold.plots.style import CM, MILLI, figure, legend_above, styled
+from tasks.states import FALL
 
 AROUND = 0.04
 """Pseudo time shown in (b) before the critical point and after the falls of the post-critical branches."""
 PLANNED, BEFORE = "planned", "static, to the critical point"
-WHOLE, BEHIND = "static", "falls at the critical point"
+WHOLE, BEHIND, AFTER = "static", "falls at the critical point", "static after that fall"
 UNSTABLE = "unstable planned state"
 TOUCHES, HANGS, HELD = "falls and touches", "rests without touching", "with friction"
 
-Curve = tuple[str, list[Part], str, str]
-"""Name, parts, colour and kind of line."""
+
+class Curve(NamedTuple):
+    """Parts to draw, with the name in the legend, colour, and kind and width of the line."""
+
+    name: str
+    parts: list[Part]
+    color: str
+    ls: str = "-"
+    lw: float = 1.0
 
 
 @styled
 def draw(r_path: xr.Dataset, ways: xr.Dataset, friction: xr.Dataset, plans: xr.Dataset) -> Figure:
     """Draw pseudo time over (a) the displacement from the flat strip, (b) the mean height over the planned state.
 
-    Black to the critical point, dotted from there: the fall, and static states after it.  Past that point the planned
-    state, unstable, has two post-critical branches, red and blue, again a fall and static states.  Orange: with the
-    paper's friction.  (b) enlarges the critical point.
+    Falls are dashed.  Black to the critical point; red the fall from there, green static states after it.  Past that
+    point the planned state, unstable, has two post-critical branches, red and blue.  Orange: with the paper's friction.
+    Dotted: the plan.  (b) enlarges the critical point.  Curves that coincide have different widths.
 
     Parameters
     ----------
@@ -47,16 +56,17 @@ def draw(r_path: xr.Dataset, ways: xr.Dataset, friction: xr.Dataset, plans: xr.D
     """
     plan, (before, *behind), branches = planned(plans, "r-path"), parts(r_path), post_critical(ways)
     critical = before if float(r_path.attrs["critical_points"]) > 0.0 else None
-    curves: list[Curve] = [
-        (PLANNED, [plan], GREY, "--"),
-        (HELD, [with_friction(friction)[0]], FRICTION, "-"),
-        (BEFORE if critical else WHOLE, [before], CRITICAL, "-"),
+    curves = [
+        Curve(HELD, [with_friction(friction)[0]], FRICTION, lw=2.8),
+        Curve(BEFORE if critical else WHOLE, [before], CRITICAL, lw=1.4),
     ]
     if behind:
-        curves.append((BEHIND, behind, TOUCHING, ":"))
+        falls, settled = ([part for part in behind if (part.phase == FALL) == fell] for fell in (True, False))
+        curves += [Curve(BEHIND, falls, TOUCHING, "--"), Curve(AFTER, settled, SETTLED, lw=2.2)]
     for branch in branches:
         name, colour = (TOUCHES, TOUCHING) if branch.touches else (HANGS, HANGING)
-        curves.append((name, [branch.fall, branch.after], colour, "-"))
+        curves += [Curve(f"_{name}", [branch.fall], colour, "--"), Curve(name, [branch.after], colour, lw=1.2)]
+    curves.append(Curve(PLANNED, [plan], CRITICAL, ":", 0.8))
     fig = figure(6.2)
     top, bottom = fig.subplots(2, 1, height_ratios=(1.0, 1.6))
     _draw(top, curves, lambda part: CM * part.displacement(), critical)
@@ -79,7 +89,7 @@ def draw(r_path: xr.Dataset, ways: xr.Dataset, friction: xr.Dataset, plans: xr.D
         handles.append(entry(UNSTABLE, CRITICAL, "none", marker="o", mfc="white", ms=4.0))
     legend_above(fig, handles)
     note(top, "(a)")
-    note(bottom, "(b)")
+    note(bottom, "(b) around the critical point")
     return fig
 
 
@@ -91,10 +101,11 @@ def _arrows(ax: Axes, x: Array, y: Array) -> None:
 
 
 def _draw(ax: Axes, curves: list[Curve], of: Callable[[Part], Array], critical: Part | None) -> None:
-    for order, (name, shown, colour, line) in enumerate(curves):
-        x = np.concatenate([of(part) for part in shown])
-        y = np.concatenate([part.pseudo_time for part in shown])
-        ax.plot(x, y, line, color=colour, lw=1.4 if line == "-" else 0.9, zorder=3 + order, label=name)
+    gap = [np.nan]
+    for order, curve in enumerate(curves):
+        x = np.concatenate([values for part in curve.parts for values in (of(part), gap)][:-1])
+        y = np.concatenate([values for part in curve.parts for values in (part.pseudo_time, gap)][:-1])
+        ax.plot(x, y, curve.ls, color=curve.color, lw=curve.lw, zorder=3 + order, label=curve.name)
     if critical:
         point = of(critical)[-1], critical.pseudo_time[-1]
         ax.plot(*point, "o", color=CRITICAL, ms=3.5, zorder=12, label="critical point")
