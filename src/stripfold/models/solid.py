@@ -108,7 +108,7 @@ class Solid(CompiledIntegrals):
         """Shape (n_elements, n_local)."""
         return self.mesh.element_unknowns
 
-    @property
+    @cached_property
     def middle(self) -> Index:
         """Shape (columns, 2): unknowns of the mid-surface nodes, from the grasped to the held end."""
         return self.mesh.middle

@@ -73,10 +73,10 @@ class StripMesh:
         left, size = self.ends[:-1, None], np.diff(self.ends)[:, None]
         return np.append((left + size * (np.arange(self.order) / self.order)).ravel(), self.ends[-1])
 
-    @property
+    @cached_property
     def middle(self) -> Index:
         """Shape (columns, 2): unknowns of the mid-surface nodes (their x and z displacement)."""
-        return np.asarray(self.unknowns[:, self.unknowns.shape[1] // 2, :])
+        return np.ascontiguousarray(self.unknowns[:, self.unknowns.shape[1] // 2, :])
 
     def stretched(self, ends: Array) -> StripMesh:
         """This mesh, if straight, with elements that end elsewhere."""
