@@ -265,6 +265,7 @@ class TestRecordings:
         dots = np.concatenate([container[0].get_xydata() for container in bottom.containers])
         assert len(dots) == 7
         np.testing.assert_allclose(np.unique(np.round(dots[:, 1], 6)), [0.5, 1.0])
+        assert {container[0].get_linestyle() for container in bottom.containers} == {"-", "--"}
         assert notes(top) == [r"synthetic recordings; lines: $\lambda_c$ without friction"]
 
     def test_paths_end_where_the_strip_snapped(self):

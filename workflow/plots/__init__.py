@@ -92,7 +92,8 @@ FIGURES = {
     "measured":
         "Verification of the measuring chain: strips filmed synthetically, each with its own friction, are measured to "
         "snap later than the frictionless model says (lines), the more so the faster the gripper moves: small filled "
-        "marks and large open ones.",
+        "marks and large open ones. A value off the trend of its neighbours is an error of the measurement that its "
+        "long interval (bars, 95 %) covers.",
     "real_paths":
         "Verification of the measuring chain: in synthetic films (above, one of them) of strips with friction the "
         "onset of the snap lies past the frictionless boundary of stability (dotted) at every height.",
@@ -109,8 +110,9 @@ FIGURES = {
         "order one, or two elements across the thickness.",
     "fall_precision":
         "Accuracy versus run time of a fall: error of the first touch for models, meshes, time steps and integrators. "
-        "Finer meshes end up to 0.01 L* from the reference, a fine solid: how far from lambda_c a mesh releases the "
-        "strip counts, the more the lower the gripper (`touch_convergence` is of one fall from 5 L*).",
+        "Some fine meshes end 0.01 L* from the reference, a fine solid: the last stable state with nodes in contact "
+        "lies at lambda_c on some meshes and 0.001 L* before it on others, which counts more at low grippers than in "
+        "the fall from 5 L* of `touch_convergence`.",
     "order":
         "The error of lambda_c falls with the fourth power of the element length on the rod and the third on the solid "
         "(a); the run time grows linearly with the number of elements (b).",

@@ -55,8 +55,9 @@ def draw(data: xr.Dataset) -> Figure:
     sizes = [5.0 * float(r) ** 0.5 for r in np.unique(data["refinement"].values)]
     for size, text in ((sizes[-1], "longest elements"), (sizes[0], "shortest elements")):
         handles.append(entry(text, GREY, "none", marker="o", ms=size))
-    for fill, text in (("top", "longer time steps"), ("bottom", "shorter time steps")):
-        handles.append(entry(text, GREY, "none", marker="o", ms=5.0, fillstyle=fill, markerfacecoloralt="white"))
+    for fill, text in (("full", "default"), ("top", "longer"), ("bottom", "shorter")):
+        half = {"fillstyle": fill, "markerfacecoloralt": "white"}
+        handles.append(entry(f"{text} time steps", GREY, "none", marker="o", ms=5.0, **half))
     handles += [entry("Pareto front", GREY, lw=1.0), entry("uncertainty of the reference", GREY, ":", lw=0.8)]
     legend_above(fig, handles, fontsize=6.5)
     return fig

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter
 from scipy import stats
 
 from plots.pieces import note
@@ -39,6 +40,8 @@ def draw(data: xr.Dataset) -> Figure:
     top.scatter(rank, off, s=3.0, c=np.where(inside, BLACK, VERMILLION), zorder=3)
     top.axhline(0.0, color=BLACK, lw=0.8)
     top.set_yscale("symlog", linthresh=LINEAR)
+    top.set_yticks([sign * 10.0**power for power in range(-1, 4) for sign in (-1.0, 1.0)] + [0.0])
+    top.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     top.set(ylim=(-limit, limit), ylabel=r"error of $\lambda$ [mm]", xlabel="recordings, ordered by standard deviation")
     held = f"{100.0 * inside.mean():.1f} % of " if len(off) else ""
     note(top, f"95 % intervals: {held}{len(off)} hold the truth")

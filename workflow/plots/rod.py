@@ -7,9 +7,9 @@ import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
-from plots.pieces import look
+from plots.pieces import entry, look
 from stripfold.plots.colours import GREY
-from stripfold.plots.style import figure, styled
+from stripfold.plots.style import figure, legend_above, styled, text_at
 
 
 @styled
@@ -18,7 +18,7 @@ def draw(data: xr.Dataset) -> Figure:
 
     ``data`` is from :func:`studies.models.run_rod`.
     """
-    fig = figure(2.8)
+    fig = figure(3.1)
     ax = fig.subplots()
     thickness = data["thickness"].values
     for i, height in enumerate(data["height"].values):
@@ -31,15 +31,22 @@ def draw(data: xr.Dataset) -> Figure:
         low, high = (float(np.abs(data[name].isel(thickness=int(i))).min()) for i in thick)
         order = np.log(high / low) / np.log(thickness[thick[1]] / thickness[thick[0]])
         guide = 0.5 * high * (thickness / thickness.max()) ** order
-        ax.plot(thickness, guide, "--", color=GREY, lw=0.8, label=f"$h^{{{order:.1f}}}$")
-    ax.plot([], [], color=GREY, marker="o", label="rod from solid")
-    ax.plot([], [], color=GREY, ls=":", lw=0.8, label="solid from elastica")
+        ax.plot(thickness, guide, "--", color=GREY, lw=0.8, label="_guide")
+        middle = len(guide) // 2
+        text_at(ax, (thickness[middle], guide[middle]), f"$h^{{{order:.1f}}}$", (4, -3), ha="left", va="top", size=8.0)
     ax.set(xlabel="thickness $h\\,/\\,L^*$", ylabel=r"difference in $\lambda_c$, relative", xscale="log", yscale="log")
     ax.xaxis.set_major_locator(FixedLocator(list(thickness)))
     ax.xaxis.set_minor_locator(NullLocator())
     ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    # Room for the legend below what is drawn.
-    low, high = ax.get_ylim()
-    ax.set_ylim(low * (low / high) ** 0.5, high)
-    ax.legend(loc="lower right", fontsize=7, ncols=2)
+    handles = ax.get_legend_handles_labels()[0]
+    legend_above(
+        fig,
+        [
+            *handles,
+            entry("rod from solid", GREY, marker="o"),
+            entry("solid from elastica", GREY, ":", lw=0.8),
+            entry("order of the two thickest", GREY, "--", lw=0.8),
+        ],
+        fontsize=7,
+    )
     return fig
