@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from plots.pieces import ETA_TITLE, entry, note
+from plots.pieces import ETA_TITLE, entry, note, speed_mark
 from plots.readers import recordings
 from stripfold.plots.colours import BLACK
 from stripfold.plots.style import CM, MILLI, figure, legend_above, styled
 
-SIZES, LINES = (2.5, 5.5), ("-", "--")
-"""Of the marks, and kinds of the lines below, by speed: both speeds are seen where they are nearly at one place."""
+LINES = ("-", "--")
+"""Kinds of the lines below, of the slowest gripper and of others."""
 
 
 @styled
@@ -37,7 +35,7 @@ def draw(data: xr.Dataset) -> Figure:
             some = part.isel(recording=(np.round(part["speed"].values, 4) == speed) & (part["snapped"].values == 1.0))
             names = ("height", "lambda_event", "lambda_low", "lambda_high", "lambda_model")
             z, event, low, high, model = (CM * some[name].values for name in names)
-            options = {"marker": look.marker, "color": look.color, **_mark(i, look.color)}
+            options = {"marker": look.marker, "color": look.color, **speed_mark(i, look.color)}
             top.plot(z, event, ls="none", **options)
             interval = [event - low, high - event]
             bottom.errorbar(z, event - model, interval, ls=LINES[i > 0], lw=0.7, capsize=1.5, **options)
@@ -46,15 +44,10 @@ def draw(data: xr.Dataset) -> Figure:
     top.set(ylabel=r"$\lambda$ [cm]", xlim=(0.0, None), ylim=(0.0, None))
     bottom.set(ylabel=r"$\lambda - \lambda_c$ [cm]", xlabel="gripper height $z$ [cm]")
     for i, speed in enumerate(speeds):
-        handles.append(entry(f"{MILLI * speed:.2g} mm/s", BLACK, LINES[i > 0], marker="o", lw=0.7, **_mark(i, BLACK)))
+        options = {"marker": "o", "lw": 0.7, **speed_mark(i, BLACK)}
+        handles.append(entry(f"{MILLI * speed:.2g} mm/s", BLACK, LINES[i > 0], **options))
     legend_above(fig, handles, ncols=3, title=ETA_TITLE)
     if np.all(data["synthetic"].values == 1.0):
         note(top, "synthetic recordings; lines: $\\lambda_c$ without friction")
     note(bottom, "measured less $\\lambda_c$; bars: 95 % intervals")
     return fig
-
-
-def _mark(speed: int, color: str) -> dict[str, Any]:
-    """Small and filled in large and open."""
-    fill, size = ("white", SIZES[1]) if speed else (color, SIZES[0])
-    return {"mfc": fill, "ms": size, "mew": 0.8, "zorder": 3 if speed else 4}

@@ -44,6 +44,12 @@ def look(index: int) -> Look:
     return Look(_COLOURS[index % len(_COLOURS)], _MARKERS[index % len(_MARKERS)])
 
 
+def speed_mark(speed: int, color: str) -> dict[str, Any]:
+    """Options of marks by the index of their speed: small and filled is seen in large and open at the same place."""
+    fill, size = ("white", 5.5) if speed else (color, 2.5)
+    return {"mfc": fill, "ms": size, "mew": 0.8, "zorder": 3 if speed else 4}
+
+
 def drawings(xlim: Span, ylims: Sequence[Span], titles: Sequence[str]) -> tuple[Figure, list[Axes]]:
     """Panels below each other without axes that fill the figure; equal scales, a title at the upper left."""
     heights = [high - low for low, high in ylims]

@@ -6,10 +6,10 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from plots.pieces import entry, note
+from plots.pieces import entry, note, speed_mark
 from plots.readers import recordings
 from stripfold.plots.colours import BLACK, CRITICAL, GRIPPER
-from stripfold.plots.style import CM, figure, styled
+from stripfold.plots.style import CM, MILLI, figure, styled
 
 
 @styled
@@ -19,10 +19,12 @@ def draw(data: xr.Dataset, frames: xr.Dataset) -> Figure:
     ``data`` is the table of measured recordings, over ``recording``; ``frames`` from :func:`tasks.recordings.frames`.
     """
     groups = list(recordings(data))
+    speeds = np.unique(np.round(data["speed"].values, 4))
     columns = min(len(groups), 2)
     rows = -(-len(groups) // columns)
     fig = figure(1.9 + 1.9 * rows)
     film, below = fig.subfigures(2, 1, squeeze=False, height_ratios=(1.3, 0.6 + 1.9 * rows)).ravel()
+    film.suptitle(str(frames.attrs["recording"]), fontsize=8)
     first, _, last = frames["instant"].values
     titles = (f"{first:+.1f} s", "onset of the snap", f"{last:+.1f} s")
     for ax, image, title in zip(film.subplots(1, 3), frames["frame"].values, titles, strict=True):
@@ -33,8 +35,10 @@ def draw(data: xr.Dataset, frames: xr.Dataset) -> Figure:
     for ax, (eta, look, part) in zip(axes, groups, strict=False):
         for track in part["track"].values:
             ax.plot(*(CM * track).T, color=GRIPPER, lw=0.8)
-        snapped = part.isel(recording=part["snapped"].values == 1.0)
-        ax.plot(CM * snapped["lambda_event"], CM * snapped["height"], look.marker, color=look.color, mfc="none", ms=3.5)
+        for i, speed in enumerate(speeds):
+            some = part.isel(recording=(np.round(part["speed"].values, 4) == speed) & (part["snapped"].values == 1.0))
+            options = {"marker": look.marker, "color": look.color, **speed_mark(i, look.color)}
+            ax.plot(CM * some["lambda_event"], CM * some["height"], ls="none", **options)
         z, first = np.unique(part["height"].values, return_index=True)
         ax.plot(CM * part["lambda_model"].values[first], CM * z, ":", color=CRITICAL)
         ax.set(xlabel=r"$\lambda$ [cm]", ylabel="$z$ [cm]")
@@ -44,8 +48,10 @@ def draw(data: xr.Dataset, frames: xr.Dataset) -> Figure:
         ax.set_visible(False)
     handles = [
         entry("gripper, by the video", GRIPPER, lw=0.8),
-        entry("onset of the snap", BLACK, "none", marker="o", mfc="none", ms=3.5),
         entry(r"$\lambda_c$ without friction", CRITICAL, ":"),
     ]
+    for i, speed in enumerate(speeds):
+        text = f"onset of the snap at {MILLI * speed:.2g} mm/s"
+        handles.append(entry(text, BLACK, "none", marker="o", **speed_mark(i, BLACK)))
     below.legend(handles=handles, loc="outside upper center", ncols=2)
     return fig
