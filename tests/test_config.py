@@ -22,6 +22,7 @@ from stripfold.inputs import Scene
 from studies import (
     accuracy,
     benchmark,
+    disturbed_rpath,
     fabrics,
     fall_accuracy,
     friction_delay,
@@ -141,6 +142,7 @@ def test_recordings_that_cannot_be(change: dict[str, Any], key: str):
         ("friction_steps", rpaths.run_friction_steps),
         ("friction_delay", friction_delay.run),
         ("friction_touch", friction_touch.run),
+        ("disturbed_rpath", disturbed_rpath.run),
         ("fabrics", fabrics.run),
         ("textile_law", textile_law.run),
         ("layer_friction", layer_friction.run),

@@ -203,6 +203,8 @@ def datasets() -> dict[str, xr.Dataset]:
             **{name: (("law", "height"), [[9.0, 12.0], [11.0, 14.0]]) for name in ("advance", "curvature", "leaves")},
             "path_lost": ("law", [0.66, 0.73]), "measured_curvature": ("row", [1.0, 3.0])},
             {"law": ["secant", "measured"], "height": [3.0, 5.0]}),
+        "disturbed_rpath": ({"touch_error": (("disturbance", "moment"), [[0.2, 0.02, 0.05], [-2.5, 0.3, 0.1]])},
+            {"disturbance": ["none", "eta_b +20%"], "moment": [0.0, 0.01, 0.4]}),
         "friction_touch": ({
             "touch_x": (("path", "length", "moment"), [[[2.3, 2.5, 3.0]] * 2, [[3.5, 3.5, 3.6]] * 2]),
             **{name: (("path", "length", "moment"), np.full((2, 2, 3), x))
@@ -376,6 +378,7 @@ def test_a_sample_is_named_by_its_seed() -> None:
         ("friction_steps", "suffices", 0.1, "friction_step_k_f"),
         ("friction_delay", "small_rise", 0.06, "delay_law"),
         ("friction_touch", "touch_x", 2.0, "friction_right_triangular"),
+        ("disturbed_rpath", "touch_error", 0.5, "disturbed_rpath_error"),
         ("friction_delay", "rise", -0.1, "delay_at_fabric_friction"),
         ("friction_delay", "fold_height", 1.2, "fold_height_friction"),
         ("random_paths", "outcome", "undecided", "random_paths_undecided"),

@@ -232,6 +232,27 @@ class FrictionTouch(Input):
     uncertainty: Share
 
 
+class DisturbedRPath(Input):
+    """First touches on a disturbed R-path."""
+
+    length: LengthStar
+    thickness: Thickness
+    moments: AtLeastOne[Friction]
+    eta_b: AtLeastOne[Annotated[Number, quantity("true eta_b over that of the plan", gt=0.0)]]
+    rises: AtLeastOne[Annotated[Number, quantity("height by which the gripper is too high", "L*")]]
+    vibrations: AtLeastOne[
+        tuple[
+            Annotated[Number, quantity("amplitude", "L*", ge=0.0)],
+            Annotated[Number, quantity("angular frequency", "sqrt(g/L*)", gt=0.0)],
+        ]
+    ]
+    yield_curvature: YieldCurvature
+    step: Step
+    speed: SpeedStar
+    air: AirStar
+    stiffness: StiffnessStar
+
+
 class RandomPaths(Sample):
     """Random gripper paths."""
 
@@ -317,6 +338,7 @@ class Studies(Input):
     friction_steps: FrictionSteps | None = None
     friction_delay: FrictionDelay | None = None
     friction_touch: FrictionTouch | None = None
+    disturbed_rpath: DisturbedRPath | None = None
     fabrics: Fabrics | None = None
     textile_law: TextileLaw | None = None
     layer_friction: LayerFriction | None = None

@@ -80,6 +80,9 @@ FIGURES = {
         "With the friction of fabrics (grey) the strip is laid down instead of falling (open marks). On the triangular "
         "path (a) that moves the touch to where it is planned, for one M_0 at each length; on the circular path (b) it "
         "stays too far. Vertical lines: an eta_b known to 20 per cent.",
+    "disturbed_rpath":
+        "Without friction any disturbance of the gripper, or an eta_b that is wrong, makes the strip leave the R-path "
+        "and decides where it touches; with the friction of a fabric it touches close to the planned place.",
     "fabrics":
         "Fabrics have tens of times the friction in bending that an R-path needs (shaded: all materials).",
     "textile_law":
@@ -140,6 +143,7 @@ _SECTIONS = {
         "friction_delay",
         "layer_friction",
         "friction_touch",
+        "disturbed_rpath",
     ],
     "Recordings": ["measured", "real_paths", "recordings_accuracy", "calibration"],
     "Accuracy and performance": ["work_precision", "fall_precision", "order", "rod", "printed_law", "peers"],

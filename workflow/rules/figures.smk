@@ -57,6 +57,7 @@ SOURCES = {
                 "eigenvalues": "eigenvalues",
                 "layer_friction": "layer_friction",
                 "rod": "rod",
+                "disturbed_rpath": "disturbed_rpath",
                 "work_precision": "accuracy",
                 "fall_precision": "fall_accuracy",
                 "peers": "peers",

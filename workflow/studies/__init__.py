@@ -63,6 +63,7 @@ STUDIES = {
     "friction_delay": Study("studies.friction_delay:run", "rise of lambda_c with bending friction, and its end"),
     "layer_friction": Study("studies.layer_friction:run", "finished folds with friction between the layers"),
     "friction_touch": Study("studies.friction_touch:run", "first touch on folding paths with bending friction"),
+    "disturbed_rpath": Study("studies.disturbed_rpath:run", "first touch on a disturbed R-path"),
     "random_paths": Study("studies.random_paths:run", "random gripper paths, each assessed twice"),
     "recordings_accuracy": Study(
         "studies.recordings_accuracy:run",

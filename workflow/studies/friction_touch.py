@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 
 from stripfold import elastica
-from stripfold.analysis.contact import touch_position, touches
+from stripfold.analysis.contact import lying_parts, touch_position
 from stripfold.analysis.contact_branch import BranchPoint, from_elastica, solved
 from stripfold.analysis.contact_events import clearance
 from stripfold.analysis.moving_gripper import TIME_OPTIONS, model_in_time, set_in_motion
@@ -24,14 +24,15 @@ from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
 from stripfold.errors import LostStabilityError, SolveError
 from stripfold.models.contact_mesh import ContactMesh, Topology
+from stripfold.models.model import Model
 from stripfold.moving_contact import MovingContact
 from stripfold.paths import geometric
 from stripfold.paths.curve import GripperPath, Piece
 from stripfold.paths.rpath import plan_r_path
 from stripfold.problem import AlongPiece, AlongX
 from stripfold.solve import dynamics
-from stripfold.solve.drive import Moving
-from stripfold.solve.dynamics import TimeEvent
+from stripfold.solve.drive import Drive, Moving
+from stripfold.solve.dynamics import TimeEvent, TimeState
 from stripfold.solve.schemes import Damping
 from studies.common import Progress, dataset, grid
 from studies.motion_with_friction import SIZES, Case, Kept
@@ -46,7 +47,9 @@ NEAR, FINE = 0.3, 0.25
 STIFFEST = 5.0
 """Largest M_0 / kappa_y: what touches is found on new elements."""
 TOUCH_TOLERANCE = 1e-3
-LONGEST_FALL = 200.0
+LOOP = 1.0
+"""Least arc length between a touch and the lift-off, L*; that of the loop is 4.7."""
+LONGEST_FALL = 300.0
 """sqrt(L*/g)."""
 LAID, FELL = 0.0, 1.0
 """How the sag comes down: in statics or in time."""
@@ -62,29 +65,45 @@ def first_touch(case: Case, path: GripperPath, moment: float, speed: float, damp
     TimeStepError
         The fall could not be followed.
     """
-    at = _first(case, path)
-    if moment:
-        at = with_effects(at, lambda model, q: (case.friction(model, moment, q),))
-    motions = [AlongPiece(piece, case.length) for piece in path.pieces]
     steps: list[Step] = []
-
-    def places() -> Iterator[tuple[int, float]]:
-        travelled = at.point.lam
-        for i, piece in enumerate(path.pieces):
-            while travelled < piece.end - 1e-9:
-                low = bool(steps) and clearance(steps[-1].at.problem, steps[-1].at.point.q)[0] < NEAR
-                travelled = min(travelled + case.step * (FINE if low else 1.0), piece.end)
-                yield i, travelled
-
     try:
-        for step in load_incrementally_from(at, motions, places()):
+        for step in statics(case, path, moment):
             steps = [*steps[-1:], step]
             if step.touches:
                 problem, point = step.on_mesh
                 return touch_position(problem.model, point), LAID
     except LostStabilityError:
-        return _fall(steps[-2], steps[-1], case.refinement, speed, damping), FELL
+        before, last = steps
+        return in_time(case, path, before, last, Moving(last.lam, speed, path.length), speed, damping), FELL
     raise SolveError("the strip is followed to the path's end without a touch")
+
+
+def statics(case: Case, path: GripperPath, moment: float) -> Iterator[Step]:
+    """Steps along a path from :data:`FIRST_HEIGHT` on, shorter where the sag is low.
+
+    Raises
+    ------
+    LostStabilityError
+        The strip did not follow.
+    SolveError
+        A state could not be computed.
+    """
+    at = _first(case, path)
+    if moment:
+        at = with_effects(at, lambda model, q: (case.friction(model, moment, q),))
+    motions = [AlongPiece(piece, case.length) for piece in path.pieces]
+    low = False
+
+    def places() -> Iterator[tuple[int, float]]:
+        travelled = at.point.lam
+        for i, piece in enumerate(path.pieces):
+            while travelled < piece.end - 1e-9:
+                travelled = min(travelled + case.step * (FINE if low else 1.0), piece.end)
+                yield i, travelled
+
+    for step in load_incrementally_from(at, motions, places()):
+        low = clearance(step.at.problem, step.at.point.q)[0] < NEAR
+        yield step
 
 
 def _first(case: Case, path: GripperPath) -> BranchPoint:
@@ -118,17 +137,47 @@ def _at_height(piece: Piece) -> float:
     return high
 
 
-def _fall(before: Step, last: Step, refinement: float, speed: float, damping: Damping) -> float:
-    """x of the first touch of a strip in motion, from its last static states."""
-    problem, first = set_in_motion(before, last, speed, model_in_time(last, refinement))
-    touch = TimeEvent(lambda state: touches(problem.model, state), TOUCH_TOLERANCE)
-    drive = Moving(first.lam, speed)
+def in_time(
+    case: Case, path: GripperPath, before: Step, last: Step, drive: Drive, speed: float, damping: Damping
+) -> float:
+    """x of the first touch of a strip in motion, from two static states; ``drive`` begins at the last with ``speed``.
+
+    Raises
+    ------
+    SolveError
+        The strip does not touch.
+    TimeStepError
+        The motion could not be followed.
+    """
+    problem, first = set_in_motion(before, last, speed, model_in_time(last, case.refinement))
+    problem = replace(problem, motion=AlongPiece(_whole(path), case.length))
+    free = float(last.at.contact[-1])
+    touch = TimeEvent(lambda state: _lands(problem.model, state, free), TOUCH_TOLERANCE)
     for state in dynamics.march(problem, first, drive, damping, options=TIME_OPTIONS, until=[touch]):
-        if touches(problem.model, state):
+        if _lands(problem.model, state, free):
             return touch_position(problem.model, state)
         if state.t > LONGEST_FALL:
             break
     raise SolveError("the strip does not come down", parameter=last.lam)
+
+
+def _lands(model: Model, state: TimeState, free: float) -> bool:
+    """Whether the upper layer touches, far from where the strip lay before the motion, ``free``, and where it lies now.
+
+    With contact at nodes a strip that was bent by more than friction lets go of does not lie flat beside the lift-off.
+    """
+    parts = lying_parts(model, state)
+    at = float(model.s[parts[0][-1]])
+    return len(parts) > 1 and min(free, float(model.s[parts[-1][0]])) - at > LOOP
+
+
+def _whole(path: GripperPath) -> Piece:
+    """All pieces as one: a corner is a sudden change of the velocity."""
+
+    def rate(s: float) -> Array:
+        return next((piece for piece in path.pieces if s <= piece.end), path.pieces[-1]).rate(s)
+
+    return Piece(0.0, path.length, path.position, rate, "path")
 
 
 def run(

@@ -98,3 +98,15 @@ def _right(error: xr.DataArray) -> float:
     for i in np.flatnonzero((e[:-1] < 0.0) & (e[1:] >= 0.0)):
         return float(m[i] - e[i] * (m[i + 1] - m[i]) / (e[i + 1] - e[i]))
     return float("nan")
+
+
+def disturbed_rpath(d: xr.Dataset) -> Facts:
+    """The largest error of the first touch for each M_0, the last being that of fabrics."""
+    largest = np.abs(d.touch_error).max("disturbance")
+    return {
+        "fabric": largest[-1],
+        "moment": d.moment[-1],
+        "free": largest[0],
+        "others": ", ".join(f"{float(e):.2f} with {float(e.moment):g}" for e in largest[1:-1]),
+        "disturbances": ", ".join(str(name) for name in d.disturbance.values if name != "none"),
+    }

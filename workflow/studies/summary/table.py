@@ -400,6 +400,11 @@ SOURCES = (
             "smallest M_0 / rho_a g L*^2, up to {largest:g}, with which the triangular path first touches where "
             "planned: {each} L*; with none at {none} L*"),
     )),
+    Source("disturbed_rpath", facts_delay.disturbed_rpath, (
+        Number("disturbed_rpath_error", "fabric", "L*", 2, "< 0.3",
+            "largest error of the first touch on a disturbed R-path with the friction of a fabric, M_0 of {moment:g}; "
+            "without friction {free:.2f}, {others} ({disturbances})", lambda f: f.free > f.fabric),
+    )),
     Source("fabrics friction", facts_fabrics.fabrics, (
         Number("fabrics", "count", "count", 4, ">= 20",
             "fabrics measured by Kawabata's bending test, from publications (data/fabrics.csv)"),

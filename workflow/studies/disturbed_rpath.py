@@ -1,0 +1,160 @@
+"""The first touch of a strip on a disturbed R-path: eta_b wrong, gripper too high or too low, gripper vibrating.
+
+With bending friction the strip is followed in statics; where it is lost it falls in time.  Under vibration it moves in
+time from before the stability boundary on.  Lengths in L*, M_0 in rho_a g L*^2.  Source: docs/physics.md, section 9.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from math import cos, sin
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from stripfold.analysis.path_friction import Step
+from stripfold.arrays import Array
+from stripfold.errors import LostStabilityError, SolveError
+from stripfold.paths.curve import GripperPath, Piece
+from stripfold.paths.rpath import plan_r_path
+from stripfold.solve.schemes import Damping
+from studies.common import Progress, dataset, grid
+from studies.friction_touch import STIFFEST, first_touch, in_time, statics
+from studies.motion_with_friction import Case
+
+RAMP = 1.0
+"""Length travelled over which the gripper departs from its height, L*."""
+BEFORE = 0.5
+"""Length travelled before the stability boundary at which a vibrating motion begins, L*."""
+
+
+@dataclass(frozen=True)
+class Vibrating:
+    """A gripper at constant speed up to ``end``, and an oscillation along its way."""
+
+    start: float
+    speed: float
+    end: float
+    amplitude: float
+    frequency: float
+
+    def lam(self, t: float) -> float:
+        return min(self.start + self.speed * t, self.end) + self.amplitude * sin(self.frequency * t)
+
+    def rate(self, t: float) -> float:
+        steady = self.speed if self.start + self.speed * t < self.end else 0.0
+        return steady + self.amplitude * self.frequency * cos(self.frequency * t)
+
+
+def _changed(path: GripperPath, scale: float, rise: float) -> GripperPath:
+    """A path ``scale`` times as large, and higher by ``rise`` after :data:`RAMP`."""
+
+    def piece(of: Piece) -> Piece:
+        def position(s: float) -> Array:
+            return scale * of.position(s / scale) + np.array([0.0, rise * min(s / RAMP, 1.0)])
+
+        def rate(s: float) -> Array:
+            return of.rate(s / scale) + np.array([0.0, rise / RAMP if s < RAMP else 0.0])
+
+        return Piece(scale * of.start, scale * of.end, position, rate, of.name)
+
+    return GripperPath(path.name, tuple(piece(of) for of in path.pieces))
+
+
+def vibrated(
+    case: Case, path: GripperPath, moment: float, drive: tuple[float, float, float], damping: Damping, start: float
+) -> float:
+    """x of the first touch under a vibrating gripper; ``drive``: its speed, amplitude and angular frequency.
+
+    Raises
+    ------
+    SolveError
+        The strip is lost before ``start``, or does not touch.
+    """
+    steps: list[Step] = []
+    for step in statics(case, path, moment):
+        steps = [*steps[-1:], step]
+        if step.lam >= start:
+            break
+    speed, amplitude, frequency = drive
+    before, last = steps
+    vibrating = Vibrating(last.lam, speed, path.length - amplitude, amplitude, frequency)
+    return in_time(case, path, before, last, vibrating, speed, damping)
+
+
+def run(
+    length: float,
+    thickness: float,
+    moments: Sequence[float],
+    eta_b: Sequence[float],
+    rises: Sequence[float],
+    vibrations: Sequence[Sequence[float]],
+    yield_curvature: float,
+    step: float,
+    speed: float,
+    air: float,
+    stiffness: float,
+    threads: int = 1,
+    progress: Progress | None = None,
+) -> xr.Dataset:
+    """First touches less the planned one over ``disturbance`` and ``moment``, 0 among them.
+
+    Parameters
+    ----------
+    length, thickness, moments
+        The strip that the path is planned for; M_0, without 0.
+    eta_b
+        True eta_b over that of the plan.
+    rises
+        Heights by which the gripper is too high, L*.
+    vibrations
+        Amplitudes along the path, L*, and angular frequencies, sqrt(g/L*).
+    yield_curvature, step, speed, air, stiffness
+        As in :func:`studies.friction_touch.run`.
+    """
+    case = Case(length, thickness, yield_curvature, step, stiffest=STIFFEST)
+    asked: dict[str, tuple[str, float, float]] = {
+        "none": ("height", 0.0, 0.0),
+        **{f"eta_b {ratio - 1.0:+.0%}": ("eta_b", ratio, 0.0) for ratio in eta_b},
+        **{f"height {rise:+g} L*": ("height", rise, 0.0) for rise in rises},
+        **{f"vibration {a:g} L*, {w:g}": ("vibration", a, w) for a, w in vibrations},
+    }
+    call = partial(_error, case, speed, Damping(air, stiffness), asked, _lost(case))
+    axes: dict[str, Sequence[Any]] = {"disturbance": list(asked), "moment": [0.0, *moments]}
+    found = grid(call, ("touch_error",), axes, threads, progress)
+    kinds = ("disturbance", [kind for kind, *_ in asked.values()])
+    return dataset("disturbed_rpath", {**found, "kind": kinds}, {"length": length, "thickness": thickness})
+
+
+def _lost(case: Case) -> float:
+    """Length travelled at which a strip without friction is lost."""
+    try:
+        deque(statics(case, plan_r_path(case.length).path, 0.0), maxlen=0)
+    except LostStabilityError as error:
+        return float(error.parameter or np.nan)
+    raise SolveError("the strip is stable without friction")
+
+
+def _error(
+    case: Case,
+    speed: float,
+    damping: Damping,
+    asked: Mapping[str, tuple[str, float, float]],
+    lost: float,
+    disturbance: str,
+    moment: float,
+) -> dict[str, float]:
+    kind, first, second = asked[disturbance]
+    plan = plan_r_path(case.length)
+    if kind == "vibration":
+        x = vibrated(case, plan.path, moment, (speed, first, second), damping, lost - BEFORE)
+        return {"touch_error": x - plan.first_touch}
+    # In units of the true L*, which is smaller where eta_b is larger.
+    scale, rise = (first ** (1.0 / 3.0), 0.0) if kind == "eta_b" else (1.0, first)
+    disturbed = replace(case, length=scale * case.length)
+    x, _ = first_touch(disturbed, _changed(plan.path, scale, rise), moment, speed, damping)
+    return {"touch_error": x / scale - plan.first_touch}
