@@ -52,7 +52,7 @@ def draw(data: xr.Dataset) -> Figure:
     headroom(panels[0], 0.12)
     fig.supylabel(r"error of $\lambda$, relative", fontsize=9.0)
     handles = panels[0].get_legend_handles_labels()[0]
-    open_marks = entry("order one, or two across", LOOKS["solid"].color, "none", marker="s", mfc="white")
+    open_marks = entry("of order one, or two elements across", LOOKS["solid"].color, "none", marker="s", mfc="white")
     handles += [
         open_marks,
         entry("Pareto front", GREY, lw=1.0),
