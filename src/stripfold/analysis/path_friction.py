@@ -35,7 +35,7 @@ from stripfold.analysis.landing import LOW, landed, lands
 from stripfold.analysis.static import LIMIT
 from stripfold.arrays import Array
 from stripfold.effects import Effect, Hysteresis, Pull
-from stripfold.errors import InvalidInputError, LostStabilityError, SolveError
+from stripfold.errors import ContinuationError, InvalidInputError, LostStabilityError, SolveError
 from stripfold.models.contact_mesh import Topology
 from stripfold.models.model import Model
 from stripfold.moving_contact import MovingContact
@@ -244,7 +244,7 @@ def _along_branch(at: BranchPoint, end: float) -> BranchPoint:
         return [reached, low, lift_off_of_all(problem), LIMIT]
 
     last = first = _changed(first, end)
-    for item in follow(first, WITHIN_STEP, stops):
+    for item in _followed(first, stops):
         if isinstance(item, BranchPoint):
             if item.point.lam < end:
                 last = item
@@ -264,6 +264,19 @@ def _along_branch(at: BranchPoint, end: float) -> BranchPoint:
             last = item.before
         return BranchPoint(last.problem, continuation.step_to(last.problem, last.point, end, WITHIN_STEP))
     raise AssertionError("a branch ends in an event or raises")
+
+
+def _followed(
+    first: BranchPoint, stops: Callable[[MovingContact], list[Event]]
+) -> Iterator[BranchPoint | BranchCrossing]:
+    """The branch; where an element begins to slide and it turns back, no point lies ahead: that is a limit point."""
+    try:
+        yield from follow(first, WITHIN_STEP, stops)
+    except ContinuationError as error:
+        if first.topology is Topology.LYING and any(isinstance(e, Hysteresis) for e in first.problem.effects):
+            message = "the strip does not follow its gripper: its branch turns back where an element begins to slide"
+            raise LostStabilityError(message, parameter=error.parameter) from error
+        raise
 
 
 def _changed(at: BranchPoint, end: float) -> BranchPoint:
