@@ -357,6 +357,17 @@ class TestHistory:
         along_arcs = stiffness + effect.force(q) @ second
         assert along_arcs == pytest.approx(MOMENT / YIELD * LENGTH, rel=1e-5)
 
+    def test_tangent_of_elements_about_to_slide(self):
+        """At the limit the spring's stiffness is gone, the force the same; away from it nothing changes."""
+        model = strip()
+        q = bent(model, np.pi / 4.0)
+        direction = rate(model, np.pi / 4.0)
+        for effect, lost in ((friction(model).committed(q), 1.0), (Hysteresis.of(model, MOMENT, slack=q), 0.0)):
+            sliding = effect.about_to_slide()
+            np.testing.assert_array_equal(sliding.force(q), effect.force(q))
+            before, after = (direction @ (e.force_and_tangent(q)[1] @ direction) for e in (effect, sliding))
+            assert before - after == pytest.approx(lost * MOMENT / YIELD * LENGTH, rel=1e-5, abs=1e-12)
+
     def test_problem_accepts(self):
         """All effects are committed; a problem without effects is returned unchanged."""
         model = strip()

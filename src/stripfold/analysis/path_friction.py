@@ -269,14 +269,27 @@ def _along_branch(at: BranchPoint, end: float) -> BranchPoint:
 def _followed(
     first: BranchPoint, stops: Callable[[MovingContact], list[Event]]
 ) -> Iterator[BranchPoint | BranchCrossing]:
-    """The branch; where an element begins to slide and it turns back, no point lies ahead: that is a limit point."""
+    """The branch; it ends at a limit point where an element begins to slide and it turns back by a sharp angle."""
+    last = first
     try:
-        yield from follow(first, WITHIN_STEP, stops)
+        for item in follow(first, WITHIN_STEP, stops):
+            if isinstance(item, BranchPoint):
+                last = item
+            yield item
     except ContinuationError as error:
-        if first.topology is Topology.LYING and any(isinstance(e, Hysteresis) for e in first.problem.effects):
-            message = "the strip does not follow its gripper: its branch turns back where an element begins to slide"
-            raise LostStabilityError(message, parameter=error.parameter) from error
-        raise
+        if not _is_unstable_sliding(last):
+            raise
+        raise LostStabilityError(
+            "the strip does not follow its gripper: it is unstable once another element slides",
+            parameter=last.point.lam,
+        ) from error
+
+
+def _is_unstable_sliding(at: BranchPoint) -> bool:
+    """Whether a strip is unstable with the elements that are about to slide taken as sliding."""
+    effects = tuple(e.about_to_slide() if isinstance(e, Hysteresis) else e for e in at.problem.effects)
+    problem = replace(at.problem, effects=effects)
+    return continuation.evaluate(problem, at.point.state, at.point.tangent).negatives > 0
 
 
 def _changed(at: BranchPoint, end: float) -> BranchPoint:

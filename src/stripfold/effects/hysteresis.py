@@ -19,6 +19,8 @@ from stripfold.models.model import Model
 STICK_TOLERANCE = 1e-9
 """Relative excess over kappa_y that still counts as sticking: rounding must not decide the tangent of a state that slid
 and was committed, with the spring at its limit."""
+ABOUT_TO_SLIDE = 1e-3
+"""Relative distance from kappa_y within which an element is about to slide."""
 YIELD_CURVATURE = 0.05
 """kappa_y, 1/L*: the change of curvature after which the element slides.
 
@@ -50,6 +52,8 @@ class Hysteresis(ElementMoments):
     cells
         Of friction that has been on other elements: ends of fixed cells along the strip, L*, and the integral of
         kappa_p up to them, shape (n_cells + 1, across).
+    sticks_up_to
+        Share of kappa_y up to which the tangent is that of sticking.
     """
 
     model: Model = field(repr=False)
@@ -59,6 +63,7 @@ class Hysteresis(ElementMoments):
     dissipated: float
     directors: Directors = field(repr=False)
     cells: tuple[Array, Array] | None = field(default=None, repr=False)
+    sticks_up_to: float = 1.0 + STICK_TOLERANCE
 
     @classmethod
     def of(
@@ -102,8 +107,12 @@ class Hysteresis(ElementMoments):
 
     def _moment(self, curvature: Array) -> tuple[Array, Array]:
         # With the spring's stiffness where it sticks, without where it slides.
-        sticks = np.abs(curvature - self.slip) <= self.yield_curvature * (1.0 + STICK_TOLERANCE)
+        sticks = np.abs(curvature - self.slip) <= self.yield_curvature * self.sticks_up_to
         return self.stiffness * self._spring(curvature), np.where(sticks, self.stiffness, 0.0)
+
+    def about_to_slide(self) -> Self:
+        """The same friction with the tangent of sliding where an element is within a thousandth of its limit."""
+        return replace(self, sticks_up_to=1.0 - ABOUT_TO_SLIDE)
 
     def _rate(self, curvature: Array, growth: Array) -> Array:
         return (self.slip - curvature) * growth - self._carried(growth)

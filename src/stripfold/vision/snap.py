@@ -30,8 +30,8 @@ CLEAR_RATIO = 2.0
 """Peak over u_0 from which the first such peak is the snap; without one, the largest peak is."""
 MIN_PEAK_SIGMA = 8.0
 """Least height of a peak above u_0, in standard deviations of the speed of following."""
-MIN_PEAK_SHARE = 0.3
-"""Least height of a peak above u_0, as a share of the largest: lower ones are ripples or objects that passed."""
+MIN_PEAK_SHARE = 0.5
+"""Least height of a peak above u_0, as a share of the largest: lower ones are ripples, swings or passing objects."""
 PEAK_END = 0.6
 """Share of a peak's height to which the speed falls behind it: less is a ripple on the way up."""
 SETTLING_TIME = 0.2
