@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,6 @@ from scipy.optimize import brentq, fsolve
 
 from stripfold import elastica
 from stripfold.analysis.static import StripModel
-from stripfold.paths.geometric import triangular
 from studies import variants
 
 Z = 3.0
@@ -67,10 +67,23 @@ def test_a_clamp_that_lays_the_sag_down() -> None:
 
 
 def test_touch_with_a_pin_that_does_not_give_is_that_of_the_path() -> None:
-    strip, path = StripModel(14.0, 0.0594, kind="rod"), triangular(14.0)
-    fixed = variants.touch_on_path(strip, path, 2.0)
-    assert variants.giving_on_path(strip, path, 0.0, 2.0) == pytest.approx(fixed, abs=1e-9)
-    assert abs(variants.giving_on_path(strip, path, 0.1, 2.0) - fixed) < 0.02
+    strip = StripModel(14.0, 0.0594, kind="rod")
+    fixed = variants.touch_on_path(strip, 2.0)
+    assert variants.giving_on_path(strip, 0.0, 2.0) == pytest.approx(fixed, abs=1e-9)
+    assert abs(variants.giving_on_path(strip, 0.1, 2.0) - fixed) < 0.02
+
+
+def test_cases_can_be_sent_to_other_processes(monkeypatch: pytest.MonkeyPatch) -> None:
+    sent: list[bytes] = []
+
+    def pooled(_: object, cases: list[object], *__: object) -> list[object]:
+        sent.extend(pickle.dumps(case) for case in cases)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(variants, "pooled", pooled)
+    with pytest.raises(KeyboardInterrupt):
+        variants.run(Z, 14.0, 0.05, 1.0, [0.3], [4.0], 0.3, [0.0], 0.1, 0.1)
+    assert len(sent) == 10
 
 
 def test_the_table(monkeypatch: pytest.MonkeyPatch) -> None:

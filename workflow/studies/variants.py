@@ -101,10 +101,9 @@ def run(
     for angle in angles:
         of_angle = partial(clamped_along_x, strip, height, radians(angle), refinement)
         cases.append(Case(f"gripper clamps the strip at {angle:g} degrees", ROD, of_angle))
-    path = triangular(length_star)
-    turning = partial(clamped_on_path, strip, path, refinement)
+    turning = partial(clamped_on_path, strip, refinement)
     cases.append(Case("gripper clamps the strip and turns evenly by 180 degrees", ROD, None, turning))
-    gives = partial(giving_along_x, height, compliance), partial(giving_on_path, strip, path, compliance, refinement)
+    gives = partial(giving_along_x, height, compliance), partial(giving_on_path, strip, compliance, refinement)
     cases.append(Case(f"pin gives by {compliance:g} L* under rho_a g L*", ELASTICA, *gives))
     cases.append(Case(f"pin slides at {sliding:g} rho_a g L*", ELASTICA, partial(sliding_along_x, height, sliding)))
     cases.insert(0, Case(ELASTICA, "", partial(of_elastica, height), on_path(strip)))
@@ -151,7 +150,7 @@ def _along_x(height: float, refinement: float, strip: StripModel) -> Callable[[]
 
 
 def _on_path(refinement: float, strip: StripModel) -> Callable[[], float]:
-    return partial(touch_on_path, strip, triangular(strip.length), refinement)
+    return partial(touch_on_path, strip, refinement)
 
 
 def markdown(data: xr.Dataset) -> str:
@@ -203,8 +202,9 @@ def end_along_x(strip: StripModel, height: float, refinement: float) -> Advance:
     return run.lam, run.end is End.SNAP
 
 
-def touch_on_path(strip: StripModel, path: GripperPath, refinement: float) -> float:
-    """x of the first touch, after a fall from the critical point, with hinge and pin."""
+def touch_on_path(strip: StripModel, refinement: float) -> float:
+    """x of the first touch on the triangular path, after a fall from the critical point, with hinge and pin."""
+    path = triangular(strip.length)
     segment = follow(strip.contact_mesh(refinement), path, strip.length)
     if segment.critical is None or segment.last is None:
         raise SolveError("no critical point on the path", parameter=path.length)
@@ -227,8 +227,9 @@ def clamped_along_x(strip: StripModel, height: float, angle: float, refinement: 
     return _to_the_end(at)
 
 
-def clamped_on_path(strip: StripModel, path: GripperPath, refinement: float) -> float:
-    """x of the first touch of a rod whose gripper turns evenly from 0 to 180 degrees along the path."""
+def clamped_on_path(strip: StripModel, refinement: float) -> float:
+    """x of the first touch of a rod whose gripper turns evenly from 0 to 180 degrees along the triangular path."""
+    path = triangular(strip.length)
     turn = -pi / path.length
     at: BranchPoint | None = None
     for piece in path.pieces:
@@ -298,8 +299,9 @@ def sliding_along_x(height: float, force: float) -> Advance:
     return elastica.state_at(height, length, last).advance, True
 
 
-def giving_on_path(strip: StripModel, path: GripperPath, compliance: float, refinement: float) -> float:
-    """x of the first touch with a pin that is a spring, in the frame of the ground."""
+def giving_on_path(strip: StripModel, compliance: float, refinement: float) -> float:
+    """x of the first touch on that path with a pin that is a spring, in the frame of the ground."""
+    path = triangular(strip.length)
     segment = follow(strip.contact_mesh(refinement), path, strip.length)
     reaction = {0.0: 0.0}
     # The first bit of the path, at 45 degrees, presses the flat strip on the pin; later the loop takes that up.
