@@ -1,7 +1,7 @@
 """Paths below the touch limit, on which lambda has no maximum: random strips on the solid, its finer mesh and the rod.
 
 The gripper moves along x from lambda_0 until the sag has touched in a point and the contact has become an interval.
-The touch limit falls with the thickness: heights are drawn in proportion to that of the strip.
+The touch limit falls with the thickness, as the lying part is stretched: heights are drawn in proportion to it.
 Lengths in L*.  Source: docs/physics.md, section 5.
 """
 
@@ -56,8 +56,8 @@ def run(cases: int, seed: int, eta_m: float, threads: int = 1, progress: Progres
 
 
 def touch_limit(thickness: float) -> float:
-    """Height below which the sag of a long rod touches before lambda has a maximum, L*."""
-    strip = StripModel(LENGTH[0], thickness, kind="rod")
+    """Height below which the sag of the longest rod touches before lambda has a maximum, L*; of shorter ones it is higher."""
+    strip = StripModel(LENGTH[1], thickness, kind="rod")
     below, above = BETWEEN
     while above - below > LIMIT_TOLERANCE:
         middle = 0.5 * (below + above)
