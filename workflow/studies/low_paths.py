@@ -56,7 +56,7 @@ def run(cases: int, seed: int, eta_m: float, threads: int = 1, progress: Progres
 
 
 def touch_limit(thickness: float) -> float:
-    """Height below which the sag of the longest rod touches before lambda has a maximum, L*; of shorter ones it is higher."""
+    """Height below which the sag of the longest rod touches before lambda has a maximum, L*: the lowest such height."""
     strip = StripModel(LENGTH[1], thickness, kind="rod")
     below, above = BETWEEN
     while above - below > LIMIT_TOLERANCE:
