@@ -95,7 +95,8 @@ FIGURES = {
     "measured":
         "Verification of the measuring chain: strips filmed synthetically, each with its own friction, are measured to "
         "snap later than the frictionless model says (lines), the more so the faster the gripper moves: small filled "
-        "marks and large open ones; bars are 95 % intervals.",
+        "marks and large open ones. A value off the trend of its neighbours is an error of the measurement that its "
+        "long interval (bars, 95 %) covers.",
     "real_paths":
         "Verification of the measuring chain: in synthetic films (above, one of them) of strips with friction the "
         "onset of the snap lies past the frictionless boundary of stability (dotted) at every height.",

@@ -26,9 +26,7 @@ def draw(data: xr.Dataset) -> Figure:
         color, marker = look(i)
         error = data["touch_error"].sel(moment=moment).values
         ax.plot(error, rows, marker, color=color, ms=5, mfc="none", label=f"$M_0 = {moment:g}$")
-    # As formulas: the data have plain text.
-    labels = [str(name).replace("eta_b", r"$\eta_b$").replace("L*", "$L^*$") for name in names]
-    ax.set_yticks(rows, labels)
+    ax.set_yticks(rows, names)
     ax.tick_params(axis="y", length=0)
     ax.set(xlabel="first touch less planned [$L^*$]")
     legend_above(fig, ncols=2, fontsize=7)
