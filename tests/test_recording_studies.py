@@ -103,7 +103,6 @@ def measured(eta_b: float, height: float, speed: float, event: float, snapped: b
         "lambda_event": event,
         "lambda_low": event - 1e-4,
         "lambda_high": event + 1e-4,
-        "lambda_static": np.nan,
         "event_time": 1.0,
         "snapped": float(snapped),
     }

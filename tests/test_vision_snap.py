@@ -1,4 +1,4 @@
-"""The snap in a record of points: its onset against motions whose speed is known, and the end of a branch."""
+"""The snap in a record of points: its onset against motions whose speed is known."""
 
 from __future__ import annotations
 
@@ -141,34 +141,3 @@ def test_noise_at_a_low_gripper_speed_is_no_snap():
     slow = moving(t) - 0.8 * SLOW * t[:, None, None] * SHAPE
     together = 4e-4 * random.normal(size=(len(t), 1, 1)) * SHAPE
     assert snap.speed(t, slow + together).onset == pytest.approx(HALF, abs=0.05)
-
-
-class TestStaticFit:
-    LAM = np.linspace(0.29, 0.2995, 80)
-    END = 0.3
-
-    def branch(self, noise: float = 0.0, seed: int = 0) -> np.ndarray:
-        q = 0.02 - 0.25 * np.sqrt(self.END - self.LAM) + 0.4 * (self.LAM - 0.29)
-        points = q[:, None, None] * SHAPE
-        return points + noise * np.random.default_rng(seed).normal(size=points.shape)
-
-    def test_end_of_a_square_root(self):
-        found = snap.static_fit(self.LAM, self.branch())
-        assert found is not None
-        assert found.lam == pytest.approx(self.END, abs=1e-6)
-
-    def test_standard_deviation_matches_the_error(self):
-        errors = []
-        for seed in range(60):
-            found = snap.static_fit(self.LAM, self.branch(5e-5, seed))
-            assert found is not None
-            errors.append((found.lam - self.END) / found.sd)
-        assert 0.7 < np.std(errors) < 1.4
-        assert abs(np.mean(errors)) < 0.5
-
-    def test_straight_branch_has_no_end(self):
-        points = (self.LAM - 0.29)[:, None, None] * SHAPE
-        assert snap.static_fit(self.LAM, points + 1e-5 * np.random.default_rng(0).normal(size=points.shape)) is None
-
-    def test_too_few_frames(self):
-        assert snap.static_fit(self.LAM[:8], self.branch()[:8]) is None

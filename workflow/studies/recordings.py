@@ -101,7 +101,7 @@ def table(
     materials
         Entries of the configuration by name, for eta_m; a recording with none of their eta_b has the paper's eta_m.
     """
-    stored = ("eta_b", "height", "lambda_event", "lambda_low", "lambda_high", "lambda_static", "snapped")
+    stored = ("eta_b", "height", "lambda_event", "lambda_low", "lambda_high", "snapped")
     columns = {name: np.array([float(data[name]) for data in measured]) for name in stored}
     columns |= {
         "speed": np.array([float(data["gripper_speed"]) for data in measured]),

@@ -6,7 +6,6 @@ The recordings are rendered, encoded and measured like any other; the truth is t
 
 from __future__ import annotations
 
-import json
 import tempfile
 from functools import partial
 from pathlib import Path
@@ -26,7 +25,7 @@ from studies.recordings_design import case, write_calibration
 
 MEASURED, BOUND, REFUSED, NOT_MADE = "measured", "bound", "refused", "not made"
 """Outcomes: a value; a bound, since no snap was seen; an error of the measurement; one of the motion or the film."""
-_NUMBERS = ("event", "truth", "static", "static_sd", "static_truth", "sd", "ratio", "speed", "seconds_off", "tracked")
+_NUMBERS = ("event", "truth", "sd", "ratio", "speed", "seconds_off", "tracked")
 
 
 def run(cases: int, seed: int, dynamics: float, threads: int = 1, progress: Progress | None = None) -> xr.Dataset:
@@ -52,14 +51,11 @@ def measured(number: int, seed: int, dynamics: float, calibrations: Path) -> dic
         found, message = attempted(lambda: _measure(recording.read(folder), (calibrations, asked.factors["camera"])))
         if found is None:
             return row | {"outcome": REFUSED, "message": message}
-        onset, event, static = _truth(folder, found)
-    if found.static:
-        row |= {"static": found.static.lam, "static_sd": found.static.sd}
+        onset, truth = _truth(folder, found)
     return row | {
         "outcome": MEASURED if found.snapped else BOUND,
         "event": found.event,
-        "truth": event if found.snapped else static,
-        "static_truth": static,
+        "truth": truth,
         "sd": found.sd,
         "ratio": found.motion.ratio,
         "speed": found.speed,
@@ -81,8 +77,8 @@ def _measure(asked: Recording, camera: tuple[Path, int]) -> Measurement:
     return measure.evaluate(asked, _CALIBRATIONS[camera], tracks)
 
 
-def _truth(folder: Path, found: Measurement) -> tuple[float, float, float]:
-    """Onset, s, lambda at the onset, m, and static lambda_c, m, of the motion itself; nan where there is no snap."""
+def _truth(folder: Path, found: Measurement) -> tuple[float, float]:
+    """Onset, s, and lambda then, m, of the motion itself; nan where there is no snap."""
     with xr.open_dataset(folder / "truth.nc") as opened:
         truth = opened.load()
     t, lam, curve = truth["time"].values, truth["lambda"].values, truth["curve"].values.astype(np.float64)
@@ -91,8 +87,7 @@ def _truth(folder: Path, found: Measurement) -> tuple[float, float, float]:
     t, lam, curve = t[within], lam[within], curve[within]
     raised = snap.raised(curve, found.recording.entries.gripper.height)
     motion = snap.speed(t, curve[:, raised])
-    static = json.loads((folder / "truth.json").read_text(encoding="utf-8"))["lambda_c"]
-    return motion.onset, float(np.interp(motion.onset, t, lam)), float("nan") if static is None else float(static)
+    return motion.onset, float(np.interp(motion.onset, t, lam))
 
 
 def error(data: xr.Dataset) -> Array:

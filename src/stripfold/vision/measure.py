@@ -1,4 +1,4 @@
-"""lambda_c from a recording with its uncertainty: the onset of the snap, and the end of the quasi-static branch.
+"""lambda_c from a recording at the onset of the snap, with its uncertainty.
 
 lambda is the gripper's advance past the place where its end of the strip lay flat.  It is read from the robot's log at
 the time of the event, or from the video where there is no log.
@@ -18,7 +18,7 @@ from stripfold.vision import snap
 from stripfold.vision.calibration import Calibration, calibrate_folder
 from stripfold.vision.clock import Clock, read_log, synchronise
 from stripfold.vision.recording import ManualOnset, Recording
-from stripfold.vision.snap import Speed, StaticFit
+from stripfold.vision.snap import Speed
 from stripfold.vision.strip_tracker import TRACKED_SHARE
 from stripfold.vision.tracking import Tracks, track
 
@@ -65,8 +65,6 @@ class Measurement:
         Standard deviations of ``event`` by cause, see :data:`PARTS`.
     by_video, by_log
         lambda at the event from the video alone and from the log; nan without a log.
-    static
-        End of the quasi-static branch; None where it does not bend enough to tell.
     speed
         Of the gripper around the event, m/s.
     flags, manual
@@ -84,7 +82,6 @@ class Measurement:
     parts: dict[str, float]
     by_video: float
     by_log: float
-    static: StaticFit | None
     speed: float
     flags: tuple[str, ...]
     manual: str
@@ -109,8 +106,6 @@ class Measurement:
             "event_time": self.event_time,
             "lambda_video": self.by_video,
             "lambda_log": self.by_log,
-            "lambda_static": self.static.lam if self.static else float("nan"),
-            "lambda_static_sd": self.static.sd if self.static else float("nan"),
         }
 
 
@@ -187,7 +182,6 @@ def evaluate(
         parts=parts,
         by_video=by_video,
         by_log=by_log,
-        static=_static_end(recording, tracks, motion) if snapped else None,
         speed=speed,
         flags=tuple(flags),
         manual="" if manual is None else manual.reason,
@@ -284,16 +278,6 @@ def _mapping_sd(calibration: Calibration, tracks: Tracks, random: np.random.Gene
     """Standard deviation of x in the middle of the gripper's motion from the calibration, m."""
     middle = tracks.gripper.centre[len(tracks.gripper.centre) // 2][None]
     return float(np.std([calibration.resample(random).to_robot(middle)[0, 0] for _ in range(DRAWS)]))
-
-
-def _static_end(recording: Recording, tracks: Tracks, motion: Speed) -> StaticFit | None:
-    slow = np.flatnonzero(motion.u[: motion.peak] < motion.level(snap.FIT_END))
-    if not len(slow):
-        return None
-    gripper = recording.entries.gripper
-    before = tracks.seen & (tracks.strip_time < motion.t[slow[-1]])
-    lam = gripper.direction * (tracks.gripped_end[:, 0] - gripper.flat_end)
-    return snap.static_fit(lam[before], tracks.points[before])
 
 
 def _event_flags(motion: Speed, tracks: Tracks, time: float) -> list[str]:

@@ -71,12 +71,10 @@ def result(found: Measurement) -> str:
 
 def rows(found: Measurement) -> list[tuple[str, str]]:
     """The numbers, each with its name."""
-    static = f"{1e3 * found.static.lam:.2f} ± {1e3 * found.static.sd:.2f} mm" if found.static else "cannot be told"
     return [
         ("onset of the snap", f"{found.event_time:.3f} s" if found.snapped else "-"),
         ("λ by the video alone", _millimetres(found.by_video)),
         ("λ by the robot's log", _millimetres(found.by_log)),
-        ("end of the quasi-static branch", static if found.snapped else "-"),
         ("standard deviation", _millimetres(found.sd, 3)),
         *((f"  from {name}", _millimetres(value, 3)) for name, value in found.parts.items()),
         ("speed of the gripper", f"{1e3 * found.speed:.2f} mm/s"),

@@ -1,4 +1,4 @@
-"""The snap in a recording: its onset, whether there is one, and where the quasi-static branch before it ends.
+"""The snap in a recording: its onset, and whether there is one.
 
 The definition depends on neither frame rate nor scale.  The strip's speed u is the median, over material points of the
 part that is raised when the film begins, of the displacement within a fixed window of time, divided by the window.  (A
@@ -14,7 +14,7 @@ from functools import cached_property
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
-from scipy.optimize import isotonic_regression, least_squares
+from scipy.optimize import isotonic_regression
 
 from stripfold.arrays import Array, Mask
 
@@ -47,11 +47,6 @@ SECOND_PEAK, SECOND_PEAK_DELAY = 0.7, 0.3
 """Height, as a share of the peak's, and distance, s, from which another peak is a snap too, with a rest between."""
 FRAMES_BEFORE = 10
 """Fewest frames before the snap from which the noise of the points is estimated."""
-FIT_END = 0.25
-"""The static fit uses the frames until the speed has risen by this share of the way from u_0 to its peak."""
-FIT_MIN_FRAMES = 12
-FIT_MAX_SD = 0.2
-"""Largest standard deviation of the branch's end, as a share of the fitted advance."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,41 +188,3 @@ def raised(points: Array, height: float) -> Mask:
     z = np.median(points[:FIRST_FRAMES, :, 1], axis=0)
     above = np.flatnonzero(z > z.min() + LYING_HEIGHT * height)
     return np.asarray(np.arange(len(z)) <= (above[-1] if len(above) else -1))
-
-
-@dataclass(frozen=True, slots=True)
-class StaticFit:
-    """End of the quasi-static branch by a square root, ``lam``, m, and its standard deviation from the fit alone."""
-
-    lam: float
-    sd: float
-
-
-def static_fit(lam: Array, points: Array) -> StaticFit | None:
-    """Least squares fit of ``points = a + b lam - c sqrt(lambda_c - lam)``: where the branch would end without lag.
-
-    The remaining lag raises it, the more the faster the gripper.
-
-    ``lam``, shape (n,), is the advance of the gripper in the frames before the snap, ``points`` has shape (n, k, 2);
-    m.  None where the branch does not bend enough to tell its end.
-    """
-    if len(lam) < FIT_MIN_FRAMES:
-        return None
-    span = float(np.ptp(lam))
-    # The first principal component holds most of the motion.
-    values = points.reshape(len(lam), -1)
-    left, singular, _ = np.linalg.svd(values - values.mean(axis=0), full_matrices=False)
-    coordinate = left[:, 0] * singular[0]
-
-    def residual(log_distance: Array) -> Array:
-        end = float(lam.max() + span * np.exp(log_distance[0]))
-        basis = np.column_stack([np.ones_like(lam), lam - lam[0], np.sqrt(np.maximum(end - lam, 0.0))])
-        return np.asarray(coordinate - basis @ np.linalg.lstsq(basis, coordinate, rcond=None)[0])
-
-    found = min((least_squares(residual, [guess]) for guess in (-6.0, -4.0, -2.0, 0.0)), key=lambda r: float(r.cost))
-    distance = span * float(np.exp(found.x[0]))
-    slope = float(np.linalg.norm(found.jac[:, 0]))
-    if not 1e-6 * span <= distance <= span or slope == 0.0:
-        return None
-    sd = distance * float(np.sqrt(2.0 * found.cost / max(len(lam) - 4, 1))) / slope
-    return StaticFit(float(lam.max() + distance), sd) if sd < FIT_MAX_SD * span else None
