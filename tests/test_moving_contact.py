@@ -249,6 +249,17 @@ def test_the_sag_flattens_where_it_does_on_finer_elements():
     assert last[0] == pytest.approx(last[1], abs=0.01)
 
 
+def test_no_event_is_lost_where_elements_are_planned_anew():
+    """0.001 L* before the touch of this strip its elements are due to be planned anew; on the new ones it is past."""
+    strip_drawn, height = static.StripModel(17.593802, 0.094148), 0.6188235
+    run = static.solve_height(strip_drawn, height)
+    assert run.end is static.End.TOUCH
+    mesh = run.last.problem.mesh
+    assert mesh.drifted(run.last.contact), "its elements are not due, and the test shows nothing"
+    finer = static.solve_height(strip_drawn, height, 0.5)
+    assert run.lam == pytest.approx(finer.lam, abs=3e-3)
+
+
 @pytest.mark.parametrize("kind", MODELS)
 def test_a_low_gripper_lays_the_sag_down(kind: str):
     """docs/physics.md, section 5: touch, point contact, interval; no limit point, no horizontal force in the end."""

@@ -214,6 +214,12 @@ def follow(
     SolveError
         The branch could not be followed, or its contact is none of :class:`.Topology`.
     """
+
+    def with_changes(problem: MovingContact) -> tuple[dict[Event, Callable[[BranchPoint], BranchPoint]], list[Event]]:
+        changes = contact_changes(problem) if through_contact else {}
+        # An event that is not located may be behind a change of the contact in the same step.
+        return changes, [*changes, *stops(problem)]
+
     at = first
     yield at
     while True:
@@ -221,9 +227,8 @@ def follow(
         if at.point.lam >= end:
             yield BranchPoint(problem, continuation.step_to(problem, at.point, end, options))
             return
-        changes = contact_changes(problem) if through_contact else {}
-        # An event that is not located may be behind a change of the contact in the same step.
-        branch = continuation.follow(problem, at.point, options, [*changes, *stops(problem)])
+        changes, events = with_changes(problem)
+        branch = continuation.follow(problem, at.point, options, events)
         next(branch)
         for item in branch:
             if isinstance(item, Crossing):
@@ -245,14 +250,12 @@ def follow(
             at = BranchPoint(problem, item)
             yield at
             if problem.mesh.drifted(at.contact):
-                at, options = transferred(at), replace(options, first=step)
-                for event, change in (contact_changes(at.problem) if through_contact else {}).items():
-                    # On other elements the change lies a little before.
-                    if event.passed(at.point, None):
-                        last, at = at, change(at)
-                        yield from _changed(last, at)
-                        break
-                break
+                moved = transferred(at)
+                # Between other nodes an event can lie a little before.  It is located on the elements it is ahead on.
+                both = zip(events, with_changes(moved.problem)[1], strict=True)
+                if all(here.passed(at.point, None) or not there.passed(moved.point, None) for here, there in both):
+                    at, options = moved, replace(options, first=step)
+                    break
 
 
 def _changed(before: BranchPoint, after: BranchPoint) -> Iterator[BranchPoint | BranchCrossing]:
