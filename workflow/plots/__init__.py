@@ -82,7 +82,8 @@ FIGURES = {
         "stays too far. Vertical lines: an eta_b known to 20 per cent.",
     "disturbed_rpath":
         "Without friction any disturbance of the gripper, or an eta_b that is wrong, makes the strip leave the R-path "
-        "and decides where it touches; with the friction of a fabric it touches close to the planned place.",
+        "and decides where it touches; with the friction of a fabric it touches close to the planned place. Vibrations: "
+        "amplitude, and angular frequency in units of the square root of g over L*.",
     "fabrics":
         "Fabrics have tens of times the friction in bending that an R-path needs (shaded: all materials).",
     "textile_law":
@@ -95,8 +96,7 @@ FIGURES = {
     "measured":
         "Verification of the measuring chain: strips filmed synthetically, each with its own friction, are measured to "
         "snap later than the frictionless model says (lines), the more so the faster the gripper moves: small filled "
-        "marks and large open ones. A value off the trend of its neighbours is an error of the measurement that its "
-        "long interval (bars, 95 %) covers.",
+        "marks and large open ones. Bars: 95 % intervals.",
     "real_paths":
         "Verification of the measuring chain: in synthetic films (above, one of them) of strips with friction the "
         "onset of the snap lies past the frictionless boundary of stability (dotted) at every height.",

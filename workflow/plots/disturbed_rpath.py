@@ -26,8 +26,20 @@ def draw(data: xr.Dataset) -> Figure:
         color, marker = look(i)
         error = data["touch_error"].sel(moment=moment).values
         ax.plot(error, rows, marker, color=color, ms=5, mfc="none", label=f"$M_0 = {moment:g}$")
-    ax.set_yticks(rows, names)
+    ax.set_yticks(rows, [_label(name) for name in names])
     ax.tick_params(axis="y", length=0)
     ax.set(xlabel="first touch less planned [$L^*$]")
     legend_above(fig, ncols=2, fontsize=7)
     return fig
+
+
+def _label(name: str) -> str:
+    """A disturbance with its symbols: eta_b, L* and, of a vibration, the angular frequency."""
+    for plain, symbol in (
+        ("eta_b", r"$\eta_b$"),
+        ("L*, ", r"L*, $\omega = $"),
+        ("L*", "$L^*$"),
+        ("-", "\N{MINUS SIGN}"),
+    ):
+        name = name.replace(plain, symbol)
+    return name
