@@ -43,4 +43,5 @@ def test_study(monkeypatch):
     np.testing.assert_allclose(data["touch_error"][:, 0], [0.0, 0.0, 0.0, 0.02], atol=1e-12)
     np.testing.assert_allclose(data["touch_error"][1, 1], 0.03 / 1.2 ** (1.0 / 3.0))
     (ax,) = figure.draw(data).axes
-    assert [text.get_text() for text in ax.get_yticklabels()] == list(data["disturbance"].values)
+    labels = ["none", r"$\eta_b$ +20%", "height +0.1 $L^*$", r"vibration 0.02 $L^*$, $\omega = $5"]
+    assert [text.get_text() for text in ax.get_yticklabels()] == labels

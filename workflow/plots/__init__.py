@@ -82,8 +82,8 @@ FIGURES = {
         "stays too far. Vertical lines: an eta_b known to 20 per cent.",
     "disturbed_rpath":
         "Without friction any disturbance of the gripper, or an eta_b that is wrong, makes the strip leave the R-path "
-        "and decides where it touches; with the friction of a fabric it touches close to the planned place. Vibrations: "
-        "amplitude, and angular frequency in units of the square root of g over L*.",
+        "and decides where it touches; with the friction of a fabric it touches close to the planned place. "
+        "Vibrations: amplitude, and angular frequency in units of the square root of g over L*.",
     "fabrics":
         "Fabrics have tens of times the friction in bending that an R-path needs (shaded: all materials).",
     "textile_law":
