@@ -8,6 +8,7 @@ from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 import pytest
 import xarray as xr
@@ -202,6 +203,29 @@ def test_too_few_frames_are_refused(snapping: Made):
     lost[:5] = tracks.strip_time[:5]
     with pytest.raises(MeasurementError, match="at least 10"):
         evaluated(snapping, replace(tracks, strip_time=lost))
+
+
+def test_a_measurement_repeats_bit_for_bit_with_any_threads(snapping: Made, monkeypatch: pytest.MonkeyPatch):
+    known, counts = calibrate_folder, []
+
+    def counted(folder: Path, entries: Entries) -> Calibration:
+        counts.append(cv2.getNumThreads())
+        return known(folder, entries)
+
+    monkeypatch.setattr(measure, "calibrate_folder", counted)
+    before = cv2.getNumThreads()
+    try:
+        results = []
+        for threads in (1, 4):
+            cv2.setNumThreads(threads)
+            results.append(measure.measure(snapping[0]))
+            assert cv2.getNumThreads() == threads
+    finally:
+        cv2.setNumThreads(before)
+    assert counts == [1, 1]
+    one, other = results
+    assert one.numbers() == other.numbers()
+    np.testing.assert_array_equal(one.tracks.points, other.tracks.points)
 
 
 def test_dataset_and_report_hold_the_result(found: Measurement, tmp_path: Path):

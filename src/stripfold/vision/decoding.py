@@ -2,13 +2,15 @@
 
 A picture of a few megabytes can occupy a decoder for minutes inside one call (a progressive JPEG with many scans takes
 1 ms per 31 bytes), which nothing in the same process could interrupt.  :mod:`stripfold.vision.video` therefore starts
-``python -m stripfold.vision.decoding FD PATH`` and receives messages through the pipe with the file descriptor ``FD``:
-JSON, and after each ``frame`` the grey picture, one byte per pixel.
+``python -m stripfold.vision.decoding FD MEMORY PATH`` and receives messages in JSON through the connection ``FD``, a
+file descriptor.  The grey picture of a ``frame``, one byte per pixel, is in the shared memory ``MEMORY``, its rows
+``stride`` bytes apart, until the reader answers that it has copied it.
 """
 
 from __future__ import annotations
 
 import json
+import mmap
 import resource
 import sys
 from collections.abc import Iterator
@@ -23,6 +25,8 @@ from av.video.stream import VideoStream
 
 MAX_PIXELS = 36_000_000
 """Pixels of a frame: 8K fits."""
+MEMORY = MAX_PIXELS + (1 << 24)
+"""Bytes of the shared memory: a frame whose rows a decoder has padded."""
 MAX_FRAMES = 200_000
 """Frames of a recording: nearly an hour at 60 per second."""
 MAX_ERRORS = 100
@@ -52,7 +56,7 @@ def frame_files(folder: Path) -> list[Path]:
     return sorted(path for path in folder.iterdir() if path.suffix.lower() in SUFFIXES and path.is_file())
 
 
-def messages(path: Path) -> Iterator[tuple[Message, bytes]]:
+def messages(path: Path) -> Iterator[tuple[Message, memoryview | None]]:
     """The content of a video or a folder of frames: one ``start``, each ``frame`` with its picture, one ``end``."""
     files = frame_files(path) if path.is_dir() else [path]
     errors = count = 0
@@ -60,7 +64,7 @@ def messages(path: Path) -> Iterator[tuple[Message, bytes]]:
         with _open(file) as container:
             stream = _stream(container)
             if file == files[0]:
-                yield {"kind": "start", "declared": len(files) if path.is_dir() else max(stream.frames, 0)}, b""
+                yield {"kind": "start", "declared": len(files) if path.is_dir() else max(stream.frames, 0)}, None
             damaged = False
             for packet in container.demux(stream):
                 fault, frames = packet.is_corrupt, []
@@ -81,7 +85,7 @@ def messages(path: Path) -> Iterator[tuple[Message, bytes]]:
                         raise Refusal(f"more than {MAX_FRAMES} frames: cut it into shorter recordings")
                     damaged = frame.is_corrupt or fault or (damaged and not frame.key_frame)
                     yield _frame(frame, damaged)
-    yield {"kind": "end", "errors": errors}, b""
+    yield {"kind": "end", "errors": errors}, None
 
 
 def _open(file: Path) -> av.container.InputContainer:
@@ -111,38 +115,41 @@ def _stream(container: av.container.InputContainer) -> VideoStream:
     return found[0]
 
 
-def _frame(frame: VideoFrame, damaged: bool) -> tuple[Message, bytes]:
+def _frame(frame: VideoFrame, damaged: bool) -> tuple[Message, memoryview]:
     name = frame.format.name
     full_range = frame.color_range == 2 or name.startswith("yuvj") or (name == "gray" and frame.color_range != 1)
     grey = frame if name in _LUMA else frame.reformat(format="gray", threads=1)
     # Without NumPy: its import would take as long as a hundred frames.
-    plane, step, width = memoryview(grey.planes[0]), grey.planes[0].line_size, frame.width
+    plane, stride = memoryview(grey.planes[0]), grey.planes[0].line_size
     message = {
         "kind": "frame",
         "time": float(frame.pts * frame.time_base) if frame.pts is not None and frame.time_base else None,
         "size": [frame.width, frame.height],
+        "stride": stride,
         "limited_range": name in _LUMA and not full_range,
         "damaged": damaged,
         "interlaced": bool(frame.interlaced_frame),
         "rotation": int(frame.rotation),
     }
-    return message, b"".join(plane[row * step : row * step + width] for row in range(frame.height))
+    return message, plane[: stride * frame.height]
 
 
-def main(descriptor: int, path: Path) -> None:
+def main(descriptor: int, memory: int, path: Path) -> None:
     """Send the content of ``path``; errors are sent as the message ``refused``."""
     av.logging.set_level(av.logging.ERROR)
     resource.setrlimit(resource.RLIMIT_AS, (MAX_MEMORY, MAX_MEMORY))
     resource.setrlimit(resource.RLIMIT_CPU, (MAX_SECONDS, MAX_SECONDS + 5))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    with Connection(descriptor, readable=False) as connection:
+    with Connection(descriptor) as connection, mmap.mmap(memory, MEMORY) as shared:
         try:
             for message, picture in messages(path):
+                if picture is not None:
+                    # The next frame is decoded meanwhile.
+                    connection.recv_bytes()
+                    shared[: len(picture)] = picture
                 connection.send_bytes(json.dumps(message).encode())
-                if picture:
-                    connection.send_bytes(picture)
             return
-        except BrokenPipeError:
+        except (BrokenPipeError, EOFError, ConnectionResetError):
             return  # the reader has stopped
         except Refusal as refusal:
             reason = str(refusal)
@@ -155,4 +162,4 @@ def main(descriptor: int, path: Path) -> None:
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]), Path(sys.argv[2]))
+    main(int(sys.argv[1]), int(sys.argv[2]), Path(sys.argv[3]))

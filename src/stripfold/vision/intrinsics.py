@@ -20,6 +20,7 @@ from stripfold.vision.boards import Board, Corners, Refinement, detect
 from stripfold.vision.camera import Camera
 from stripfold.vision.mapping import fit_homography, rms, transform
 from stripfold.vision.pictures import picture_files, read_calibration_picture
+from stripfold.vision.threads import one_thread
 
 PARAMETERS = ("fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3")
 MIN_VIEWS, MAX_VIEWS = 6, 100
@@ -113,6 +114,7 @@ def find_views(folder: Path, board: Board, refinement: Refinement | None = None)
     return [View(name, corners) for name, corners in found if corners is not None], (width, height)
 
 
+@one_thread()
 def fit(views: Sequence[View], size: tuple[int, int], start: Camera | None = None) -> Fit:
     """Fit a camera to views by OpenCV's bundle adjustment, starting from ``start`` if given."""
     points = [view.corners.object_points.astype(np.float32) for view in views]
@@ -121,9 +123,6 @@ def fit(views: Sequence[View], size: tuple[int, int], start: Camera | None = Non
     matrix = np.eye(3) if start is None else start.matrix.copy()
     distortion = np.zeros(5) if start is None else start.distortion.copy()
     stop = (cv2.TERM_CRITERIA_EPS + cv2.TERM_CRITERIA_COUNT, 50, 1e-10)
-    # Several threads add up in an order that changes from run to run, and so do the last digits of the result.
-    threads = cv2.getNumThreads()
-    cv2.setNumThreads(1)
     try:
         total, matrix, distortion, rotations, translations, *_, view_rms = cv2.calibrateCameraExtended(
             points, pixels, size, matrix, distortion, flags=flags, criteria=stop
@@ -132,8 +131,6 @@ def fit(views: Sequence[View], size: tuple[int, int], start: Camera | None = Non
         raise CalibrationError(
             _SOURCE, "views that no camera fits", "views of one flat board", "is the board as described?"
         ) from error
-    finally:
-        cv2.setNumThreads(threads)
     poses = np.column_stack([np.reshape(rotations, (-1, 3)), np.reshape(translations, (-1, 3))])
     camera = Camera(np.asarray(matrix), np.asarray(distortion).ravel()[:5], size)
     return Fit(camera, poses, np.asarray(view_rms).ravel(), float(total))

@@ -20,6 +20,7 @@ from stripfold.vision.clock import Clock, read_log, synchronise
 from stripfold.vision.recording import ManualOnset, Recording
 from stripfold.vision.snap import Speed
 from stripfold.vision.strip_tracker import TRACKED_SHARE
+from stripfold.vision.threads import one_thread
 from stripfold.vision.tracking import Tracks, track
 
 DRAWS, ONSET_DRAWS = 200, 50
@@ -109,6 +110,7 @@ class Measurement:
         }
 
 
+@one_thread()
 def measure(recording: Recording, progress: Callable[[str], None] | None = None) -> Measurement:
     """Measure a recording.
 

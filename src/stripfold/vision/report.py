@@ -25,6 +25,7 @@ from stripfold.plots.style import figure, styled
 from stripfold.store import running_commit
 from stripfold.vision import video
 from stripfold.vision.measure import Z_95, Measurement
+from stripfold.vision.threads import one_thread
 
 WIDTH = 480
 """Largest width of the film, pixels."""
@@ -36,6 +37,7 @@ _ENCODING = {"crf": "26", "preset": "veryfast", "threads": "1", "subq": "1", "me
 _RED, _BLUE = (0, 0, 212), (178, 114, 0)  # BGR
 
 
+@one_thread()
 def html(found: Measurement) -> str:
     """The page of a measurement."""
     text = files("stripfold.vision").joinpath("templates/report.html").read_text(encoding="utf-8")

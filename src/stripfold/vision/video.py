@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import fcntl
 import json
+import mmap
 import multiprocessing
 import os
 import signal
@@ -24,8 +25,10 @@ import numpy as np
 from stripfold.arrays import Array, Picture
 from stripfold.errors import InvalidInputError
 from stripfold.tables import check_increasing, read_table
-from stripfold.vision.decoding import MAX_FRAMES, MAX_PIXELS, MAX_SECONDS, SUFFIXES, Message, frame_files
+from stripfold.vision import decoding
+from stripfold.vision.decoding import MAX_FRAMES, MAX_SECONDS, MEMORY, SUFFIXES, Message, frame_files
 
+_COPIED = b"copied"
 TIMEOUT = 30.0
 """Longest time without a message after which the decoder is ended, s."""
 _ALLOWED = f"a video (mp4, avi, mkv, mov) or a folder of frames ({', '.join(SUFFIXES)})"
@@ -115,21 +118,28 @@ class Reader(Iterator[Frame]):
         self._times = None if timestamps is None else read_timestamps(timestamps)
         self._last: Frame | None = None
         self._check_source()
-        # -P: a module in the user's working folder must not shadow a library.
-        receiver, sender = multiprocessing.Pipe(duplex=False)
-        descriptor = sender.fileno()
-        with suppress(OSError):  # a limit per user; most of a frame in the pipe means fewer context switches
-            fcntl.fcntl(descriptor, fcntl.F_SETPIPE_SZ, 1 << 20)
-        self._process = subprocess.Popen(
-            [sys.executable, "-P", "-m", "stripfold.vision.decoding", str(descriptor), str(path.absolute())],
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-            pass_fds=[descriptor],
-        )
-        sender.close()
-        self._connection = receiver
-        self._finalizer = weakref.finalize(self, _end, self._process, receiver)
+        connection, theirs = multiprocessing.Pipe()
+        memory = os.memfd_create("stripfold", os.MFD_ALLOW_SEALING)
+        try:
+            os.ftruncate(memory, MEMORY)
+            # Whatever happens in the decoder, the memory does not end before what is read here.
+            fcntl.fcntl(memory, fcntl.F_ADD_SEALS, fcntl.F_SEAL_SHRINK | fcntl.F_SEAL_GROW)
+            self._memory = np.frombuffer(mmap.mmap(memory, MEMORY, prot=mmap.PROT_READ), np.uint8)
+            descriptors = [theirs.fileno(), memory]
+            # -P: a module in the user's working folder must not shadow a library.
+            self._process = subprocess.Popen(
+                [sys.executable, "-P", "-m", decoding.__name__, *map(str, descriptors), str(path.absolute())],
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL,
+                pass_fds=descriptors,
+            )
+        finally:
+            os.close(memory)
+        theirs.close()
+        connection.send_bytes(_COPIED)
+        self._connection = connection
+        self._finalizer = weakref.finalize(self, _end, self._process, connection)
         try:
             self.report = VideoReport(declared=self._receive()["declared"])
         except BaseException:
@@ -188,21 +198,11 @@ class Reader(Iterator[Frame]):
             raise InvalidInputError("timestamps", None, "a CSV file frame,t", "frames in a folder have no times")
 
     def _receive(self) -> Message:
-        """The next message, with its picture if it is a frame."""
-        message: Message = json.loads(self._receive_bytes(10_000))
-        if message["kind"] == "refused":
-            raise self._refused(message["reason"])
-        if message["kind"] == "frame":
-            width, height = message["size"]
-            picture = np.frombuffer(self._receive_bytes(MAX_PIXELS), np.uint8)
-            message["picture"] = picture.reshape(height, width)
-        return message
-
-    def _receive_bytes(self, most: int) -> bytes:
+        """The next message."""
         if not self._connection.poll(TIMEOUT):
             raise self._refused(f"the decoder was silent for {TIMEOUT:g} s")
         try:
-            return self._connection.recv_bytes(most)
+            message: Message = json.loads(self._connection.recv_bytes(10_000))
         except (EOFError, OSError) as error:
             with suppress(subprocess.TimeoutExpired):
                 self._process.wait(1.0)
@@ -211,6 +211,9 @@ class Reader(Iterator[Frame]):
                 raise self._refused(f"decoding needs more than {MAX_SECONDS} s of CPU time") from error
             reason = signal.Signals(-code).name if code < 0 else code
             raise self._refused(f"the decoder crashed ({reason})") from error
+        if message["kind"] == "refused":
+            raise self._refused(message["reason"])
+        return message
 
     def _frame(self, message: Message) -> Frame:
         report, index, last = self.report, self.report.decoded, self._last
@@ -228,7 +231,7 @@ class Reader(Iterator[Frame]):
             raise self._unusable(
                 f"times that increase, frame {index} is at {time:.6f} s after {last.time:.6f} s", "give timestamps.csv"
             )
-        doubled = last is not None and np.array_equal(image, last.image)
+        doubled = last is not None and all(np.array_equal(a, b) for a, b in zip(image, last.image, strict=True))
         report.decoded += 1
         report.doubled += doubled
         report.damaged += message["damaged"]
@@ -237,9 +240,11 @@ class Reader(Iterator[Frame]):
 
     def _upright(self, message: Message) -> Picture:
         """The picture with full range, rotated as the file asks for; read-only."""
-        image = message["picture"]
-        if message["limited_range"]:
-            image = cv2.LUT(image, _FULL_RANGE)
+        (width, height), stride = message["size"], message["stride"]
+        shared = self._memory[: stride * height].reshape(height, stride)[:, :width]
+        image = cv2.LUT(shared, _FULL_RANGE) if message["limited_range"] else shared.copy()
+        with suppress(OSError):  # at the end the decoder does not wait for it
+            self._connection.send_bytes(_COPIED)
         rotation = message["rotation"] % 360
         if rotation % 90:
             raise self._unusable("pictures rotated by a multiple of 90 degrees", f"it asks for {rotation}")
