@@ -14,7 +14,7 @@ import xarray as xr
 
 from stripfold import elastica, schema
 from stripfold.analysis import assess as assessing
-from stripfold.analysis import path_statics, release
+from stripfold.analysis import path_statics, release, rest
 from stripfold.analysis.assess import BIFURCATION, SNAP, Assessment, assess_strip
 from stripfold.analysis.contact import columns_on_floor, touches
 from stripfold.analysis.release import Fall
@@ -559,25 +559,19 @@ class TestTwoWays:
         model = up.motion.problem.model
         assert not any(touches(model, m) for m in up.motion.states)
         away = np.linalg.norm((up.motion.states[-1].q - found.start[1].q)[model.middle], axis=1).max()
-        assert away > release.AWAY
+        assert away > 0.1
         # It rested for a while, and its motion ended then.
         times = np.array([m.t for m in up.motion.states])
-        quiet = times > times[-1] - release.QUIET
+        quiet = times > times[-1] - rest.QUIET
         assert max(m.energy.kinetic for m, q in zip(up.motion.states, quiet, strict=True) if q) < 1e-6
 
-    def test_a_slow_start_is_no_rest(
-        self, ways: tuple[xr.Dataset, PostCriticalBranches, RPath], monkeypatch: pytest.MonkeyPatch
-    ):
-        """However quiet, it has to have gone somewhere: 0.1 L* from where it began."""
+    def test_a_slow_start_is_no_rest(self, ways: tuple[xr.Dataset, PostCriticalBranches, RPath]):
+        """With damping that first takes nearly all of the disturbance the motion grows by 0.0018 per time unit."""
         _, found, _ = ways
-        monkeypatch.setattr(release, "_Rest", lambda _: lambda moment: True)
         problem, point = found.start
         start = release.ReleaseState(problem, point, point.mode, 0.0)
-        motion = release.simulate_fall(start, replace(FALL, disturbance=-FALL.disturbance))
-        assert motion.touch is None
-        middle = problem.model.middle
-        away = [np.linalg.norm((m.q - point.q)[middle], axis=1).max() for m in motion.states]
-        assert away[-2] <= 0.1 < away[-1]
+        motion = release.simulate_fall(start, Fall(0.3, damping=Damping(5.0, 0.1), to_rest=False))
+        assert motion.touch_x == pytest.approx(found.branches[0].motion.touch_x, abs=0.03)
 
     def test_stored(self, ways: tuple[xr.Dataset, PostCriticalBranches, RPath]):
         data, found, plan = ways

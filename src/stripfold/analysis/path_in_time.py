@@ -7,24 +7,24 @@ sqrt(L*/g) and rho_a g L*.  Source: docs/physics.md, section 8.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import ceil, inf
+from math import ceil
 
 import numpy as np
 
 from stripfold.analysis.contact import lying_parts, touch_position
 from stripfold.analysis.contact_set import ROBUST_NEWTON
+from stripfold.analysis.rest import to_rest
 from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
 from stripfold.effects import Hysteresis
 from stripfold.effects.layer_friction import LayerFriction
 from stripfold.effects.self_contact import SelfContact
-from stripfold.errors import SolveError
 from stripfold.models.model import Model
 from stripfold.paths.curve import GripperPath
 from stripfold.problem import AlongPath, Opened, StripProblem
 from stripfold.solve import dynamics, newton
 from stripfold.solve.drive import Moving
-from stripfold.solve.dynamics import TimeEvent, TimeOptions, TimeState
+from stripfold.solve.dynamics import TimeOptions, TimeState
 from stripfold.solve.newton import NewtonOptions
 from stripfold.solve.schemes import Damping
 
@@ -37,13 +37,6 @@ ELEMENT = 0.1
 FIRST = 0.05
 """Length travelled at the first state, an equilibrium, L*."""
 TIME_OPTIONS = TimeOptions(first=0.02, tolerance=1e-4, newton=NewtonOptions(max_iterations=25))
-REST, QUIET = 3e-5, 2.0
-"""Kinetic energy, rho_a g L*^2, below which a strip is at rest when it has stayed there for this time, sqrt(L*/g).
-
-A layer that slides on the lower one comes to a standstill by itself; a strip of 14 L* has speeds of 0.002 then.
-"""
-LONGEST_REST = 200.0
-"""Longest time until rest, sqrt(L*/g)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,9 +105,9 @@ def follow_in_time(
     Raises
     ------
     SolveError
-        The first state cannot be computed, or the strip does not come to rest.
+        The first state cannot be computed.
     TimeStepError
-        No time step succeeds.
+        As :func:`.rest.to_rest`.
     """
     model = strip.model(ceil(strip.length / (ELEMENT * refinement)))
     problem = StripProblem(model, AlongPath(path, strip.length), self_contact=SelfContact.of(model, strip.thickness))
@@ -140,18 +133,14 @@ def _followed(
     problem: StripProblem, first: TimeState, drive: Moving, damping: Damping, options: TimeOptions, moving: float
 ) -> PathInTime:
     """To rest after the gripper has moved for some time."""
-    rests = _Rest(moving)
-    too_long = TimeEvent(lambda state: state.t > moving + LONGEST_REST)
     states: list[tuple[StripProblem, TimeState]] = []
     touch: int | None = None
-    for state in dynamics.march(problem, first, drive, damping, options=options, until=(TimeEvent(rests), too_long)):
+    for state in to_rest(problem, [first], drive, damping, options, moving=moving):
         if touch is None and _layers_touch(problem.model, state):
             touch = len(states)
         states.append((problem, state))
         # The march updates a problem of its own in the same way.
         problem = problem.accepted(state.q)
-    if not rests(state):
-        raise SolveError("the strip does not come to rest", parameter=state.lam, advice="add damping")
     return PathInTime(tuple(states), problem, touch)
 
 
@@ -160,15 +149,3 @@ def _layers_touch(model: Model, state: TimeState) -> bool:
     first, *more = lying_parts(model, state)
     place = model.mid_surface(state.q)[:, 0]
     return bool(more) and bool(place[first[-1]] > place[more[-1][0]])
-
-
-class _Rest:
-    """Whether a strip is at rest some time after its gripper stopped; to be called with each state."""
-
-    def __init__(self, since: float) -> None:
-        self.since, self.quiet = since, inf
-
-    def __call__(self, state: TimeState) -> bool:
-        still = state.t >= self.since and state.energy.kinetic <= REST
-        self.quiet = min(self.quiet, state.t) if still else inf
-        return state.t - self.quiet > QUIET

@@ -7,15 +7,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from math import inf
 
 import numpy as np
 
 from stripfold.analysis.contact import touch_position, touches
 from stripfold.analysis.contact_branch import BranchPoint, Planned
 from stripfold.analysis.contact_set import ROBUST_NEWTON, from_nodes, on_nodes
+from stripfold.analysis.rest import to_rest
 from stripfold.arrays import Array
-from stripfold.errors import SolveError, TimeStepError
+from stripfold.errors import SolveError
 from stripfold.problem import StripProblem
 from stripfold.solve import continuation, dynamics
 from stripfold.solve.continuation import StepOptions
@@ -34,14 +34,6 @@ AFTER_TOUCH = 10.0
 """Factor on the tolerance after the first touch: the state at rest is found by statics."""
 TOUCH_TOLERANCE = 1e-3
 """Time to which the first touch is located."""
-LONGEST_FALL = 400.0
-"""Longest duration of a fall; longer with damping, which slows its start."""
-REST = 1e-6
-"""Kinetic energy, as a share of the energy released, below which a strip is at rest."""
-QUIET = 2.0
-"""Time for which it must stay below: longer than between two turning points of an oscillation."""
-AWAY = 0.1
-"""Smallest displacement of a strip that rests without a touch, L*: a slow start is not rest."""
 SAME_STATE = 0.1
 """Largest distance between the strip at rest and the equilibrium found from it, L*."""
 
@@ -143,10 +135,8 @@ def simulate_fall(
 
     Raises
     ------
-    SolveError
-        Nothing happened, or the strip does not come to rest.
     TimeStepError
-        No time step succeeds.
+        As :func:`.rest.to_rest`.
     """
     say = progress or (lambda _: None)
     problem, model = release.problem, release.problem.model
@@ -154,57 +144,17 @@ def simulate_fall(
         # What the effects remember at the end is not what the state at rest is found with.
         raise ValueError("a fall is for problems without effects")
     first, drive = initial_state(release, fall)
-    longest = LONGEST_FALL * (1.0 + fall.damping.air + fall.damping.stiffness)
-
-    def march(begin: TimeState, options: TimeOptions, *until: TimeEvent) -> list[TimeState]:
-        """The states to the first of these events; an error gets the shape of the strip at the last good one."""
-        too_long = TimeEvent(lambda state: state.t - begin.t > longest)
-        try:
-            return list(dynamics.march(problem, begin, drive, fall.damping, scheme, options, (*until, too_long)))
-        except TimeStepError as error:
-            error.details["mid_surface"] = model.mid_surface(error.last.q)
-            raise
-
-    def missed(begin: TimeState, last: TimeState, what: str, advice: str) -> TimeStepError:
-        return TimeStepError(
-            f"{what} within {last.t - begin.t:.0f} sqrt(L*/g)",
-            parameter=last.lam,
-            advice=advice,
-            last=last,
-            details={"mid_surface": model.mid_surface(last.q)},
-        )
-
-    rests = _Rest(first)
-    away = TimeEvent(lambda state: rests(state) and model.largest_move(first.q, state.q) > AWAY)
-    states = march(first, options, TimeEvent(lambda state: touches(model, state), TOUCH_TOLERANCE), away)
+    touching = TimeEvent(lambda state: touches(model, state), TOUCH_TOLERANCE)
+    states = list(to_rest(problem, [first], drive, fall.damping, options, touching, scheme=scheme))
     if not touches(model, states[-1]):
-        if not away.happened(states[-1]):
-            raise missed(first, states[-1], "nothing happened: the strip did not touch", "give a larger disturbance")
         say(f"at rest without a touch after {states[-1].t:.1f} sqrt(L*/g)")
         return Motion(problem, tuple(states), None, float("nan"))
     touch = len(states) - 1
     say(f"touch after {states[-1].t:.1f} sqrt(L*/g)")
     if fall.to_rest:
-        rests = _Rest(first)
         loose = replace(options, tolerance=AFTER_TOUCH * options.tolerance)
-        states += march(states[touch], loose, TimeEvent(rests))[1:]
-        if not rests(states[-1]):
-            advice = "add damping, hold the gripper, or ask for the touch only"
-            raise missed(states[touch], states[-1], "the strip did not come to rest", advice)
+        states += list(to_rest(problem, states, drive, fall.damping, loose, scheme=scheme))[1:]
     return Motion(problem, tuple(states), touch, touch_position(model, states[touch]))
-
-
-class _Rest:
-    """Whether a motion has ended: its kinetic energy has stayed small for a while.  To be called with each state."""
-
-    def __init__(self, first: TimeState) -> None:
-        self.potential = first.energy.elastic + first.energy.gravity
-        self.quiet_since = inf
-
-    def __call__(self, state: TimeState) -> bool:
-        released = self.potential - state.energy.elastic - state.energy.gravity
-        self.quiet_since = min(self.quiet_since, state.t) if state.energy.kinetic <= REST * released else inf
-        return state.t - self.quiet_since > QUIET
 
 
 def state_at_rest(problem: StripProblem, state: TimeState) -> Point:
