@@ -218,6 +218,20 @@ class TestBranch:
         assert state.length == pytest.approx(shortest + 1e-7, abs=1e-12)
         assert state.advance == pytest.approx(3.1, abs=0.2)
 
+    @pytest.mark.parametrize(("z", "advance"), [(3.0, 2.5), (3.0, 8.0), (3.0, 9.8569), (1.0, 7.5), (50.0, 50.3)])
+    def test_state_at_advance(self, z, advance):
+        state = elastica.state_at_advance(z, advance)
+        assert state.advance == pytest.approx(advance, abs=1e-10)
+        assert state.gripper[1] == pytest.approx(z, abs=1e-10)
+        # Before the maximum of the advance.
+        point = elastica.critical(z)
+        assert not point.snap or state.length < point.length
+
+    @pytest.mark.parametrize(("advance", "allowed"), [(2.0, "at least 2.163"), (9.857, "at most 9.8569")])
+    def test_no_state_has_this_advance(self, advance, allowed):
+        with pytest.raises(InvalidInputError, match=allowed):
+            elastica.state_at_advance(3.0, advance)
+
 
 class TestCritical:
     @pytest.mark.parametrize("z", [1.6, 3.0, 10.0, 60.0])

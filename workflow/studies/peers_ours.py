@@ -7,14 +7,12 @@ from typing import Any
 
 import numpy as np
 from scipy.interpolate import CubicSpline
-from scipy.optimize import brentq
 
 from stripfold import elastica
 from stripfold.analysis.contact_branch import from_elastica
 from stripfold.analysis.prediction import ElasticaPrediction, end_of_advance
 from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
-from stripfold.errors import SolveError
 from stripfold.problem import AlongX
 
 Line = tuple[Array, Array]
@@ -29,37 +27,15 @@ def model_equilibrium(strip: StripModel, height: float, lam: float, refinement: 
     SolveError
         A state could not be computed.
     """
-    near = elastica_state(height, lam)
+    near = elastica.state_at_advance(height, lam)
     found = from_elastica(strip.contact_mesh(refinement), AlongX(height), lam, near)
     place = found.problem.mid_surface(found.point.q)
     return found.model.s, place + np.array([strip.length / 2.0, 0.0])
 
 
-def elastica_state(height: float, lam: float) -> elastica.State:
-    """The elastica's state with the gripper at ``lam``, before its critical point.
-
-    Raises
-    ------
-    SolveError
-        There is none, or it could not be computed.
-    """
-    before = None
-    for state in elastica.x_axis_branch(height):
-        if state.advance >= lam:
-            break
-        before = state
-    if before is None or state.advance < lam:
-        raise SolveError(f"no state with lambda = {lam:g} L* before the critical point")
-
-    def at(free: float) -> elastica.State:
-        return elastica.state_at(height, free, guess=state)
-
-    return at(float(brentq(lambda free: at(free).advance - lam, before.length, state.length, xtol=1e-12)))
-
-
 def elastica_equilibrium(length: float, height: float, lam: float) -> Line:
     """The same of the elastica, at a thousand places; raises SolveError."""
-    state = elastica_state(height, lam)
+    state = elastica.state_at_advance(height, lam)
     profile = state.at(np.linspace(state.length, 0.0, 801))
     lying = np.linspace(state.length, length, 202)[1:]
     s = np.concatenate([state.length - profile.s, lying])

@@ -14,7 +14,7 @@ Examples
 
 from stripfold.elastica._cantilever import cantilever
 from stripfold.elastica.barrier import BistableRange, bistable_range
-from stripfold.elastica.branch import state_at, state_no_horizontal_force, x_axis_branch
+from stripfold.elastica.branch import state_at, state_at_advance, state_no_horizontal_force, x_axis_branch
 from stripfold.elastica.critical_point import (
     CriticalPoint,
     critical,
@@ -42,6 +42,7 @@ __all__ = [
     "folded_loop",
     "half_fold_lying_length",
     "state_at",
+    "state_at_advance",
     "state_no_horizontal_force",
     "touch_limit",
     "x_axis_branch",

@@ -11,7 +11,7 @@ from stripfold.arrays import Array
 from stripfold.elastica._chebyshev import grid
 from stripfold.elastica._checks import height, positive
 from stripfold.elastica._continuation import Point, at_height, between, march, point_at, until
-from stripfold.elastica._events import LONGEST, SHORTEST, at_length
+from stripfold.elastica._events import LONGEST, SHORTEST, SNAP, at_advance, at_length
 from stripfold.elastica._system import FORCE_X, LENGTH, Evaluation, evaluate, fixed, gripper_at, solve
 from stripfold.elastica.state import State
 from stripfold.errors import InvalidInputError
@@ -149,4 +149,36 @@ def state_at(z: float, length: float, guess: State | None = None) -> State:
                 raise InvalidInputError("length", length, f"at most {end.e.length:.9g} at z = {z:g}")
         if end.e.length >= length:
             return State._from(between(start, end, family, at_length(length)).e)
+    raise AssertionError("march does not end without raising")
+
+
+def state_at_advance(z: float, advance: float) -> State:
+    """The state at height ``z`` with a given advance, from lambda_0 to the critical point.
+
+    Raises
+    ------
+    InvalidInputError
+        ``z`` outside 0.1 to 100 L*, or no such advance at this height; the message names the range.
+    SolveError
+        No convergence (as NewtonError or ContinuationError).
+
+    Examples
+    --------
+    >>> round(state_at_advance(3.0, 8.0).length, 6)
+    4.970935
+    """
+    z = height(z)
+    advance = positive("advance", advance, ", in units of L*")
+    family, event = at_height(z), at_advance(advance)
+    branch = points(z)
+    start = next(branch)
+    if event.sign(start.e, start.tangent) > 0.0:
+        raise InvalidInputError("advance", advance, f"at least {State._from(start.e).advance:.9g} at z = {z:g}")
+    for before, after in pairwise(chain([start], branch)):
+        if SNAP.sign(after.e, after.tangent) < 0.0:
+            after = between(before, after, family, SNAP)
+            if event.sign(after.e, after.tangent) < 0.0:
+                raise InvalidInputError("advance", advance, f"at most {State._from(after.e).advance:.9g} at z = {z:g}")
+        if event.sign(after.e, after.tangent) >= 0.0:
+            return State._from(between(before, after, family, event).e)
     raise AssertionError("march does not end without raising")
