@@ -202,6 +202,7 @@ MAIN = "import stripfold.cli\ntry: stripfold.cli.main({!r})\nexcept SystemExit: 
             MAIN.format([*STRIP, "--model", "rod"]),
             {*HEAVY, *SCIPY, "tqdm", "numba.np.linalg", "numba.typed.typeddict"} - {"numba"},
         ),
+        (MAIN.format([*STRIP, "--model", "solid"]), {*HEAVY, *SCIPY, "tqdm"} - {"numba"}),
         (MAIN.format([*STRIP, "--model", "elastica"]), (*HEAVY, *SCIPY, "tqdm")),
         (MAIN.format(["eta", "--fold-height", "0.0272"]), HEAVY),
         (MAIN.format(["path", "r-path", *STRIP[1:5]]), HEAVY),

@@ -31,7 +31,6 @@ LIBRARIES = (
     "numpy",
     "opencv-python-headless",
     "pillow",
-    "scikit-fem",
     "scikit-image",
     "scipy",
 )
