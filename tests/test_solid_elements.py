@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import skfem
+from scipy.optimize import minimize
 from skfem.helpers import dot, mul
 
 from oracles.held_solid import HeldSolid, arc, column, interpolant
@@ -140,6 +141,28 @@ class TestPatch:
         q = rigid(model, degrees)
         angle = np.full(len(model.s), np.radians(degrees))
         np.testing.assert_allclose(model.unknowns_of(model.mid_surface(q), angle), q, atol=1e-14)
+
+
+def bending_energy(across: int, turn: float) -> float:
+    """Energy of pure bending with ``turn`` = kappa h, over that of the stiffness one; the thickness gives as it may."""
+    model = Solid.of(0.06, 1.0, nu=0.0, elements=3, across=across)
+    s, y = Nodal(model.mesh).basis.doflocs
+    out = np.stack([np.sin(turn * s), np.cos(turn * s)])
+    circle = interpolant(model, out * (1.0 / turn + y) - np.stack([s, y + 1.0 / turn]))
+    levels = np.unique(np.round(y, 9))
+    thicker = np.array([interpolant(model, turn * out * np.isclose(y, level)) for level in levels])
+
+    def energy(by: np.ndarray) -> float:
+        return model.energy(circle + by @ thicker) / (0.06 * 0.5 * turn**2)
+
+    return float(minimize(energy, np.zeros(len(levels)), tol=1e-12).fun)
+
+
+def test_bending_stiffness_of_elements_across():
+    """The thickness yields by a cubic, which n quadratic elements miss by (kappa h)^2 / 60 n^4: docs/hard-cases.md."""
+    turn = 0.1
+    one, two = (bending_energy(across, turn) for across in (1, 2))
+    assert (one - two) / turn**2 == pytest.approx((1.0 - 1.0 / 16.0) / 60.0, rel=0.02)
 
 
 @pytest.mark.parametrize("degrees", [0.0, 90.0])
