@@ -248,7 +248,7 @@ def test_constant_height_is_the_run_along_x(x_run: static.XRun) -> None:
     assert x_run.critical is not None
     assert segment.critical is not None
     assert segment.critical.lam == pytest.approx(x_run.critical.lam, abs=2e-4)
-    assert segment.critical.width <= path_statics.LIMIT_TOLERANCE
+    assert segment.critical.width <= static.LAMBDA_TOLERANCE
     assert segment.last is not None
     assert segment.last.point is segment.critical.before
     assert segment.last.contact == pytest.approx(x_run.last.contact, abs=0.02)

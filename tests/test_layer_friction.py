@@ -174,8 +174,10 @@ def test_tangent() -> None:
 @pytest.fixture(scope="module")
 def fold() -> tuple[PathInTime, PathInTime]:
     """A circular path with friction, gripper closed and opened."""
-    found = follow_in_time(StripModel(14.0, 0.05, kind="rod"), circular(14.0), MU, refinement=2.0)
-    return found, opened(found)
+    found = follow_in_time(
+        StripModel(14.0, 0.05, kind="rod"), circular(14.0), MU, damping=study.DAMPING, refinement=2.0
+    )
+    return found, opened(found, study.DAMPING)
 
 
 def test_a_circular_fold_keeps_the_slack_of_its_touch(fold: tuple[PathInTime, PathInTime]) -> None:

@@ -24,7 +24,7 @@ from stripfold import elastica
 from stripfold.analysis import contact_branch, contact_events
 from stripfold.analysis.assess import grip_and_hold
 from stripfold.analysis.contact_branch import STEPS, BranchCrossing, BranchPoint
-from stripfold.analysis.path_statics import LIMIT, follow
+from stripfold.analysis.path_statics import FIRST, LIMIT, follow
 from stripfold.analysis.prediction import ElasticaPrediction, end_of_advance
 from stripfold.analysis.release import Fall, ReleaseState, simulate_fall
 from stripfold.analysis.static import End, StripModel
@@ -45,8 +45,6 @@ EARLIER = 1.6
 """Free length by which a state lies before the critical one of hinge and pin, and before those of the variants, L*."""
 PRESSED = 4.0
 """Length travelled up to which a pin that gives is taken to move in proportion, L*."""
-FIRST = 0.01
-"""Length travelled at the first state of a path, L*."""
 
 
 def run(

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stripfold import schema
+from stripfold.analysis.collapse import nodes
 from stripfold.analysis.contact import touch_position
 from stripfold.analysis.contact_branch import Planned
 from stripfold.analysis.path_friction import Step, effects_of, load_incrementally
@@ -42,8 +43,6 @@ FIRST_GUESS = {"pull": 0.01, "hysteresis": 0.01}
 NARROW = 1.1
 """Ratio of the bracket's ends at which the search ends."""
 MOST_TRIALS = 30
-SPACING = 0.1
-"""Largest distance of the nodes at which states are stored, L*."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,7 +177,7 @@ def run(
     strip = StripModel(length / unit, material.relative_thickness, material.nu)
     plan = plan_r_path(strip.length)
     mesh = strip.contact_mesh(refinement, memory=True)
-    arc = np.linspace(0.0, strip.length, int(np.ceil(strip.length / SPACING)) + 1)
+    arc = nodes(strip.length)
     brackets, runs, steps = [], [], []
     for law in LAWS:
         say(f"{law}: looking for the smallest that suffices")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stripfold import schema
-from stripfold.analysis.collapse import nodes as evenly_spaced
+from stripfold.analysis.collapse import nodes
 from stripfold.analysis.path_statics import StaticSegment
 from stripfold.analysis.release import Motion
 from stripfold.arrays import Array
@@ -61,7 +61,7 @@ def dataset(rows: Sequence[Row], path: GripperPath, material: Material) -> xr.Da
     Forces are those of the gripper and of the held end on the strip; in a fall they are nan.
     """
     length = rows[0].problem.model.length
-    arc = evenly_spaced(length)
+    arc = nodes(length)
     middle = np.array([row.problem.model.resampled_mid_surface(row.state.q, arc) for row in rows])
     residual = [row.problem.residual(row.state.q, row.state.lam) for row in rows]
     still = np.array([isinstance(row.state, Point) for row in rows])
@@ -87,11 +87,11 @@ def dataset(rows: Sequence[Row], path: GripperPath, material: Material) -> xr.Da
         "eigenvalue": of_point(lambda point: float(point.eigenvalues[0])),
         "negatives": of_point(lambda point: point.negatives),
     }
-    nodes = ("state", "node")
+    axes = ("state", "node")
     return schema.dataset(
         {
             **{name: ("state", values) for name, values in columns.items()},
-            **{"x": (nodes, middle[..., 0]), "z": (nodes, middle[..., 1]), "arc": ("node", arc)},
+            **{"x": (axes, middle[..., 0]), "z": (axes, middle[..., 1]), "arc": ("node", arc)},
             "phase": ("state", np.where(still, STATIC, FALL)),
         },
         material.attributes,

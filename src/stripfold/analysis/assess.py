@@ -12,6 +12,7 @@ from math import degrees
 
 import numpy as np
 
+from stripfold.analysis.collapse import nodes
 from stripfold.analysis.contact import lift_off, touch_position, touches
 from stripfold.analysis.contact_branch import STEPS
 from stripfold.analysis.path_statics import MOVING, NODAL, State, StaticSegment, follow
@@ -45,8 +46,6 @@ tangency: an unfolded bifurcation.
 MAX_FALLS = 5
 Followed = tuple[StripProblem, Point | TimeState]
 """A state in statics or in time, with what it solves."""
-SPACING = 0.1
-"""Distance of the places at which shapes are compared, L*."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -222,6 +221,6 @@ def peak_forces(states: Sequence[Followed]) -> tuple[float, float]:
 def shape_error(problem: StripProblem, point: Point | TimeState, plan: RPath) -> float:
     """Largest distance of a state from the folded state that an R-path ends in, L*."""
     model = problem.model
-    s = np.arange(0.0, model.length, SPACING)
+    s = nodes(model.length)
     apart = model.resampled_mid_surface(point.q, s) - plan.states[-1].at(s)
     return float(np.linalg.norm(apart, axis=1).max())

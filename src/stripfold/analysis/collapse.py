@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SPACING = 0.1
-"""Largest distance of the nodes at which states are stored, L*."""
+"""Largest distance of the nodes at which states are stored or compared, L*."""
 ABOVE = "the gripper is above the held end"
 AT_REST = "rest after the fall: statics do not know the friction between the layers"
 
@@ -191,7 +191,7 @@ def run(simulation: Simulation, progress: Progress | None = None) -> xr.Dataset:
 
 
 def nodes(length: float) -> Array:
-    """Distances from the grasped end at which states are stored, :data:`SPACING` or less apart, L*."""
+    """Distances from the grasped end at which states are stored or compared, :data:`SPACING` or less apart, L*."""
     return np.linspace(0.0, length, int(np.ceil(length / SPACING)) + 1)
 
 

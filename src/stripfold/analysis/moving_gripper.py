@@ -14,7 +14,7 @@ import numpy as np
 from stripfold.analysis.contact import touches
 from stripfold.analysis.contact_branch import solved
 from stripfold.analysis.contact_set import NODAL_SIZES, ROBUST_NEWTON
-from stripfold.analysis.path_friction import Step, load_incrementally_from, with_effects
+from stripfold.analysis.path_friction import STEP, Step, load_incrementally_from, with_effects
 from stripfold.analysis.static import StripModel, lift
 from stripfold.arrays import Array
 from stripfold.effects import Effect, Hysteresis
@@ -27,8 +27,6 @@ from stripfold.solve.drive import Moving
 from stripfold.solve.dynamics import TimeOptions, TimeState
 from stripfold.solve.schemes import Damping
 
-STEP = 0.1
-"""Size of the static steps, L*."""
 MAX_STEPS = 20000
 SIZES = replace(NODAL_SIZES, free=0.1)
 """Elements of the motion in time: friction delays the snap, and the lift-off passes more of the strip."""

@@ -32,7 +32,8 @@ from stripfold.analysis.contact_branch import (
 )
 from stripfold.analysis.contact_events import LIFTED, lift_off_of_all, zero
 from stripfold.analysis.landing import LOW, landed, lands
-from stripfold.analysis.static import LIMIT
+from stripfold.analysis.path_statics import FIRST
+from stripfold.analysis.static import LAMBDA_TOLERANCE, LIMIT
 from stripfold.arrays import Array
 from stripfold.effects import Effect, Hysteresis, Pull
 from stripfold.errors import ContinuationError, InvalidInputError, LostStabilityError, SolveError
@@ -49,10 +50,8 @@ from stripfold.solve.problem import Equilibrium, Point, Tangent, inner
 Effects = Callable[[Model, Array], tuple[Effect, ...]]
 """The effects on a strip, without force in the given state."""
 
-FIRST_HEIGHT = 0.01
-"""Length travelled at the first state, L*."""
-LIMIT_TOLERANCE = 1e-5
-"""Width of the bracket of lambda at a limit point, L*."""
+STEP = 0.1
+"""Usual size of the steps, L*."""
 REACHED, LANDING = "end of the step", "gripper near the floor"
 WITHIN_STEP = replace(STEPS, first=0.02, largest=0.3)
 """Steps of the continuation where one solve does not reach a step's end."""
@@ -148,7 +147,7 @@ def load_incrementally(mesh: Planned, path: GripperPath, effects: Effects, size:
     """
     if not 0.0 < size <= path.length:
         raise InvalidInputError("step", size, f"more than 0 and at most {path.length:g} L*")
-    travelled = min(FIRST_HEIGHT, path.pieces[0].end / 4.0, size / 4.0)
+    travelled = min(FIRST, path.pieces[0].end / 4.0, size / 4.0)
     length = mesh(np.array([1.0])).length
     motions = [AlongPiece(piece, length) for piece in path.pieces]
     first = with_effects(from_flat(mesh, motions[0], travelled), effects)
@@ -317,7 +316,7 @@ def _lost_contact(at: BranchPoint) -> LostStabilityError:
 def _limit(crossing: BranchCrossing) -> float:
     """lambda at a limit point."""
     before, after = crossing.before.point, crossing.after.point
-    event = critical.critical_point(LIMIT_TOLERANCE)
+    event = critical.critical_point(LAMBDA_TOLERANCE)
     try:
         return continuation.locate(crossing.before.problem, Crossing(event, before, after), WITHIN_STEP).before.lam
     except SolveError as error:

@@ -13,6 +13,7 @@ import numpy as np
 
 from stripfold.analysis.contact import lying_parts, touch_position
 from stripfold.analysis.contact_set import ROBUST_NEWTON
+from stripfold.analysis.path_statics import FIRST
 from stripfold.analysis.rest import to_rest
 from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
@@ -30,12 +31,8 @@ from stripfold.solve.schemes import Damping
 
 SPEED = 0.2
 """Speed of the gripper, sqrt(g L*): 0.1 m/s with L* = 2.5 cm."""
-DAMPING = Damping(air=0.1, stiffness=0.06)
-"""Air drag of 2 /s and viscosity of 3 ms with L* = 2.5 cm."""
 ELEMENT = 0.1
 """Length of the elements, L*."""
-FIRST = 0.05
-"""Length travelled at the first state, an equilibrium, L*."""
 TIME_OPTIONS = TimeOptions(first=0.02, tolerance=1e-4, newton=NewtonOptions(max_iterations=25))
 
 
@@ -80,8 +77,8 @@ def follow_in_time(
     mu: float,
     moment: float = 0.0,
     *,
+    damping: Damping,
     speed: float = SPEED,
-    damping: Damping = DAMPING,
     refinement: float = 1.0,
     options: TimeOptions = TIME_OPTIONS,
 ) -> PathInTime:
@@ -95,10 +92,10 @@ def follow_in_time(
         Coefficient of friction between the layers and on the floor.
     moment
         M_0 of the bending hysteresis, rho_a g L*^2.
-    speed
-        Of the gripper, sqrt(g L*).
     damping
         Physical damping.
+    speed
+        Of the gripper, sqrt(g L*).
     refinement
         Factor on the element lengths.
 
@@ -122,7 +119,7 @@ def follow_in_time(
     return _followed(problem, first, drive, damping, options, (path.length - FIRST) / speed)
 
 
-def opened(found: PathInTime, damping: Damping = DAMPING, options: TimeOptions = TIME_OPTIONS) -> PathInTime:
+def opened(found: PathInTime, damping: Damping, options: TimeOptions = TIME_OPTIONS) -> PathInTime:
     """The strip at rest after its gripper has opened at the end of the path; errors as :func:`follow_in_time`."""
     last, problem = found.last, replace(found.problem, motion=Opened())
     on_floor = problem.bounded[last.q[problem.bounded] <= 0.0]

@@ -15,6 +15,7 @@ from stripfold.analysis.contact_branch import STEPS, UNHELD, BranchPoint, Planne
 from stripfold.analysis.contact_events import clearance, lift_off_of_all
 from stripfold.analysis.contact_set import ROBUST_NEWTON, from_nodes, on_nodes
 from stripfold.analysis.landing import LOW, landed, place_of_low, taken_off
+from stripfold.analysis.static import LAMBDA_TOLERANCE
 from stripfold.errors import SolveError
 from stripfold.models.contact_mesh import Topology
 from stripfold.moving_contact import MovingContact
@@ -29,9 +30,7 @@ from stripfold.solve.problem import Point
 State = tuple[StripProblem, Point]
 """A state on its own mesh, with contact at nodes."""
 
-LIMIT_TOLERANCE = 1e-6
-"""Width of the bracket of lambda at a critical point, L*."""
-LIMIT = critical.critical_point(LIMIT_TOLERANCE)
+LIMIT = critical.critical_point(LAMBDA_TOLERANCE)
 """The event that ends an advance."""
 ON_FLOOR = 1e-9
 """Height of a gripper on the floor, L*: rounding."""
@@ -212,7 +211,7 @@ class _Follower:
             if item.event is UNHELD:
                 self.critical, self.unheld = _at_change(at.point, after.point), after.problem.on_mesh(after.point)
             else:
-                self.critical = critical.locate(at.problem, at.point, after.point, LIMIT_TOLERANCE, self.options)
+                self.critical = critical.locate(at.problem, at.point, after.point, LAMBDA_TOLERANCE, self.options)
             break
         return at
 
@@ -246,7 +245,7 @@ class _Follower:
                 return
             elif item.before.lam < piece.end:
                 self.add((problem, item.before))
-                self.critical = critical.locate(problem, item.before, item.after, LIMIT_TOLERANCE, NODAL_STEPS)
+                self.critical = critical.locate(problem, item.before, item.after, LAMBDA_TOLERANCE, NODAL_STEPS)
                 return
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from stripfold.analysis.assess import SNAP, Followed, assess_strip, lying_length, peak_forces, shape_error
 from stripfold.analysis.collapse import in_solver_units
 from stripfold.analysis.contact import touch_position, touches
-from stripfold.analysis.path_friction import effects_of, load_incrementally
+from stripfold.analysis.path_friction import STEP, effects_of, load_incrementally
 from stripfold.analysis.path_in_time import follow_in_time
 from stripfold.analysis.path_statics import MOVING, NODAL
 from stripfold.analysis.static import StripModel
@@ -24,8 +24,6 @@ from stripfold.problem import StripProblem
 from stripfold.simulation import Release
 from stripfold.solve.problem import Point
 
-STEP = 0.1
-"""Size of the steps with friction where none is given, L*."""
 AT_END = 1e-3
 """Largest distance of a path's end from the folded strip's end at which their shapes are compared, L*."""
 

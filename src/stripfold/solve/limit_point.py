@@ -25,7 +25,6 @@ DIFFERENCE = 5e-5
 """Arc length of the second differences."""
 SLOPE_TOLERANCE = 1e-4
 """Largest slope of lambda at a limit point; lambda is then wrong by its square."""
-TINY = 1e-300
 NEAR = 0.1
 """Largest unbalanced force of a state from which the iteration moves along the branch."""
 
@@ -117,7 +116,7 @@ def solve(
                 if bend.lam == 0.0:
                     raise SolveError("the slope of lambda does not change along the branch")
                 ds = -tangent.lam / bend.lam
-                ds *= min(1.0, options.largest_step / max(problem.largest_change(q, ds * tangent.q), TINY))
+                ds *= options.largest_step / max(problem.largest_change(q, ds * tangent.q), options.largest_step)
             # Predicted along the tangent: what the parabola adds bends the strip without stretching it.
             predicted_stress = problem.stepped(q, damping * dq + ds * tangent.q)[1]
             q, lam = _moved(q + damping * dq, lam + damping * dlam, tangent, bend, ds)

@@ -7,6 +7,7 @@ inverse iteration about zero finds it, a shifted one may not.
 from __future__ import annotations
 
 from math import sqrt
+from sys import float_info
 
 import numpy as np
 
@@ -18,7 +19,6 @@ MOST_VECTORS, FIRST_CHECK = 60, 7
 """Largest number of vectors, and how many there are when convergence is first looked at, then after every other one."""
 TOLERANCE = 1e-8
 """Largest residual of an eigenvector, as a share; that of the eigenvalue is its square."""
-TINY = 1e-300
 
 
 def nearest_eigenvalues(
@@ -75,7 +75,7 @@ def _lanczos(times_mass: Solve, solve: Solve, start: Array, count: int) -> tuple
     new = start
     weighed = times_mass(new)
     for k in range(MOST_VECTORS):
-        norm = sqrt(max(float(new @ weighed), TINY))
+        norm = sqrt(max(float(new @ weighed), float_info.min))
         vectors[k], massive[k] = new / norm, weighed / norm
         new = solve(massive[k])
         share = massive[: k + 1] @ new
