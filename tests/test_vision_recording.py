@@ -111,6 +111,8 @@ def test_error_names_the_entry(tmp_path: Path, path: str, value: Any, key: str, 
         (b"\xff\xfe\x00\x80", "readable YAML"),
         (b"a: " + b"[" * 50_000, "levels deep"),
         (b"#" * (MOST_BYTES + 1), "at most"),
+        (b"title: a\nvideo: b\ntitle: c\n", "title is in lines 1 and 3"),
+        (b"strip: {length: 0.42, length: 0.36}\n", "length is in lines 1 and 1"),
     ],
 )
 def test_unreadable_recording_is_refused(tmp_path: Path, content: bytes, words: str) -> None:

@@ -8,12 +8,15 @@ from contextlib import contextmanager
 from difflib import get_close_matches
 from numbers import Real
 from pathlib import Path
-from typing import Annotated, Any, Self, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, Self, TypeVar
 
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 from pydantic_core import ErrorDetails, PydanticCustomError
 
 from stripfold.errors import MISSING, InvalidInputError
+
+if TYPE_CHECKING:
+    import yaml
 
 MOST_BYTES = 200_000
 """Largest YAML file that is read: a camera's with the corners of a hundred views is smaller."""
@@ -126,7 +129,7 @@ def read_yaml(
     Raises
     ------
     InvalidInputError
-        Not readable, too large, with aliases, too deeply nested, or not a mapping.
+        Not readable, too large, with aliases, too deeply nested, with a key twice, or not a mapping.
     """
     import yaml
 
@@ -136,6 +139,7 @@ def read_yaml(
             raise InvalidInputError(key, str(path), f"a file of at most {MOST_BYTES} bytes")
         text = plain(path.read_text(encoding="utf-8"))
         _check_plain(text, key, path)
+        _check_keys(yaml.compose(text, yaml.SafeLoader), key, path)
         given = yaml.safe_load(text)
     except InvalidInputError:
         raise
@@ -168,6 +172,24 @@ def _check_plain(text: str, key: str, path: Path) -> None:
         depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
         if depth > DEEPEST:
             raise InvalidInputError(key, str(path), f"entries at most {DEEPEST} levels deep")
+
+
+def _check_keys(node: yaml.Node | None, key: str, path: Path) -> None:
+    """Refuse a key that stands twice: YAML would take the last and not say so."""
+    import yaml
+
+    if isinstance(node, yaml.MappingNode):
+        lines: dict[str, int] = {}
+        for name, value in node.value:
+            line = name.start_mark.line + 1
+            if (known := str(name.value)) in lines:
+                advice = f"{known} is in lines {lines[known]} and {line}"
+                raise InvalidInputError(key, str(path), "a file in which each key stands once", advice)
+            lines[known] = line
+            _check_keys(value, key, path)
+    elif isinstance(node, yaml.SequenceNode):
+        for item in node.value:
+            _check_keys(item, key, path)
 
 
 def dotted(path: Iterable[str | int]) -> str:
