@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
+from collections.abc import Callable
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
@@ -14,12 +16,12 @@ import pytest
 import xarray as xr
 
 from stripfold import cli, store
-from stripfold.arrays import Mask
+from stripfold.arrays import Array, Mask
 from stripfold.errors import InvalidInputError, MeasurementError
 from stripfold.measured import RecordingMeasurement
 from stripfold.synthetic.recording import history_of, write_recording
 from stripfold.synthetic.scene import Scene
-from stripfold.vision import measure, recording, report, snap
+from stripfold.vision import measure, recording, report, snap, video
 from stripfold.vision.calibration import Calibration, calibrate_folder
 from stripfold.vision.measure import Measurement
 from stripfold.vision.recording import Entries, ManualOnset, Recording
@@ -105,9 +107,10 @@ def test_lambda_counts_from_the_flat_end_in_the_direction_of_the_advance(snappin
     flat_end = snapping[0].entries.gripper.flat_end
     moved = evaluated(snapping, gripper={"flat_end": flat_end + 0.01})
     assert moved.event == pytest.approx(found.event - 0.01)
-    x = flat_end + found.event
-    other = evaluated(snapping, gripper={"direction": -1, "flat_end": 2.0 * x - flat_end})
-    assert other.event == pytest.approx(found.event)
+    mirror = np.array([-1.0, 1.0])
+    tracks = replace(snapping[2], gripped_end=mirror * snapping[2].gripped_end, points=mirror * snapping[2].points)
+    other = evaluated(snapping, tracks, gripper={"direction": -1, "flat_end": -flat_end}, robot_log=None)
+    assert other.event == pytest.approx(found.by_video)
 
 
 def test_rolling_shutter_delays_the_rows(snapping: Made, found: Measurement):
@@ -149,9 +152,95 @@ def test_difference_from_the_description_is_flagged(snapping: Made, entries: dic
     assert any(words in flag for flag in evaluated(snapping, tracks, **entries).flags)
 
 
-def test_wrong_height_is_refused(snapping: Made):
-    with pytest.raises(MeasurementError, match=r"gripper\.height = 0\.12 m, the video shows 0\.10"):
-        evaluated(snapping, gripper={"height": 0.12})
+@pytest.mark.parametrize(
+    ("gripper", "words"),
+    [
+        ({"height": 0.12}, r"gripper\.height = 0\.12 m, the video shows 0\.10"),
+        ({"height": 0.01}, "a factor of 10"),
+        ({"direction": -1}, r"gripper\.direction = -1, in the video x of the gripper goes from"),
+        ({"flat_end": 0.225}, r"gripper\.flat_end = 0\.225 m, by the lying part in the video it was at -0\.2"),
+        ({"flat_end": 0.35}, r"gripper\.flat_end = 0\.35 m, by the lying part"),
+        ({"speed": 0.05}, r"gripper\.speed = 0\.05 m/s, the video shows 0\.005 m/s.*a factor of 10"),
+    ],
+)
+def test_contradiction_of_film_and_description_is_refused(snapping: Made, gripper: dict[str, Any], words: str):
+    with pytest.raises(MeasurementError, match=words):
+        evaluated(snapping, gripper=gripper)
+
+
+def test_strip_longer_than_described_is_refused(snapping: Made):
+    asked, calibration, _ = snapping
+    with pytest.raises(MeasurementError, match=r"of the strip are seen, strip\.length = 380 mm"):
+        track(Recording(asked.folder, changed(asked.entries, strip={"length": 0.38})), calibration)
+
+
+def copied(made: Made, folder: Path) -> Path:
+    """The recording in another folder, without a result."""
+    return Path(shutil.copytree(made[0].folder, folder, ignore=shutil.ignore_patterns("result")))
+
+
+def change_log(folder: Path, change: Callable[[Array], Array]) -> None:
+    rows = np.loadtxt(folder / "robot.csv", delimiter=",", skiprows=1)
+    np.savetxt(folder / "robot.csv", change(rows), "%.9f", ",", header="t,x,z", comments="")
+
+
+def test_truncated_film_is_refused(snapping: Made, tmp_path: Path):
+    folder = copied(snapping, tmp_path / "cut")
+    film = folder / snapping[0].entries.video
+    film.write_bytes(film.read_bytes()[: film.stat().st_size * 7 // 10])
+    with pytest.raises(MeasurementError, match=r"the last frame is at \d\.\d\d s, its header says"):
+        track(Recording(folder, snapping[0].entries), snapping[1])
+
+
+def test_log_with_another_origin_is_refused(snapping: Made, tmp_path: Path):
+    folder = copied(snapping, tmp_path / "moved")
+    change_log(folder, lambda rows: rows + np.array([0.0, 0.025, 0.0]))
+    with pytest.raises(MeasurementError, match=r"lambda by the log is \+2\d\.\d mm from that by the video"):
+        measure.evaluate(Recording(folder, snapping[0].entries), *snapping[1:])
+
+
+@pytest.mark.parametrize(
+    ("break_it", "words"),
+    [
+        (lambda folder: (folder / "result").touch(), "remove the file"),
+        (lambda folder: (folder / "result" / "report.html").mkdir(parents=True), "remove the folder"),
+        (lambda folder: (folder / "manual_onset.yaml").write_text("event_time: soon"), "event_time = 'soon'"),
+        (lambda folder: (folder / "robot.csv").write_text("t,x,z\n1,2\n"), "2 to 1000000 rows"),
+        (
+            lambda folder: change_log(folder, lambda rows: rows * np.array([1.0, 1e3, 1e3])),
+            "z of 100' cannot be used.*a factor of 1000",
+        ),
+        (
+            lambda folder: change_log(folder, lambda rows: rows * np.array([1e3, 1.0, 1.0])),
+            "a speed along x of 5e-06' cannot be used.*a factor of 1000",
+        ),
+    ],
+)
+def test_wrong_files_are_refused_before_the_film_is_read(
+    snapping: Made,
+    tmp_path: Path,
+    break_it: Callable[[Path], Any],
+    words: str,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+):
+    folder = copied(snapping, tmp_path / "broken")
+    break_it(folder)
+    monkeypatch.setattr(video, "read", lambda *_: pytest.fail("the film is read"))
+    assert cli.main(["measure", str(folder)]) == 2
+    assert re.search(words, capsys.readouterr().err)
+
+
+def test_a_failing_report_leaves_nothing(snapping: Made, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    folder = copied(snapping, tmp_path / "one")
+
+    def fail(_: Measurement) -> str:
+        raise MeasurementError("video", "a film that is gone", "a film")
+
+    monkeypatch.setattr(measure, "measure", lambda *_: measure.evaluate(*snapping))
+    monkeypatch.setattr(report, "html", fail)
+    assert cli.main(["measure", str(folder)]) == 4
+    assert not any(folder.glob("result/*"))
 
 
 def test_drift_and_missing_frames_are_flagged(snapping: Made, found: Measurement):
@@ -268,10 +357,11 @@ def test_command_line(snapping: Made, found: Measurement, capsys: pytest.Capture
 def test_command_line_refuses_and_writes_nothing(tmp_path: Path, snapping: Made, capsys: pytest.CaptureFixture[str]):
     assert cli.main(["measure", str(tmp_path)]) == 2
     assert "recording.yaml" in capsys.readouterr().err
-    folder = tmp_path / "copy"
-    shutil.copytree(snapping[0].folder, folder, ignore=shutil.ignore_patterns("result"))
+    folder = copied(snapping, tmp_path / "copy")
+    (folder / "robot.csv").unlink()
     described = folder / "recording.yaml"
-    described.write_text(described.read_text("utf-8").replace("height: 0.1\n", "height: 0.2\n"), encoding="utf-8")
+    text = described.read_text("utf-8").replace("robot_log: robot.csv\n", "")
+    described.write_text(text.replace("height: 0.1\n", "height: 0.2\n"), encoding="utf-8")
     assert cli.main(["measure", str(folder)]) == 4
     assert "gripper.height = 0.2 m, the video shows 0.10" in capsys.readouterr().err
     assert not (folder / "result").exists()

@@ -77,8 +77,8 @@ def test_folder_is_read_with_defaults(tmp_path: Path) -> None:
     ("path", "value", "key", "words"),
     [
         ("gripper.hight", 0.1, "gripper.hight", "did you mean height"),
-        ("gripper.height", -0.1, "gripper.height", "greater than 0 and of at most 10 m"),
-        ("gripper.height", 90.0, "gripper.height", "at most 10 m"),
+        ("gripper.height", -0.1, "gripper.height", "greater than 0 m"),
+        ("gripper.height", 12.0, "gripper.height", "less than strip.length = 0.3 m; the unit is m: is a decimal"),
         ("gripper.height", float("nan"), "gripper.height", "a number"),
         ("gripper.height", "9e-2", "gripper.height", "unless it has a point"),
         ("gripper.direction", 0, "gripper.direction", "one of 1, -1"),

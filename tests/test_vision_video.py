@@ -75,6 +75,7 @@ def test_wrong_number_of_frames_in_a_header(images: Path) -> None:
         times = [frame.time for frame in reader]
     assert reader.report.decoded == len(times) == 68
     assert reader.report.problems == ("the header declares 444 frames, 68 were decoded",)
+    assert not reader.report.truncated
     assert times[-1] == pytest.approx(443 * 0.066667, abs=1e-9)
 
 
@@ -214,6 +215,7 @@ def test_truncated(films: dict[str, Path], tmp_path: Path) -> None:
         with video.read(cut) as reader:
             frames = list(reader)
         assert 3 <= len(frames) < 10
+        assert reader.report.truncated
         for frame, image in zip(frames, IMAGES, strict=False):
             assert frame.damaged or np.abs(frame.image.astype(float) - image).mean() < 2.0, codec
         if codec == "mjpeg":

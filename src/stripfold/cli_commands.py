@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from math import isfinite
@@ -259,13 +260,30 @@ def measure_options(parser: argparse.ArgumentParser) -> None:
 
 
 def measure(arguments: argparse.Namespace, say: Say) -> str:
+    from stripfold import store
     from stripfold.measured import RecordingMeasurement
 
-    found = RecordingMeasurement.of(arguments.folder, say)
     folder = Path(arguments.folder) / "result"
+    data, page = folder / "measurement.nc", folder / "report.html"
+    _check_result(folder, data, page)
+    found = RecordingMeasurement.of(arguments.folder, say)
     say("writing the report")
-    found.to_netcdf(folder / "measurement.nc")
-    found.report(folder / "report.html")
+    # Both or none.
+    with store.atomic(data) as new_data, store.atomic(page) as new_page:
+        found.to_netcdf(new_data)
+        found.report(new_page)
     if arguments.json:
         return as_json(found.to_dict())
-    return f"{found}\n{'written':<30} {folder / 'report.html'}, {folder / 'measurement.nc'}"
+    return f"{found}\n{'written':<30} {page}, {data}"
+
+
+def _check_result(folder: Path, *files: Path) -> None:
+    """Refuse what cannot be written to before the film is read, which takes long."""
+    if folder.exists() and not folder.is_dir():
+        raise InvalidInputError("output", str(folder), "a folder, or nothing yet", "remove the file")
+    for path in files:
+        if path.is_dir():
+            raise InvalidInputError("output", str(path), "a file, or nothing yet", "remove the folder")
+    there = folder if folder.exists() else folder.parent
+    if there.is_dir() and not os.access(there, os.W_OK):
+        raise InvalidInputError("output", str(there), "a folder that can be written to", "copy the recording elsewhere")

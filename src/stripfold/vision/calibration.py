@@ -93,7 +93,7 @@ def calibrate_folder(folder: Path, entries: Entries) -> Calibration:
             "compare its columns and rows with the description; it must be in focus, a chessboard entirely visible",
         )
     marker = entries.gripper.marker
-    stops = find_stops(folder / entries.robot.grid, marker.dictionary, marker.id, camera.size)
+    stops = find_stops(folder, entries.robot.grid, marker.dictionary, marker.id, camera.size)
     return assemble(source, board, stops, marker.size, path.name)
 
 

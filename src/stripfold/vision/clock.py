@@ -28,7 +28,10 @@ _MAX_FRAMES, _MAX_OFFSETS = 2000, 4000
 """Frames and offsets in the grid search."""
 _AT_REST = 5.0
 """Range of x, in standard deviations, below which the gripper is at rest."""
-_ADVICE = "give the log of this run, and film the gripper from before it starts until after it stops"
+_ADVICE = (
+    "give the log of this run, with x as in the robot grid, and film the gripper from before it starts until after it "
+    "stops"
+)
 
 
 @dataclass(frozen=True, eq=False)

@@ -64,7 +64,7 @@ def messages(path: Path) -> Iterator[tuple[Message, memoryview | None]]:
         with _open(file) as container:
             stream = _stream(container)
             if file == files[0]:
-                yield {"kind": "start", "declared": len(files) if path.is_dir() else max(stream.frames, 0)}, None
+                yield {"kind": "start", **_declared(container, stream, len(files) if path.is_dir() else 0)}, None
             damaged = False
             for packet in container.demux(stream):
                 fault, frames = packet.is_corrupt, []
@@ -113,6 +113,17 @@ def _stream(container: av.container.InputContainer) -> VideoStream:
     context.options = {"max_pixels": str(MAX_PIXELS), "err_detect": "crccheck+bitstream+buffer"}
     context.thread_count = 1
     return found[0]
+
+
+def _declared(container: av.container.InputContainer, stream: VideoStream, files: int) -> Message:
+    """What the header says, or the number of ``files``: frames, and length in s; 0 where it does not say."""
+    if files:
+        return {"declared": files, "duration": 0.0}
+    if stream.duration is not None and stream.time_base is not None:
+        duration = float(stream.duration * stream.time_base)
+    else:
+        duration = (container.duration or 0) / av.time_base
+    return {"declared": max(stream.frames, 0), "duration": max(duration, 0.0)}
 
 
 def _frame(frame: VideoFrame, damaged: bool) -> tuple[Message, memoryview]:

@@ -14,7 +14,7 @@ import numpy as np
 
 from stripfold.arrays import Array
 from stripfold.errors import MeasurementError
-from stripfold.vision import snap
+from stripfold.vision import description, snap
 from stripfold.vision.calibration import Calibration, calibrate_folder
 from stripfold.vision.clock import Clock, read_log, synchronise
 from stripfold.vision.recording import ManualOnset, Recording
@@ -28,8 +28,6 @@ DRAWS, ONSET_DRAWS = 200, 50
 SEED = 20180601
 Z_95 = 1.96
 """Half width of a 95 % confidence interval in standard deviations."""
-MAX_HEIGHT_ERROR = 0.05
-"""Largest difference between measured and described height, as a share."""
 MAX_NO_SNAP_RATIO = 1.3
 """Peak of the speed over that of following from which a snap cannot be ruled out."""
 MAX_ONSET_SD = 0.4
@@ -43,6 +41,8 @@ FIT_WINDOW = 0.5
 """Half the time over which the gripper's motion is fitted, s."""
 MAX_HEIGHT_DRIFT, MAX_SPEED_ERROR, MAX_LENGTH_ERROR = 0.002, 0.2, 0.02
 """Limits of the quality flags: drift of the gripper's height, m; speed and length off the description, as a share."""
+MAX_LOG_ERROR = 0.005
+"""Difference of lambda by the log and by the video, m, from which on they do not belong together."""
 MAX_LOG_DEVIATION, MISSING_FRAME = 3.0, 1.5
 """The same: x by the log off that by the video, in standard deviations; interval at the event, in usual ones."""
 
@@ -133,6 +133,7 @@ def evaluate(
     recording: Recording, calibration: Calibration, tracks: Tracks, manual: ManualOnset | None = None
 ) -> Measurement:
     """The result of a recording whose film has been tracked; see :func:`measure`."""
+    description.compare(recording.entries, tracks)
     gripper = recording.entries.gripper
     sign, flat_end = gripper.direction, gripper.flat_end
     flags = [*tracks.report.problems, *tracks.timing.problems, *_compared_with_description(recording, tracks)]
@@ -166,6 +167,13 @@ def evaluate(
         by_log = sign * (float(np.interp(clock.to_log(time), log.time, log.x)) - flat_end)
         # The log's place needs no mapping, but the clocks were synchronised with it.
         parts["clock"] = speed * clock.sd
+        if abs(by_log - by_video) > MAX_LOG_ERROR:
+            raise MeasurementError(
+                path.name,
+                f"lambda by the log is {(by_log - by_video) * 1e3:+.1f} mm from that by the video",
+                f"a difference of at most {MAX_LOG_ERROR * 1e3:g} mm",
+                "does the log give x of the gripped end, in the coordinates of the robot grid?",
+            )
         if abs(by_log - by_video) > MAX_LOG_DEVIATION * hypot(mapping_sd, parts["clock"], gripper_sd):
             flags.append(f"log and video differ by {(by_log - by_video) * 1e3:.2f} mm at the event")
     if abs(speed / gripper.speed - 1.0) > MAX_SPEED_ERROR:
@@ -191,18 +199,11 @@ def evaluate(
 
 
 def _compared_with_description(recording: Recording, tracks: Tracks) -> list[str]:
-    """Flags where the film differs from its description; a wrong height is an error."""
+    """Flags where the film differs from its description; see also :func:`.description.compare`."""
     flags = []
-    height, length = recording.entries.gripper.height, recording.entries.strip.length
+    length = recording.entries.strip.length
     z = tracks.gripped_end[tracks.gripper.tracked, 1]
-    middle, drift = float(np.median(z)), float(np.ptp(np.percentile(z, [2.0, 98.0])))
-    if abs(middle - height) > MAX_HEIGHT_ERROR * height:
-        raise MeasurementError(
-            "recording.yaml",
-            f"gripper.height = {height:g} m, the video shows {middle:.4f} m",
-            f"a height within {MAX_HEIGHT_ERROR:.0%} of the description",
-            "is z of the robot 0 on the table, and gripper.marker.offset right?",
-        )
+    drift = float(np.ptp(np.percentile(z, [2.0, 98.0])))
     if drift > MAX_HEIGHT_DRIFT:
         flags.append(f"the gripper's height drifts by {drift * 1e3:.1f} mm")
     seen = float(np.nanmedian(tracks.visible_length))

@@ -4,16 +4,26 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
+from math import log10
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal, Self
 
+import numpy as np
 from pydantic import Field, model_validator
 
+from stripfold.arrays import Array
 from stripfold.errors import MISSING, InvalidInputError
 from stripfold.validation import Flag, Input, Number, Text, Whole, quantity, read_yaml
 from stripfold.vision.boards import Board, Dictionary
+from stripfold.vision.clock import RobotLog, read_log
 
 NAME = "recording.yaml"
+MAX_HEIGHT_ERROR = 0.05
+"""Largest difference between measured and described height, as a share."""
+MAX_LOG_SPEED_RATIO = 30.0
+"""Described speed over that of the log, or the reverse, from which on a unit must be wrong; less is a fast approach."""
+POWER_OF_TEN = 0.03
+"""How near to a power of ten, in log10, the ratio of two values is when a unit or a decimal point is wrong."""
 
 FilePath = Text
 Metres = Annotated[Number, quantity("coordinate or length", "m")]
@@ -42,7 +52,7 @@ class Marker(Input):
 class GripperEntry(Input):
     """The gripper; x and z are the robot's."""
 
-    height: Annotated[Number, quantity("z of the gripped end", "m", gt=0.0, le=10.0)]
+    height: Annotated[Number, quantity("z of the gripped end", "m", gt=0.0)]
     speed: Annotated[Number, quantity("speed along x", "m s^-1", gt=0.0, le=1.0)]
     flat_end: Annotated[Number, quantity("x of the gripped end while the strip lay flat: lambda = 0", "m")]
     direction: Annotated[Literal[1, -1], Field(description="1 where x grows as the gripper advances")] = 1
@@ -113,6 +123,14 @@ class Entries(Input):
     plane: Plane
     robot: Robot
 
+    @model_validator(mode="after")
+    def _check_height(self) -> Self:
+        height, length = self.gripper.height, self.strip.length
+        if not height < length:
+            allowed = f"less than strip.length = {length:g} m"
+            raise InvalidInputError("gripper.height", height, allowed, "the unit is m: is a decimal point missing?")
+        return self
+
 
 class ManualOnset(Input):
     """The onset of the snap, set by hand."""
@@ -157,13 +175,65 @@ class Recording:
         return ManualOnset(**read_yaml(path, path.name, "event_time: 3.5")) if path.exists() else None
 
 
-def read(folder: str | os.PathLike[str]) -> Recording:
-    """A recording, its entries checked; the files that it names are there.
+def middle_speed(time: Array, x: Array) -> float:
+    """Speed, m/s, in the middle half of a motion along x, shape (n,), m."""
+    away = np.abs(x - x[0])
+    first, last = (int(np.argmax(away >= share * away.max())) for share in (0.25, 0.75))
+    return float((away[last] - away[first]) / (time[last] - time[first])) if last > first else 0.0
+
+
+def other_unit(given: float, other: float) -> str:
+    """Advice where two values of one quantity differ by a power of ten; empty where they do not."""
+    if not given * other > 0.0:
+        return ""
+    power = log10(given / other)
+    if abs(round(power)) < 1 or abs(power - round(power)) > POWER_OF_TEN:
+        return ""
+    return f"they differ by a factor of {10.0 ** abs(round(power)):g}: is it in m and s, is a decimal point missing?"
+
+
+def inside(folder: Path, name: str | Path, key: str) -> Path:
+    """The path of a file that a recording names.
 
     Raises
     ------
     InvalidInputError
-        No such folder or recording.yaml, a key or value that cannot be used, or a file that is missing or lies outside.
+        It lies outside the recording's folder.
+    """
+    if folder.resolve() not in (folder / name).resolve().parents:
+        raise InvalidInputError(key, str(name), "a path inside the recording's folder", "copy the file there")
+    return folder / name
+
+
+def _check_log(log: RobotLog, entries: Entries, path: Path) -> None:
+    """Refuse a robot's log in other units than described: that needs no film.
+
+    Raises
+    ------
+    InvalidInputError
+        No row at the described height, or a speed that no error of the description explains.
+    """
+    gripper = entries.gripper
+    z = float(np.median(log.z))
+    if not np.any(np.abs(log.z - gripper.height) <= MAX_HEIGHT_ERROR * gripper.height):
+        allowed = f"z within {MAX_HEIGHT_ERROR:.0%} of gripper.height = {gripper.height:g} m"
+        advice = other_unit(z, gripper.height) or "is it z of the gripped end, 0 on the table?"
+        raise InvalidInputError("robot_log", f"z of {z:.4g}", allowed, f"{advice} ({path.name})")
+    speed = middle_speed(log.time, log.x)
+    if not 1.0 / MAX_LOG_SPEED_RATIO < speed / gripper.speed < MAX_LOG_SPEED_RATIO:
+        allowed = f"about gripper.speed = {gripper.speed:g} m/s"
+        advice = other_unit(speed, gripper.speed) or "is it the log of this run?"
+        raise InvalidInputError("robot_log", f"a speed along x of {speed:.2g}", allowed, f"{advice} ({path.name})")
+
+
+def read(folder: str | os.PathLike[str]) -> Recording:
+    """A recording, its entries and tables checked; the files that it names are there.
+
+    Raises
+    ------
+    InvalidInputError
+        No such folder or recording.yaml, a key or value that cannot be used, a file that is missing or lies outside,
+        an unusable manual onset, or a robot's log that is unusable or in other units.
     """
     folder = Path(folder)
     path = folder / NAME
@@ -182,12 +252,14 @@ def read(folder: str | os.PathLike[str]) -> Recording:
     for key, name in named.items():
         if name is None:
             continue
-        if folder.resolve() not in (folder / name).resolve().parents:
-            raise InvalidInputError(key, name, "a path inside the recording's folder", "copy the file there")
-        if not (folder / name).exists():
+        if not inside(folder, name, key).exists():
             raise InvalidInputError(key, name, "an existing file or folder of the recording", f"looked in {folder}")
     found = Recording(folder, entries)
     if found.video.is_dir() and found.timestamps is None:
         allowed = "a file beside a folder of frames"
         raise InvalidInputError("timestamps", MISSING, allowed, "frames have no time stamps of their own")
+    # To read the film takes long: what else is wrong is said before.
+    found.manual_onset()
+    if found.robot_log is not None:
+        _check_log(read_log(found.robot_log), entries, found.robot_log)
     return found

@@ -16,11 +16,14 @@ from stripfold.vision.intrinsics import OUTLIER, require
 from stripfold.vision.mapping import fit_similarity, rms, scale, transform
 from stripfold.vision.marker import Marker
 from stripfold.vision.pictures import read_calibration_picture
+from stripfold.vision.recording import inside
 
 MIN_STOPS, MAX_STOPS = 6, 100
 """Stops of the robot: a similarity has four unknowns, and its residuals must reveal a mistake."""
 MAX_STOP_ERROR = 0.002
 """Distance, m, of a stop from where the other stops predict it."""
+MAX_AWAY = 10.0
+"""Largest distance of a stop from the middle of all, relative to the usual distance."""
 MIN_SPREAD = 0.1
 """Extent of the stops across their principal direction over that along it."""
 
@@ -42,18 +45,20 @@ class Stops(NamedTuple):
         return np.asarray(transform(plane, corners).reshape(-1, 4, 2).mean(axis=1))
 
 
-def find_stops(path: Path, dictionary: str, number: int, size: tuple[int, int]) -> Stops:
+def find_stops(folder: Path, table: str, dictionary: str, number: int, size: tuple[int, int]) -> Stops:
     """The stops in a table ``image,x,z`` and the markers in their pictures, whose paths are relative to the table.
 
+    ``table`` is relative to the ``folder`` of the recording, which holds the pictures, too;
     ``size`` is the width and height that the pictures must have.
 
     Raises
     ------
     InvalidInputError
-        The table or a picture cannot be read, or a picture is listed twice.
+        The table or a picture cannot be read, a picture is listed twice or lies outside the folder.
     CalibrationError
         A picture of another size, or without the marker.
     """
+    path = folder / table
     rows = read_rows("robot grid", path, "image,x,z", (0, MAX_STOPS))
     places = to_numbers("robot grid", path, [row[1:] for row in rows], 2)
     names = [row[0].strip() for row in rows]
@@ -61,7 +66,8 @@ def find_stops(path: Path, dictionary: str, number: int, size: tuple[int, int]) 
         raise InvalidInputError("robot grid", str(path), "a table in which each picture has one row")
     marker, found = Marker(dictionary, number), []
     for name in names:
-        corners = marker.corners(read_calibration_picture(path.parent / name, size))
+        picture = inside(folder, Path(table).parent / name, "robot grid")
+        corners = marker.corners(read_calibration_picture(picture, size))
         if corners is None:
             raise CalibrationError(
                 name,
@@ -83,9 +89,18 @@ def fit_robot(centres: Array, stops: Stops) -> tuple[Array, float]:
     Raises
     ------
     CalibrationError
-        Stops on a line, an outlier, or stops that no similarity fits.
+        A stop far away, stops on a line, an outlier, or stops that no similarity fits.
     """
     places, n = stops.places, len(stops.places)
+    away = np.linalg.norm(places - np.median(places, axis=0), axis=1)
+    far = int(np.argmax(away))
+    require(
+        away[far] <= MAX_AWAY * np.median(away),
+        stops.names[far],
+        "a stop at x = {:g} and z = {:g} m, far from all others".format(*places[far]),
+        f"at most {MAX_AWAY:g} times as far from their middle as the others",
+        "is a decimal point missing in its row?",
+    )
     for points in (places, centres):
         along, across = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
         require(across > MIN_SPREAD * along, "robot grid", "stops on a line", "stops spread over x and z")
@@ -103,6 +118,6 @@ def fit_robot(centres: Array, stops: Stops) -> tuple[Array, float]:
         stops.names[worst] if errors[worst] > OUTLIER * np.median(errors) else "robot grid",
         f"a stop {errors[worst] * 1e3:.1f} mm from where the others predict it",
         f"{MAX_STOP_ERROR * 1e3:g} mm or less",
-        "is each picture in its row, does the marker move in the folding plane, did the camera stay in place?",
+        "is each row right and its picture's, does the marker move in the folding plane, did the camera stay in place?",
     )
     return whole, rms(left_out)

@@ -35,8 +35,11 @@ STEP_LENGTHENING, LENGTHENING_RATE = 0.003, 0.03
 """How much longer than in the last frame a line may be, as a share, and how much more per second."""
 LENGTH_MEMORY = 1.0
 """Time over which the usual length is taken, s."""
-MIN_COMPLETE = 0.85
+MIN_COMPLETE = 0.88
 """Share of the strip's length below which a first line with both ends in view has left out some of the strip."""
+MAX_EXCESS, SAME_WIDTH, MIN_ALIKE = 0.05, 0.25, 0.7
+"""Share of the described length by which a first line may be longer; from there on most of it must look like the strip:
+within this factor of its width (a logarithm), in this share of the points."""
 MAX_END_ERROR = 0.5
 """How far a line may begin from where the gripper holds the strip, in widths."""
 MARKER_RIM = 1.6
@@ -94,9 +97,10 @@ class StripTracker:
         # The gripper hides the held end: extended to it.  What goes on beyond the strip's length is something else.
         _, s = between_ends(line.points, np.stack([end, line.points[-1]]), POINTS)
         line = line.between(s[0], s[-1])
-        excess = self._metric_length(line) - TRACKED_SHARE * self._strip_length
+        arc = arc_length(self._mapping.to_robot(line.points))
+        excess = arc[-1] - TRACKED_SHARE * self._strip_length
         if excess > 0.0:
-            arc = arc_length(self._mapping.to_robot(line.points))
+            self._check_excess(line, arc)
             line = line.between(0.0, float(np.interp(arc[-1] - excess, arc, line.arc)))
         line = with_appearance(frame.image, line)
         self._first_length = self._metric_length(line)
@@ -104,6 +108,19 @@ class StripTracker:
         self._end_offset, self._lying_end = line.points[0] - end, line.points[-1]
         self._last, self._last_time = line, frame.time
         return line
+
+    def _check_excess(self, line: Centreline, arc: Array) -> None:
+        """Refuse a strip that goes on, as wide and as clear, beyond its described length; ``arc`` is in m."""
+        within, beyond = arc <= self._strip_length, arc > self._strip_length
+        usual = float(np.median(line.width[within][-POINTS // 10 :]))
+        alike = (line.score[beyond] >= GOOD) & (np.abs(np.log(line.width[beyond] / usual)) < SAME_WIDTH)
+        if arc[-1] > (1.0 + MAX_EXCESS) * self._strip_length and alike.mean() > MIN_ALIKE:
+            raise TrackingError(
+                self._source,
+                f"{arc[-1] * 1e3:.0f} mm of the strip are seen, strip.length = {self._strip_length * 1e3:.0f} mm",
+                f"a strip that is at most {MAX_EXCESS:.0%} longer than described",
+                "is strip.length right? hold the far end down with something that does not look like the strip",
+            )
 
     def _check_first(self, line: Centreline, end: Array) -> None:
         away = float(np.hypot(*(line.points[0] - end)))

@@ -77,7 +77,7 @@ def track(recording: Recording, calibration: Calibration, progress: Callable[[st
     InvalidInputError
         The film cannot be read.
     MeasurementError
-        Frames of another size than the calibration's pictures.
+        Frames of another size than the calibration's pictures, or a truncated video.
     TrackingError
         The gripper or the strip was lost.
     """
@@ -108,6 +108,13 @@ def track(recording: Recording, calibration: Calibration, progress: Callable[[st
             if progress and frame.index % 30 == 0:
                 progress(f"frame {frame.index}, {frame.time:.2f} s")
         report = frames.report
+    if report.truncated:
+        raise MeasurementError(
+            path.name,
+            f"the last frame is at {report.end:.2f} s, its header says {report.duration:.2f} s",
+            "a video to its end",
+            "it was cut off: copy it again, or export the part that is there into a new file",
+        )
     gripper = interpolate_gaps(grips, path.name)
     rows = np.array([np.nan if line is None else line.points[:, 1].mean() for line in lines])
     shutter = recording.entries.camera.rolling_shutter

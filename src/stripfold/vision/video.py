@@ -31,6 +31,8 @@ from stripfold.vision.decoding import MAX_FRAMES, MAX_SECONDS, MEMORY, SUFFIXES,
 _COPIED = b"copied"
 TIMEOUT = 30.0
 """Longest time without a message after which the decoder is ended, s."""
+MAX_MISSING = 0.05
+"""Share of a video's length that may be missing at its end; a recorder may count another stream, or the last frame."""
 _ALLOWED = f"a video (mp4, avi, mkv, mov) or a folder of frames ({', '.join(SUFFIXES)})"
 _FULL_RANGE = np.clip(np.rint((np.arange(256) - 16.0) * 255.0 / 219.0), 0, 255).astype(np.uint8)
 """From video levels, black at 16 and white at 235, to 0 and 255."""
@@ -65,15 +67,23 @@ class Frame:
 class VideoReport:
     """Statistics of the reading: numbers of frames, and packets that could not be decoded.
 
-    ``declared`` is the number of frames by the header, 0 if it does not say.
+    ``declared`` is the number of frames by the header, ``duration`` its length, s; 0 where it does not say.
+    ``end`` is the time of the last frame, s.
     """
 
     declared: int = 0
+    duration: float = 0.0
+    end: float = 0.0
     decoded: int = 0
     doubled: int = 0
     damaged: int = 0
     interlaced: int = 0
     errors: int = 0
+
+    @property
+    def truncated(self) -> bool:
+        """Whether the video ends well before its header says, once it was read to its end."""
+        return self.end * (1.0 + 1.0 / max(self.decoded, 1)) < (1.0 - MAX_MISSING) * self.duration
 
     @property
     def problems(self) -> tuple[str, ...]:
@@ -141,7 +151,10 @@ class Reader(Iterator[Frame]):
         self._connection = connection
         self._finalizer = weakref.finalize(self, _end, self._process, connection)
         try:
-            self.report = VideoReport(declared=self._receive()["declared"])
+            start = self._receive()
+            # A table of times has a row per frame, so with one the header's length does not matter.
+            known = 0.0 if self._times is not None else start["duration"]
+            self.report = VideoReport(start["declared"], known)
         except BaseException:
             self.close()
             raise
@@ -233,6 +246,7 @@ class Reader(Iterator[Frame]):
             )
         doubled = last is not None and all(np.array_equal(a, b) for a, b in zip(image, last.image, strict=True))
         report.decoded += 1
+        report.end = time
         report.doubled += doubled
         report.damaged += message["damaged"]
         report.interlaced += message["interlaced"]
