@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import configuration
 from plots import order as figure
 from stripfold.analysis.prediction import ElasticaPrediction
 from stripfold.analysis.static import StripModel
@@ -83,11 +84,21 @@ def test_a_maximum_that_the_finer_mesh_lacks_is_spurious(monkeypatch: pytest.Mon
 
 def test_constants_are_counted(tmp_path: Path) -> None:
     code = "A = 1\nB: float = -2.0\nC, D = 1, (2, x)\nE = Options(3.0)\nTEXT = 'a'\nON = True\nx = 4\ndef f(): G = 1\n"
-    assert [name for name, _ in constants.constants(code)] == ["A", "B", "C", "D", "E"]
+    assert [name for name, *_ in constants.constants(code)] == ["A", "B", "C", "D", "E"]
+    shared = 'A = 1\nB = 2\n"""Both.\n\nMore."""\nC = 3\ndef f(): ...\n'
+    assert [reason for *_, reason in constants.constants(shared)] == ["Both.", "Both.", ""]
     (tmp_path / "solve").mkdir()
     (tmp_path / "solve" / "newton.py").write_text("TOLERANCE = 1e-8\n", encoding="utf-8")
     (tmp_path / "solver.py").write_text("N = 3\n", encoding="utf-8")
-    assert list(constants.of_packages(tmp_path, ["solve"])) == [("solve.newton", "TOLERANCE", "1e-08")]
+    assert list(constants.of_packages(tmp_path, ["solve"])) == [("solve.newton", "TOLERANCE", "1e-08", "")]
     data = constants.run(["solve"], 121)
+    assert constants.markdown(data).count("\n") == 2 + data.sizes["constant"]
     assert data.sizes["constant"] > 3
     assert data.attrs["before"] == 121
+
+
+def test_each_constant_says_what_it_is_for() -> None:
+    config = configuration.load(constants.SOURCE.parents[1] / "workflow/config/paper.yaml")
+    packages = config["studies"]["solver_constants"]["packages"]
+    silent = [where[:2] for where in constants.of_packages(constants.SOURCE, packages) if not where[-1]]
+    assert not silent

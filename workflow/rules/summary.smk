@@ -33,7 +33,16 @@ rule readme:
     input:
         **{
             name: STUDY_FILES[name]
-            for name in ("hard_cases", "accuracy", "profiling", "effects", "cold_run", "peers", "variants")
+            for name in (
+                "hard_cases",
+                "accuracy",
+                "profiling",
+                "effects",
+                "cold_run",
+                "peers",
+                "variants",
+                "solver_constants",
+            )
             if name in STUDY_FILES
         },
         summary=rules.summary.output[0],

@@ -14,7 +14,7 @@ SOURCE = Path(__file__).parents[2] / "src" / "stripfold"
 
 
 def run(packages: Sequence[str], before: int) -> xr.Dataset:
-    """Constants over ``constant``: module, name and value as written.
+    """Constants over ``constant``: module, name, value as written, and reason as documented.
 
     Parameters
     ----------
@@ -24,22 +24,34 @@ def run(packages: Sequence[str], before: int) -> xr.Dataset:
         Their number before the lift-off was an unknown.
     """
     found = list(of_packages(SOURCE, packages))
-    modules, names, values = zip(*found, strict=True)
-    columns = {"module": ("constant", modules), "constant": ("constant", names), "value": ("constant", values)}
-    return dataset("solver_constants", columns, {"before": before})
+    columns = zip(("module", "constant", "value", "reason"), zip(*found, strict=True), strict=True)
+    return dataset("solver_constants", {name: ("constant", values) for name, values in columns}, {"before": before})
 
 
-def of_packages(source: Path, packages: Sequence[str]) -> Iterator[tuple[str, str, str]]:
-    """Module, name and value of each constant of packages and modules."""
+def markdown(data: xr.Dataset) -> str:
+    """The constants as a table."""
+    rows = ["| module | constant | value | reason |", "|---|---|---|---|"]
+    for one in (data.isel(constant=i) for i in range(data.sizes["constant"])):
+        cells = (f"`{one['constant'].item()}`", f"`{one['value'].item()}`", one["reason"].item())
+        rows.append("| " + " | ".join((one["module"].item(), *(cell.replace("|", r"\|") for cell in cells))) + " |")
+    return "\n".join(rows) + "\n"
+
+
+def of_packages(source: Path, packages: Sequence[str]) -> Iterator[tuple[str, str, str, str]]:
+    """Module, name, value and reason of each constant of packages and modules."""
     for package in packages:
         for path in sorted([*source.glob(f"{package}.py"), *source.glob(f"{package}/**/*.py")]):
-            for name, value in constants(path.read_text(encoding="utf-8")):
-                yield path.relative_to(source).with_suffix("").as_posix().replace("/", "."), name, value
+            for constant in constants(path.read_text(encoding="utf-8")):
+                yield path.relative_to(source).with_suffix("").as_posix().replace("/", "."), *constant
 
 
-def constants(code: str) -> Iterator[tuple[str, str]]:
-    """Upper-case names at the top of a module whose values contain a number, and the values as written."""
-    for statement in ast.parse(code).body:
+def constants(code: str) -> Iterator[tuple[str, str, str]]:
+    """Upper-case names at the top of a module whose values contain a number, the values as written, and the reason.
+
+    That is the first paragraph of the docstring below; constants that follow each other can share one.
+    """
+    body = ast.parse(code).body
+    for i, statement in enumerate(body):
         targets = statement.targets if isinstance(statement, ast.Assign) else [getattr(statement, "target", None)]
         value = getattr(statement, "value", None)
         if value is None or not any(_is_number(node) for node in ast.walk(value)):
@@ -48,7 +60,14 @@ def constants(code: str) -> Iterator[tuple[str, str]]:
             node.id for target in targets if target for node in ast.walk(target) if isinstance(node, ast.Name)
         ):
             if name.isupper():
-                yield name, ast.unparse(value)
+                yield name, ast.unparse(value), _docstring(body[i + 1 :])
+
+
+def _docstring(behind: Sequence[ast.stmt]) -> str:
+    """The first paragraph of the docstring behind assignments; empty without one."""
+    first = next((statement for statement in behind if not isinstance(statement, ast.Assign | ast.AnnAssign)), None)
+    text = first.value.value if isinstance(first, ast.Expr) and isinstance(first.value, ast.Constant) else ""
+    return " ".join(str(text).split("\n\n")[0].split())
 
 
 def _is_number(node: ast.AST) -> bool:

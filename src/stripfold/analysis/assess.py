@@ -44,6 +44,7 @@ touches it; for a strip of thickness h it crosses at an angle that vanishes with
 tangency: an unfolded bifurcation.
 """
 MAX_FALLS = 5
+"""Falls along one path: a strip that falls more often is not being folded."""
 Followed = tuple[StripProblem, Point | TimeState]
 """A state in statics or in time, with what it solves."""
 

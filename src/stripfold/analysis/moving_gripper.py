@@ -28,9 +28,11 @@ from stripfold.solve.dynamics import TimeOptions, TimeState
 from stripfold.solve.schemes import Damping
 
 MAX_STEPS = 20000
+"""Steps in time within which a strip has to touch or fall."""
 SIZES = replace(NODAL_SIZES, free=0.1)
 """Elements of the motion in time: friction delays the snap, and the lift-off passes more of the strip."""
 TIME_OPTIONS = TimeOptions(first=0.02, tolerance=1e-5)
+"""Error per step, L*: that of a fall up to its first touch."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -34,6 +34,8 @@ SPEED = 0.2
 ELEMENT = 0.1
 """Length of the elements, L*."""
 TIME_OPTIONS = TimeOptions(first=0.02, tolerance=1e-4, newton=NewtonOptions(max_iterations=25))
+"""Error per step, L*: that of a fall behind its first touch, as the state at rest counts.  Layers that begin to slide
+need more iterations."""
 
 
 @dataclass(frozen=True, eq=False)

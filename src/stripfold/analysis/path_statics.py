@@ -39,6 +39,7 @@ FIRST = 0.01
 PENETRATION = 1e-3
 """Depth under the floor that a sag beside a contact must reach to count as another contact, L*."""
 NODAL_STEPS = StepOptions(first=0.05, largest=0.5, target_iterations=10, max_attempts=1000, newton=ROBUST_NEWTON)
+"""Steps with contact at nodes: the contact of several may change in one, which takes more iterations."""
 RETURN_LYING = 0.3
 """Length of the lying part at which contact coordinates are unknowns again, L*."""
 MAX_RETURNS = 3

@@ -30,6 +30,7 @@ NUDGE = 0.01
 """Distance by which a held gripper is moved past lambda_c, smoothly within one time unit, L*: there no equilibrium is
 near, not even one between two spurious limit points (docs/method.md)."""
 TIME_OPTIONS = TimeOptions(first=0.02, largest=1.0, tolerance=1e-5)
+"""Error per step up to the first touch, L*: a tenth of what its place is stated to."""
 AFTER_TOUCH = 10.0
 """Factor on the tolerance after the first touch: the state at rest is found by statics."""
 TOUCH_TOLERANCE = 1e-3

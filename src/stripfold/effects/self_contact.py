@@ -35,6 +35,7 @@ STIFFNESS = 100.0
 MIN_CHANGE = 1e-10
 """Change of a squared length, L*^2, below which a difference quotient is replaced by the derivative."""
 COMPLEX_STEP = 1e-30
+"""Imaginary step of a derivative that is exact to rounding."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from stripfold.kernels.elements import Elements
 
 NONE, NO_GROWTH = np.zeros((0, 0)), np.zeros(0)
+"""Predicted stresses and growths of elements where there are none."""
 
 
 class CompiledIntegrals(OnNodes):

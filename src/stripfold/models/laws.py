@@ -17,6 +17,7 @@ import numpy as np
 from stripfold.arrays import Array
 
 _EYE = np.eye(2)
+"""Unit matrix."""
 
 
 @dataclass(frozen=True, slots=True)
