@@ -141,7 +141,7 @@ class TestObjectivity:
         effect = friction(model)
         assert np.abs(effect.curvature(q)).max() < 1e-14
         assert np.abs(effect.force(q)).max() < 1e-13
-        assert effect.committed(q).dissipated == 0.0
+        assert effect.committed(q, np.zeros_like).dissipated == 0.0
 
     @on_all
     def test_rotating_a_bent_strip_rotates_its_forces(self, order, across):
@@ -199,7 +199,7 @@ class TestBending:
             for curvature in curvatures:
                 next_moment = end_moment(effect, curvature)
                 work += 0.5 * (moment + next_moment) * (curvature - before) * LENGTH
-                effect = effect.committed(bent(model, curvature))
+                effect = effect.committed(bent(model, curvature), np.zeros_like)
                 before, moment = curvature, next_moment
             return effect, work
 
@@ -217,7 +217,7 @@ class TestBending:
     def test_turning_back(self):
         """From M_0 the moment falls with the stiffness of the spring to -M_0 after 2 kappa_y."""
         model = strip()
-        effect = friction(model).committed(bent(model, 0.8))
+        effect = friction(model).committed(bent(model, 0.8), np.zeros_like)
         for back, wanted in ((0.0, 1.0), (0.5, 0.5), (1.0, 0.0), (1.5, -0.5), (2.0, -1.0), (3.0, -1.0)):
             assert end_moment(effect, 0.8 - back * YIELD) == pytest.approx(wanted * MOMENT, abs=1e-8)
 
@@ -225,10 +225,10 @@ class TestBending:
     def test_one_step_or_ten(self, curvature):
         """Monotonic bending does not depend on the steps: force, energies and history to rounding."""
         model = strip()
-        one = friction(model).committed(bent(model, curvature))
+        one = friction(model).committed(bent(model, curvature), np.zeros_like)
         ten = friction(model)
         for part in curvature * np.arange(1, 11) / 10.0:
-            ten = ten.committed(bent(model, part))
+            ten = ten.committed(bent(model, part), np.zeros_like)
         q = bent(model, curvature - 0.1)
         np.testing.assert_allclose(ten.slip, one.slip, atol=1e-13)
         np.testing.assert_allclose(ten.force(q), one.force(q), atol=1e-13)
@@ -278,7 +278,7 @@ class TestOnOtherElements:
         for i, share in enumerate(shares):
             model = begin.with_ends(moved(0.4 * np.sin(0.3 * i)))
             effect = effect.on(effect.model, model)
-            effect = effect.committed(self.bent_by(model, lambda s, share=share: share * largest(s)))
+            effect = effect.committed(self.bent_by(model, lambda s, share=share: share * largest(s)), np.zeros_like)
             lost.append(effect.dissipated)
         area = 4.0 * MOMENT * (0.5 - 0.05) * LENGTH
         print(lost[-1] - lost[19], area)
@@ -301,7 +301,7 @@ class TestOnOtherElements:
         """A state that does not change keeps its kappa_p, however often the elements move."""
         model = strip(2, 1)
         effect = Hysteresis.of(model, MOMENT, yield_curvature=YIELD).on(model, model)
-        effect = effect.committed(self.bent_by(model, lambda s: np.where(s < 3.0, 1.0, 0.2)))
+        effect = effect.committed(self.bent_by(model, lambda s: np.where(s < 3.0, 1.0, 0.2)), np.zeros_like)
         first = effect.on(model, model).slip
         for i in range(200):
             other = model.with_ends(BOUNDARIES + 0.2 * np.sin(i) * np.sin(np.pi * BOUNDARIES / LENGTH))
@@ -336,11 +336,11 @@ class TestHistory:
             before = effect.force(q)
             effect.force(trial)
             effect.force_and_tangent(trial)
-            after = effect.committed(trial)
+            after = effect.committed(trial, np.zeros_like)
             np.testing.assert_array_equal(effect.force(q), before)
             assert np.abs(after.force(q) - before).max() > 1e-3
         # The effect keeps a copy of the state.
-        pull = Pull(model, 0.5, np.zeros(model.size)).committed(held)
+        pull = Pull(model, 0.5, np.zeros(model.size)).committed(held, np.zeros_like)
         held += 1.0
         assert not pull.force(q).any()
 
@@ -348,7 +348,7 @@ class TestHistory:
         """A state that slid is committed as sticking in all elements: rounding does not decide."""
         model = strip()
         q = bent(model, np.pi / 4.0)
-        effect = friction(model).committed(q)
+        effect = friction(model).committed(q, np.zeros_like)
         direction = rate(model, np.pi / 4.0)
         stiffness = direction @ (effect.force_and_tangent(q)[1] @ direction)
         # The second derivative along the arcs includes that of the curve itself.
@@ -362,7 +362,10 @@ class TestHistory:
         model = strip()
         q = bent(model, np.pi / 4.0)
         direction = rate(model, np.pi / 4.0)
-        for effect, lost in ((friction(model).committed(q), 1.0), (Hysteresis.of(model, MOMENT, slack=q), 0.0)):
+        for effect, lost in (
+            (friction(model).committed(q, np.zeros_like), 1.0),
+            (Hysteresis.of(model, MOMENT, slack=q), 0.0),
+        ):
             sliding = effect.about_to_slide()
             np.testing.assert_array_equal(sliding.force(q), effect.force(q))
             before, after = (direction @ (e.force_and_tangent(q)[1] @ direction) for e in (effect, sliding))

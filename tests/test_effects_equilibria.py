@@ -81,7 +81,7 @@ class TestNewton:
         share = np.abs(effect.moments(there.q)) / moment
         assert np.any(share > 0.999)
         assert np.any((share > 0.01) & (share < 0.99))
-        assert effect.committed(there.q).dissipated > 0.0
+        assert effect.committed(there.q, np.zeros_like).dissipated > 0.0
 
 
 class TestBranch:

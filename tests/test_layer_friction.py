@@ -33,8 +33,8 @@ def lying(model: Model) -> StripProblem:
     """A strip that lies flat, with friction."""
     problem = StripProblem(model, AlongX(0.0))
     flat = np.zeros(model.size)
-    friction = LayerFriction.of(model, MU, flat, problem.reaction(flat))
-    return replace(problem, layer_friction=friction)
+    friction = LayerFriction.of(model, MU, flat, problem.reaction)
+    return replace(problem, effects=(friction,))
 
 
 def dragged(advance: float, steps: int) -> tuple[StripProblem, np.ndarray, float]:
@@ -60,8 +60,7 @@ def test_a_dragged_strip_slips_as_far_as_friction_allows() -> None:
     assert np.abs(u - expected).max() < 0.01 * advance
     # What lies beyond sticks.
     assert u[s > slip + 0.5].max() < MU / SPRING
-    friction = problem.layer_friction
-    assert friction is not None
+    (friction,) = problem.effects
     assert not friction.sticks(q - 1e-6)[(s > 0.1) & (s < slip - 0.5)].any()
     # Of mu w times the slip the springs keep a little.
     heat = friction.dissipated + friction.stored
@@ -89,9 +88,9 @@ class Loose(StripProblem):
 )
 def test_a_strip_slides_to_rest_like_a_block(model: Model) -> None:
     problem, flat, speed = Loose(model, Opened()), np.zeros(model.size), 0.5
-    friction = LayerFriction.of(model, MU, flat, problem.reaction(flat))
+    friction = LayerFriction.of(model, MU, flat, problem.reaction)
     assert friction.normal.sum() == pytest.approx(3.0)
-    problem = replace(problem, layer_friction=friction)
+    problem = replace(problem, effects=(friction,))
     v = np.zeros(model.size)
     v[model.middle[:, 0]] = speed
     first = dynamics.start(problem, flat, v, 0.0, problem.bounded)
@@ -103,9 +102,9 @@ def test_a_strip_slides_to_rest_like_a_block(model: Model) -> None:
     distance, kinetic = speed**2 / (2.0 * MU), 0.5 * 3.0 * speed**2
     assert np.mean(state.q[model.middle[:, 0]]) == pytest.approx(distance, rel=0.01)
     assert np.ptp(state.q[model.middle[:, 0]]) < 1e-3
-    assert problem.layer_friction is not None
-    assert problem.layer_friction.dissipated == pytest.approx(kinetic, rel=0.01)
-    assert problem.layer_friction.dissipated == pytest.approx(MU * 3.0 * distance, rel=0.01)
+    (friction,) = problem.effects
+    assert friction.dissipated == pytest.approx(kinetic, rel=0.01)
+    assert friction.dissipated == pytest.approx(MU * 3.0 * distance, rel=0.01)
     assert abs(state.energy.closing) < 1e-7
 
 
@@ -117,7 +116,7 @@ def test_on_an_inclined_plane_a_strip_slides_above_mu(share: float) -> None:
     tilted[x] = -share * MU * tilted[z]
     model.__dict__["weight"] = tilted
     problem, flat = Loose(model, Opened()), np.zeros(model.size)
-    problem = replace(problem, layer_friction=LayerFriction.of(model, MU, flat, problem.reaction(flat)))
+    problem = replace(problem, effects=(LayerFriction.of(model, MU, flat, problem.reaction),))
     # With springs that hold what they can: a sudden load would make the strip swing on them.
     begin = flat.copy()
     begin[x] = min(share, 1.0) * MU / SPRING
@@ -136,11 +135,16 @@ def test_on_an_inclined_plane_a_strip_slides_above_mu(share: float) -> None:
 def test_memory_of_what_lands_and_leaves() -> None:
     model = Rod.of(LENGTH, THICKNESS, elements=20)
     x, z = model.middle[:, 0], model.middle[:, 1]
-    lands, free = np.zeros(model.size), np.zeros(model.size)
-    lands[z] = 0.5
+    flat = np.zeros(model.size)
+
+    def lands(q: np.ndarray) -> np.ndarray:
+        reaction = np.zeros(model.size)
+        reaction[z] = 0.5
+        return reaction
+
     moved = np.zeros(model.size)
     moved[x] = 0.3
-    friction = LayerFriction.of(model, MU, free, free)
+    friction = LayerFriction.of(model, MU, flat, np.zeros_like)
     landed = friction.committed(moved, lands)
     assert not landed.force(moved).any()
     assert landed.dissipated == 0.0
@@ -151,19 +155,18 @@ def test_memory_of_what_lands_and_leaves() -> None:
     assert landed.tractions(shifted) == pytest.approx(MU * 0.5)
     slipped = landed.committed(shifted, lands)
     assert slipped.stored > 0.0
-    gone = slipped.committed(shifted, free)
+    gone = slipped.committed(shifted, np.zeros_like)
     # The spring of a node that leaves loses its energy, and acts no more.
     assert gone.stored == 0.0
     assert gone.dissipated == pytest.approx(slipped.dissipated + slipped.stored)
     assert not gone.force(moved).any()
     with pytest.raises(InvalidInputError):
-        LayerFriction.of(model, -0.1, free, free)
+        LayerFriction.of(model, -0.1, flat, np.zeros_like)
 
 
 def test_tangent() -> None:
     problem, q, _ = dragged(4e-3, 3)
-    friction, rng = problem.layer_friction, np.random.default_rng(1)
-    assert friction is not None
+    (friction,), rng = problem.effects, np.random.default_rng(1)
     way = np.zeros(problem.size)
     way[problem.model.middle[:, 0]] = rng.uniform(0.5, 1.0, len(problem.model.s))
     # Backwards: what has slipped unloads elastically.

@@ -256,7 +256,7 @@ class TestFriction:
         for model in (rod(), Solid.of(LENGTH, THICKNESS, elements=BOUNDARIES)):
             effect = Hysteresis.of(model, moment, yield_curvature=give)
             for curvature in (top, 1e-9, top):
-                effect = effect.committed(arc(model, curvature))
+                effect = effect.committed(arc(model, curvature), np.zeros_like)
             expected = moment * LENGTH * ((top - give) + 2.0 * (top - 2.0 * give))
             assert effect.dissipated == pytest.approx(expected, rel=1e-6)
 

@@ -287,7 +287,7 @@ def test_work_of_the_gripper():
     work = float(np.trapezoid(pull, heights))
     begin, end = (p.model.energy(point.q) + float(p.model.weight @ point.q) for p, point in (states[0], states[-1]))
     problem, point = states[-1]
-    effect = problem.effects[0].committed(point.q)
+    effect = problem.effects[0].committed(point.q, np.zeros_like)
     stored, lost = effect.stored(point.q), effect.dissipated
     print(work, end - begin, stored, lost)
     assert lost > 0.03 * work

@@ -16,7 +16,7 @@ from functools import cached_property
 import numpy as np
 
 from stripfold.arrays import Array, Index
-from stripfold.effects import Effect
+from stripfold.effects import MovableEffect
 from stripfold.errors import NewtonError
 from stripfold.models.contact_mesh import ContactMesh, Topology
 from stripfold.models.model import Model
@@ -39,7 +39,7 @@ class _Mesh:
     mesh: ContactMesh
     contact: Array
     motion: Motion
-    remembered: tuple[Model | None, tuple[Effect, ...]]
+    remembered: tuple[Model | None, tuple[MovableEffect, ...]]
     bent: tuple[Index, Index]
 
     @cached_property
@@ -47,7 +47,7 @@ class _Mesh:
         return self.mesh.at(self.contact)
 
     @cached_property
-    def effects(self) -> tuple[Effect, ...]:
+    def effects(self) -> tuple[MovableEffect, ...]:
         """The effects on these elements."""
         model, effects = self.remembered
         return effects if model is None else tuple(effect.on(model, self.model) for effect in effects)
@@ -77,7 +77,7 @@ class _Mesh:
         """The same strip with contact at its nodes."""
         return StripProblem(self.model, self.motion, self.effects)
 
-    def on(self, model: Model) -> tuple[Effect, ...]:
+    def on(self, model: Model) -> tuple[MovableEffect, ...]:
         """The effects on other elements of the same strip."""
         return tuple(effect.on(self.model, model) for effect in self.effects)
 
@@ -91,7 +91,7 @@ class MovingContact:
 
     mesh: ContactMesh
     motion: Motion
-    effects: tuple[Effect, ...] = ()
+    effects: tuple[MovableEffect, ...] = ()
     remembered: Array | None = None
     _meshes: OrderedDict[bytes, _Mesh] = field(init=False, repr=False, default_factory=OrderedDict)
 
@@ -174,14 +174,15 @@ class MovingContact:
         return bent, unknowns[bent].ravel()
 
     @cached_property
-    def _remembered(self) -> tuple[Model | None, tuple[Effect, ...]]:
+    def _remembered(self) -> tuple[Model | None, tuple[MovableEffect, ...]]:
         """The strip on which the effects are, None for any, and the effects."""
         return None if self.remembered is None else self.mesh.at(self.remembered), self.effects
 
     def accepted(self, q: Array, motion: Motion | None = None) -> MovingContact:
         """The problem after an accepted step to ``q``, by default of the same motion: the memory is updated."""
-        contact = self.contact(q)
-        effects = tuple(effect.committed(q[: self.n]) for effect in self.at(contact).effects)
+        u, contact = q[: self.n], self.contact(q)
+        mesh = self.at(contact)
+        effects = tuple(effect.committed(u, mesh.problem.reaction) for effect in mesh.effects)
         return MovingContact(self.mesh, motion or self.motion, effects, contact.copy())
 
     @cached_property

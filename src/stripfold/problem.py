@@ -13,7 +13,6 @@ import numpy as np
 
 from stripfold.arrays import Array, Index
 from stripfold.effects import Effect
-from stripfold.effects.layer_friction import LayerFriction
 from stripfold.effects.self_contact import SelfContact
 from stripfold.models.model import Model
 from stripfold.paths.curve import GripperPath, Piece
@@ -113,15 +112,14 @@ Motion = Lift | AlongX | AlongPiece | AlongPath | Opened
 class StripProblem(FixedUnknowns):
     """A strip on the floor, held at one end and moved at the other.
 
-    The memory of ``effects`` and of ``layer_friction`` changes in :meth:`accepted` only.  ``self_contact`` acts between
-    layers above the floor; while they touch the tangent is not a band matrix.
+    The memory of ``effects`` changes in :meth:`accepted` only.  ``self_contact`` acts between layers above the floor;
+    while they touch the tangent is not a band matrix.
     """
 
     model: Model
     motion: Motion
     effects: tuple[Effect, ...] = ()
     self_contact: SelfContact | None = None
-    layer_friction: LayerFriction | None = None
     prescribed: Index = field(init=False)
     bounded: Index = field(init=False)
     lower: Array = field(init=False)
@@ -149,7 +147,7 @@ class StripProblem(FixedUnknowns):
 
     def residual(self, q: Array, lam: float) -> Array:
         force = self.model.internal_force(q) + self.model.weight
-        for effect in self._acting:
+        for effect in self.effects:
             force = force + effect.force(q)
         touching = self.self_contact.at(q) if self.self_contact else None
         return force if touching is None else force + touching[0]
@@ -159,7 +157,7 @@ class StripProblem(FixedUnknowns):
     ) -> tuple[Array, Band | Sparse, Array]:
         force, tangent = self.model.force_and_tangent(q, predicted_stress)
         force = force + self.model.weight
-        for effect in self._acting:
+        for effect in self.effects:
             more, stiffness = effect.force_and_tangent(q)
             force, tangent = force + more, tangent + stiffness
         touching = self.self_contact.at(q) if self.self_contact else None
@@ -167,10 +165,9 @@ class StripProblem(FixedUnknowns):
 
     def accepted(self, q: Array) -> StripProblem:
         """The problem after an accepted step to ``q``: its effects have updated their memory."""
-        if not self._acting:
+        if not self.effects:
             return self
-        layers = self.layer_friction and self.layer_friction.committed(q, self.reaction(q))
-        return replace(self, effects=tuple(effect.committed(q) for effect in self.effects), layer_friction=layers)
+        return replace(self, effects=tuple(effect.committed(q, self.reaction) for effect in self.effects))
 
     def reaction(self, q: Array) -> Array:
         """The floor's forces on the strip in a state, inertia aside, shape (n,)."""
@@ -178,10 +175,6 @@ class StripProblem(FixedUnknowns):
         on_floor = self.bounded[q[self.bounded] <= self.lower]
         reaction[on_floor] = self.residual(q, 0.0)[on_floor]
         return reaction
-
-    @property
-    def _acting(self) -> tuple[Effect | LayerFriction, ...]:
-        return self.effects if self.layer_friction is None else (*self.effects, self.layer_friction)
 
     def predict_stress(self, q: Array, dq: Array) -> Array:
         return self.model.predict_stress(q, dq)
@@ -194,7 +187,7 @@ class StripProblem(FixedUnknowns):
     ) -> tuple[Array, Band | Sparse]:
         force, tangent = self.model.force_over_step(q0, q1, kappa, predicted_stress)
         force = force + self.model.weight
-        for effect in self._acting:
+        for effect in self.effects:
             if effect.step_dependent:
                 raise ValueError("motion in time needs effects that do not depend on the step size")
             # The force at the end of the step: a state at rest is an equilibrium, and the work is never too small.
@@ -204,14 +197,14 @@ class StripProblem(FixedUnknowns):
 
     def elements_over_step(self, q0: Array, q1: Array) -> tuple[Elements, Array] | None:
         """The elements and the weight if nothing else acts over a step: no effect, no layers in contact."""
-        if self._acting or not self.model.has_energy:
+        if self.effects or not self.model.has_energy:
             return None
         if self.self_contact and self.self_contact.over_step(q0, q1) is not None:
             return None
         return self.model.elements, self.model.weight
 
     def friction_work(self, q0: Array, q1: Array) -> float:
-        return sum(float(effect.force(q1) @ (q1 - q0)) for effect in self._acting)
+        return sum(float(effect.force(q1) @ (q1 - q0)) for effect in self.effects)
 
     def strain_distance(self, q0: Array, q1: Array) -> float:
         return self.model.strain_distance(q0, q1)

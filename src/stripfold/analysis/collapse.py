@@ -29,7 +29,7 @@ from stripfold.analysis.release import (
 )
 from stripfold.analysis.static import End, StripModel, XRun, solve_height
 from stripfold.arrays import Array
-from stripfold.effects.layer_friction import LayerFriction
+from stripfold.effects import LayerFriction
 from stripfold.effects.self_contact import SelfContact
 from stripfold.errors import SolveError, TimeStepError
 from stripfold.material import Material
@@ -106,8 +106,8 @@ def simulate(
         release = replace(release, problem=replace(release.problem, self_contact=layers))
     if layer_friction:
         problem, q = release.problem, release.point.q
-        friction = LayerFriction.of(problem.model, layer_friction, q, problem.reaction(q))
-        release = replace(release, problem=replace(problem, layer_friction=friction))
+        friction = LayerFriction.of(problem.model, layer_friction, q, problem.reaction)
+        release = replace(release, problem=replace(problem, effects=(friction,)))
     motion = simulate_fall(release, fall, progress=say)
     if motion.touch is None:
         raise SolveError("the strip came to rest without touching", parameter=motion.states[-1].lam)

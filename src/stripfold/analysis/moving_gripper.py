@@ -17,7 +17,7 @@ from stripfold.analysis.contact_set import NODAL_SIZES, ROBUST_NEWTON
 from stripfold.analysis.path_friction import STEP, Step, load_incrementally_from, with_effects
 from stripfold.analysis.static import StripModel, lift
 from stripfold.arrays import Array
-from stripfold.effects import Effect, Hysteresis
+from stripfold.effects import Hysteresis, MovableEffect
 from stripfold.errors import LostStabilityError, SolveError
 from stripfold.models.model import Model
 from stripfold.moving_contact import MovingContact
@@ -121,7 +121,7 @@ def static_limit(strip: StripModel, height: float, friction: float, refinement: 
     motion = AlongX(height)
     first = solved(MovingContact(problem.mesh, motion), q, start)
 
-    def effects(model: Model, u: Array) -> tuple[Effect, ...]:
+    def effects(model: Model, u: Array) -> tuple[MovableEffect, ...]:
         return (Hysteresis.of(model, friction, slack=u),) if friction else ()
 
     steps: list[Step] = []

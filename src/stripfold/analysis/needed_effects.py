@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stripfold import schema
+from stripfold.effects import LayerFriction
 from stripfold.effects.self_contact import SelfContact
 from stripfold.models.model_error import model_error
 from stripfold.problem import StripProblem
@@ -154,7 +155,7 @@ def record(simulation: Simulation, found: Collapse, seconds: float) -> xr.Datase
 def _layer_friction(simulation: Simulation, found: Collapse) -> dict[str, float]:
     """The row of the friction between the layers: it acts on the upper layer from the first touch on."""
     motion = found.motion
-    if motion is None or motion.problem.layer_friction is None:
+    if motion is None or not any(isinstance(effect, LayerFriction) for effect in motion.problem.effects):
         return {"active": 0.0}
     since = np.nan if motion.touch is None else motion.states[motion.touch].t
     return {"active": 1.0, "since": simulation.time_unit * since}

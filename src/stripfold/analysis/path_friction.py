@@ -35,7 +35,7 @@ from stripfold.analysis.landing import LOW, landed, lands
 from stripfold.analysis.path_statics import FIRST
 from stripfold.analysis.static import LAMBDA_TOLERANCE, LIMIT
 from stripfold.arrays import Array
-from stripfold.effects import Effect, Hysteresis, Pull
+from stripfold.effects import Hysteresis, MovableEffect, Pull
 from stripfold.errors import ContinuationError, InvalidInputError, LostStabilityError, SolveError
 from stripfold.models.contact_mesh import Topology
 from stripfold.models.model import Model
@@ -47,7 +47,7 @@ from stripfold.solve.events import Crossing, Event
 from stripfold.solve.linear import Bordered
 from stripfold.solve.problem import Equilibrium, Point, Tangent, inner
 
-Effects = Callable[[Model, Array], tuple[Effect, ...]]
+Effects = Callable[[Model, Array], tuple[MovableEffect, ...]]
 """The effects on a strip, without force in the given state."""
 
 STEP = 0.1

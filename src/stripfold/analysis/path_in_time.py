@@ -17,8 +17,7 @@ from stripfold.analysis.path_statics import FIRST
 from stripfold.analysis.rest import to_rest
 from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
-from stripfold.effects import Hysteresis
-from stripfold.effects.layer_friction import LayerFriction
+from stripfold.effects import Hysteresis, LayerFriction
 from stripfold.effects.self_contact import SelfContact
 from stripfold.models.model import Model
 from stripfold.paths.curve import GripperPath
@@ -69,8 +68,8 @@ class PathInTime:
     @property
     def dissipated(self) -> Array:
         """Energy dissipated by the friction between the layers before each state and in the end, (states + 1,)."""
-        layers = [problem.layer_friction for problem in (*(problem for problem, _ in self.states), self.problem)]
-        return np.array([0.0 if friction is None else friction.dissipated for friction in layers])
+        problems = (*(problem for problem, _ in self.states), self.problem)
+        return np.array([sum(e.dissipated for e in p.effects if isinstance(e, LayerFriction)) for p in problems])
 
 
 def follow_in_time(
@@ -113,8 +112,8 @@ def follow_in_time(
     lies = np.setdiff1d(problem.bounded, model.middle[model.s < 1.0, 1])
     q = newton.solve(problem, np.zeros(model.size), FIRST, lies, options=ROBUST_NEWTON).q
     hysteresis = (Hysteresis.of(model, moment, slack=q),) if moment else ()
-    layers = LayerFriction.of(model, mu, q, problem.reaction(q)) if mu else None
-    problem = replace(problem, effects=hysteresis, layer_friction=layers)
+    layers = (LayerFriction.of(model, mu, q, problem.reaction),) if mu else ()
+    problem = replace(problem, effects=(*hysteresis, *layers))
     on_floor = problem.bounded[q[problem.bounded] <= 0.0]
     first = dynamics.start(problem, q, np.zeros(model.size), FIRST, on_floor)
     drive = Moving(FIRST, speed, path.length)

@@ -141,9 +141,6 @@ def simulate_fall(
     """
     say = progress or (lambda _: None)
     problem, model = release.problem, release.problem.model
-    if problem.effects:
-        # What the effects remember at the end is not what the state at rest is found with.
-        raise ValueError("a fall is for problems without effects")
     first, drive = initial_state(release, fall)
     touching = TimeEvent(lambda state: touches(model, state), TOUCH_TOLERANCE)
     states = list(to_rest(problem, [first], drive, fall.damping, options, touching, scheme=scheme))
@@ -166,6 +163,9 @@ def state_at_rest(problem: StripProblem, state: TimeState) -> Point:
     SolveError
         It does not converge, is another state, or is not stable.
     """
+    if problem.effects:
+        # What they remember at the end is not in the problem.
+        raise ValueError("a state at rest is found without effects")
     point = continuation.start(problem, state.q, state.lam, state.active, 1.0, StepOptions(newton=ROBUST_NEWTON))
     distance = problem.model.largest_move(state.q, point.q)
     if distance > SAME_STATE:

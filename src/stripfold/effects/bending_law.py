@@ -15,6 +15,7 @@ from typing import Self
 import numpy as np
 
 from stripfold.arrays import Array
+from stripfold.effects.effect import Reaction
 from stripfold.effects.moments import ElementMoments
 from stripfold.errors import InvalidInputError
 from stripfold.models.directors import Directors
@@ -117,6 +118,6 @@ class BendingLaw(ElementMoments):
         """The same law on other elements."""
         return self.of(model, self.law)
 
-    def committed(self, q: Array) -> Self:
+    def committed(self, q: Array, reaction: Reaction) -> Self:
         """Itself: it has no memory."""
         return self

@@ -1,12 +1,16 @@
-"""The protocol of a history-dependent force."""
+"""The protocols of a history-dependent force."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Protocol, Self
 
 from stripfold.arrays import Array
 from stripfold.models.model import Model
 from stripfold.solve.linear import Band
+
+Reaction = Callable[[Array], Array]
+"""The floor's forces on the strip in a state, rho_a g L*; both of shape (n,)."""
 
 
 class Effect(Protocol):
@@ -29,6 +33,14 @@ class Effect(Protocol):
         """The same and its derivative, in the model's band."""
         ...
 
+    def committed(self, q: Array, reaction: Reaction) -> Self:
+        """The effect after an accepted step to ``q``."""
+        ...
+
+
+class MovableEffect(Effect, Protocol):
+    """An effect whose elements move along the strip with its contact."""
+
     def add(self, q: Array, growth: Array, force: Array, tangent: Band, columns: Array) -> None:
         """Add both, and the force's derivatives by the elements' lengths, to those of the model.
 
@@ -39,8 +51,4 @@ class Effect(Protocol):
 
     def on(self, before: Model, model: Model) -> Self:
         """The effect with its memory, on ``before``, on other elements of the same strip."""
-        ...
-
-    def committed(self, q: Array) -> Self:
-        """The effect after an accepted step to ``q``."""
         ...

@@ -11,6 +11,7 @@ from typing import Self
 import numpy as np
 
 from stripfold.arrays import Array
+from stripfold.effects.effect import Reaction
 from stripfold.effects.moments import ElementMoments
 from stripfold.errors import InvalidInputError
 from stripfold.models.directors import Directors
@@ -172,7 +173,7 @@ class Hysteresis(ElementMoments):
         """Values of the elements, shape (along, across): elements across the strip are neighbours in the numbering."""
         return values.reshape(-1, self.directors.across)
 
-    def committed(self, q: Array) -> Self:
+    def committed(self, q: Array, reaction: Reaction) -> Self:
         """The friction after an accepted step to ``q``: every element then counts as sticking."""
         slip, cells = self._slip_at(q), self.cells
         if cells is not None:

@@ -13,6 +13,7 @@ from typing import Self
 import numpy as np
 
 from stripfold.arrays import Array, Mask
+from stripfold.effects.effect import Reaction
 from stripfold.effects.hysteresis import STICK_TOLERANCE
 from stripfold.errors import InvalidInputError
 from stripfold.models.model import Model
@@ -56,7 +57,7 @@ class LayerFriction:
     dissipated: float = 0.0
 
     @classmethod
-    def of(cls, model: Model, mu: float, q: Array, reaction: Array) -> Self:
+    def of(cls, model: Model, mu: float, q: Array, reaction: Reaction) -> Self:
         """Friction without force in the state ``q``.
 
         Parameters
@@ -64,7 +65,7 @@ class LayerFriction:
         model, mu
             The strip and the coefficient of friction.
         q, reaction
-            A state and the forces on its bounded unknowns, zero elsewhere; shape (n,) each.
+            A state, shape (n,), and the floor's forces.
 
         Raises
         ------
@@ -73,9 +74,8 @@ class LayerFriction:
         """
         if not 0.0 <= mu < np.inf:
             raise InvalidInputError("mu", mu, "a finite number >= 0")
-        weight = model.weight[model.middle[:, 1]]
-        place = q[model.middle[:, 0]]
-        return cls(model, mu, SPRING * weight, place, np.maximum(reaction[model.middle[:, 1]], 0.0), place)
+        x, z = model.middle.T
+        return cls(model, mu, SPRING * model.weight[z], q[x], np.maximum(reaction(q)[z], 0.0), q[x])
 
     @property
     def step_dependent(self) -> bool:
@@ -110,13 +110,13 @@ class LayerFriction:
         """Elastic energy of the springs in the last accepted state, rho_a g L*^2 per width."""
         return 0.5 * float(self.stiffness @ (self.place - self.slack) ** 2)
 
-    def committed(self, q: Array, reaction: Array) -> Self:
-        """The friction after an accepted step to ``q`` with these forces on the bounded unknowns, shape (n,).
+    def committed(self, q: Array, reaction: Reaction) -> Self:
+        """The friction after an accepted step to ``q``.
 
         A node that has landed sticks where it is; one that has left the floor forgets.
         """
         place, traction = q[self.model.middle[:, 0]], self.tractions(q)
-        normal = np.maximum(reaction[self.model.middle[:, 1]], 0.0)
+        normal = np.maximum(reaction(q)[self.model.middle[:, 1]], 0.0)
         # Where the normal force has fallen the slider holds less: the spring loses the energy above that, too.
         held = np.clip(traction, -self.mu * normal, self.mu * normal)
         new = replace(self, slack=place - held / self.stiffness, normal=normal, place=place)

@@ -11,6 +11,7 @@ from typing import Self
 import numpy as np
 
 from stripfold.arrays import Array
+from stripfold.effects.effect import Reaction
 from stripfold.errors import InvalidInputError
 from stripfold.models.model import Model
 from stripfold.solve.linear import Band
@@ -82,7 +83,7 @@ class Pull:
         source = self.before or (before, self.q_prev)
         return replace(self, model=model, q_prev=source[0].resampled(source[1], model.s), before=source)
 
-    def committed(self, q: Array) -> Self:
+    def committed(self, q: Array, reaction: Reaction) -> Self:
         """The pull towards ``q``."""
         return replace(self, q_prev=q.copy(), before=None)
 
