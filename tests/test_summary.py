@@ -230,6 +230,9 @@ def datasets() -> dict[str, xr.Dataset]:
         "calibration": ({
             "rms": ("way", [0.18, 0.4]), "view_rms": (("way", "view"), np.full((2, 13), 0.18)), "charuco_rms": 0.21,
             "charuco_corners": 24.0}, {"way": ["scaled", "fixed"]}),
+        "eta_pictures": ({
+            "eta": ("case", np.ones(400)), "low": ("case", [1.001] * 20 + [0.99] * 380), "high": ("case", [1.01] * 400),
+            "given": (("method", "picture"), np.zeros((2, 40)))},),
         "centrelines": ({"centreline_rms": 1.3e-4, "centreline_span": 0.2224},),
         # 96 % of the errors are within 1.96 standard deviations.
         "recordings_accuracy": ({
@@ -393,6 +396,9 @@ def test_a_sample_is_named_by_its_seed() -> None:
         ("assess_benchmark", "error", 6e-3, "time_assess"),
         ("calibration", "rms", 0.26, "calibration_rms"),
         ("calibration", "charuco_rms", 0.26, "charuco_rms"),
+        ("eta_pictures", "low", 0.99, "eta_fold_coverage"),
+        ("eta_pictures", "low", np.nan, "eta_fold_coverage"),
+        ("eta_pictures", "given", 1.0, "eta_not_fabric"),
         ("centrelines", "centreline_rms", 2.6e-4, "centreline_rms"),
         ("centrelines", "centreline_span", 0.221, "centreline_span"),
         ("recordings_accuracy", "sd", 1e-3, "lambda_coverage"),

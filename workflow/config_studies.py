@@ -291,6 +291,13 @@ class RecordingsAccuracy(Sample):
     dynamics: Annotated[Share, Field(description="share of the cases with a motion from the project's dynamics")]
 
 
+class EtaPictures(Sample):
+    """eta_b from drawn folds, and from pictures that show no strip."""
+
+    scenes: Annotated[Whole, quantity("drawn pictures without a strip, of each kind", ge=1)]
+    thicknesses: AtLeastOne[Annotated[Number, quantity("thickness of a fold's strip", "L*", gt=0.0, le=0.3)]]
+
+
 class VideoBenchmark(Input):
     """Speed and memory of measuring a video."""
 
@@ -346,6 +353,7 @@ class Studies(Input):
     hard_cases: HardCases | None = None
     effects: EffectsStudy | None = None
     recordings_accuracy: RecordingsAccuracy | None = None
+    eta_pictures: EtaPictures | None = None
     video_benchmark: VideoBenchmark | None = None
     peers: Peers | None = None
     falls: Falls | None = None

@@ -74,7 +74,7 @@ class EtaB(Result):
             ("residual", metres(fit.residual, "root mean square of measured less fitted")),
         ]
         if fit.fold is not None:
-            rows.append(("height", metres(fit.fold.height * fit.scale, "of the loop, between the layers' middles")))
+            rows.append(("height", metres(fit.fold.height * fit.scale, "of the fitted loop, between layers' middles")))
         if fit.line is not None:
             rows.append(("length", metres(fit.line.length * fit.scale, "that hangs in the picture")))
         if (exponent := fit.exponent) is not None:

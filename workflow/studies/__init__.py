@@ -87,6 +87,7 @@ STUDIES = {
     "effects": Study("studies.effects:run", "scenes with each effect on and off"),
     "video_benchmark": Study("studies.video_benchmark:run", "frames per second and memory of tracking"),
     "calibration": Study("studies.calibration:run", "calibration on public pictures of boards"),
+    "eta_pictures": Study("studies.eta_pictures:run", "eta_b from drawn folds and from pictures without a strip"),
     "centrelines": Study("studies.centrelines:run", "centrelines in photographs"),
     "peers": Study(
         "studies.peers:run",
@@ -113,4 +114,7 @@ def parameters(name: str, config: Mapping[str, Any]) -> dict[str, Any]:
     if name in FRESH_CLONE:
         return {}
     found = dict(config["studies"].get(STUDIES[name].config or name) or {})
-    return found | ({"scene": config["collapse"]} if name == "fall_benchmark" else {})
+    return found | {
+        "fall_benchmark": {"scene": config["collapse"]},
+        "eta_pictures": {"images": config["images"]},
+    }.get(name, {})

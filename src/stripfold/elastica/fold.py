@@ -1,7 +1,8 @@
 """The folded state: a loop between the lying layer and the landed one, and the material its height reveals.
 
-docs/physics.md, section 4: theta = pi, Z = 0 and k = 0 at landing; the first integral then forces F_x = 0. The
-equations have more roots, with self-intersecting loops; the guess below leads to the one that is a fold.
+docs/physics.md, section 4: theta = pi, Z = 0 and k = 0 at landing; the first integral then forces F_x = 0.  A strip of
+thickness t lands on itself at Z = t, with F_x = -t / 2.  The equations have more roots, with self-intersecting loops;
+the guess below leads to the one that is a fold.
 """
 
 from __future__ import annotations
@@ -42,12 +43,14 @@ class FoldedLoop:
     state: State
 
 
-@lru_cache(maxsize=1)
-def folded_loop() -> FoldedLoop:
-    """The folded state.
+@lru_cache(maxsize=16)
+def folded_loop(thickness: float = 0.0) -> FoldedLoop:
+    """The folded state; its upper layer lands ``thickness`` (0 to 0.5 L*) above the lower one.
 
     Raises
     ------
+    InvalidInputError
+        ``thickness`` outside its range or not a number.
     SolveError
         No convergence.
 
@@ -57,10 +60,10 @@ def folded_loop() -> FoldedLoop:
     >>> round(loop.height, 6), round(loop.arc, 6), round(loop.offset, 6)
     (0.906597, 4.68347, 2.48462)
     """
-    return _loop(*GUESS)
+    return _loop(*GUESS, number("thickness", thickness, 0.0, 0.5, ", in units of L*"))
 
 
-def _loop(reaction: float, arc: float) -> FoldedLoop:
+def _loop(reaction: float, arc: float, thickness: float = 0.0) -> FoldedLoop:
     """The root reached from a guess of the lift-off reaction and the arc length."""
     # An initial-value problem from lift-off by the semi-implicit Euler method is good enough for a guess.
     steps = 400
@@ -72,10 +75,10 @@ def _loop(reaction: float, arc: float) -> FoldedLoop:
     nodes = grid(48).nodes
     second = arc**2 * (reaction - arc * nodes) * np.cos(np.interp(nodes, np.linspace(0.0, 1.0, steps + 1), theta))
     y = np.concatenate([second, [0.0, -reaction, arc]])
-    # With F_x = 0 the first integral implies Z = 0 at landing: as a condition it would make the system singular, so
-    # it serves as a check.
-    state = State._from(solve(y, (fixed(FORCE_X, 0.0), no_lift_off_moment, end_angle(np.pi))))
-    if abs(state.z[-1]) > 1e-10:
+    # With F_x = -Z / 2 the first integral implies the height at landing: as a condition it would make the system
+    # singular where it is zero, so it serves as a check.
+    state = State._from(solve(y, (fixed(FORCE_X, -0.5 * thickness), no_lift_off_moment, end_angle(np.pi))))
+    if abs(state.z[-1] - thickness) > 1e-10:
         raise SolveError("the folded state does not land on the floor", details={"z": float(state.z[-1])})
     extremes_x, extremes_z = (state.at(state.zeros(wave(state.theta))) for wave in (np.cos, np.sin))
     return FoldedLoop(

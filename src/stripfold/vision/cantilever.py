@@ -20,6 +20,7 @@ from scipy.optimize import least_squares
 from stripfold.arrays import Array
 from stripfold.errors import TrackingError
 from stripfold.vision.cross_sections import arc_length, tangents
+from stripfold.vision.residuals import correlation_length
 
 PLUMB_SD = float(np.radians(0.25))
 """Uncertainty of the vertical in the picture, rad: a levelled tripod."""
@@ -228,7 +229,7 @@ def _bootstrap(problem: _Problem, values: Array, jacobian: Array, residual: Arra
     """
     rng = np.random.default_rng(0)
     n, p = jacobian.shape
-    block = _correlation_length(residual)
+    block = correlation_length(residual)
     effective = max(n / block, p + 1.0)
     centred = (residual - residual.mean()) * np.sqrt(effective / (effective - p + 0.5))
     count = int(np.ceil(n / block))
@@ -240,14 +241,3 @@ def _bootstrap(problem: _Problem, values: Array, jacobian: Array, residual: Arra
         other = _Problem(problem.points, problem.weights, problem.linear, tilt, shift, problem.reference)
         deviations -= rng.normal(size=(REPLICATES, 1)) * (inverse @ (other.residual(values) - residual))
     return np.asarray(deviations)
-
-
-def _correlation_length(residual: Array) -> int:
-    """Number of neighbours that are correlated: twice the summed autocorrelation up to its first zero."""
-    n = len(residual)
-    centred = residual - residual.mean()
-    autocorrelation = np.correlate(centred, centred, "full")[n - 1 : n - 1 + n // 2]
-    if autocorrelation[0] == 0.0:
-        return 1
-    positive = autocorrelation[: np.argmax(np.append(autocorrelation, 0.0) <= 0.0)]
-    return int(np.clip(np.ceil(2.0 * positive.sum() / autocorrelation[0] - 1.0), 2, n // 4))

@@ -31,7 +31,7 @@ def draw(image: Picture, found: EtaB) -> Figure:
         points = found.line.points
     else:
         assert found.fold is not None
-        points = np.concatenate([found.fold.upper, found.fold.lower])
+        points = found.fold.curve
     rows, columns = _window(points, image.shape)
     aspect = (rows.stop - rows.start) / (columns.stop - columns.start)
     height = min(max(0.85 * WIDTH * aspect, 0.9), 3.6)
@@ -81,14 +81,12 @@ def _cantilever(above: Axes, below: Axes, found: EtaB, unit: float) -> None:
 def _fold(above: Axes, below: Axes, found: EtaB, unit: float) -> None:
     fold = found.fold
     assert fold is not None
-    for name, layer in (("layers' middles", fold.upper), ("_lower", fold.lower)):
-        above.plot(*(layer * unit).T, color=MID_SURFACE, label=name)
+    above.plot(*(fold.points * unit).T, ".", color=MID_SURFACE, ms=2.0, label="strip's middle")
+    above.plot(*(fold.curve * unit).T, color=BLUE, lw=1.0, ls="--", label="loop of a linear strip")
     ends = np.array([fold.foot, fold.top]) * unit
-    above.plot(*ends.T, color=BLUE, lw=1.0, marker="_", label=f"height {fold.height * unit:.4g} mm")
-    below.plot(fold.upper[:, 0] * unit, fold.residual * unit, ".", color=MID_SURFACE, ms=2.0)
-    limit = 1.96 * fold.sd * unit
-    below.axhspan(-limit, limit, color=GREY, alpha=0.3, lw=0.0)
-    below.set(xlabel="along the picture [mm]")
+    above.plot(*ends.T, color=GREY, lw=1.0, marker="_", label=f"height {fold.height * unit:.4g} mm")
+    below.plot(fold.arc * unit, fold.residual * unit, ".", color=MID_SURFACE, ms=2.0)
+    below.set(xlabel="arc length from the lift-off point [mm]")
 
 
 def _window(points: Array, shape: tuple[int, ...]) -> tuple[slice, slice]:

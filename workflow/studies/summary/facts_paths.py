@@ -109,6 +109,20 @@ def centrelines(d: xr.Dataset) -> Facts:
     return {"rms": 1e3 * d.centreline_rms, "span": 1e3 * d.centreline_span}
 
 
+def eta_pictures(d: xr.Dataset) -> Facts:
+    known = np.isfinite(d.eta.values)
+    return {
+        "cases": d.sizes["case"],
+        "seed": seed_of(d),
+        "refused": np.sum(~known),
+        "share": share(((d.low <= 1.0) & (d.high >= 1.0)).values),
+        "error": np.median(np.abs(d.eta.values[known] - 1.0)) if known.any() else np.nan,
+        "half": np.median((d.high - d.low).values[known]) / 2.0 if known.any() else np.nan,
+        "given": d.given.sum(),
+        "empty": d.sizes["picture"],
+    }
+
+
 def recordings_accuracy(d: xr.Dataset) -> Facts:
     """In mm; nan where nothing was measured, so that no criterion holds."""
     outcome, off = d.outcome.values, 1e3 * error(d)

@@ -475,6 +475,15 @@ SOURCES = (
             "rms distance of the centreline in the photograph of a textile from its authors' midline"),
         Number("centreline_span", "span", "mm", 4, ">= 222 mm", "horizontal extent of that centreline"),
     )),
+    Source("eta_pictures", facts_paths.eta_pictures, (
+        Number("eta_fold_coverage", "share", "1", 3, "0.93 to 0.97, of 400 folds or more",
+            "share of the 95 % intervals of eta_b that contain the truth, {cases} drawn folds ({seed}), the {refused} "
+            "refused among them; median error {error:.2%}, half width {half:.2%}",
+            lambda f: 0.93 <= f.share <= 0.97 and f.cases >= 400),
+        Number("eta_not_fabric", "given", "count", 4, "= 0, of 30 or more",
+            "eta_b given for pictures that show no strip, by either method, of {empty} ({seed})",
+            lambda f: f.given == 0 and f.empty >= 30),
+    )),
     Source("recordings_accuracy", facts_paths.recordings_accuracy, (
         Number("recordings", "cases", "count", 4, ">= 200", "synthetic recordings of the design ({seed})"),
         Number("lambda_coverage", "share", "1", 3, "0.93 to 0.97, of 200 recordings or more",
