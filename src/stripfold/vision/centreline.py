@@ -12,20 +12,26 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.ndimage import median_filter
 
 from stripfold.arrays import Array, Mask, Picture
 from stripfold.errors import TrackingError
 from stripfold.vision.cross_sections import (
     GOOD,
+    WIDEST,
     Edges,
     arc_length,
+    cutoff_of,
     edges_at,
     end_direction,
     inside,
+    layer_distance,
     locate,
     normals,
+    on_own_layer,
     resampled,
     respaced,
+    rounded,
     sample,
     score_of,
     smooth_centres,
@@ -94,24 +100,19 @@ layer was taken for it."""
 
 
 class _Band(NamedTuple):
-    """Typical appearance of a strip: width, pixels; whether it is bright; contrast, grey levels."""
+    """Typical appearance of a strip: widths at each section, pixels; whether it is bright; contrast, grey levels."""
 
-    width: float
+    widths: Array
     bright: bool
     contrast: float
 
     @property
-    def cutoff(self) -> float:
-        """Wave length that smoothing halves, pixels: hairs and weave are shorter, bends of a strip longer."""
-        return max(3.0 * self.width, 24.0)
-
-    @property
-    def margin(self) -> float:
-        """How far beyond its last known end the strip is looked for, pixels."""
-        return max(3.0 * self.width, 12.0)
+    def width(self) -> float:
+        """Typical width, pixels."""
+        return float(np.median(self.widths))
 
     def score(self, edges: Edges) -> Array:
-        return score_of(edges, self.width, self.contrast, WIDTH_TOLERANCE)
+        return score_of(edges, self.widths, self.contrast, WIDTH_TOLERANCE)
 
 
 def find(image: Picture, start: ArrayLike | None = None, *, points: int = 80, source: str = "picture") -> Centreline:
@@ -127,14 +128,18 @@ def find(image: Picture, start: ArrayLike | None = None, *, points: int = 80, so
         No strip.
     """
     rough = _best_candidate(image, None if start is None else np.asarray(start, dtype=np.float64), source)
-    band = _Band(rough.width, rough.bright, rough.contrast)
-    curve = _sections(_smooth_path(rough), band)
+    path, widths = _smooth_path(rough)
+    contrast = rough.contrast
     # The skeleton of a rough mask is a few pixels off: measured twice, the second time from a smooth curve.
     for reach in (True, True, False):
+        # Where layers are seen as one the band is wider than anywhere else.
+        widths = np.minimum(widths, WIDEST * np.median(widths))
+        curve, widths = _sections(path, widths)
+        band = _Band(rounded(widths), rough.bright, contrast)
         line = _measured(image, _located(image, curve, band, source) if reach else curve, band, points, source)
-        if reach:
-            band = _Band(float(np.median(line.width)), band.bright, float(line.contrast[0]))
-            curve = _sections(line.points, band)
+        # Without the corners of the ends.
+        path, widths = line.points, median_filter(line.width, max(points // 9, 3))
+        contrast = float(line.contrast[0])
     return line if start is None else _starting_at(line, np.asarray(start, dtype=np.float64))
 
 
@@ -146,10 +151,11 @@ def _best_candidate(image: Picture, start: Array | None, source: str) -> RoughPa
             away = np.hypot(*(rough.points - start).T)
             nearest = int(np.argmin(away))
             tail, head = rough.points[nearest:], rough.points[: nearest + 1][::-1]
-            rough = replace(rough, points=tail if len(tail) >= len(head) else head)
+            kept = slice(nearest, None) if len(tail) >= len(head) else slice(nearest, None, -1)
+            rough = replace(rough, points=rough.points[kept], widths=rough.widths[kept])
             worth /= 1.0 + (away[nearest] / (4.0 * rough.width + 20.0)) ** 2
         elif rough.points[0, 0] > rough.points[-1, 0]:
-            rough = replace(rough, points=rough.points[::-1])
+            rough = replace(rough, points=rough.points[::-1], widths=rough.widths[::-1])
         worth *= rough.length * min(rough.contrast, 100.0)
         if worth > best[0]:
             best = (worth, rough)
@@ -159,24 +165,32 @@ def _best_candidate(image: Picture, start: Array | None, source: str) -> RoughPa
     return best[1]
 
 
-def _smooth_path(rough: RoughPath) -> Array:
-    """Smooth points along a skeleton, without its ends: there it runs into corners and frays."""
+def _smooth_path(rough: RoughPath) -> tuple[Array, Array]:
+    """Smooth points along a skeleton, and widths, without its ends: there it runs into corners and frays."""
     arc = arc_length(rough.points)
     off = min(3.0 * rough.width, 0.1 * arc[-1])
     count = max(int((arc[-1] - 2.0 * off) / 2.0), 12)
     s = np.linspace(off, arc[-1] - off, count)
-    even = np.column_stack([np.interp(s, arc, rough.points[:, i]) for i in range(2)])
-    return smoothed(even, np.ones(count), max(3.0 * rough.width, 20.0) / (s[1] - s[0]))
+    even = np.column_stack([np.interp(s, arc, values) for values in (*rough.points.T, rough.widths)])
+    smooth = smoothed(even, np.ones(count), cutoff_of(rough.width, rough.length) / (s[1] - s[0]))
+    return smooth[:, :2], np.maximum(smooth[:, 2], 1.0)
 
 
-def _sections(points: Array, band: _Band) -> Array:
-    """Points for sections, shape (n, 2): equally spaced along the curve and some beyond its ends."""
-    length = arc_length(points)[-1]
-    inner = max(int(length / np.clip(0.5 * band.width, 3.0, 8.0)), 12)
-    curve, s = respaced(points, 0.0, length, inner + 1)
-    more = s[1] * np.arange(1, max(int(np.ceil(band.margin / s[1])), 2) + 1)[:, None]
+def _sections(points: Array, widths: Array) -> tuple[Array, Array]:
+    """Points for sections, shape (n, 2), and widths there: equally spaced along the curve and some beyond its ends."""
+    arc, width = arc_length(points), float(np.median(widths))
+    inner = max(int(arc[-1] / np.clip(0.5 * width, 3.0, 8.0)), 12)
+    curve, s = respaced(points, 0.0, arc[-1], inner + 1)
+    beyond = max(int(np.ceil(_margin(width) / s[1])), 2)
+    more = s[1] * np.arange(1, beyond + 1)[:, None]
     before = curve[0] + more[::-1] * end_direction(curve[::-1])
-    return np.concatenate([before, curve, curve[-1] + more * end_direction(curve)])
+    curve = np.concatenate([before, curve, curve[-1] + more * end_direction(curve)])
+    return curve, np.pad(np.interp(s, arc, widths), beyond, mode="edge")
+
+
+def _margin(width: float) -> float:
+    """How far beyond its last known end a strip is looked for, pixels."""
+    return max(3.0 * width, 12.0)
 
 
 def _spacing(curve: Array) -> float:
@@ -192,18 +206,19 @@ def _lost(source: str, share: float) -> TrackingError:
 def _located(image: Picture, curve: Array, band: _Band, source: str) -> Array:
     """The curve moved to where the strip roughly is."""
     h = _spacing(curve)
-    width = np.full(len(curve), band.width)
+    cutoff = cutoff_of(band.width, h * len(curve)) / h
     reach = int(np.ceil(max(4.0 * band.width, 16.0)))
     # Where it moved by more than its width the normals were not its own: located again from there.
     while reach:
         across = normals(curve)
-        offset = locate(image, curve, across, width, reach, band.bright, max(round(band.width / h), 2), DECAY)
+        offset = locate(image, curve, across, band.widths, reach, band.bright, max(round(band.width / h), 2), DECAY)
         there = curve + offset[:, None] * across
-        score = band.score(edges_at(image, there, across, band.width, band.bright)) * inside(curve, image.shape)
+        score = band.score(edges_at(image, there, across, band.widths, band.bright)) * inside(curve, image.shape)
+        score *= on_own_layer(there, curve, layer_distance(band.width, reach, h))
         good = score >= GOOD
         if good.sum() < 6:
             raise _lost(source, float(good.mean()))
-        curve = curve + smooth_offsets(offset, score, 2.0 * band.cutoff / h)[:, None] * across
+        curve = curve + smooth_offsets(offset, score, 2.0 * cutoff)[:, None] * across
         reach = reach // 2 if float(np.quantile(np.abs(offset[good]), 0.9)) > band.width else 0
     return curve
 
@@ -211,9 +226,9 @@ def _located(image: Picture, curve: Array, band: _Band, source: str) -> Array:
 def _measured(image: Picture, curve: Array, band: _Band, points: int, source: str) -> Centreline:
     """Measure, trim the ends, smooth, and space equally."""
     h = _spacing(curve)
-    cutoff = band.cutoff / h
+    cutoff = cutoff_of(band.width, h * len(curve)) / h
     across = normals(curve)
-    edges = edges_at(image, curve, across, band.width, band.bright)
+    edges = edges_at(image, curve, across, band.widths, band.bright)
     score = np.where(inside(curve, image.shape), band.score(edges), 0.0)
     good = score >= GOOD
     pairs = np.flatnonzero(good[1:] & good[:-1])
@@ -222,10 +237,11 @@ def _measured(image: Picture, curve: Array, band: _Band, points: int, source: st
     # From the first to the last measured section that has a measured neighbour.
     keep = slice(int(pairs[0]), int(pairs[-1]) + 2)
     curve, across, score, good = curve[keep], across[keep], score[keep], good[keep]
+    widths = band.widths[keep]
     edges = Edges._make(values[keep] for values in edges)
     if good.mean() < MIN_MEASURED:
         raise _lost(source, float(good.mean()))
-    offset, merged = strip_offset(edges, band.width, good, cutoff)
+    offset, merged = strip_offset(edges, widths, good, cutoff)
     score = np.where(merged, np.maximum(0.5 * score, GOOD), score)
     # A hidden section is roughly where it was expected.
     centres = curve + np.where(good, offset, 0.0)[:, None] * across
@@ -240,7 +256,7 @@ def _measured(image: Picture, curve: Array, band: _Band, points: int, source: st
     return Centreline(
         points=even,
         sd=np.interp(s, arc, sd),
-        width=np.interp(s, arc[good], edges.width[good]),
+        width=np.interp(s, arc[good], np.where(merged, widths, edges.width)[good]),
         contrast=np.full(points, np.median(edges.contrast[good])),
         score=np.interp(s, arc, score),
         bright=band.bright,
@@ -275,7 +291,7 @@ def _tip(image: Picture, curve: Array, band: _Band, h: float) -> float:
     The end is where the mean over half of the width falls to half of the contrast, or the picture's border.
     """
     back = round(3.0 * h)
-    t = np.arange(-back, round(band.margin) + 1, dtype=np.float64)
+    t = np.arange(-back, round(_margin(band.width)) + 1, dtype=np.float64)
     away = end_direction(curve)
     line = curve[-1] + t[:, None] * away
     across = np.broadcast_to([-away[1], away[0]], line.shape)

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from stripfold.arrays import Array, Mask, Picture
 from stripfold.vision.smoothing import median, smoothed
@@ -22,6 +23,14 @@ GOOD = 0.4
 """Score from which a section counts as measured."""
 MERGED = 1.3
 """Width, relative to the strip's, from which a band is taken for the strip and something beside it."""
+LAYER_DISTANCE = 5.0
+"""Distance along the strip, in widths, from which another part of it is another layer."""
+LONGEST_CUTOFF = 0.055
+"""Largest wave length that smoothing halves, as a share of the strip's length."""
+WIDEST = 1.3
+"""Largest width of a strip along it, relative to the usual one."""
+WIDTH_STEP = 0.25
+"""Widths are rounded to steps of this logarithm: sections of one width are processed together."""
 
 
 class Edges(NamedTuple):
@@ -87,6 +96,34 @@ def respaced(points: Array, first: float, last: float, count: int) -> tuple[Arra
     if first < 0.0:
         points = np.concatenate([[points[0] - first * end_direction(points[::-1])], points])
     return resampled(points, s - min(first, 0.0)), s
+
+
+def cutoff_of(width: float, length: float) -> float:
+    """Wave length that smoothing halves, pixels: hairs and weave are shorter, bends of a strip longer."""
+    return max(min(3.0 * width, LONGEST_CUTOFF * length), 24.0)
+
+
+def rounded(width: Array) -> Array:
+    """Widths in whole pixels, of few distinct values."""
+    steps = np.exp(WIDTH_STEP * np.rint(np.log(np.maximum(width, 1.0)) / WIDTH_STEP))
+    return np.maximum(np.rint(steps), 1.0)
+
+
+def layer_distance(width: float, reach: float, h: float) -> int:
+    """How many spacings ``h`` along a strip another layer is away at least, pixels; ``reach`` is that of a search."""
+    return int((LAYER_DISTANCE * width + 2.0 * reach) / h)
+
+
+def on_own_layer(places: Array, curve: Array, layer: int) -> Mask:
+    """Which places are nearest to their own part of a curve, up to ``layer`` points away, and not to another layer.
+
+    Those within a pixel of their own point are; to ask only for the others takes half the time.
+    """
+    own = np.hypot(*(places - curve).T) < 1.0
+    moved = np.flatnonzero(~own)
+    if moved.size:
+        own[moved] = np.abs(cKDTree(curve).query(places[moved])[1] - moved) <= layer
+    return np.asarray(own)
 
 
 def inside(points: Array, shape: tuple[int, ...], margin: float = 0.0) -> Mask:

@@ -12,21 +12,25 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from stripfold.arrays import Array, Mask, Picture
 from stripfold.vision.centreline import Centreline
 from stripfold.vision.cross_sections import (
     GOOD,
+    WIDEST,
     Edges,
     arc_length,
+    cutoff_of,
     edges_at,
     end_direction,
     inside,
     locate,
+    layer_distance,
     normals,
+    on_own_layer,
     resampled,
     respaced,
+    rounded,
     score_of,
     smooth_centres,
     smooth_offsets,
@@ -46,12 +50,8 @@ GAP_WEIGHT = 0.05
 """Weight of the expected place of a hidden section, relative to a measured one."""
 CONVERGED = 1.0
 """Largest offset, pixels, after which a line is not measured again."""
-WIDTH_STEP = 0.25
-"""Widths are rounded to steps of this logarithm: sections of one width are processed together."""
 DECAY = 0.7
 """Decay of the search for the strip next to where it is expected, as a share of its reach."""
-LAYER_DISTANCE = 5.0
-"""Distance along the strip, in widths, from which another part of it is another layer."""
 
 
 class Followed(NamedTuple):
@@ -70,7 +70,7 @@ class Followed(NamedTuple):
 def with_appearance(image: Picture, line: Centreline) -> Centreline:
     """A line that was just found, with smooth width and contrast, which :func:`follow` compares sections with."""
     width = _denoised(np.maximum(line.width, 1.0))
-    edges = edges_at(image, line.points, normals(line.points), _rounded(width), line.bright)
+    edges = edges_at(image, line.points, normals(line.points), rounded(width), line.bright)
     clear = edges.found & (edges.contrast > 0.25 * line.contrast)
     contrast = np.where(clear, edges.contrast, line.contrast)
     return replace(line, width=width, contrast=_denoised(np.minimum(contrast, 1.5 * line.contrast)))
@@ -86,13 +86,13 @@ def follow(image: Picture, guess: Centreline, ends: Array, reach: float) -> Foll
     typical = median(guess.width)
     s = np.linspace(0.0, arc[-1], max(int(arc[-1] / np.clip(0.5 * typical, 3.0, 6.0)), 24) + 1)
     h = float(s[1])
-    cutoff = max(3.0 * typical, 24.0) / h
-    layer = int((LAYER_DISTANCE * typical + 2.0 * reach) / h)
+    cutoff = cutoff_of(typical, float(arc[-1])) / h
+    layer = layer_distance(typical, reach, h)
     width, contrast = np.interp(s, arc, guess.width), np.interp(s, arc, guess.contrast)
-    sizes = _rounded(width)
+    sizes = rounded(width)
 
     def scored(curve: Array, centres: Array, edges: Edges) -> Array:
-        return score_of(edges, width, contrast, WIDTH_TOLERANCE) * _on_own_layer(centres, curve, layer)
+        return score_of(edges, width, contrast, WIDTH_TOLERANCE) * on_own_layer(centres, curve, layer)
 
     curve = resampled(guess.points, s)
     across = normals(curve)
@@ -114,7 +114,8 @@ def follow(image: Picture, guess: Centreline, ends: Array, reach: float) -> Foll
         good = score >= GOOD
         if good.sum() < 6:
             return None
-        offset = np.where(good, strip_offset(edges, width, good, cutoff)[0], 0.0)
+        offset, merged = strip_offset(edges, width, good, cutoff)
+        offset = np.where(good, offset, 0.0)
         converged = float(np.abs(offset).max()) < CONVERGED
         # The gripper hides the end that it holds, and something may hide the other.
         offset[[0, -1]], score[[0, -1]] = _end_offsets(curve, across, ends), 1.0
@@ -124,8 +125,10 @@ def follow(image: Picture, guess: Centreline, ends: Array, reach: float) -> Foll
             break
 
     points, places = between_ends(curve, ends, len(guess.points))
-    rate = np.where(score > GOOD, LEARNING_RATE, 0.0)
+    # Layers that are seen as one must not become the usual width.
+    rate = np.where((score > GOOD) & ~merged, LEARNING_RATE, 0.0)
     width = width + _denoised(rate * (np.clip(edges.width, 0.7 * width, 1.4 * width) - width))
+    width = np.minimum(width, WIDEST * typical)
     contrast = contrast + _denoised(rate * (edges.contrast - contrast))
     line = replace(
         guess,
@@ -149,24 +152,6 @@ def between_ends(curve: Array, ends: Array, count: int) -> tuple[Array, Array]:
 def _end_offsets(curve: Array, across: Array, ends: Array) -> Array:
     """Offsets of the known ends, shape (2,)."""
     return np.einsum("ij,ij->i", ends - curve[[0, -1]], across[[0, -1]])
-
-
-def _on_own_layer(places: Array, curve: Array, layer: int) -> Mask:
-    """Which places are nearest to their own part of a curve, up to ``layer`` points away, and not to another layer.
-
-    Those within a pixel of their own point are; to ask only for the others takes half the time.
-    """
-    own = np.hypot(*(places - curve).T) < 1.0
-    moved = np.flatnonzero(~own)
-    if moved.size:
-        own[moved] = np.abs(cKDTree(curve).query(places[moved])[1] - moved) <= layer
-    return np.asarray(own)
-
-
-def _rounded(width: Array) -> Array:
-    """Widths in whole pixels, of few distinct values."""
-    steps = np.exp(WIDTH_STEP * np.rint(np.log(np.maximum(width, 1.0)) / WIDTH_STEP))
-    return np.maximum(np.rint(steps), 1.0)
 
 
 def _longest_run(hidden: Mask) -> int:

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import diags_array
 from scipy.sparse.csgraph import dijkstra
 from skimage.filters import apply_hysteresis_threshold, threshold_otsu
 from skimage.graph import pixel_graph
@@ -27,20 +28,29 @@ MIN_CONTRAST = 12.0
 """Smallest grey-level difference to the background that can be a strip."""
 MIN_SLENDERNESS = 8.0
 """Least length of a strip in a picture, in its widths."""
+MIN_LOOP = 2.0
+"""Least distance of a loop's far end from the rest of a strip, in its widths."""
+REUSED = 10.0
+"""Factor on the length of a way that has been gone already."""
 
 
 @dataclass(frozen=True, eq=False)
 class RoughPath:
     """A path along something long and thin.
 
-    ``points``, shape (n, 2), and typical ``width`` in pixels; whether it is ``bright``er than what is around it, and by
-    how many grey levels typically (``contrast``).
+    ``points``, shape (n, 2), and ``widths`` there, shape (n,), in pixels; whether it is ``bright``er than what is around
+    it, and by how many grey levels typically (``contrast``).
     """
 
     points: Array
-    width: float
+    widths: Array
     bright: bool
     contrast: float
+
+    @property
+    def width(self) -> float:
+        """Typical width, pixels."""
+        return float(np.median(self.widths))
 
     @property
     def length(self) -> float:
@@ -56,7 +66,8 @@ def candidates(image: Picture) -> Iterator[RoughPath]:
         while pieces:
             joined, pieces = _joined(pieces)
             if joined.length > MIN_SLENDERNESS * joined.width:
-                yield replace(joined, points=unreduced(joined.points, scale), width=joined.width * float(scale.mean()))
+                widths = joined.widths * float(scale.mean())
+                yield replace(joined, points=unreduced(joined.points, scale), widths=widths)
 
 
 def reduced(image: Picture) -> tuple[Picture, Array]:
@@ -111,34 +122,63 @@ def _pieces(mask: Mask, difference: Array, bright: bool) -> Iterator[RoughPath]:
         skeleton = skeletonize(region.image)
         if skeleton.sum() < 10:
             continue
-        path = _longest_path(skeleton)
+        path = _strip_path(skeleton, MIN_LOOP * 2.0 * float(np.median(room[skeleton])))
         radius = room[tuple(path.T)]
         # A hair that sticks out of an end is thinner than the strip; so is the tip of a skeleton.
         thick = np.flatnonzero(radius > 0.5 * np.median(radius))
-        path = path[thick[0] : thick[-1] + 1]
+        kept = slice(thick[0], thick[-1] + 1)
+        path, radius = path[kept], radius[kept]
         if len(path) < 10:
             continue
         contrast = float(np.median(difference[region.slice][tuple(path.T)]))
         corner = [region.slice[1].start, region.slice[0].start]
         yield RoughPath(
             (path[:, ::-1] + corner).astype(np.float64),
-            max(2.0 * float(np.median(radius)) - 1.0, 1.0),
+            np.maximum(2.0 * radius - 1.0, 1.0),
             bright,
             contrast,
         )
 
 
-def _longest_path(skeleton: Mask) -> Index:
-    """Rows and columns, shape (n, 2), along the longest of the shortest paths between two pixels of a skeleton."""
+def _strip_path(skeleton: Mask, least: float) -> Index:
+    """Rows and columns, shape (n, 2), of a strip's path through a skeleton, from the end that is higher up.
+
+    It is the longest of the shortest paths between two pixels and, where the sag of a folded strip hides the gap to the
+    layer below, the loop behind: off that path and at least ``least`` long.
+    """
     graph, nodes = pixel_graph(skeleton, connectivity=2)
+    places = np.column_stack(np.unravel_index(nodes, skeleton.shape))
     end = 0
     for _ in range(3):
         away, before = dijkstra(graph, directed=False, indices=end, return_predecessors=True)
         end = int(np.argmax(np.where(np.isfinite(away), away, -1.0)))
+    path = _back(before, end)
+    if places[path[0], 0] > places[path[-1], 0]:
+        path = path[::-1]
+    distance, back, _ = dijkstra(graph, directed=False, indices=path, return_predecessors=True, min_only=True)
+    far = int(np.argmax(np.where(np.isfinite(distance), distance, -1.0)))
+    if distance[far] < least:
+        return places[path]
+    one = _back(back, far)
+    # The other way round the loop avoids the first one.
+    used = np.where(np.isin(np.arange(len(places)), one), REUSED, 1.0)
+    detour = diags_array(used) @ graph @ diags_array(used)
+    _, back, _ = dijkstra(detour, directed=False, indices=path, return_predecessors=True, min_only=True)
+    other = _back(back, far)
+    if np.isin(other, one).mean() > 0.5:
+        return places[path]  # a branch
+    # The gripper is above the strip: from it the upper layer comes first.
+    upper, lower = sorted((one, other), key=lambda way: float(places[way, 0].mean()))
+    first, last = path.index(upper[-1]), path.index(lower[-1])
+    return places[[*path[:first], *upper[::-1], *lower[1:], *path[last + 1 :]]]
+
+
+def _back(before: Index, end: int) -> list[int]:
+    """The nodes from one to the source of its shortest path."""
     path = [end]
     while before[path[-1]] >= 0:
         path.append(int(before[path[-1]]))
-    return np.column_stack(np.unravel_index(nodes[path], skeleton.shape))
+    return path
 
 
 def _joined(pieces: list[RoughPath]) -> tuple[RoughPath, list[RoughPath]]:
@@ -149,14 +189,18 @@ def _joined(pieces: list[RoughPath]) -> tuple[RoughPath, list[RoughPath]]:
         for i, other in enumerate(rest):
             if not 0.5 < other.width / whole.width < 2.0 or not 0.4 < other.contrast / whole.contrast < 2.5:
                 continue
-            for mine in (whole.points, whole.points[::-1]):
-                for its in (other.points, other.points[::-1]):
-                    near.append((_gap(mine, its, whole.width), i, np.concatenate([mine, its])))
-        gap, i, points = min(near, key=lambda found: found[0], default=(np.inf, 0, whole.points))
+            for mine in (_points_and_widths(whole), _points_and_widths(whole)[::-1]):
+                for its in (_points_and_widths(other), _points_and_widths(other)[::-1]):
+                    near.append((_gap(mine[:, :2], its[:, :2], whole.width), i, np.concatenate([mine, its])))
+        gap, i, joined = min(near, key=lambda found: found[0], default=(np.inf, 0, np.empty((0, 3))))
         if gap >= max(12.0 * whole.width, 0.12 * whole.length):
             return whole, rest
-        whole = replace(whole, points=points)
+        whole = replace(whole, points=joined[:, :2], widths=joined[:, 2])
         del rest[i]
+
+
+def _points_and_widths(path: RoughPath) -> Array:
+    return np.column_stack([path.points, path.widths])
 
 
 def _gap(before: Array, after: Array, width: float) -> float:
