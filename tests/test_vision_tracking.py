@@ -73,8 +73,14 @@ class Film:
 
 @pytest.fixture(scope="module")
 def film() -> Film:
+    return filmed(26)
+
+
+def filmed(frames: int, strip: dict[str, Any] | None = None, **filming: Any) -> Film:
+    """The first frames of a film from a second before the snap on."""
     scene = Scene(
-        filming={"size": [480, 360], "frame_rate": 20.0, "tilt": 4.0},
+        strip=strip or {},
+        filming={"size": [480, 360], "frame_rate": 20.0, "tilt": 4.0} | filming,
         gripper={"speed": 0.02},
         motion={"before": 0.02, "after": 0.3},
         seed=11,
@@ -83,7 +89,7 @@ def film() -> Film:
     sensor = Sensor(Renderer(scene, history.curve[0]), float(history.t[-1]), np.random.default_rng(4))
     onset = history.events()["fall"]
     assert onset is not None
-    times = onset - 1.0 + PERIOD * np.arange(26)
+    times = onset - 1.0 + PERIOD * np.arange(frames)
     curves, grippers = history.at(times)
     to_plane = np.linalg.inv(
         view.camera.matrix @ np.column_stack([view.matrix[:, 0], view.matrix[:, 2], view.translation])
@@ -118,6 +124,22 @@ def test_line_is_on_the_strip_from_the_gripped_end_to_a_fixed_lying_end(film: Fi
         film.assert_on_strip(k, line)
         assert np.hypot(*(line.points[0] - film.ends[k] - offset)) < 1.0
     assert np.ptp([line.points[-1] for line in lines], axis=0).max() < 1.5
+
+
+@pytest.mark.parametrize("dark", [False, True])
+def test_wide_strip_whose_sag_hides_the_gap_to_the_lying_part(dark: bool) -> None:
+    strip, filming = ({"grey": 0.1, "edge": 0.14}, {"background": 0.75, "table": 0.65}) if dark else ({}, {})
+    wide = filmed(6, {"width": 0.08} | strip, **filming)
+    for line, true in zip(wide.track(), wide.curves, strict=True):
+        assert line is not None
+        # Seen is the middle of the band, behind the edge: higher up, and inside of the loop.
+        middle = 0.5 * float(np.median(line.width))
+        length = cross_sections.arc_length(true[true[:, 0] < line.points[-1, 0]])[-1]
+        assert line.length == pytest.approx(length - np.pi * middle, rel=0.05)
+        # Beyond its end is a clamp, as dark as a dark strip.
+        assert cKDTree(true).query(line.points[:-4])[0].max() < middle + 5.0
+        # The thin end at the gripper is part of it.
+        assert line.width[2] < 0.7 * middle
 
 
 @pytest.mark.parametrize("grey", [5, 90, 235])

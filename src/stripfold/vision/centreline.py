@@ -39,8 +39,8 @@ from stripfold.vision.cross_sections import (
     strip_offset,
     tangents,
 )
-from stripfold.vision.segmentation import RoughPath, candidates
-from stripfold.vision.smoothing import smoothed, variances
+from stripfold.vision.segmentation import RoughPath, candidates, smooth_path
+from stripfold.vision.smoothing import variances
 
 MIN_MEASURED = 0.5
 """Least share of the sections that must be measured."""
@@ -128,7 +128,7 @@ def find(image: Picture, start: ArrayLike | None = None, *, points: int = 80, so
         No strip.
     """
     rough = _best_candidate(image, None if start is None else np.asarray(start, dtype=np.float64), source)
-    path, widths = _smooth_path(rough)
+    path, widths = smooth_path(rough)
     contrast = rough.contrast
     # The skeleton of a rough mask is a few pixels off: measured twice, the second time from a smooth curve.
     for reach in (True, True, False):
@@ -163,17 +163,6 @@ def _best_candidate(image: Picture, start: Array | None, source: str) -> RoughPa
         needed = "a strip much brighter or darker than what is around it"
         raise TrackingError(source, "no strip was found", needed, "light the strip, or put a plain cloth behind it")
     return best[1]
-
-
-def _smooth_path(rough: RoughPath) -> tuple[Array, Array]:
-    """Smooth points along a skeleton, and widths, without its ends: there it runs into corners and frays."""
-    arc = arc_length(rough.points)
-    off = min(3.0 * rough.width, 0.1 * arc[-1])
-    count = max(int((arc[-1] - 2.0 * off) / 2.0), 12)
-    s = np.linspace(off, arc[-1] - off, count)
-    even = np.column_stack([np.interp(s, arc, values) for values in (*rough.points.T, rough.widths)])
-    smooth = smoothed(even, np.ones(count), cutoff_of(rough.width, rough.length) / (s[1] - s[0]))
-    return smooth[:, :2], np.maximum(smooth[:, 2], 1.0)
 
 
 def _sections(points: Array, widths: Array) -> tuple[Array, Array]:

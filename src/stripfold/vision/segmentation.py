@@ -20,7 +20,8 @@ from skimage.measure import label, regionprops
 from skimage.morphology import skeletonize
 
 from stripfold.arrays import Array, Index, Mask, Picture
-from stripfold.vision.cross_sections import arc_length
+from stripfold.vision.cross_sections import arc_length, cutoff_of
+from stripfold.vision.smoothing import smoothed
 
 WORKING_SIZE = 1300
 """Longest side of the picture that is segmented, pixels."""
@@ -38,8 +39,8 @@ REUSED = 10.0
 class RoughPath:
     """A path along something long and thin.
 
-    ``points``, shape (n, 2), and ``widths`` there, shape (n,), in pixels; whether it is ``bright``er than what is around
-    it, and by how many grey levels typically (``contrast``).
+    ``points``, shape (n, 2), and ``widths`` there, shape (n,), in pixels; whether it is ``bright``er than what is
+    around it, and by how many grey levels typically (``contrast``).
     """
 
     points: Array
@@ -111,6 +112,17 @@ def _background(image: Picture) -> Array:
     padded = cv2.copyMakeBorder(small, edge, edge, edge, edge, cv2.BORDER_REFLECT)
     median = cv2.medianBlur(padded, min(size, 255))[edge:-edge, edge:-edge]
     return np.asarray(cv2.resize(median, (w, h), interpolation=cv2.INTER_LINEAR), dtype=np.float64)
+
+
+def smooth_path(rough: RoughPath) -> tuple[Array, Array]:
+    """Smooth points along a skeleton, and widths, without its ends: there it runs into corners and frays."""
+    arc = arc_length(rough.points)
+    off = min(3.0 * rough.width, 0.1 * arc[-1])
+    count = max(int((arc[-1] - 2.0 * off) / 2.0), 12)
+    s = np.linspace(off, arc[-1] - off, count)
+    even = np.column_stack([np.interp(s, arc, values) for values in (*rough.points.T, rough.widths)])
+    smooth = smoothed(even, np.ones(count), cutoff_of(rough.width, rough.length) / (s[1] - s[0]))
+    return smooth[:, :2], np.maximum(smooth[:, 2], 1.0)
 
 
 def _pieces(mask: Mask, difference: Array, bright: bool) -> Iterator[RoughPath]:
