@@ -58,7 +58,7 @@ readme: $(STAMP) ## Bring the tables of the README and of docs in line with what
 test: $(STAMP) ## Run the tests (set PYTEST_ARGS="-k fold" to choose, "-m slow" for the slow ones)
 	$(IN_VENV) python -m pytest --numprocesses $(CORES:all=auto) --dist loadfile $(PYTEST_ARGS)
 
-starts: $(STAMP) ## Compute the elastica's stored starts anew
+starts: $(STAMP) ## Compute what is stored with the package anew
 	$(IN_VENV) python workflow/starts.py
 
 # Into a folder of its own, so that it neither uses nor touches what `make all` stored. Kept when the run fails.

@@ -10,6 +10,7 @@ from skfem.helpers import dot, mul
 
 from oracles.held_solid import HeldSolid, arc, column, interpolant
 from oracles.nodal import Nodal
+from stripfold.models import element_integrals
 from stripfold.models.solid import Solid
 from stripfold.models.strip_mesh import build
 
@@ -70,6 +71,16 @@ def rigid(model: Solid, degrees: float) -> np.ndarray:
     turn = np.array([[np.cos(a), -np.sin(a)], [np.sin(a), np.cos(a)]])
     x = Nodal(model.mesh).basis.doflocs
     return interpolant(model, turn @ x - x + np.array([[0.3], [-1.2]]))
+
+
+@pytest.mark.parametrize("kind", element_integrals.KINDS, ids=str)
+def test_stored_elements_are_those_of_scikit_fem(kind):
+    """`make starts` after a change; of strips of any thickness."""
+    for thickness in (1.0, 0.06, 1e-4):
+        found = element_integrals.unit_integrals(thickness, *kind)
+        wanted = element_integrals.integrals(np.arange(4.0), thickness, *kind, None)
+        for a, b in zip(found, wanted, strict=True):
+            np.testing.assert_allclose(a, b[: kind[1]], rtol=1e-12, atol=1e-15 * np.abs(b).max())
 
 
 class TestPatch:

@@ -59,7 +59,7 @@ def test_provenance(tmp_path):
     packages = json.loads(attrs["packages"])
     assert packages["numpy"] == np.__version__
     assert packages["netCDF4"] == netCDF4.__version__
-    assert set(packages) == {"numpy", "scipy", "xarray", "netCDF4"}
+    assert set(packages) == {"numpy", "scipy", "scikit-fem", "xarray", "netCDF4"}
     assert dataset.attrs == {"note": "kept"}  # the caller's own is left alone
 
 

@@ -31,6 +31,7 @@ LIBRARIES = (
     "numpy",
     "opencv-python-headless",
     "pillow",
+    "scikit-fem",
     "scikit-image",
     "scipy",
 )

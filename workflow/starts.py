@@ -1,4 +1,4 @@
-"""Computes the stored approximations from which the elastica's events are found: `make starts`."""
+"""Computes what is stored with the package, starts of the elastica and elements of the solid: `make starts`."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from stripfold.elastica._events import SNAP, TOUCH
 from stripfold.elastica._starts import HEIGHTS, NODES, RANGES, TABLE
 from stripfold.elastica._system import LENGTH, SCALARS, refine
 from stripfold.elastica.branch import points
+from stripfold.models import element_integrals
 
 
 def compute() -> Array:
@@ -27,3 +28,4 @@ def compute() -> Array:
 
 if __name__ == "__main__":
     np.savetxt(TABLE, compute(), fmt="%.5g", delimiter=",")
+    element_integrals.store()

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 CONVENTIONS = "CF-1.11"
-PACKAGES = ("numpy", "scipy", "xarray", "netCDF4")
+PACKAGES = ("numpy", "scipy", "scikit-fem", "xarray", "netCDF4")
 REQUIRED = ("units", "long_name")
 PROVENANCE = ("title", "stripfold_version", "git_commit", "packages", "config")
 """Global attributes that every stored dataset has."""

@@ -9,6 +9,7 @@ import numpy as np
 import skfem
 
 from stripfold.arrays import Array, Index
+from stripfold.models import element_integrals
 from stripfold.models.strip_mesh import StripMesh
 
 
@@ -20,17 +21,8 @@ class Nodal:
 
     @cached_property
     def _bases(self) -> tuple[skfem.Basis, skfem.Basis, Index]:
-        """With the reduced and the full rule, and scikit-fem's numbers of our unknowns."""
-        ends, thickness, order, across = self.mesh.ends, self.mesh.thickness, self.mesh.order, self.mesh.across
-        levels = np.linspace(-thickness / 2.0, thickness / 2.0, across + 1)
-        mesh = skfem.MeshQuad.init_tensor(ends - ends[-1] / 2.0, levels)
-        elements = {1: skfem.ElementQuad1, 2: skfem.ElementQuad2}
-        element, rule = skfem.ElementVector(elements[order]()), _tensor_rule(order, order + 1)
-        basis = skfem.Basis(mesh, element, quadrature=rule)
-        nodal_of = _number(basis)
-        if self.mesh.distort is not None:
-            basis = skfem.Basis(skfem.MeshQuad(self.mesh.distort(mesh.p), mesh.t), element, quadrature=rule)
-        return basis, skfem.Basis(basis.mesh, element, quadrature=_tensor_rule(order + 1, order + 1)), nodal_of
+        mesh = self.mesh
+        return element_integrals.bases(mesh.ends, mesh.thickness, mesh.order, mesh.across, mesh.distort)
 
     @property
     def basis(self) -> skfem.Basis:
@@ -60,24 +52,3 @@ class Nodal:
     def transformation(self) -> Array:
         """The matrix T of :meth:`displacements`, shape (n, n): a nodal force is ``T^T f`` in our unknowns."""
         return np.column_stack([self.displacements(e) for e in np.eye(self.mesh.size)])
-
-
-def _tensor_rule(along: int, across: int) -> tuple[Array, Array]:
-    """Gauss rule on the unit square with different counts along and across the strip."""
-    x, wx = np.polynomial.legendre.leggauss(along)
-    z, wz = np.polynomial.legendre.leggauss(across)
-    # scikit-fem's tensor mesh runs its elements' first local axis across the strip (z), the second along it (x).
-    points = np.stack([np.tile((z + 1) / 2, along), np.repeat((x + 1) / 2, across)])
-    return points, np.tile(wz / 2, along) * np.repeat(wx / 2, across)
-
-
-def _number(basis: skfem.Basis) -> Index:
-    """Scikit-fem's numbers of our unknowns, which are numbered by column, node, component."""
-    x, z = basis.doflocs
-    component = np.zeros(len(x), dtype=int)
-    for dofs in (basis.nodal_dofs, basis.facet_dofs, basis.interior_dofs):
-        if dofs.size:
-            component[dofs[1]] = 1
-    # Equal columns differ by rounding only: compare them on a grid much finer than any element.
-    column = np.unique(np.round(x / np.ptp(x) * 1e10), return_inverse=True)[1]
-    return np.lexsort((component, z, column))

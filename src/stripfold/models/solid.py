@@ -17,7 +17,6 @@ from stripfold import kernels
 from stripfold.arrays import Array, Index
 from stripfold.models import laws
 from stripfold.models.directors import Directors
-from stripfold.models.element_integrals import lagrange
 from stripfold.models.integrals import CompiledIntegrals
 from stripfold.models.strip_mesh import StripMesh, build, numbering
 from stripfold.solve.linear import Band, BandPattern
@@ -261,7 +260,11 @@ class Solid(CompiledIntegrals):
         order = (len(self.s) - 1) // (len(ends) - 1)
         e = np.clip(np.searchsorted(ends, s, side="right") - 1, 0, len(ends) - 2)
         t = (s - ends[e]) / (ends[e + 1] - ends[e])
-        value, _ = lagrange(order, t)
+        value = (
+            np.stack([1.0 - t, t])
+            if order == 1
+            else np.stack([(1 - t) * (1 - 2 * t), 4 * t * (1 - t), t * (2 * t - 1)])
+        )
         columns = q[self.mesh.unknowns].reshape(len(self.s), -1)
         # The unknowns are numbered by column.
         return np.asarray(np.einsum("ae,aei->ei", value, columns[order * e + np.arange(order + 1)[:, None]])).ravel()
