@@ -12,6 +12,8 @@ from stripfold.paths.rpath import plan_r_path
 from studies import disturbed_rpath
 from studies.disturbed_rpath import Vibrating, _changed
 
+MOTION = {"yield_curvature": 0.05, "step": 0.2, "speed": 0.05, "air": 0.11, "stiffness": 0.05}
+
 
 def test_vibrating_gripper():
     drive = Vibrating(5.0, 0.1, 6.0, 0.02, 4.0)
@@ -34,12 +36,12 @@ def test_changed_path():
 def test_study(monkeypatch):
     first = plan_r_path(12.0).first_touch
     monkeypatch.setattr(disturbed_rpath, "_lost", lambda case: 10.0)
-    monkeypatch.setattr(disturbed_rpath, "vibrated", lambda case, path, m, drive, damping, start: first + drive[1])
+    monkeypatch.setattr(disturbed_rpath, "vibrated", lambda case, path, m, vibration, start: first + vibration[0])
     # A strip that touches at the same share of its length.
     monkeypatch.setattr(
-        disturbed_rpath, "first_touch", lambda case, path, m, *_: (first * case.length / 12.0 + 0.1 * m, 0.0)
+        disturbed_rpath, "first_touch", lambda case, path, m: (first * case.length / 12.0 + 0.1 * m, 0.0)
     )
-    data = disturbed_rpath.run(12.0, 0.01, [0.3], [1.2], [0.1], [[0.02, 5.0]], 0.05, 0.2, 0.05, 0.1, 0.05)
+    data = disturbed_rpath.run(12.0, 0.01, [0.3], [1.2], [0.1], [[0.02, 5.0]], MOTION)
     np.testing.assert_allclose(data["touch_error"][:, 0], [0.0, 0.0, 0.0, 0.02], atol=1e-12)
     np.testing.assert_allclose(data["touch_error"][1, 1], 0.03 / 1.2 ** (1.0 / 3.0))
     (ax,) = figure.draw(data).axes

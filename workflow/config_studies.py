@@ -217,6 +217,16 @@ class LayerFriction(Input):
     low: HeightStar
 
 
+class FrictionMotion(Input):
+    """How a strip with bending friction is followed: in statics, and in time where it is lost."""
+
+    yield_curvature: YieldCurvature
+    step: Step
+    speed: SpeedStar
+    air: AirStar
+    stiffness: StiffnessStar
+
+
 class FrictionTouch(Input):
     """First touches on the triangular and the circular path with bending friction."""
 
@@ -224,11 +234,7 @@ class FrictionTouch(Input):
     thickness: Thickness
     moments: AtLeastTwo[Friction]
     checked: LengthStar
-    yield_curvature: YieldCurvature
-    step: Step
-    speed: SpeedStar
-    air: AirStar
-    stiffness: StiffnessStar
+    motion: FrictionMotion
     uncertainty: Share
 
 
@@ -246,11 +252,7 @@ class DisturbedRPath(Input):
             Annotated[Number, quantity("angular frequency", "sqrt(g/L*)", gt=0.0)],
         ]
     ]
-    yield_curvature: YieldCurvature
-    step: Step
-    speed: SpeedStar
-    air: AirStar
-    stiffness: StiffnessStar
+    motion: FrictionMotion
 
 
 class RandomPaths(Sample):

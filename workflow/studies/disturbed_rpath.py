@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from math import cos, sin
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -21,7 +21,6 @@ from stripfold.arrays import Array
 from stripfold.errors import LostStabilityError, SolveError
 from stripfold.paths.curve import GripperPath, Piece
 from stripfold.paths.rpath import plan_r_path
-from stripfold.solve.schemes import Damping
 from studies.common import Progress, dataset, grid
 from studies.friction_touch import STIFFEST, first_touch, in_time, statics
 from studies.motion_with_friction import Case
@@ -50,6 +49,15 @@ class Vibrating:
         return steady + self.amplitude * self.frequency * cos(self.frequency * t)
 
 
+class Disturbance(NamedTuple):
+    """True eta_b over that of the plan, rise of the gripper, amplitude and angular frequency of its vibration."""
+
+    kind: str
+    eta_b: float = 1.0
+    rise: float = 0.0
+    vibration: tuple[float, float] | None = None
+
+
 def _changed(path: GripperPath, scale: float, rise: float) -> GripperPath:
     """A path ``scale`` times as large, and higher by ``rise`` after :data:`RAMP`."""
 
@@ -65,10 +73,8 @@ def _changed(path: GripperPath, scale: float, rise: float) -> GripperPath:
     return GripperPath(path.name, tuple(piece(of) for of in path.pieces))
 
 
-def vibrated(
-    case: Case, path: GripperPath, moment: float, drive: tuple[float, float, float], damping: Damping, start: float
-) -> float:
-    """x of the first touch under a vibrating gripper; ``drive``: its speed, amplitude and angular frequency.
+def vibrated(case: Case, path: GripperPath, moment: float, vibration: Sequence[float], start: float) -> float:
+    """x of the first touch under a gripper that vibrates from ``start`` on; with amplitude and angular frequency.
 
     Raises
     ------
@@ -80,10 +86,9 @@ def vibrated(
         steps = [*steps[-1:], step]
         if step.lam >= start:
             break
-    speed, amplitude, frequency = drive
     before, last = steps
-    vibrating = Vibrating(last.lam, speed, path.length - amplitude, amplitude, frequency)
-    return in_time(case, path, before, last, vibrating, speed, damping)
+    drive = Vibrating(last.lam, case.speed, path.length - vibration[0], *vibration)
+    return in_time(case, path, before, last, drive)
 
 
 def run(
@@ -93,11 +98,7 @@ def run(
     eta_b: Sequence[float],
     rises: Sequence[float],
     vibrations: Sequence[Sequence[float]],
-    yield_curvature: float,
-    step: float,
-    speed: float,
-    air: float,
-    stiffness: float,
+    motion: Mapping[str, Any],
     threads: int = 1,
     progress: Progress | None = None,
 ) -> xr.Dataset:
@@ -113,20 +114,20 @@ def run(
         Heights by which the gripper is too high, L*.
     vibrations
         Amplitudes along the path, L*, and angular frequencies, sqrt(g/L*).
-    yield_curvature, step, speed, air, stiffness
+    motion
         As in :func:`studies.friction_touch.run`.
     """
-    case = Case(length, thickness, yield_curvature, step, stiffest=STIFFEST)
-    asked: dict[str, tuple[str, float, float]] = {
-        "none": ("height", 0.0, 0.0),
-        **{f"eta_b {ratio - 1.0:+.0%}": ("eta_b", ratio, 0.0) for ratio in eta_b},
-        **{f"height {rise:+g} L*": ("height", rise, 0.0) for rise in rises},
-        **{f"vibration {a:g} L*, {w:g}": ("vibration", a, w) for a, w in vibrations},
+    case = Case(length, thickness, stiffest=STIFFEST, **motion)
+    asked = {
+        "none": Disturbance("height"),
+        **{f"eta_b {ratio - 1.0:+.0%}": Disturbance("eta_b", eta_b=ratio) for ratio in eta_b},
+        **{f"height {rise:+g} L*": Disturbance("height", rise=rise) for rise in rises},
+        **{f"vibration {a:g} L*, {w:g}": Disturbance("vibration", vibration=(a, w)) for a, w in vibrations},
     }
-    call = partial(_error, case, speed, Damping(air, stiffness), asked, _lost(case))
+    call = partial(_error, case, asked, _lost(case))
     axes: dict[str, Sequence[Any]] = {"disturbance": list(asked), "moment": [0.0, *moments]}
     found = grid(call, ("touch_error",), axes, threads, progress)
-    kinds = ("disturbance", [kind for kind, *_ in asked.values()])
+    kinds = ("disturbance", [one.kind for one in asked.values()])
     return dataset("disturbed_rpath", {**found, "kind": kinds}, {"length": length, "thickness": thickness})
 
 
@@ -140,21 +141,14 @@ def _lost(case: Case) -> float:
 
 
 def _error(
-    case: Case,
-    speed: float,
-    damping: Damping,
-    asked: Mapping[str, tuple[str, float, float]],
-    lost: float,
-    disturbance: str,
-    moment: float,
+    case: Case, asked: Mapping[str, Disturbance], lost: float, disturbance: str, moment: float
 ) -> dict[str, float]:
-    kind, first, second = asked[disturbance]
-    plan = plan_r_path(case.length)
-    if kind == "vibration":
-        x = vibrated(case, plan.path, moment, (speed, first, second), damping, lost - BEFORE)
-        return {"touch_error": x - plan.first_touch}
+    one, plan = asked[disturbance], plan_r_path(case.length)
     # In units of the true L*, which is smaller where eta_b is larger.
-    scale, rise = (first ** (1.0 / 3.0), 0.0) if kind == "eta_b" else (1.0, first)
-    disturbed = replace(case, length=scale * case.length)
-    x, _ = first_touch(disturbed, _changed(plan.path, scale, rise), moment, speed, damping)
+    scale = one.eta_b ** (1.0 / 3.0)
+    if one.vibration:
+        x = vibrated(case, plan.path, moment, one.vibration, lost - BEFORE)
+    else:
+        disturbed = replace(case, length=scale * case.length)
+        x, _ = first_touch(disturbed, _changed(plan.path, scale, one.rise), moment)
     return {"touch_error": x / scale - plan.first_touch}

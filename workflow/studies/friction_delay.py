@@ -162,13 +162,15 @@ def _changed(case: Case, factors: Mapping[str, Any]) -> Case:
 
 
 @cache
-def _without(length: float, thickness: float, refinement: float, height: float) -> float:
-    """lambda_c without friction, on which neither steps nor history have an influence."""
-    return limit(Case(length, thickness, 1.0, LARGEST, refinement), height, 0.0)[1]
+def _without(case: Case, height: float) -> float:
+    """lambda_c without friction."""
+    return limit(case, height, 0.0)[1]
 
 
 def _rise(case: Case, height: float, moment: float) -> float:
-    return limit(case, height, moment)[1] - _without(case.length, case.thickness, case.refinement, height)
+    # Without friction neither steps nor history have an influence.
+    without = Case(case.length, case.thickness, case.yield_curvature, LARGEST, case.refinement)
+    return limit(case, height, moment)[1] - _without(without, height)
 
 
 def _checked(case: Case, height: float, moment: float, check: str) -> dict[str, float]:

@@ -6,7 +6,7 @@ in L*, M_0 in rho_a g L*^2.  Source: docs/physics.md, section 9.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -55,7 +55,7 @@ LAID, FELL = 0.0, 1.0
 """How the sag comes down: in statics or in time."""
 
 
-def first_touch(case: Case, path: GripperPath, moment: float, speed: float, damping: Damping) -> tuple[float, float]:
+def first_touch(case: Case, path: GripperPath, moment: float) -> tuple[float, float]:
     """x of the first touch, origin mid-strip, and :data:`LAID` or :data:`FELL`.
 
     Raises
@@ -74,7 +74,7 @@ def first_touch(case: Case, path: GripperPath, moment: float, speed: float, damp
                 return touch_position(problem.model, point), LAID
     except LostStabilityError:
         before, last = steps
-        return in_time(case, path, before, last, Moving(last.lam, speed, path.length), speed, damping), FELL
+        return in_time(case, path, before, last, Moving(last.lam, case.speed, path.length)), FELL
     raise SolveError("the strip is followed to the path's end without a touch")
 
 
@@ -137,10 +137,8 @@ def _at_height(piece: Piece) -> float:
     return high
 
 
-def in_time(
-    case: Case, path: GripperPath, before: Step, last: Step, drive: Drive, speed: float, damping: Damping
-) -> float:
-    """x of the first touch of a strip in motion, from two static states; ``drive`` begins at the last with ``speed``.
+def in_time(case: Case, path: GripperPath, before: Step, last: Step, drive: Drive) -> float:
+    """x of the first touch of a strip in motion, from two static states; ``drive`` begins at the last.
 
     Raises
     ------
@@ -149,10 +147,11 @@ def in_time(
     TimeStepError
         The motion could not be followed.
     """
-    problem, first = set_in_motion(before, last, speed, model_in_time(last, case.refinement))
+    problem, first = set_in_motion(before, last, case.speed, model_in_time(last, case.refinement))
     problem = replace(problem, motion=AlongPiece(_whole(path), case.length))
     free = float(last.at.contact[-1])
     touch = TimeEvent(lambda state: _lands(problem.model, state, free), TOUCH_TOLERANCE)
+    damping = Damping(case.air, case.stiffness)
     for state in dynamics.march(problem, first, drive, damping, options=TIME_OPTIONS, until=[touch]):
         if _lands(problem.model, state, free):
             return touch_position(problem.model, state)
@@ -185,11 +184,7 @@ def run(
     thickness: float,
     moments: Sequence[float],
     checked: float,
-    yield_curvature: float,
-    step: float,
-    speed: float,
-    air: float,
-    stiffness: float,
+    motion: Mapping[str, Any],
     uncertainty: float,
     threads: int = 1,
     progress: Progress | None = None,
@@ -204,20 +199,17 @@ def run(
         M_0, ascending, without 0.
     checked
         Length of the strips that are computed with halved elements and steps as well.
-    yield_curvature, step
-        kappa_y, 1/L*; steps of the statics.
-    speed, air, stiffness
-        Of the gripper, sqrt(g L*); damping, sqrt(g/L*) and sqrt(L*/g).
+    motion
+        kappa_y, 1/L*, steps of the statics, speed and damping: fields of :class:`.Case`.
     uncertainty
         Relative uncertainty of eta_b of the band.
     """
-    case = Case(lengths[0], thickness, yield_curvature, step, stiffest=STIFFEST)
-    damping = Damping(air, stiffness)
+    case = Case(lengths[0], thickness, stiffest=STIFFEST, **motion)
     axes: dict[str, Sequence[Any]] = {"path": list(PATHS), "length": lengths, "moment": [0.0, *moments]}
-    found = grid(partial(_touch, case, speed, damping), ("touch_x", "fell"), axes, threads, progress)
-    finer = replace(case, length=checked, refinement=0.5, step=0.5 * step)
+    found = grid(partial(_touch, case), ("touch_x", "fell"), axes, threads, progress)
+    finer = replace(case, length=checked, refinement=0.5, step=0.5 * case.step)
     axes |= {"length": [checked]}
-    again = grid(partial(_touch, finer, speed, damping), ("touch_x",), axes, threads, progress)["touch_x"][1][:, 0]
+    again = grid(partial(_touch, finer), ("touch_x",), axes, threads, progress)["touch_x"][1][:, 0]
     x, dims = found["touch_x"][1], ("path", "length", "moment")
     # A larger eta_b is a smaller L*.
     units = [(1.0 + sign * uncertainty) ** (-1.0 / 3.0) for sign in (-1.0, 1.0)]
@@ -233,12 +225,12 @@ def run(
             "checked_length": ((), checked),
             "checked_x": (("path", "moment"), again),
         },
-        {"thickness": thickness, "uncertainty": uncertainty, "step": step, "speed": speed},
+        {"thickness": thickness, "uncertainty": uncertainty, "step": case.step, "speed": case.speed},
     )
 
 
-def _touch(case: Case, speed: float, damping: Damping, path: str, length: float, moment: float) -> dict[str, float]:
-    found = first_touch(replace(case, length=length), PATHS[path](length), moment, speed, damping)
+def _touch(case: Case, path: str, length: float, moment: float) -> dict[str, float]:
+    found = first_touch(replace(case, length=length), PATHS[path](length), moment)
     return dict(zip(("touch_x", "fell"), found, strict=True))
 
 

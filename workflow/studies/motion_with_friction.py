@@ -57,7 +57,8 @@ class Case:
     """A strip, and how it is computed.
 
     ``history`` of the lifting: "lifted" with friction; "slack", friction begins at lambda_0; "over", lifted
-    :data:`OVER` too high and lowered.  ``stiffest``: largest stiffness of the springs, M_0 / kappa_y.
+    :data:`OVER` too high and lowered.  ``stiffest``: largest stiffness of the springs, M_0 / kappa_y.  Of what is
+    followed in time: speed of the gripper, sqrt(g L*), and damping, sqrt(g/L*) and sqrt(L*/g).
     """
 
     length: float
@@ -67,6 +68,9 @@ class Case:
     refinement: float = 1.0
     history: str = "lifted"
     stiffest: float = 10.0
+    speed: float = 0.0
+    air: float = 0.0
+    stiffness: float = 0.0
 
     def friction(self, model: Model, moment: float, slack: Array | None) -> Hysteresis:
         """Friction that begins in the state ``slack``; kappa_y grows with M_0 so that Newton's method converges."""

@@ -10,9 +10,9 @@ Lengths in L*, forces in rho_a g L*.  Source: docs/physics.md, section 12.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
-from math import cos, nan, pi, radians, sin, sqrt
+from math import cos, inf, nan, pi, radians, sin, sqrt
 from typing import Any, NamedTuple, cast
 
 import numpy as np
@@ -23,7 +23,7 @@ from scipy.optimize import brentq, minimize_scalar
 from stripfold import elastica
 from stripfold.analysis import contact_branch, contact_events
 from stripfold.analysis.assess import grip_and_hold
-from stripfold.analysis.contact_branch import STEPS, BranchCrossing, BranchPoint
+from stripfold.analysis.contact_branch import STEPS, BranchCrossing, BranchPoint, Planned
 from stripfold.analysis.path_statics import FIRST, LIMIT, follow
 from stripfold.analysis.prediction import ElasticaPrediction, end_of_advance
 from stripfold.analysis.release import Fall, ReleaseState, simulate_fall
@@ -80,37 +80,31 @@ def run(
     compliance, sliding
         Of a pin that is a spring, L* per force; force at which a pin slides.
     """
-    strip, solid = StripModel(length_star, thickness, kind="rod"), StripModel(length_star, thickness)
-    along_x, on_path = partial(_along_x, height, refinement), partial(_on_path, refinement)
-    cases = [
-        Case(ROD, "", along_x(strip), on_path(strip)),
-        Case(SOLID, "", along_x(solid), on_path(solid)),
-    ]
-    for nu in poisson:
-        varied = StripModel(length_star, thickness, nu)
-        cases.append(Case(f"Poisson's ratio {nu:g}", SOLID, along_x(varied), on_path(varied)))
-    for factor in eta_m:
-        varied = StripModel(length_star, thickness * sqrt(factor), kind="rod")
-        cases.append(Case(f"eta_m times {factor:g}", ROD, along_x(varied), on_path(varied)))
+    strip = StripModel(length_star, thickness, kind="rod")
+    rod = Scene(strip, height, refinement)
+    solid = replace(rod, strip=replace(strip, kind="solid"))
+    usual = (end_along_x, touch_on_path)
     ratio = (1.0 - narrow**2) ** (1.0 / 3.0)
-    name = f"narrow strip, Poisson's ratio {narrow:g}: D is that of a beam"
-    as_beam = StripModel(length_star / ratio, thickness / ratio, kind="rod")
-    cases.append(Case(name, ROD, partial(end_along_x, as_beam, height / ratio, refinement), on_path(as_beam), ratio))
-    for angle in angles:
-        of_angle = partial(clamped_along_x, strip, height, radians(angle), refinement)
-        cases.append(Case(f"gripper clamps the strip at {angle:g} degrees", ROD, of_angle))
-    turning = partial(clamped_on_path, strip, refinement)
-    cases.append(Case("gripper clamps the strip and turns evenly by 180 degrees", ROD, None, turning))
-    gives = partial(giving_along_x, height, compliance), partial(giving_on_path, strip, compliance, refinement)
-    cases.append(Case(f"pin gives by {compliance:g} L* under rho_a g L*", ELASTICA, *gives))
-    cases.append(Case(f"pin slides at {sliding:g} rho_a g L*", ELASTICA, partial(sliding_along_x, height, sliding)))
-    cases.insert(0, Case(ELASTICA, "", partial(of_elastica, height), on_path(strip)))
-    rows = {case.name: row for case, row in zip(cases, pooled(Case.found, cases, threads, progress), strict=True)}
-    coarse, _ = attempted(_on_path(2.0 * refinement, strip))
+    as_beam = replace(rod.changed(length=length_star / ratio, thickness=thickness / ratio), height=height / ratio)
+    clamps = {angle: partial(clamped_along_x, angle=radians(angle)) for angle in angles}
+    gives = partial(giving_along_x, compliance=compliance), partial(giving_on_path, compliance=compliance)
+    cases = [
+        Case(ELASTICA, "", rod, of_elastica, touch_on_path),
+        Case(ROD, "", rod, *usual),
+        Case(SOLID, "", solid, *usual),
+        *(Case(f"Poisson's ratio {nu:g}", SOLID, solid.changed(nu=nu), *usual) for nu in poisson),
+        *(Case(f"eta_m times {by:g}", ROD, rod.changed(thickness=thickness * sqrt(by)), *usual) for by in eta_m),
+        Case(f"narrow strip, Poisson's ratio {narrow:g}: D is that of a beam", ROD, as_beam, *usual, ratio),
+        *(Case(f"gripper clamps the strip at {angle:g} degrees", ROD, rod, clamps[angle]) for angle in angles),
+        Case("gripper clamps the strip and turns evenly by 180 degrees", ROD, rod, None, clamped_on_path),
+        Case(f"pin gives by {compliance:g} L* under rho_a g L*", ELASTICA, rod, *gives),
+        Case(f"pin slides at {sliding:g} rho_a g L*", ELASTICA, rod, partial(sliding_along_x, force=sliding)),
+    ]
+    rows = dict(zip([case.name for case in cases], pooled(Case.found, cases, threads, progress), strict=True))
+    coarse, _ = attempted(partial(touch_on_path, replace(rod, refinement=2.0 * refinement)))
     out = []
     for case in cases:
-        row = rows[case.name]
-        base = rows[case.base or case.name]
+        row, base = rows[case.name], rows[case.base or case.name]
         shifts = {f"{name}_shift": row[name] - base[name] for name in ("lambda_end", "touch")}
         out.append({"variant": case.name, "base": case.base} | row | shifts)
     attrs = {"height": height, "length_star": length_star, "thickness": thickness, "refinement": refinement}
@@ -122,33 +116,53 @@ ELASTICA, ROD, SOLID = "elastica", "rod", "solid"
 """The variants that others are compared with: hinge and pin, no Poisson's ratio."""
 
 
+@dataclass(frozen=True)
+class Scene:
+    """A strip, the height of its gripper along x, and the factor on the elements."""
+
+    strip: StripModel
+    height: float
+    refinement: float
+
+    def changed(self, **values: float) -> Scene:
+        """With another strip."""
+        return replace(self, strip=replace(self.strip, **values))  # type: ignore[arg-type]
+
+    @property
+    def mesh(self) -> Planned:
+        """Plans the elements."""
+        return self.strip.contact_mesh(self.refinement)
+
+    @property
+    def path(self) -> GripperPath:
+        """The triangular path."""
+        return triangular(self.strip.length)
+
+
+Advance = tuple[float, bool]
+"""lambda at the end of the advance, and whether the strip snaps there; else the sag touches."""
+
+
 class Case(NamedTuple):
     """A variant: what finds the end of its advance and its first touch, if anything; ``ratio`` is their unit."""
 
     name: str
     base: str
-    along_x: Callable[[], Advance] | None = None
-    on_path: Callable[[], float] | None = None
+    scene: Scene
+    along_x: Callable[[Scene], Advance] | None = None
+    on_path: Callable[[Scene], float] | None = None
     ratio: float = 1.0
 
     def found(self) -> dict[str, Any]:
         """The row of this variant."""
-        end, no_end = attempted(self.along_x) if self.along_x else (None, "")
-        touch, no_touch = attempted(self.on_path) if self.on_path else (None, "")
+        end, no_end = attempted(partial(self.along_x, self.scene)) if self.along_x else (None, "")
+        touch, no_touch = attempted(partial(self.on_path, self.scene)) if self.on_path else (None, "")
         return {
             "lambda_end": nan if end is None else self.ratio * end[0],
             "snap": nan if end is None else float(end[1]),
             "touch": nan if touch is None else self.ratio * touch,
             NO_RESULT: no_end + no_touch,
         }
-
-
-def _along_x(height: float, refinement: float, strip: StripModel) -> Callable[[], Advance]:
-    return partial(end_along_x, strip, height, refinement)
-
-
-def _on_path(refinement: float, strip: StripModel) -> Callable[[], float]:
-    return partial(touch_on_path, strip, refinement)
 
 
 def markdown(data: xr.Dataset) -> str:
@@ -190,57 +204,57 @@ class Clamped:
         return np.concatenate([self.motion.rates(lam), [-self.turn * sin(angle), self.turn * cos(angle)]])
 
 
-Advance = tuple[float, bool]
-"""lambda at the end of the advance, and whether the strip snaps there; else the sag touches."""
-
-
-def end_along_x(strip: StripModel, height: float, refinement: float) -> Advance:
+def end_along_x(scene: Scene) -> Advance:
     """With hinge and pin."""
-    run = end_of_advance(strip, ElasticaPrediction.at(height), refinement)
+    run = end_of_advance(scene.strip, ElasticaPrediction.at(scene.height), scene.refinement)
     return run.lam, run.end is End.SNAP
 
 
-def touch_on_path(strip: StripModel, refinement: float) -> float:
+def touch_on_path(scene: Scene) -> float:
     """x of the first touch on the triangular path, after a fall from the critical point, with hinge and pin."""
-    path = triangular(strip.length)
-    segment = follow(strip.contact_mesh(refinement), path, strip.length)
+    return _touch_on(scene, scene.path)[0]
+
+
+def _touch_on(scene: Scene, path: GripperPath) -> tuple[float, float]:
+    """x of the first touch on a path, and the length travelled at its critical point."""
+    segment = follow(scene.mesh, path, scene.strip.length)
     if segment.critical is None or segment.last is None:
         raise SolveError("no critical point on the path", parameter=path.length)
-    return _touch(segment.last, refinement)
+    return _touch(scene, segment.last), segment.critical.lam
 
 
-def _touch(critical: BranchPoint, refinement: float) -> float:
-    return simulate_fall(ReleaseState.at(critical, refinement), FALL).touch_x
+def _touch(scene: Scene, critical: BranchPoint) -> float:
+    return simulate_fall(ReleaseState.at(critical, scene.refinement), FALL).touch_x
 
 
-def clamped_along_x(strip: StripModel, height: float, angle: float, refinement: float) -> Advance:
+def clamped_along_x(scene: Scene, angle: float) -> Advance:
     """The end of the advance of a rod whose slope at the gripper has this angle, rad."""
-    last = elastica.critical(height).state
-    near = elastica.state_at(height, last.length - EARLIER, last)
-    at = contact_branch.from_elastica(strip.contact_mesh(refinement), AlongX(height), near.advance, near)
+    last, along_x = elastica.critical(scene.height).state, AlongX(scene.height)
+    near = elastica.state_at(scene.height, last.length - EARLIER, last)
+    at = contact_branch.from_elastica(scene.mesh, along_x, near.advance, near)
     slope = at.u[at.model.middle[0] + 2]
     now = float(np.arctan2(slope[1], 1.0 + slope[0]))
     for step in np.linspace(now, angle, 2 + int(abs(angle - now) / TURN)):
-        at = _moved_by(at, Clamped(AlongX(height), float(step)))
-    return _to_the_end(at)
+        at = _moved_by(at, Clamped(along_x, float(step)))
+    end = _followed(at)
+    assert isinstance(end, BranchCrossing)
+    return end.before.point.lam, end.event is LIMIT
 
 
-def clamped_on_path(strip: StripModel, refinement: float) -> float:
+def clamped_on_path(scene: Scene) -> float:
     """x of the first touch of a rod whose gripper turns evenly from 0 to 180 degrees along the triangular path."""
-    path = triangular(strip.length)
-    turn = -pi / path.length
-    at: BranchPoint | None = None
-    for piece in path.pieces:
-        along = AlongPiece(piece, strip.length)
-        if at is None:
-            at = contact_branch.from_flat(strip.contact_mesh(refinement), along, FIRST)
-        at = _moved_by(at, Clamped(along, 0.0, turn))
-        for item in contact_branch.follow(at, STEPS, _stops, through_contact=False, end=piece.end):
-            if isinstance(item, BranchCrossing):
-                if item.event is LIMIT:
-                    return _touch(item.before, refinement)
-                raise SolveError(item.event.name, parameter=item.before.point.lam)
+    path = scene.path
+    along = [AlongPiece(piece, scene.strip.length) for piece in path.pieces]
+    at = contact_branch.from_flat(scene.mesh, along[0], FIRST)
+    for motion, piece in zip(along, path.pieces, strict=True):
+        at = _moved_by(at, Clamped(motion, 0.0, -pi / path.length))
+        item = _followed(at, piece.end)
+        if isinstance(item, BranchPoint):
             at = item
+        elif item.event is LIMIT:
+            return _touch(scene, item.before)
+        else:
+            raise SolveError(item.event.name, parameter=item.before.point.lam)
     raise SolveError("no critical point on the path", parameter=path.length)
 
 
@@ -250,29 +264,31 @@ def _moved_by(at: BranchPoint, motion: Clamped) -> BranchPoint:
     return contact_branch.solved(problem, at.point.q, at.point.lam)
 
 
-def _to_the_end(at: BranchPoint) -> Advance:
-    for item in contact_branch.follow(at, STEPS, _stops, through_contact=False):
+def _followed(at: BranchPoint, end: float = inf) -> BranchPoint | BranchCrossing:
+    """The last point of a branch up to lambda = ``end``, or what ends it before."""
+    for item in contact_branch.follow(at, STEPS, _stops, through_contact=False, end=end):
         if isinstance(item, BranchCrossing):
-            return item.before.point.lam, item.event is LIMIT
-    raise AssertionError("a branch ends in an event or raises")
+            return item
+        at = item
+    return at
 
 
 def _stops(problem: MovingContact) -> list[Event]:
     return [contact_events.touch(problem), LIMIT]
 
 
-def of_elastica(height: float) -> Advance:
+def of_elastica(scene: Scene) -> Advance:
     """With hinge and pin, infinitely thin."""
-    found = elastica.critical(height)
+    found = elastica.critical(scene.height)
     return found.state.advance, found.snap
 
 
-def giving_along_x(height: float, compliance: float) -> Advance:
+def giving_along_x(scene: Scene, compliance: float) -> Advance:
     """The critical point of the elastica with a pin that is a spring of this compliance.
 
     Under the tension F_x the pin moves by compliance * F_x towards the gripper, whose advance is less by as much.
     """
-    last = elastica.critical(height).state
+    height, last = scene.height, elastica.critical(scene.height).state
 
     def loss(length: float) -> float:
         state = elastica.state_at(height, length, last)
@@ -283,12 +299,12 @@ def giving_along_x(height: float, compliance: float) -> Advance:
     return -float(found.fun), True
 
 
-def sliding_along_x(height: float, force: float) -> Advance:
+def sliding_along_x(scene: Scene, force: float) -> Advance:
     """The critical point of the elastica with a pin that slides under a tension, less than that of the critical state.
 
     From there on the force cannot rise with the advance, as it does in equilibrium: the strip snaps.
     """
-    last = elastica.critical(height).state
+    height, last = scene.height, elastica.critical(scene.height).state
 
     def over(length: float) -> float:
         return elastica.state_at(height, length, last).force_x - force
@@ -297,21 +313,18 @@ def sliding_along_x(height: float, force: float) -> Advance:
     return elastica.state_at(height, length, last).advance, True
 
 
-def giving_on_path(strip: StripModel, compliance: float, refinement: float) -> float:
+def giving_on_path(scene: Scene, compliance: float) -> float:
     """x of the first touch on that path with a pin that is a spring, in the frame of the ground."""
-    path = triangular(strip.length)
-    segment = follow(strip.contact_mesh(refinement), path, strip.length)
+    path = scene.path
+    states = follow(scene.mesh, path, scene.strip.length).states
     reaction = {0.0: 0.0}
     # The first bit of the path, at 45 degrees, presses the flat strip on the pin; later the loop takes that up.
-    reaction |= {state[1].lam: grip_and_hold(*state)[1] for state in segment.states if state[1].lam > PRESSED}
+    reaction |= {state[1].lam: grip_and_hold(*state)[1] for state in states if state[1].lam > PRESSED}
     # Against the pin's reaction it moves; behind the critical point it stays.
-    reaction[2.0 * path.length] = reaction[segment.states[-1][1].lam]
+    reaction[2.0 * path.length] = reaction[states[-1][1].lam]
     moves = make_interp_spline(list(reaction), -compliance * np.array(list(reaction.values())), k=1)
-    pieces = tuple(_less(piece, moves) for piece in path.pieces)
-    relative = follow(strip.contact_mesh(refinement), GripperPath("relative", pieces), strip.length)
-    if relative.critical is None or relative.last is None:
-        raise SolveError("no critical point on the path", parameter=path.length)
-    return _touch(relative.last, refinement) + float(moves(relative.critical.lam))
+    touch_x, lam = _touch_on(scene, GripperPath("relative", tuple(_less(piece, moves) for piece in path.pieces)))
+    return touch_x + float(moves(lam))
 
 
 def _less(piece: Piece, moves: Callable[[float], Array]) -> Piece:
