@@ -9,6 +9,7 @@ import xarray as xr
 import made_up
 from plots import friction_delay as figure
 from plotted import lines
+from stripfold import elastica
 from studies import friction_delay
 from studies.motion_with_friction import SNAP, TOUCH, Case, limit
 
@@ -19,11 +20,11 @@ def test_rise_for_small_friction_is_that_of_perturbation_theory():
     end, with_friction, *_ = limit(FINE, 3.0, 0.01)
     assert end == SNAP
     rise = with_friction - limit(FINE, 3.0, 0.0)[1]
-    assert rise / 0.01 == pytest.approx(friction_delay.coefficient(3.0), rel=0.02)
+    assert rise / 0.01 == pytest.approx(elastica.friction_delay(3.0), rel=0.02)
 
 
 def test_the_coefficient_does_not_depend_on_the_difference():
-    assert friction_delay.coefficient(3.0, 1e-3) == pytest.approx(friction_delay.coefficient(3.0), rel=1e-3)
+    assert elastica.friction_delay(3.0, 1e-3) == pytest.approx(elastica.friction_delay(3.0), rel=1e-3)
 
 
 def test_the_sag_touches_first_with_the_friction_of_a_fabric():

@@ -19,8 +19,9 @@ from stripfold.synthetic.history import STATIONS
 from stripfold.synthetic.laws import solve
 from stripfold.synthetic.recording import history_of, write_recording
 from stripfold.synthetic.render import Renderer
-from stripfold.synthetic.scene import Scene, ShapesMotion, read
+from stripfold.synthetic.scene import DynamicsMotion, Scene, ShapesMotion, read
 from stripfold.synthetic.sensor import Sensor
+from stripfold.vision import snap
 from stripfold.vision.recording import Entries
 
 
@@ -255,6 +256,11 @@ def test_scene_files(tmp_path: Path) -> None:
         path.write_text(text, encoding="utf-8")
         with pytest.raises(InvalidInputError, match="scene"):
             read(path)
+
+
+def test_films_go_on_past_the_snap_for_longer_than_its_detection_needs() -> None:
+    """The peak of the speed must not lie in its last window, which ends a window before the film."""
+    assert DynamicsMotion().after > 4.0 * snap.WINDOW
 
 
 def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:

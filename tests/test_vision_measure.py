@@ -15,15 +15,17 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from stripfold import cli, store
+from stripfold import cli, elastica, store
 from stripfold.arrays import Array, Mask
 from stripfold.errors import InvalidInputError, MeasurementError
+from stripfold.material import GRAVITY, Material
 from stripfold.measured import RecordingMeasurement
 from stripfold.synthetic.recording import history_of, write_recording
 from stripfold.synthetic.scene import Scene
 from stripfold.vision import measure, recording, report, snap, video
 from stripfold.vision.calibration import Calibration, calibrate_folder
 from stripfold.vision.measure import Measurement
+from stripfold.vision.model import model_value
 from stripfold.vision.recording import Entries, ManualOnset, Recording
 from stripfold.vision.tracking import Tracks, track
 from studies import recordings_accuracy
@@ -315,6 +317,28 @@ def test_a_measurement_repeats_bit_for_bit_with_any_threads(snapping: Made, monk
     one, other = results
     assert one.numbers() == other.numbers()
     np.testing.assert_array_equal(one.tracks.points, other.tracks.points)
+
+
+def test_the_models_value_is_shown_beside_the_measured_one(snapping: Made, found: Measurement):
+    unit = Material(3780.0).gravity_length
+    assert found.model.without_friction == pytest.approx(elastica.critical(0.1 / unit).advance * unit)
+    assert np.isnan(found.model.low)
+    assert np.isnan(found.model.with_friction)
+    moment = 0.01 * 0.2 * GRAVITY * unit**2  # 0.01 rho_a g L*^2
+    strip = {"eta_b_interval": [3600.0, 4000.0], "hysteresis": moment, "rho_a": 0.2}
+    known = evaluated(snapping, strip=strip)
+    # lambda_c grows with L* at a given height: the softest strip has the least.
+    ends = [elastica.critical(0.1 / u).advance * u for u in (Material(e).gravity_length for e in (4000.0, 3600.0))]
+    assert [known.model.low, known.model.high] == pytest.approx(ends)
+    assert known.model.with_friction - known.model.without_friction == pytest.approx(0.0974 * unit, rel=0.01)
+    numbers = RecordingMeasurement(known).to_dict()
+    assert numbers["lambda_model"] == known.model.without_friction
+    assert numbers["lambda_model_friction"] == known.model.with_friction
+    shown = str(RecordingMeasurement(known))
+    assert f"{1e3 * ends[0]:.2f} to {1e3 * ends[1]:.2f} mm from that of eta_b" in shown
+    assert "with the fabric's friction" in shown
+    none = model_value(changed(snapping[0].entries, strip={"eta_b": 100.0}))
+    assert np.isnan(none.without_friction)
 
 
 def test_dataset_and_report_hold_the_result(found: Measurement, tmp_path: Path):

@@ -30,21 +30,6 @@ FOLDED_LENGTH, FOLD_STEP, FOLD_YIELD = 16.0, 0.2, 0.1
 """Length of the strip that follows the R-path and its steps, L*; kappa_y, with which it is followed to its end."""
 
 
-def coefficient(height: float, difference: float = 1e-4) -> float:
-    """Rise of lambda_c over M_0 for small M_0 and kappa_y = 0, by the elastica alone; L*^-1 per rho_a g.
-
-    At the maximum of lambda each section bends on as in the critical mode.  By virtual work on that mode the friction
-    shifts the maximum by M_0 times the integral of |d kappa|, at fixed places of the strip, over the change of the
-    horizontal force; both are differences of states of the branch on either side.
-    """
-    at = elastica.critical(height).state
-    before, after = (elastica.state_at(height, at.length + d, at) for d in (-difference, difference))
-    # From the gripper, so that places belong to the strip.
-    s = np.linspace(0.0, before.length, 4001)
-    change = after.at(after.length - s).curvature - before.at(before.length - s).curvature
-    return float(np.trapezoid(np.abs(change), s)) / abs(after.force_x - before.force_x)
-
-
 def vanishing(case: Case, height: float, snaps: float, touches: float) -> tuple[float, float]:
     """Bracket of the M_0 from which on the sag touches before lambda has a maximum, from a wider one."""
     while touches > NARROW * snaps:
@@ -121,7 +106,7 @@ def run(
         {
             **found,
             "rise": (("height", "moment"), ends - ends[:, :1]),
-            "coefficient": ("height", [coefficient(z) for z in heights]),
+            "coefficient": ("height", [elastica.friction_delay(z) for z in heights]),
             "small_rise": ("height", small),
             "vanishes_above": ("height", [b[0] for b in brackets]),
             "vanishes_below": ("height", [b[1] for b in brackets]),

@@ -26,6 +26,7 @@ from stripfold.elastica.fold import (
     folded_loop,
     half_fold_lying_length,
 )
+from stripfold.elastica.friction_delay import friction_delay
 from stripfold.elastica.state import Profile, Sag, State
 
 __all__ = [
@@ -40,6 +41,7 @@ __all__ = [
     "critical",
     "eta_b_from_fold_height",
     "folded_loop",
+    "friction_delay",
     "half_fold_lying_length",
     "state_at",
     "state_at_advance",

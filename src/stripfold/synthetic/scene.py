@@ -156,7 +156,7 @@ class DynamicsMotion(Input):
     air: Air = 2.0
     stiffness: Stiffness = 3e-3
     before: Annotated[Number, quantity("start before the loss of stability", "m", ge=1e-3, le=0.1)] = 0.01
-    after: Annotated[Number, quantity("duration after the first touch", "s", ge=0.0, le=5.0)] = 0.4
+    after: Annotated[Number, quantity("duration after the first touch", "s", ge=0.0, le=5.0)] = 1.0
     eta_m: Annotated[Number, quantity("weight-to-membrane-stiffness ratio", "m^-2 s^2", ge=1e-8, le=1.0)] = 1e-3
     model: MovingModel = "solid"
     refinement: Annotated[Number, quantity("factor on the element lengths", ge=0.25, le=4.0)] = 2.0

@@ -17,6 +17,7 @@ from stripfold.errors import MeasurementError
 from stripfold.vision import description, snap
 from stripfold.vision.calibration import Calibration, calibrate_folder
 from stripfold.vision.clock import Clock, read_log, synchronise
+from stripfold.vision.model import ModelValue, model_value
 from stripfold.vision.recording import ManualOnset, Recording
 from stripfold.vision.snap import Speed
 from stripfold.vision.strip_tracker import TRACKED_SHARE
@@ -68,6 +69,8 @@ class Measurement:
         lambda at the event from the video alone and from the log; nan without a log.
     speed
         Of the gripper around the event, m/s.
+    model
+        lambda_c of the model for the described strip.
     flags, manual
         Quality flags in words; why the onset was set by hand, empty where it was not.
     """
@@ -84,6 +87,7 @@ class Measurement:
     by_video: float
     by_log: float
     speed: float
+    model: ModelValue
     flags: tuple[str, ...]
     manual: str
 
@@ -107,6 +111,10 @@ class Measurement:
             "event_time": self.event_time,
             "lambda_video": self.by_video,
             "lambda_log": self.by_log,
+            "lambda_model": self.model.without_friction,
+            "lambda_model_low": self.model.low,
+            "lambda_model_high": self.model.high,
+            "lambda_model_friction": self.model.with_friction,
         }
 
 
@@ -193,6 +201,7 @@ def evaluate(
         by_video=by_video,
         by_log=by_log,
         speed=speed,
+        model=model_value(recording.entries),
         flags=tuple(flags),
         manual="" if manual is None else manual.reason,
     )

@@ -13,6 +13,8 @@ from pydantic import Field, model_validator
 
 from stripfold.arrays import Array
 from stripfold.errors import MISSING, InvalidInputError
+from stripfold.inputs import HEIGHT_STAR, EtaB
+from stripfold.material import Material
 from stripfold.validation import Flag, Input, Number, Text, Whole, quantity, read_yaml
 from stripfold.vision.boards import Board, Dictionary
 from stripfold.vision.clock import RobotLog, read_log
@@ -33,9 +35,23 @@ class StripEntry(Input):
     """The strip, as described."""
 
     length: Annotated[Number, quantity("length", "m", gt=0.0, le=10.0)]
-    eta_b: Annotated[Number, quantity("weight-to-bending-stiffness ratio", "m^-4 s^2", gt=0.0)]
+    eta_b: EtaB
+    eta_b_interval: Annotated[tuple[EtaB, EtaB] | None, Field(description="95 % interval of eta_b, m^-4 s^2")] = None
+    hysteresis: Annotated[Number | None, quantity("friction moment M_0 in bending, per width", "N", ge=0.0, le=1e3)] = (
+        None
+    )
+    rho_a: Annotated[Number | None, quantity("areal density, needed with hysteresis", "kg m^-2", gt=0.0, le=1e3)] = None
     width: Annotated[Number | None, quantity("width", "m", gt=0.0, le=2.0)] = None
     material: Text | None = None
+
+    @model_validator(mode="after")
+    def _check_material(self) -> Self:
+        interval = self.eta_b_interval
+        if interval is not None and not interval[0] <= self.eta_b <= interval[1]:
+            raise InvalidInputError("eta_b_interval", list(interval), f"two numbers around eta_b = {self.eta_b:g}")
+        if self.hysteresis is not None and self.rho_a is None:
+            raise InvalidInputError("rho_a", MISSING, "an areal density together with hysteresis", "in kg m^-2")
+        return self
 
 
 class Marker(Input):
@@ -129,6 +145,11 @@ class Entries(Input):
         if not height < length:
             allowed = f"less than strip.length = {length:g} m"
             raise InvalidInputError("gripper.height", height, allowed, "the unit is m: is a decimal point missing?")
+        unit = Material(self.strip.eta_b).gravity_length
+        if not HEIGHT_STAR[0] <= height / unit <= HEIGHT_STAR[1]:
+            allowed = "one with which gripper.height is {:g} to {:g} L*".format(*HEIGHT_STAR)
+            advice = f"it is {height / unit:.3g} L* with L* = {unit:.3g} m: the units are m^-4 s^2 and m"
+            raise InvalidInputError("strip.eta_b", self.strip.eta_b, allowed, advice)
         return self
 
 

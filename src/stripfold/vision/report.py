@@ -77,6 +77,7 @@ def rows(found: Measurement) -> list[tuple[str, str]]:
         ("onset of the snap", f"{found.event_time:.3f} s" if found.snapped else "-"),
         ("λ by the video alone", _millimetres(found.by_video)),
         ("λ by the robot's log", _millimetres(found.by_log)),
+        *_model_rows(found),
         ("standard deviation", _millimetres(found.sd, 3)),
         *((f"  from {name}", _millimetres(value, 3)) for name, value in found.parts.items()),
         ("speed of the gripper", f"{1e3 * found.speed:.2f} mm/s"),
@@ -84,6 +85,19 @@ def rows(found: Measurement) -> list[tuple[str, str]]:
         ("frames", str(len(found.tracks.timing.time))),
         ("visible length of the strip", _millimetres(float(np.nanmedian(found.tracks.visible_length)), 1)),
     ]
+
+
+def _model_rows(found: Measurement) -> list[tuple[str, str]]:
+    model = found.model
+    if not isfinite(model.without_friction):
+        return [("λ_c of the model", "none: the sag touches the lower layer first")]
+    text = _millimetres(model.without_friction)
+    if isfinite(model.low):
+        text += f", 95 % interval {1e3 * model.low:.2f} to {1e3 * model.high:.2f} mm from that of eta_b"
+    shown = [("λ_c of the model", text)]
+    if isfinite(model.with_friction):
+        shown.append(("  with the fabric's friction", f"{_millimetres(model.with_friction)}, to first order"))
+    return shown
 
 
 def _millimetres(value: float, digits: int = 2) -> str:
