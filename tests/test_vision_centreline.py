@@ -10,6 +10,7 @@ import pytest
 from PIL import Image
 
 import drawn_strips as drawn
+from oracles import sections as oracle
 from stripfold import elastica
 from stripfold.errors import InvalidInputError, TrackingError
 from stripfold.vision import cross_sections as sections
@@ -276,3 +277,28 @@ def test_hairy_yarn_from_border_to_end(images: Path, free: int, end: tuple[int, 
     assert line.points[0, 0] < 3.0
     assert np.hypot(*(line.points[-1] - end)) < 0.5 * np.median(line.width)
     assert np.mean(line.score > 0.8) > 0.6
+
+
+def test_compiled_edges_are_those_of_numpy() -> None:
+    rng = np.random.default_rng(8)
+    width = np.repeat([1.0, 2.0, 4.0, 5.0, 9.3, 14.0], 40)
+    t = np.arange(-30, 31)
+    band = 1.0 / (1.0 + np.exp(2.0 * (np.abs(t - rng.uniform(-12.0, 12.0, (240, 1))) - 0.5 * width[:, None])))
+    profiles = (60.0 + 120.0 * band + rng.normal(0.0, 3.0, band.shape)).astype(np.float32)
+    found = sections.measure_edges(profiles, width)
+    expected = oracle.edges(profiles, width)
+    assert 0.3 < found.found.mean() < 1.0
+    np.testing.assert_array_equal(found.found, expected[4])
+    np.testing.assert_allclose(np.array(found[:4]), expected[:4], atol=2e-5)
+
+
+@pytest.mark.parametrize("size", [7, 24, 150])
+def test_compiled_smoothing_solves_its_equations(size: int) -> None:
+    rng = np.random.default_rng(size)
+    values, weights, cutoff = rng.normal(size=(size, 2)), rng.uniform(0.0, 1.0, size), 12.0
+    third = np.diff(np.eye(size), 3, axis=0)
+    matrix = np.diag(weights + 1e-9) + (cutoff / (2.0 * np.pi)) ** 6 * third.T @ third
+    expected = np.linalg.solve(matrix, weights[:, None] * values)
+    np.testing.assert_allclose(smoothing.smoothed(values, weights, cutoff), expected, atol=1e-9)
+    np.testing.assert_allclose(smoothing.smoothed(values[:, 0], weights, cutoff), expected[:, 0], atol=1e-9)
+    np.testing.assert_allclose(smoothing.variances(weights, cutoff), np.diag(np.linalg.inv(matrix)), rtol=1e-7)

@@ -1,4 +1,4 @@
-"""Compiled loops: element integrals, bending friction, band matrices, the step's Newton iteration, synthetic pictures.
+"""Compiled loops: element integrals, bending friction, band matrices, the step's Newton iteration, pictures.
 
 They know arrays only.  A module compiles on its first import, in seconds, and keeps the result in a cache; the package
 loads it on first use, so that what needs no kernel does not wait for the compiler.  Their NumPy versions, the readable
@@ -16,10 +16,12 @@ if TYPE_CHECKING:
     from stripfold.kernels import bending as bending
     from stripfold.kernels import coverage as coverage
     from stripfold.kernels import elements as elements
+    from stripfold.kernels import marker as marker
+    from stripfold.kernels import sections as sections
     from stripfold.kernels import solid as solid
     from stripfold.kernels import step as step
 
-MODULES = ("band", "bending", "coverage", "elements", "solid", "step")
+MODULES = ("band", "bending", "coverage", "elements", "marker", "sections", "solid", "step")
 
 
 def __getattr__(name: str) -> ModuleType:

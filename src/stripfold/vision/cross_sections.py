@@ -10,10 +10,10 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
+from stripfold import kernels
 from stripfold.arrays import Array, Mask, Picture
-from stripfold.vision.smoothing import median, smoothed
+from stripfold.vision.smoothing import median, penalty, smoothed
 
 Grey = NDArray[np.float32]
 
@@ -115,15 +115,9 @@ def layer_distance(width: float, reach: float, h: float) -> int:
 
 
 def on_own_layer(places: Array, curve: Array, layer: int) -> Mask:
-    """Which places are nearest to their own part of a curve, up to ``layer`` points away, and not to another layer.
-
-    Those within a pixel of their own point are; to ask only for the others takes half the time.
-    """
-    own = np.hypot(*(places - curve).T) < 1.0
-    moved = np.flatnonzero(~own)
-    if moved.size:
-        own[moved] = np.abs(cKDTree(curve).query(places[moved])[1] - moved) <= layer
-    return np.asarray(own)
+    """Which places are nearest to their own part of a curve, up to ``layer`` points away, and not to another layer."""
+    places, curve = np.ascontiguousarray(places), np.ascontiguousarray(curve)
+    return np.asarray(kernels.sections.on_own_layer(places, curve, layer))
 
 
 def inside(points: Array, shape: tuple[int, ...], margin: float = 0.0) -> Mask:
@@ -156,14 +150,7 @@ def locate(
     limit = int(np.ceil(reach))
     half = limit + int(np.ceil(width.max())) + 1
     profiles = sample(image, points, across, half, bright)
-    response = np.empty_like(profiles)
-    for size in np.unique(width):
-        core, beside = round(size) | 1, 2 * max(round(size), 2) | 1
-        rows = width == size
-        inner, outer = (
-            cv2.blur(profiles[rows], (n, 1), borderType=cv2.BORDER_REPLICATE) for n in (core, core + beside)
-        )
-        response[rows] = inner - outer
+    response = kernels.sections.responses(profiles, width)
     response = cv2.GaussianBlur(response, (1, 2 * along + 1), 0.0, sigmaY=max(along / 2.0, 0.5))
     t = np.arange(-half, half + 1)
     near = np.exp(-0.5 * (t / max(decay * reach, 1.0)) ** 2) * (np.abs(t) <= limit)
@@ -189,41 +176,9 @@ def measure_edges(profiles: Grey, width: Array | float) -> Edges:
     ``profiles`` has shape (n, 2 r + 1), with r at least the largest :func:`search_range`; ``width`` is the band's
     approximate width on each section, shape (n,), or on all, pixels.
     """
-    width = np.broadcast_to(np.asarray(width, dtype=np.float64), len(profiles))
-    middle = profiles.shape[1] // 2
-    far = search_range(width)
-    blurred = cv2.blur(profiles, (3, 1), borderType=cv2.BORDER_REPLICATE)
-    t = np.abs(np.arange(-middle, middle + 1))
-    core = (0.3 * width).astype(np.intp)[:, None]
-    top = np.sum(profiles, axis=1, where=t <= core) / (2 * core[:, 0] + 1)
-    beside = (t > np.minimum(np.rint(0.5 * width) + 1, far - 1)[:, None]) & (t <= far[:, None])
-    blurred[~beside] = np.inf
-    left, right = blurred[:, :middle].min(axis=1), blurred[:, middle:].min(axis=1)
-    below, found_below, slope_below = _crossing(profiles[:, middle::-1], 0.5 * (top + left), far)
-    above, found_above, slope_above = _crossing(profiles[:, middle:], 0.5 * (top + right), far)
-    offset = 0.5 * (above - below)
-    thin = np.flatnonzero(width <= THIN)
-    if thin.size:
-        base = 0.5 * (left + right)[thin]
-        near = t <= np.minimum(0.5 * width[thin] + 2.0, far[thin])[:, None]
-        weight = np.maximum(profiles[thin] - (base + 0.1 * (top[thin] - base))[:, None], 0.0) * near
-        offset[thin] = (weight @ np.arange(-middle, middle + 1)) / np.maximum(weight.sum(axis=1), 1e-6)
-    noise = 0.5 * np.hypot(1.0 / slope_below, 1.0 / slope_above)
-    values = (offset, above + below, top - np.maximum(left, right), noise)
-    return Edges._make([*(np.asarray(a, dtype=np.float64) for a in values), found_below & found_above])
-
-
-def _crossing(values: Grey, level: Grey, far: NDArray[np.intp]) -> tuple[Array, Mask, Array]:
-    """Where each row first falls below its level, at most ``far`` away: place, whether it does, and the slope."""
-    low = values < level[:, None]
-    low[:, 0] = False
-    at = np.argmax(low, axis=1)
-    rows = np.arange(len(values))
-    found = (at > 0) & (at <= far)
-    at = np.where(found, at, 1)
-    before, after = values[rows, at - 1], values[rows, at]
-    drop = np.maximum(before - after, 1e-3)
-    return at - 1 + np.clip((before - level) / drop, 0.0, 1.0), found, np.maximum(drop, 1.0)
+    width = np.array(np.broadcast_to(np.asarray(width, dtype=np.float64), len(profiles)))
+    *values, found = kernels.sections.edges(profiles, width, THIN)
+    return Edges._make([*values, found > 0.0])
 
 
 def score_of(edges: Edges, width: Array | float, contrast: Array | float, tolerance: float) -> Array:
@@ -278,11 +233,5 @@ def smooth_centres(
     base = np.where(good, score / spread**2, 0.0)
     base /= base[good].mean()
     base[~good] = expected
-    weights = base
-    for _ in range(3):
-        away = np.einsum("ij,ij->i", centres - smoothed(centres, weights, cutoff), across)
-        scaled = np.where(good, away * np.sqrt(base), 0.0)
-        # Hairs pull an edge outwards: Cauchy weights.  Smoothing takes a tight bend off by 0.1 px: that is no outlier.
-        sigma = max(1.4826 * median(np.abs(scaled[good])), 0.1)
-        weights = base / (1.0 + (scaled / (2.4 * sigma)) ** 2)
+    weights = kernels.sections.robust(centres, base, good, np.ascontiguousarray(across), *penalty(cutoff))
     return smoothed(centres, weights, cutoff), weights

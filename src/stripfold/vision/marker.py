@@ -8,18 +8,16 @@ closed forms.  The fit is Gauss-Newton with Tukey's biweight, which rejects what
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import lru_cache
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import ndtr
 
+from stripfold import kernels
 from stripfold.arrays import Array, Picture
 from stripfold.errors import InvalidInputError
 from stripfold.vision import boards
 from stripfold.vision.boards import Refinement, refine
-from stripfold.vision.smoothing import median
 
 CORNERS = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
 """The marker's corners in its own frame, in sides, in OpenCV's order."""
@@ -154,104 +152,41 @@ class Marker:
         """Fit the pattern to the picture near ``start``, to a few hundredths of a pixel, or None."""
         rim = 0.5 + _MARGIN / self.cells
         count = int(np.clip(round(2.0 * rim * start.side), _MIN_SAMPLES, _MAX_SAMPLES))
-        axis = np.linspace(-rim, rim, count)
-        points = np.stack(np.meshgrid(axis, axis)).reshape(2, -1)
-        lighting = _lighting(count)
         patch, origin = _patch(picture, start, _SMOOTHING * max(1.0, start.side / count))
-        homography, blur = start.homography, start.blur
-        gain = weights = np.empty(0)
-        for iteration in range(_MAX_ITERATIONS):
-            pixels = _project(homography, points)
-            grey, inside = _sample(patch, pixels - origin[:, None], count)
-            pattern, by_u, by_v, by_blur = self._pattern(axis, blur)
-            if iteration == 0:
-                gain, weights = np.full(len(grey), _slope(pattern, grey)), inside
-            columns = np.concatenate(
-                [
-                    -_homography_columns(homography, points, pixels, gain * by_u, gain * by_v),
-                    gain * by_blur,
-                    lighting,
-                    lighting * pattern,
-                ]
-            )
-            weighted = columns * weights
-            normal = weighted @ columns.T
-            # Regularised: where the pattern has one colour only, gain and offset are not independent.
-            normal[np.diag_indices_from(normal)] += 1e-6 * np.diag(normal) + 1e-12
-            solution = np.linalg.solve(normal, weighted @ grey)
-            residual = grey - solution @ columns
-            scale = max(1.4826 * median(np.abs(residual)), _MIN_SCALE * median(np.abs(gain)), 1e-3)
-            weights = inside * np.clip(1.0 - (residual / (_TUKEY * scale)) ** 2, 0.0, None) ** 2
-            gain = solution[10 + len(lighting) :] @ lighting
-            change = np.append(solution[:8], 0.0).reshape(3, 3)
-            homography = homography + change
-            least, most = _MIN_BLUR / start.side, _MAX_BLUR / self.cells
-            blur = np.clip(blur + solution[8:10], np.maximum(least, blur / 1.5), np.minimum(most, blur * 1.5))
-            moved = np.linalg.norm(homography[:2, 2] - start.centre)
-            if moved > 1.5 * start.side / self.cells or not np.all(np.isfinite(homography)):
-                return None
-            if np.linalg.norm(change[:2, 2]) < _TOLERANCE:
-                break
-        if weights.sum() < 2 * len(columns) or median(gain) <= 0.0:
-            return None
-        sd = _centre_sd(normal, columns, weights * residual, count)
-        # Of all samples, also the rejected ones: a fit to something else rejects most of it.
-        spread = float(np.std(grey))
-        score = max(_slope(pattern, grey) * float(np.std(pattern)) / spread, 0.0) if spread > 0.0 else 0.0
-        return Fit(homography, blur, sd, score)
-
-    def _pattern(self, axis: Array, blur: Array) -> tuple[Array, Array, Array, Array]:
-        """The blurred pattern on a square grid and its derivatives by u, by v and by both blurs.
-
-        Shapes (n*n,), (n*n,), (n*n,) and (2, n*n).
-        """
-        edges = np.arange(self.cells + 1) / self.cells - 0.5
-        u, v = (axis[:, None] - edges) / blur[0], (axis[:, None] - edges) / blur[1]
-        step_u, step_v = ndtr(u), ndtr(v)
-        density_u, density_v = (np.exp(-0.5 * t * t) / np.sqrt(2.0 * np.pi) for t in (u, v))
-        along_u, along_v = self._steps @ step_u.T, step_v @ self._steps
-        return (
-            1.0 + (step_v @ along_u).ravel(),
-            (along_v @ (density_u / blur[0]).T).ravel(),
-            ((density_v / blur[1]) @ along_u).ravel(),
-            np.stack(
-                [
-                    (along_v @ (-u * density_u / blur[0]).T).ravel(),
-                    ((-v * density_v / blur[1]) @ along_u).ravel(),
-                ]
-            ),
+        homography, blur = start.homography.copy(), start.blur.copy()
+        blurs = _MIN_BLUR / start.side, _MAX_BLUR / self.cells
+        limits = *blurs, 1.5 * start.side / self.cells, _TOLERANCE, _TUKEY, _MIN_SCALE
+        influence, quality = np.empty((2, count * count)), np.empty(3)
+        near = kernels.marker.fit(
+            patch,
+            origin.astype(np.float64),
+            self._steps,
+            self.cells,
+            np.linspace(-rim, rim, count),
+            homography,
+            blur,
+            _MAX_ITERATIONS,
+            limits,
+            influence,
+            quality,
         )
+        weight, gain, score = quality
+        if not near or weight < 2 * kernels.marker.UNKNOWNS or gain <= 0.0:
+            return None
+        return Fit(homography, blur, _centre_sd(influence.reshape(2, count, count)), float(score))
 
 
-def _centre_sd(normal: Array, columns: Array, weighted_residual: Array, count: int) -> Array:
-    """Standard deviation of the marker's centre, shape (2,), pixels, allowing for correlated residuals."""
-    unit = np.zeros((len(normal), 2))
-    unit[2, 0] = unit[5, 1] = 1.0
-    # The contribution of each sample to the centre; products of neighbours are summed too.
-    influence = (np.linalg.solve(normal, unit).T @ columns) * weighted_residual
-    n = len(weighted_residual)
+def _centre_sd(influence: Array) -> Array:
+    """Standard deviation of the marker's centre, shape (2,), pixels, allowing for correlated residuals.
+
+    ``influence``, shape (2, n, n), is the contribution of each sample; products of neighbours are summed too.
+    """
+    n = influence[0].size
     variance = np.empty(2)
-    for k, field in enumerate(influence.reshape(2, count, count)):
+    for k, field in enumerate(influence):
         around = cv2.sepFilter2D(field, -1, _KERNEL, _KERNEL, borderType=cv2.BORDER_CONSTANT)
         variance[k] = max(float(np.sum(field * around)), float(np.sum(field**2)))
-    return np.asarray(np.sqrt(variance * n / (n - _CORRELATED * len(columns))))
-
-
-def _slope(x: Array, y: Array) -> float:
-    """Of the least-squares line through points."""
-    centred = x - x.mean()
-    return float(centred @ y / (centred @ centred))
-
-
-@lru_cache(maxsize=16)
-def _lighting(count: int) -> Array:
-    """Sixteen bilinear hat functions on a grid of 4 x 4 nodes, shape (16, n*n); they sum to 1.
-
-    With a grid of 3 x 3 the edge of a shadow across the marker moves the centre by a quarter of a pixel.
-    """
-    nodes = np.linspace(0.0, count - 1.0, 4)
-    hats = np.clip(1.0 - np.abs(np.arange(count)[:, None] - nodes) / nodes[1], 0.0, None)
-    return np.asarray(np.einsum("ia,jb->abij", hats, hats).reshape(16, count * count))
+    return np.asarray(np.sqrt(variance * n / (n - _CORRELATED * kernels.marker.UNKNOWNS)))
 
 
 def _patch(picture: Picture, start: Fit, sigma: float) -> tuple[NDArray[np.float32], NDArray[np.int64]]:
@@ -264,32 +199,7 @@ def _patch(picture: Picture, start: Fit, sigma: float) -> tuple[NDArray[np.float
     return np.asarray(cv2.GaussianBlur(part.astype(np.float32), (0, 0), sigma), dtype=np.float32), low
 
 
-def _sample(patch: NDArray[np.float32], pixels: Array, count: int) -> tuple[Array, Array]:
-    """Grey values at ``pixels``, shape (2, n), and 1 where they are inside the picture, else 0; each shape (n,)."""
-    x, y = pixels.reshape(2, count, count).astype(np.float32)
-    grey = cv2.remap(patch, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-    limits = np.array(patch.shape[::-1])[:, None] - 1.0
-    inside = np.all((pixels >= 0.0) & (pixels <= limits), axis=0)
-    return grey.ravel().astype(np.float64), inside.astype(np.float64)
-
-
 def _project(homography: Array, points: Array) -> Array:
     """Pixels of ``points``; shapes (2, n)."""
     homogeneous = homography[:, :2] @ points + homography[:, 2:]
     return np.asarray(homogeneous[:2] / homogeneous[2])
-
-
-def _homography_columns(homography: Array, points: Array, pixels: Array, by_u: Array, by_v: Array) -> Array:
-    """Derivatives of the grey values at ``points`` by the homography's first eight entries, shape (8, n).
-
-    ``by_u`` and ``by_v`` are the derivatives of the grey values in the marker's frame.
-    """
-    # Derivatives in pixels, by the inverse of the Jacobian (a, b; c, d).  The third homogeneous coordinate divides both
-    # the Jacobian and the effect of the entries, and cancels.
-    (a, b), (c, d) = homography[:2, :2, None] - pixels[:, None] * homography[2, :2, None]
-    determinant = a * d - b * c
-    by_x = (d * by_u - c * by_v) / determinant
-    by_y = (a * by_v - b * by_u) / determinant
-    by_w = -(by_x * pixels[0] + by_y * pixels[1])
-    u, v = points
-    return np.stack([by_x * u, by_x * v, by_x, by_y * u, by_y * v, by_y, by_w * u, by_w * v])

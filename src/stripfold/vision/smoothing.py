@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
-from scipy.linalg.lapack import dpbsv
 
+from stripfold import kernels
 from stripfold.arrays import Array
+
+_THIRD = np.array([-1.0, 3.0, -3.0, 1.0])
 
 
 def median(values: Array) -> float:
@@ -23,7 +23,8 @@ def smoothed(values: Array, weights: Array, cutoff: float) -> Array:
     A wave of length ``cutoff`` (in spacings) is halved, one of twice that length loses 1.5 %.  Gaps (``weights``,
     shape (n,), zero) are bridged with the least change of curvature.
     """
-    return _solve(weights, cutoff, (weights * values.T).T)
+    columns = np.ascontiguousarray(values).reshape(len(values), -1)
+    return kernels.sections.smoothed(columns, weights, *penalty(cutoff)).reshape(values.shape)
 
 
 def variances(weights: Array, cutoff: float) -> Array:
@@ -31,25 +32,11 @@ def variances(weights: Array, cutoff: float) -> Array:
 
     It grows where nothing was measured.
     """
-    return np.diag(_solve(weights, cutoff, np.eye(len(weights))))
+    inverse = np.eye(len(weights))
+    kernels.sections.substitute(kernels.sections.factor(weights, *penalty(cutoff)), inverse)
+    return np.diag(inverse)
 
 
-def _solve(weights: Array, cutoff: float, right: Array) -> Array:
-    band = (cutoff / (2.0 * np.pi)) ** 6 * _penalty(len(weights))
-    band[0] += weights + 1e-9
-    # LAPACK itself: for systems as small as these the checks of scipy.linalg take as long as the solution.
-    _, solution, info = dpbsv(band, right, lower=1, overwrite_ab=1)
-    if info:
-        raise np.linalg.LinAlgError(f"the smoothing's equations are not positive definite: row {info}")
-    return np.asarray(solution).reshape(right.shape)
-
-
-@lru_cache(maxsize=64)
-def _penalty(n: int) -> Array:
-    """Lower bands of D^T D, shape (4, n), where D takes the third differences of n values."""
-    third = np.array([-1.0, 3.0, -3.0, 1.0])
-    band = np.zeros((4, n), order="F")
-    for i, j in zip(*np.tril_indices(4), strict=True):
-        # Row r of D has its entries in the columns r to r + 3.
-        band[i - j, j : j + n - 3] += third[i] * third[j]
-    return band
+def penalty(cutoff: float) -> tuple[Array, float]:
+    """Coefficients of a third difference, and the weight of its square."""
+    return _THIRD, float((cutoff / (2.0 * np.pi)) ** 6)

@@ -1,0 +1,176 @@
+"""Cross sections of a strip in a picture, and their smoothing: :mod:`stripfold.vision.cross_sections`."""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+
+from stripfold.kernels.compiler import compiled, mask, matrix, vector
+
+grey = numba.float32[:, ::1]
+
+
+@compiled()
+def box(row, k, low, high):
+    """Mean from ``k - low`` to ``k + high``; outside, the values at the ends are repeated."""
+    total = 0.0
+    for i in range(k - low, k + high + 1):
+        total += row[min(max(i, 0), len(row) - 1)]
+    return total / (low + high + 1)
+
+
+@compiled()
+def fall(row, middle, step, level, far):
+    """Where a row first falls below a level on one side of its middle, how steeply, and whether within ``far``."""
+    at, found = 1, False
+    for k in range(1, far + 1):
+        if row[middle + step * k] < level:
+            at, found = k, True
+            break
+    before, after = row[middle + step * (at - 1)], row[middle + step * at]
+    drop = max(before - after, 1e-3)
+    return at - 1 + min(max((before - level) / drop, 0.0), 1.0), max(drop, 1.0), found
+
+
+@compiled(matrix(grey, vector, numba.float64))
+def edges(profiles, width, thin):
+    """Offset, width, contrast, noise and whether both edges were found (1 or 0), shape (5, n).
+
+    See :func:`.cross_sections.measure_edges`; bands up to ``thin`` are located by their centroid.
+    """
+    n, middle = len(profiles), profiles.shape[1] // 2
+    out = np.empty((5, n))
+    for i in range(n):
+        row = profiles[i]
+        far = int(np.rint(1.2 * width[i])) + 5
+        core = int(0.3 * width[i])
+        top = box(row, middle, core, core)
+        left = right = np.inf
+        for t in range(min(int(np.rint(0.5 * width[i])) + 1, far - 1) + 1, far + 1):
+            left = min(left, box(row, middle - t, 1, 1))
+            right = min(right, box(row, middle + t, 1, 1))
+        below, slope_below, found_below = fall(row, middle, -1, 0.5 * (top + left), far)
+        above, slope_above, found_above = fall(row, middle, 1, 0.5 * (top + right), far)
+        out[0, i] = 0.5 * (above - below)
+        if width[i] <= thin:
+            base = 0.5 * (left + right)
+            base += 0.1 * (top - base)
+            reach = int(min(0.5 * width[i] + 2.0, far))
+            total = moment = 0.0
+            for t in range(-reach, reach + 1):
+                weight = max(row[middle + t] - base, 0.0)
+                total += weight
+                moment += weight * t
+            out[0, i] = moment / max(total, 1e-6)
+        out[1, i] = above + below
+        out[2, i] = top - max(left, right)
+        out[3, i] = 0.5 * np.hypot(1.0 / slope_below, 1.0 / slope_above)
+        out[4, i] = found_below and found_above
+    return out
+
+
+@compiled(grey(grey, vector))
+def responses(profiles, width):
+    """Each section's mean over a band of its width less that over the band and what is beside it, shape of profiles."""
+    n, m = profiles.shape
+    out = np.empty((n, m), dtype=np.float32)
+    for i in range(n):
+        row = profiles[i]
+        size = int(np.rint(width[i]))
+        core = size | 1
+        both = core + (2 * max(size, 2) | 1)
+        inner = outer = 0.0
+        for k in range(-(core // 2), core - core // 2):
+            inner += row[min(max(k, 0), m - 1)]
+        for k in range(-(both // 2), both - both // 2):
+            outer += row[min(max(k, 0), m - 1)]
+        for k in range(m):
+            out[i, k] = inner / core - outer / both
+            inner += row[min(k + core - core // 2, m - 1)] - row[max(k - core // 2, 0)]
+            outer += row[min(k + both - both // 2, m - 1)] - row[max(k - both // 2, 0)]
+    return out
+
+
+@compiled(numba.boolean[::1](matrix, matrix, numba.int64))
+def on_own_layer(places, curve, layer):
+    """See :func:`.cross_sections.on_own_layer`."""
+    out = np.empty(len(places), dtype=np.bool_)
+    for i in range(len(places)):
+        nearest, least = i, (curve[i, 0] - places[i, 0]) ** 2 + (curve[i, 1] - places[i, 1]) ** 2
+        # Those within a pixel of their own point are: to ask only for the others takes half the time.
+        if least >= 1.0:
+            for j in range(len(curve)):
+                distance = (curve[j, 0] - places[i, 0]) ** 2 + (curve[j, 1] - places[i, 1]) ** 2
+                if distance < least:
+                    nearest, least = j, distance
+        out[i] = abs(nearest - i) <= layer
+    return out
+
+
+@compiled(matrix(vector, vector, numba.float64))
+def factor(weights, difference, scale):
+    """L and D of the matrix L D L^T of :mod:`stripfold.vision.smoothing`: D and the diagonals below it, shape (n, 4).
+
+    ``difference``, shape (4,), are the coefficients of a third difference, ``scale`` the weight of its square.
+    """
+    n = len(weights)
+    out = np.zeros((n, 4))
+    for r in range(n - 3):
+        for a in range(4):
+            for b in range(a + 1):
+                out[r + a, a - b] += scale * difference[a] * difference[b]
+    for i in range(n):
+        out[i, 0] += weights[i] + 1e-9
+        for k in range(min(3, i), 0, -1):
+            # Entry (i, i - k), less what the columns before it contribute.
+            j = i - k
+            for c in range(max(0, i - 3), j):
+                out[i, k] -= out[i, i - c] * out[j, j - c] * out[c, 0]
+            out[i, k] /= out[j, 0]
+        for k in range(1, min(3, i) + 1):
+            out[i, 0] -= out[i, k] ** 2 * out[i - k, 0]
+    return out
+
+
+@compiled(numba.void(matrix, matrix))
+def substitute(factors, right):
+    """Solve in place for the columns of ``right``, shape (n, k)."""
+    n, m = right.shape
+    for i in range(n):
+        for k in range(1, min(3, i) + 1):
+            for c in range(m):
+                right[i, c] -= factors[i, k] * right[i - k, c]
+    for i in range(n - 1, -1, -1):
+        for c in range(m):
+            right[i, c] /= factors[i, 0]
+        for k in range(1, min(3, n - 1 - i) + 1):
+            for c in range(m):
+                right[i, c] -= factors[i + k, k] * right[i + k, c]
+
+
+@compiled(matrix(matrix, vector, vector, numba.float64))
+def smoothed(values, weights, difference, scale):
+    """Least squares with a penalty on third differences: :func:`.smoothing.smoothed`, for values of shape (n, k)."""
+    out = np.empty_like(values)
+    for i in range(len(values)):
+        for k in range(values.shape[1]):
+            out[i, k] = weights[i] * values[i, k]
+    substitute(factor(weights, difference, scale), out)
+    return out
+
+
+@compiled(vector(matrix, vector, mask, matrix, vector, numba.float64))
+def robust(centres, base, good, across, difference, scale):
+    """Cauchy weights by the offsets from the smoothed centres: :func:`.cross_sections.smooth_centres`."""
+    weights, scaled = base.copy(), np.zeros(len(base))
+    for _ in range(3):
+        smooth = smoothed(centres, weights, difference, scale)
+        for i in range(len(base)):
+            if good[i]:
+                away = (centres[i, 0] - smooth[i, 0]) * across[i, 0] + (centres[i, 1] - smooth[i, 1]) * across[i, 1]
+                scaled[i] = away * np.sqrt(base[i])
+        # Hairs pull an edge outwards.  Smoothing takes a tight bend off by 0.1 px: that is no outlier.
+        sigma = max(1.4826 * np.median(np.abs(scaled[good])), 0.1)
+        for i in range(len(base)):
+            weights[i] = base[i] / (1.0 + (scaled[i] / (2.4 * sigma)) ** 2)
+    return weights
