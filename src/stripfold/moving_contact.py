@@ -40,7 +40,6 @@ class _Mesh:
     contact: Array
     motion: Motion
     remembered: tuple[Model | None, tuple[MovableEffect, ...]]
-    bent: tuple[Index, Index]
 
     @cached_property
     def model(self) -> Model:
@@ -58,19 +57,9 @@ class _Mesh:
         return self.mesh.growth(self.contact)
 
     @cached_property
-    def weight(self) -> Array:
-        """Weight of what is off the floor, shape (n,): the floor carries that of what lies."""
-        bent, unknowns = self.bent
-        weight = self.model.element_weight[bent]
-        return np.bincount(unknowns, weight.ravel(), self.model.size).astype(float)
-
-    @cached_property
-    def weight_columns(self) -> Array:
-        """Derivatives of ``weight`` by the contact coordinates, shape (n, n_coordinates)."""
-        bent, unknowns = self.bent
-        rate = self.model.weight_rate[bent]
-        columns = [np.bincount(unknowns, (by[bent, None] * rate).ravel(), self.model.size) for by in self.growth]
-        return np.array(columns, float).T
+    def weight(self) -> tuple[Array, Array]:
+        """See :meth:`.ContactMesh.weight`."""
+        return self.mesh.weight(self.contact)
 
     @cached_property
     def problem(self) -> StripProblem:
@@ -94,6 +83,8 @@ class MovingContact:
     effects: tuple[MovableEffect, ...] = ()
     remembered: Array | None = None
     _meshes: OrderedDict[bytes, _Mesh] = field(init=False, repr=False, default_factory=OrderedDict)
+    _linearised: dict[bytes, tuple[Array, Bordered]] = field(init=False, repr=False, default_factory=dict)
+    """Of the last state, without a predicted stress."""
 
     @cached_property
     def prescribed(self) -> Index:
@@ -159,19 +150,11 @@ class MovingContact:
         """The strip with these contact coordinates."""
         key = contact.tobytes()
         if key not in self._meshes:
-            self._meshes[key] = _Mesh(self.mesh, contact.copy(), self.motion, self._remembered, self._bent)
+            self._meshes[key] = _Mesh(self.mesh, contact.copy(), self.motion, self._remembered)
             if len(self._meshes) > KEPT_MESHES:
                 self._meshes.popitem(last=False)
         self._meshes.move_to_end(key)
         return self._meshes[key]
-
-    @cached_property
-    def _bent(self) -> tuple[Index, Index]:
-        """The elements off the floor, and their unknowns in one row."""
-        unknowns = self.mesh.model.element_unknowns
-        # Elements across the strip are neighbours in the numbering.
-        bent = np.flatnonzero(np.repeat(~self.mesh.on_floor, len(unknowns) // len(self.mesh.on_floor)))
-        return bent, unknowns[bent].ravel()
 
     @cached_property
     def _remembered(self) -> tuple[Model | None, tuple[MovableEffect, ...]]:
@@ -226,7 +209,7 @@ class MovingContact:
 
     def residual(self, q: Array, lam: float) -> Array:
         u, mesh = q[: self.n], self.at(q[self.n :])
-        force = mesh.model.internal_force(u) + mesh.weight
+        force = mesh.model.internal_force(u) + mesh.weight[0]
         for effect in mesh.effects:
             force = force + effect.force(u)
         return self._with_equations(u, force)
@@ -244,21 +227,30 @@ class MovingContact:
         return signs
 
     def linearise(self, q: Array, lam: float, predicted_stress: Array | None = None) -> tuple[Array, Bordered, Array]:
+        key = q.tobytes()
+        if predicted_stress is None and key in self._linearised:
+            force, matrix = self._linearised[key]
+        else:
+            force, matrix = self._assembled(q, predicted_stress)
+            if predicted_stress is None:
+                # That of a solution serves its tangent and its eigenvalues.
+                self._linearised.clear()
+                self._linearised[key] = force, matrix
+        return force, matrix, np.zeros(self.size)
+
+    def _assembled(self, q: Array, predicted_stress: Array | None) -> tuple[Array, Bordered]:
         u, contact = q[: self.n], q[self.n :]
         mesh = self.at(contact)
         force, tangent, columns = mesh.model.force_and_derivatives(u, mesh.growth, predicted_stress)
-        force, columns = force + mesh.weight, columns + mesh.weight_columns
+        weight, weight_columns = mesh.weight
+        force, columns = force + weight, columns + weight_columns
         for effect in mesh.effects:
             effect.add(u, mesh.growth, force, tangent, columns)
         rows, corner = np.array([tangent.row(j) for j in self._released]), columns[self._released]
         if self._at_point:
             rows[0], corner[0] = self._upright, 0.0
         sign = self._sign[:, None]
-        return (
-            self._with_equations(u, force),
-            Bordered(tangent, columns, sign * rows, sign * corner),
-            np.zeros(self.size),
-        )
+        return self._with_equations(u, force), Bordered(tangent, columns, sign * rows, sign * corner)
 
     def stepped(self, q: Array, dq: Array) -> tuple[Array, Array]:
         """The unknowns after a step, and the stress predicted for them: linear in the step."""

@@ -133,6 +133,34 @@ class ContactMesh:
         """
         return np.take(self._sides / self.parts(contact), self._part_of_all, axis=1)
 
+    def weight(self, contact: Array) -> tuple[Array, Array]:
+        """Weight of what is off the floor, which carries that of what lies, and its derivatives by the coordinates.
+
+        Shapes (n,) and (n, n_coordinates).
+        """
+        parts = self.parts(contact)
+        ratio, growth = parts / self.parts(self.planned), self._sides / parts
+        linear, square = self._weights
+        columns = (growth * ratio) @ linear + (2.0 * growth * ratio**2) @ square
+        return ratio @ linear + ratio**2 @ square, columns.T
+
+    @cached_property
+    def _weights(self) -> tuple[Array, Array]:
+        """Planned weight of each part off the floor, shape (n_parts, n): what grows with the part, and with its square.
+
+        The latter are the moments on the rod's slopes: the derivative by the logarithm of the length is twice as large.
+        """
+        model = self.model
+        weight, rate = model.element_weight, model.weight_rate
+        rows = np.where(self.topology.value, -1, np.arange(len(self.shares)))[self._part_of_all]
+        at = (rows[:, None] * model.size + model.element_unknowns)[rows >= 0].ravel()
+
+        def summed(of_elements: Array) -> Array:
+            flat = np.bincount(at, of_elements[rows >= 0].ravel(), len(self.shares) * model.size)
+            return flat.reshape(len(self.shares), -1).astype(float)
+
+        return summed(2.0 * weight - rate), summed(rate - weight)
+
     def drifted(self, contact: Array) -> bool:
         """Whether the elements are no longer as long as planned."""
         ratio = self.parts(contact) / self.parts(self.planned)

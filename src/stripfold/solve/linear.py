@@ -340,6 +340,8 @@ def solve_bordered(
         raise SolveError("the bordered matrix is singular")
 
     def eliminate(f: Array, g: float) -> tuple[Array, float]:
+        if not f.any():
+            return -(g / pivot) * v, g / pivot
         w = solve(f)
         y = (g - float(row @ w)) / pivot
         return w - y * v, y

@@ -22,6 +22,8 @@ from stripfold.solve.linear import Matrix, Solve, solve_bordered
 from stripfold.solve.problem import Equilibrium, Problem, Tangent, inner
 
 EPS = float(np.finfo(float).eps)
+SETTLED = 1e-4
+"""Change of an unknown by an iteration from which no stress is predicted: the next tangent is that of the state."""
 REPEATED = 1e-2
 """Relative change of the largest unbalanced force over two iterations below which the active set is cycling."""
 
@@ -228,6 +230,8 @@ def solve(
         longest = problem.largest_change(q, dq)
         damping = min(1.0, options.largest_step / longest) if longest > 0.0 else 1.0
         q, predicted_stress = problem.stepped(q, damping * dq)
+        if longest < SETTLED:
+            predicted_stress = None
         lam = lam + damping * dlam
         if len(bounded):
             predicted_force = (at.force + at.matrix @ dq + at.load_rate * dlam)[bounded]
