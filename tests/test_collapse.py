@@ -16,6 +16,8 @@ from stripfold.analysis.contact import columns_on_floor, touch_position, touches
 from stripfold.analysis.release import TIME_OPTIONS, Fall, ReleaseState
 from stripfold.analysis.static import StripModel
 from stripfold.errors import NewtonError, SolveError, TimeStepError
+from stripfold.models.rod import Rod
+from stripfold.problem import Opened, StripProblem
 from stripfold.simulation import Simulation
 from stripfold.solve import continuation, dynamics
 from stripfold.solve.dynamics import TimeEvent, TimeOptions, TimeState
@@ -140,6 +142,20 @@ def test_the_touch_is_located_step_by_step(found: Collapse, monkeypatch: pytest.
         assert [touches(problem.model, state) for state in chain] == [False] * (len(chain) - 1) + [True]
         times = [states[at].t, *(state.t for state in chain)]
         np.testing.assert_allclose(np.diff(times), [state.dt for state in chain], rtol=1e-9)
+
+
+def test_what_lies_in_front_of_the_lying_part_does_not_touch() -> None:
+    """A strip bent by friction beside its lift-off has nodes on the floor there; folded over it touches."""
+    model = Rod.of(10.0, 0.05, elements=100)
+    x, z = model.middle.T
+    on_floor = (model.s < 2.0) | (model.s > 4.0)
+    state = dynamics.start(StripProblem(model, Opened()), np.zeros(model.size), np.zeros(model.size), 0.0, z[on_floor])
+    assert not touches(model, state)
+    folded = state.q.copy()
+    folded[x[model.s < 2.0]] = 6.0 - 2.0 * model.s[model.s < 2.0]
+    assert touches(model, replace(state, q=folded))
+    # All that lies is one part.
+    assert not touches(model, replace(state, q=folded, active=z[model.s > 4.0]))
 
 
 def test_where_it_touches_lies_between_nodes(found: Collapse) -> None:

@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 
 from stripfold import elastica
-from stripfold.analysis.contact import lying_parts, touch_position
+from stripfold.analysis.contact import touch_position, touches
 from stripfold.analysis.contact_branch import BranchPoint, from_elastica, solved
 from stripfold.analysis.contact_events import clearance
 from stripfold.analysis.moving_gripper import TIME_OPTIONS, model_in_time, set_in_motion
@@ -24,7 +24,6 @@ from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
 from stripfold.errors import LostStabilityError, SolveError
 from stripfold.models.contact_mesh import ContactMesh, Topology
-from stripfold.models.model import Model
 from stripfold.moving_contact import MovingContact
 from stripfold.paths import geometric
 from stripfold.paths.curve import GripperPath, Piece
@@ -32,7 +31,7 @@ from stripfold.paths.rpath import plan_r_path
 from stripfold.problem import AlongPiece, AlongX
 from stripfold.solve import dynamics
 from stripfold.solve.drive import Drive, Moving
-from stripfold.solve.dynamics import TimeEvent, TimeState
+from stripfold.solve.dynamics import TimeEvent
 from stripfold.solve.schemes import Damping
 from studies.common import Progress, dataset, grid
 from studies.motion_with_friction import SIZES, Case, Kept
@@ -47,8 +46,6 @@ NEAR, FINE = 0.3, 0.25
 STIFFEST = 5.0
 """Largest M_0 / kappa_y: what touches is found on new elements."""
 TOUCH_TOLERANCE = 1e-3
-LOOP = 1.0
-"""Least arc length between a touch and the lift-off, L*; that of the loop is 4.7."""
 LONGEST_FALL = 300.0
 """sqrt(L*/g)."""
 LAID, FELL = 0.0, 1.0
@@ -149,25 +146,14 @@ def in_time(case: Case, path: GripperPath, before: Step, last: Step, drive: Driv
     """
     problem, first = set_in_motion(before, last, case.speed, model_in_time(last, case.refinement))
     problem = replace(problem, motion=AlongPiece(_whole(path), case.length))
-    free = float(last.at.contact[-1])
-    touch = TimeEvent(lambda state: _lands(problem.model, state, free), TOUCH_TOLERANCE)
+    touch = TimeEvent(lambda state: touches(problem.model, state), TOUCH_TOLERANCE)
     damping = Damping(case.air, case.stiffness)
     for state in dynamics.march(problem, first, drive, damping, options=TIME_OPTIONS, until=[touch]):
-        if _lands(problem.model, state, free):
+        if touches(problem.model, state):
             return touch_position(problem.model, state)
         if state.t > LONGEST_FALL:
             break
     raise SolveError("the strip does not come down", parameter=last.lam)
-
-
-def _lands(model: Model, state: TimeState, free: float) -> bool:
-    """Whether the upper layer touches, far from where the strip lay before the motion, ``free``, and where it lies now.
-
-    With contact at nodes a strip that was bent by more than friction lets go of does not lie flat beside the lift-off.
-    """
-    parts = lying_parts(model, state)
-    at = float(model.s[parts[0][-1]])
-    return len(parts) > 1 and min(free, float(model.s[parts[-1][0]])) - at > LOOP
 
 
 def _whole(path: GripperPath) -> Piece:

@@ -28,8 +28,13 @@ def lying_parts(model: Model, point: Point | TimeState, apart: float = APART) ->
 
 
 def touches(model: Model, point: Point | TimeState) -> bool:
-    """Whether something beside the lying part is on the floor."""
-    return len(lying_parts(model, point)) > 1
+    """Whether a part lies on the one that ends at the held end.
+
+    A part in front of that is a strip not lifted yet, or one bent by friction beside its lift-off.
+    """
+    first, *more = lying_parts(model, point)
+    x = model.mid_surface(point.q)[:, 0] if more else model.s
+    return bool(more) and bool(x[first[-1]] > x[more[-1][0]])
 
 
 def lift_off(model: Model, point: Point | TimeState) -> float:

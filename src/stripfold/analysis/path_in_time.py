@@ -11,7 +11,7 @@ from math import ceil
 
 import numpy as np
 
-from stripfold.analysis.contact import lying_parts, touch_position
+from stripfold.analysis.contact import touch_position, touches
 from stripfold.analysis.contact_set import ROBUST_NEWTON
 from stripfold.analysis.path_statics import FIRST
 from stripfold.analysis.rest import to_rest
@@ -19,7 +19,6 @@ from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
 from stripfold.effects import Hysteresis, LayerFriction
 from stripfold.effects.self_contact import SelfContact
-from stripfold.models.model import Model
 from stripfold.paths.curve import GripperPath
 from stripfold.problem import AlongPath, Opened, StripProblem
 from stripfold.solve import dynamics, newton
@@ -134,16 +133,9 @@ def _followed(
     states: list[tuple[StripProblem, TimeState]] = []
     touch: int | None = None
     for state in to_rest(problem, [first], drive, damping, options, moving=moving):
-        if touch is None and _layers_touch(problem.model, state):
+        if touch is None and touches(problem.model, state):
             touch = len(states)
         states.append((problem, state))
         # The march updates a problem of its own in the same way.
         problem = problem.accepted(state.q)
     return PathInTime(tuple(states), problem, touch)
-
-
-def _layers_touch(model: Model, state: TimeState) -> bool:
-    """Whether a part lies on the part that ends at the held end, and not in front of it, where it lay before."""
-    first, *more = lying_parts(model, state)
-    place = model.mid_surface(state.q)[:, 0]
-    return bool(more) and bool(place[first[-1]] > place[more[-1][0]])
