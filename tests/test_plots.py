@@ -295,9 +295,10 @@ class TestRecordings:
             "sd": np.append(np.full(20, 1e-4), np.nan),
             "outcome": np.array(["measured"] * 20 + ["refused"], dtype=object),
             "flags": np.array([""] * 10 + ["too fast"] * 11, dtype=object),
+            "generator": np.array(["shapes"] * 15 + ["chain"] * 6, dtype=object),
         }
         data = xr.Dataset({name: ("case", values) for name, values in columns.items()})
         top, bottom = recordings_accuracy.draw(data).axes
-        assert notes(top) == ["95 % intervals: 95.0 % of 20 hold the truth"]
+        assert notes(top) == ["95 % intervals: 95.0 % of 20 hold the truth (chain: 100.0 % of 5, shapes: 93.3 % of 15)"]
         assert sum(patch.get_height() for patch in bottom.patches) == pytest.approx(20.0)
         recordings_accuracy.draw(data.isel(case=slice(20, None)))

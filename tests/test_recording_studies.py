@@ -158,9 +158,9 @@ class TestAccuracy:
             folder.mkdir()
 
         monkeypatch.setattr(design.Case, "write", write)
-        monkeypatch.setattr(recordings_accuracy, "write_calibration", lambda *_: None)
-        data = recordings_accuracy.run(2, 1, 0.0)
-        assert list(data["outcome"].values) == [recordings_accuracy.REFUSED] * 2
+        monkeypatch.setattr(design.Case, "write_calibration", lambda *_: None)
+        data = recordings_accuracy.run(1, 1, 0.0)
+        assert list(data["outcome"].values) == [recordings_accuracy.REFUSED]
         assert "recording.yaml" in data["message"].values[0]
         assert len(recordings_accuracy.error(data)) == 0
         for variable in data.variables.values():

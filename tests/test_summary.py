@@ -239,7 +239,7 @@ def datasets() -> dict[str, xr.Dataset]:
             "event": ("case", 0.3 + 1e-4 * np.concatenate([np.linspace(-2.04, 2.04, 201), np.full(12, np.nan)])),
             "truth": ("case", np.full(213, 0.3)), "sd": ("case", np.full(213, 1e-4)),
             "outcome": ("case", texts(*["measured"] * 201, *["refused"] * 10, *["bound"] * 2)),
-            "flags": ("case", texts(*[""] * 213))},),
+            "generator": ("case", texts(*["chain", "shapes", "shapes"] * 71)), "flags": ("case", texts(*[""] * 213))},),
         "recordings": ({
             "snapped": ("recording", np.ones(40)), "lambda_event": ("recording", np.full(40, 0.31)),
             "lambda_zero": ("recording", np.full(40, 0.305)), "lambda_model": ("recording", np.full(40, 0.3))},),

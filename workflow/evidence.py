@@ -23,7 +23,7 @@ import xarray as xr
 from studies import STUDIES, parameters
 
 ROOT = Path(__file__).parents[1]
-PACKAGES = ("stripfold", "plots", "studies", "tasks")
+PACKAGES = ("stripfold", "plots", "second_generator", "studies", "tasks")
 """First parts of the names of the project's modules."""
 LIBRARIES = (
     "av",

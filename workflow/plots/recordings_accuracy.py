@@ -9,6 +9,7 @@ from matplotlib.ticker import FuncFormatter
 from scipy import stats
 
 from plots.pieces import note
+from stripfold.arrays import Mask
 from stripfold.plots.colours import BLACK, BLUE, GREY, SKY, VERMILLION
 from stripfold.plots.style import MILLI, figure, styled
 from stripfold.vision.measure import Z_95
@@ -43,8 +44,10 @@ def draw(data: xr.Dataset) -> Figure:
     top.set_yticks([sign * 10.0**power for power in range(-1, 4) for sign in (-1.0, 1.0)] + [0.0])
     top.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     top.set(ylim=(-limit, limit), ylabel=r"error of $\lambda$ [mm]", xlabel="recordings, ordered by standard deviation")
-    held = f"{100.0 * inside.mean():.1f} % of " if len(off) else ""
-    note(top, f"95 % intervals: {held}{len(off)} hold the truth")
+    generator = data["generator"].values[measured][order]
+    shares = {name: _share(inside[generator == name]) for name in np.unique(generator)}
+    apart = ", ".join(f"{name}: {share}" for name, share in shares.items())
+    note(top, f"95 % intervals: {_share(inside)} hold the truth ({apart})" if len(off) else "nothing was measured")
     z, bins = off / sd, np.linspace(-5.0, 5.0, 41)
     shown = np.clip(z, bins[0], bins[-1])  # beyond: in the outermost bin
     bottom.hist([shown[~flagged], shown[flagged]], bins, stacked=True, color=[BLUE, SKY], label=["no flag", "flagged"])
@@ -58,3 +61,7 @@ def draw(data: xr.Dataset) -> Figure:
     bottom.set(xlabel="error / standard deviation", ylabel="recordings", xlim=(-5.0, 5.0))
     bottom.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, fontsize=7)
     return fig
+
+
+def _share(inside: Mask) -> str:
+    return f"{100.0 * inside.mean():.1f} % of {len(inside)}"

@@ -123,7 +123,7 @@ def polygons(canvas: Canvas, corners: Array, values: Array) -> None:
 
 
 def sheet(canvas: Canvas, texture: Canvas, corners: Array) -> None:
-    """Draw a flat sheet whose corners (from the first pixel of its texture, in its rows' order) are at places (4, 2)."""
+    """Draw a flat sheet: the corners of its texture, clockwise from its first pixel, are at places of shape (4, 2)."""
     rows, columns = texture.shape
     of = np.array([[0, 0], [columns, 0], [columns, rows], [0, rows]], dtype=np.float32) - 0.5
     low = np.maximum(np.floor(corners.min(axis=0)).astype(int) - 1, 0)

@@ -98,15 +98,13 @@ class Chain:
         """
         path = np.column_stack([advance - self.length, height])
         hinges = self.hinges if drag is None else self.hinges._replace(drag=drag)
-        return np.asarray(_march(*self.state, path, *hinges, every))
+        return np.asarray(_march(*self.state, path, *hinges, every))  # type: ignore[call-arg]
 
     def prepare(self, advance: float, height: float, duration: float = 45.0) -> None:
         """Lift the gripped end of the flat chain and take it to an advance, smoothly; then let it come to rest."""
         share = 0.5 - 0.5 * np.cos(np.pi * np.linspace(0.0, 1.0, round(0.4 * duration / STEP)))
         zero, one = np.zeros_like(share), np.ones_like(share)
-        self.follow(
-            advance * np.concatenate([zero, share, one]), height * np.concatenate([share, one, one]), drag=1.0
-        )
+        self.follow(advance * np.concatenate([zero, share, one]), height * np.concatenate([share, one, one]), drag=1.0)
 
     def sag(self, states: Array) -> Array:
         """Least height of the upper layer's nodes, shape (m,), in states of shape (m, n, 2)."""
@@ -125,7 +123,7 @@ def landing(height: float, start: float, speed: float, length: float = 15.0) -> 
     chain.prepare(start, height)
     block = 400
     while True:
-        advance = start + speed * STEP * np.arange(1, block + 1)
+        advance: Array = start + speed * STEP * np.arange(1.0, block + 1.0)
         states = chain.follow(advance, np.full(block, height), every=block)
         if chain.sag(states)[-1] < 2.0 * chain.hinges.thickness:
             return start

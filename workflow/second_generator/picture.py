@@ -82,7 +82,7 @@ class Studio:
         return np.asarray(cv2.resize(light, None, fx=FINE, fy=FINE, interpolation=cv2.INTER_LINEAR), dtype=np.uint8)
 
     def board(self, columns: int, rows: int, square: float, right: Array, down: Array, middle: Array) -> Canvas:
-        """A chessboard of so many squares with its middle at a place, its axes along unit vectors, all of shape (3,)."""
+        """A chessboard of so many squares: its middle and the unit vectors along its axes have shape (3,)."""
         y, x = np.mgrid[-1 : rows + 1, -1 : columns + 1]
         inside = (x >= 0) & (x < columns) & (y >= 0) & (y < rows)
         tones = np.where(inside & ((x + y) % 2 == 0), INK, PAPER) * FULL * self._lit(np.cross(down, right))
@@ -100,7 +100,9 @@ class Studio:
         square = np.array([[-1.0, 1.0], [1.0, 1.0], [1.0, -1.0], [-1.0, -1.0]])
         finger = np.array([[x, z], [x, z], end, end]) + square * [0.004, 0.002]
         arm = np.array([x, z + 0.5]) + square * [0.3 * half, 0.5]
-        polygons(canvas, self.camera.on_canvas(np.stack([_at(arm, 0.001), _at(finger, -0.001)])), np.array([100.0, 60.0]))
+        polygons(
+            canvas, self.camera.on_canvas(np.stack([_at(arm, 0.001), _at(finger, -0.001)])), np.array([100.0, 60.0])
+        )
         sheet(canvas, self._card, self.camera.on_canvas(_at(np.array([x, z]) + half * square, 0.0)))
 
     def frame(self, curve: Array, end: Array) -> Canvas:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import shutil
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -12,7 +13,7 @@ import cv2
 import numpy as np
 import yaml
 
-from second_generator.camera import FINE, Array, Camera, Light, exposed
+from second_generator.camera import Array, Camera, Light, exposed
 from second_generator.chain import STEP, Chain, Hinges, critical
 from second_generator.picture import Look, Studio
 
@@ -21,8 +22,6 @@ LENGTH = 15.0
 """Length of the strips, L*."""
 RATE = 500.0
 """Stored states per second."""
-WINDOW, LEVEL = 0.15, 0.5
-"""The onset as docs/measuring.md defines it: the window of the speed, s, and the share of its rise."""
 TARGET = (-0.115, 0.083)
 """x and z of the chain's frame in the middle of the picture, m."""
 CAMERAS: tuple[dict[str, Any], ...] = (
@@ -36,8 +35,9 @@ ROBOTS = ((1.0, 0.0), (-1.0, 0.4), (1.0, -0.3), (-1.0, 0.1))
 PACES = ((0.0015, 15.0), (0.002, 20.0), (0.003, 25.0), (0.004, 30.0), (0.006, 40.0))
 FILES = ("video.avi", "video.mkv", "video.mp4", "frames")
 CODECS = {"video.avi": "MJPG", "video.mkv": "FFV1", "video.mp4": "mp4v"}
-BOARD = {"type": "chessboard", "columns": 8, "rows": 5, "square": 0.022}
-MARKER, OFFSET = {"dictionary": "4x4_50", "id": 11, "size": 0.026}, (0.004, -0.034)
+BOARD: dict[str, Any] = {"type": "chessboard", "columns": 8, "rows": 5, "square": 0.022}
+MARKER: dict[str, Any] = {"dictionary": "4x4_50", "id": 11, "size": 0.026}
+OFFSET = (0.004, -0.034)
 
 
 class Motion(NamedTuple):
@@ -98,16 +98,20 @@ class Design:
         folder.mkdir(parents=True)
         shutil.copytree(calibration, folder / "calibration")
         lamp = (f["lamp"], -0.6, 0.75)
-        tones = (0.12, 0.6, 0.75) if f["dark"] else (0.8, 0.25, 0.18)
+        strip, table, wall = (0.12, 0.6, 0.75) if f["dark"] else (0.8, 0.25, 0.18)
         names = ("sheen", "shadow", "width", "recede", "narrowing", "twist", "hairs")
-        look = Look(*tones, lamp, thickness=1.2e-3, **{name: f[name] for name in names}, **_marker())
+        shape = {name: f[name] for name in names}
+        look = Look(strip=strip, table=table, wall=wall, lamp=lamp, thickness=1.2e-3, **shape, **_marker())
         stamps = _film(folder / f["file"], Studio(camera, look, rng), motion, f, rng)
         if f["file"] == "frames":
             lines = [f"{i},{t:.6f}" for i, t in enumerate(stamps)]
             (folder / "timestamps.csv").write_text("frame,t\n" + "\n".join(lines) + "\n", encoding="utf-8")
         sign, origin = ROBOTS[f["camera"]]
         t = np.arange(-0.4, motion.t[-1] + 0.4, 0.01) + rng.uniform(0.0, 0.01)
-        log = [np.interp(t, motion.t, motion.end[:, 0]) * sign + origin, np.interp(t, motion.t, motion.end[:, 1]) + TARGET[1]]
+        log = [
+            np.interp(t, motion.t, motion.end[:, 0]) * sign + origin,
+            np.interp(t, motion.t, motion.end[:, 1]) + TARGET[1],
+        ]
         rows = np.column_stack([t + f["clock"], *log + 2e-5 * rng.standard_normal((2, len(t)))])
         np.savetxt(folder / "robot.csv", rows, "%.5f,%.5f,%.5f", header="t,x,z", comments="")
         unit, towards = _unit(f), -1.0 if f["mirrored"] else 1.0
@@ -167,34 +171,35 @@ def move(f: dict[str, Any]) -> Motion:
             stop = t + 0.5 / clock
         if place > limit + 2.0:
             raise ValueError("the strip does not snap within 2 L*")
-    nodes = np.concatenate(states) * unit - TARGET
+    nodes: Array = np.concatenate(states) * unit - TARGET
     nodes[..., 0] *= -1.0 if f["mirrored"] else 1.0
-    times = STEP * every * clock * np.arange(1, len(nodes) + 1)
-    return Motion(times, nodes[:, 0], nodes, landing * clock)
+    kept: Array = STEP * every * clock * np.arange(1.0, len(nodes) + 1.0)
+    return Motion(kept, nodes[:, 0], nodes, landing * clock)
 
 
 def truth(motion: Motion, height: float) -> dict[str, float]:
-    """Onset of the snap by its definition, s, from the nodes themselves; when the upper layer lands."""
-    t, z = motion.t, motion.nodes[0, :, 1] + TARGET[1]
+    """Onset of the snap, s: half-way in the rise of the kinetic energy's root; and when the upper layer lands.
+
+    The energy is that of the nodes which are raised at the beginning; the rise is from its median while the strip
+    follows the gripper to the peak next to the landing.
+    """
+    z = motion.nodes[0, :, 1] + TARGET[1]
     raised = np.cumsum(z < 0.1 * height) == 0
-    half = round(0.5 * WINDOW / (t[1] - t[0]))
-    step = motion.nodes[2 * half :, raised] - motion.nodes[: -2 * half, raised]
-    speed = np.median(np.linalg.norm(step, axis=2), axis=1) / (t[2 * half] - t[0])
-    middle = t[half:-half]
-    # From the steady advance on to just after the landing.
-    used = (middle > 1.0) & (middle < motion.landing + 0.1)
-    speed, middle = speed[used], middle[used]
+    rates = np.gradient(motion.nodes[:, raised], motion.t, axis=0)
+    speed = np.sqrt(np.mean(np.sum(rates**2, axis=2), axis=1))
+    # The gripper advances steadily from 0.7 s on; then the strip swings for a while.
+    used = (motion.t > 1.0) & (motion.t < motion.landing + 0.1)
+    t, speed = motion.t[used], speed[used]
     peak = int(np.argmax(speed))
-    following = np.median(speed[: max(int(0.4 * peak), 1)])
-    onset = _last_rise(middle[: peak + 1], speed[: peak + 1], following + LEVEL * (speed[peak] - following))
-    return {"onset": onset, "landing": motion.landing, "following": float(following)}
+    following = float(np.median(speed[: max(int(0.5 * peak), 1)]))
+    level = 0.5 * (following + speed[peak])
+    i = int(np.flatnonzero(speed[:peak] < level)[-1])
+    onset = t[i] + (t[i + 1] - t[i]) * (level - speed[i]) / (speed[i + 1] - speed[i])
+    return {"onset": float(onset), "landing": motion.landing, "following": following, "peak": float(speed[peak])}
 
 
-def write_calibration(number: int, folder: Path) -> Path:
-    """The calibration of a camera, rendered into its place in a folder unless it is there: its path."""
-    kept = folder / f"chain-camera-{number}"
-    if kept.exists():
-        return kept
+def write_calibration(number: int, kept: Path) -> None:
+    """Render the calibration of a camera into a new folder."""
     camera, rng = Camera(**CAMERAS[number]), np.random.default_rng([number, 3])
     look = Look(0.8, 0.4, 0.3, (0.3, -0.6, 0.75), 0.0, 0.0, 0.03, 1e-3, 0.0, 0.0, 0.0, 0, **_marker())
     studio, sign, origin = Studio(camera, look, rng), *ROBOTS[number]
@@ -226,7 +231,6 @@ def write_calibration(number: int, folder: Path) -> Path:
         x, z = np.array([sign * x + origin, z + TARGET[1]]) + 4e-5 * rng.standard_normal(2)
         rows.append(f"stops/{i}.png,{x:.6f},{z:.6f}")
     (kept / "robot.csv").write_text("\n".join(rows) + "\n", encoding="utf-8")
-    return kept
 
 
 def _film(path: Path, studio: Studio, motion: Motion, f: dict[str, Any], rng: np.random.Generator) -> list[float]:
@@ -267,7 +271,7 @@ def _exposure(studio: Studio, motion: Motion, stamp: float, f: dict[str, Any]) -
     height = studio.camera.size[1]
     middle = stamp + f["shutter"] * np.arange(height) / (height - 1)
     light = np.zeros((height, studio.camera.size[0]), np.float32)
-    for low, high in zip(edges[:-1], edges[1:], strict=True):
+    for low, high in pairwise(edges):
         state = _state(motion, 0.5 * (low + high))
         seen = studio.camera.seen(studio.frame(state, state[0]), f["blur"])
         share = np.minimum(high, middle + 0.5 * f["exposure"]) - np.maximum(low, middle - 0.5 * f["exposure"])
@@ -279,12 +283,6 @@ def _state(motion: Motion, t: float) -> Array:
     i = int(np.clip(np.searchsorted(motion.t, t), 1, len(motion.t) - 1))
     share = np.clip((t - motion.t[i - 1]) / (motion.t[i] - motion.t[i - 1]), 0.0, 1.0)
     return np.asarray((1.0 - share) * motion.nodes[i - 1] + share * motion.nodes[i])
-
-
-def _last_rise(t: Array, value: Array, level: float) -> float:
-    """When a value last rises through a level before its end."""
-    i = int(np.flatnonzero(value < level)[-1])
-    return float(t[i] + (t[i + 1] - t[i]) * (level - value[i]) / (value[i + 1] - value[i]))
 
 
 def _unit(f: dict[str, Any]) -> float:

@@ -1,7 +1,8 @@
 """The accuracy of measured values of lambda, from many small synthetic recordings, each with its truth.
 
 The recordings are rendered, encoded and measured like any other; the truth is the same definition of the event
-(:mod:`stripfold.vision.snap`) applied to the motion itself, dense in time and without a camera.
+(:mod:`stripfold.vision.snap`) applied to the motion itself, dense in time and without a camera.  Every fourth recording
+is of the second generator (:mod:`second_generator`), which brings its own truth.
 """
 
 from __future__ import annotations
@@ -21,7 +22,8 @@ from stripfold.vision.measure import Measurement
 from stripfold.vision.recording import Recording
 from stripfold.vision.tracking import track
 from studies.common import Progress, attempted, pooled, table
-from studies.recordings_design import case, write_calibration
+from studies.recordings_chain import ChainCase, is_chain
+from studies.recordings_design import Case, case
 
 MEASURED, BOUND, REFUSED, NOT_MADE = "measured", "bound", "refused", "not made"
 """Outcomes: a value; a bound, since no snap was seen; an error of the measurement; one of the motion or the film."""
@@ -32,8 +34,9 @@ def run(cases: int, seed: int, dynamics: float, threads: int = 1, progress: Prog
     """Render and measure the first cases of a design, see :func:`.recordings_design.case`; a dataset over ``case``."""
     with tempfile.TemporaryDirectory() as folder:
         # Before the processes start: two of them would render the same calibration.
-        for camera in {case(number, seed).factors["camera"] for number in range(cases)}:
-            attempted(partial(write_calibration, camera, Path(folder)))
+        cameras = {asked.camera: asked for asked in (_case(number, seed, dynamics) for number in range(cases))}
+        for asked in cameras.values():
+            attempted(partial(asked.write_calibration, Path(folder)))
         one = partial(measured, seed=seed, dynamics=dynamics, calibrations=Path(folder))
         rows = pooled(one, range(cases), threads, progress)
     return table("recordings_accuracy", "case", rows, {"seed": seed, "dynamics": dynamics})
@@ -41,17 +44,18 @@ def run(cases: int, seed: int, dynamics: float, threads: int = 1, progress: Prog
 
 def measured(number: int, seed: int, dynamics: float, calibrations: Path) -> dict[str, Any]:
     """The case of this number, rendered and measured; ``calibrations`` is a folder that cases share."""
-    asked = case(number, seed, dynamics)
+    asked = _case(number, seed, dynamics)
     row = {"case": number, **dict.fromkeys(_NUMBERS, np.nan), "message": "", "flags": "", **asked.factors}
+    row["generator"] = asked.generator
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary) / "recording"
         _, message = attempted(lambda: asked.write(folder, calibrations))
         if message:
             return row | {"outcome": NOT_MADE, "message": message}
-        found, message = attempted(lambda: _measure(recording.read(folder), (calibrations, asked.factors["camera"])))
+        found, message = attempted(lambda: _measure(recording.read(folder), (calibrations, asked.camera)))
         if found is None:
             return row | {"outcome": REFUSED, "message": message}
-        onset, truth = _truth(folder, found)
+        onset, truth = asked.truth(folder) if isinstance(asked, ChainCase) else _truth(folder, found)
     return row | {
         "outcome": MEASURED if found.snapped else BOUND,
         "event": found.event,
@@ -65,11 +69,15 @@ def measured(number: int, seed: int, dynamics: float, calibrations: Path) -> dic
     }
 
 
-_CALIBRATIONS: dict[tuple[Path, int], Calibration] = {}
+def _case(number: int, seed: int, dynamics: float) -> Case | ChainCase:
+    return ChainCase(number, seed) if is_chain(number) else case(number, seed, dynamics)
+
+
+_CALIBRATIONS: dict[tuple[Path, str], Calibration] = {}
 """Of each camera, in a folder of calibrations: its recordings share one."""
 
 
-def _measure(asked: Recording, camera: tuple[Path, int]) -> Measurement:
+def _measure(asked: Recording, camera: tuple[Path, str]) -> Measurement:
     """As :func:`.measure.measure` does it, with the calibration of a camera evaluated once."""
     if camera not in _CALIBRATIONS:
         _CALIBRATIONS[camera] = calibrate_folder(asked.folder, asked.entries)

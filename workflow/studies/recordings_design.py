@@ -93,18 +93,28 @@ class Case(NamedTuple):
     scene: Scene
     factors: Mapping[str, Any]
 
+    @property
+    def generator(self) -> str:
+        """Name of the generator of the motion."""
+        return str(self.scene.generator)
+
+    @property
+    def camera(self) -> str:
+        """Name of the camera: cases with the same share a calibration."""
+        return f"camera-{self.factors['camera']}"
+
+    def write_calibration(self, calibrations: Path) -> Path:
+        """The calibration of the camera, rendered into its place in a folder unless it is there."""
+        kept = calibrations / self.camera
+        if not kept.exists():
+            camera = self.factors["camera"]
+            recording.write_calibration(Scene.of({"filming": CAMERAS[camera], "seed": camera}), kept)
+        return kept
+
     def write(self, folder: Path, calibrations: Path) -> None:
         """Render it into a new folder, with its camera's calibration from ``calibrations``."""
-        kept = write_calibration(self.factors["camera"], calibrations)
+        kept = self.write_calibration(calibrations)
         recording.write_recording(recording.history_of(self.scene), self.scene, folder, kept)
-
-
-def write_calibration(camera: int, calibrations: Path) -> Path:
-    """The calibration of a camera of the design, rendered into its place in a folder unless it is there."""
-    kept = calibrations / f"camera-{camera}"
-    if not kept.exists():
-        recording.write_calibration(Scene.of({"filming": CAMERAS[camera], "seed": camera}), kept)
-    return kept
 
 
 def case(number: int, seed: int, dynamics: float = 0.0) -> Case:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
+from stripfold.arrays import Array
 from stripfold.vision.measure import Z_95
 from studies import peers as of_peers
 from studies.peers import CRITICAL, EQUILIBRIUM
@@ -146,7 +147,17 @@ def recordings_accuracy(d: xr.Dataset) -> Facts:
         "wrong": np.sum(wrong & ~flagged),
         "flagged": flagged.sum(),
         "flagged_wrong": np.sum(wrong & flagged),
+        "generators": _by_generator(d.generator.values[outcome == MEASURED], off, np.abs(off) <= 1e3 * Z_95 * sd),
     }
+
+
+def _by_generator(generator: Array, off: Array, inside: Array) -> str:
+    """The share of intervals that hold the truth and the root mean square error, mm, for each generator, in words."""
+    return "; ".join(
+        f"{name} {inside[mine].mean():.3f} of {mine.sum()}, {np.sqrt(np.mean(off[mine] ** 2)):.2f} mm"
+        for name in np.unique(generator)
+        for mine in [generator == name]
+    )
 
 
 def recordings(d: xr.Dataset) -> Facts:

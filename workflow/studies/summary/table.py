@@ -488,7 +488,8 @@ SOURCES = (
         Number("recordings", "cases", "count", 4, ">= 200", "synthetic recordings of the design ({seed})"),
         Number("lambda_coverage", "share", "1", 3, "0.93 to 0.97, of 200 recordings or more",
             "share of the 95 % intervals of lambda that contain the truth, {measured} measured of {cases} synthetic "
-            "recordings ({seed}); {refused} refused and {unseen} without a snap have no interval and do not count",
+            "recordings ({seed}); {refused} refused and {unseen} without a snap have no interval and do not count; by "
+            "generator, with the root mean square error: {generators}",
             lambda f: 0.93 <= f.share <= 0.97 and f.cases >= 200),
         Number("lambda_bias", "median", "mm", 2, "absolute value < 0.1 mm",
             "median error of lambda at the onset in the {measured} measured recordings; mean {mean:.2f} mm",
