@@ -334,7 +334,7 @@ def test_time_stamps_are_kept_exactly(
     smooth = cv2.GaussianBlur(rng.uniform(0, 255, (5, 64, 96)).astype(np.float32).transpose(1, 2, 0), (0, 0), 4.0)
     frames = [np.clip(128 + 6.0 * (smooth[..., i] - 128), 20, 230).astype(np.uint8) for i in range(5)]
     path = tmp_path / f"video.{container}"
-    encode(path, frames, stamps, filming)
+    encode(path, frames, stamps, filming, False)
     with av.open(str(path)) as opened:
         decoded = [(frame.time, frame.to_ndarray(format="gray")) for frame in opened.decode(video=0)]
     np.testing.assert_allclose([time for time, _ in decoded], np.array(stamps) * float(tick(filming)), atol=1e-9)

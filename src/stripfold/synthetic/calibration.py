@@ -138,7 +138,9 @@ class Calibration:
         for i, pose in enumerate(poses, 1):
             cv2.imwrite(str(folder / "camera" / f"board-{i:02d}.png"), self.picture(pose))
         cv2.imwrite(str(folder / "plane.png"), self.picture(plane))
-        reported = stops + scene.filming.stop_noise * self._rng.standard_normal(stops.shape)
+        reported = stops * [scene.gripper.direction, 1.0] + scene.filming.stop_noise * self._rng.standard_normal(
+            stops.shape
+        )
         lines = ["image,x,z"]
         for i, (place, (x, z)) in enumerate(zip(stops, reported, strict=True), 1):
             name = f"stops/stop-{i}.png"

@@ -83,7 +83,7 @@ def write_recording(
         else:
             shutil.copytree(calibration, temporary / "calibration")
         film = Sensor(renderer, end, rng).film(history, frames.shown)
-        encode(temporary / config["video"], film, stamps.tolist(), filming)
+        encode(temporary / config["video"], film, stamps.tolist(), filming, scene.strip.colour is not None)
         log = robot_log(history, scene, rng)
         np.savetxt(temporary / "robot.csv", log, "%.6f,%.6f,%.6f", header="t,x,z", comments="")
         if filming.timestamps:
@@ -124,13 +124,20 @@ def recording_config(scene: Scene) -> dict[str, Any]:
     """
     strip, gripper, filming = scene.strip, scene.gripper, scene.filming
     board = board_of(filming)
-    marker = {"dictionary": DICTIONARY, "id": gripper.marker, "size": gripper.marker_size, "offset": gripper.offset}
+    marker = {"dictionary": DICTIONARY, "id": gripper.marker, "size": gripper.marker_size}
+    marker["offset"] = [gripper.offset[0] * gripper.direction, gripper.offset[1]]
     entries = Entries.of(
         {
             "title": scene.title,
             "synthetic": True,
             "strip": {"length": strip.length, "eta_b": strip.eta_b, "width": strip.width, "material": strip.material},
-            "gripper": {"height": gripper.height, "speed": gripper.speed, "flat_end": strip.flat_end, "marker": marker},
+            "gripper": {
+                "height": gripper.height,
+                "speed": gripper.speed,
+                "flat_end": strip.flat_end * gripper.direction,
+                "direction": gripper.direction,
+                "marker": marker,
+            },
             "video": f"video.{filming.container}",
             **({"timestamps": "timestamps.csv"} if filming.timestamps else {}),
             "robot_log": "robot.csv",
@@ -148,6 +155,7 @@ def robot_log(history: History, scene: Scene, rng: np.random.Generator) -> Array
     # The log begins before the film and ends after it, at no round time.
     t = np.arange(-0.5 + rng.uniform(0.0, 1.0 / filming.log_rate), history.t[-1] + 0.5, 1.0 / filming.log_rate)
     places = np.column_stack([np.interp(t, history.t, history.gripper[:, i]) for i in range(2)])
+    places[:, 0] *= scene.gripper.direction
     return np.column_stack([t + filming.log_offset, places + filming.log_noise * rng.standard_normal(places.shape)])
 
 

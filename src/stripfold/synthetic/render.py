@@ -31,7 +31,7 @@ class Renderer:
     """Draws one scene; ``first``, shape (n, 2), m, is a curve of the strip, for the arc lengths of its points."""
 
     def __init__(self, scene: Scene, first: Array) -> None:
-        self.scene = scene
+        self.scene, self._first = scene, first
         self.view = View.of(scene.filming)
         self.depth = -1.0 if scene.filming.behind else 1.0
         """Sign of robot y behind the folding plane, seen from the camera."""
@@ -42,6 +42,9 @@ class Renderer:
         self._refine = CubicSpline(arc / arc[-1], np.eye(len(arc)))(self._stations)
         rng = np.random.default_rng([scene.seed, 1])
         weave = 1.0 + scene.strip.texture * rng.standard_normal((2, len(self._stations) - 1))
+        if scene.strip.stripe:
+            place = 0.5 * (self._stations[1:] + self._stations[:-1]) * scene.strip.length
+            weave *= np.where(place // scene.strip.stripe % 2.0, scene.strip.stripe_shade, 1.0)
         self._surface_grey, self._edge_grey = scene.strip.grey * weave[0], scene.strip.edge * weave[1]
         hairs = rng.poisson(scene.strip.hairs * scene.strip.length)
         self._hairs = (
@@ -49,6 +52,15 @@ class Renderer:
             rng.uniform(0.0, 2.0 * np.pi, hairs),
             rng.gamma(4.0, 5e-4, hairs),
         )
+
+    @cached_property
+    def channels(self) -> list[Renderer]:
+        """One renderer; for a coloured strip those of its red, green and blue light, with the greys of each."""
+        strip = self.scene.strip
+        if strip.colour is None:
+            return [self]
+        greys = [strip.model_copy(update={"colour": None, "grey": value, "edge": value}) for value in strip.colour]
+        return [Renderer(self.scene.model_copy(update={"strip": grey}), self._first) for grey in greys]
 
     @cached_property
     def canvas(self) -> Canvas:
@@ -67,7 +79,7 @@ class Renderer:
             on_table = (into >= FRONT) & (into <= BACK)
             below = ~on_table & (height < top)
         wall = filming.background * (1.0 + 0.02 * _blotches(*seen(x, z, BACK * y)))
-        grey = np.where(on_table, filming.table * (1.0 + 0.05 * grain), wall)
+        grey = np.where(on_table, filming.table * (1.0 + filming.grain * grain), wall)
         grey = np.where(below, 0.5 * filming.table * (1.0 + 0.02 * _blotches(front, height)), grey)
         return Canvas(rays.averaged(np.asarray(255.0 * np.clip(grey, 0.0, 1.0), dtype=np.float32)))
 

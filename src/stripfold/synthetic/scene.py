@@ -37,6 +37,11 @@ class Strip(Input):
     grey: Grey = 0.85
     edge: Grey = 0.95
     """Grey of the cut edge, which faces the camera."""
+    colour: tuple[Grey, Grey, Grey] | None = None
+    """Red, green and blue of surface and edge, instead of a grey: the film is then in colour."""
+    stripe: Annotated[Number, quantity("length of the stripes across the strip; 0: none", "m", ge=0.0, le=1.0)] = 0.0
+    stripe_shade: Grey = 0.6
+    """Of every second stripe, relative to the others."""
     texture: Annotated[Number, quantity("standard deviation of the weave's grey", ge=0.0, le=0.3)] = 0.03
     hairs: Annotated[Number, quantity("loose fibres at the edge", "m^-1", ge=0.0, le=1e4)] = 0.0
     material: Text = "synthetic fabric"
@@ -57,6 +62,8 @@ class Gripper(Input):
 
     height: Annotated[Number, quantity("height of the gripped end", "m", ge=1e-3, le=10.0)] = 0.1
     speed: Annotated[Number, quantity("speed", "m s^-1", ge=1e-4, le=1.0)] = 0.01
+    direction: Literal[1, -1] = 1
+    """-1 for a robot whose x decreases as the gripper advances."""
     finger: Annotated[Number, quantity("length of the strip's end hidden by the finger", "m", ge=0.0, le=0.1)] = 3e-3
     marker: Annotated[Whole, quantity("which marker of 4x4_50", ge=0, le=49)] = 7
     marker_size: Annotated[Number, quantity("side of the marker", "m", ge=1e-3, le=1.0)] = 0.024
@@ -99,6 +106,7 @@ class Filming(Input):
     occluder: Annotated[Number, quantity("width of an object moving in front; 0: none", "m", ge=0.0, le=0.2)] = 0.0
     background: Grey = 0.25
     table: Grey = 0.35
+    grain: Annotated[Number, quantity("standard deviation of the table's grey, share", ge=0.0, le=0.5)] = 0.05
     codec: Literal["ffv1", "mjpeg", "mpeg4"] = "ffv1"
     container: Literal["mkv", "avi", "mp4"] = "mkv"
     quality: Annotated[Whole, quantity("quantiser of mjpeg and mpeg4: 2 is the best", ge=2, le=31)] = 3

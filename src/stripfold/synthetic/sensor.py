@@ -31,11 +31,11 @@ class Sensor:
     """
 
     def __init__(self, renderer: Renderer, span: float, rng: np.random.Generator) -> None:
-        self._renderer, self._filming, self._span, self._rng = renderer, renderer.scene.filming, span, rng
+        self._renderers, self._filming, self._span, self._rng = renderer.channels, renderer.scene.filming, span, rng
         self._phase = rng.uniform(-0.2, 0.2)
 
     def film(self, history: History, times: Iterable[float]) -> Iterator[Picture]:
-        """The frames taken at ``times``, shape (height, width) each; the same time again gives the same frame."""
+        """The frames taken at ``times``, of the shape of :meth:`exposed`; the same time again gives the same frame."""
         last, frame = None, None
         for t in times:
             if frame is None or last != t:
@@ -43,7 +43,14 @@ class Sensor:
             yield frame
 
     def exposed(self, history: History, t: float) -> Light:
-        """Shape (height, width), 255 for white in full light: the mean over the exposure of each row."""
+        """The mean over the exposure of each row, 255 for white in full light.
+
+        Shape (height, width), of a coloured strip (height, width, 3): red, green and blue.
+        """
+        channels = [self._exposed(renderer, history, t) for renderer in self._renderers]
+        return np.dstack(channels) if len(channels) > 1 else channels[0]
+
+    def _exposed(self, renderer: Renderer, history: History, t: float) -> Light:
         filming = self._filming
         width, height = filming.size
         shutter, exposure = filming.rolling_shutter, filming.exposure
@@ -59,18 +66,19 @@ class Sensor:
             middle = t + shutter * 0.5 * (first + end - 1) / (height - 1)
             times = middle + exposure * ((np.arange(parts) + 0.5) / parts - 0.5)
             for time, curve, gripper in zip(times, *history.at(times), strict=True):
-                seen = self._renderer.picture(curve, gripper, self._occluder(time), (first, end))
+                seen = renderer.picture(curve, gripper, self._occluder(time), (first, end))
                 picture[first:end] += seen[first:end]
         return picture if parts == 1 else picture / np.float32(parts)
 
     def delivered(self, seen: Light, t: float | None, free: Array | None = None) -> Picture:
-        """The frame, shape (height, width): lit, out of focus, with noise, labelled.
+        """The frame, of the shape of ``seen``: lit, out of focus, with noise, labelled.
 
         ``seen`` has 255 for white in full light; ``t`` is the time, s, None for steady light at rest; the label keeps
         away from the pixels ``free``, shape (n, 2).
         """
         filming = self._filming
-        light = seen * self._lighting(t)
+        lighting = self._lighting(t)
+        light = seen * (lighting if seen.ndim == 2 else lighting[..., None])
         if filming.defocus > 0.0:
             light = cv2.GaussianBlur(light, (0, 0), filming.defocus, borderType=cv2.BORDER_REPLICATE)
         noise = _NORMAL[self._rng.integers(0, len(_NORMAL), light.shape, np.uint16)]
@@ -101,7 +109,7 @@ class Sensor:
 
 def labelled(picture: Picture, free: Array | None = None) -> Picture:
     """A copy with the label in the lower right corner, or in the corner that is farthest from ``free``."""
-    height, width = picture.shape
+    height, width = picture.shape[:2]
     scale = max(0.3, width / 1600.0)
     (long, high), _ = cv2.getTextSize(LABEL, cv2.FONT_HERSHEY_PLAIN, 2.0 * scale, 1)
     corners = [(width - long - 3, height - 4), (3, height - 4), (width - long - 3, high + 3), (3, high + 3)]
@@ -112,5 +120,6 @@ def labelled(picture: Picture, free: Array | None = None) -> Picture:
         place = corners[int(np.argmax(gaps))]
     dark = float(picture[max(place[1] - high, 0) : place[1] + 1, place[0] : place[0] + long].mean()) < 128.0
     done = picture.copy()
-    cv2.putText(done, LABEL, place, cv2.FONT_HERSHEY_PLAIN, 2.0 * scale, 150 if dark else 60, 1, cv2.LINE_AA)
+    grey = (150 if dark else 60,) * 3
+    cv2.putText(done, LABEL, place, cv2.FONT_HERSHEY_PLAIN, 2.0 * scale, grey, 1, cv2.LINE_AA)
     return done

@@ -14,6 +14,7 @@ from stripfold.arrays import Array, Picture
 from stripfold.synthetic.scene import Filming
 
 _PIXELS = {"ffv1": "gray", "mjpeg": "yuvj420p", "mpeg4": "yuv420p"}
+_COLOUR_PIXELS = _PIXELS | {"ffv1": "yuv444p"}
 
 
 class Timeline(NamedTuple):
@@ -64,8 +65,11 @@ def timeline(filming: Filming, end: float, fall: float | None, rng: np.random.Ge
     return Timeline(t[~lost], shown[~lost], t[lost])
 
 
-def encode(path: Path, frames: Iterable[Picture], stamps: Iterable[int], filming: Filming) -> None:
-    """Write frames, shape (height, width) each, with their time stamps in :func:`tick`, to a video file."""
+def encode(path: Path, frames: Iterable[Picture], stamps: Iterable[int], filming: Filming, coloured: bool) -> None:
+    """Write frames, each with its time stamp in :func:`tick`, to a video file.
+
+    Their shape is (height, width), or (height, width, 3) if ``coloured``.
+    """
     rate = Fraction(filming.frame_rate).limit_denominator(1001)
     options = {"qmin": str(filming.quality), "qmax": str(filming.quality)} if filming.codec != "ffv1" else {}
     # No date and no version of the library: the same scene gives the same bytes.
@@ -73,13 +77,13 @@ def encode(path: Path, frames: Iterable[Picture], stamps: Iterable[int], filming
         container.metadata["title"] = "synthetic recording"
         stream = container.add_stream(filming.codec, rate=rate, options=options)
         stream.width, stream.height = filming.size
-        stream.pix_fmt = _PIXELS[filming.codec]
+        stream.pix_fmt = (_COLOUR_PIXELS if coloured else _PIXELS)[filming.codec]
         stream.time_base = stream.codec_context.time_base = tick(filming)
         stream.codec_context.thread_count = 1
         stream.codec_context.bit_rate = 0
         stream.codec_context.gop_size = 12
         for picture, stamp in zip(frames, stamps, strict=True):
-            frame = av.VideoFrame.from_ndarray(picture, format="gray")
+            frame = av.VideoFrame.from_ndarray(picture, format="rgb24" if coloured else "gray")
             frame.pts, frame.time_base = int(stamp), tick(filming)
             container.mux(stream.encode(frame))
         container.mux(stream.encode(None))

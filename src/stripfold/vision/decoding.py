@@ -41,8 +41,13 @@ SUFFIXES = tuple(_DEMUXERS)
 """File names of frames in a folder end in one of these."""
 # What cameras and common programs write.  Playlists, which would open other files, are excluded.
 _FORMATS = "avi,matroska,webm,mov,mp4,m4a,3gp,3g2,mj2,mpegts,mpeg,asf,flv,ogg,nut,mxf,y4m,png_pipe,jpeg_pipe,mjpeg"
-_LUMA = {f"yuv{j}{kind}p" for j in ("", "j") for kind in (410, 411, 420, 422, 440, 444)} | {"nv12", "nv21", "gray"}
+_PLANAR = {f"yuv{j}{kind}p" for j in ("", "j") for kind in (410, 411, 420, 422, 440, 444)}
+_LUMA = _PLANAR | {"nv12", "nv21", "gray"}
 """Pixel formats whose first plane is the luma, one byte per pixel."""
+CHANNELS = ("luma", "blue", "red")
+"""What can be decoded: luma, and the differences of blue and red from it, which a grey picture lacks."""
+_COLOURED = 24
+"""Least range of a difference in a coloured picture: compression makes one in a grey picture."""
 
 Message = dict[str, Any]
 
@@ -56,8 +61,11 @@ def frame_files(folder: Path) -> list[Path]:
     return sorted(path for path in folder.iterdir() if path.suffix.lower() in SUFFIXES and path.is_file())
 
 
-def messages(path: Path) -> Iterator[tuple[Message, memoryview | None]]:
-    """The content of a video or a folder of frames: one ``start``, each ``frame`` with its picture, one ``end``."""
+def messages(path: Path, channel: int = 0) -> Iterator[tuple[Message, memoryview | None]]:
+    """The content of a video or a folder of frames: one ``start``, each ``frame`` with its picture, one ``end``.
+
+    ``channel`` is an index of :data:`CHANNELS`.
+    """
     files = frame_files(path) if path.is_dir() else [path]
     errors = count = 0
     for file in files:
@@ -84,7 +92,10 @@ def messages(path: Path) -> Iterator[tuple[Message, memoryview | None]]:
                     if count > MAX_FRAMES:
                         raise Refusal(f"more than {MAX_FRAMES} frames: cut it into shorter recordings")
                     damaged = frame.is_corrupt or fault or (damaged and not frame.key_frame)
-                    yield _frame(frame, damaged)
+                    message, picture = _frame(frame, damaged, channel)
+                    if count == 1:
+                        message["coloured"] = _coloured(frame)
+                    yield message, picture
     yield {"kind": "end", "errors": errors}, None
 
 
@@ -126,34 +137,52 @@ def _declared(container: av.container.InputContainer, stream: VideoStream, files
     return {"declared": max(stream.frames, 0), "duration": max(duration, 0.0)}
 
 
-def _frame(frame: VideoFrame, damaged: bool) -> tuple[Message, memoryview]:
+def _coloured(frame: VideoFrame) -> bool:
+    name = frame.format.name
+    if name.startswith("gray"):
+        return False
+    for channel in (1, 2):
+        message, plane = _frame(frame, False, channel)
+        (width, height), stride = message["plane"], message["stride"]
+        rows = [plane[row * stride : row * stride + width] for row in range(height)]
+        if max(map(max, rows)) - min(map(min, rows)) >= _COLOURED:
+            return True
+    return False
+
+
+def _frame(frame: VideoFrame, damaged: bool, channel: int) -> tuple[Message, memoryview]:
     name = frame.format.name
     full_range = frame.color_range == 2 or name.startswith("yuvj") or (name == "gray" and frame.color_range != 1)
-    grey = frame if name in _LUMA else frame.reformat(format="gray", threads=1)
+    if channel:
+        picture = frame if name in _PLANAR else frame.reformat(format="yuvj444p", threads=1)
+    else:
+        picture = frame if name in _LUMA else frame.reformat(format="gray", threads=1)
     # Without NumPy: its import would take as long as a hundred frames.
-    plane, stride = memoryview(grey.planes[0]), grey.planes[0].line_size
+    chosen = picture.planes[channel]
+    plane, stride = memoryview(chosen), chosen.line_size
     message = {
         "kind": "frame",
         "time": float(frame.pts * frame.time_base) if frame.pts is not None and frame.time_base else None,
         "size": [frame.width, frame.height],
+        "plane": [chosen.width, chosen.height],
         "stride": stride,
-        "limited_range": name in _LUMA and not full_range,
+        "limited_range": name in _LUMA and not full_range and not channel,
         "damaged": damaged,
         "interlaced": bool(frame.interlaced_frame),
         "rotation": int(frame.rotation),
     }
-    return message, plane[: stride * frame.height]
+    return message, plane[: stride * chosen.height]
 
 
-def main(descriptor: int, memory: int, path: Path) -> None:
-    """Send the content of ``path``; errors are sent as the message ``refused``."""
+def main(descriptor: int, memory: int, channel: int, path: Path) -> None:
+    """Send a channel of ``path``; errors are sent as the message ``refused``."""
     av.logging.set_level(av.logging.ERROR)
     resource.setrlimit(resource.RLIMIT_AS, (MAX_MEMORY, MAX_MEMORY))
     resource.setrlimit(resource.RLIMIT_CPU, (MAX_SECONDS, MAX_SECONDS + 5))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     with Connection(descriptor) as connection, mmap.mmap(memory, MEMORY) as shared:
         try:
-            for message, picture in messages(path):
+            for message, picture in messages(path, channel):
                 if picture is not None:
                     # The next frame is decoded meanwhile.
                     connection.recv_bytes()
@@ -173,4 +202,4 @@ def main(descriptor: int, memory: int, path: Path) -> None:
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]), int(sys.argv[2]), Path(sys.argv[3]))
+    main(int(sys.argv[1]), int(sys.argv[2]), int(sys.argv[3]), Path(sys.argv[4]))

@@ -85,6 +85,15 @@ class StripTracker:
             )
         return None
 
+    def clarity(self, image: Picture, end: Array, marker: Array) -> float:
+        """How well the strip is seen in a first picture: its contrast times its score, 0 where it is not found."""
+        try:
+            line = find(without_marker(image, marker), end, points=POINTS, source=self._source)
+            self._check_first(line, end)
+        except TrackingError:
+            return 0.0
+        return float(line.contrast[0] * line.score.mean())
+
     def _start(self, frame: Frame, end: Array, marker: Array) -> Centreline | None:
         """The strip in the first frame that shows all of it."""
         if np.isnan(self._first_time):

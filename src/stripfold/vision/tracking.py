@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,12 +14,13 @@ from stripfold.vision import video
 from stripfold.vision.calibration import Calibration
 from stripfold.vision.centreline import Centreline
 from stripfold.vision.cross_sections import arc_length
+from stripfold.vision.decoding import CHANNELS
 from stripfold.vision.gripper import Grip, GripperTracker, Track, interpolate_gaps
 from stripfold.vision.mapping import Mapping
 from stripfold.vision.recording import Recording
 from stripfold.vision.strip_tracker import StripTracker
 from stripfold.vision.timing import Timing, row_time, timing
-from stripfold.vision.video import VideoReport
+from stripfold.vision.video import Frame, VideoReport
 
 STATIONS = 40
 """Number of material points."""
@@ -91,7 +93,8 @@ def track(recording: Recording, calibration: Calibration, progress: Callable[[st
     lines: list[Centreline | None] = []
     doubled: list[bool] = []
     size = mapping.camera.size
-    with video.read(path, recording.timestamps) as frames:
+    with ExitStack() as stack:
+        shown = frames = stack.enter_context(video.read(path, recording.timestamps))
         for frame in frames:
             if frame.image.shape[::-1] != size:
                 raise MeasurementError(
@@ -103,7 +106,11 @@ def track(recording: Recording, calibration: Calibration, progress: Callable[[st
             grip = follow_gripper(frame)
             grips.append(grip)
             end = mapping.to_pixels(mapping.to_robot(grip.centre[None]) + offset)[0]
-            lines.append(follow_strip(frame, end, grip.corners))
+            if frame.index == 0 and frames.report.coloured:
+                channel = _clearest_channel(recording, follow_strip, frame, end, grip)
+                # Luma is decoded already.
+                shown = stack.enter_context(video.read(path, recording.timestamps, channel)) if channel else frames
+            lines.append(follow_strip(frame if shown is frames else next(shown), end, grip.corners))
             doubled.append(frame.doubled)
             if progress and frame.index % 30 == 0:
                 progress(f"frame {frame.index}, {frame.time:.2f} s")
@@ -133,6 +140,15 @@ def track(recording: Recording, calibration: Calibration, progress: Callable[[st
         complete=not any(any(line.open_ends) for line in lines if line is not None),
         size=size,
     )
+
+
+def _clearest_channel(recording: Recording, follow_strip: StripTracker, first: Frame, end: Array, grip: Grip) -> int:
+    """In which channel of the film's first frame the strip is seen best."""
+    clarity = [follow_strip.clarity(first.image, end, grip.corners)]
+    for channel in range(1, len(CHANNELS)):
+        with video.read(recording.video, recording.timestamps, channel) as frames:
+            clarity.append(follow_strip.clarity(next(frames).image, end, grip.corners))
+    return int(np.argmax(clarity))
 
 
 def material_points(lines: Sequence[Centreline | None], mapping: Mapping) -> tuple[Array, Array, Array]:

@@ -68,7 +68,7 @@ class VideoReport:
     """Statistics of the reading: numbers of frames, and packets that could not be decoded.
 
     ``declared`` is the number of frames by the header, ``duration`` its length, s; 0 where it does not say.
-    ``end`` is the time of the last frame, s.
+    ``end`` is the time of the last frame, s; ``coloured`` whether the first one has colours.
     """
 
     declared: int = 0
@@ -78,6 +78,7 @@ class VideoReport:
     doubled: int = 0
     damaged: int = 0
     interlaced: int = 0
+    coloured: bool = False
     errors: int = 0
 
     @property
@@ -100,7 +101,7 @@ class VideoReport:
         return tuple(text for text, holds in found.items() if holds)
 
 
-def read(path: str | os.PathLike[str], timestamps: str | os.PathLike[str] | None = None) -> Reader:
+def read(path: str | os.PathLike[str], timestamps: str | os.PathLike[str] | None = None, channel: int = 0) -> Reader:
     """The frames of a video, or of a folder, in temporal order; one at a time is in memory.
 
     Parameters
@@ -110,6 +111,8 @@ def read(path: str | os.PathLike[str], timestamps: str | os.PathLike[str] | None
     timestamps
         CSV ``frame,t`` with one row per frame: when it was taken, s.  Replaces the times in the video; required for a
         folder.
+    channel
+        Index of :data:`.decoding.CHANNELS`: what the pictures show.
 
     Raises
     ------
@@ -117,13 +120,13 @@ def read(path: str | os.PathLike[str], timestamps: str | os.PathLike[str] | None
         Here or while reading: not a video, no times or times that do not increase, a table without one row per frame,
         or a limit of size, time or memory exceeded.
     """
-    return Reader(Path(path), None if timestamps is None else Path(timestamps))
+    return Reader(Path(path), None if timestamps is None else Path(timestamps), channel)
 
 
 class Reader(Iterator[Frame]):
     """An iterator over frames; leaving its ``with`` block ends the decoder.  ``report`` is updated with each frame."""
 
-    def __init__(self, path: Path, timestamps: Path | None) -> None:
+    def __init__(self, path: Path, timestamps: Path | None, channel: int) -> None:
         self._path = path
         self._times = None if timestamps is None else read_timestamps(timestamps)
         self._last: Frame | None = None
@@ -138,7 +141,15 @@ class Reader(Iterator[Frame]):
             descriptors = [theirs.fileno(), memory]
             # -P: a module in the user's working folder must not shadow a library.
             self._process = subprocess.Popen(
-                [sys.executable, "-P", "-m", decoding.__name__, *map(str, descriptors), str(path.absolute())],
+                [
+                    sys.executable,
+                    "-P",
+                    "-m",
+                    decoding.__name__,
+                    *map(str, descriptors),
+                    str(channel),
+                    str(path.absolute()),
+                ],
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.DEVNULL,
                 stderr=subprocess.DEVNULL,
@@ -246,6 +257,7 @@ class Reader(Iterator[Frame]):
             )
         doubled = last is not None and all(np.array_equal(a, b) for a, b in zip(image, last.image, strict=True))
         report.decoded += 1
+        report.coloured = report.coloured or message.get("coloured", False)
         report.end = time
         report.doubled += doubled
         report.damaged += message["damaged"]
@@ -254,11 +266,13 @@ class Reader(Iterator[Frame]):
 
     def _upright(self, message: Message) -> Picture:
         """The picture with full range, rotated as the file asks for; read-only."""
-        (width, height), stride = message["size"], message["stride"]
+        (width, height), stride = message["plane"], message["stride"]
         shared = self._memory[: stride * height].reshape(height, stride)[:, :width]
         image = cv2.LUT(shared, _FULL_RANGE) if message["limited_range"] else shared.copy()
         with suppress(OSError):  # at the end the decoder does not wait for it
             self._connection.send_bytes(_COPIED)
+        if message["plane"] != message["size"]:
+            image = cv2.resize(image, message["size"], interpolation=cv2.INTER_LINEAR)
         rotation = message["rotation"] % 360
         if rotation % 90:
             raise self._unusable("pictures rotated by a multiple of 90 degrees", f"it asks for {rotation}")
