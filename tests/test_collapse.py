@@ -152,7 +152,7 @@ def test_what_lies_in_front_of_the_lying_part_does_not_touch() -> None:
     state = dynamics.start(StripProblem(model, Opened()), np.zeros(model.size), np.zeros(model.size), 0.0, z[on_floor])
     assert not touches(model, state)
     folded = state.q.copy()
-    folded[x[model.s < 2.0]] = 6.0 - 2.0 * model.s[model.s < 2.0]
+    folded[x[model.s < 2.0]] = 8.0 - 2.0 * model.s[model.s < 2.0]
     assert touches(model, replace(state, q=folded))
     # All that lies is one part.
     assert not touches(model, replace(state, q=folded, active=z[model.s > 4.0]))
