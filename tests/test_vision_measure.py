@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import json
 import re
 import shutil
@@ -22,7 +23,7 @@ from stripfold.material import GRAVITY, Material
 from stripfold.measured import RecordingMeasurement
 from stripfold.synthetic.recording import history_of, write_recording
 from stripfold.synthetic.scene import Scene
-from stripfold.vision import measure, recording, report, snap, video
+from stripfold.vision import measure, recording, report, report_pictures, snap, video
 from stripfold.vision.calibration import Calibration, calibrate_folder
 from stripfold.vision.measure import Measurement
 from stripfold.vision.model import model_value
@@ -357,8 +358,52 @@ def test_dataset_and_report_hold_the_result(found: Measurement, tmp_path: Path):
         '<p class="flag">first</p>\n<p class="flag">second</p>',
     ):
         assert page.count(text) == 1
-    assert page.count("data:video/mp4;base64,") == page.count("data:image/png;base64,") == 1
+    assert page.count('src="data:video/mp4;base64,') == page.count('poster="data:image/jpeg;base64,') == 1
     assert "<script" not in page
+
+
+def test_report_gives_units_pass_marks_and_the_meaning_of_its_words(found: Measurement):
+    page = report.html(found)
+    value = found.calibration.quality["plane_rms"]
+    cells = ("corners off the folding plane</td>", f">{value:.4g} px</td>", ">at most 0.35 px</td>")
+    assert re.search(".*?".join(map(re.escape, cells)), page)
+    rows = report.calibration_rows({"resolution": 2.5e-4, "another_number": 3.0})
+    assert rows == [("size of a pixel there", "0.25 mm", ""), ("another number", "3", "")]
+    assert set(found.calibration.quality) <= set(report.CALIBRATION)
+    assert set(measure.PARTS) == set(report.PARTS)
+    for word in ("λ", "onset of the snap", "standard deviation", "confidence", "λ_c of the model"):
+        assert f"<dt>{word}</dt>" in page
+
+
+def picture_of(text: str) -> Array:
+    return cv2.imdecode(np.frombuffer(base64.b64decode(text), np.uint8), cv2.IMREAD_COLOR)
+
+
+def test_montage_shows_the_strip_at_its_times(snapping: Made, found: Measurement):
+    shown = report_pictures.pictures(found)
+    times = snapping[2].timing.time
+    assert len(shown.montage) == len(report_pictures.MONTAGE_TIMES)
+    for (label, _), asked in zip(shown.montage, report_pictures.MONTAGE_TIMES, strict=True):
+        assert float(label.removesuffix(" s")) == pytest.approx(asked, abs=0.5 / 25.0 + 0.006)
+        assert np.abs(times - found.event_time - float(label.removesuffix(" s"))).min() < 0.006
+    tile, poster = picture_of(shown.montage[3][1]), picture_of(shown.poster)
+    assert tile.shape[1] == report_pictures.TILE
+    assert tile.shape[0] / tile.shape[1] < 0.95 * 240 / 320  # cropped to the strip
+    assert poster.shape[:2] == (240, 320)
+    with video.read(found.recording.video) as frames:
+        difference = [np.abs(poster.mean(axis=2) - frame.image).mean() for frame in frames]
+    assert times[int(np.argmin(difference))] == pytest.approx(found.event_time, abs=0.5 / 25.0)
+
+
+def test_curves_show_lambda_and_the_level_of_the_onset(found: Measurement):
+    lam, _, speed, _ = report_pictures.curves(found).axes
+    levels = [
+        {float(line.get_ydata()[0]) for line in ax.lines if len(set(line.get_ydata())) == 1} for ax in (lam, speed)
+    ]
+    assert 1e3 * found.event in levels[0]
+    assert 1e3 * found.motion.level(0.5) in levels[1]
+    onset = np.interp(found.event_time, lam.lines[0].get_xdata(), lam.lines[0].get_ydata())
+    assert onset == pytest.approx(1e3 * found.by_video, abs=0.2)
 
 
 def test_title_is_escaped_in_the_page(snapping: Made):

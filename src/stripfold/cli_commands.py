@@ -274,7 +274,7 @@ def measure(arguments: argparse.Namespace, say: Say) -> str:
         found.report(new_page)
     if arguments.json:
         return as_json(found.to_dict())
-    return f"{found}\n{'written':<30} {page}, {data}"
+    return f"{found}\n{'written':<36} {page}, {data}"
 
 
 def _check_result(folder: Path, *files: Path) -> None:

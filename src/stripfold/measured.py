@@ -156,7 +156,7 @@ class RecordingMeasurement(Result):
         ]
 
     def __str__(self) -> str:
-        return "\n".join(f"{name:<30} {text}" for name, text in self.rows())
+        return "\n".join(f"{name:<36} {text}" for name, text in self.rows())
 
     def to_dict(self) -> dict[str, Any]:
         found = self.details
@@ -212,9 +212,9 @@ class RecordingMeasurement(Result):
 
     def plot(self) -> Figure:
         """Gripper, speed of the strip and confidence over time."""
-        from stripfold.vision import report
+        from stripfold.vision import report_pictures
 
-        return report.curves(self.details)
+        return report_pictures.curves(self.details)
 
     def to_netcdf(self, file: str | os.PathLike[str]) -> None:
         entries = self.details.recording.entries

@@ -1,40 +1,64 @@
-"""A page about a measured recording: film, montage, curves and numbers in one HTML file."""
+"""A page about a measured recording: numbers with their meaning, film, montage and curves in one HTML file."""
 
 from __future__ import annotations
 
-import base64
 import io
-import tempfile
-from collections.abc import Iterator
-from fractions import Fraction
 from importlib.resources import files
-from math import hypot, isfinite
-from pathlib import Path
+from math import isfinite
+from typing import Any, NamedTuple
 
-import av
-import cv2
 import jinja2
 import numpy as np
-from av.video.stream import VideoStream
 from matplotlib.figure import Figure
 
 import stripfold
-from stripfold.arrays import Picture
-from stripfold.plots.colours import BLACK, BLUE, GREY, RED
-from stripfold.plots.style import figure, styled
 from stripfold.store import running_commit
-from stripfold.vision import video
-from stripfold.vision.measure import Z_95, Measurement
+from stripfold.vision import intrinsics, robot_grid
+from stripfold.vision.calibration import MAX_PLANE_RMS, MAX_SCALE_ERROR, MAX_SIDE_ERROR
+from stripfold.vision.measure import Measurement
+from stripfold.vision.report_pictures import curves, pictures
 from stripfold.vision.threads import one_thread
 
-WIDTH = 480
-"""Largest width of the film, pixels."""
-MAX_FRAMES = 900
-"""Most frames of the film in the report: of a longer one every second, third, ... is shown."""
-MONTAGE_TIMES = (-0.5, -0.2, -0.1, 0.0, 0.1, 0.2, 0.3, 0.5)
-"""Times from the onset in the montage, s."""
-_ENCODING = {"crf": "26", "preset": "veryfast", "threads": "1", "subq": "1", "me_method": "dia", "trellis": "0"}
-_RED, _BLUE = (0, 0, 212), (178, 114, 0)  # BGR
+
+class Entry(NamedTuple):
+    """A number of the calibration: what it is, the unit that it is shown in, its factor from SI, and its pass mark."""
+
+    words: str
+    unit: str = ""
+    factor: float = 1.0
+    mark: str = ""
+
+
+CALIBRATION = {
+    "camera_from": Entry("camera from"),
+    "camera_uncertainty": Entry("uncertainty of the camera"),
+    "camera_views": Entry("views of the board", mark=f"at least {intrinsics.MIN_VIEWS}"),
+    "camera_coverage": Entry("covered by them", "% of the picture", 100.0, f"at least {intrinsics.MIN_COVERAGE:.0%}"),
+    "camera_rms": Entry("reprojection error", "px", 1.0, f"at most {intrinsics.MAX_RMS:g} px"),
+    "camera_worst_view_rms": Entry(
+        "  of the worst view", "px", 1.0, f"at most {intrinsics.OUTLIER:g} times the median"
+    ),
+    "camera_split_half": Entry("difference of two halves of the views", "mm", 1e3),
+    "camera_inflation": Entry("factor on its uncertainty, from their scatter"),
+    "plane_rms": Entry("corners off the folding plane", "px", 1.0, f"at most {MAX_PLANE_RMS:g} px"),
+    "resolution": Entry("size of a pixel there", "mm", 1e3),
+    "stops": Entry("stops of the robot", mark=f"at least {robot_grid.MIN_STOPS}"),
+    "robot_rms": Entry("their distance from the fit", "mm", 1e3),
+    "robot_left_out_rms": Entry(
+        "  from the fit to the others", "mm", 1e3, f"each at most {1e3 * robot_grid.MAX_STOP_ERROR:g} mm"
+    ),
+    "robot_scale": Entry("metre of the board in the robot's", "m", 1.0, f"1 m within {MAX_SCALE_ERROR:.0%}"),
+    "marker_side": Entry("marker's side over the described one", mark=f"1 within {MAX_SIDE_ERROR:.0%} and its blur"),
+}
+PARTS = {
+    "shape": "noise of the strip's points",
+    "level": "height of the speed's peak",
+    "frames": "time between frames",
+    "mapping": "calibration",
+    "gripper": "noise of the marker",
+    "clock": "synchronisation of the clocks",
+}
+"""Causes of uncertainty in words."""
 
 
 @one_thread()
@@ -42,21 +66,16 @@ def html(found: Measurement) -> str:
     """The page of a measurement."""
     text = files("stripfold.vision").joinpath("templates/report.html").read_text(encoding="utf-8")
     template = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined).from_string(text)
-    film, montage = _pictures(found)
-    quality = [
-        (name.replace("_", " "), f"{value:.4g}" if isinstance(value, float) else str(value))
-        for name, value in found.calibration.quality.items()
-    ]
     return template.render(
         title=found.recording.entries.title,
         synthetic=found.recording.entries.synthetic,
+        snapped=found.snapped,
         result=result(found),
         manual=found.manual,
         flags=found.flags,
         rows=rows(found),
-        quality=quality,
-        film=film,
-        montage=montage,
+        calibration=calibration_rows(found.calibration.quality),
+        pictures=pictures(found),
         curves=_svg(curves(found)),
         version=stripfold.__version__,
         commit=running_commit(),
@@ -79,7 +98,7 @@ def rows(found: Measurement) -> list[tuple[str, str]]:
         ("λ by the robot's log", _millimetres(found.by_log)),
         *_model_rows(found),
         ("standard deviation", _millimetres(found.sd, 3)),
-        *((f"  from {name}", _millimetres(value, 3)) for name, value in found.parts.items()),
+        *((f"  from {PARTS.get(name, name)}", _millimetres(value, 3)) for name, value in found.parts.items()),
         ("speed of the gripper", f"{1e3 * found.speed:.2f} mm/s"),
         ("speed of the snap over following", f"{found.motion.ratio:.1f}"),
         ("frames", str(len(found.tracks.timing.time))),
@@ -104,34 +123,15 @@ def _millimetres(value: float, digits: int = 2) -> str:
     return f"{1e3 * value:.{digits}f} mm" if isfinite(value) else "-"
 
 
-@styled
-def curves(found: Measurement) -> Figure:
-    """Position of the gripped end, speed of the strip, and confidence over time, with the onset and its interval."""
-    tracks, motion = found.tracks, found.motion
-    fig = figure(6.0, 7.0)
-    x, z, speed, score = fig.subplots(4, 1, sharex=True)
-    x.plot(tracks.grip_time, 1e3 * tracks.gripped_end[:, 0], color=BLACK)
-    x.set_ylabel("$x$ [mm]")
-    z.plot(tracks.grip_time, 1e3 * tracks.gripped_end[:, 1], color=BLACK)
-    z.axhline(1e3 * found.recording.entries.gripper.height, color=GREY, linewidth=0.8, linestyle="--")
-    z.set_ylabel("$z$ [mm]")
-    speed.plot(motion.t, 1e3 * motion.u, color=RED)
-    speed.axhline(1e3 * motion.following, color=GREY, linewidth=0.8, linestyle="--")
-    speed.set_ylabel("speed [mm/s]")
-    score.plot(tracks.timing.time, tracks.gripper.score, color=BLUE, label="marker")
-    score.plot(tracks.timing.time, tracks.score, color=RED, label="strip")
-    score.set(ylabel="confidence", ylim=(0.0, 1.05), xlabel="time [s]")
-    score.legend(loc="lower left", ncols=2)
-    for ax in (x, z, speed, score):
-        # Mathematical text takes longer than all the rest of the figure.
-        ax.ticklabel_format(useMathText=False)
-    if found.snapped:
-        sd = hypot(*(found.parts[name] for name in ("shape", "level", "frames")))
-        half = Z_95 * sd / max(found.speed, 1e-9)
-        for ax in (x, z, speed, score):
-            ax.axvline(found.event_time, color=BLACK, linewidth=0.8)
-            ax.axvspan(found.event_time - half, found.event_time + half, color=GREY, alpha=0.3, linewidth=0.0)
-    return fig
+def calibration_rows(quality: dict[str, Any]) -> list[tuple[str, str, str]]:
+    """What the calibration's numbers are, with their units, and from where on they are refused."""
+    known = [name for name in CALIBRATION if name in quality]
+    shown = []
+    for name in (*known, *(name for name in quality if name not in CALIBRATION)):
+        entry, value = CALIBRATION.get(name, Entry(name.replace("_", " "))), quality[name]
+        text = f"{entry.factor * value:.4g}" if isinstance(value, float) else str(value)
+        shown.append((entry.words, f"{text} {entry.unit}".strip(), entry.mark))
+    return shown
 
 
 def _svg(fig: Figure) -> str:
@@ -139,56 +139,3 @@ def _svg(fig: Figure) -> str:
     fig.savefig(text, format="svg", metadata={"Date": None, "Creator": None})
     # Inside a page there is no XML declaration.
     return text.getvalue()[text.getvalue().index("<svg") :]
-
-
-def _pictures(found: Measurement) -> tuple[str, str]:
-    """The film with the detections drawn in, and the montage, both in base64."""
-    times = found.tracks.timing.time
-    labels = {int(np.argmin(np.abs(times - found.event_time - at))): f"{at:+.1f} s" for at in MONTAGE_TIMES}
-    shown: list[Picture] = []
-    every = -(-len(times) // MAX_FRAMES)
-    rate = Fraction(1.0 / (found.tracks.timing.period * every)).limit_denominator(1000)
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "film.mp4"
-        with av.open(str(path), "w", format="mp4") as container:
-            stream: VideoStream = container.add_stream("libx264", rate=rate, options=_ENCODING)
-            stream.width, stream.height = _film_size(found)
-            stream.pix_fmt = "yuv420p"
-            for index, picture in enumerate(_annotated(found)):
-                if index % every == 0:
-                    planes = np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2YUV_I420), dtype=np.uint8)
-                    container.mux(stream.encode(av.VideoFrame.from_ndarray(planes, format="yuv420p")))
-                if index in labels:
-                    cv2.putText(picture, labels[index], (6, 20), cv2.FONT_HERSHEY_SIMPLEX, 0.6, (255, 255, 255), 1)
-                    shown.append(picture)
-            container.mux(stream.encode())
-        film = path.read_bytes()
-    shown += [np.full_like(shown[0], 255)] * (-len(shown) % 4)
-    montage = np.vstack([np.hstack(shown[i : i + 4]) for i in range(0, len(shown), 4)])
-    _, png = cv2.imencode(".png", montage)
-    return base64.b64encode(film).decode(), base64.b64encode(png.tobytes()).decode()
-
-
-def _film_size(found: Measurement) -> tuple[int, int]:
-    """Width and height of the film, even as the encoder needs them."""
-    width, height = found.tracks.size
-    small = min(WIDTH, width) // 2 * 2
-    return small, round(small * height / width / 2) * 2
-
-
-def _annotated(found: Measurement) -> Iterator[Picture]:
-    """Each frame in the film's size, with the strip and its gripped end."""
-    tracks, mapping = found.tracks, found.calibration.mapping
-    size = _film_size(found)
-    scale = np.array(size) / tracks.size
-    with video.read(found.recording.video, found.recording.timestamps) as frames:
-        for frame in frames:
-            small = cv2.resize(frame.image, size, interpolation=cv2.INTER_AREA)
-            picture = np.asarray(cv2.cvtColor(small, cv2.COLOR_GRAY2BGR), dtype=np.uint8)
-            # OpenCV takes coordinates with three binary digits after the point.
-            if np.isfinite(tracks.strip_time[frame.index]):
-                line = np.rint(8.0 * scale * mapping.to_pixels(tracks.points[frame.index])).astype(np.int32)
-                cv2.polylines(picture, [line], False, _RED, 1, cv2.LINE_AA, 3)
-            x, z = np.rint(8.0 * scale * mapping.to_pixels(tracks.gripped_end[frame.index][None])[0]).astype(int)
-            cv2.circle(picture, (int(x), int(z)), 32, _BLUE, 1, cv2.LINE_AA, 3)
-            yield picture
