@@ -33,8 +33,10 @@ def touches(model: Model, point: Point | TimeState) -> bool:
     A part in front of that is a strip not lifted yet, or one bent by friction beside its lift-off.
     """
     first, *more = lying_parts(model, point)
-    x = model.mid_surface(point.q)[:, 0] if more else model.s
-    return bool(more) and bool(x[first[-1]] > x[more[-1][0]])
+    if not more:
+        return False
+    x = model.mid_surface(point.q)[:, 0]
+    return bool(x[first[-1]] > x[more[-1][0]])
 
 
 def lift_off(model: Model, point: Point | TimeState) -> float:
