@@ -104,13 +104,14 @@ class TestSteps:
 
     def test_they_are_equal_within_a_piece_and_end_at_corners(self):
         path = polygon((0.0, 0.0), (0.0, 1.2), (2.5, 1.2))
-        found = list(steps_on(path, 0.1))
-        assert [piece for piece, _ in found] == [0] * 12 + [1] * 25
+        found = list(steps_on(path, 12.0, 0.1))
+        first, second = (AlongPiece(piece, 12.0) for piece in path.pieces)
+        assert [motion for motion, _ in found] == [first] * 12 + [second] * 25
         np.testing.assert_allclose([s for _, s in found], np.arange(1, 38) * 0.1, atol=1e-12)
-        uneven = list(steps_on(path, 0.5))
+        uneven = list(steps_on(path, 12.0, 0.5))
         assert [s for _, s in uneven] == pytest.approx([0.4, 0.8, 1.2, 1.7, 2.2, 2.7, 3.2, 3.7])
-        assert uneven[2] == (0, 1.2)
-        assert list(steps_on(path, 10.0)) == [(0, 1.2), (1, pytest.approx(3.7))]
+        assert uneven[2] == (first, 1.2)
+        assert list(steps_on(path, 12.0, 10.0)) == [(first, 1.2), (second, pytest.approx(3.7))]
 
     @pytest.mark.parametrize("size", [0.0, -0.1, LOW.length * 1.01, float("nan"), inf])
     def test_a_step_that_is_none(self, size: float):
@@ -142,8 +143,9 @@ class TestLoadingIncrementally:
         np.testing.assert_allclose(places[0], places[1], atol=1e-3)
 
     def test_pieces_and_friction_of_strength_zero(self):
-        steps = list(load_incrementally(MESH, replace(LOW, pieces=LOW.pieces[:2]), none, 2.0))
-        assert [(step.piece, step.lam) for step in steps] == [p for p in steps_on(LOW, 2.0) if p[0] < 2]
+        begin = replace(LOW, pieces=LOW.pieces[:2])
+        steps = list(load_incrementally(MESH, begin, none, 2.0))
+        assert [(step.at.problem.motion, step.lam) for step in steps] == list(steps_on(begin, 12.0, 2.0))
         assert path_friction.effects_of("pull", 0.0)(MESH(np.ones(1)).model, np.zeros(1)) == ()
         weak = load_incrementally(MESH, LOW, lambda model, q: (Pull(model, 0.0, q),), 2.0)
         for step, other in zip(steps[:4], weak, strict=False):
@@ -182,7 +184,7 @@ class TestLoadingIncrementally:
         assert compared > 10
         assert low_steps[-1].at.problem.effects[1].dissipated > 1e-3
         # What is reported of a step's stability is with the friction: without it the eigenvalue is lower by k_f.
-        at = next(step.at for step in low_steps if step.piece == 1)
+        at = next(step.at for step in low_steps if step.at.problem.motion.piece == LOW.pieces[1])
         bare = MovingContact(at.problem.mesh, at.problem.motion)
         free = continuation.evaluate(bare, at.point.state, at.point.tangent)
         assert at.point.eigenvalues[0] > free.eigenvalues[0] + 0.04
@@ -191,8 +193,8 @@ class TestLoadingIncrementally:
     def test_a_step_begins_with_the_last_state_and_ends_with_its_friction_alone(self, kind: str):
         """The force that the update takes away is there at first; then in proportion to lambda no longer."""
         start = lifted(3.0, kind)
-        places = [(0, start.point.lam + 0.2 * n) for n in range(1, 4)]
-        at = list(load_incrementally_from(with_effects(start, both), [start.problem.motion], places))[-1].at
+        places = [(start.problem.motion, start.point.lam + 0.2 * n) for n in range(1, 4)]
+        at = list(load_incrementally_from(with_effects(start, both), places))[-1].at
         end = at.point.lam + 0.2
         step = path_friction._StepProblem.after(at, end)
         accepted = at.problem.accepted(at.point.q)
@@ -228,9 +230,9 @@ class TestLoss:
         """Also in steps so long that a state behind the snap is at their end."""
         start = lifted(3.0, kind)
         critical = solve_height(StripModel(16.0, 0.06, kind=kind), 3.0, 2.0).lam
-        places = ((0, start.point.lam + size * n) for n in range(1, 200))
+        places = ((start.problem.motion, start.point.lam + size * n) for n in range(1, 200))
         with pytest.raises(LostStabilityError, match="limit point") as caught:
-            list(load_incrementally_from(with_effects(start, none), [start.problem.motion], places))
+            list(load_incrementally_from(with_effects(start, none), places))
         assert caught.value.parameter == pytest.approx(critical, rel=1e-3)
 
     def test_hysteresis_delays_it(self):
@@ -238,10 +240,10 @@ class TestLoss:
         critical = solve_height(StripModel(16.0, 0.06, kind="rod"), 3.0, 2.0).lam
 
         def limit(strength: float) -> float:
-            places = ((0, start.point.lam + 0.2 * n) for n in range(1, 200))
+            places = ((start.problem.motion, start.point.lam + 0.2 * n) for n in range(1, 200))
             acting = with_effects(start, path_friction.effects_of("hysteresis", strength))
             with pytest.raises(LostStabilityError, match="limit point") as caught:
-                list(load_incrementally_from(acting, [start.problem.motion], places))
+                list(load_incrementally_from(acting, places))
             return caught.value.parameter
 
         assert critical + 0.02 < limit(0.005) < limit(0.01) < critical + 0.5
@@ -250,9 +252,9 @@ class TestLoss:
         """It acts like a viscosity: with enough of it the strip moves on through the snap in steps, and touches."""
         start = lifted(3.0)
         critical = solve_height(StripModel(16.0, 0.06, kind="rod"), 3.0, 2.0).lam
-        places = ((0, start.point.lam + 0.2 * n) for n in range(1, 200))
+        places = ((start.problem.motion, start.point.lam + 0.2 * n) for n in range(1, 200))
         acting = with_effects(start, path_friction.effects_of("pull", 0.1))
-        steps = load_incrementally_from(acting, [start.problem.motion], places)
+        steps = load_incrementally_from(acting, places)
         touch = next(step for step in steps if step.touches)
         assert critical < touch.lam < critical + 3.0
 
@@ -281,7 +283,7 @@ def test_work_of_the_gripper():
     ((_, first),) = lift(ROD.contact_mesh(0.5, memory=True), [1.0])
     first = with_effects(first, lambda model, q: (Hysteresis.of(model, 0.1, slack=q),))
     heights = np.linspace(1.0, 2.5, 61)
-    steps = load_incrementally_from(first, [Lift()], [(0, float(height)) for height in heights[1:]])
+    steps = load_incrementally_from(first, [(Lift(), float(height)) for height in heights[1:]])
     states = [at.problem.on_mesh(at.point) for at in (first, *(step.at for step in steps))]
     pull = [problem.residual(point.q, point.lam)[problem.model.middle[0, 1]] for problem, point in states]
     work = float(np.trapezoid(pull, heights))

@@ -28,7 +28,7 @@ from stripfold.moving_contact import MovingContact
 from stripfold.paths import geometric
 from stripfold.paths.curve import GripperPath, Piece
 from stripfold.paths.rpath import plan_r_path
-from stripfold.problem import AlongPiece, AlongX
+from stripfold.problem import AlongPiece, AlongX, Motion
 from stripfold.solve import dynamics
 from stripfold.solve.drive import Drive, Moving
 from stripfold.solve.dynamics import TimeEvent
@@ -88,17 +88,17 @@ def statics(case: Case, path: GripperPath, moment: float) -> Iterator[Step]:
     at = _first(case, path)
     if moment:
         at = with_effects(at, lambda model, q: (case.friction(model, moment, q),))
-    motions = [AlongPiece(piece, case.length) for piece in path.pieces]
     low = False
 
-    def places() -> Iterator[tuple[int, float]]:
+    def places() -> Iterator[tuple[Motion, float]]:
         travelled = at.point.lam
-        for i, piece in enumerate(path.pieces):
+        for piece in path.pieces:
+            motion = AlongPiece(piece, case.length)
             while travelled < piece.end - 1e-9:
                 travelled = min(travelled + case.step * (FINE if low else 1.0), piece.end)
-                yield i, travelled
+                yield motion, travelled
 
-    for step in load_incrementally_from(at, motions, places()):
+    for step in load_incrementally_from(at, places()):
         low = clearance(step.at.problem, step.at.point.q)[0] < NEAR
         yield step
 

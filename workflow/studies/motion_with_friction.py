@@ -94,14 +94,14 @@ def limit(case: Case, height: float, moment: float) -> tuple[float, float, float
     sags = [(start, np.inf)]
     step: Step | None = None
 
-    def places() -> Iterator[tuple[int, float]]:
-        yield 0, start + NEAR * case.step
+    def places() -> Iterator[tuple[Motion, float]]:
+        yield at.problem.motion, start + NEAR * case.step
         while step is not None:
             share = min(1.0, step.at.point.tangent.lam, sags[-1][1])
-            yield 0, step.lam + max(share, NEAR) * case.step
+            yield at.problem.motion, step.lam + max(share, NEAR) * case.step
 
     try:
-        for step in load_incrementally_from(at, [at.problem.motion], places()):
+        for step in load_incrementally_from(at, places()):
             if step.touches:
                 return TOUCH, _touch(sags, step.lam), start, _speed(sags)
             if step.at.contact[-1] > case.length - LEAST_LYING:
@@ -165,6 +165,6 @@ def _onto(at: BranchPoint, motion: Motion, lam: float) -> BranchPoint:
 
 
 def _last(at: BranchPoint, motion: Motion, places: Sequence[float]) -> BranchPoint:
-    for step in load_incrementally_from(at, [motion], ((0, float(place)) for place in places)):
+    for step in load_incrementally_from(at, ((motion, float(place)) for place in places)):
         at = step.at
     return at

@@ -6,7 +6,7 @@ curvature the moment goes on along a straight line.  Units: L* of the secant.  S
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
 import numpy as np
 import xarray as xr
@@ -82,9 +82,9 @@ def run(
             row = (found.lam, found.free_length, bends[-1], left, found.end is End.SNAP)
             for name, value in zip(names, row, strict=True):
                 ends[name][i, j] = value
-        motions = [AlongPiece(piece, length_star) for piece in plan.path.pieces]
-        first = bent(from_flat(strip.contact_mesh(refinement), motions[0], FIRST), *laws[law])
-        lams, bends, lost = followed(first, motions, steps_on(plan.path, step))
+        motion = AlongPiece(plan.path.pieces[0], length_star)
+        first = bent(from_flat(strip.contact_mesh(refinement), motion, FIRST), *laws[law])
+        lams, bends, lost = followed(first, steps_on(plan.path, length_star, step))
         paths["path_lost"][i], paths["path_curvature"][i] = lost / plan.path.length, bends[-1]
         paths["path_leaves"][i] = leaves(lams, bends, curvature[-1]) / plan.path.length
     return dataset(
@@ -129,13 +129,11 @@ def leaves(lams: Array, bends: Array, end: float) -> float:
     return float(lams[i] if i == 0 else np.interp(end, bends[i - 1 : i + 1], lams[i - 1 : i + 1]))
 
 
-def followed(
-    first: BranchPoint, motions: Sequence[Motion], places: Iterable[tuple[int, float]]
-) -> tuple[Array, Array, float]:
+def followed(first: BranchPoint, places: Iterable[tuple[Motion, float]]) -> tuple[Array, Array, float]:
     """Lengths travelled and largest curvatures up to the first touch or the loss of stability, and where that is."""
     lams, bends = [], []
     try:
-        for step in load_incrementally_from(first, motions, places):
+        for step in load_incrementally_from(first, places):
             lams.append(step.lam)
             bends.append(largest(step.at))
             if step.touches:

@@ -125,9 +125,9 @@ def static_limit(strip: StripModel, height: float, friction: float, refinement: 
         return (Hysteresis.of(model, friction, slack=u),) if friction else ()
 
     steps: list[Step] = []
-    places = ((0, start + STEP * n) for n in range(1, MAX_STEPS))
+    places = ((motion, start + STEP * n) for n in range(1, MAX_STEPS))
     try:
-        for step in load_incrementally_from(with_effects(first, effects), [motion], places):
+        for step in load_incrementally_from(with_effects(first, effects), places):
             if step.touches:
                 raise SolveError("the sag touches before the strip snaps", parameter=step.lam)
             steps.append(step)

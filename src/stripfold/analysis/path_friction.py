@@ -12,7 +12,7 @@ point before the step's end.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -52,6 +52,7 @@ Effects = Callable[[Model, Array], tuple[MovableEffect, ...]]
 
 STEP = 0.1
 """Usual size of the steps, L*."""
+LET_GO = "what held it has left the floor"
 REACHED, LANDING = "end of the step", "gripper near the floor"
 WITHIN_STEP = replace(STEPS, first=0.02, largest=0.3)
 """Steps of the continuation where one solve does not reach a step's end."""
@@ -74,12 +75,9 @@ class Step:
     ----------
     at
         The state and its problem, with the memory of the previous state; its stability includes the effects' tangent.
-    piece
-        Index of the path's piece.
     """
 
     at: BranchPoint
-    piece: int
 
     @property
     def lam(self) -> float:
@@ -125,12 +123,13 @@ class _StepProblem(MovingContact):
         return residual + self._share(lam) * self.taken, matrix, rate
 
 
-def steps_on(path: GripperPath, size: float) -> Iterator[tuple[int, float]]:
-    """Pieces and lengths travelled, at equal steps of at most ``size`` within each piece, corners included."""
-    for i, piece in enumerate(path.pieces):
+def steps_on(path: GripperPath, length: float, size: float) -> Iterator[tuple[Motion, float]]:
+    """Motions of the gripper and lengths travelled, at equal steps of at most ``size`` within each piece."""
+    for piece in path.pieces:
+        motion = AlongPiece(piece, length)
         count = int(np.ceil((piece.end - piece.start) / size * (1.0 - 1e-12)))
         for travelled in np.linspace(piece.start, piece.end, count + 1)[1:]:
-            yield i, float(travelled)
+            yield motion, float(travelled)
 
 
 def load_incrementally(mesh: Planned, path: GripperPath, effects: Effects, size: float) -> Iterator[Step]:
@@ -149,9 +148,8 @@ def load_incrementally(mesh: Planned, path: GripperPath, effects: Effects, size:
         raise InvalidInputError("step", size, f"more than 0 and at most {path.length:g} L*")
     travelled = min(FIRST, path.pieces[0].end / 4.0, size / 4.0)
     length = mesh(np.array([1.0])).length
-    motions = [AlongPiece(piece, length) for piece in path.pieces]
-    first = with_effects(from_flat(mesh, motions[0], travelled), effects)
-    yield from load_incrementally_from(first, motions, steps_on(path, size))
+    first = with_effects(from_flat(mesh, AlongPiece(path.pieces[0], length), travelled), effects)
+    yield from load_incrementally_from(first, steps_on(path, length, size))
 
 
 def with_effects(at: BranchPoint, effects: Effects) -> BranchPoint:
@@ -160,10 +158,8 @@ def with_effects(at: BranchPoint, effects: Effects) -> BranchPoint:
     return BranchPoint(problem, at.point)
 
 
-def load_incrementally_from(
-    first: BranchPoint, motions: Sequence[Motion], places: Iterable[tuple[int, float]]
-) -> Iterator[Step]:
-    """Steps from a state to each of ``places``: which of the motions of the gripper, and lambda, ascending.
+def load_incrementally_from(first: BranchPoint, places: Iterable[tuple[Motion, float]]) -> Iterator[Step]:
+    """Steps from a state to each of ``places``: the motion of the gripper, and lambda, ascending.
 
     Raises
     ------
@@ -173,19 +169,19 @@ def load_incrementally_from(
         A step could not be computed.
     """
     at = first
-    for piece, end in places:
-        at = _turned(at, motions[piece])
+    for motion, end in places:
+        at = _turned(at, motion)
         at = _at_once(at, end) or _along_branch(at, end)
         # A copy without the meshes that were tried: steps are many.
         problem, state = replace(at.problem), at.point.state
         point = replace(at.point, solve_eigenvalues=partial(continuation.eigenvalues, problem, state))
-        yield Step(BranchPoint(problem, point), piece)
+        yield Step(BranchPoint(problem, point))
 
 
 def _turned(at: BranchPoint, motion: Motion) -> BranchPoint:
     """The same state where the gripper goes on by ``motion``, on elements planned anew if they have drifted."""
     problem, point = at.problem, at.point
-    if motion is not problem.motion:
+    if motion != problem.motion:
         problem = MovingContact(problem.mesh, motion, problem.effects, problem.remembered)
         point = continuation.evaluate(problem, point.state, Tangent(np.zeros(problem.size), 1.0), point.arc)
         at = BranchPoint(problem, point)
@@ -250,11 +246,9 @@ def _along_branch(at: BranchPoint, end: float) -> BranchPoint:
                 continue
             # A change of contact went beyond the end.
         elif item.event is UNHELD:
-            raise _lost_contact(item.after)
+            raise _lost(LET_GO, item.after.point.lam)
         elif item.event is LIMIT:
-            raise LostStabilityError(
-                "the strip does not follow its gripper: the branch has a limit point", parameter=_limit(item)
-            )
+            raise _lost("the branch has a limit point", _limit(item))
         elif item.event.name == LIFTED:
             raise SolveError("the whole strip leaves the floor", parameter=item.before.point.lam)
         elif item.event.name == LANDING:
@@ -278,10 +272,7 @@ def _followed(
     except ContinuationError as error:
         if not _is_unstable_sliding(last):
             raise
-        raise LostStabilityError(
-            "the strip does not follow its gripper: it is unstable once another element slides",
-            parameter=last.point.lam,
-        ) from error
+        raise _lost("it is unstable once another element slides", last.point.lam) from error
 
 
 def _is_unstable_sliding(at: BranchPoint) -> bool:
@@ -302,15 +293,13 @@ def _changed(at: BranchPoint, end: float) -> BranchPoint:
             if changed.point.lam >= end:
                 return at
             if is_unheld(at, changed):
-                raise _lost_contact(changed)
+                raise _lost(LET_GO, changed.point.lam)
             return changed
     return at
 
 
-def _lost_contact(at: BranchPoint) -> LostStabilityError:
-    return LostStabilityError(
-        "the strip does not follow its gripper: what held it has left the floor", parameter=at.point.lam
-    )
+def _lost(why: str, lam: float) -> LostStabilityError:
+    return LostStabilityError(f"the strip does not follow its gripper: {why}", parameter=lam)
 
 
 def _limit(crossing: BranchCrossing) -> float:
