@@ -294,7 +294,7 @@ class TestRecordings:
             "truth": np.full(21, 0.3),
             "sd": np.append(np.full(20, 1e-4), np.nan),
             "outcome": np.array(["measured"] * 20 + ["refused"], dtype=object),
-            "flags": np.array([""] * 10 + ["too fast"] * 11, dtype=object),
+            "flags": np.array([""] * 10 + ["warning: fast"] * 11, dtype=object),
             "generator": np.array(["shapes"] * 15 + ["chain"] * 6, dtype=object),
         }
         data = xr.Dataset({name: ("case", values) for name, values in columns.items()})

@@ -10,11 +10,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from scipy import stats
 
 import stripfold.material
 from plots import gallery_markdown
 from stripfold import store
 from stripfold.cli import main
+from stripfold.vision.measure import FREEDOM
 from studies.accuracy import presets
 from studies.schemes import CONSERVING, DEFAULT
 from studies.summary.run import evaluate, fill_table, markdown, markers, quoted, summarise
@@ -50,6 +52,8 @@ ENERGIES = ("barrier", "work")
 NEEDED = np.array([[0.0, 1.0, 0.0], [1.0, 1.0, 0.0]])
 OUTCOME = texts(*["stable"] * 117, *["critical"] * 83, *["refused"] * 15, *["undecided"] * 2)
 FOUND = np.where(OUTCOME == "critical", 10.0, np.nan)
+QUANTILES = stats.t.ppf((np.arange(201) + 0.5) / 201, FREEDOM) * np.sqrt(1.0 - 2.0 / FREEDOM)
+"""Errors in standard deviations that are distributed as stated."""
 
 
 def datasets() -> dict[str, xr.Dataset]:
@@ -236,10 +240,12 @@ def datasets() -> dict[str, xr.Dataset]:
         "centrelines": ({"centreline_rms": 1.3e-4, "centreline_span": 0.2224},),
         # 96 % of the errors are within 1.96 standard deviations.
         "recordings_accuracy": ({
-            "event": ("case", 0.3 + 1e-4 * np.concatenate([np.linspace(-2.04, 2.04, 201), np.full(12, np.nan)])),
-            "truth": ("case", np.full(213, 0.3)), "sd": ("case", np.full(213, 1e-4)),
-            "outcome": ("case", texts(*["measured"] * 201, *["refused"] * 10, *["bound"] * 2)),
-            "generator": ("case", texts(*["chain", "shapes", "shapes"] * 71)), "flags": ("case", texts(*[""] * 213))},),
+            "event": ("case", 0.3 + 1e-4 * np.concatenate([QUANTILES, np.full(8, np.nan)])),
+            "truth": ("case", np.full(209, 0.3)), "sd": ("case", np.full(209, 1e-4)),
+            "outcome": ("case", texts(*["measured"] * 201, *["refused"] * 6, *["bound"] * 2)),
+            "sound": ("case", np.append(np.zeros(101), np.ones(108))),
+            "generator": ("case", texts(*["chain", "shapes", "shapes"] * 69, "chain", "shapes")),
+            "flags": ("case", texts(*[""] * 209))},),
         "recordings": ({
             "snapped": ("recording", np.ones(40)), "lambda_event": ("recording", np.full(40, 0.31)),
             "lambda_zero": ("recording", np.full(40, 0.305)), "lambda_model": ("recording", np.full(40, 0.3))},),
@@ -403,6 +409,8 @@ def test_a_sample_is_named_by_its_seed() -> None:
         ("centrelines", "centreline_span", 0.221, "centreline_span"),
         ("recordings_accuracy", "sd", 1e-3, "lambda_coverage"),
         ("recordings_accuracy", "sd", 5e-5, "lambda_coverage"),
+        ("recordings_accuracy", "sd", 1.1e-4, "lambda_coverage_50"),
+        ("recordings_accuracy", "truth", 0.29985, "lambda_rms_clean"),
         ("recordings_accuracy", "truth", 0.2998, "lambda_bias"),
         ("recordings_accuracy", "truth", 0.31, "recordings_wrong"),
         ("recordings", "lambda_event", 0.299, "measured_above_model"),
@@ -490,21 +498,30 @@ def test_a_smaller_sample_does_not_hold(dataset: str, count: int, key: str) -> N
     assert numbers_of(dataset, datasets()[dataset].isel(case=slice(0, count)))[key]["holds"] is False
 
 
-def test_recordings_that_are_flagged_refused_or_all_refused() -> None:
+def test_recordings_with_a_warning_refused_or_all_refused() -> None:
     data = datasets()["recordings_accuracy"]
-    data["event"][0], data["flags"][0] = 0.302, "too fast"
-    found = numbers_of("recordings_accuracy", data)["recordings_wrong"]
-    assert found["holds"] is True
-    assert "of 201" in found["statement"]
-    assert "flagged values (1) do not count, 1 of them" in found["statement"]
-    data["flags"][:101] = "too fast"
-    assert numbers_of("recordings_accuracy", data)["recordings_wrong"]["holds"] is False
-    data["flags"][:101] = ""
+    data["event"][0], data["flags"][:101] = 0.302, "warning: fast"
+    found = numbers_of("recordings_accuracy", data)
+    assert [found[key]["value"] for key in ("recordings_wrong", "recordings_wrong_all", "recordings_flagged")] == [
+        0,
+        1,
+        0,
+    ]
+    assert found["recordings_wrong"]["holds"] is found["recordings_flagged"]["holds"] is True
+    data["flags"][:] = "note: frames are missing in 1 places"
+    found = numbers_of("recordings_accuracy", data)
+    assert found["recordings_wrong"]["holds"] is False
+    assert found["recordings_flagged"]["value"] == 0.0
+    data["flags"][101:] = "warning: fast"
+    assert numbers_of("recordings_accuracy", data)["recordings_flagged"]["holds"] is False
+    # Far off, and within an interval that says so.
+    data["sd"][0] = 2e-3
+    assert numbers_of("recordings_accuracy", data)["recordings_wrong"]["holds"] is True
     data["outcome"][:30] = "refused"
     assert numbers_of("recordings_accuracy", data)["recordings_failed"]["holds"] is False
     data["outcome"][:] = "refused"
     found = numbers_of("recordings_accuracy", data)
-    for key in ("lambda_coverage", "lambda_bias", "recordings_failed", "recordings_wrong"):
+    for key in ("lambda_coverage", "lambda_coverage_50", "lambda_rms_clean", "lambda_bias", "recordings_flagged"):
         assert found[key]["holds"] is False
 
 

@@ -7,21 +7,17 @@ import pytest
 
 from stripfold.vision import snap
 
-STARTS, TOP, ENDS, STOPS = 2.0, 2.6, 2.9, 3.1
-SLOW, FAST = 0.01, 0.21
-HALF = 0.5 * (STARTS + TOP)
+TOUCH, TIME = 2.6, 0.12
+SLOW, FAST = 0.01, 0.81
+ONSET = TOUCH + TIME * np.log(snap.LEVEL)
 SHAPE = np.random.default_rng(7).normal(size=(20, 2))
-SHAPE /= np.median(np.linalg.norm(SHAPE, axis=1))
+SHAPE /= np.sqrt(np.mean(np.sort(np.sum(SHAPE**2, axis=1))[:18]))
 
 
 def way(t: np.ndarray) -> np.ndarray:
-    """Integral of a speed that rises from SLOW to FAST, stays there, and falls back, all in straight lines."""
-    fine = np.linspace(0.0, 5.0, 50001)
-    rise = (fine - STARTS) / (TOP - STARTS)
-    fall = (STOPS - fine) / (STOPS - ENDS)
-    u = SLOW + (FAST - SLOW) * np.clip(np.minimum(rise, fall), 0.0, 1.0)
-    along = np.concatenate([[0.0], np.cumsum(0.5 * (u[1:] + u[:-1]) * np.diff(fine))])
-    return np.interp(t, fine, along)
+    """Integral of a speed that rises exponentially from SLOW to FAST, and falls back at once."""
+    rise = (FAST - SLOW) * TIME * np.exp((np.minimum(t, TOUCH) - TOUCH) / TIME)
+    return SLOW * t + rise
 
 
 def moving(t: np.ndarray, scale: float = 1.0) -> np.ndarray:
@@ -30,19 +26,21 @@ def moving(t: np.ndarray, scale: float = 1.0) -> np.ndarray:
 
 
 @pytest.mark.parametrize("rate", [25.0, 30.0, 60.0, 240.0])
-def test_onset_is_half_way_to_the_peak_at_any_frame_rate(rate: float):
+def test_onset_is_at_its_level_at_any_frame_rate(rate: float):
     t = np.arange(0.013, 4.0, 1.0 / rate)
     found = snap.speed(t, moving(t))
-    assert found.onset == pytest.approx(HALF, abs=0.004)
+    assert found.onset == pytest.approx(ONSET, abs=0.006)
     assert found.following == pytest.approx(SLOW, rel=1e-3)
-    assert found.ratio == pytest.approx(FAST / SLOW, rel=0.01)
+    # The mean of the exponential over the window before its end.
+    share = TIME / snap.WINDOW * (1.0 - np.exp(-snap.WINDOW / TIME))
+    assert found.ratio == pytest.approx(1.0 + share * (FAST - SLOW) / SLOW, rel=0.05)
     assert not found.several
 
 
 def test_onset_at_uneven_times():
     random = np.random.default_rng(1)
     t = np.sort(np.arange(0.0, 4.0, 1.0 / 30.0) + random.uniform(-0.012, 0.012, 120))
-    assert snap.speed(t, moving(t)).onset == pytest.approx(HALF, abs=0.006)
+    assert snap.speed(t, moving(t)).onset == pytest.approx(ONSET, abs=0.006)
 
 
 def test_onset_does_not_depend_on_the_scale():
@@ -55,7 +53,7 @@ def test_onset_ignores_a_few_outlying_points():
     t = np.arange(0.0, 4.0, 1.0 / 30.0)
     points = moving(t)
     points[t > 1.0, :6] += 0.1
-    assert snap.speed(t, points).onset == pytest.approx(HALF, abs=0.02)
+    assert snap.speed(t, points).onset == pytest.approx(ONSET, abs=0.02)
 
 
 def test_raised_part_includes_a_sag_that_nearly_touches():
@@ -86,7 +84,7 @@ def test_ripple_before_the_snap_is_ignored():
     """A burst three times as fast as following, and irreversible, but a tenth of what comes later."""
     t = np.arange(0.0, 4.0, 1.0 / 30.0)
     ripple = 0.004 * np.clip((t - 1.0) / 0.2, 0.0, 1.0)
-    assert snap.speed(t, moving(t) + ripple[:, None, None] * SHAPE).onset == pytest.approx(HALF, abs=0.01)
+    assert snap.speed(t, moving(t) + ripple[:, None, None] * SHAPE).onset == pytest.approx(ONSET, abs=0.01)
 
 
 def test_onset_is_the_middle_of_several_crossings():
@@ -96,8 +94,8 @@ def test_onset_is_the_middle_of_several_crossings():
     swings = 0.1 * np.sin(2.0 * np.pi * t / 0.2)
     u = np.where(t < 5.2, 1.0 + 3.0 * rise + 3.0 * swings * (rise > 0.0), 0.0)
     found = snap.Speed(t, u, 1.0, int(np.argmax(u)))
-    last = t[np.flatnonzero(u[: found.peak] < found.level(0.5))[-1]]
-    middle = 1.0 + 4.0 * (found.level(0.5) - 1.0) / 3.0
+    last = t[np.flatnonzero(u[: found.peak] < found.level(snap.LEVEL))[-1]]
+    middle = 1.0 + 4.0 * (found.level(snap.LEVEL) - 1.0) / 3.0
     assert last > middle + 0.2
     assert found.onset == pytest.approx(middle, abs=0.1)
 
@@ -107,7 +105,7 @@ def test_displacement_that_is_reversed_in_one_burst_is_no_snap():
     t = np.arange(0.0, 4.0, 1.0 / 30.0)
     points = moving(t)
     points += 0.012 * np.clip(np.minimum((t - 0.8) / 0.2, (1.3 - t) / 0.1), 0.0, 1.0)[:, None, None] * SHAPE
-    assert snap.speed(t, points).onset == pytest.approx(HALF, abs=0.01)
+    assert snap.speed(t, points).onset == pytest.approx(ONSET, abs=0.01)
 
 
 def test_second_snap_is_detected():
@@ -122,15 +120,15 @@ def test_displacement_that_is_reversed_is_no_snap():
     t = np.arange(0.0, 4.0, 1.0 / 30.0)
     points = moving(t)
     points[(t > 1.0) & (t < 1.2)] += 0.05 * SHAPE
-    assert snap.speed(t, points).onset == pytest.approx(HALF, abs=0.01)
+    assert snap.speed(t, points).onset == pytest.approx(ONSET, abs=0.01)
 
 
 def test_crossing_is_interpolated_linearly():
     """By hand: it rises by one per second, from nothing to two."""
     rising = snap.Speed(np.array([0.0, 1.0, 2.0]), np.array([0.0, 1.0, 2.0]), 0.0, 2)
     assert rising.crossing(1.3) == pytest.approx(1.3)
-    assert rising.onset == pytest.approx(1.0)
-    assert rising.onset_shift(0.1) == pytest.approx(0.1)
+    assert rising.onset == pytest.approx(2.0 * snap.LEVEL)
+    assert rising.onset_shift(0.1) == pytest.approx(0.2 * snap.LEVEL)
     assert np.isnan(rising.crossing(-0.5))
 
 
@@ -140,4 +138,4 @@ def test_noise_at_a_low_gripper_speed_is_no_snap():
     t = np.arange(0.0, 4.0, 1.0 / 30.0)
     slow = moving(t) - 0.8 * SLOW * t[:, None, None] * SHAPE
     together = 4e-4 * random.normal(size=(len(t), 1, 1)) * SHAPE
-    assert snap.speed(t, slow + together).onset == pytest.approx(HALF, abs=0.05)
+    assert snap.speed(t, slow + together).onset == pytest.approx(ONSET, abs=0.05)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from stripfold.vision.eta import EtaB as PictureEtaB
-    from stripfold.vision.measure import Measurement
+    from stripfold.vision.measure import Flag, Measurement
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,8 +142,8 @@ class RecordingMeasurement(Result):
         return self.details.interval
 
     @property
-    def flags(self) -> tuple[str, ...]:
-        """Warnings in words; empty where all is well."""
+    def flags(self) -> tuple[Flag, ...]:
+        """Warnings, where the value or its interval is affected, and notes; empty where all is well."""
         return self.details.flags
 
     def rows(self) -> Rows:
@@ -152,7 +152,7 @@ class RecordingMeasurement(Result):
         return [
             ("result", report.result(self.details)),
             *report.rows(self.details),
-            *(("flag", flag) for flag in self.flags),
+            *self.flags,
         ]
 
     def __str__(self) -> str:
@@ -164,7 +164,7 @@ class RecordingMeasurement(Result):
             "snap": found.snapped,
             **found.numbers(),
             "speed": found.speed,
-            "flags": list(found.flags),
+            "flags": [flag._asdict() for flag in found.flags],
             "manual_onset": found.manual,
             "synthetic": found.recording.entries.synthetic,
         }
@@ -203,7 +203,7 @@ class RecordingMeasurement(Result):
             "title": f"measured: {entries.title}",
             "recording": entries.title,
             "synthetic": int(entries.synthetic),
-            "flags": "; ".join(found.flags),
+            "flags": "; ".join(map(str, found.flags)),
             "manual_onset": found.manual,
             **{f"calibration_{name}": value for name, value in found.calibration.quality.items()},
         }

@@ -103,7 +103,7 @@ FIGURES = {
     "recordings_accuracy":
         "About 95 % of the intervals hold the true lambda of synthetic recordings with noise, blur, rolling shutter, "
         "shadows, occlusion, dropped frames and compression; the other intervals are orange-red. "
-        "Most errors are smaller than stated, a few larger: Student's distribution fits them, not the normal one.",
+        "Below, the errors in standard deviations with the distribution that the intervals assume.",
     "calibration":
         "With a refinement window that grows with the distance of the corners (blue) every view meets the target; the "
         "published outlier, view 02, comes from a window that reaches the next corner.",

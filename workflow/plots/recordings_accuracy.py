@@ -12,13 +12,11 @@ from plots.pieces import note
 from stripfold.arrays import Mask
 from stripfold.plots.colours import BLACK, BLUE, GREY, SKY, VERMILLION
 from stripfold.plots.style import MILLI, figure, styled
-from stripfold.vision.measure import Z_95
+from stripfold.vision.measure import FREEDOM, WARNING, half_width
 from studies.recordings_accuracy import MEASURED, error
 
 LINEAR = 0.3
 """Errors below are drawn on a linear scale, larger ones on a logarithmic one, mm."""
-FITTED = 20
-"""Fewer values than these say nothing about their distribution."""
 
 
 @styled
@@ -30,8 +28,8 @@ def draw(data: xr.Dataset) -> Figure:
     measured = data["outcome"].values == MEASURED
     order = np.argsort(data["sd"].values[measured])
     off, sd = (MILLI * values[order] for values in (error(data), data["sd"].values[measured]))
-    flagged = data["flags"].values[measured][order] != ""
-    half, rank = Z_95 * sd, np.arange(len(off))
+    warned = np.array([WARNING in text for text in data["flags"].values[measured][order]], dtype=bool)
+    half, rank = half_width(0.95) * sd, np.arange(len(off))
     inside = np.abs(off) <= half
     colours = np.where(inside, GREY, VERMILLION)
     fig = figure(4.4)
@@ -50,14 +48,11 @@ def draw(data: xr.Dataset) -> Figure:
     note(top, f"95 % intervals: {_share(inside)} hold the truth ({apart})" if len(off) else "nothing was measured")
     z, bins = off / sd, np.linspace(-5.0, 5.0, 41)
     shown = np.clip(z, bins[0], bins[-1])  # beyond: in the outermost bin
-    bottom.hist([shown[~flagged], shown[flagged]], bins, stacked=True, color=[BLUE, SKY], label=["no flag", "flagged"])
+    bottom.hist([shown[~warned], shown[warned]], bins, stacked=True, color=[BLUE, SKY], label=["no warning", "warning"])
     x = np.linspace(-5.0, 5.0, 201)
     area = len(z) * (bins[1] - bins[0])
-    bottom.plot(x, area * stats.norm.pdf(x), "--", color=BLACK, lw=0.8, label="normal, as stated")
-    if len(z) > FITTED:
-        freedom, _, scale = stats.t.fit(z, floc=0.0)
-        name = rf"Student's $t$, $\nu$ = {freedom:.1f}, scale {scale:.2f}"
-        bottom.plot(x, area * stats.t.pdf(x, freedom, 0.0, scale), color=BLACK, lw=1.0, label=name)
+    stated = stats.t.pdf(x, FREEDOM, scale=np.sqrt(1.0 - 2.0 / FREEDOM))
+    bottom.plot(x, area * stated, color=BLACK, lw=1.0, label=rf"Student's $t$, $\nu$ = {FREEDOM:g}, as stated")
     bottom.set(xlabel="error / standard deviation", ylabel="recordings", xlim=(-5.0, 5.0))
     bottom.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, fontsize=7)
     return fig

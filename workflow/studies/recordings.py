@@ -18,6 +18,7 @@ from stripfold.arrays import Array
 from stripfold.inputs import Scene as StripScene
 from stripfold.material import Material
 from stripfold.synthetic.scene import Scene
+from stripfold.vision.measure import WARNING
 from studies.common import dataset
 
 SIZE = (480, 360)
@@ -106,7 +107,7 @@ def table(
     columns |= {
         "speed": np.array([float(data["gripper_speed"]) for data in measured]),
         "synthetic": np.array([float(data.attrs["synthetic"]) for data in measured]),
-        "flagged": np.array([float(bool(data.attrs["flags"])) for data in measured]),
+        "flagged": np.array([float(WARNING in data.attrs["flags"]) for data in measured]),
         "lambda_model": np.array([_model(data, materials) for data in measured]),
     }
     columns["lambda_zero"] = zero_speed(columns)

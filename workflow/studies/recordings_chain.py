@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from second_generator.recording import Design, write_calibration
-from studies.recordings_design import FACTORS
+from studies.recordings_design import FACTORS, SLOW
 
 CHAIN = "chain"
 EVERY = 4
@@ -49,6 +49,11 @@ class ChainCase(NamedTuple):
         """The value of each of the first design's factors, nan where it has none here."""
         mine = Design(*self).factors
         return dict.fromkeys(FACTORS, np.nan) | {name: float(mine[other]) for name, other in _SHARED.items()}
+
+    @property
+    def sound(self) -> bool:
+        """Whether it is filmed as docs/measuring.md asks: nothing disturbs these but a fast gripper."""
+        return bool(Design(*self).factors["speed"] <= SLOW)
 
     @property
     def camera(self) -> str:

@@ -58,6 +58,8 @@ _MOTIONS: tuple[dict[str, Any], ...] = (
     {"law": "two_modes"},
     {"law": "two_modes", "drag": 0.2, "inertia": 0.04},
 )
+SLOW = 0.004
+"""Largest speed of the gripper for which docs/measuring.md promises its accuracy, m/s."""
 FRICTIONS = (0.0, 0.01, 0.02)
 """M_0 of the motions from dynamics, rho_a g L*^2."""
 FACTORS: Mapping[str, Sequence[Any]] = {
@@ -92,6 +94,12 @@ class Case(NamedTuple):
 
     scene: Scene
     factors: Mapping[str, Any]
+
+    @property
+    def sound(self) -> bool:
+        """Whether it is filmed as docs/measuring.md asks: a slow gripper, nothing passes, no frame lost at the snap."""
+        disturbed = any(self.factors[name] for name in ("shadow", "occluder", "dropped_at_event"))
+        return self.scene.gripper.speed <= SLOW and not disturbed
 
     @property
     def generator(self) -> str:

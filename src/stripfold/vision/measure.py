@@ -8,9 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import hypot
+from math import hypot, sqrt
+from typing import NamedTuple
 
 import numpy as np
+from scipy.stats import t as student_t
 
 from stripfold.arrays import Array
 from stripfold.errors import MeasurementError
@@ -24,32 +26,52 @@ from stripfold.vision.strip_tracker import TRACKED_SHARE
 from stripfold.vision.threads import one_thread
 from stripfold.vision.tracking import Tracks, track
 
-DRAWS, ONSET_DRAWS = 200, 50
-"""Samples of the mapping and of the onset."""
+DRAWS = 200
+"""Samples of the mapping."""
 SEED = 20180601
-Z_95 = 1.96
-"""Half width of a 95 % confidence interval in standard deviations."""
+FREEDOM = 5.0
+"""Degrees of freedom of Student's t by which errors are distributed: few recordings have much larger ones than most."""
 MAX_NO_SNAP_RATIO = 1.3
 """Peak of the speed over that of following from which a snap cannot be ruled out."""
 MAX_ONSET_SD = 0.4
 """Largest standard deviation of the onset's time, s."""
-LEVEL_ERROR = 0.2
+LEVEL_ERROR = 0.09
 """Standard deviation of the onset's level, as a share of its height: at the peak the layers hide each other."""
-FRAME_SD = 0.2
-"""Standard deviation of a time between two frames, in their distance."""
-MIN_FRAMES, MIN_STATIONS = snap.FRAMES_BEFORE, 5
-FIT_WINDOW = 0.5
+FRAME_SHIFT, FRAME_SD = 0.6, 0.2
+"""By how much the onset is measured too early, since the snap ends between two frames, and the standard deviation of
+that, in the usual distance of the frames."""
+GAP_SHIFT, GAP_SD = 0.25, 0.1
+"""The same for the longest distance of the frames in the snap, as shares of what it exceeds the usual one by."""
+MIN_FRAMES, MIN_STATIONS = 10, 5
+FIT_WINDOW = 0.3
 """Half the time over which the gripper's motion is fitted, s."""
 MAX_HEIGHT_DRIFT, MAX_SPEED_ERROR, MAX_LENGTH_ERROR = 0.002, 0.2, 0.02
 """Limits of the quality flags: drift of the gripper's height, m; speed and length off the description, as a share."""
 MAX_LOG_ERROR = 0.005
 """Difference of lambda by the log and by the video, m, from which on they do not belong together."""
-MAX_LOG_DEVIATION, MISSING_FRAME = 3.0, 1.5
-"""The same: x by the log off that by the video, in standard deviations; interval at the event, in usual ones."""
+CLEAR_SNAP = 2.0
+"""Least peak of the speed over that of following, below which lambda depends much on the peak."""
 
-PARTS = ("shape", "level", "frames", "mapping", "gripper", "clock")
-"""Causes of uncertainty: noise of the strip's points, peak of its speed, time between frames, calibration, noise of the
-marker, synchronisation of the clocks."""
+PARTS = ("level", "frames", "mapping", "gripper", "clock", "manual")
+"""Causes of uncertainty: peak of the strip's speed, time between frames, calibration, noise of the marker,
+synchronisation of the clocks, onset set by hand."""
+WARNING, NOTE = "warning", "note"
+"""Severities of a flag: the value or its interval is affected; for information."""
+
+
+class Flag(NamedTuple):
+    """What a user should know about a result."""
+
+    severity: str
+    text: str
+
+    def __str__(self) -> str:
+        return f"{self.severity}: {self.text}"
+
+
+def half_width(share: float) -> float:
+    """Half the width of the confidence interval with this probability, in standard deviations."""
+    return float(student_t.ppf(0.5 + 0.5 * share, FREEDOM)) * sqrt(1.0 - 2.0 / FREEDOM)
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +94,7 @@ class Measurement:
     model
         lambda_c of the model for the described strip.
     flags, manual
-        Quality flags in words; why the onset was set by hand, empty where it was not.
+        Quality flags, warnings first; why the onset was set by hand, empty where it was not.
     """
 
     recording: Recording
@@ -88,7 +110,7 @@ class Measurement:
     by_log: float
     speed: float
     model: ModelValue
-    flags: tuple[str, ...]
+    flags: tuple[Flag, ...]
     manual: str
 
     @property
@@ -99,7 +121,8 @@ class Measurement:
     @property
     def interval(self) -> tuple[float, float]:
         """95 % confidence interval of ``event``, m."""
-        return self.event - Z_95 * self.sd, self.event + Z_95 * self.sd
+        half = half_width(0.95) * self.sd
+        return self.event - half, self.event + half
 
     def numbers(self) -> dict[str, float]:
         """The numbers of the result by their names in files; lengths in m, times in s."""
@@ -144,26 +167,22 @@ def evaluate(
     description.compare(recording.entries, tracks)
     gripper = recording.entries.gripper
     sign, flat_end = gripper.direction, gripper.flat_end
-    flags = [*tracks.report.problems, *tracks.timing.problems, *_compared_with_description(recording, tracks)]
+    flags = [Flag(NOTE, text) for text in (*tracks.report.problems, *tracks.timing.problems)]
+    flags += _compared_with_description(recording, tracks)
     random = np.random.default_rng(SEED)
     t, points = _raised_part(recording, tracks)
     motion = snap.speed(t, points)
     mapping_sd = _mapping_sd(calibration, tracks, random)
     snapped, time = _event(motion, tracks, manual)
-    flags += _event_flags(motion, tracks, time) if snapped else []
+    time_sd = {} if manual is None else {"manual": manual.sd}
+    if snapped and manual is None:
+        period, excess = tracks.timing.period, _missing(tracks, motion)
+        time += FRAME_SHIFT * period + GAP_SHIFT * excess
+        time_sd = {"level": _level_sd(motion), "frames": hypot(FRAME_SD * period, GAP_SD * excess)}
+        flags += _event_flags(motion, excess, GAP_SHIFT * excess > hypot(*time_sd.values()))
     x, velocity, gripper_sd = _gripper_at(tracks, time)
     speed = abs(velocity)
     by_video, by_log = sign * (x - flat_end), float("nan")
-    if manual is not None:
-        time_sd = {"shape": manual.sd}
-    elif snapped:
-        time_sd = {
-            "shape": _onset_sd(t, points, motion, random),
-            "level": motion.onset_shift(LEVEL_ERROR),
-            "frames": _frame_sd(tracks.timing.spacing(time), tracks.timing.period),
-        }
-    else:
-        time_sd = {}
     parts = dict.fromkeys(PARTS, 0.0) | {name: speed * sd for name, sd in time_sd.items()}
     clock, path = None, recording.robot_log
     if path is None:
@@ -182,12 +201,13 @@ def evaluate(
                 f"a difference of at most {MAX_LOG_ERROR * 1e3:g} mm",
                 "does the log give x of the gripped end, in the coordinates of the robot grid?",
             )
-        if abs(by_log - by_video) > MAX_LOG_DEVIATION * hypot(mapping_sd, parts["clock"], gripper_sd):
-            flags.append(f"log and video differ by {(by_log - by_video) * 1e3:.2f} mm at the event")
+        if abs(by_log - by_video) > half_width(0.95) * hypot(mapping_sd, gripper_sd, *parts.values()):
+            flags.append(Flag(WARNING, f"log and video differ by {(by_log - by_video) * 1e3:.2f} mm at the event"))
     if abs(speed / gripper.speed - 1.0) > MAX_SPEED_ERROR:
-        flags.append(f"the gripper moves at {speed * 1e3:.2f} mm/s, described are {gripper.speed * 1e3:.2f}")
+        text = f"the gripper moves at {speed * 1e3:.2f} mm/s, described are {gripper.speed * 1e3:.2f}"
+        flags.append(Flag(NOTE, text))
     if not snapped:
-        flags.append("no snap: lambda_c lies beyond the farthest place of the gripper")
+        flags.append(Flag(NOTE, "no snap: lambda_c lies beyond the farthest place of the gripper"))
     return Measurement(
         recording=recording,
         calibration=calibration,
@@ -202,22 +222,23 @@ def evaluate(
         by_log=by_log,
         speed=speed,
         model=model_value(recording.entries),
-        flags=tuple(flags),
+        flags=tuple(sorted(flags, key=lambda flag: flag.severity != WARNING)),
         manual="" if manual is None else manual.reason,
     )
 
 
-def _compared_with_description(recording: Recording, tracks: Tracks) -> list[str]:
+def _compared_with_description(recording: Recording, tracks: Tracks) -> list[Flag]:
     """Flags where the film differs from its description; see also :func:`.description.compare`."""
     flags = []
     length = recording.entries.strip.length
     z = tracks.gripped_end[tracks.gripper.tracked, 1]
     drift = float(np.ptp(np.percentile(z, [2.0, 98.0])))
     if drift > MAX_HEIGHT_DRIFT:
-        flags.append(f"the gripper's height drifts by {drift * 1e3:.1f} mm")
+        flags.append(Flag(WARNING, f"the gripper's height drifts by {drift * 1e3:.1f} mm"))
     seen = float(np.nanmedian(tracks.visible_length))
     if tracks.complete and seen < (TRACKED_SHARE - MAX_LENGTH_ERROR) * length:
-        flags.append(f"{seen * 1e3:.1f} mm of the strip are seen, its length is {length * 1e3:.1f} mm")
+        text = f"{seen * 1e3:.1f} mm of the strip are seen, its length is {length * 1e3:.1f} mm"
+        flags.append(Flag(WARNING, text))
     return flags
 
 
@@ -251,28 +272,32 @@ def _event(motion: Speed, tracks: Tracks, manual: ManualOnset | None) -> tuple[b
     if motion.ratio > MAX_NO_SNAP_RATIO:
         raise MeasurementError(
             "video",
-            f"a strip that moves at most {motion.ratio:.1f} times as fast as it followed its gripper",
+            f"too fast: a strip that moves at most {motion.ratio:.1f} times as fast as it followed its gripper",
             f"{snap.MIN_RATIO:g} times or more where it snaps, {MAX_NO_SNAP_RATIO:g} times or less where it does not",
             f"move the gripper more slowly, or give {ManualOnset.file_name}",
         )
     return False, float(tracks.grip_time[-1])
 
 
-def _onset_sd(t: Array, points: Array, motion: Speed, random: np.random.Generator) -> float:
-    sd = snap.onset_sd(t, points, motion.onset, ONSET_DRAWS, random)
-    if sd > MAX_ONSET_SD:
-        raise MeasurementError(
-            "video",
-            f"a strip whose motion lets the onset lie anywhere within {4.0 * sd:.2f} s",
-            f"within {4.0 * MAX_ONSET_SD:.1f} s",
-            f"light the strip better, move more slowly, or give {ManualOnset.file_name}",
-        )
-    return sd
+def _level_sd(motion: Speed) -> float:
+    """Standard deviation of the onset from its level, s."""
+    sd = motion.onset_shift(LEVEL_ERROR)
+    if sd <= MAX_ONSET_SD:
+        return sd
+    raise MeasurementError(
+        "video",
+        "a strip whose motion does not tell when the snap begins",
+        f"a standard deviation of the onset up to {MAX_ONSET_SD:g} s",
+        f"light the strip better, move more slowly, or give {ManualOnset.file_name}",
+    )
 
 
-def _frame_sd(gap: float, period: float) -> float:
-    """Standard deviation of a time between two frames: small where they are as close as usual."""
-    return hypot(FRAME_SD * min(gap, period), max(gap - period, 0.0) / np.sqrt(12.0))
+def _missing(tracks: Tracks, motion: Speed) -> float:
+    """By how much the longest time between pictures of the strip from the onset to the peak exceeds the usual, s."""
+    seen = tracks.strip_time[tracks.seen]
+    first = max(int(np.searchsorted(seen, motion.onset, side="right")), 1)
+    last = int(np.searchsorted(seen, motion.t[motion.peak])) + 1
+    return max(float(np.diff(seen[first - 1 : last]).max(initial=0.0)) - tracks.timing.period, 0.0)
 
 
 def _gripper_at(tracks: Tracks, time: float) -> tuple[float, float, float]:
@@ -292,16 +317,13 @@ def _mapping_sd(calibration: Calibration, tracks: Tracks, random: np.random.Gene
     return float(np.std([calibration.resample(random).to_robot(middle)[0, 0] for _ in range(DRAWS)]))
 
 
-def _event_flags(motion: Speed, tracks: Tracks, time: float) -> list[str]:
-    lost = ~tracks.seen & (np.abs(tracks.timing.time - time) < snap.WINDOW)
-    ratio = f"the strip snaps only {motion.ratio:.1f} times as fast as it followed its gripper"
+def _event_flags(motion: Speed, missing: float, matters: bool) -> list[Flag]:
     found = {
-        "frames are missing at the event: its interval is wider for it": (
-            tracks.timing.spacing(time) > MISSING_FRAME * tracks.timing.period
-        ),
+        f"the strip is not seen for {missing:.2f} s at the snap": matters,
         "there are several bursts of speed: the first is taken for the snap": motion.several,
-        f"too fast: {ratio}; move slower": motion.ratio < 2.0 * snap.CLEAR_RATIO,
-        "the film ends within the snap": motion.t[motion.peak] > motion.t[-1] - snap.WINDOW,
-        "the strip is lost in frames at the event": bool(lost.any()),
+        f"fast: the strip snaps only {motion.ratio:.1f} times as fast as it followed its gripper": (
+            motion.ratio < CLEAR_SNAP
+        ),
+        "the film ends within the snap": motion.t[motion.peak] > motion.t[-1] - 0.5 * snap.WINDOW,
     }
-    return [text for text, holds in found.items() if holds]
+    return [Flag(WARNING, text) for text, holds in found.items() if holds]

@@ -51,12 +51,12 @@ CALIBRATION = {
     "marker_side": Entry("marker's side over the described one", mark=f"1 within {MAX_SIDE_ERROR:.0%} and its blur"),
 }
 PARTS = {
-    "shape": "noise of the strip's points",
     "level": "height of the speed's peak",
     "frames": "time between frames",
     "mapping": "calibration",
     "gripper": "noise of the marker",
     "clock": "synchronisation of the clocks",
+    "manual": "onset set by hand",
 }
 """Causes of uncertainty in words."""
 

@@ -19,8 +19,8 @@ from matplotlib.figure import Figure
 from stripfold.arrays import Picture
 from stripfold.plots.colours import BLACK, BLUE, GREY, RED
 from stripfold.plots.style import figure, styled
-from stripfold.vision import video
-from stripfold.vision.measure import Z_95, Measurement
+from stripfold.vision import snap, video
+from stripfold.vision.measure import Measurement, half_width
 from stripfold.vision.video import Frame
 
 WIDTH, TILE = 480, 400
@@ -142,7 +142,7 @@ def curves(found: Measurement) -> Figure:
     speed.set_ylabel("speed [mm/s]")
     _level(speed, 1e3 * motion.following, "following the gripper", GREY)
     if found.snapped and not found.manual:
-        _level(speed, 1e3 * motion.level(0.5), "level of the onset", BLACK)
+        _level(speed, 1e3 * motion.level(snap.LEVEL), "level of the onset", BLACK)
         speed.plot(motion.t[motion.peak], 1e3 * motion.u[motion.peak], "o", color=RED, markersize=4)
     score.plot(tracks.timing.time, tracks.gripper.score, color=BLUE, label="marker")
     score.plot(tracks.timing.time, tracks.score, color=RED, label="strip")
@@ -152,8 +152,8 @@ def curves(found: Measurement) -> Figure:
         # Mathematical text takes longer than all the rest of the figure.
         ax.ticklabel_format(useMathText=False)
     if found.snapped:
-        sd = hypot(*(found.parts[name] for name in ("shape", "level", "frames")))
-        half = Z_95 * sd / max(found.speed, 1e-9)
+        sd = hypot(*(found.parts[name] for name in ("level", "frames", "manual")))
+        half = half_width(0.95) * sd / max(found.speed, 1e-9)
         for ax in axes:
             ax.axvline(found.event_time, color=BLACK, linewidth=0.8)
             ax.axvspan(found.event_time - half, found.event_time + half, color=GREY, alpha=0.3, linewidth=0.0)

@@ -1,10 +1,13 @@
 """The snap in a recording: its onset, and whether there is one.
 
-The definition depends on neither frame rate nor scale.  The strip's speed u is the median, over material points of the
-part that is raised when the film begins, of the displacement within a fixed window of time, divided by the window.  (A
-mean would take a few points that jumped to the other layer for a snap.)  Before the snap u follows the gripper, u_0;
-the onset is when u has risen half-way from u_0 to its first peak.  It comes after the static critical point by a lag
-of order v^(2/3) to v^(4/5) in the gripper's speed (docs/physics.md, section 7).
+The strip's speed u is the root mean square over material points of the part that is raised when the film begins: u^2
+is its kinetic energy over half its mass.  Before the snap u follows the gripper, u_0; the onset is when u has risen
+half-way from u_0 to its first peak.  It comes after the static critical point by a lag of order v^(2/3) to v^(4/5) in
+the gripper's speed (docs/physics.md, section 7).
+
+The definition depends on neither frame rate nor scale.  In a film u is estimated from the displacements within a fixed
+window of time before each moment.  The snap accelerates and ends abruptly in the touch: of a speed that grows
+exponentially up to its peak such a window shifts no relative level, a centred one shifts all by half its length.
 """
 
 from __future__ import annotations
@@ -20,6 +23,13 @@ from stripfold.arrays import Array, Mask
 
 WINDOW = 0.15
 """Window of the speed, s: four or five frames at the usual 30 per second, three at 20."""
+KEPT = 0.9
+"""Share of the points from which the speed is taken: a few may jump to the other layer."""
+LEVEL = 0.44
+"""Share of the way to the measured peak at which the onset is.  Noise, and layers that hide each other, raise the peak:
+on recordings with a known motion this is half of the way to the true one."""
+SLOPE_SHARE = 0.4
+"""Share of the onset's level, to either side, over which the slope of the speed is taken there."""
 STEP = 0.005
 """Spacing of the times at which the speed is evaluated, s."""
 REFERENCE_SHARE = 0.4
@@ -45,15 +55,13 @@ REST = 0.25
 """Share of a peak's height below which the strip rests."""
 SECOND_PEAK, SECOND_PEAK_DELAY = 0.7, 0.3
 """Height, as a share of the peak's, and distance, s, from which another peak is a snap too, with a rest between."""
-FRAMES_BEFORE = 10
-"""Fewest frames before the snap from which the noise of the points is estimated."""
 
 
 @dataclass(frozen=True, eq=False)
 class Speed:
     """The strip's speed over time.
 
-    ``t``, s, and ``u``, the speed in the window around it, m/s, have shape (m,); ``following`` is u_0, the median while
+    ``t``, s, and ``u``, the speed in the window before it, m/s, have shape (m,); ``following`` is u_0, the median while
     the strip followed its gripper, m/s; ``peak`` is the index of the peak.
     """
 
@@ -81,8 +89,8 @@ class Speed:
 
     @property
     def onset(self) -> float:
-        """Onset of the snap, s: when the speed rises through half of the way to its peak; nan where it does not."""
-        return self.crossing(self.level(0.5))
+        """Onset of the snap, s: when the speed rises half-way to its peak, see :data:`LEVEL`; nan where it does not."""
+        return self.crossing(self.level(LEVEL))
 
     def crossing(self, level: float) -> float:
         """When the speed rises through ``level``, m/s; nan where it does not."""
@@ -93,9 +101,12 @@ class Speed:
         return float(self.t[i] + share * (self.t[i + 1] - self.t[i]))
 
     def onset_shift(self, error: float) -> float:
-        """By how much the onset moves, s, if its level is wrong by this share of the level's height above u_0."""
-        low, high = (self.crossing(self.level(0.5 * (1.0 + sign * error))) for sign in (-1.0, 1.0))
-        return 0.5 * abs(high - low)
+        """By how much the onset moves, s, if its level is wrong by this share of the level's height above u_0.
+
+        From the mean slope around the onset: at a single level a disturbance may have made the speed jump.
+        """
+        low, high = (self.crossing(self.level(LEVEL * (1.0 + sign * SLOPE_SHARE))) for sign in (-1.0, 1.0))
+        return 0.5 * (high - low) * error / SLOPE_SHARE
 
     @property
     def several(self) -> bool:
@@ -108,22 +119,24 @@ class Speed:
 def speed(t: Array, points: Array) -> Speed:
     """The speed of material points, shape (n, k, 2), m, at ascending times, shape (n,), s."""
     path = PchipInterpolator(t, points.reshape(len(t), -1))
-    times = np.arange(t[0] + 0.5 * WINDOW, t[-1] - 0.5 * WINDOW, STEP)
+    times = np.arange(t[0] + WINDOW, t[-1], STEP)
     steps = round(WINDOW / STEP)
-    places = path(times[0] - 0.5 * WINDOW + STEP * np.arange(len(times) + steps))
-    u = _median_distance(places[steps:], places[:-steps]) / WINDOW
-    peak = _first_peak(path, times, u)
+    places = path(times[0] - WINDOW + STEP * np.arange(len(times) + steps))
+    u, median = (distance / WINDOW for distance in _distances(places[steps:], places[:-steps]))
+    # Of the median, which an object that hides the strip in part does not change.
+    first = _first_peak(path, times, median)
+    near = slice(max(first - steps, 0), first + steps + 1)
+    peak = near.start + int(np.argmax(u[near]))
     following = float(np.median(u[: max(int(REFERENCE_SHARE * peak), 1)]))
     return Speed(times, u, following, peak)
 
 
-def _median_distance(a: Array, b: Array) -> Array:
-    """Median over the points, shape (m,), of the distances between two shapes, each (m, 2 k)."""
+def _distances(a: Array, b: Array) -> tuple[Array, Array]:
+    """Distances between shapes, each (m, 2 k): their root mean square over all but the farthest points, and median."""
     x, z = np.moveaxis((a - b).reshape(len(a), -1, 2), 2, 0)
-    middle = x.shape[1] // 2
-    both = middle - 1 + x.shape[1] % 2, middle
-    # Of the squares: only two roots are needed.
-    return np.asarray(np.sqrt(np.partition(x * x + z * z, both, axis=1)[:, both]).mean(axis=1))
+    kept, middle = int(KEPT * x.shape[1]), x.shape[1] // 2
+    squares = np.partition(x * x + z * z, (middle, kept), axis=1)
+    return np.sqrt(squares[:, :kept].mean(axis=1)), np.sqrt(squares[:, middle])
 
 
 def _first_peak(path: PchipInterpolator, t: Array, u: Array) -> int:
@@ -142,30 +155,13 @@ def _first_peak(path: PchipInterpolator, t: Array, u: Array) -> int:
         elif u[peak] > least and value < usual + PEAK_END * (u[peak] - usual):
             resting = np.flatnonzero(u[:peak] < usual + REST * (u[peak] - usual))
             first = int(resting[-1]) if len(resting) else 0
-            later = np.minimum(t[i] + np.linspace(0.5 * WINDOW, RETURN_TIME, 9), t[-1] + 0.5 * WINDOW)
-            net = _median_distance(path(later), path(t[first] - 0.5 * WINDOW)[None]).min()
+            later = np.minimum(t[i] + np.linspace(0.0, RETURN_TIME, 9), t[-1])
+            net = _distances(path(later), path(t[first] - WINDOW)[None])[1].min()
             if net > MIN_NET_MOTION * STEP * float(u[first:i].sum()):
                 return peak
             # The strip comes back before long, in another burst.
             peak, resume = i, i + round(RETURN_TIME / STEP)
     return int(np.argmax(u))
-
-
-def onset_sd(t: Array, points: Array, onset: float, samples: int, random: np.random.Generator) -> float:
-    """Standard deviation of the onset from the noise of the points, s: a wild bootstrap by frames; see :func:`speed`.
-
-    The noise is that of the frames before the snap, where three neighbours lie on a line.
-    """
-    smooth = points.copy()
-    smooth[1:-1] = (points[:-2] + points[1:-1] + points[2:]) / 3.0
-    before = np.flatnonzero(t < max(onset - WINDOW, t[FRAMES_BEFORE - 1]))
-    # The mean of three leaves 2/3 of the variance.
-    noise = (points - smooth)[before] * np.sqrt(1.5)
-    onsets = []
-    for _ in range(samples):
-        signs = random.choice([-1.0, 1.0], len(t))[:, None, None]
-        onsets.append(speed(t, smooth + signs * noise[random.integers(0, len(noise), len(t))]).onset)
-    return float(np.nanstd(onsets)) if np.isfinite(onsets).sum() > 2 else float(np.ptp(t))
 
 
 def steady_advance(t: Array, x: Array) -> tuple[float, float]:

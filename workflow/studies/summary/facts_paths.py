@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from stripfold.arrays import Array
-from stripfold.vision.measure import Z_95
+from stripfold.vision.measure import WARNING, half_width
 from studies import peers as of_peers
 from studies.peers import CRITICAL, EQUILIBRIUM
 from studies.random_paths import CONTRADICTED
@@ -16,7 +16,7 @@ from studies.summary.facts import Facts, seed_of, share
 PEER_RATIOS = {"felupe": 10.0, "mujoco": 30.0, "pyelastica": 100.0, "auto": 1.5, "auto_critical": 2.0}
 """Asked of the time of another program over ours."""
 WRONG_RECORDING = 1.0
-"""Error of lambda from which a measured value is wrong, mm."""
+"""Error of lambda, outside the interval, from which a measured value is wrong, mm."""
 
 
 def tangency(d: xr.Dataset) -> Facts:
@@ -127,16 +127,19 @@ def eta_pictures(d: xr.Dataset) -> Facts:
 def recordings_accuracy(d: xr.Dataset) -> Facts:
     """In mm; nan where nothing was measured, so that no criterion holds."""
     outcome, off = d.outcome.values, 1e3 * error(d)
-    flags, sd = (d[name].values[outcome == MEASURED] for name in ("flags", "sd"))
-    refused = ~np.isin(outcome, (MEASURED, BOUND))
-    flagged, wrong = flags != "", np.abs(off) > WRONG_RECORDING
+    flags, sd, sound = (d[name].values[outcome == MEASURED] for name in ("flags", "sd", "sound"))
+    refused, sound = ~np.isin(outcome, (MEASURED, BOUND)), sound == 1.0
+    warned = np.array([WARNING in text for text in flags], dtype=bool)
+    inside = {level: np.abs(off) <= 1e3 * half_width(level) * sd for level in (0.5, 0.95)}
+    wrong = (np.abs(off) > WRONG_RECORDING) & ~inside[0.95]
     some = off if off.size else np.array([np.nan])
     median = np.median(some)
     return {
         "cases": d.sizes["case"],
         "seed": seed_of(d),
         "measured": off.size,
-        "share": share(np.abs(off) <= 1e3 * Z_95 * sd),
+        "share": share(inside[0.95]),
+        "half": share(inside[0.5]),
         "median": median,
         "mean": some.mean(),
         "rms": np.sqrt(np.mean(some**2)),
@@ -144,10 +147,13 @@ def recordings_accuracy(d: xr.Dataset) -> Facts:
         "refused_share": share(refused),
         "refused": refused.sum(),
         "unseen": np.sum(outcome == BOUND),
-        "wrong": np.sum(wrong & ~flagged),
-        "flagged": flagged.sum(),
-        "flagged_wrong": np.sum(wrong & flagged),
-        "generators": _by_generator(d.generator.values[outcome == MEASURED], off, np.abs(off) <= 1e3 * Z_95 * sd),
+        "wrong": np.sum(wrong & ~warned),
+        "wrong_all": wrong.sum(),
+        "warned": share(warned[sound]),
+        "sound": sound.sum(),
+        "sound_rms": np.sqrt(np.mean(off[sound] ** 2)) if sound.any() else np.nan,
+        "sound_worst": np.abs(off[sound]).max() if sound.any() else np.nan,
+        "generators": _by_generator(d.generator.values[outcome == MEASURED], off, inside[0.95]),
     }
 
 
