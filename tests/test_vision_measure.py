@@ -401,7 +401,7 @@ def test_curves_show_lambda_and_the_level_of_the_onset(found: Measurement):
         {float(line.get_ydata()[0]) for line in ax.lines if len(set(line.get_ydata())) == 1} for ax in (lam, speed)
     ]
     assert 1e3 * found.event in levels[0]
-    assert 1e3 * found.motion.level(0.5) in levels[1]
+    assert 1e3 * found.motion.level(snap.LEVEL) in levels[1]
     onset = np.interp(found.event_time, lam.lines[0].get_xdata(), lam.lines[0].get_ydata())
     assert onset == pytest.approx(1e3 * found.by_video, abs=0.2)
 
