@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stripfold.arrays import Array, Mask
+from stripfold.arrays import Array, Index, Mask
 
 MIN_ARC_DISTANCE = 0.5
 """Arc length, L*, from which two places can be in contact. A strip bent to a circle that short has 12 times the moment
@@ -44,20 +44,30 @@ class Pairs:
 
     def measure(self, position: Array) -> Distances:
         """Distances in a state with the mid-surface ``position``, shape (columns, 2)."""
-        along = np.diff(position, axis=0)
-        x, z = (position[:, None] - position[:-1]).transpose(2, 0, 1)
-        foot = np.clip((x * along[:, 0] + z * along[:, 1]) / np.sum(along**2, axis=1), 0.0, 1.0)
-        distance = np.sqrt((x - foot * along[:, 0]) ** 2 + (z - foot * along[:, 1]) ** 2)
-        height = position[:, 1]
+        place, height = np.ascontiguousarray(position.T)
+        along, up = np.diff(place), np.diff(height)
         middle = 0.5 * (height[:-1] + height[1:])
-        # Two segments cross where the end points of each are on different sides of the other.
-        side = along[:, 0] * z - along[:, 1] * x
-        parted = side[:-1] * side[1:] < 0.0
-        aloft = middle > 2.0 * self.thickness
-        crossed = parted & parted.T & self.separate[:-1] & self.separate[1:] & aloft & aloft[:, None]
+        x, z = place[:, None] - place[:-1], height[:, None] - height[:-1]
+        crossed = self._crossed(along * z - up * x, np.flatnonzero(middle > 2.0 * self.thickness))
+        # In place: these arrays are most of the cost.
+        squared = along**2 + up**2
+        foot = x * (along / squared)
+        foot += z * (up / squared)
+        np.clip(foot, 0.0, 1.0, out=foot)
+        x -= foot * along
+        z -= foot * up
+        distance = np.sqrt(x * x + z * z)
         required = self.thickness * smooth_step(height, self.thickness)[:, None] * smooth_step(middle, self.thickness)
         low = 0.25 * self.thickness
-        return Distances(self, distance, required, height <= low, middle <= low, bool(crossed.any()))
+        return Distances(self, distance, required, height <= low, middle <= low, crossed)
+
+    def _crossed(self, side: Array, aloft: Index) -> bool:
+        """Whether two of the segments ``aloft`` cross; ``side``: of which side of each segment each node is."""
+        # The end points of each are on different sides of the other.
+        parted = (side[aloft] * side[aloft + 1])[:, aloft] < 0.0
+        one, other = np.nonzero(parted & parted.T)
+        node, segment = aloft[one], aloft[other]
+        return bool(np.any(self.separate[node, segment] & self.separate[node + 1, segment]))
 
 
 @dataclass(frozen=True, eq=False)
