@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import gc
 import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
@@ -88,6 +89,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     # twenty times longer.  Heeded only by a numpy that is not imported yet.
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
         os.environ.setdefault(name, "1")
+    # To search for cycles among the objects that imports make takes a twentieth of a short command.
+    gc.set_threshold(10_000)
     arguments = _parser(argv).parse_args(argv)
     try:
         with _progress() as say:
