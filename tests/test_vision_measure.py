@@ -263,6 +263,11 @@ def test_strip_without_a_snap_gives_a_bound(snapping: Made):
     assert none.event == pytest.approx(early.gripped_end[-1, 0] - snapping[0].entries.gripper.flat_end, abs=2e-4)
     assert any("no snap" in flag.text for flag in none.flags)
     assert "more than" in report.result(none)
+    end = early.gripped_end.copy()
+    end[:, 0] = np.minimum(end[:, 0], end[-8, 0])
+    stopped = evaluated(snapping, replace(early, gripped_end=end), robot_log=None)
+    assert not any("the gripper moves at" in flag for flag in stopped.flags)
+    assert "level of the onset" not in {text.get_text() for text in report_pictures.curves(stopped).axes[2].texts}
 
 
 def test_unclear_snap_is_refused(snapping: Made, monkeypatch: pytest.MonkeyPatch):

@@ -203,7 +203,7 @@ def evaluate(
             )
         if abs(by_log - by_video) > half_width(0.95) * hypot(mapping_sd, gripper_sd, *parts.values()):
             flags.append(Flag(WARNING, f"log and video differ by {(by_log - by_video) * 1e3:.2f} mm at the event"))
-    if abs(speed / gripper.speed - 1.0) > MAX_SPEED_ERROR:
+    if snapped and abs(speed / gripper.speed - 1.0) > MAX_SPEED_ERROR:
         text = f"the gripper moves at {speed * 1e3:.2f} mm/s, described are {gripper.speed * 1e3:.2f}"
         flags.append(Flag(NOTE, text))
     if not snapped:

@@ -92,13 +92,16 @@ def result(found: Measurement) -> str:
 
 def rows(found: Measurement) -> list[tuple[str, str]]:
     """The numbers, each with its name."""
+    deviations = [
+        ("standard deviation", _millimetres(found.sd, 3)),
+        *((f"  from {PARTS.get(name, name)}", _millimetres(value, 3)) for name, value in found.parts.items()),
+    ]
     return [
         ("onset of the snap", f"{found.event_time:.3f} s" if found.snapped else "-"),
         ("λ by the video alone", _millimetres(found.by_video)),
         ("λ by the robot's log", _millimetres(found.by_log)),
         *_model_rows(found),
-        ("standard deviation", _millimetres(found.sd, 3)),
-        *((f"  from {PARTS.get(name, name)}", _millimetres(value, 3)) for name, value in found.parts.items()),
+        *(deviations if found.sd > 0.0 else []),
         ("speed of the gripper", f"{1e3 * found.speed:.2f} mm/s"),
         ("speed of the snap over following", f"{found.motion.ratio:.1f}"),
         ("frames", str(len(found.tracks.timing.time))),

@@ -150,7 +150,7 @@ def curves(found: Measurement) -> Figure:
     score.legend(loc="lower left", ncols=2)
     for ax in axes:
         # Mathematical text takes longer than all the rest of the figure.
-        ax.ticklabel_format(useMathText=False)
+        ax.ticklabel_format(useMathText=False, useOffset=False)
     if found.snapped:
         sd = hypot(*(found.parts[name] for name in ("level", "frames", "manual")))
         half = half_width(0.95) * sd / max(found.speed, 1e-9)
