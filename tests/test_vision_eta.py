@@ -14,10 +14,12 @@ from PIL import Image
 from scipy.integrate import solve_bvp
 
 import drawn_strips as drawn
+import stripfold as sf
 from stripfold import elastica, store
 from stripfold.cli import main
 from stripfold.errors import InvalidInputError, TrackingError
 from stripfold.vision import cantilever, eta, eta_figure
+from stripfold.vision.pictures import read_grey
 from stripfold.vision.residuals import correlation_length
 from studies import centrelines, eta_pictures
 
@@ -121,6 +123,30 @@ def test_hanging_strip(length: float, right: bool) -> None:
     assert found.linear is True
     assert found.residual < 0.15 * SCALE
     assert found.gravity_length == pytest.approx(SPAN / length * SCALE, rel=0.01)
+
+
+def test_slope_at_the_clamp() -> None:
+    """Given, it decides where the law is not linear: that of the secant at the clamp; a linear strip has its own."""
+    straight = drawn.picture(share("hanging", 2.0))
+    free = eta.from_image(straight, SCALE, "cantilever")
+    assert free.shape is not None
+    assert np.degrees(free.shape.slope) == pytest.approx(0.0, abs=0.5)
+    held = eta.from_image(straight, SCALE, "cantilever", slope=0.0)
+    assert held.eta_b == pytest.approx(true_eta(SPAN / 2.0), rel=0.02)
+    assert held.interval[0] < true_eta(SPAN / 2.0) < held.interval[1]
+    soft = drawn.picture(drawn.coverage(SPAN * saturating(0.5, 3.0) + np.array([60.0, 40.0]), 6.0, SIZE))
+    fits = [eta.from_image(soft, SCALE, "cantilever", slope=slope) for slope in (None, 0.0, 5.0)]
+    assert fits[0].eta_b < fits[2].eta_b < fits[1].eta_b
+    slopes = [np.degrees(fit.shape.slope) for fit in fits if fit.shape is not None]
+    assert slopes == pytest.approx([slopes[0], 0.0, 5.0], abs=0.1)
+    assert slopes[0] > 5.0
+    with pytest.raises(TrackingError, match="with a slope of 60 degrees"):
+        eta.from_image(straight, SCALE, "cantilever", slope=60.0)
+
+
+def test_slope_of_another_method_is_refused() -> None:
+    with pytest.raises(InvalidInputError, match="cantilever"):
+        sf.eta_b(image="x.png", scale=SCALE, method="fold", slope=0.0)
 
 
 def test_interval_covers() -> None:
@@ -271,7 +297,7 @@ def test_command_line(photo: dict[str, str], tmp_path: Path, capsys: pytest.Capt
         assert drawn_fit.format == "PNG"
     assert main(["eta", "--image", photo["hanging"], "--scale", str(SCALE), "--method", "cantilever"]) == 0
     text = capsys.readouterr().out
-    for word in ("eta_b ", "95 %", "L* ", "residual ", "length ", "linear       yes", "secant"):
+    for word in ("eta_b ", "95 %", "L* ", "residual ", "length ", "slope ", "linear       yes", "secant"):
         assert word in text
 
 
@@ -340,6 +366,14 @@ def test_photographs(images: Path, tmp_path: Path) -> None:
     for at in (2.5, 4.0, 6.0):
         theirs = np.interp(at, data["reference_curvature"].values[::-1], data["reference_eta_b"].values[::-1])
         assert np.interp(at, kappa, data["secant_eta_b"].values) == pytest.approx(theirs, rel=0.45)
+    # Peirce's method: the chord of a strip that is clamped horizontally.
+    image = read_grey(images / centrelines.TEXTILE)
+    found = eta.from_image(image, centrelines.SCALE, "cantilever", slope=0.0)
+    assert found.line is not None
+    across, down = np.ptp(found.line.points, axis=0)
+    chord = np.arctan2(down, across)
+    peirce = found.line.length * centrelines.SCALE * (np.cos(0.5 * chord) / (8.0 * np.tan(chord))) ** (1.0 / 3.0)
+    assert found.gravity_length == pytest.approx(peirce, rel=0.02)
     low, high = data["reference_eta_b"].values.min(), data["reference_eta_b"].values.max()
     assert low < float(data["eta_b_lower"]) < float(data["eta_b_upper"]) < high
 

@@ -113,7 +113,7 @@ def eta_options(parser: argparse.ArgumentParser) -> None:
     source = parser.add_mutually_exclusive_group(required=True)
     _option(source, EtaRequest, "fold_height")
     _option(source, EtaRequest, "image", metavar="FILE")
-    _options(parser, EtaRequest, ("scale", "method"))
+    _options(parser, EtaRequest, ("scale", "method", "slope"))
     parser.add_argument("--picture", metavar="OUT.png", help="where to draw the fit over the picture")
     _json_option(parser)
 

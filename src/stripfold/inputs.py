@@ -216,6 +216,15 @@ class EtaRequest(Input):
     method: Annotated[
         Literal["fold", "cantilever"] | None, Field(description="content of the picture: a folded or a hanging strip")
     ] = None
+    slope: Annotated[
+        Number | None,
+        quantity(
+            "angle of a hanging strip below the horizontal at its clamp; fitted if left out",
+            "degrees",
+            ge=-60.0,
+            le=80.0,
+        ),
+    ] = None
 
     @model_validator(mode="after")
     def _check_source(self) -> Self:
@@ -227,6 +236,8 @@ class EtaRequest(Input):
                 raise InvalidInputError(key, value, "this only together with image")
             if self.image is not None and value is None:
                 raise InvalidInputError(key, MISSING, f"a {key} together with image")
+        if self.slope is not None and self.method != "cantilever":
+            raise InvalidInputError("slope", self.slope, "this only together with method: cantilever")
         if self.fold_height is not None:
             from stripfold import elastica
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass, field
-from math import nan
+from math import degrees, nan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
@@ -59,7 +59,7 @@ class EtaB(Result):
         from stripfold.vision.pictures import read_grey
 
         image = read_grey(asked.image)
-        fit = from_image(image, asked.scale, asked.method, Path(asked.image).name)
+        fit = from_image(image, asked.scale, asked.method, Path(asked.image).name, asked.slope)
         return cls(fit.eta_b, fit.gravity_length, fit.interval, fit, image)
 
     def rows(self) -> Rows:
@@ -77,9 +77,14 @@ class EtaB(Result):
             rows.append(("height", metres(fit.fold.height * fit.scale, "of the fitted loop, between layers' middles")))
         if fit.line is not None:
             rows.append(("length", metres(fit.line.length * fit.scale, "that hangs in the picture")))
+        if fit.shape is not None:
+            text = "below the horizontal at the clamp; eta_b depends on it where the strip is not linear"
+            rows.append(("slope", f"{degrees(fit.shape.slope):.1f} degrees {text}"))
         if (exponent := fit.exponent) is not None:
             n, lower, upper = exponent
-            text = "yes" if fit.linear else "no: one eta_b does not describe it"
+            where = "more at the clamp and less" if n < 1.0 else "less at the clamp and more"
+            no = f"no: one eta_b does not describe it, it bends {where} towards its end than a linear strip"
+            text = "yes" if fit.linear else no
             rows.append(("linear", f"{text}; M ~ curvature^n with n = {n:.3g} ({lower:.3g} to {upper:.3g})"))
             ends = (fit.secant(0.25), fit.secant(1.0))
             text = "from a quarter of the largest curvature to all of it"

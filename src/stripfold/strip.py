@@ -257,6 +257,7 @@ def eta_b(
     image: str | os.PathLike[str] | None = None,
     scale: float | None = None,
     method: Literal["fold", "cantilever"] | None = None,
+    slope: float | None = None,
 ) -> EtaB:
     """The weight-to-bending-stiffness ratio of a fabric.
 
@@ -270,6 +271,8 @@ def eta_b(
         m per pixel, and
     method
         "fold" or "cantilever".
+    slope
+        Angle of a cantilever below the horizontal at its clamp, degrees; fitted if left out.
 
     Raises
     ------
@@ -288,7 +291,7 @@ def eta_b(
     from stripfold.measured import EtaB
 
     picture = None if image is None else os.fspath(image)
-    return EtaB.of(EtaRequest(fold_height=fold_height, image=picture, scale=scale, method=method))
+    return EtaB.of(EtaRequest(fold_height=fold_height, image=picture, scale=scale, method=method, slope=slope))
 
 
 def measure(folder: str | os.PathLike[str], *, progress: Progress | None = None) -> RecordingMeasurement:

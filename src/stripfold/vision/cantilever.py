@@ -2,8 +2,11 @@
 
 From the free end inwards no force is unknown: at the distance u from it the moment is that of the weight of the piece
 beyond.  So any visible piece that ends at the free end can be fitted, whatever its slope at the start; where the clamp
-is does not matter.  With the angle phi of the tangent below the image's horizontal, lengths relative to the visible
-length and ``a = (length / L*)^3``::
+is does not matter.  A known slope at the clamp can be given: a strip whose law is not linear then has another eta_b, as
+by Peirce's method, for which the strip is clamped horizontally.
+
+With the angle phi of the tangent below the image's horizontal, lengths relative to the visible length and
+``a = (length / L*)^3``::
 
     dm/du = a u cos(phi),    dphi/du = -m
 
@@ -12,7 +15,7 @@ A textile need not be linear: ``m ~ kappa^n`` is fitted to the same shape; n = 1
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -24,6 +27,10 @@ from stripfold.vision.residuals import correlation_length
 
 PLUMB_SD = float(np.radians(0.25))
 """Uncertainty of the vertical in the picture, rad: a levelled tripod."""
+SLOPE_SD = float(np.radians(0.5))
+"""Uncertainty of a slope that is given, rad."""
+HOLD = 10.0
+"""Weight of a slope that is given: an error of a radian counts as this many lengths at a point."""
 MAX_MISFIT = 0.02
 """Largest root mean square of the residuals, relative to the visible length."""
 REPLICATES = 2000
@@ -50,8 +57,8 @@ class Fit:
     points, residual, sd
         The fitted curve beside the n measured points, shape (n, 2); measured minus fitted, and standard deviation of
         the fitted curve, both normal to it, shape (n,); pixels.
-    curvature
-        Largest curvature of the fitted curve, 1 / pixel.
+    curvature, slope
+        Largest curvature of the fitted curve, 1 / pixel, and its angle below the horizontal at the clamp, rad.
     """
 
     ratio: float
@@ -62,6 +69,7 @@ class Fit:
     residual: Array
     sd: Array
     curvature: float
+    slope: float
 
     @property
     def rms(self) -> float:
@@ -69,7 +77,15 @@ class Fit:
         return float(np.sqrt(np.mean(self.residual**2)))
 
 
-def fit(points: Array, sd: Array, tip_sd: float, *, linear: bool = True, source: str = "picture") -> Fit:
+def fit(
+    points: Array,
+    sd: Array,
+    tip_sd: float,
+    *,
+    linear: bool = True,
+    slope: float | None = None,
+    source: str = "picture",
+) -> Fit:
     """Fit the shape of a strip; ``linear`` sets n = 1, otherwise n is fitted.
 
     Parameters
@@ -79,6 +95,8 @@ def fit(points: Array, sd: Array, tip_sd: float, *, linear: bool = True, source:
         deviations, shape (n,), pixels; a point's weight is reduced where ``sd`` is above its median.
     tip_sd
         Uncertainty of the free end along the strip, pixels.
+    slope
+        Angle below the horizontal at the clamp, rad; None: as the shape has it.
 
     Raises
     ------
@@ -86,11 +104,11 @@ def fit(points: Array, sd: Array, tip_sd: float, *, linear: bool = True, source:
         No heavy elastica has this shape.
     """
     weights = np.minimum(float(np.median(sd)) / sd, 1.0)
-    problem = _Problem(points, weights, linear=True)
+    problem = _Problem(points, weights, linear=True, slope=slope)
     values = _initial(problem, np.column_stack([np.log(RATIOS), np.zeros((len(RATIOS), 2))]), source)
     if not linear:
         reference = max(float(problem.curves(values[None])[1][0]) * problem.length, 1e-3)
-        problem = _Problem(points, weights, linear=False, reference=reference)
+        problem = _Problem(points, weights, linear=False, reference=reference, slope=slope)
         grid = np.meshgrid(values[0] + np.linspace(-0.9, 0.9, 7), np.log(EXPONENTS))
         ratio, exponent = (axis.ravel() for axis in grid)
         values = _initial(problem, np.column_stack([ratio, np.tile(values[1:], (len(ratio), 1)), exponent]), source)
@@ -99,13 +117,16 @@ def fit(points: Array, sd: Array, tip_sd: float, *, linear: bool = True, source:
         problem.residual, values, problem.jacobian, (LOWER[:p], UPPER[:p]), x_scale=SCALES[:p], max_nfev=60
     )
     values = found.x
+    of = "" if slope is None else f" with a slope of {np.degrees(slope):.3g} degrees"
     if found.active_mask[:2].any():
-        raise TrackingError(source, "no heavy elastica has this shape", NEEDED)
-    misfit = float(np.sqrt(np.mean(found.fun**2))) / problem.length
+        raise TrackingError(source, f"no heavy elastica{of} has this shape", NEEDED)
+    n = len(points)
+    residual = found.fun[:n]
+    misfit = float(np.sqrt(np.mean(residual**2))) / problem.length
     if misfit > MAX_MISFIT:
-        raise TrackingError(source, f"the best heavy elastica is {100.0 * misfit:.1f} % off", NEEDED)
-    deviations = _bootstrap(problem, values, found.jac, found.fun, tip_sd)
-    curves, curvature = problem.curves(values[None])
+        raise TrackingError(source, f"the best heavy elastica{of} is {100.0 * misfit:.1f} % off", NEEDED)
+    deviations = _bootstrap(problem, values, found.jac, residual, tip_sd)
+    curves, curvature, slopes = problem.curves(values[None])
     exponent = 1.0 if linear else float(np.exp(values[3]))
     exponents = np.ones(REPLICATES) if linear else np.exp(np.clip(values[3] + deviations[:, 3], -3.0, 3.0))
     # The law is written for a reference curvature; the secant at the largest one is easier to picture.
@@ -116,9 +137,10 @@ def fit(points: Array, sd: Array, tip_sd: float, *, linear: bool = True, source:
         ratios=secant * np.exp(np.clip(values[0] + deviations[:, 0], -20.0, 20.0)),
         exponents=exponents,
         points=curves[0],
-        residual=found.fun / weights,
-        sd=np.std(deviations @ found.jac.T, axis=0) / weights,
+        residual=residual / weights,
+        sd=np.std(deviations @ found.jac[:n].T, axis=0) / weights,
         curvature=float(curvature[0]),
+        slope=float(slopes[0]),
     )
 
 
@@ -128,7 +150,7 @@ class _Problem:
 
     The place of the free end along the strip is given (``shift``, pixels from the last point): the shape says less
     about it than the picture does.  ``tilt`` is that of the vertical, rad; ``reference`` the curvature at which ``a``
-    is that of the secant.
+    is that of the secant; ``slope`` that at the clamp, None where it is free.
     """
 
     points: Array
@@ -137,6 +159,7 @@ class _Problem:
     tilt: float = 0.0
     shift: float = 0.0
     reference: float = 1.0
+    slope: float | None = None
     u: Array = field(init=False)
     length: float = field(init=False)
 
@@ -146,7 +169,7 @@ class _Problem:
         self.u = self.u / self.length
 
     def residual(self, values: Array) -> Array:
-        """Weighted distances normal to the curve, shape (n,), pixels."""
+        """Weighted distances normal to the curve, shape (n,), and the error of a slope that is given; pixels."""
         return np.asarray(self.residuals(values[None])[0])
 
     def jacobian(self, values: Array) -> Array:
@@ -158,13 +181,18 @@ class _Problem:
     def residuals(self, values: Array) -> Array:
         """Of several sets of unknowns, shape (k, p): shape (k, n)."""
         rows = []
-        for curve in self.curves(values)[0]:
+        curves, _, slopes = self.curves(values)
+        for curve in curves:
             along, away = tangents(curve), self.points - curve
             rows.append(self.weights * (away[:, 1] * along[:, 0] - away[:, 0] * along[:, 1]))
-        return np.array(rows)
+        if self.slope is None:
+            return np.array(rows)
+        return np.column_stack([np.array(rows), HOLD * self.length * (slopes - self.slope)])
 
-    def curves(self, values: Array) -> tuple[Array, Array]:
-        """Curves at the measured arc lengths, shape (k, n, 2), pixels, and their largest curvatures, shape (k,)."""
+    def curves(self, values: Array) -> tuple[Array, Array, Array]:
+        """Curves at the measured arc lengths, shape (k, n, 2), pixels; largest curvatures, 1 / pixel, and slopes at the
+        clamp, rad, shape (k,).
+        """
         ratio = np.exp(values[:, 0])
         power = np.ones(len(values)) if self.linear else np.exp(-values[:, 3])
         end = self.points[-1] - self.points[-1 - max(len(self.points) // 20, 2)]
@@ -191,7 +219,8 @@ class _Problem:
         states = np.array(path[::-1])
         free_ends = self.points[-1] + self.shift * end + values[:, 2, None] * np.array([-end[1], end[0]])
         curves = free_ends[:, None] + self.length * states[:, 2:].transpose(2, 0, 1)
-        return curves, np.max(np.abs(curvature(states[:, 0])), axis=0) / self.length
+        slopes = np.arcsin(np.sin(states[0, 1] + self.tilt))
+        return curves, np.max(np.abs(curvature(states[:, 0])), axis=0) / self.length, slopes
 
 
 def _initial(problem: _Problem, values: Array, source: str) -> Array:
@@ -214,7 +243,7 @@ def _initial(problem: _Problem, values: Array, source: str) -> Array:
         values = values.copy()
         values[:, 1:3] += np.clip(change, -limit, limit)
         values[:, 1] = np.clip(values[:, 1], -1.4, 1.4)
-    losses = np.mean(problem.residuals(values) ** 2, axis=1)
+    losses = np.mean(problem.residuals(values)[:, : len(problem.points)] ** 2, axis=1)
     best = int(np.argmin(losses))
     if not np.sqrt(losses[best]) < 0.1 * problem.length:
         raise TrackingError(source, "no heavy elastica is near this shape", NEEDED)
@@ -228,7 +257,7 @@ def _bootstrap(problem: _Problem, values: Array, jacobian: Array, residual: Arra
     end's place along the strip and the vertical are drawn too.
     """
     rng = np.random.default_rng(0)
-    n, p = jacobian.shape
+    n, p = len(residual), jacobian.shape[1]
     block = correlation_length(residual)
     effective = max(n / block, p + 1.0)
     centred = (residual - residual.mean()) * np.sqrt(effective / (effective - p + 0.5))
@@ -236,8 +265,11 @@ def _bootstrap(problem: _Problem, values: Array, jacobian: Array, residual: Arra
     index = (rng.integers(0, n, size=(REPLICATES, count, 1)) + np.arange(block)).reshape(REPLICATES, -1)[:, :n] % n
     sign = np.repeat(rng.choice([-1.0, 1.0], size=(REPLICATES, count)), block, axis=1)[:, :n]
     inverse = np.linalg.pinv(jacobian)
-    deviations = (centred[index] * sign) @ inverse.T
+    deviations = (centred[index] * sign) @ inverse[:, :n].T
+    if problem.slope is not None:
+        error = HOLD * problem.length * SLOPE_SD
+        deviations += error * rng.normal(size=(REPLICATES, 1)) * inverse[:, n]
     for tilt, shift in ((PLUMB_SD, 0.0), (0.0, tip_sd)):
-        other = _Problem(problem.points, problem.weights, problem.linear, tilt, shift, problem.reference)
-        deviations -= rng.normal(size=(REPLICATES, 1)) * (inverse @ (other.residual(values) - residual))
+        other = replace(problem, tilt=tilt, shift=shift)
+        deviations -= rng.normal(size=(REPLICATES, 1)) * (inverse @ (other.residual(values) - problem.residual(values)))
     return np.asarray(deviations)

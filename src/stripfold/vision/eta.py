@@ -24,6 +24,7 @@ SCALE = (1e-7, 1e-2)
 POINTS = 100
 MAX_INTERVAL_RATIO = 30.0
 """Largest ratio of an interval's ends that is still called a measurement."""
+METHODS = ("fold", "cantilever")
 PERCENTILES = (2.5, 97.5)
 """Of the interval."""
 
@@ -103,11 +104,14 @@ class EtaB:
             values |= {"length": self.line.length * self.scale, "linear": self.linear}
             values |= dict(zip(names, self.exponent, strict=True))
             values |= {"eta_b_secant": self.secant(1.0), "curvature": self.shape.curvature / self.scale}
+            values["slope"] = float(np.degrees(self.shape.slope))
         return values
 
 
-def from_image(image: Picture, scale: float, method: str, source: str = "picture") -> EtaB:
+def from_image(image: Picture, scale: float, method: str, source: str = "picture", slope: float | None = None) -> EtaB:
     """eta_b from grey values, shape (h, w), with ``scale`` metres per pixel; the picture is upright.
+
+    ``slope``, in degrees, is the angle of a cantilever below the horizontal at its clamp; None: as the shape has it.
 
     Raises
     ------
@@ -118,10 +122,9 @@ def from_image(image: Picture, scale: float, method: str, source: str = "picture
     """
     if not SCALE[0] <= scale <= SCALE[1]:
         raise InvalidInputError("scale", scale, f"from {SCALE[0]:g} to {SCALE[1]:g} m per pixel")
-    methods = {"fold": _from_fold, "cantilever": _from_cantilever}
-    if method not in methods:
-        raise InvalidInputError("method", method, " or ".join(methods))
-    found = methods[method](image, scale, source)
+    if method not in METHODS:
+        raise InvalidInputError("method", method, " or ".join(METHODS))
+    found = _from_fold(image, scale, source) if method == "fold" else _from_cantilever(image, scale, source, slope)
     if not ETA_B[0] <= found.eta_b <= ETA_B[1]:
         text = f"one that makes eta_b {ETA_B[0]:g} to {ETA_B[1]:g} m^-4 s^2; it would be {found.eta_b:.3g}"
         raise InvalidInputError("scale", scale, text, "the unit is m per pixel")
@@ -141,7 +144,7 @@ def _from_fold(image: Picture, scale: float, source: str) -> EtaB:
     return EtaB("fold", eta_b, (low, high), residual, scale, fold=loop)
 
 
-def _from_cantilever(image: Picture, scale: float, source: str) -> EtaB:
+def _from_cantilever(image: Picture, scale: float, source: str, slope: float | None) -> EtaB:
     line = find(image, points=POINTS, source=source)
     # The free end hangs below the clamp.
     if line.points[0, 1] > line.points[-1, 1]:
@@ -150,9 +153,11 @@ def _from_cantilever(image: Picture, scale: float, source: str) -> EtaB:
         found = "the strip's lower end is cut by the picture's border"
         raise TrackingError(source, found, cantilever.NEEDED, "show all of the strip that hangs")
     # A frayed or slanted end is known to half of the strip's thickness.
+    held = None if slope is None else float(np.radians(slope))
     tip_sd = max(0.5 * float(np.median(line.width)), 1.0)
     shape, power = (
-        cantilever.fit(line.points, line.sd, tip_sd, linear=linear, source=source) for linear in (True, False)
+        cantilever.fit(line.points, line.sd, tip_sd, linear=linear, slope=held, source=source)
+        for linear in (True, False)
     )
     length = line.length * scale
     low, high = (_eta_b(float(ratio), length) for ratio in np.percentile(shape.ratios, PERCENTILES))
