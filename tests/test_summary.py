@@ -250,9 +250,9 @@ def datasets() -> dict[str, xr.Dataset]:
             "snapped": ("recording", np.ones(40)), "lambda_event": ("recording", np.full(40, 0.31)),
             "lambda_zero": ("recording", np.full(40, 0.305)), "lambda_model": ("recording", np.full(40, 0.3))},),
         "video_benchmark": ({
-            "rate": (("codec", "length", "run"), [[[70.0] * 3, [71.0, 20.0, 75.0]], [[30.0] * 3, [31.0] * 3]]),
-            "memory": (("codec", "length", "run"), np.full((2, 2, 3), [[[500.0], [501.0]]]))},
-            {"codec": ["h264", "ffv1"], "length": [60, 240]}),
+            "rate": (("length", "run"), [[100.0] * 3, [161.0, 20.0, 175.0]]), "memory": ("length", [500.0, 501.0]),
+            "motion_seconds": ((), 4.0), "render_seconds": ((), 2.0), "measure_seconds": ((), 3.0)},
+            {"length": [250, 1000]}),
     }
     # fmt: on
     return {name: xr.Dataset(*parts) for name, parts in made.items()}
@@ -415,7 +415,8 @@ def test_a_sample_is_named_by_its_seed() -> None:
         ("recordings_accuracy", "truth", 0.31, "recordings_wrong"),
         ("recordings", "lambda_event", 0.299, "measured_above_model"),
         ("recordings", "snapped", 0.0, "measured_above_model"),
-        ("video_benchmark", "rate", 59.0, "tracking_rate"),
+        ("video_benchmark", "rate", 149.0, "tracking_rate"),
+        ("video_benchmark", "render_seconds", 3.1, "measure_seconds"),
     ],
 )
 def test_a_criterion_that_is_broken_does_not_hold(dataset: str, name: str, value: float, key: str) -> None:
@@ -448,7 +449,7 @@ def test_a_criterion_that_is_broken_does_not_hold(dataset: str, name: str, value
         ("friction", "ratio_max", {"material": 1, "law": "pull"}, 0.2, "friction_ratio_max"),
         ("friction_steps", "suffices", {"law": "hysteresis", "step": 0.1}, 0.02, "friction_step_M_0"),
         ("calibration", "view_rms", {"way": "scaled", "view": 3}, 0.6, "calibration_rms"),
-        ("video_benchmark", "memory", {"codec": "h264", "length": 240}, 600.0, "tracking_memory"),
+        ("video_benchmark", "memory", {"length": 1000}, 600.0, "tracking_memory"),
         ("recordings_accuracy", "event", {"case": 0}, 0.302, "recordings_wrong"),
         ("effects", "clocked", {"scene": "calm", "effect": "self_contact"}, 0.06, "effects_overhead"),
         ("effects", "matters", {"scene": "calm", "effect": "self_contact"}, 1.0, "effects_overhead"),

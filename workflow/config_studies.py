@@ -301,9 +301,9 @@ class EtaPictures(Sample):
 
 
 class VideoBenchmark(Input):
-    """Speed and memory of measuring a video."""
+    """Time and memory of measuring a recording."""
 
-    frames: Annotated[Whole, quantity("frames of the shorter video", ge=20)]
+    frames: Annotated[Whole, quantity("frames of the shorter film, about", ge=150)]
     repeats: Repeats
 
 

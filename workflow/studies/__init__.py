@@ -85,7 +85,7 @@ STUDIES = {
     "fall_accuracy": Study("studies.fall_accuracy:run", "error of the first touch of a fall against run time"),
     "profiling": Study("studies.profiling:run", "run time of one solid lambda_c and one rod R-path by part"),
     "effects": Study("studies.effects:run", "scenes with each effect on and off"),
-    "video_benchmark": Study("studies.video_benchmark:run", "frames per second and memory of tracking"),
+    "video_benchmark": Study("studies.video_benchmark:run", "time and memory of measuring a recording"),
     "calibration": Study("studies.calibration:run", "calibration on public pictures of boards"),
     "eta_pictures": Study("studies.eta_pictures:run", "eta_b from drawn folds and from pictures without a strip"),
     "centrelines": Study("studies.centrelines:run", "centrelines in photographs"),

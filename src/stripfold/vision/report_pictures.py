@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import base64
-import tempfile
+import io
 from fractions import Fraction
 from math import hypot
-from pathlib import Path
 from typing import NamedTuple
 
 import av
@@ -16,17 +15,14 @@ from av.video.stream import VideoStream
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from stripfold.arrays import Picture
+from stripfold.arrays import Array, Index, Picture
 from stripfold.plots.colours import BLACK, BLUE, GREY, RED
 from stripfold.plots.style import figure, styled
-from stripfold.vision import snap, video
+from stripfold.vision import snap
 from stripfold.vision.measure import Measurement, half_width
-from stripfold.vision.video import Frame
 
 WIDTH, TILE = 480, 400
 """Largest width of the film, and width of a frame in the montage, pixels."""
-MAX_FRAMES = 900
-"""Most frames of the film in the report: of a longer one every second, third, ... is shown."""
 MONTAGE_TIMES = (-0.5, -0.2, -0.1, 0.0, 0.1, 0.2, 0.3, 0.5)
 """Times from the onset in the montage, s."""
 MARGIN = 0.08
@@ -47,38 +43,31 @@ class Pictures(NamedTuple):
 
 
 def pictures(found: Measurement) -> Pictures:
-    """The film and the frames around the onset, with the strip and its gripped end drawn in; the film is read once."""
-    times = found.tracks.timing.time
-    chosen = sorted({int(np.argmin(np.abs(times - found.event_time - at))) for at in MONTAGE_TIMES})
-    onset = int(np.argmin(np.abs(times - found.event_time)))
-    box, montage, poster = _strip_box(found, chosen), [], ""
-    width, height = found.tracks.size
-    whole, size = (0, 0, width, height), _film_size(width, height)
-    every = -(-len(times) // MAX_FRAMES)
-    rate = Fraction(1.0 / (found.tracks.timing.period * every)).limit_denominator(1000)
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "film.mp4"
-        with (
-            av.open(str(path), "w", format="mp4") as container,
-            video.read(found.recording.video, found.recording.timestamps) as frames,
-        ):
-            stream: VideoStream = container.add_stream("libx264", rate=rate, options=_ENCODING)
-            stream.width, stream.height = size
-            stream.pix_fmt = "yuv420p"
-            for frame in frames:
-                if frame.index == onset:
-                    poster = _jpeg(_annotated(found, frame, whole, size))
-                if frame.index % every == 0:
-                    picture = _annotated(found, frame, whole, size)
-                    planes = np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2YUV_I420), dtype=np.uint8)
-                    container.mux(stream.encode(av.VideoFrame.from_ndarray(planes, format="yuv420p")))
-                if frame.index in chosen:
-                    tile = (TILE, round(TILE * (box[3] - box[1]) / (box[2] - box[0])))
-                    label = f"{times[frame.index] - found.event_time:+.2f} s"
-                    montage.append((label, _jpeg(_annotated(found, frame, box, tile))))
-            container.mux(stream.encode())
-        film = path.read_bytes()
-    return Pictures(base64.b64encode(film).decode(), poster, montage)
+    """The film and the frames around the onset, with the strip and its gripped end drawn in."""
+    kept = found.tracks.thumbnails
+    frames = np.arange(0, len(found.tracks.timing.time), kept.every)
+    times = found.tracks.timing.time[frames] - found.event_time
+    chosen = sorted({int(np.argmin(np.abs(times - at))) for at in MONTAGE_TIMES})
+    onset = int(np.argmin(np.abs(times)))
+    box, montage, poster = _strip_box(found, frames[chosen]), [], ""
+    tile = TILE, round(TILE * (box[3] - box[1]) / (box[2] - box[0]))
+    whole, size = (0, 0, *kept.size), _film_size(*kept.size)
+    rate = Fraction(1.0 / (found.tracks.timing.period * kept.every)).limit_denominator(1000)
+    film = io.BytesIO()
+    with av.open(film, "w", format="mp4") as container:
+        stream: VideoStream = container.add_stream("libx264", rate=rate, options=_ENCODING)
+        stream.width, stream.height = size
+        stream.pix_fmt = "yuv420p"
+        for k, (frame, small) in enumerate(zip(frames.tolist(), kept.pictures, strict=True)):
+            picture = _annotated(found, frame, small, whole, size)
+            planes = np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2YUV_I420), dtype=np.uint8)
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(planes, format="yuv420p")))
+            if k == onset:
+                poster = _jpeg(picture)
+            if k in chosen:
+                montage.append((f"{times[k]:+.2f} s", _jpeg(_annotated(found, frame, small, box, tile))))
+        container.mux(stream.encode())
+    return Pictures(base64.b64encode(film.getvalue()).decode(), poster, montage)
 
 
 def _film_size(width: int, height: int) -> tuple[int, int]:
@@ -87,33 +76,39 @@ def _film_size(width: int, height: int) -> tuple[int, int]:
     return small, round(small * height / width / 2) * 2
 
 
-def _strip_box(found: Measurement, chosen: list[int]) -> Box:
-    """What to show of the frames: the strip in all of them, with some room."""
-    tracks, mapping = found.tracks, found.calibration.mapping
+def _strip_box(found: Measurement, chosen: Index) -> Box:
+    """What to show of the small frames: the strip in all that are chosen, with some room."""
+    tracks, size = found.tracks, found.tracks.thumbnails.size
     points = np.concatenate([tracks.points[chosen].reshape(-1, 2), tracks.gripped_end[chosen]])
-    pixels = mapping.to_pixels(points[np.isfinite(points).all(axis=1)])
+    pixels = _small(found, points[np.isfinite(points).all(axis=1)])
     low, high = pixels.min(axis=0), pixels.max(axis=0)
     room = MARGIN * (high[0] - low[0])
     left, top = np.maximum(low - room, 0.0).astype(int)
-    right, bottom = np.minimum(high + room, tracks.size).astype(int)
+    right, bottom = np.minimum(high + room, size).astype(int)
     return int(left), int(top), max(int(right), int(left) + 2), max(int(bottom), int(top) + 2)
 
 
-def _annotated(found: Measurement, frame: Frame, box: Box, size: tuple[int, int]) -> Picture:
-    """A part of a frame in another size, with the strip and its gripped end."""
-    tracks, mapping = found.tracks, found.calibration.mapping
+def _small(found: Measurement, points: Array) -> Array:
+    """Pixels of the small frames where points, shape (n, 2), m, are."""
+    scale = np.array(found.tracks.thumbnails.size) / found.tracks.size
+    return scale * (found.calibration.mapping.to_pixels(points) + 0.5) - 0.5
+
+
+def _annotated(found: Measurement, frame: int, small: Picture, box: Box, size: tuple[int, int]) -> Picture:
+    """A part of a small frame in another size, with the strip and its gripped end."""
+    tracks = found.tracks
     left, top, right, bottom = box
-    small = cv2.resize(frame.image[top:bottom, left:right], size, interpolation=cv2.INTER_AREA)
-    picture = np.asarray(cv2.cvtColor(small, cv2.COLOR_GRAY2BGR), dtype=np.uint8)
+    part = cv2.resize(small[top:bottom, left:right], size, interpolation=cv2.INTER_LINEAR)
+    picture = np.asarray(cv2.cvtColor(part, cv2.COLOR_GRAY2BGR), dtype=np.uint8)
     scale = np.array(size) / (right - left, bottom - top)
 
-    def places(points: np.ndarray) -> np.ndarray:
+    def places(points: Array) -> Array:
         # OpenCV takes coordinates with three binary digits after the point.
-        return np.rint(8.0 * scale * (mapping.to_pixels(points) - (left, top))).astype(np.int32)
+        return np.rint(8.0 * (scale * (_small(found, points) - (left, top) + 0.5) - 0.5)).astype(np.int32)
 
-    if np.isfinite(tracks.strip_time[frame.index]):
-        cv2.polylines(picture, [places(tracks.points[frame.index])], False, _RED, 1, cv2.LINE_AA, 3)
-    x, z = places(tracks.gripped_end[frame.index][None])[0]
+    if np.isfinite(tracks.strip_time[frame]):
+        cv2.polylines(picture, [places(tracks.points[frame])], False, _RED, 1, cv2.LINE_AA, 3)
+    x, z = places(tracks.gripped_end[frame][None])[0]
     cv2.circle(picture, (int(x), int(z)), 32, _BLUE, 1, cv2.LINE_AA, 3)
     return picture
 

@@ -19,6 +19,7 @@ from stripfold.vision.gripper import Grip, GripperTracker, Track, interpolate_ga
 from stripfold.vision.mapping import Mapping
 from stripfold.vision.recording import Recording
 from stripfold.vision.strip_tracker import StripTracker
+from stripfold.vision.thumbnails import Thumbnails
 from stripfold.vision.timing import Timing, row_time, timing
 from stripfold.vision.video import Frame, VideoReport
 
@@ -48,8 +49,8 @@ class Tracks:
         Of the strip, shape (n,): mean score, 0 where it was lost, and length, m.
     complete
         Whether both ends of the strip are in the picture.
-    size
-        Width and height of the frames.
+    size, thumbnails
+        Width and height of the frames, and small copies of some.
     """
 
     timing: Timing
@@ -64,6 +65,7 @@ class Tracks:
     visible_length: Array
     complete: bool
     size: tuple[int, int]
+    thumbnails: Thumbnails
 
     @property
     def seen(self) -> Mask:
@@ -93,6 +95,7 @@ def track(recording: Recording, calibration: Calibration, progress: Callable[[st
     lines: list[Centreline | None] = []
     doubled: list[bool] = []
     size = mapping.camera.size
+    thumbnails = Thumbnails(size)
     with ExitStack() as stack:
         shown = frames = stack.enter_context(video.read(path, recording.timestamps))
         for frame in frames:
@@ -103,6 +106,7 @@ def track(recording: Recording, calibration: Calibration, progress: Callable[[st
                     f"{size[0]} x {size[1]}, as the pictures of the calibration",
                     "calibrate with the very settings of the film",
                 )
+            thumbnails.add(frame)
             grip = follow_gripper(frame)
             grips.append(grip)
             end = mapping.to_pixels(mapping.to_robot(grip.centre[None]) + offset)[0]
@@ -139,6 +143,7 @@ def track(recording: Recording, calibration: Calibration, progress: Callable[[st
         visible_length=visible_length,
         complete=not any(any(line.open_ends) for line in lines if line is not None),
         size=size,
+        thumbnails=thumbnails,
     )
 
 

@@ -174,11 +174,16 @@ def recordings(d: xr.Dataset) -> Facts:
 
 
 def video_benchmark(d: xr.Dataset) -> Facts:
-    rates = d.rate.median("run").isel(length=-1)
-    memory = d.memory.median("run").sel(codec="h264")
-    others = ", ".join(f"{name} {float(rates.sel(codec=name)):.0f}" for name in d.codec.values if name != "h264")
-    ratio = memory[-1] / memory[0]
-    return {"rate": rates.sel(codec="h264"), "others": others, "memory": ratio, "frames": d["length"][0]}
+    rate, frames = d.rate.median("run").values, d["length"].values
+    return {
+        "rate": rate[-1],
+        "short": rate[0],
+        "frames": frames[0],
+        "many": frames[-1],
+        "memory": d.memory.values[-1] / d.memory.values[0],
+        "seconds": d.render_seconds + d.measure_seconds,
+        **{name: d[f"{name}_seconds"] for name in ("motion", "render", "measure")},
+    }
 
 
 def peers(d: xr.Dataset) -> list[Facts]:
