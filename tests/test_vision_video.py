@@ -17,7 +17,7 @@ import pytest
 
 from filmed import CONTAINERS, landscape, write_video
 from stripfold.errors import InvalidInputError
-from stripfold.vision import decoding, timing, video
+from stripfold.vision import decoding, thumbnails, timing, video
 
 BASE = Fraction(1, 600)
 STAMPS = [0, 20, 41, 60, 80, 140, 160, 181, 200, 220]
@@ -392,3 +392,13 @@ def test_a_rate_that_varies() -> None:
 
 def test_time_of_a_row() -> None:
     np.testing.assert_allclose(timing.row_time(2.0, np.array([0.0, 359.5, 719.0]), 720, 0.02), [2.0, 2.01, 2.02])
+
+
+def test_small_frames_are_thinned_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(thumbnails, "MAX_FRAMES", 4)
+    kept = thumbnails.Thumbnails((1280, 720))
+    for k in range(11):
+        kept.add(video.Frame(k, 0.1 * k, np.full((720, 1280), k, np.uint8)))
+    assert kept.size == (640, 360)
+    assert [int(picture[0, 0]) for picture in kept.pictures] == list(range(0, 11, kept.every)) == [0, 4, 8]
+    assert kept.pictures[0].shape == (360, 640)
