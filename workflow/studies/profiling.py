@@ -23,6 +23,7 @@ from stripfold.analysis.verdict import assess_path
 from stripfold.elastica import _events as events
 from stripfold.elastica import _system as system
 from stripfold.elastica import critical_point
+from stripfold.elastica.state import State
 from stripfold.errors import StripfoldError
 from stripfold.inputs import Scene
 from stripfold.material import Material
@@ -77,7 +78,7 @@ OF_ELASTICA = (
     *(Part(module, "evaluate", "angles of a state") for module in (system, events)),
     Part(system, "newton", "Newton"),
     Part(events, "slope", "condition of the limit point"),
-    Part(events, "clearance", "clearance of the sag"),
+    Part(State, "zeros", "place of the sag"),
     Part(critical_point, "start", "stored start"),
 )
 UNITS = ("assembly", "factorisation")

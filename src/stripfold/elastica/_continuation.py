@@ -26,6 +26,7 @@ from stripfold.elastica._system import (
     Condition,
     Evaluation,
     angle_change,
+    computed,
     evaluate,
     finer,
     gripper_at,
@@ -89,7 +90,7 @@ def point_at(e: Evaluation, family: Family, forward: Array, arc: float = 0.0) ->
 
     So has its normal: the bordered determinants with either row have the same sign.
     """
-    matrix = jacobian(e, [*(condition(e)[1] for condition in family.conditions), forward])
+    matrix = jacobian(e, [*(computed(condition(e)[1]) for condition in family.conditions), forward])
     right = np.zeros(e.y.size)
     right[-1] = 1.0
     v = solved(matrix, right)

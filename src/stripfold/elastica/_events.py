@@ -13,7 +13,7 @@ from stripfold.elastica._system import (
     Condition,
     Evaluation,
     ValueAndGradient,
-    end_height,
+    computed,
     evaluate,
     fixed,
     height_of,
@@ -59,28 +59,29 @@ def length_gradient(e: Evaluation) -> Array:
     return row
 
 
-def slope(e: Evaluation, of: Gradient, over: Gradient) -> tuple[float, Array, Array]:
+def slope(e: Evaluation, of: Gradient, over: Gradient) -> tuple[float, Callable[[], Array], Array]:
     """Derivative of one quantity over another along the states of one gripper height, its gradient, and the tangent.
 
-    The derivative is the multiplier w of the last equation in the gradient of ``of``, ``A^T w = of``, where A has the
-    gradients of the equations and of ``over``. Its own gradient is that of ``of - w^T A`` along the tangent, by
-    symmetry of second derivatives (docs/physics.md, section 4).
+    With w, ``A^T w = of``, where A has the gradients of the equations and of ``over``, the derivative's gradient is
+    that of ``of - w^T A`` along the tangent, by symmetry of second derivatives (docs/physics.md, section 4).
     """
     n = e.grid.n
-    height = end_height(0.0)
-    matrix = jacobian(e, [no_lift_off_moment(e)[1], height(e)[1], over(e)])
+
+    def height(e: Evaluation) -> Array:
+        return height_of(e, e.grid.integral[-1])[1]
+
+    matrix = jacobian(e, [computed(no_lift_off_moment(e)[1]), height(e), over(e)])
     right = np.zeros(e.y.size)
     right[-1] = 1.0
     tangent = solved(matrix, right)
-    w = solved(matrix.T, of(e))
-    beside = evaluate(e.y + 1j * COMPLEX_STEP * tangent)
-    gradient = of(beside) - weighted(beside, w[:n]) - w[n + 1] * height(beside)[1] - w[-1] * over(beside)
-    return float(w[-1]), gradient.imag / COMPLEX_STEP, tangent
 
+    def gradient() -> Array:
+        w = solved(matrix.T, of(e))
+        beside = evaluate(e.y + 1j * COMPLEX_STEP * tangent)
+        change = of(beside) - weighted(beside, w[:n]) - w[n + 1] * height(beside) - w[-1] * over(beside)
+        return np.asarray(change.imag / COMPLEX_STEP)
 
-def clearance(e: Evaluation) -> float:
-    """Height of the sag; that of the gripper, where sags appear, while nothing sags."""
-    return _touching(e)[0]
+    return float(of(e) @ tangent), gradient, tangent
 
 
 def _touching(e: Evaluation) -> ValueAndGradient:
@@ -104,7 +105,7 @@ def _advance(e: Evaluation) -> float:
     return e.length * (1.0 - float(e.grid.integral[-1] @ e.cos))
 
 
-TOUCH = Event(lambda e, _: clearance(e), _touching)
+TOUCH = Event(lambda e, _: State._from(e).clearance, _touching)
 """The sag touches the lower layer."""
 SNAP = Event(
     lambda e, tangent: float(advance_gradient(e) @ tangent), lambda e: slope(e, advance_gradient, length_gradient)[:2]

@@ -26,7 +26,7 @@ SCALARS = 3
 FORCE_X, FORCE_0, LENGTH = -3, -2, -1  # indices in the vector of unknowns
 NODE_COUNTS = (24, 32, 40, 48, 56, 64, 72, 80, 96, 112, 128, 160, 192, 256, 320, 384)
 TOLERANCE = 1e-11  # of the tail of the coefficients of u, relative, in a returned state
-ROUNDING, LAST_UPDATE = 1e-12, 1e-7  # of its residual, relative, and of the last update by Newton's method
+ROUNDING, LAST_UPDATE = 1e-12, 1e-6  # of its residual, relative, and of the last update, whose square is the error
 MAX_ROTATION, MAX_LENGTH_CHANGE = 0.6, 0.3  # of theta, rad, and of l, relative, in one Newton update: a trust region
 
 
@@ -50,9 +50,16 @@ class Evaluation:
         return self.grid.tail(self.y[:-SCALARS])
 
 
-ValueAndGradient = tuple[float, Array]
-"""A number that must vanish, and its gradient with respect to all unknowns, shape (n + 3,)."""
+Row = Array | Callable[[], Array]
+"""A gradient with respect to all unknowns, shape (n + 3,), or a function that computes it where it is dear."""
+ValueAndGradient = tuple[float, Row]
+"""A number that must vanish, and its gradient."""
 Condition = Callable[[Evaluation], ValueAndGradient]
+
+
+def computed(row: Row) -> Array:
+    """The gradient itself."""
+    return row() if callable(row) else row
 
 
 def evaluate(y: Array) -> Evaluation:
@@ -103,7 +110,7 @@ def fixed(index: int, value: float) -> Condition:
     return linear(value, scalars={index: 1.0})
 
 
-def height_of(e: Evaluation, weights: Array) -> ValueAndGradient:
+def height_of(e: Evaluation, weights: Array) -> tuple[float, Array]:
     """Z at a point of the strip, from the quadrature weights of the integral from lift-off to there."""
     rise = (weights @ e.sin).item()
     row = np.zeros_like(e.y)
@@ -205,7 +212,7 @@ def newton(y: Array, conditions: tuple[Condition, ...], *, limit: int = 25) -> E
             return e
         if iteration == limit:
             break
-        change = solved(jacobian(e, rows), -right)
+        change = solved(jacobian(e, [computed(row) for row in rows]), -right)
         if not np.isfinite(change).all():
             break  # a singular matrix
         rotation = float(np.abs(angle_change(change)).max())

@@ -83,8 +83,9 @@ def critical(z: float) -> CriticalPoint:
     expected = z > START_OF_SNAPS
     for snap in (expected, not expected):
         e = solve(start(z, snap), (*gripper_at(z), (SNAP if snap else TOUCH).condition))
-        if (TOUCH if snap else SNAP_AT_HEIGHT).sign(e, e.y) > 0.0:
-            return CriticalPoint(z, snap, State._from(e))
+        state = State._from(e)
+        if (state.clearance if snap else SNAP_AT_HEIGHT.sign(e, e.y)) > 0.0:
+            return CriticalPoint(z, snap, state)
     raise ContinuationError(f"neither a maximum of the advance nor contact was found at z = {z:g}", parameter=z)
 
 
