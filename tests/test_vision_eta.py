@@ -381,3 +381,36 @@ def test_photographs(images: Path, tmp_path: Path) -> None:
 def test_missing_photographs(tmp_path: Path) -> None:
     with pytest.raises(InvalidInputError, match="an existing file"):
         centrelines.run(tmp_path)
+
+
+def test_eta_b_of_bending_tests(capsys: pytest.CaptureFixture[str]) -> None:
+    """Units by hand: 1 gf = 9.80665e-3 N; L* = (rigidity / weight)^(1/3) is Peirce's bending length."""
+    assert sf.eta_b(bending_length=0.03).gravity_length == pytest.approx(0.03)
+    weight, rigidity = 0.13 * 9.81, 0.05 * 9.80665e-3 * 1e-4 / 1e-2
+    expected = (rigidity / weight) ** (1.0 / 3.0)
+    by_rigidity = sf.eta_b(rigidity=rigidity, gsm=130.0)
+    kawabata = sf.eta_b(kes_b=0.05, kes_2hb=0.04, gsm=130.0)
+    for found in (by_rigidity, kawabata):
+        assert found.gravity_length == pytest.approx(expected)
+        assert found.eta_b == pytest.approx(0.13 / rigidity)
+    assert kawabata.friction == pytest.approx(0.02 * 9.80665e-3 / (weight * expected**2))
+    assert np.isnan(by_rigidity.friction)
+    assert main(["eta", "--gsm", "130", "--kes-b", "0.05", "--kes-2hb", "0.04"]) == 0
+    assert "M_0" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({}, "one of fold_height"),
+        ({"bending_length": 0.03, "fold_height": 0.02}, "one of fold_height"),
+        ({"rigidity": 1e-5}, "gsm is missing"),
+        ({"bending_length": 0.03, "gsm": 100.0}, "with rigidity or kes_b"),
+        ({"rigidity": 1e-5, "gsm": 100.0, "kes_2hb": 0.1}, "kes_2hb"),
+        ({"bending_length": 30.0}, "bending_length = 30"),
+        ({"rigidity": 1e-5, "gsm": -1.0}, "gsm"),
+    ],
+)
+def test_bad_bending_tests(given: dict[str, float], words: str) -> None:
+    with pytest.raises(InvalidInputError, match=words):
+        sf.eta_b(**given)

@@ -113,7 +113,9 @@ def eta_options(parser: argparse.ArgumentParser) -> None:
     source = parser.add_mutually_exclusive_group(required=True)
     _option(source, EtaRequest, "fold_height")
     _option(source, EtaRequest, "image", metavar="FILE")
-    _options(parser, EtaRequest, ("scale", "method", "slope"))
+    for key in ("bending_length", "rigidity", "kes_b"):
+        _option(source, EtaRequest, key)
+    _options(parser, EtaRequest, ("scale", "method", "slope", "gsm", "kes_2hb"))
     parser.add_argument("--picture", metavar="OUT.png", help="where to draw the fit over the picture")
     _json_option(parser)
 

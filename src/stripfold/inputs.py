@@ -208,7 +208,7 @@ class PathAssessment(Strip):
 
 
 class EtaRequest(Input):
-    """The source of a measured eta_b: the height of a fold, or a picture with its scale."""
+    """The source of a measured eta_b: the height of a fold, a picture with its scale, or a bending test."""
 
     fold_height: Annotated[Number | None, quantity("largest height of the loop of a strip folded in half", "m")] = None
     image: Annotated[Text | None, Field(description="picture of the strip from the side, upright")] = None
@@ -226,10 +226,24 @@ class EtaRequest(Input):
         ),
     ] = None
 
+    bending_length: Annotated[
+        Number | None, quantity("Peirce's bending length, (rigidity / weight)^(1/3): it is L*", "m", gt=0.0)
+    ] = None
+    rigidity: Annotated[Number | None, quantity("bending stiffness per width, with gsm", "N m", gt=0.0)] = None
+    kes_b: Annotated[Number | None, quantity("B of Kawabata's bending test, with gsm", "gf cm^2/cm", gt=0.0)] = None
+    kes_2hb: Annotated[Number | None, quantity("2HB of that test: the friction in bending", "gf cm/cm", gt=0.0)] = None
+    gsm: Annotated[Number | None, quantity("weight per area, with rigidity or kes_b", "g m^-2", gt=0.0)] = None
+
     @model_validator(mode="after")
     def _check_source(self) -> Self:
-        if (self.fold_height is None) == (self.image is None):
-            raise InvalidInputError("fold_height", self.fold_height, "one of fold_height and image")
+        sources = ("fold_height", "image", "bending_length", "rigidity", "kes_b")
+        if sum(getattr(self, key) is not None for key in sources) != 1:
+            raise InvalidInputError("fold_height", self.fold_height, f"one of {', '.join(sources)}")
+        stiffness = self.rigidity if self.kes_b is None else self.kes_b
+        if (self.gsm is None) != (stiffness is None):
+            raise InvalidInputError("gsm", MISSING if self.gsm is None else self.gsm, "this with rigidity or kes_b")
+        if self.kes_2hb is not None and self.kes_b is None:
+            raise InvalidInputError("kes_2hb", self.kes_2hb, "this only together with kes_b")
         for key in ("scale", "method"):
             value = getattr(self, key)
             if self.image is None and value is not None:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass, field
-from math import degrees, nan
+from math import degrees, isnan, nan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 from stripfold import schema, store
 from stripfold.errors import InvalidInputError
-from stripfold.inputs import EtaRequest
+from stripfold.inputs import ETA_B, EtaRequest
+from stripfold.material import GRAVITY
 from stripfold.reporting import Progress, Result, Rows, metres
 
 if TYPE_CHECKING:
@@ -19,6 +20,11 @@ if TYPE_CHECKING:
 
     from stripfold.vision.eta import EtaB as PictureEtaB
     from stripfold.vision.measure import Flag, Measurement
+
+GRAM_FORCE = 9.80665e-3
+"""N; the unit of Kawabata's bending test."""
+KES_B, KES_HB = GRAM_FORCE * 1e-2, GRAM_FORCE
+"""1 gf cm^2/cm in N m, and 1 gf cm/cm in N."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,6 +39,8 @@ class EtaB(Result):
         m^-4 s^2; the 95 % interval is known from a picture only, else nan.
     gravity_length
         L*, m.
+    friction
+        Friction moment in bending M_0, rho_a g L*^2; nan if it is not known.
     fit
         Details of the fit to a picture; None without one.
     """
@@ -40,6 +48,7 @@ class EtaB(Result):
     eta_b: float
     gravity_length: float
     interval: tuple[float, float] = (nan, nan)
+    friction: float = nan
     fit: PictureEtaB | None = field(default=None, repr=False)
     image: Any = field(default=None, repr=False)
     title = "a weight-to-bending-stiffness ratio"
@@ -50,23 +59,21 @@ class EtaB(Result):
         from stripfold.material import Material
 
         if asked.image is None or asked.scale is None or asked.method is None:
-            assert asked.fold_height is not None  # the request has one of both
-            from stripfold import elastica
-
-            eta_b = elastica.eta_b_from_fold_height(asked.fold_height)
-            return cls(eta_b, Material(eta_b).gravity_length)
+            eta_b, friction = _of_numbers(asked)
+            return cls(eta_b, Material(eta_b).gravity_length, friction=friction)
         from stripfold.vision.eta import from_image
         from stripfold.vision.pictures import read_grey
 
         image = read_grey(asked.image)
         fit = from_image(image, asked.scale, asked.method, Path(asked.image).name, asked.slope)
-        return cls(fit.eta_b, fit.gravity_length, fit.interval, fit, image)
+        return cls(fit.eta_b, fit.gravity_length, fit.interval, fit=fit, image=image)
 
     def rows(self) -> Rows:
         rows = [("eta_b", f"{self.eta_b:.6g} m^-4 s^2")]
         fit = self.fit
         if fit is None:
-            return [*rows, ("L*", f"{self.gravity_length:.6g} m")]
+            rows.append(("L*", f"{self.gravity_length:.6g} m, Peirce's bending length"))
+            return rows if isnan(self.friction) else [*rows, ("M_0", f"{self.friction:.4g} rho_a g L*^2, friction")]
         low, high = self.interval
         rows += [
             ("  95 %", f"{low:.6g} to {high:.6g} m^-4 s^2, with the scale as given"),
@@ -94,7 +101,8 @@ class EtaB(Result):
     def to_dict(self) -> dict[str, Any]:
         if self.fit is not None:
             return self.fit.fields()
-        return {"eta_b": self.eta_b, "gravity_length": self.gravity_length}
+        known = {} if isnan(self.friction) else {"friction": self.friction}
+        return {"eta_b": self.eta_b, "gravity_length": self.gravity_length} | known
 
     def to_dataset(self) -> xr.Dataset:
         low, high = self.interval
@@ -108,6 +116,29 @@ class EtaB(Result):
         from stripfold.vision import eta_figure
 
         return eta_figure.draw(self.image, self.fit)
+
+
+def _of_numbers(asked: EtaRequest) -> tuple[float, float]:
+    """eta_b, m^-4 s^2, and the friction moment, rho_a g L*^2 or nan, without a picture."""
+    from stripfold import elastica
+
+    if asked.fold_height is not None:
+        return elastica.eta_b_from_fold_height(asked.fold_height), nan
+    if asked.bending_length is not None:
+        eta_b, rho_a = 1.0 / (GRAVITY * asked.bending_length**3), nan
+    else:
+        assert asked.gsm is not None  # the request has one of the sources
+        rigidity = asked.rigidity if asked.kes_b is None else KES_B * asked.kes_b
+        assert rigidity is not None
+        rho_a = 1e-3 * asked.gsm
+        eta_b = rho_a / rigidity
+    if not ETA_B[0] <= eta_b <= ETA_B[1]:
+        key = "bending_length" if asked.bending_length is not None else "gsm"
+        allowed = f"one that makes eta_b {ETA_B[0]:g} to {ETA_B[1]:g} m^-4 s^2; it would be {eta_b:.3g}"
+        raise InvalidInputError(key, getattr(asked, key), allowed, "are the units as asked?")
+    if asked.kes_2hb is None:
+        return eta_b, nan
+    return eta_b, 0.5 * KES_HB * asked.kes_2hb / (rho_a * GRAVITY * (eta_b * GRAVITY) ** (-2.0 / 3.0))
 
 
 @dataclass(frozen=True, eq=False)

@@ -258,6 +258,11 @@ def eta_b(
     scale: float | None = None,
     method: Literal["fold", "cantilever"] | None = None,
     slope: float | None = None,
+    bending_length: float | None = None,
+    rigidity: float | None = None,
+    kes_b: float | None = None,
+    kes_2hb: float | None = None,
+    gsm: float | None = None,
 ) -> EtaB:
     """The weight-to-bending-stiffness ratio of a fabric.
 
@@ -273,6 +278,14 @@ def eta_b(
         "fold" or "cantilever".
     slope
         Angle of a cantilever below the horizontal at its clamp, degrees; fitted if left out.
+    bending_length
+        Peirce's bending length, m: it is L*; or
+    rigidity
+        bending stiffness per width, N m; or
+    kes_b, kes_2hb
+        B, gf cm^2/cm, of Kawabata's test and, if known, its 2HB, gf cm/cm: the friction; these or the rigidity with
+    gsm
+        weight per area, g/m^2.
 
     Raises
     ------
@@ -291,7 +304,20 @@ def eta_b(
     from stripfold.measured import EtaB
 
     picture = None if image is None else os.fspath(image)
-    return EtaB.of(EtaRequest(fold_height=fold_height, image=picture, scale=scale, method=method, slope=slope))
+    return EtaB.of(
+        EtaRequest(
+            fold_height=fold_height,
+            image=picture,
+            scale=scale,
+            method=method,
+            slope=slope,
+            bending_length=bending_length,
+            rigidity=rigidity,
+            kes_b=kes_b,
+            kes_2hb=kes_2hb,
+            gsm=gsm,
+        )
+    )
 
 
 def measure(folder: str | os.PathLike[str], *, progress: Progress | None = None) -> RecordingMeasurement:
