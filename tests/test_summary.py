@@ -234,6 +234,9 @@ def datasets() -> dict[str, xr.Dataset]:
         "calibration": ({
             "rms": ("way", [0.18, 0.4]), "view_rms": (("way", "view"), np.full((2, 13), 0.18)), "charuco_rms": 0.21,
             "charuco_corners": 24.0}, {"way": ["scaled", "fixed"]}),
+        "strip_looks": ({
+            "event": ("case", np.full(24, 0.3001)), "truth": ("case", np.full(24, 0.3)),
+            "low": ("case", np.full(24, 0.2998)), "high": ("case", np.full(24, 0.3004))},),
         "eta_pictures": ({
             "eta": ("case", np.ones(400)), "low": ("case", [1.001] * 20 + [0.99] * 380), "high": ("case", [1.01] * 400),
             "given": (("method", "picture"), np.zeros((2, 40)))},),
@@ -402,6 +405,7 @@ def test_a_sample_is_named_by_its_seed() -> None:
         ("assess_benchmark", "error", 6e-3, "time_assess"),
         ("calibration", "rms", 0.26, "calibration_rms"),
         ("calibration", "charuco_rms", 0.26, "charuco_rms"),
+        ("strip_looks", "event", np.nan, "strip_looks"),
         ("eta_pictures", "low", 0.99, "eta_fold_coverage"),
         ("eta_pictures", "low", np.nan, "eta_fold_coverage"),
         ("eta_pictures", "given", 1.0, "eta_not_fabric"),

@@ -15,11 +15,13 @@ from stripfold.synthetic import render
 from stripfold.synthetic.calibration import Calibration
 from stripfold.synthetic.canvas import Canvas
 from stripfold.synthetic.history import History
+from stripfold.synthetic.recording import history_of
 from stripfold.synthetic.render import Renderer
 from stripfold.synthetic.scene import Filming, Scene
 from stripfold.synthetic.sensor import Sensor
 from stripfold.synthetic.video import encode, tick, timeline
 from stripfold.synthetic.view import Rays, View, rotation_vector
+from stripfold.vision import video
 from stripfold.vision.boards import detect, dictionary
 
 # Only the strip's edge is lit, nothing is out of focus, nothing is noisy.
@@ -340,3 +342,33 @@ def test_time_stamps_are_kept_exactly(
     np.testing.assert_allclose([time for time, _ in decoded], np.array(stamps) * float(tick(filming)), atol=1e-9)
     for (_, got), want in zip(decoded, frames, strict=True):
         assert np.abs(got.astype(float) - want).mean() <= keeps
+
+
+def test_coloured_strip_as_bright_as_the_table_has_its_contrast_in_the_colour(tmp_path: Path) -> None:
+    scene = Scene.of({"strip": {"colour": [0.2, 0.35, 0.75]}, "filming": {"table": 0.36, "background": 0.36}})
+    motion = history_of(scene)
+    sensor = Sensor(Renderer(scene, motion.curve[0]), 1.0, np.random.default_rng(1))
+    frame = sensor.delivered(sensor.exposed(motion, 0.0), 0.0)
+    assert frame.shape == (*scene.filming.size[::-1], 3)
+    encode(tmp_path / "film.mkv", [frame], [0], scene.filming, True)
+    shown = []
+    for channel in range(3):
+        with video.read(tmp_path / "film.mkv", None, channel) as frames:
+            shown.append(next(frames).image.astype(float))
+            assert frames.report.coloured
+    rows, columns = np.rint(View.of(scene.filming).in_plane(motion.curve[0][60:90])).astype(int).T[::-1]
+    luma, blue, red = (picture[rows - 2, columns].mean() - picture[rows - 30, columns].mean() for picture in shown)
+    assert abs(luma) < 12.0
+    assert blue > 60.0
+    assert red < -20.0
+
+
+def test_stripes_lie_across_the_strip() -> None:
+    plain, striped = (
+        Renderer(Scene.of({"strip": {"length": 0.4, "texture": 0.0, **stripes}}), np.array([[0.0, 0.0], [0.4, 0.0]]))
+        for stripes in ({}, {"stripe": 0.1, "stripe_shade": 0.5})
+    )
+    shade = striped._surface_grey / plain._surface_grey
+    n = len(shade) // 4
+    for k, expected in enumerate((1.0, 0.5, 1.0, 0.5)):
+        assert shade[k * n + 2 : (k + 1) * n - 2] == pytest.approx(expected)

@@ -355,6 +355,7 @@ class Studies(Input):
     hard_cases: HardCases | None = None
     effects: EffectsStudy | None = None
     recordings_accuracy: RecordingsAccuracy | None = None
+    strip_looks: Sample | None = None
     eta_pictures: EtaPictures | None = None
     video_benchmark: VideoBenchmark | None = None
     peers: Peers | None = None

@@ -29,6 +29,8 @@ MIN_CONTRAST = 12.0
 """Smallest grey-level difference to the background that can be a strip."""
 MIN_SLENDERNESS = 8.0
 """Least length of a strip in a picture, in its widths."""
+HAIR = 1.5
+"""Largest half width of a hair, pixels."""
 MIN_LOOP = 2.0
 """Least distance of a loop's far end from the rest of a strip, in its widths."""
 REUSED = 10.0
@@ -136,8 +138,8 @@ def _pieces(mask: Mask, difference: Array, bright: bool) -> Iterator[RoughPath]:
             continue
         path = _strip_path(skeleton, MIN_LOOP * 2.0 * float(np.median(room[skeleton])))
         radius = room[tuple(path.T)]
-        # A hair that sticks out of an end is thinner than the strip; so is the tip of a skeleton.
-        thick = np.flatnonzero(radius > 0.5 * np.median(radius))
+        # A hair that sticks out of an end is thin, as is the tip of a skeleton; so is a strip that is seen edge-on.
+        thick = np.flatnonzero(radius > min(0.5 * np.median(radius), HAIR))
         kept = slice(thick[0], thick[-1] + 1)
         path, radius = path[kept], radius[kept]
         if len(path) < 10:

@@ -34,6 +34,8 @@ TIMEOUT = 30.0
 MAX_MISSING = 0.05
 """Share of a video's length that may be missing at its end; a recorder may count another stream, or the last frame."""
 _ALLOWED = f"a video (mp4, avi, mkv, mov) or a folder of frames ({', '.join(SUFFIXES)})"
+_DIFFERENCES = np.clip(128.0 + 3.0 * (np.arange(256) - 128.0), 0, 255).astype(np.uint8)
+"""Colour differences magnified to the range of luma: few colours are pure."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,7 +127,7 @@ class Reader(Iterator[Frame]):
     """An iterator over frames; leaving its ``with`` block ends the decoder.  ``report`` is updated with each frame."""
 
     def __init__(self, path: Path, timestamps: Path | None, channel: int) -> None:
-        self._path = path
+        self._path, self._channel = path, channel
         self._times = None if timestamps is None else read_timestamps(timestamps)
         self._last: Frame | None = None
         self._check_source()
@@ -267,7 +269,10 @@ class Reader(Iterator[Frame]):
         """The picture with full range, rotated as the file asks for; read-only."""
         (width, height), stride = message["plane"], message["stride"]
         shared = self._memory[: stride * height].reshape(height, stride)[:, :width]
-        image = full_range(shared) if message["limited_range"] else shared.copy()
+        if self._channel:
+            image = np.asarray(cv2.LUT(shared, _DIFFERENCES), dtype=np.uint8)
+        else:
+            image = full_range(shared) if message["limited_range"] else shared.copy()
         with suppress(OSError):  # at the end the decoder does not wait for it
             self._connection.send_bytes(_COPIED)
         if message["plane"] != message["size"]:

@@ -110,6 +110,20 @@ def centrelines(d: xr.Dataset) -> Facts:
     return {"rms": 1e3 * d.centreline_rms, "span": 1e3 * d.centreline_span}
 
 
+def strip_looks(d: xr.Dataset) -> Facts:
+    """In mm."""
+    off = 1e3 * np.abs(d.event - d.truth).values
+    measured = np.isfinite(off)
+    inside = (d.low <= d.truth) & (d.truth <= d.high)
+    return {
+        "cases": d.sizes["case"],
+        "seed": seed_of(d),
+        "measured": measured.sum(),
+        "outside": np.sum(measured & ~inside.values),
+        "worst": off[measured].max(initial=0.0),
+    }
+
+
 def eta_pictures(d: xr.Dataset) -> Facts:
     known = np.isfinite(d.eta.values)
     return {

@@ -475,6 +475,13 @@ SOURCES = (
             "rms distance of the centreline in the photograph of a textile from its authors' midline"),
         Number("centreline_span", "span", "mm", 4, ">= 222 mm", "horizontal extent of that centreline"),
     )),
+    Source("strip_looks", facts_paths.strip_looks, (
+        Number("strip_looks", "measured", "count", 4, "all of 24 or more",
+            "strips measured, of {cases} looks ({seed}): 10, 40 and 80 mm wide, light, dark and two colours as bright "
+            "as the table, plain and striped, on plain and textured tables, in either direction; {outside} outside of "
+            "their 95 % intervals, at most {worst:.2f} mm off",
+            lambda f: f.measured == f.cases >= 24),
+    )),
     Source("eta_pictures", facts_paths.eta_pictures, (
         Number("eta_fold_coverage", "share", "1", 3, "0.93 to 0.97, of 400 folds or more",
             "share of the 95 % intervals of eta_b that contain the truth, {cases} drawn folds ({seed}), the {refused} "
