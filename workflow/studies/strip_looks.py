@@ -15,13 +15,10 @@ import numpy as np
 import xarray as xr
 
 from stripfold.synthetic import recording as synthetic
-from stripfold.synthetic.history import History
 from stripfold.synthetic.scene import Scene
-from stripfold.vision import measure, recording, snap
-from stripfold.vision.calibration import Calibration, calibrate_folder
-from stripfold.vision.recording import Recording
-from stripfold.vision.tracking import track
+from stripfold.vision import recording
 from studies.common import Progress, attempted, pooled, table
+from studies.recordings_accuracy import _measure, _truth
 
 WIDTHS = (0.01, 0.04, 0.08)
 """m."""
@@ -69,7 +66,7 @@ def measured(number: int, seed: int, calibrations: Path) -> dict[str, Any]:
     turned = DIRECTIONS[(place // 2 + 2 * (place % 2) + block) % 4]
     look = {"width": width, "tone": tone, "stripe": stripe, "grain": grain, "behind": turned[0], "direction": turned[1]}
     row = {"case": number, **look, "message": "", "flags": ""}
-    row |= dict.fromkeys(("event", "low", "high"), np.nan)
+    row |= dict.fromkeys(("truth", "event", "low", "high"), np.nan)
     (strip, filming), camera = TONES[tone], _turned(turned)
     asked = {
         "strip": {**strip, "width": width, "stripe": stripe, "stripe_shade": 0.7},
@@ -81,36 +78,17 @@ def measured(number: int, seed: int, calibrations: Path) -> dict[str, Any]:
     kept = _calibration(calibrations, turned)
     scene = Scene.of(asked)
     motion = synthetic.history_of(scene)
-    row["truth"] = _truth(motion, scene)
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary) / "recording"
         _, message = attempted(lambda: synthetic.write_recording(motion, scene, folder, kept))
         if message:
             return row | {"message": message}
-        found, message = attempted(lambda: _measured(recording.read(folder), kept))
+        row["truth"] = _truth(folder)[1]
+        found, message = attempted(lambda: _measure(recording.read(folder), (calibrations, kept.name)))
     if found is None or not found.snapped:
         return row | {"message": message or "no snap was seen"}
     low, high = found.interval
     return row | {"event": found.event, "low": low, "high": high, "flags": "; ".join(map(str, found.flags))}
-
-
-def _truth(motion: History, scene: Scene) -> float:
-    """lambda at the onset of the motion itself, m."""
-    start, stop = snap.steady_advance(motion.t, motion.gripper[:, 0])
-    within = (motion.t >= start) & (motion.t <= stop)
-    t, curve, x = motion.t[within], motion.curve[within], motion.gripper[within, 0]
-    onset = snap.speed(t, curve[:, snap.raised(curve, scene.gripper.height)]).onset
-    return float(np.interp(onset, t, x)) - scene.strip.flat_end
-
-
-_CALIBRATIONS: dict[Path, Calibration] = {}
-"""Each is evaluated once in a process."""
-
-
-def _measured(asked: Recording, kept: Path) -> measure.Measurement:
-    if kept not in _CALIBRATIONS:
-        _CALIBRATIONS[kept] = calibrate_folder(asked.folder, asked.entries)
-    return measure.evaluate(asked, _CALIBRATIONS[kept], track(asked, _CALIBRATIONS[kept]))
 
 
 def _turned(turned: tuple[bool, int]) -> dict[str, Any]:
