@@ -18,7 +18,7 @@ import xarray as xr
 
 from stripfold import cli, elastica, store
 from stripfold.arrays import Array, Mask
-from stripfold.errors import InvalidInputError, MeasurementError
+from stripfold.errors import InvalidInputError, MeasurementError, TrackingError
 from stripfold.material import GRAVITY, Material
 from stripfold.measured import RecordingMeasurement
 from stripfold.synthetic.recording import history_of, write_recording
@@ -254,6 +254,22 @@ def test_drift_and_missing_frames_are_flagged(snapping: Made, found: Measurement
     assert any("is not seen for" in flag.text for flag in fewer.flags)
     assert fewer.sd > 1.5 * found.sd
     assert abs(fewer.event - found.event) < 3.0 * fewer.sd
+
+
+def test_strip_may_be_lost_once_it_has_landed(snapping: Made, found: Measurement):
+    """There the layers hide each other; before, it is the error of the tracker."""
+    tracks, peak = snapping[2], found.motion.t[found.motion.peak]
+    error = TrackingError("video", "the strip is lost", "the strip in view", "light it")
+    for end, holds in ((peak + 0.12, True), (found.event_time - 0.2, False)):
+        gone = tracks.strip_time > end
+        assert gone.any()
+        points = np.where(gone[:, None, None], np.nan, tracks.points)
+        known = replace(tracks, points=points, strip_time=np.where(gone, np.nan, tracks.strip_time), lost=error)
+        if holds:
+            assert evaluated(snapping, known).event == pytest.approx(found.event, abs=2e-4)
+        else:
+            with pytest.raises(TrackingError, match="the strip is lost"):
+                evaluated(snapping, known)
 
 
 def test_strip_without_a_snap_gives_a_bound(snapping: Made):

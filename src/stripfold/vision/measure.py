@@ -171,6 +171,8 @@ def evaluate(
     flags += _compared_with_description(recording, tracks)
     random = np.random.default_rng(SEED)
     t, points = _raised_part(recording, tracks)
+    if tracks.lost is not None and not snap.landed(points, gripper.height):
+        raise tracks.lost
     motion = snap.speed(t, points)
     mapping_sd = _mapping_sd(calibration, tracks, random)
     snapped, time = _event(motion, tracks, manual)

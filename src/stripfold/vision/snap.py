@@ -50,7 +50,9 @@ RETURN_TIME, MIN_NET_MOTION = 0.4, 0.5
 """A snap is irreversible: for so long after a burst of speed, s, this share of its path must remain."""
 LYING_HEIGHT = 0.1
 """Height below which the strip counts as lying, as a share of the gripper's."""
-FIRST_FRAMES = 5
+LANDED_HEIGHT = 0.05
+"""Height of the upper layer, as a share of the gripper's, that it has only past the loss of stability."""
+FIRST_FRAMES, LAST_FRAMES = 5, 3
 REST = 0.25
 """Share of a peak's height below which the strip rests."""
 SECOND_PEAK, SECOND_PEAK_DELAY = 0.7, 0.3
@@ -184,3 +186,13 @@ def raised(points: Array, height: float) -> Mask:
     z = np.median(points[:FIRST_FRAMES, :, 1], axis=0)
     above = np.flatnonzero(z > z.min() + LYING_HEIGHT * height)
     return np.asarray(np.arange(len(z)) <= (above[-1] if len(above) else -1))
+
+
+def landed(points: Array, height: float) -> bool:
+    """Whether the upper layer of the raised points, shape (n, k, 2), m, is close to the table in the last frames.
+
+    There it may hide the lying layer, or be hidden by it.  ``height`` is that of the gripper, m.
+    """
+    x, z = np.median(points[-LAST_FRAMES:], axis=0).T
+    bend = int(np.argmax(np.abs(x - x[0])))
+    return float(z[: bend + 1].min()) < LANDED_HEIGHT * height

@@ -51,6 +51,8 @@ class Tracks:
         Whether both ends of the strip are in the picture.
     size, thumbnails
         Width and height of the frames, and small copies of some.
+    lost
+        The error with which the strip was lost for the rest of the film; None where it was not.
     """
 
     timing: Timing
@@ -66,6 +68,7 @@ class Tracks:
     complete: bool
     size: tuple[int, int]
     thumbnails: Thumbnails
+    lost: TrackingError | None
 
     @property
     def seen(self) -> Mask:
@@ -83,7 +86,7 @@ def track(recording: Recording, calibration: Calibration, progress: Callable[[st
     MeasurementError
         Frames of another size than the calibration's pictures, or a truncated video.
     TrackingError
-        The gripper or the strip was lost.
+        The gripper was lost, or the strip was not found.
     """
     path = recording.video
     mapping = calibration.mapping
@@ -93,6 +96,7 @@ def track(recording: Recording, calibration: Calibration, progress: Callable[[st
     follow_strip = StripTracker(mapping, recording.entries.strip.length, path.name)
     grips: list[Grip] = []
     lines: list[Centreline | None] = []
+    lost: TrackingError | None = None
     doubled: list[bool] = []
     size = mapping.camera.size
     thumbnails = Thumbnails(size)
@@ -114,11 +118,20 @@ def track(recording: Recording, calibration: Calibration, progress: Callable[[st
                 channel = _clearest_channel(recording, follow_strip, frame, end, grip)
                 # Luma is decoded already.
                 shown = stack.enter_context(video.read(path, recording.timestamps, channel)) if channel else frames
-            lines.append(follow_strip(frame if shown is frames else next(shown), end, grip.corners))
+            lines.append(None)
+            if lost is None:
+                try:
+                    lines[-1] = follow_strip(frame if shown is frames else next(shown), end, grip.corners)
+                except TrackingError as error:
+                    if not any(lines):
+                        raise
+                    lost = error
             doubled.append(frame.doubled)
             if progress and frame.index % 30 == 0:
                 progress(f"frame {frame.index}, {frame.time:.2f} s")
         report = frames.report
+    if lost is not None and lines.count(None) > MAX_LOST * len(lines):
+        raise lost
     if report.truncated:
         raise MeasurementError(
             path.name,
@@ -144,6 +157,7 @@ def track(recording: Recording, calibration: Calibration, progress: Callable[[st
         complete=not any(any(line.open_ends) for line in lines if line is not None),
         size=size,
         thumbnails=thumbnails,
+        lost=lost,
     )
 
 
