@@ -31,6 +31,8 @@ CLEARLY_SEEN = 0.85
 MAX_LENGTHENING, MAX_SHORTENING = 0.012, 0.02
 """How much the line's length may differ from the first, as a share: a line that goes astray makes a detour; of a tight
 bend the inner side is seen, the more of it the lower the camera."""
+BEND_SHORTENING = 0.5
+"""How much more it may be shorter where the strip is wide, in widths."""
 STEP_LENGTHENING, LENGTHENING_RATE = 0.003, 0.03
 """How much longer than in the last frame a line may be, as a share, and how much more per second."""
 LENGTH_MEMORY = 1.0
@@ -60,6 +62,7 @@ class StripTracker:
         self._lying_end = np.zeros(2)  # its last point, which does not move
         self._lengths: list[tuple[float, float]] = []  # times and lengths of the recent lines, s and m
         self._first_length, self._first_time, self._last_time = 0.0, np.nan, 0.0  # m, s, s
+        self._max_shortening = MAX_SHORTENING
         self._motion = np.zeros((POINTS, 2))  # of each point, pixels per second
 
     def __call__(self, frame: Frame, end: Array, marker: Array) -> Centreline | None:
@@ -119,6 +122,7 @@ class StripTracker:
             found = follow(frame.image, line, line.points[[0, -1]], float(np.median(line.width)))
             line = line if found is None else found.line
         self._first_length = self._metric_length(line)
+        self._max_shortening += BEND_SHORTENING * float(np.median(line.width)) / line.length
         self._lengths = [(frame.time, self._first_length)]
         self._end_offset, self._lying_end = line.points[0] - end, line.points[-1]
         self._last, self._last_time = line, frame.time
@@ -193,7 +197,7 @@ class StripTracker:
 
     def _plausible(self, length: float, elapsed: float) -> bool:
         """Whether a line may have this length, m, so long after the last one, s."""
-        if not -MAX_SHORTENING < length / self._first_length - 1.0 < MAX_LENGTHENING:
+        if not -self._max_shortening < length / self._first_length - 1.0 < MAX_LENGTHENING:
             return False
         last, usual = self._lengths[-1][1], float(np.median([old for _, old in self._lengths]))
         # A bend that something in front cut short may at once be as long as before.
