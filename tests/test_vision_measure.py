@@ -375,7 +375,7 @@ def test_dataset_and_report_hold_the_result(found: Measurement, tmp_path: Path):
         "SYNTHETIC",
         f"λ = {1e3 * found.event:.2f} mm at the onset of the snap",
         f"95 % interval {1e3 * low:.2f} to {1e3 * high:.2f} mm",
-        f">{1e3 * found.by_video:.2f} mm<",
+        f'λ by the video alone</td><td class="value">{1e3 * found.by_video:.2f} mm<',
         '<p class="flag warning"><b>warning</b> first</p>\n<p class="flag note"><b>note</b> second</p>',
     ):
         assert page.count(text) == 1

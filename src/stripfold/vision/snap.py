@@ -25,7 +25,7 @@ WINDOW = 0.15
 """Window of the speed, s: four or five frames at the usual 30 per second, three at 20."""
 KEPT = 0.9
 """Share of the points from which the speed is taken: a few may jump to the other layer."""
-LEVEL = 0.44
+LEVEL = 0.43
 """Share of the way to the measured peak at which the onset is.  Noise, and layers that hide each other, raise the peak:
 on recordings with a known motion this is half of the way to the true one."""
 SLOPE_SHARE = 0.4
