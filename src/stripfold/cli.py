@@ -69,6 +69,12 @@ COMMANDS = {
         commands.record_options,
         commands.record,
     ),
+    "calibrate": Command(
+        "calibration of a camera from pictures of a board",
+        "Calibrate a camera, report each picture and the quality, and accept or refuse it.",
+        commands.calibrate_options,
+        commands.calibrate,
+    ),
     "measure": Command(
         "lambda at the snap in a recording",
         "Follow strip and gripper through a recording, find the snap, and estimate its uncertainty.",

@@ -256,6 +256,37 @@ def record(arguments: argparse.Namespace, say: Say) -> str:
     return _lines([("written", f"{folder} (synthetic)"), ("length", length), ("lambda_c", known)])
 
 
+def calibrate_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("images", metavar="IMAGES", help="folder of pictures of the board")
+    parser.add_argument("--board", required=True, choices=("chessboard", "charuco"), help="kind of the board")
+    for name in ("columns", "rows"):
+        text = "inner corners of a chessboard, squares of a ChArUco board"
+        parser.add_argument(f"--{name}", required=True, type=int, metavar="N", help=text)
+    parser.add_argument("--square", required=True, type=float, metavar="M", help="side of a square, m")
+    parser.add_argument("--marker", type=float, metavar="M", help="side of a marker of a ChArUco board, m")
+    parser.add_argument("--dictionary", metavar="NAME", help="of a ChArUco board's markers, for example 4x4_50")
+    parser.add_argument("--output", metavar="FILE.yaml", help="where to write the camera [camera.yaml, here]")
+    _json_option(parser)
+
+
+def calibrate(arguments: argparse.Namespace, say: Say) -> str:
+    from stripfold.errors import CalibrationError
+    from stripfold.vision import camera_check
+    from stripfold.vision.boards import Board
+
+    given = {name: getattr(arguments, name) for name in ("columns", "rows", "square", "marker", "dictionary")}
+    board = Board.of({"type": arguments.board} | {name: value for name, value in given.items() if value is not None})
+    path = _output(arguments.output, "camera", ".yaml")
+    say("calibrating")
+    found = camera_check.check(Path(arguments.images), board)
+    said = as_json(found.to_dict()) if arguments.json else _lines(found.rows())
+    if found.camera is None:
+        print(said)
+        raise CalibrationError(arguments.images, "a camera that is refused", "a calibration that passes", found.reason)
+    found.write(path)
+    return said if arguments.json else f"{said}\n{'written':<12} {path}"
+
+
 def measure_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("folder", metavar="FOLDER", help="with recording.yaml, film and calibration: docs/measuring.md")
     _json_option(parser)

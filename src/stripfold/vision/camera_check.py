@@ -1,0 +1,203 @@
+"""The calibration of a camera from a folder of pictures, reported: each picture, the numbers, accepted or refused."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple, get_args
+
+import cv2
+import numpy as np
+
+from stripfold import store
+from stripfold.arrays import Picture
+from stripfold.errors import CalibrationError
+from stripfold.vision import intrinsics
+from stripfold.vision.boards import DETECTION_SIZE, Board, Dictionary, detect, dictionary
+from stripfold.vision.intrinsics import Intrinsics, View
+from stripfold.vision.pictures import picture_files, read_calibration_picture
+
+MIN_MARKERS = 4
+"""Markers of a dictionary in a picture from which it shows a ChArUco board."""
+MIN_FIT = 3
+"""Views from which a camera is fitted, to report the error of each, accepted or not."""
+
+
+class Seen(NamedTuple):
+    """One picture: its name, whether the board was found and, in words, what it shows otherwise.
+
+    ``rms`` is the reprojection error of its corners, pixels, nan where there is none.
+    """
+
+    name: str
+    found: bool
+    words: str
+    rms: float = float("nan")
+
+
+@dataclass(frozen=True, eq=False)
+class CameraCheck:
+    """What a folder of pictures says of a camera; ``camera`` is None where it is refused, for the ``reason``."""
+
+    pictures: tuple[Seen, ...]
+    coverage: float
+    rms: float
+    camera: Intrinsics | None
+    reason: str
+
+    def rows(self) -> list[tuple[str, str]]:
+        """Names and values in words."""
+        views = sum(seen.found for seen in self.pictures)
+        shown = [
+            ("result", "accepted" if self.camera is not None else f"refused: {self.reason}"),
+            ("views", f"{views} of {len(self.pictures)} pictures  (at least {intrinsics.MIN_VIEWS})"),
+            ("covered", f"{self.coverage:.0%} of the picture  (at least {intrinsics.MIN_COVERAGE:.0%})"),
+        ]
+        if np.isfinite(self.rms):
+            shown.append(("error", f"{self.rms:.3f} px  (reprojection, RMS; at most {intrinsics.MAX_RMS:g})"))
+        if self.camera is not None:
+            sd = self.camera.inflation * np.sqrt(np.diag(self.camera.covariance))
+            values = zip(intrinsics.PARAMETERS, intrinsics.parameters(self.camera.camera), sd, strict=True)
+            shown += [(name, f"{value:.6g} ± {error:.2g}") for name, value, error in values]
+            shown.append(
+                ("two halves", f"{self.camera.split_half:.3f} px  (difference of cameras from half the views)")
+            )
+        return shown + [(seen.name, f"{seen.rms:.3f} px" if seen.found else seen.words) for seen in self.pictures]
+
+    def to_dict(self) -> dict[str, Any]:
+        """The numbers by name; lengths in pixels."""
+        camera = None if self.camera is None else self.camera.camera
+        return {
+            "accepted": camera is not None,
+            "reason": self.reason,
+            "coverage": self.coverage,
+            "rms": self.rms,
+            "camera_matrix": None if camera is None else camera.matrix.tolist(),
+            "distortion_coefficients": None if camera is None else camera.distortion.tolist(),
+            "image_size": None if camera is None else list(camera.size),
+            "split_half": None if self.camera is None else self.camera.split_half,
+            "pictures": [seen._asdict() for seen in self.pictures],
+        }
+
+    def write(self, path: Path) -> None:
+        """The intrinsics as OpenCV writes them, which a recording's ``camera.intrinsics`` reads."""
+        assert self.camera is not None
+        camera = self.camera.camera
+        storage = cv2.FileStorage("camera.yaml", cv2.FILE_STORAGE_WRITE | cv2.FILE_STORAGE_MEMORY)
+        storage.write("image_width", camera.size[0])
+        storage.write("image_height", camera.size[1])
+        storage.write("camera_matrix", camera.matrix)
+        storage.write("distortion_coefficients", camera.distortion)
+        storage.write("avg_reprojection_error", self.rms)
+        store.write_text(storage.releaseAndGetString(), path)
+
+
+def check(folder: Path, board: Board) -> CameraCheck:
+    """Calibrate a camera with the pictures of a board in a folder.
+
+    Raises
+    ------
+    InvalidInputError
+        No such folder, or a picture that cannot be read.
+    """
+    pictures = [(path.name, read_calibration_picture(path)) for path in picture_files(folder, intrinsics.MAX_VIEWS)]
+    shapes = [picture.shape for _, picture in pictures]
+    height, width = max(set(shapes), key=shapes.count)
+    size = width, height
+    seen: list[Seen] = []
+    views: list[View] = []
+    latest = -1
+    for name, picture in pictures:
+        if picture.shape != (height, width):
+            other = f"{picture.shape[1]} x {picture.shape[0]} pixels, the others have {width} x {height}"
+            seen.append(Seen(name, False, f"from another camera, or with other settings: {other}"))
+            continue
+        corners, numbers = detect(picture, board), _markers(picture)
+        latest = max([latest, *numbers.get(board.dictionary or "", [])])
+        words = _other_markers(numbers, board)
+        if corners is not None and not words:
+            views.append(View(name, corners))
+        seen.append(Seen(name, corners is not None and not words, words or ("" if corners else _shown(picture, board))))
+    errors: dict[str, float] = {}
+    rms = float("nan")
+    if len(views) >= MIN_FIT:
+        try:
+            whole = intrinsics.fit(views, size)
+            rms = whole.rms
+            errors = {view.name: float(error) for view, error in zip(views, whole.view_rms, strict=True)}
+        except CalibrationError:
+            pass  # said below
+    camera, reason = None, ""
+    try:
+        camera = intrinsics.calibrate(views, size)
+    except CalibrationError as error:
+        reason = " ".join(str(error).split())
+    others = [one.words for one in seen if one.words.startswith("another board")]
+    if len(others) > len(views):
+        reason = f"the pictures show {max(others, key=others.count)}"
+    elif board.type == "charuco" and views and latest < board.columns * board.rows // 2 - board.columns // 2:
+        reason = (
+            f"no marker after {latest} is in any picture: another board than {board.columns} x {board.rows} squares"
+        )
+        camera = None
+    covered = intrinsics.coverage(views, size) if views else 0.0
+    pictured = tuple(one._replace(rms=errors.get(one.name, float("nan"))) for one in seen)
+    return CameraCheck(pictured, covered, rms, camera, reason)
+
+
+def _shown(picture: Picture, board: Board) -> str:
+    """What a picture in which the board was not found shows instead, in words."""
+    scale = min(1.0, DETECTION_SIZE / max(picture.shape))
+    small = np.asarray(cv2.resize(picture, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA), dtype=np.uint8)
+    mirrored = np.ascontiguousarray(small[:, ::-1])
+    # A chessboard is its own mirror image.
+    if board.type == "charuco" and detect(mirrored, board) is not None:
+        return "mirrored: switch that off in the camera"
+    if board.dictionary in (numbers := _markers(small)):
+        if len(numbers[board.dictionary]) >= 2 * MIN_MARKERS:
+            return f"another board: its markers do not lie as on one of {board.columns} x {board.rows} squares"
+        return "too few corners of the board: cut by the border, covered or blurred"
+    grid = _chessboard(small)
+    if grid is None:
+        return "no board: out of focus, too far away, or not in the picture"
+    columns, rows, at_border = grid
+    if board.type == "charuco":
+        return f"another board: chessboard with {columns} x {rows} inner corners"
+    if at_border and sorted((columns, rows)) < sorted((board.columns, board.rows)):
+        return f"cut by the border: {columns} x {rows} inner corners are seen"
+    return f"another board: chessboard with {columns} x {rows} inner corners"
+
+
+def _markers(picture: Picture) -> dict[str, list[int]]:
+    """Numbers of the markers in a picture by dictionary; fewer than :data:`MIN_MARKERS` do not count."""
+    found = {}
+    for name in get_args(Dictionary):
+        _, numbers, _ = cv2.aruco.ArucoDetector(dictionary(name)).detectMarkers(picture)
+        if numbers is not None and len(numbers) >= MIN_MARKERS:
+            found[name] = np.ravel(numbers).tolist()
+    return found
+
+
+def _other_markers(numbers: dict[str, list[int]], board: Board) -> str:
+    """What the markers in a picture say against a board, in words; empty for nothing."""
+    for name, found in numbers.items():
+        if board.type == "chessboard":
+            return f"another board: ChArUco, with markers of {name}"
+        if name != board.dictionary:
+            return f"another board: its markers are of {name}"
+        if max(found) >= board.columns * board.rows // 2:
+            return f"another board: marker {max(found)} is not on one of {board.columns} x {board.rows} squares"
+    return ""
+
+
+def _chessboard(picture: Picture) -> tuple[int, int, bool] | None:
+    """Inner corners of the largest chessboard in a picture, the more first, and whether it touches the border."""
+    flags = cv2.CALIB_CB_LARGER | cv2.CALIB_CB_EXHAUSTIVE | cv2.CALIB_CB_NORMALIZE_IMAGE
+    found, corners, meta = cv2.findChessboardCornersSBWithMeta(picture, (3, 3), flags)
+    if not found:
+        return None
+    rows, columns = np.asarray(meta).shape[:2]
+    points = np.asarray(corners, dtype=np.float64).reshape(rows, columns, 2)
+    step = max(float(np.linalg.norm(np.diff(points, axis=axis), axis=2).max()) for axis in (0, 1))
+    least = min(float(points.min()), *(np.array(picture.shape[::-1]) - 1.0 - points.max(axis=(0, 1))))
+    return max(rows, columns), min(rows, columns), least < 2.0 * step
