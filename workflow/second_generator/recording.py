@@ -165,7 +165,7 @@ def move(f: dict[str, Any]) -> Motion:
         height = f["height"] + 0.5 * (advance - steady)
         states.append(chain.follow(advance, height, every))
         advances.append(np.column_stack([advance, height])[every - 1 :: every])
-        landed = chain.sag(states[-1]) < 2.0 * chain.hinges.thickness
+        landed = chain.sag(states[-1]) < 1.05 * chain.hinges.thickness
         if np.isnan(landing) and landed.any():
             landing = t - STEP * every * (len(landed) - int(np.argmax(landed)) - 1)
             stop = t + 0.5 / clock
@@ -181,17 +181,17 @@ def truth(motion: Motion, height: float) -> dict[str, float]:
     """Onset of the snap, s: half-way in the rise of the kinetic energy's root; and when the upper layer lands.
 
     The energy is that of the nodes which are raised at the beginning; the rise is from its median while the strip
-    follows the gripper to the peak next to the landing.
+    follows the gripper to its peak before the layers touch.
     """
     z = motion.nodes[0, :, 1] + TARGET[1]
     raised = np.cumsum(z < 0.1 * height) == 0
     rates = np.gradient(motion.nodes[:, raised], motion.t, axis=0)
     speed = np.sqrt(np.mean(np.sum(rates**2, axis=2), axis=1))
     # The gripper advances steadily from 0.7 s on; then the strip swings for a while.
-    used = (motion.t > 1.0) & (motion.t < motion.landing + 0.1)
+    used = (motion.t > 1.0) & (motion.t <= motion.landing)
     t, speed = motion.t[used], speed[used]
     peak = int(np.argmax(speed))
-    following = float(np.median(speed[: max(int(0.5 * peak), 1)]))
+    following = float(np.median(speed[: max(int(0.4 * peak), 1)]))
     level = 0.5 * (following + speed[peak])
     i = int(np.flatnonzero(speed[:peak] < level)[-1])
     onset = t[i] + (t[i + 1] - t[i]) * (level - speed[i]) / (speed[i + 1] - speed[i])
