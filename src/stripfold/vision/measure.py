@@ -33,8 +33,6 @@ FREEDOM = 5.0
 """Degrees of freedom of Student's t by which errors are distributed: few recordings have much larger ones than most."""
 MAX_NO_SNAP_RATIO = 1.3
 """Peak of the speed over that of following from which a snap cannot be ruled out."""
-MAX_ONSET_SD = 0.4
-"""Largest standard deviation of the onset's time, s."""
 LEVEL_ERROR = 0.1
 """Standard deviation of the onset's level, as a share of its height: at the peak the layers hide each other."""
 FRAME_SHIFT, FRAME_SD = 0.63, 0.19
@@ -284,13 +282,13 @@ def _event(motion: Speed, tracks: Tracks, manual: ManualOnset | None) -> tuple[b
 def _level_sd(motion: Speed) -> float:
     """Standard deviation of the onset from its level, s."""
     sd = motion.onset_shift(LEVEL_ERROR)
-    if sd <= MAX_ONSET_SD:
+    if np.isfinite(sd):
         return sd
     raise MeasurementError(
         "video",
-        "a strip whose motion does not tell when the snap begins",
-        f"a standard deviation of the onset up to {MAX_ONSET_SD:g} s",
-        f"light the strip better, move more slowly, or give {ManualOnset.file_name}",
+        "a strip that is already snapping in the first frames",
+        "one that first follows its gripper",
+        f"film from before the snap on, or give {ManualOnset.file_name}",
     )
 
 
