@@ -31,8 +31,9 @@ SLOPE_SD = float(np.radians(0.5))
 """Uncertainty of a slope that is given, rad."""
 HOLD = 10.0
 """Weight of a slope that is given: an error of a radian counts as this many lengths at a point."""
-MAX_MISFIT = 0.02
-"""Largest root mean square of the residuals, relative to the visible length."""
+MAX_MISFIT = 0.0125
+"""Largest root mean square of the residuals, relative to the visible length: just above that of a real strip whose law
+is far from linear."""
 REPLICATES = 2000
 RATIOS = np.geomspace(0.02, 3e4, 40)
 """Initial values of ``(length / L*)^3``; the fit continues from the best."""
