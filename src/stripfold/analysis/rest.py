@@ -16,7 +16,7 @@ from stripfold.solve.dynamics import TimeEvent, TimeOptions, TimeState
 from stripfold.solve.schemes import Damping, Scheme
 
 REST = 1e-6
-"""Kinetic energy, as a share of the energy that weight, elasticity and gripper gave to the motion and damping took,
+"""Kinetic energy, as a share of the energy that weight, elasticity and gripper gave to the motion or took from it,
 below which a strip is at rest; that of a disturbance is not counted, so that a slow start is not rest."""
 QUIET = 2.0
 """Time for which it must stay below: longer than between two turning points of an oscillation."""
@@ -54,7 +54,7 @@ def to_rest(
 
     def rests(state: TimeState) -> bool:
         nonlocal quiet_since
-        still = state.t >= moving and state.energy.kinetic <= REST * (state.energy.lost - disturbance)
+        still = state.t >= moving and state.energy.kinetic <= REST * abs(state.energy.lost - disturbance)
         quiet_since = min(quiet_since, state.t) if still else inf
         return state.t - quiet_since > QUIET
 
