@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 import xarray as xr
 
 from stripfold import elastica
-from stripfold.analysis import collapse, release
+from stripfold.analysis import collapse, release, rest
 from stripfold.analysis.collapse import Collapse
 from stripfold.analysis.contact import columns_on_floor, touch_position, touches
 from stripfold.analysis.release import TIME_OPTIONS, Fall, ReleaseState
@@ -156,6 +159,24 @@ def test_what_lies_in_front_of_the_lying_part_does_not_touch() -> None:
     assert touches(model, replace(state, q=folded))
     # All that lies is one part.
     assert not touches(model, replace(state, q=folded, active=z[model.s > 4.0]))
+
+
+def test_a_tossed_strip_comes_to_rest(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Less is dissipated than the disturbance gave: at rest the strip has more energy than at the start."""
+    moving = dynamics.Energy(28.0, 1.0, 1.0)
+    at_rest = dynamics.Energy(1e-9, 6.0, 6.0, air=18.0)
+    states = [SimpleNamespace(t=float(t), energy=at_rest if t > 3 else moving) for t in range(20)]
+
+    def march(*given: Any) -> Iterator[Any]:
+        for state in states:
+            yield state
+            if any(event.happened(state) for event in given[-1]):
+                return
+
+    monkeypatch.setattr(rest.dynamics, "march", march)
+    problem: Any = SimpleNamespace(model=None)
+    found = list(rest.to_rest(problem, states[:1], problem, FALL.damping, release.TIME_OPTIONS))  # type: ignore[arg-type]
+    assert found[-1].t == 4.0 + rest.QUIET + 1.0
 
 
 def test_where_it_touches_lies_between_nodes(found: Collapse) -> None:
