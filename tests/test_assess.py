@@ -21,8 +21,8 @@ from stripfold.analysis.release import Fall
 from stripfold.analysis.static import StripModel
 from stripfold.errors import InvalidInputError, SolveError
 from stripfold.material import Material
-from stripfold.paths import geometric, rpath, table
-from stripfold.paths.curve import GripperPath, Piece
+from stripfold.paths import geometric, low_path, rpath, table
+from stripfold.paths.curve import GripperPath
 from stripfold.paths.rpath import RPath
 from stripfold.solve.schemes import Damping
 from tasks import assess_data, post_critical
@@ -69,12 +69,7 @@ def stored() -> tuple[xr.Dataset, Assessment]:
 def low() -> tuple[StripModel, Assessment]:
     """A path too low for a snap."""
     strip = StripModel(12.0, 0.06)
-    corners = np.array([(-6.0, 0.0), (-5.2, 1.2), (5.0, 1.2), (6.0, 0.0)])
-    pieces: list[Piece] = []
-    for i in range(3):
-        pieces.append(Piece.through(corners[i : i + 2], pieces[-1].end if pieces else 0.0, "side"))
-    path = GripperPath("low", tuple(pieces))
-    return strip, assess_strip(strip, path, FALL, 2.0)
+    return strip, assess_strip(strip, low_path.low(strip.length, 1.2), FALL, 2.0)
 
 
 WAYS_LENGTH = 17.0

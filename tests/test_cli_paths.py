@@ -36,11 +36,11 @@ def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
     )
 
 
-@pytest.mark.parametrize("kind", list(PLANS))
-def test_path_is_printed_and_written_alike(here: Path, kind: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["path", kind, *STRIP]) == 0
+@pytest.mark.parametrize("kind", [*([name] for name in PLANS), ["low", "--height", "0.04"]])
+def test_path_is_printed_and_written_alike(here: Path, kind: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["path", *kind, *STRIP]) == 0
     printed = capsys.readouterr().out
-    assert main(["path", kind, *STRIP, "--csv", "own.csv"]) == 0
+    assert main(["path", *kind, *STRIP, "--csv", "own.csv"]) == 0
     assert (here / "own.csv").read_text(encoding="utf-8") == printed
     rows = np.loadtxt(here / "own.csv", delimiter=",", skiprows=2)
     assert capsys.readouterr().out == f"written      own.csv, {len(rows)} rows\n"
@@ -124,6 +124,10 @@ def test_units_of_friction(monkeypatch: pytest.MonkeyPatch) -> None:
         (["path", "circular", "--length", "-1", "--eta-b", "3780"], "length = -1.0"),
         (["path", "circular", "--length", "450", "--eta-b", "3780"], "length = 450.0"),
         (["path", "circular", *STRIP, "--csv", "own.txt"], "ends in .csv"),
+        (["path", "circular", *STRIP, "--height", "0.04"], "with the low path only"),
+        (["path", "low", *STRIP], "height is missing"),
+        (["path", "low", *STRIP, "--height", "0.2"], "from 0.002999 to 0.1125 m"),
+        (["path", "low", *STRIP, "--height", "nan"], "stable below 0.04756 m"),
         (["assess", "nowhere.csv", *STRIP], "nowhere.csv"),
         (["assess", "bad.csv", *STRIP], "header t,x,z"),
         (["assess", "good.csv", *STRIP, "--eta-m", "1"], "eta_m"),

@@ -10,7 +10,7 @@ from scipy.optimize import minimize_scalar
 
 from stripfold import elastica
 from stripfold.errors import InvalidInputError
-from stripfold.paths import geometric, rpath
+from stripfold.paths import geometric, low_path, rpath
 from stripfold.paths import table as path_table
 from stripfold.paths.rpath import RPath
 
@@ -38,6 +38,22 @@ def test_circular() -> None:
     rates = np.array([path.pieces[0].rate(float(value)) for value in s])
     np.testing.assert_allclose(np.gradient(places, s, axis=0)[1:-1], rates[1:-1], atol=1e-3)
     np.testing.assert_allclose(path.position(path.length), [2.0, 0.0], atol=1e-12)
+
+
+@pytest.mark.parametrize("height", [0.1, 1.2, 5.0])
+def test_low(height: float) -> None:
+    """Lifted and laid down where there is no horizontal force, and straight between."""
+    path = low_path.low(20.0, height)
+    advance = elastica.state_no_horizontal_force(height).advance
+    np.testing.assert_allclose(path.position(0.0), [-10.0, 0.0], atol=1e-15)
+    np.testing.assert_allclose(path.position(path.corners[0]), [advance - 10.0, height], atol=1e-9)
+    np.testing.assert_allclose(path.position(path.corners[1]), [10.0 - advance, height], atol=1e-9)
+    np.testing.assert_allclose(path.position(path.length), [10.0, 0.0], atol=1e-12)
+    lower = elastica.state_no_horizontal_force(0.4 * height)
+    x, z = path.sampled(1e-3)[1].T
+    at = np.searchsorted(z[: z.argmax()], lower.gripper[1])
+    assert x[at] == pytest.approx(lower.advance - 10.0, abs=2e-3)
+    np.testing.assert_allclose(x, -x[::-1], atol=1e-9)
 
 
 @pytest.mark.parametrize(("length", "first_touch"), [(7.3, 3.2541), (10.0, 2.6355), (20.0, 2.6255), (60.0, 2.6255)])

@@ -11,7 +11,7 @@ from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
 
-from stripfold.errors import InvalidInputError, SolveError, TimeStepError
+from stripfold.errors import MISSING, InvalidInputError, SolveError, TimeStepError
 
 if TYPE_CHECKING:
     from stripfold.reporting import Result
@@ -187,17 +187,21 @@ def film(arguments: argparse.Namespace, say: Say) -> str:
 def path_options(parser: argparse.ArgumentParser) -> None:
     from stripfold.inputs import Strip
 
-    parser.add_argument("kind", choices=("r-path", "triangular", "circular"), help="which path")
+    parser.add_argument("kind", choices=("r-path", "triangular", "circular", "low"), help="which path")
     _options(parser, Strip, STRIP)
+    parser.add_argument("--height", type=float, metavar="M", help="of the gripper on the low path, m")
     parser.add_argument("--csv", metavar="FILE.csv", help="write it there instead of printing it")
 
 
 def path(arguments: argparse.Namespace, say: Say) -> str:
     from stripfold.inputs import UNSTRETCHED, Strip
-    from stripfold.paths import PLANS
+    from stripfold.paths import PLANS, low
 
     # A path is planned for a strip that hardly stretches: this command has no eta_m.
-    planned = PLANS[arguments.kind](Strip(**_given(arguments, Strip), eta_m=UNSTRETCHED))
+    strip, height = Strip(**_given(arguments, Strip), eta_m=UNSTRETCHED), arguments.height
+    if (arguments.kind == "low") != (height is not None):
+        raise InvalidInputError("height", MISSING if height is None else height, "a height with the low path only")
+    planned = PLANS[arguments.kind](strip) if height is None else low(strip, height)
     if arguments.csv is None:
         return planned.as_text().rstrip()
     target = _output(arguments.csv, arguments.csv, ".csv")

@@ -20,7 +20,8 @@ from stripfold.analysis.collapse import nodes
 from stripfold.analysis.path_in_time import TIME_OPTIONS, PathInTime, follow_in_time, opened
 from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
-from stripfold.paths.curve import GripperPath, Piece, polygon_length
+from stripfold.paths import low_path
+from stripfold.paths.curve import GripperPath
 from stripfold.paths.geometric import circular, triangular
 from stripfold.paths.rpath import plan_r_path
 from stripfold.solve.schemes import Damping
@@ -33,8 +34,6 @@ DAMPING = Damping(air=0.1, stiffness=0.06)
 HALF_STEP = 1.0 / 8.0
 """Factor on the estimated error of a time step: steps half as long."""
 LOOP_SPACING = 0.01
-RISE, DESCENT = 0.25, 2.0
-"""Advance over height while a low gripper rises, and its advance while it comes down, L*."""
 
 
 def run(
@@ -79,7 +78,7 @@ def run(
     longer = [_numbers(name, shown, length=long, thickness=thickness, moment=moment) for name in PATHS]
     without = _numbers("r-path", shown, length=long, thickness=thickness, moment=0.0)
     fabric = [_numbers(name, shown, length=length_star, thickness=thickness, moment=fabric_moment) for name in PATHS]
-    low_fold = _follow(low_path(length_star, low), shown, length_star, thickness, moment)
+    low_fold = _follow(low_path.low(length_star, low), shown, length_star, thickness, moment)
     return dataset(
         "layer_friction",
         {
@@ -112,15 +111,6 @@ def path_of(name: str, length: float) -> GripperPath:
     if name == "r-path":
         return plan_r_path(length).path
     return triangular(length) if name == "triangular" else circular(length)
-
-
-def low_path(length: float, height: float) -> GripperPath:
-    """Up to a height, along x, and down: nearly straight up, so that the strip is not pushed together."""
-    half = length / 2.0
-    corners = np.array([[-half, 0.0], [RISE * height - half, height], [half - DESCENT, height], [half, 0.0]])
-    travelled = polygon_length(corners)
-    pieces = (Piece.through(corners[i : i + 2], float(travelled[i]), "low") for i in range(3))
-    return GripperPath("low", tuple(pieces))
 
 
 def _fold(

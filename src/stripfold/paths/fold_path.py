@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Protocol
 
 from stripfold.arrays import Array
 from stripfold.errors import InvalidInputError
-from stripfold.paths import geometric, rpath, table
+from stripfold.paths import geometric, low_path, rpath, table
 from stripfold.paths.curve import GripperPath
 
 if TYPE_CHECKING:
@@ -33,12 +33,12 @@ class AnyStrip(Protocol):
 class FoldPath:
     """A gripper path for one strip; x and z in the frame with its origin mid-strip on the floor.
 
-    Make one with :func:`r_path`, :func:`triangular`, :func:`circular` or :func:`read`.
+    Make one with :func:`r_path`, :func:`triangular`, :func:`circular`, :func:`low` or :func:`read`.
 
     Attributes
     ----------
     name
-        "r-path", "triangular", "circular", or the name of the file.
+        "r-path", "triangular", "circular", "low", or the name of the file.
     length, gravity_length
         Length and L* of the strip, m.
     curve
@@ -104,8 +104,23 @@ def circular(strip: AnyStrip) -> FoldPath:
     return _planned(strip, "circular", geometric.circular)
 
 
+def low(strip: AnyStrip, height: float) -> FoldPath:
+    """Up to a height, m, over at that height, and down: below 1.586 L* no strip snaps (docs/physics.md, section 9).
+
+    Raises
+    ------
+    InvalidInputError
+        As :func:`r_path`, or a height less than 0.1 L* or more than a quarter of the length.
+    """
+    lowest, highest = low_path.LOWEST * strip.gravity_length, low_path.HIGHEST * strip.length
+    if not lowest <= height <= highest:
+        advice = f"the path is stable below {1.586 * strip.gravity_length:.4g} m"
+        raise InvalidInputError("height", height, f"from {lowest:.4g} to {highest:.4g} m", advice)
+    return _planned(strip, "low", lambda length: low_path.low(length, height / strip.gravity_length))
+
+
 PLANS: dict[str, Callable[[AnyStrip], FoldPath]] = {"r-path": r_path, "triangular": triangular, "circular": circular}
-"""The paths of the paper by their names."""
+"""The paths of the paper by their names: these need a strip only."""
 
 
 def read(file: str | os.PathLike[str], strip: AnyStrip) -> FoldPath:

@@ -132,6 +132,13 @@ def shortest_half_fold() -> float:
     return loop.arc + loop.offset
 
 
+def check_half_fold(length: float) -> None:
+    """Refuse a strip that cannot be folded in half, or is longer than tested; ``length`` in L*."""
+    if not shortest_half_fold() < length <= LONGEST:
+        allowed = f"more than {shortest_half_fold():.6g} L* and at most {LONGEST:g} L*"
+        raise InvalidInputError("length", length, allowed, "a shorter strip has no folded state with aligned edges")
+
+
 @lru_cache(maxsize=4)
 def plan_r_path(length: float) -> RPath:
     """Plan for a strip of the given length, L*.
@@ -149,9 +156,7 @@ def plan_r_path(length: float) -> RPath:
     >>> round(plan.lying_length, 6), round(plan.landing, 6)
     (8.900575, 3.584045)
     """
-    if not shortest_half_fold() < length <= LONGEST:
-        allowed = f"more than {shortest_half_fold():.6g} L* and at most {LONGEST:g} L*"
-        raise InvalidInputError("length", length, allowed, "a shorter strip has no folded state with aligned edges")
+    check_half_fold(length)
     loop, half = elastica.folded_loop(), length / 2.0
     free = length - elastica.half_fold_lying_length(length)
     lift_off = free - half

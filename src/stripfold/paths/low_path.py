@@ -1,0 +1,47 @@
+"""The low path: the gripper carries its end over the strip below the height from which a strip snaps.
+
+Three phases (docs/physics.md, section 9): *lift* to a height without horizontal force, *carry* over at that height, and
+*lay* down as it was lifted.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from stripfold import elastica
+from stripfold.elastica.half_fold import states_no_horizontal_force
+from stripfold.paths.curve import GripperPath, Piece
+from stripfold.paths.rpath import check_half_fold
+
+LOWEST = 0.1
+"""Lowest height, L*: the strip is pushed with up to 2.75 / z^2 there, the weight of 275 L* of it."""
+HIGHEST = 0.25
+"""Largest height over the length: above it little is left to be carried over."""
+
+
+def low(length: float, height: float) -> GripperPath:
+    """The low path of a strip of this length at this height, L*; it is stable below :func:`.elastica.touch_limit`.
+
+    The height is from :data:`LOWEST` to :data:`HIGHEST` times the length.
+
+    Raises
+    ------
+    InvalidInputError
+        A strip too short to be folded in half, or longer than tested.
+
+    Examples
+    --------
+    >>> path = low(20.0, 1.2)
+    >>> [piece.name for piece in path.pieces], path.position(path.corners[0]).round(6).tolist()
+    (['lift', 'carry', 'lay'], [-9.518957, 1.2])
+    """
+    check_half_fold(length)
+    half = length / 2.0
+    free = elastica.state_no_horizontal_force(height).length
+    up = [(state.advance - half, state.gripper[1]) for state in states_no_horizontal_force(free)]
+    lift = np.array([(-half, 0.0), *up])
+    lay = lift[::-1] * (-1.0, 1.0)
+    pieces: list[Piece] = []
+    for name, points in (("lift", lift), ("carry", np.array([lift[-1], lay[0]])), ("lay", lay)):
+        pieces.append(Piece.through(points, pieces[-1].end if pieces else 0.0, name))
+    return GripperPath("low", tuple(pieces))

@@ -1,0 +1,35 @@
+"""The low path: stable below the touch limit, a snap above it, and what a too low gripper does."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stripfold import elastica
+from stripfold.analysis.assess import SNAP, assess_strip, peak_forces, shape_error
+from stripfold.analysis.static import StripModel
+from stripfold.paths import low_path
+from stripfold.paths.rpath import plan_r_path
+
+
+def test_stable_up_to_the_fold_below_the_touch_limit() -> None:
+    """The push is the elastica's, the fold that of the R-path, up to the square of the thickness."""
+    strip = StripModel(14.0, 0.02, kind="rod")
+    found = assess_strip(strip, low_path.low(strip.length, 0.7))
+    assert found.stable
+    assert found.at_end
+    assert shape_error(*found.last, plan_r_path(strip.length)) < 2e-3
+    push = -min(state.force_x for state in elastica.x_axis_branch(0.7, max_step=0.05))
+    assert peak_forces(found.states)[1] == pytest.approx(push, rel=0.02)
+
+
+def test_a_snap_above_the_touch_limit() -> None:
+    strip = StripModel(14.0, 0.02, kind="rod")
+    found = assess_strip(strip, low_path.low(strip.length, 1.65))
+    (event,) = found.events
+    assert event.kind == SNAP
+    x, z = event.place
+    assert z == pytest.approx(1.65)
+    assert x + 7.0 == pytest.approx(elastica.critical(1.65).advance, abs=0.01)
+    slope = (elastica.critical(1.66).advance - elastica.critical(1.64).advance) / 0.02
+    assert event.angle == pytest.approx(np.degrees(np.arctan(1.0 / slope)), abs=0.5)
