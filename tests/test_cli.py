@@ -32,6 +32,8 @@ KEYS = [
     "seconds",
     "lambda_c_lower",
     "lambda_c_upper",
+    "lambda_touch",
+    "touch_x",
     "lambda_0",
     "model",
     "model_error",
@@ -47,7 +49,7 @@ def fake(monkeypatch):
         asked.append(scene)
         progress("following the branch")
         snap = scene.height_star > 1.6
-        found = (0.295, -0.005, 0.2949, 0.2951, 1e-4) if snap else (nan,) * 5
+        found = (0.295, -0.005, 0.2949, 0.2951, 1e-4, nan, nan) if snap else (nan,) * 4 + (1e-4, 0.25, -0.08)
         return CriticalResult(0.065, *found, 0.21, snap, "the reason", 1.5, scene.model, 0.0, np.empty((0, 2)))
 
     monkeypatch.setattr(critical, "find", find)
@@ -103,7 +105,6 @@ def test_json_has_null_where_there_is_no_number(capsys, fake):
     assert [key for key in KEYS if values[key] is None] == [
         "lambda_c",
         "x_c",
-        "error",
         "lambda_c_lower",
         "lambda_c_upper",
     ]
@@ -229,6 +230,9 @@ def test_the_elastica_for_real(capsys, height_star):
     assert (code, err, values["model"], values["snap"]) == (0, "", "elastica", point.snap)
     if not point.snap:
         assert values["lambda_c"] is values["x_c"] is None
+        assert values["lambda_touch"] == pytest.approx(point.state.advance * star, rel=1e-9)
+        sag = point.state.at(point.state.sag.s)
+        assert values["touch_x"] == pytest.approx((point.state.length - sag.x) * star - 0.3, rel=1e-9)
         return
     assert values["lambda_c"] == pytest.approx(point.advance * star, rel=1e-9)
     assert values["x_c"] == pytest.approx(values["lambda_c"] - 0.3, abs=1e-12)
@@ -248,6 +252,20 @@ def test_the_solid_for_real():
     assert (done.returncode, done.stderr, values["model"], values["snap"]) == (0, "", "solid", True)
     assert values["lambda_c"] == pytest.approx(0.29562, rel=1e-2)  # the elastica's; the solid is 0.06 L* thick
     assert values["error"] < 1e-2 * values["lambda_c"]
+
+
+def test_where_the_sag_lands_below_the_touch_limit(capsys):
+    found = {}
+    for model in ("solid", "rod", "elastica"):
+        code, out, _ = run(capsys, *STRIP[:-1], "0.042", "--model", model, "--json")
+        found[model] = json.loads(out)
+        assert (code, found[model]["snap"]) == (0, False)
+    # The elastica has no thickness: 0.06 L* here.
+    for model in ("solid", "rod"):
+        apart = abs(found[model]["lambda_touch"] - found["elastica"]["lambda_touch"])
+        assert found[model]["error"] < apart < found["elastica"]["model_error"]
+        assert found[model]["touch_x"] == pytest.approx(found["elastica"]["touch_x"], abs=1e-3)
+    assert found["rod"]["touch_x"] == pytest.approx(found["solid"]["touch_x"], abs=1e-4)
 
 
 def test_progress_goes_to_a_terminal_on_standard_error():

@@ -37,8 +37,12 @@ class CriticalPoint(CriticalResult, Result):
 
     Attributes
     ----------
-    lambda_c, error
-        Advance of the gripper past the flat end at the snap, and the estimated error of mesh and bracket.
+    lambda_c
+        Advance of the gripper past the flat end at the snap.
+    lambda_touch, touch_x
+        Where there is none: advance at which the sag touches the lower layer, and where, origin mid-strip.
+    error
+        Estimated error of lambda_c or lambda_touch by mesh and bracket.
     lambda_c_lower, lambda_c_upper
         Its bracket on the mesh used.
     lambda_0
@@ -50,7 +54,7 @@ class CriticalPoint(CriticalResult, Result):
     snap, reason
         Whether the strip snaps, and what ends the advance.
     model, model_error
-        The model used, and the estimated distance of its lambda_c from the solid's; 0 for the solid.
+        The model used, and the estimated distance of its advance from the solid's; 0 for the solid.
     seconds
         Run time.
     state
@@ -72,28 +76,36 @@ class CriticalPoint(CriticalResult, Result):
     def rows(self) -> Rows:
         scene = self.scene
         size = f"length {scene.length_star:.4g} L*, height {scene.height_star:.4g} L*"
-        bracket = f"{self.lambda_c_lower:.9f} and {self.lambda_c_upper:.9f} m" if self.snap else "-"
+        if self.snap:
+            end = [
+                ("lambda_c", metres(self.lambda_c, "advance past the flat end at the snap")),
+                ("  between", f"{self.lambda_c_lower:.9f} and {self.lambda_c_upper:.9f} m"),
+            ]
+            place = [("x_c", metres(self.x_c, "gripper in the frame with its origin mid-strip"))]
+        else:
+            end = [("touch at", metres(self.lambda_touch, "advance past the flat end, lambda_touch"))]
+            place = [("touch_x", metres(self.touch_x, "there, in the frame with its origin mid-strip"))]
         return [
             ("model", f"{self.model}; L* = {scene.gravity_length:.5g} m, {size}"),
             ("snap", f"{'yes' if self.snap else 'no'}: {self.reason}"),
             ("lambda_0", metres(self.lambda_0, "advance of the gripper without horizontal force")),
-            ("lambda_c", metres(self.lambda_c, "advance past the flat end at the snap")),
-            ("  between", bracket),
+            *end,
             ("  error", metres(self.error, "estimated, of mesh and bracket")),
-            ("  model", metres(self.model_error, "estimated distance from the solid's lambda_c")),
-            ("x_c", metres(self.x_c, "gripper in the frame with its origin mid-strip")),
+            ("  model", metres(self.model_error, "estimated distance from the solid's")),
+            *place,
             ("free length", metres(self.free_length, "off the floor where the advance ends")),
             ("time", f"{self.seconds:.2f} s"),
         ]
 
     def to_dict(self) -> dict[str, Any]:
         names = ("lambda_c", "x_c", "error", "free_length", "snap", "reason", "seconds")
-        more = ("lambda_c_lower", "lambda_c_upper", "lambda_0", "model", "model_error")
+        more = ("lambda_c_lower", "lambda_c_upper", "lambda_touch", "touch_x", "lambda_0", "model", "model_error")
         return {name: getattr(self, name) for name in names + more}
 
     def to_dataset(self) -> xr.Dataset:
-        names = ("lambda_c", "lambda_c_lower", "lambda_c_upper", "error", "lambda_0", "model_error", "free_length")
-        values: dict[str, Any] = {name: ((), getattr(self, name)) for name in names}
+        names = ("lambda_c", "lambda_c_lower", "lambda_c_upper", "lambda_touch", "touch_x")
+        more = ("error", "lambda_0", "model_error", "free_length")
+        values: dict[str, Any] = {name: ((), getattr(self, name)) for name in names + more}
         values |= {"x": ("node", self.state[:, 0]), "z": ("node", self.state[:, 1])}
         attrs = {"model": self.model, "snap": int(self.snap), "reason": self.reason, "height": self.scene.height}
         return schema.dataset(values, attrs)

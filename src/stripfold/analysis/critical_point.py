@@ -13,6 +13,7 @@ import numpy as np
 
 from stripfold import elastica
 from stripfold.analysis import select_model
+from stripfold.analysis.contact_events import clearance
 from stripfold.analysis.prediction import (
     ElasticaPrediction,
     Snap,
@@ -46,6 +47,8 @@ class CriticalResult:
     lambda_c_lower: float
     lambda_c_upper: float
     error: float
+    lambda_touch: float
+    touch_x: float
     free_length: float
     snap: bool
     reason: str
@@ -80,18 +83,20 @@ def find(scene: Scene, progress: Progress | None = None) -> CriticalResult:
         lambda_c_lower=unit * found.lower,
         lambda_c_upper=unit * found.upper,
         error=unit * found.error,
+        lambda_touch=unit * found.lambda_touch,
+        touch_x=unit * found.touch_x,
         free_length=unit * found.free_length,
         snap=found.end is End.SNAP,
         reason=found.end.reason,
         seconds=perf_counter() - began,
         model=used.model,
-        model_error=unit * found.lambda_c * _model_error(used),
+        model_error=unit * (found.lambda_c if found.end is End.SNAP else found.lambda_touch) * _model_error(used),
         state=unit * found.state,
     )
 
 
 class _Found(NamedTuple):
-    """The end of an advance, in L*; lambda_c, its bracket and its error are nan where it is no snap."""
+    """The end of an advance, in L*; nan: lambda_c and its bracket without a snap, lambda_touch with one."""
 
     end: End
     lambda_0: float
@@ -100,6 +105,8 @@ class _Found(NamedTuple):
     lambda_c: float = nan
     lower: float = nan
     upper: float = nan
+    lambda_touch: float = nan
+    touch_x: float = nan
     error: float = nan
 
 
@@ -135,19 +142,27 @@ def _find(scene: Scene, prediction: ElasticaPrediction, progress: Progress) -> _
     if scene.model == "elastica":
         state = _mid_surface(last, length)
         if end is End.TOUCH:
-            return _Found(end, first.advance, last.length, state)
+            assert last.sag is not None
+            x = last.length - length / 2.0 - float(last.at(last.sag.s).x)
+            return _Found(
+                end, first.advance, last.length, state, lambda_touch=last.advance, touch_x=x, error=ELASTICA_ERROR
+            )
         bracket = last.advance - ELASTICA_ERROR, last.advance + ELASTICA_ERROR
-        return _Found(End.SNAP, first.advance, last.length, state, last.advance, *bracket, ELASTICA_ERROR)
+        return _Found(End.SNAP, first.advance, last.length, state, last.advance, *bracket, error=ELASTICA_ERROR)
     nu, law = (scene.material.nu, scene.law) if scene.model == "solid" else (0.0, "svk")
     strip = StripModel(length, thickness, nu, law=law, kind=scene.model)
     tolerance = max(LAMBDA_TOLERANCE, BRACKET * scene.accuracy * last.advance)
     run, error = _fine_enough(scene, strip, prediction, tolerance, progress)
     state = run.last.problem.mid_surface(run.last.point.q)
     lambda_0 = without_horizontal_force(strip, prediction, select_model.refinement(scene.model, scene.accuracy))
+    if run.end is End.TOUCH:
+        _, place = clearance(run.last.problem, run.last.point.q)
+        x = float(run.last.mid_surface(np.array([place]))[0, 0])
+        return _Found(run.end, lambda_0, run.free_length, state, lambda_touch=run.lam, touch_x=x, error=error)
     if run.critical is None:
         return _Found(run.end, lambda_0, run.free_length, state)
     bracket = run.critical.lower, run.critical.upper
-    return _Found(run.end, lambda_0, run.free_length, state, run.lam, *bracket, error)
+    return _Found(run.end, lambda_0, run.free_length, state, run.lam, *bracket, error=error)
 
 
 def _run(
