@@ -17,6 +17,8 @@ from stripfold.analysis import assess as assessing
 from stripfold.analysis import path_statics, release, rest
 from stripfold.analysis.assess import BIFURCATION, SNAP, Assessment, assess_strip
 from stripfold.analysis.contact import columns_on_floor, touches
+from stripfold.analysis.contact_branch import BranchPoint
+from stripfold.analysis.contact_set import on_nodes
 from stripfold.analysis.release import Fall
 from stripfold.analysis.static import StripModel
 from stripfold.errors import InvalidInputError, SolveError
@@ -559,6 +561,22 @@ class TestTwoWays:
         times = np.array([m.t for m in up.motion.states])
         quiet = times > times[-1] - rest.QUIET
         assert max(m.energy.kinetic for m, q in zip(up.motion.states, quiet, strict=True) if q) < 1e-6
+
+    def test_a_strip_that_does_not_fall_rests_in_a_stable_state(self):
+        """Newton's method went from the nodes on the floor to the unstable planned state, 1.4 L* away."""
+        strip = StripModel(20.0, 0.05)
+        plan = rpath.plan_r_path(strip.length)
+        travelled = plan.path.pieces[1].end - 0.15
+        problem, point = on_nodes(post_critical.planned_unstable(strip, plan, travelled))
+        motion = release.simulate_fall(
+            release.ReleaseState(problem, point, point.mode, 0.0), replace(FALL, disturbance=-1e-2)
+        )
+        rest_at = release.at_rest(strip.contact_mesh(), motion)
+        assert isinstance(rest_at, BranchPoint)
+        assert rest_at.point.negatives == 0
+        s = problem.model.s
+        moved = rest_at.mid_surface(s) - problem.model.mid_surface(motion.states[-1].q)
+        assert np.linalg.norm(moved, axis=1).max() < release.SAME_STATE
 
     def test_a_slow_start_is_no_rest(self, ways: tuple[xr.Dataset, PostCriticalBranches, RPath]):
         """With damping that first takes nearly all of the disturbance the motion grows by 0.0018 per time unit."""

@@ -322,6 +322,14 @@ def test_a_state_at_nodes_and_back(followed: StaticSegment) -> None:
         assert back.contact == pytest.approx(at.contact, abs=0.01)
 
 
+def test_a_stable_state_at_nodes_is_not_taken_for_the_unstable_one_beside_it(x_run: static.XRun) -> None:
+    """Just before a limit point the two are nearer to each other than to the same one on other elements."""
+    problem, point = contact_set.on_nodes(x_run.last, stable=True)
+    assert not point.negatives
+    with pytest.raises(SolveError, match="no such state"):
+        contact_set.from_nodes(ROD.contact_mesh(), problem, point)
+
+
 def test_too_many_contacts_are_refused(x_run: static.XRun) -> None:
     problem, point = x_run.points[0].problem.on_mesh(x_run.points[0].point)
     model = problem.model

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from stripfold.analysis.contact import lying_parts, touches
-from stripfold.analysis.contact_branch import BranchPoint, solved, transferred
+from stripfold.analysis.contact_branch import BranchPoint, transferred
 from stripfold.analysis.contact_events import curvature, reaction
 from stripfold.arrays import Array
 from stripfold.errors import NewtonError, SolveError
@@ -92,18 +92,27 @@ def from_nodes(plan: Callable[[Array], ContactMesh], problem: StripProblem, poin
     *others, (lift_off, _) = [model.s[part[[0, -1]]].tolist() for part in lying_parts(model, point, SAME_PART)]
     guesses = _guesses(others, lift_off, folded=bool(point.q[model.middle[0, 1]] <= 0.0))
     mesh = plan(np.array([lift_off]))
-    error = SolveError("the contact with the floor has too many parts", parameter=point.lam)
+    if not guesses:
+        raise SolveError("the contact with the floor has too many parts", parameter=point.lam)
+    error = SolveError("no such state with contact coordinates is near", parameter=point.lam)
     for topology, contact in guesses:
-        planned = mesh.replanned(contact, topology)
-        q = np.concatenate([model.resampled(point.q, planned.model.s), contact])
+        new = MovingContact(mesh.replanned(contact, topology), problem.motion)
+        q = np.concatenate([model.resampled(point.q, new.mesh.model.s), contact])
         try:
-            found = solved(MovingContact(planned, problem.motion), q, point.lam)
+            found = _near(new, q, point.lam, model.resampled_stress(point.q, new.mesh.model))
         except SolveError as failed:
             error = failed
             continue
-        if _admissible(found):
+        # Near a limit point the same contact has a stable and an unstable state.
+        if _admissible(found) and found.point.negatives == point.negatives:
             return found
     raise error
+
+
+def _near(problem: MovingContact, q: Array, lam: float, stress: Array) -> BranchPoint:
+    """The state at ``lam`` near a guess and its stress."""
+    state = newton.solve(problem, q, lam, problem.bounded, None, NEARBY_NEWTON, stress)
+    return BranchPoint(problem, continuation.evaluate(problem, state, Tangent(np.zeros(problem.size), 1.0)))
 
 
 def _guesses(others: list[list[float]], lift_off: float, folded: bool) -> list[tuple[Topology, Array]]:
