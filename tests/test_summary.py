@@ -225,7 +225,8 @@ def datasets() -> dict[str, xr.Dataset]:
             "checked_rise": ("check", [2.0, 2.02, 2.1]), "fold_height": ("folded", [0.91, 0.93])},
             {"height": [3.0, 5.0], "moment": [0.0, 0.005, 0.1, 1.0], "folded": [0.1, 0.3],
             "check": ["as above", "half the step", "half kappa_y"]}),
-        "fabrics": ({"friction": ("fabric", np.linspace(0.1, 0.5, 20))},),
+        "fabrics": ({
+            "gravity_length": ("fabric", np.full(20, 0.02)), "friction": ("bent", np.linspace(0.1, 0.5, 4))},),
         "random_paths": ({
             "outcome": ("case", OUTCOME.copy()), "critical": ("case", FOUND), "again": ("case", FOUND + 1e-3),
             "message": ("case", texts(*np.where(OUTCOME == "undecided", "NewtonError: no", ""))),

@@ -165,9 +165,9 @@ class FrictionSteps(Input):
 
 
 class Fabrics(Input):
-    """Internal friction of real fabrics."""
+    """Real fabrics: L* and internal friction."""
 
-    table: Annotated[Text, Field(description="table of fabrics measured by Kawabata's test")]
+    table: Annotated[Text, Field(description="table of measured fabrics")]
     measured: Annotated[Text, Field(description="moment-curvature table of a textile as it is first bent")]
     areal_load: Annotated[Number, quantity("weight of the textile per area", "N m^-2", gt=0.0)]
     height: HeightStar

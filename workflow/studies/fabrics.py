@@ -1,7 +1,7 @@
-"""Internal friction of real fabrics in units of the strip's own weight and stiffness, from published measurements.
+"""Real fabrics in units of the strip's own weight and stiffness, from published measurements.
 
-Kawabata's test gives the bending rigidity B and 2HB, the width of the loop: M_0 is half of it.  With the weight w per
-area, L* = (B / w)^(1/3).  A first bending, moment = M_0 + B kappa, gives both by a straight line.
+With the weight w per area and the bending rigidity B, L* = (B / w)^(1/3).  Kawabata's test also gives 2HB, the width of
+the loop: M_0 is half of it.  A first bending, moment = M_0 + B kappa, gives B and M_0 by a straight line.
 Source: docs/physics.md, section 8.
 """
 
@@ -18,23 +18,17 @@ from stripfold.material import GRAVITY
 from studies.common import dataset
 from tasks import textile
 
-TEXTS = ("name", "fibre", "weave", "source")
-PRINTED = {"W_mg_per_cm2": 1e-2, "B_gf_cm2_per_cm": 9.80665e-5, "2HB_gf_cm_per_cm": 9.80665e-3}
-"""Columns in the units that are printed, and the factors to SI."""
-SI = ("areal_density_kg_per_m2", "B_N_m", "2HB_N")
-COLUMNS = ",".join([*TEXTS[:3], *PRINTED, *SI, TEXTS[3]])
+COLUMNS = "name,fibre,weave,areal_density_kg_per_m2,B_N_m,2HB_N,source"
 MAX_ROWS = 1000
-ROUNDING = 1e-6
-"""Largest relative difference of a value in SI from the printed one."""
 
 
 def run(table: str, measured: str, areal_load: float, height: float) -> xr.Dataset:
-    """Friction of the fabrics of ``table`` over ``fabric``, and of the textile of data/.
+    """L* of the fabrics of ``table``, over ``fabric``; friction of those with 2HB, over ``bent``, and of a textile.
 
     Parameters
     ----------
     table
-        Path of the fabrics' table, with the header :data:`COLUMNS`.
+        Path of the fabrics' table, with the header :data:`COLUMNS`; 2HB may be empty.
     measured, areal_load
         Moment-curvature table of the textile as it is first bent, and its weight per area, N m^-2.
     height
@@ -43,19 +37,20 @@ def run(table: str, measured: str, areal_load: float, height: float) -> xr.Datas
     Raises
     ------
     InvalidInputError
-        A table that cannot be read, or values in SI that are not the printed ones.
+        A table that cannot be read, or a value that is not positive.
     """
     path = Path(table)
-    header = COLUMNS.split(",")
     rows = tables.read_rows("table", path, COLUMNS, (1, MAX_ROWS))
-    texts = {name: [row[header.index(name)] for row in rows] for name in TEXTS}
-    numbers = tables.to_numbers("table", path, [row[3:9] for row in rows], 6)
-    printed, si = numbers[:, :3], numbers[:, 3:]
-    wrong = np.abs(printed * list(PRINTED.values()) / si - 1.0) > ROUNDING
-    if np.any(numbers <= 0.0) or np.any(wrong):
-        row = int(np.flatnonzero(np.any((numbers[:, :3] <= 0.0) | wrong, axis=1))[0])
-        raise InvalidInputError("table", texts["name"][row], "positive values, in SI those printed", f"see {path}")
-    density, rigidity, loop = si.T
+    ragged = [row for row in rows if len(row) != COLUMNS.count(",") + 1]
+    if ragged:
+        raise InvalidInputError("table", ",".join(ragged[0])[:80], f"rows of the columns {COLUMNS}", f"see {path}")
+    name, fibre, weave, *_, source = (list(column) for column in zip(*rows, strict=True))
+    with_loop = np.array([row[5] != "" for row in rows])
+    density, rigidity = tables.to_numbers("table", path, [row[3:5] for row in rows], 2).T
+    loop = tables.to_numbers("table", path, [row[5:6] for row in rows if row[5]], 1)[:, 0]
+    least = float(np.concatenate([density, rigidity, loop]).min())
+    if least <= 0.0:
+        raise InvalidInputError("table", least, "positive areal densities, rigidities and 2HB", f"see {path}")
     weight = GRAVITY * density
     unit = np.cbrt(rigidity / weight)
     bent = textile.read_table(measured)
@@ -65,14 +60,17 @@ def run(table: str, measured: str, areal_load: float, height: float) -> xr.Datas
     return dataset(
         "fabrics",
         {
-            "fabric": ("fabric", texts["name"]),
-            **{name: ("fabric", texts[name]) for name in TEXTS[1:]},
+            "fabric": ("fabric", name),
+            "fibre": ("fabric", fibre),
+            "weave": ("fabric", weave),
+            "source": ("fabric", source),
             "areal_density": ("fabric", density),
             "rigidity": ("fabric", rigidity),
-            "loop_width": ("fabric", loop),
             "gravity_length": ("fabric", unit),
             "eta_b": ("fabric", density / rigidity),
-            "friction": ("fabric", 0.5 * loop / (weight * unit**2)),
+            "bent": ("bent", np.array(name)[with_loop]),
+            "loop_width": ("bent", loop),
+            "friction": ("bent", 0.5 * loop / (weight * unit**2)[with_loop]),
             "textile_rigidity": ((), slope),
             "textile_moment": ((), moment),
             **{f"textile_friction{of}": ((), moment / (areal_load * unit**2)) for of, unit in units.items()},

@@ -10,8 +10,13 @@ from studies.summary.facts import Facts
 def fabrics(d: xr.Dataset, friction: xr.Dataset) -> Facts:
     """What fabrics have, over what the R-paths of ``friction`` need at most."""
     needed = friction.suffices.sel(law="hysteresis").max()
+    lengths = 100.0 * d.gravity_length  # cm
     return {
         "count": d.sizes["fabric"],
+        "shortest": lengths.min(),
+        "length": lengths.median(),
+        "longest": lengths.max(),
+        "bent": d.sizes["bent"],
         "median": d.friction.median(),
         "least": d.friction.min(),
         "most": d.friction.max(),

@@ -407,9 +407,11 @@ SOURCES = (
     )),
     Source("fabrics friction", facts_fabrics.fabrics, (
         Number("fabrics", "count", "count", 4, ">= 20",
-            "fabrics measured by Kawabata's bending test, from publications (data/fabrics.csv)"),
+            "fabrics with measured areal density and bending rigidity, from publications (data/fabrics.csv); their L* "
+            "is {shortest:.1f} to {longest:.1f} cm, median {length:.1f} cm; {bent} have a measured 2HB, and only these "
+            "count in the friction of fabrics"),
         Number("fabric_friction_median", "median", "1", 2, "no criterion",
-            "median M_0 / rho_a g L*^2 of these fabrics; smallest {least:.2f}, largest {most:.2f}"),
+            "median M_0 / rho_a g L*^2 of the fabrics with 2HB; smallest {least:.2f}, largest {most:.2f}"),
         Number("friction_margin", "margin", "1", 2, "> 1",
             "that median over the largest M_0 / rho_a g L*^2 that an R-path needs ({needed:.4f}); of the fabric with "
             "least friction {least_margin:.0f}", lambda f: f.least_margin > 1.0),
