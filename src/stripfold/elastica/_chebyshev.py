@@ -66,8 +66,9 @@ class Grid:
         place = np.asarray(at)
         distance = np.subtract.outer(STRETCH * place / (1.0 + (STRETCH - 1.0) * place), self.parameter)
         distance[distance == 0.0] = 1e-300  # makes the weight of this node, relative to the others, 1
-        weights = self.barycentric / distance
-        return np.asarray((weights / weights.sum(axis=-1, keepdims=True)) @ values)
+        weights = np.divide(self.barycentric, distance, out=distance)
+        sums = weights.sum(axis=-1)
+        return np.asarray((weights @ values) / (sums if values.ndim == 1 else sums[..., None]))
 
 
 @lru_cache(maxsize=64)

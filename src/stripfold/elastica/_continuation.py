@@ -100,19 +100,17 @@ def point_at(e: Evaluation, family: Family, forward: Array, arc: float = 0.0) ->
     return Point(e, tangent, row / size, float(np.linalg.slogdet(matrix)[0]), arc)
 
 
-def _resolve(point: Point, family: Family) -> Point:
-    """The same point with enough nodes."""
-    while (guess := finer(point.e)) is not None:
+def _resolved(e: Evaluation, family: Family, tangent: Array) -> Evaluation:
+    """The same state with enough nodes; ``tangent`` is about the branch's there."""
+    while (guess := finer(e)) is not None:
         e = evaluate(guess)
-        normal = metric_times(e, refine(point.tangent, e.grid.n))
-        e = newton(guess, (*family.conditions, on_plane(normal, guess)))
-        point = point_at(e, family, normal, point.arc)
-    return point
+        plane = on_plane(metric_times(e, refine(tangent, e.grid.n)), guess)
+        e = newton(guess, (*family.conditions, plane))
+    return e
 
 
-def march(first: Point, family: Family, *, step: float, max_step: float) -> Iterator[Point]:
-    """Points of the branch from ``first`` on, resolved, without end: the caller stops."""
-    point = _resolve(first, family)
+def march(point: Point, family: Family, *, step: float, max_step: float) -> Iterator[Point]:
+    """Points of the branch from a resolved one on, resolved, without end: the caller stops."""
     yield point
     curvature: Array | float = 0.0
     for _ in range(MAX_POINTS):
@@ -130,14 +128,15 @@ def march(first: Point, family: Family, *, step: float, max_step: float) -> Iter
                 plane = on_plane(point.normal, point.e.y + step * point.tangent)
                 e = newton(guess, (*family.conditions, plane), limit=MAX_CORRECTOR_ITERATIONS)
                 correction = float(np.abs(angle_change(e.y - guess)).max())
-                new = _resolve(point_at(e, family, point.normal, point.arc + step), family)
+                e = _resolved(e, family, point.tangent)
             except NewtonError:
                 step /= 2
                 continue
-            n = new.e.grid.n
-            before = refine(point.tangent, n)
-            cosine = float(new.normal @ before) / sqrt(float(metric_times(new.e, before) @ before))
-            rotation = float(np.abs(angle_change(new.e.y - refine(point.e.y, n))).max())
+            before = refine(point.tangent, e.grid.n)
+            row = metric_times(e, before)
+            new = point_at(e, family, row, point.arc + step)
+            cosine = float(new.normal @ before) / sqrt(float(row @ before))
+            rotation = float(np.abs(angle_change(e.y - refine(point.e.y, e.grid.n))).max())
             small = correction < MAX_CORRECTION and cosine > MIN_COSINE and rotation < MAX_STEP_ROTATION
             if small and new.orientation == point.orientation:
                 break
