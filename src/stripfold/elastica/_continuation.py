@@ -24,14 +24,15 @@ from stripfold.elastica._system import (
     FORCE_X,
     LENGTH,
     Condition,
+    Corrected,
     Evaluation,
     angle_change,
     computed,
+    corrected,
     evaluate,
     finer,
     gripper_at,
     jacobian,
-    newton,
     on_plane,
     refine,
     solve,
@@ -93,20 +94,23 @@ def point_at(e: Evaluation, family: Family, forward: Array, arc: float = 0.0) ->
     matrix = jacobian(e, [*(computed(condition(e)[1]) for condition in family.conditions), forward])
     right = np.zeros(e.y.size)
     right[-1] = 1.0
-    v = solved(matrix, right)
-    row = metric_times(e, v)
-    size = sqrt(float(row @ v))
-    tangent = v / size
-    return Point(e, tangent, row / size, float(np.linalg.slogdet(matrix)[0]), arc)
+    return _point(Corrected(e, matrix, solved(matrix, right)), arc)
 
 
-def _resolved(e: Evaluation, family: Family, tangent: Array) -> Evaluation:
-    """The same state with enough nodes; ``tangent`` is about the branch's there."""
-    while (guess := finer(e)) is not None:
+def _point(at: Corrected, arc: float) -> Point:
+    """The point with a state found on a plane across the branch."""
+    row = metric_times(at.e, at.along)
+    size = sqrt(float(row @ at.along))
+    return Point(at.e, at.along / size, row / size, float(np.linalg.slogdet(at.matrix)[0]), arc)
+
+
+def _resolved(at: Corrected, family: Family) -> Corrected:
+    """The same state with enough nodes."""
+    while (guess := finer(at.e)) is not None:
         e = evaluate(guess)
-        plane = on_plane(metric_times(e, refine(tangent, e.grid.n)), guess)
-        e = newton(guess, (*family.conditions, plane))
-    return e
+        plane = on_plane(metric_times(e, refine(at.along, e.grid.n)), guess)
+        at = corrected(guess, (*family.conditions, plane))
+    return at
 
 
 def march(point: Point, family: Family, *, step: float, max_step: float) -> Iterator[Point]:
@@ -126,16 +130,15 @@ def march(point: Point, family: Family, *, step: float, max_step: float) -> Iter
             guess = point.e.y + step * point.tangent + 0.5 * step**2 * curvature
             try:
                 plane = on_plane(point.normal, point.e.y + step * point.tangent)
-                e = newton(guess, (*family.conditions, plane), limit=MAX_CORRECTOR_ITERATIONS)
-                correction = float(np.abs(angle_change(e.y - guess)).max())
-                e = _resolved(e, family, point.tangent)
+                at = corrected(guess, (*family.conditions, plane), MAX_CORRECTOR_ITERATIONS)
+                correction = float(np.abs(angle_change(at.e.y - guess)).max())
+                new = _point(_resolved(at, family), point.arc + step)
             except NewtonError:
                 step /= 2
                 continue
+            e = new.e
             before = refine(point.tangent, e.grid.n)
-            row = metric_times(e, before)
-            new = point_at(e, family, row, point.arc + step)
-            cosine = float(new.normal @ before) / sqrt(float(row @ before))
+            cosine = float(new.normal @ before) / sqrt(float(metric_times(e, before) @ before))
             rotation = float(np.abs(angle_change(e.y - refine(point.e.y, e.grid.n))).max())
             small = correction < MAX_CORRECTION and cosine > MIN_COSINE and rotation < MAX_STEP_ROTATION
             if small and new.orientation == point.orientation:

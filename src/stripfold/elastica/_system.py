@@ -15,6 +15,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from math import log
 from types import MappingProxyType
+from typing import NamedTuple
 
 import numpy as np
 
@@ -188,7 +189,23 @@ def solved(matrix: Array, right: Array) -> Array:
         return np.full_like(right, np.nan)
 
 
-def newton(y: Array, conditions: tuple[Condition, ...], *, limit: int = 25) -> Evaluation:
+class Corrected(NamedTuple):
+    """A state found by Newton's method, and what its last iteration tells of the branch, to :data:`LAST_UPDATE`.
+
+    ``matrix`` is the Jacobian, ``along`` the change of the unknowns by the value of the last condition.
+    """
+
+    e: Evaluation
+    matrix: Array
+    along: Array
+
+
+def newton(y: Array, conditions: tuple[Condition, ...]) -> Evaluation:
+    """The state of :func:`corrected`."""
+    return corrected(y, conditions).e
+
+
+def corrected(y: Array, conditions: tuple[Condition, ...], limit: int = 25) -> Corrected:
     """Solve from the guess ``y``, shape (n + 3,), on its own grid.
 
     Residual and last update must be small: a small update alone also occurs where the iteration stalls.
@@ -201,6 +218,9 @@ def newton(y: Array, conditions: tuple[Condition, ...], *, limit: int = 25) -> E
     history: list[float] = []
     update = np.inf
     e = evaluate(y)
+    rights = np.zeros((y.size, 2))
+    rights[-1, 1] = 1.0
+    matrix = along = rights
     for iteration in range(limit + 1):
         values, rows = zip(*[condition(e) for condition in conditions], strict=True)
         right = residual(e, values)
@@ -209,10 +229,12 @@ def newton(y: Array, conditions: tuple[Condition, ...], *, limit: int = 25) -> E
             break
         # Rounding in u is relative to its largest value.
         if update < LAST_UPDATE and history[-1] < ROUNDING * max(10.0, float(np.abs(e.y).max())):
-            return e
+            return Corrected(e, matrix, along)
         if iteration == limit:
             break
-        change = solved(jacobian(e, [computed(row) for row in rows]), -right)
+        rights[:, 0] = -right
+        matrix = jacobian(e, [computed(row) for row in rows])
+        change, along = solved(matrix, rights).T
         if not np.isfinite(change).all():
             break  # a singular matrix
         rotation = float(np.abs(angle_change(change)).max())
