@@ -44,7 +44,7 @@ from stripfold.roots import root
 # Angles in rad, steps in arc length.
 WANTED_CORRECTION = 0.02  # of theta by the corrector: the step length is kept
 MAX_CORRECTION = 4 * WANTED_CORRECTION
-MAX_STEP_ROTATION = 0.5  # change of theta within one step
+MAX_STEP_ROTATION = 0.6  # change of theta within one step
 MIN_COSINE = 0.8  # of the angle between the tangents of successive points
 MIN_STEP = 1e-7
 MAX_POINTS = 5000

@@ -17,7 +17,7 @@ from stripfold.elastica.state import State
 from stripfold.errors import InvalidInputError
 
 LIMIT_REACTION = 1.202702  # at lift-off, without horizontal force, for z -> infinity: a starting guess
-FIRST_STEP, MAX_STEP = 0.1, 0.5  # in arc length, along a branch that is searched for an event
+FIRST_STEP, MAX_STEP = 0.2, 0.5  # in arc length, along a branch that is searched for an event
 
 
 def no_force_guess(z: float) -> Array:
