@@ -21,9 +21,9 @@ from stripfold.errors import SolveError
 from stripfold.models.contact_mesh import Topology
 from stripfold.moving_contact import MovingContact
 from stripfold.paths import rpath, table
-from stripfold.paths.curve import GripperPath, Piece
+from stripfold.paths.curve import GripperPath, Piece, pieces_through
 from stripfold.paths.rpath import RPath
-from stripfold.problem import AlongPiece, StripProblem
+from stripfold.problem import AlongPath, StripProblem
 from stripfold.solve import continuation, newton
 from stripfold.solve.problem import Point
 
@@ -37,10 +37,7 @@ S = np.linspace(0.0, 12.0, 241)
 
 def polygon(*corners: tuple[float, float]) -> GripperPath:
     """Straight from corner to corner."""
-    pieces: list[Piece] = []
-    for ends in pairwise(corners):
-        pieces.append(Piece.through(np.array(ends), pieces[-1].end if pieces else 0.0, "side"))
-    return GripperPath("polygon", tuple(pieces))
+    return GripperPath("polygon", pieces_through(("side", np.array(ends)) for ends in pairwise(corners)))
 
 
 PATH = polygon(*CORNERS)
@@ -238,7 +235,7 @@ def level(run: static.XRun, end: float) -> tuple[BranchPoint, GripperPath]:
     half = run.points[0].model.length / 2.0
     piece = Piece(run.lambda_0, end, lambda lam: np.array([lam - half, 3.0]), lambda _: np.array([1.0, 0.0]), "x")
     first = run.points[0]
-    problem = MovingContact(first.problem.mesh, AlongPiece(piece, 2.0 * half))
+    problem = MovingContact(first.problem.mesh, AlongPath(piece, 2.0 * half))
     return solved(problem, first.point.q, run.lambda_0), GripperPath("along x", (piece,))
 
 
@@ -376,7 +373,7 @@ def test_a_sag_lifted_off_the_floor_loses_its_stability(kind: str, tmp_path: Pat
 
     def push(moved: np.ndarray) -> float:
         held = replace(piece, position=lambda _: piece.position(lam) + moved)
-        problem = MovingContact(last.problem.mesh, AlongPiece(held, strip.length))
+        problem = MovingContact(last.problem.mesh, AlongPath(held, strip.length))
         return reaction(problem, solved(problem, last.point.q, 0.0).point)
 
     normal = [(push(d) - push(-d)) / 2e-3 for d in 1e-3 * np.eye(2)]

@@ -22,10 +22,10 @@ from stripfold.material import Material
 from stripfold.models.contact_mesh import Topology
 from stripfold.models.model import Model
 from stripfold.moving_contact import MovingContact
-from stripfold.paths.curve import GripperPath, Piece
+from stripfold.paths.curve import GripperPath, pieces_through
 from stripfold.paths.geometric import triangular
 from stripfold.paths.rpath import plan_r_path
-from stripfold.problem import AlongPiece, AlongX, Lift
+from stripfold.problem import AlongPath, AlongX, Lift
 from stripfold.solve import continuation
 from stripfold.solve.events import Event, never
 from tasks import friction
@@ -43,10 +43,7 @@ LENGTH = 14.0
 
 def polygon(*corners: tuple[float, float]) -> GripperPath:
     """Straight from corner to corner."""
-    pieces: list[Piece] = []
-    for ends in pairwise(corners):
-        pieces.append(Piece.through(np.array(ends), pieces[-1].end if pieces else 0.0, "side"))
-    return GripperPath("polygon", tuple(pieces))
+    return GripperPath("polygon", pieces_through(("side", np.array(ends)) for ends in pairwise(corners)))
 
 
 LOW = polygon(*CORNERS)
@@ -105,7 +102,7 @@ class TestSteps:
     def test_they_are_equal_within_a_piece_and_end_at_corners(self):
         path = polygon((0.0, 0.0), (0.0, 1.2), (2.5, 1.2))
         found = list(steps_on(path, 12.0, 0.1))
-        first, second = (AlongPiece(piece, 12.0) for piece in path.pieces)
+        first, second = (AlongPath(piece, 12.0) for piece in path.pieces)
         assert [motion for motion, _ in found] == [first] * 12 + [second] * 25
         np.testing.assert_allclose([s for _, s in found], np.arange(1, 38) * 0.1, atol=1e-12)
         uneven = list(steps_on(path, 12.0, 0.5))
@@ -125,7 +122,7 @@ class TestLoadingIncrementally:
     @pytest.mark.parametrize("size", [0.3, 0.7])
     def test_without_effects_it_is_the_branch(self, size: float):
         """Truth: the state at the first corner by continuation, on a mesh of its own."""
-        motion = AlongPiece(LOW.pieces[0], 12.0)
+        motion = AlongPath(LOW.pieces[0], 12.0)
         corner = LOW.pieces[0].end
         end = Event("corner", lambda point, _: point.lam >= corner, located=never)
         branch = contact_branch.follow(
@@ -184,7 +181,7 @@ class TestLoadingIncrementally:
         assert compared > 10
         assert low_steps[-1].at.problem.effects[1].dissipated > 1e-3
         # What is reported of a step's stability is with the friction: without it the eigenvalue is lower by k_f.
-        at = next(step.at for step in low_steps if step.at.problem.motion.piece == LOW.pieces[1])
+        at = next(step.at for step in low_steps if step.at.problem.motion.path == LOW.pieces[1])
         bare = MovingContact(at.problem.mesh, at.problem.motion)
         free = continuation.evaluate(bare, at.point.state, at.point.tangent)
         assert at.point.eigenvalues[0] > free.eigenvalues[0] + 0.04

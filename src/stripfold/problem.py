@@ -56,28 +56,10 @@ class AlongX:
 
 
 @dataclass(frozen=True)
-class AlongPiece:
-    """The gripper follows a smooth piece of a path: lambda is the length travelled."""
-
-    piece: Piece
-    length: float
-    """Length of the strip, L*."""
-
-    def grasped(self, model: Model) -> Index:
-        return np.asarray(model.middle[0])
-
-    def values(self, lam: float) -> Array:
-        return self.piece.position(lam) + np.array([self.length / 2.0, 0.0])
-
-    def rates(self, lam: float) -> Array:
-        return self.piece.rate(lam)
-
-
-@dataclass(frozen=True)
 class AlongPath:
-    """The gripper follows a whole path: lambda is the length travelled; in time it may pass corners."""
+    """The gripper follows a smooth piece of a path, or in time a whole path: lambda is the length travelled."""
 
-    path: GripperPath
+    path: Piece | GripperPath
     length: float
     """Length of the strip, L*."""
 
@@ -105,7 +87,7 @@ class Opened:
         return np.zeros(0)
 
 
-Motion = Lift | AlongX | AlongPiece | AlongPath | Opened
+Motion = Lift | AlongX | AlongPath | Opened
 
 
 @dataclass(frozen=True)

@@ -28,7 +28,7 @@ from stripfold.moving_contact import MovingContact
 from stripfold.paths import geometric
 from stripfold.paths.curve import GripperPath, Piece
 from stripfold.paths.rpath import plan_r_path
-from stripfold.problem import AlongPiece, AlongX, Motion
+from stripfold.problem import AlongPath, AlongX, Motion
 from stripfold.solve import dynamics
 from stripfold.solve.drive import Drive, Moving
 from stripfold.solve.dynamics import TimeEvent
@@ -93,7 +93,7 @@ def statics(case: Case, path: GripperPath, moment: float) -> Iterator[Step]:
     def places() -> Iterator[tuple[Motion, float]]:
         travelled = at.point.lam
         for piece in path.pieces:
-            motion = AlongPiece(piece, case.length)
+            motion = AlongPath(piece, case.length)
             while travelled < piece.end - 1e-9:
                 travelled = min(travelled + case.step * (FINE if low else 1.0), piece.end)
                 yield motion, travelled
@@ -122,7 +122,7 @@ def _first(case: Case, path: GripperPath) -> BranchPoint:
     at = from_elastica(kept, AlongX(FIRST_HEIGHT), start.advance, start)
     for advance in np.linspace(start.advance, lam, 8)[1:]:
         at = solved(at.problem, at.point.q, float(advance))
-    return solved(MovingContact(at.problem.mesh, AlongPiece(piece, case.length)), at.point.q, travelled)
+    return solved(MovingContact(at.problem.mesh, AlongPath(piece, case.length)), at.point.q, travelled)
 
 
 def _at_height(piece: Piece) -> float:
@@ -145,7 +145,7 @@ def in_time(case: Case, path: GripperPath, before: Step, last: Step, drive: Driv
         The motion could not be followed.
     """
     problem, first = set_in_motion(before, last, case.speed, model_in_time(last, case.refinement))
-    problem = replace(problem, motion=AlongPiece(_whole(path), case.length))
+    problem = replace(problem, motion=AlongPath(_whole(path), case.length))
     touch = TimeEvent(lambda state: touches(problem.model, state), TOUCH_TOLERANCE)
     damping = Damping(case.air, case.stiffness)
     for state in dynamics.march(problem, first, drive, damping, options=TIME_OPTIONS, until=[touch]):

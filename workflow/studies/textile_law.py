@@ -20,7 +20,7 @@ from stripfold.effects import BendingLaw, MomentCurvature
 from stripfold.errors import LostStabilityError
 from stripfold.moving_contact import MovingContact
 from stripfold.paths import rpath
-from stripfold.problem import AlongPiece, AlongX, Motion
+from stripfold.problem import AlongPath, AlongX, Motion
 from studies.common import blank, dataset
 from tasks import textile
 
@@ -82,7 +82,7 @@ def run(
             row = (found.lam, found.free_length, bends[-1], left, found.end is End.SNAP)
             for name, value in zip(names, row, strict=True):
                 ends[name][i, j] = value
-        motion = AlongPiece(plan.path.pieces[0], length_star)
+        motion = AlongPath(plan.path.pieces[0], length_star)
         first = bent(from_flat(strip.contact_mesh(refinement), motion, FIRST), *laws[law])
         lams, bends, lost = followed(first, steps_on(plan.path, length_star, step))
         paths["path_lost"][i], paths["path_curvature"][i] = lost / plan.path.length, bends[-1]

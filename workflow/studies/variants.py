@@ -34,7 +34,7 @@ from stripfold.models.model import Model
 from stripfold.moving_contact import MovingContact
 from stripfold.paths.curve import GripperPath, Piece
 from stripfold.paths.geometric import triangular
-from stripfold.problem import AlongPiece, AlongX, Motion
+from stripfold.problem import AlongPath, AlongX, Motion
 from stripfold.solve.events import Event
 from studies.common import NO_RESULT, Progress, attempted, pooled, table
 
@@ -187,7 +187,7 @@ class Clamped:
     ``angle`` is that of the direction towards the held end at lambda = 0, rad, and ``turn`` its derivative.
     """
 
-    motion: AlongX | AlongPiece
+    motion: AlongX | AlongPath
     angle: float
     turn: float = 0.0
 
@@ -244,7 +244,7 @@ def clamped_along_x(scene: Scene, angle: float) -> Advance:
 def clamped_on_path(scene: Scene) -> float:
     """x of the first touch of a rod whose gripper turns evenly from 0 to 180 degrees along the triangular path."""
     path = scene.path
-    along = [AlongPiece(piece, scene.strip.length) for piece in path.pieces]
+    along = [AlongPath(piece, scene.strip.length) for piece in path.pieces]
     at = contact_branch.from_flat(scene.mesh, along[0], FIRST)
     for motion, piece in zip(along, path.pieces, strict=True):
         at = _moved_by(at, Clamped(motion, 0.0, -pi / path.length))

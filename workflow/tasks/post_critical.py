@@ -21,7 +21,7 @@ from stripfold.errors import SolveError
 from stripfold.material import Material
 from stripfold.moving_contact import MovingContact
 from stripfold.paths.rpath import RPath, plan_r_path
-from stripfold.problem import AlongPiece
+from stripfold.problem import AlongPath
 from stripfold.solve.continuation import step_to
 from tasks.states import dataset, rows_of_motion, rows_of_segment
 
@@ -88,7 +88,7 @@ def planned_unstable(strip: StripModel, plan: RPath, travelled: float, refinemen
     x, height = plan.path.position(travelled)
     lam = float(x) + strip.length / 2.0
     near = _at(solve_height(strip, float(height), refinement, past=PAST), lam)
-    motion = AlongPiece(plan.path.pieces[CARRY], strip.length)
+    motion = AlongPath(plan.path.pieces[CARRY], strip.length)
     at = solved(MovingContact(near.problem.mesh, motion), near.point.q, travelled)
     if at.point.negatives != 1 or clearance(at.problem, at.point.q)[0] < 0.0:
         raise SolveError("the planned state is not an unstable one that hangs free", parameter=travelled)

@@ -189,11 +189,7 @@ def _followed(
 def _mid_surface(state: elastica.State, length: float) -> Array:
     """Mid-surface of a state of the elastica from the grasped end on, shape (n, 2), L*."""
     at = state.at(np.linspace(state.length, 0.0, POINTS))
-    return _with_held_end(np.column_stack([state.length - length / 2.0 - at.x, at.z]), length)
-
-
-def _with_held_end(free_part: Array, length: float) -> Array:
-    return np.vstack([free_part, [length / 2.0, 0.0]])
+    return np.vstack([np.column_stack([state.length - length / 2.0 - at.x, at.z]), [length / 2.0, 0.0]])
 
 
 def _fine_enough(

@@ -6,22 +6,19 @@ from a state well before it, through the snap and past the first touch.  In unit
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
 
 from stripfold.analysis.contact import touches
-from stripfold.analysis.contact_branch import solved
 from stripfold.analysis.contact_set import NODAL_SIZES, ROBUST_NEWTON
-from stripfold.analysis.path_friction import STEP, Step, load_incrementally_from, with_effects
-from stripfold.analysis.static import StripModel, lift
-from stripfold.arrays import Array
-from stripfold.effects import Hysteresis, MovableEffect
-from stripfold.errors import LostStabilityError, SolveError
+from stripfold.analysis.path_friction import STEP, Step, effects_of, load_incrementally_from, until_lost, with_effects
+from stripfold.analysis.static import StripModel, lift, start_along_x
+from stripfold.errors import SolveError
 from stripfold.models.model import Model
-from stripfold.moving_contact import MovingContact
-from stripfold.problem import AlongX, StripProblem
+from stripfold.problem import StripProblem
 from stripfold.solve import dynamics, newton
 from stripfold.solve.drive import Moving
 from stripfold.solve.dynamics import TimeOptions, TimeState
@@ -116,26 +113,18 @@ def static_limit(strip: StripModel, height: float, friction: float, refinement: 
         The sag touches before it, or the whole strip is lifted.
     """
     ((_, lifted),) = lift(strip.contact_mesh(refinement, memory=True), [height])
-    problem, q = lifted.problem, lifted.point.q
-    start = float(q[problem.mesh.model.middle[0, 0]])
-    motion = AlongX(height)
-    first = solved(MovingContact(problem.mesh, motion), q, start)
+    first = with_effects(start_along_x(lifted, height), effects_of("hysteresis", friction))
+    places = ((first.problem.motion, first.point.lam + STEP * n) for n in range(1, MAX_STEPS))
 
-    def effects(model: Model, u: Array) -> tuple[MovableEffect, ...]:
-        return (Hysteresis.of(model, friction, slack=u),) if friction else ()
-
-    steps: list[Step] = []
-    places = ((motion, start + STEP * n) for n in range(1, MAX_STEPS))
-    try:
-        for step in load_incrementally_from(with_effects(first, effects), places):
+    def aloft() -> Iterator[Step]:
+        for step in load_incrementally_from(first, places):
             if step.touches:
                 raise SolveError("the sag touches before the strip snaps", parameter=step.lam)
-            steps.append(step)
-    except LostStabilityError as error:
-        if not steps:
-            raise
-        return steps, error.parameter
-    raise AssertionError("the strip snaps, touches or is lifted")
+            yield step
+
+    steps, limit = until_lost(aloft())
+    assert limit is not None  # the strip snaps, touches or is lifted
+    return steps, limit
 
 
 def model_in_time(last: Step, refinement: float) -> Model:

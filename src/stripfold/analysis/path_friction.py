@@ -41,7 +41,7 @@ from stripfold.models.contact_mesh import Topology
 from stripfold.models.model import Model
 from stripfold.moving_contact import MovingContact
 from stripfold.paths.curve import GripperPath
-from stripfold.problem import AlongPiece, Motion, StripProblem
+from stripfold.problem import AlongPath, Motion, StripProblem
 from stripfold.solve import continuation, critical, newton
 from stripfold.solve.events import Crossing, Event
 from stripfold.solve.linear import Bordered
@@ -126,7 +126,7 @@ class _StepProblem(MovingContact):
 def steps_on(path: GripperPath, length: float, size: float) -> Iterator[tuple[Motion, float]]:
     """Motions of the gripper and lengths travelled, at equal steps of at most ``size`` within each piece."""
     for piece in path.pieces:
-        motion = AlongPiece(piece, length)
+        motion = AlongPath(piece, length)
         count = int(np.ceil((piece.end - piece.start) / size * (1.0 - 1e-12)))
         for travelled in np.linspace(piece.start, piece.end, count + 1)[1:]:
             yield motion, float(travelled)
@@ -148,7 +148,7 @@ def load_incrementally(mesh: Planned, path: GripperPath, effects: Effects, size:
         raise InvalidInputError("step", size, f"more than 0 and at most {path.length:g} L*")
     travelled = min(FIRST, path.pieces[0].end / 4.0, size / 4.0)
     length = mesh(np.array([1.0])).length
-    first = with_effects(from_flat(mesh, AlongPiece(path.pieces[0], length), travelled), effects)
+    first = with_effects(from_flat(mesh, AlongPath(path.pieces[0], length), travelled), effects)
     yield from load_incrementally_from(first, steps_on(path, length, size))
 
 
@@ -176,6 +176,25 @@ def load_incrementally_from(first: BranchPoint, places: Iterable[tuple[Motion, f
         problem, state = replace(at.problem), at.point.state
         point = replace(at.point, solve_eigenvalues=partial(continuation.eigenvalues, problem, state))
         yield Step(BranchPoint(problem, point))
+
+
+def until_lost(steps: Iterable[Step]) -> tuple[list[Step], float | None]:
+    """The steps up to the loss of stability, and lambda there; None where the strip follows to the end.
+
+    Raises
+    ------
+    LostStabilityError
+        The strip does not follow in the first step.
+    """
+    found: list[Step] = []
+    try:
+        for step in steps:
+            found.append(step)
+    except LostStabilityError as error:
+        if not found:
+            raise
+        return found, error.parameter
+    return found, None
 
 
 def _turned(at: BranchPoint, motion: Motion) -> BranchPoint:

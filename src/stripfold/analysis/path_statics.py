@@ -20,7 +20,7 @@ from stripfold.errors import SolveError
 from stripfold.models.contact_mesh import Topology
 from stripfold.moving_contact import MovingContact
 from stripfold.paths.curve import GripperPath, Piece
-from stripfold.problem import AlongPiece, StripProblem
+from stripfold.problem import AlongPath, StripProblem
 from stripfold.solve import continuation, critical
 from stripfold.solve.continuation import StepOptions
 from stripfold.solve.critical import CriticalPoint, is_past
@@ -85,7 +85,7 @@ def from_flat(mesh: Planned, path: GripperPath, length: float) -> BranchPoint:
     """The first state of a path, its gripper just lifted."""
     piece = path.pieces[0]
     first = min(FIRST, place_of_low(piece, piece.start, piece.end))
-    return contact_branch.from_flat(mesh, AlongPiece(piece, length), first)
+    return contact_branch.from_flat(mesh, AlongPath(piece, length), first)
 
 
 def follow(
@@ -169,7 +169,7 @@ class _Follower:
     def turn(self) -> None:
         """The state at the corner with the motion of the next piece."""
         self.piece += 1
-        motion, lam = AlongPiece(self.path.pieces[self.piece], self.length), self.lam
+        motion, lam = AlongPath(self.path.pieces[self.piece], self.length), self.lam
         if isinstance(self.at, BranchPoint):
             problem = MovingContact(self.at.problem.mesh, motion)
             self.add(contact_branch.solved(problem, self.at.point.q, lam))

@@ -11,12 +11,12 @@ import numpy as np
 from stripfold.analysis.assess import SNAP, Followed, assess_strip, lying_length, peak_forces, shape_error
 from stripfold.analysis.collapse import in_solver_units
 from stripfold.analysis.contact import touch_position, touches
-from stripfold.analysis.path_friction import STEP, effects_of, load_incrementally
+from stripfold.analysis.path_friction import STEP, effects_of, load_incrementally, until_lost
 from stripfold.analysis.path_in_time import follow_in_time
 from stripfold.analysis.path_statics import MOVING, NODAL
 from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
-from stripfold.errors import InvalidInputError, LostStabilityError
+from stripfold.errors import InvalidInputError
 from stripfold.material import Material
 from stripfold.paths.curve import GripperPath
 from stripfold.paths.rpath import RPath, plan_r_path
@@ -126,16 +126,9 @@ def _with_friction(
     strip: StripModel, path: GripperPath, law: str, strength: float, size: float, refinement: float
 ) -> tuple[list[tuple[StripProblem, Point]], float | None]:
     """The states with friction, and the length travelled at which the strip was lost, if it was."""
-    states: list[tuple[StripProblem, Point]] = []
     mesh = strip.contact_mesh(refinement, memory=True)
-    try:
-        for step in load_incrementally(mesh, path, effects_of(law, strength), size):
-            states.append(step.on_mesh)
-    except LostStabilityError as error:
-        if not states:
-            raise
-        return states, error.parameter
-    return states, None
+    steps, lost = until_lost(load_incrementally(mesh, path, effects_of(law, strength), size))
+    return [step.on_mesh for step in steps], lost
 
 
 def _verdict(

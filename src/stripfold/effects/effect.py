@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Protocol, Self
+from typing import ClassVar, Protocol, Self
 
 from stripfold.arrays import Array
 from stripfold.models.model import Model
@@ -20,10 +20,8 @@ class Effect(Protocol):
     Lengths in L*, forces per width in rho_a g L*.
     """
 
-    @property
-    def step_dependent(self) -> bool:
-        """Whether the force depends on the step size; such a force is not defined for a motion in time."""
-        ...
+    step_dependent: ClassVar[bool]
+    """Whether the force depends on the step size; such a force is not defined for a motion in time."""
 
     def force(self, q: Array) -> Array:
         """Contribution to the residual (internal force plus weight), shape (n,): minus the force on the strip."""

@@ -8,7 +8,7 @@ accepted state: within a step the law has a potential and the tangent is symmetr
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import Self
+from typing import ClassVar, Self
 
 import numpy as np
 
@@ -55,6 +55,8 @@ class LayerFriction:
     normal: Array = field(repr=False)
     place: Array = field(repr=False)
     dissipated: float = 0.0
+    # With shorter steps the last step's reaction becomes the present one.
+    step_dependent: ClassVar[bool] = False
 
     @classmethod
     def of(cls, model: Model, mu: float, q: Array, reaction: Reaction) -> Self:
@@ -76,11 +78,6 @@ class LayerFriction:
             raise InvalidInputError("mu", mu, "a finite number >= 0")
         x, z = model.middle.T
         return cls(model, mu, SPRING * model.weight[z], q[x], np.maximum(reaction(q)[z], 0.0), q[x])
-
-    @property
-    def step_dependent(self) -> bool:
-        """False: with shorter steps the last step's reaction becomes the present one."""
-        return False
 
     def tractions(self, q: Array) -> Array:
         """Force of each node's spring against its displacement, rho_a g L*, shape (nodes,)."""

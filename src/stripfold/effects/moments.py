@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from typing import ClassVar
 
 import numpy as np
 
@@ -17,13 +18,9 @@ from stripfold.solve.linear import Band
 class ElementMoments(ABC):
     """The methods of :class:`.Effect` that follow from the moment in each element."""
 
+    step_dependent: ClassVar[bool] = False
     model: Model
     directors: Directors
-
-    @property
-    def step_dependent(self) -> bool:
-        """False."""
-        return False
 
     def curvature(self, q: Array) -> Array:
         """Mean curvature of each element (rotation of the sections per reference length), 1/L*, (n_elements,)."""

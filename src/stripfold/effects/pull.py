@@ -6,7 +6,7 @@ The law depends on the step size: its effect on a branch is meaningful only toge
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import Self
+from typing import ClassVar, Self
 
 import numpy as np
 
@@ -45,15 +45,11 @@ class Pull:
     k_f: float
     q_prev: Array = field(repr=False)
     before: tuple[Model, Array] | None = field(default=None, repr=False)
+    step_dependent: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.k_f < np.inf:
             raise InvalidInputError("k_f", self.k_f, "a finite number >= 0 (g/L*)")
-
-    @property
-    def step_dependent(self) -> bool:
-        """True."""
-        return True
 
     def force(self, q: Array) -> Array:
         """``k_f M (q - q_prev)``, shape (n,)."""

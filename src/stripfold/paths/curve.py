@@ -6,7 +6,7 @@ Lengths in L*, in the frame of the model: origin mid-strip, z up, the flat strip
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -44,6 +44,14 @@ class Piece:
         rate = spline.derivative()
         ends = float(travelled[0]), float(travelled[-1])
         return cls(*ends, lambda s: np.asarray(spline(s)), lambda s: np.asarray(rate(s)), name)
+
+
+def pieces_through(parts: Iterable[tuple[str, Array]]) -> tuple[Piece, ...]:
+    """Pieces one after the other, from their names and points."""
+    pieces: list[Piece] = []
+    for name, points in parts:
+        pieces.append(Piece.through(points, pieces[-1].end if pieces else 0.0, name))
+    return tuple(pieces)
 
 
 def polygon_length(points: Array, start: float = 0.0) -> Array:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from math import cos, pi, sin, sqrt
+from math import cos, pi, sin
 
 import numpy as np
 
 from stripfold.arrays import Array
-from stripfold.paths.curve import GripperPath, Piece
+from stripfold.paths.curve import GripperPath, Piece, pieces_through
 
 
 def triangular(length: float) -> GripperPath:
@@ -17,8 +17,8 @@ def triangular(length: float) -> GripperPath:
     """
     half = length / 2.0
     start, apex, end = np.array([[-half, 0.0], [0.0, half], [half, 0.0]])
-    up = Piece.through(np.array([start, apex]), 0.0, "up")
-    return GripperPath("triangular", (up, Piece.through(np.array([apex, end]), sqrt(2.0) * half, "down")))
+    parts = ("up", np.array([start, apex])), ("down", np.array([apex, end]))
+    return GripperPath("triangular", pieces_through(parts))
 
 
 def circular(length: float) -> GripperPath:

@@ -10,7 +10,7 @@ import numpy as np
 
 from stripfold import elastica
 from stripfold.elastica.half_fold import states_no_horizontal_force
-from stripfold.paths.curve import GripperPath, Piece
+from stripfold.paths.curve import GripperPath, pieces_through
 from stripfold.paths.rpath import check_half_fold
 
 LOWEST = 0.1
@@ -41,7 +41,5 @@ def low(length: float, height: float) -> GripperPath:
     up = [(state.advance - half, state.gripper[1]) for state in states_no_horizontal_force(free)]
     lift = np.array([(-half, 0.0), *up])
     lay = lift[::-1] * (-1.0, 1.0)
-    pieces: list[Piece] = []
-    for name, points in (("lift", lift), ("carry", np.array([lift[-1], lay[0]])), ("lay", lay)):
-        pieces.append(Piece.through(points, pieces[-1].end if pieces else 0.0, name))
-    return GripperPath("low", tuple(pieces))
+    carry = np.array([lift[-1], lay[0]])
+    return GripperPath("low", pieces_through([("lift", lift), ("carry", carry), ("lay", lay)]))

@@ -19,7 +19,7 @@ from stripfold.elastica.half_fold import states_fixed_lift_off, states_no_horizo
 from stripfold.elastica.point_contact import states_point_contact
 from stripfold.elastica.state import State
 from stripfold.errors import InvalidInputError
-from stripfold.paths.curve import GripperPath, Piece, polygon_length
+from stripfold.paths.curve import GripperPath, pieces_through, polygon_length
 
 LONGEST = 100.0
 """Longest strip for which the plan has been tested, L*."""
@@ -177,18 +177,14 @@ def plan_r_path(length: float) -> RPath:
     lay = [roll[-1], *(planned(folded, part) for part in upper[-2::-1])]
     lay.append(PlannedState((folded,), (half, 0.0), length))
     phases = {"lift": lift, "carry": carry, "roll": roll, "lay": lay}
-    pieces: list[Piece] = []
-    travelled: list[Array] = []
-    for name, states in phases.items():
-        points, start = np.array([state.gripper for state in states]), pieces[-1].end if pieces else 0.0
-        pieces.append(Piece.through(points, start, name))
-        travelled.append(polygon_length(points, start))
+    points = {name: np.array([state.gripper for state in states]) for name, states in phases.items()}
+    pieces = pieces_through(points.items())
     sag = free_states[-1].sag
     assert sag is not None  # it is in contact
-    at_states = np.concatenate(travelled)
+    at_states = np.concatenate([polygon_length(points[piece.name], piece.start) for piece in pieces])
     at_states.flags.writeable = False  # the plan is cached
     return RPath(
-        GripperPath("r-path", tuple(pieces)),
+        GripperPath("r-path", pieces),
         tuple(state for states in phases.values() for state in states),
         at_states,
         lying_length=half - lift_off,

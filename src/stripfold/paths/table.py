@@ -11,7 +11,7 @@ import numpy as np
 
 from stripfold.arrays import Array, Mask
 from stripfold.errors import InvalidInputError
-from stripfold.paths.curve import GripperPath, Piece, polygon_length
+from stripfold.paths.curve import GripperPath, pieces_through, polygon_length
 from stripfold.tables import check_increasing, read_table
 
 HEADER = "t,x,z"
@@ -55,11 +55,8 @@ def read(path: str | os.PathLike[str], length: float, unit: float) -> GripperPat
     direction = np.diff(positions, axis=0) @ [1.0, 1j]
     turn = np.abs(np.angle(direction[1:] / direction[:-1]))
     ends = [0, *(np.flatnonzero(turn > CORNER) + 1), len(positions) - 1]
-    pieces: list[Piece] = []
-    for i, j in pairwise(ends):
-        start = pieces[-1].end if pieces else 0.0
-        pieces.append(Piece.through(positions[i : j + 1], start, f"rows {i + 1} to {j + 1}"))
-    found = GripperPath(path.name, tuple(pieces), (polygon_length(positions), t))
+    pieces = pieces_through((f"rows {i + 1} to {j + 1}", positions[i : j + 1]) for i, j in pairwise(ends))
+    found = GripperPath(path.name, pieces, (polygon_length(positions), t))
     lowest = found.sampled(SPACING)[1][:, 1].min()
     if lowest < -1e-6:
         allowed = "at least 0 m, the floor, also between the rows"

@@ -23,12 +23,16 @@ from stripfold.plots.readers import Collapse, collapse
 from stripfold.plots.style import CM, around, draw_held_end, equal_panels, styled
 from stripfold.store import atomic
 
+FPS = 30
+"""Frames per second."""
+STATIC_SECONDS = 8.0
+"""Duration of the static parts together, s."""
 DPI = 360
 """Dots per inch: a frame is 1260 dots wide."""
 SLOWDOWNS = (1, 2, 5, 10, 20, 50, 100)
-"""Slowdowns of the fall to choose from by default."""
+"""Seconds of the film per second of the fall, to choose from."""
 LEAST_SECONDS = 4.0
-"""Least duration of the fall in the film with the default slowdown, s."""
+"""Least duration of the fall in the film, s."""
 # Constant quality.  The number of threads changes the file, and so does what a processor's fastest code reads beside
 # the picture, a little differently from run to run.
 _ENCODER = {"crf": "18", "preset": "veryfast", "threads": "1", "x264-params": "cpu-independent=1"}
@@ -39,37 +43,29 @@ Frame = NDArray[np.uint8]
 Progress = Callable[[str], None]
 
 
-def default_slowdown(found: Collapse) -> float:
+def slowdown_of(found: Collapse) -> float:
     """The first of :data:`SLOWDOWNS` with which the fall lasts :data:`LEAST_SECONDS`, or the last."""
     lasts = float(np.ptp(found.time[found.part(FALL)]))
     return next((one for one in SLOWDOWNS if one * lasts >= LEAST_SECONDS), SLOWDOWNS[-1])
 
 
-def clock(found: Collapse, slowdown: float, static_seconds: float) -> Array:
+def clock(found: Collapse, slowdown: float) -> Array:
     """Time of each state in the film, s: the fall at a constant rate, statics at a constant speed of the gripper."""
     same = found.phase[1:] == found.phase[:-1]
     falling = same & (found.phase[1:] == FALL)
     way = np.where(same & ~falling, np.abs(np.diff(found.advance)), 0.0)
-    seconds = np.where(falling, slowdown * np.diff(found.time), static_seconds * way / max(way.sum(), 1e-300))
+    seconds = np.where(falling, slowdown * np.diff(found.time), STATIC_SECONDS * way / max(way.sum(), 1e-300))
     return np.concatenate([[0.0], np.cumsum(seconds)])
 
 
-def frames(times: Array, fps: int) -> Array:
+def frames(times: Array) -> Array:
     """Position of each frame among the states, which are shown at ``times``, s; the last one is the last state."""
-    count = int(np.ceil(times[-1] * fps - 1e-9)) + 1
-    return np.interp(np.arange(count) / fps, times, np.arange(len(times)))
+    count = int(np.ceil(times[-1] * FPS - 1e-9)) + 1
+    return np.interp(np.arange(count) / FPS, times, np.arange(len(times)))
 
 
 @styled
-def film(
-    data: xr.Dataset,
-    path: str | os.PathLike[str],
-    *,
-    fps: int = 30,
-    slowdown: float | None = None,
-    static_seconds: float = 8.0,
-    progress: Progress | None = None,
-) -> Path:
+def film(data: xr.Dataset, path: str | os.PathLike[str], *, progress: Progress | None = None) -> Path:
     """Draw a collapse frame by frame into an MP4 file that browsers play, atomically.
 
     The same data give the same bytes with the same versions of the libraries.
@@ -80,37 +76,28 @@ def film(
         From :func:`stripfold.analysis.collapse.run`.
     path
         Output file with the suffix .mp4.  Missing folders are made.
-    fps
-        Frames per second.
-    slowdown
-        Seconds of the film per second of the fall; by default from :func:`default_slowdown`.
-    static_seconds
-        Duration of the static parts together, s.
     progress
         Called with a line of text before each frame.
 
     Raises
     ------
     InvalidInputError
-        Other data, another suffix, or a number that is not positive.
+        Other data, or another suffix.
     """
     path = Path(path)
     if path.suffix.lower() != ".mp4":
         raise InvalidInputError("film", os.fspath(path), "a file name with the suffix .mp4")
-    for key, value in (("fps", fps), ("slowdown", slowdown), ("static_seconds", static_seconds)):
-        if value is not None and not (np.isfinite(value) and value > 0.0):
-            raise InvalidInputError(key, value, "a positive number")
     found = collapse(data)
-    slowdown = default_slowdown(found) if slowdown is None else slowdown
-    shown = frames(clock(found, slowdown, static_seconds), fps)
+    slowdown = slowdown_of(found)
+    shown = frames(clock(found, slowdown))
     with atomic(path) as temporary, av.open(os.fspath(temporary), "w", format="mp4", options=_CONTAINER) as container:
         stage = _Stage(found, slowdown)
-        stream = container.add_stream("libx264", rate=fps, options=_ENCODER)
+        stream = container.add_stream("libx264", rate=FPS, options=_ENCODER)
         stream.width, stream.height = stage.size
         stream.pix_fmt = "yuv420p"
         # The colours of HDTV, which players otherwise have to guess.
         context = stream.codec_context
-        context.time_base = Fraction(1, fps)
+        context.time_base = Fraction(1, FPS)
         context.colorspace, context.color_range = Colorspace.ITU709, ColorRange.MPEG
         context.color_primaries, context.color_trc = ColorPrimaries.BT709, ColorTrc.BT709
         reformatter = VideoReformatter()
@@ -124,7 +111,7 @@ def film(
                 dst_colorspace=Colorspace.ITU709,
                 dst_color_range=ColorRange.MPEG,
             )
-            picture.pts, picture.time_base = i, Fraction(1, fps)
+            picture.pts, picture.time_base = i, Fraction(1, FPS)
             container.mux(stream.encode(picture))
         container.mux(stream.encode(None))
     return path
@@ -186,6 +173,4 @@ class _Stage:
 
 
 def _pace(slowdown: float) -> str:
-    if slowdown == 1.0:
-        return "real time"
-    return f"slowed down {slowdown:g} times" if slowdown > 1.0 else f"sped up {1.0 / slowdown:g} times"
+    return "real time" if slowdown == 1.0 else f"slowed down {slowdown:g} times"
