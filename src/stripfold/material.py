@@ -53,11 +53,6 @@ class Material:
         return sqrt(12.0 * self.eta_m / self.eta_b)
 
     @property
-    def young(self) -> float:
-        """Young's modulus of the model ``E = (1 - nu^2) rho_a / (h eta_m)``, Pa."""
-        return (1.0 - self.nu**2) * self.rho_a / (self.thickness * self.eta_m)
-
-    @property
     def relative_thickness(self) -> float:
         """``h / L*``: the only number beside nu by which the solid differs from the elastica."""
         return self.thickness / self.gravity_length
