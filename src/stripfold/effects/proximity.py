@@ -8,6 +8,7 @@ Lengths in L*.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -44,11 +45,12 @@ class Pairs:
 
     def measure(self, position: Array) -> Distances:
         """Distances in a state with the mid-surface ``position``, shape (columns, 2)."""
-        place, height = np.ascontiguousarray(position.T)
-        along, up = np.diff(place), np.diff(height)
-        middle = 0.5 * (height[:-1] + height[1:])
-        x, z = place[:, None] - place[:-1], height[:, None] - height[:-1]
-        crossed = self._crossed(along * z - up * x, np.flatnonzero(middle > 2.0 * self.thickness))
+        return Distances(self, *np.ascontiguousarray(position.T))
+
+    def between(self, place: Array, height: Array, nodes: Index, segments: Index) -> tuple[Array, Array]:
+        """Actual and required distances of some of the pairs, L*, shape (len(nodes), len(segments))."""
+        along, up = (np.diff(values)[segments] for values in (place, height))
+        x, z = place[nodes, None] - place[segments], height[nodes, None] - height[segments]
         # In place: these arrays are most of the cost.
         squared = along**2 + up**2
         foot = x * (along / squared)
@@ -56,57 +58,82 @@ class Pairs:
         np.clip(foot, 0.0, 1.0, out=foot)
         x -= foot * along
         z -= foot * up
-        distance = np.sqrt(x * x + z * z)
-        required = self.thickness * smooth_step(height, self.thickness)[:, None] * smooth_step(middle, self.thickness)
-        low = 0.25 * self.thickness
-        return Distances(self, distance, required, height <= low, middle <= low, crossed)
-
-    def _crossed(self, side: Array, aloft: Index) -> bool:
-        """Whether two of the segments ``aloft`` cross; ``side``: of which side of each segment each node is."""
-        # The end points of each are on different sides of the other.
-        parted = (side[aloft] * side[aloft + 1])[:, aloft] < 0.0
-        one, other = np.nonzero(parted & parted.T)
-        node, segment = aloft[one], aloft[other]
-        return bool(np.any(self.separate[node, segment] & self.separate[node + 1, segment]))
+        x *= x
+        z *= z
+        x += z
+        middle = height[segments] + 0.5 * up
+        steps = (smooth_step(values, self.thickness) for values in (height[nodes], middle))
+        return np.sqrt(x, out=x), self.thickness * np.multiply.outer(*steps)
 
 
 @dataclass(frozen=True, eq=False)
 class Distances:
-    """Actual and required distances, L*, of shape (columns, columns - 1) by node and segment.
-
-    ``nodes_on_floor``, ``segments_on_floor``: within h/4 of the floor, shapes (columns,), (columns - 1,);
-    ``crossed``: layers have passed through each other.
-    """
+    """Distances in one state: ``place`` and ``height`` of the nodes, L*, shape (columns,)."""
 
     pairs: Pairs
-    distance: Array
-    required: Array
-    nodes_on_floor: Mask
-    segments_on_floor: Mask
-    crossed: bool
+    place: Array
+    height: Array
+
+    @cached_property
+    def everywhere(self) -> tuple[Array, Array]:
+        """Actual and required distances of all pairs, L*, shape (columns, columns - 1) by node and segment."""
+        columns = np.arange(len(self.height))
+        return self.pairs.between(self.place, self.height, columns, columns[:-1])
+
+    @cached_property
+    def _middle(self) -> Array:
+        return 0.5 * (self.height[:-1] + self.height[1:])
+
+    @cached_property
+    def _on_floor(self) -> tuple[Mask, Mask]:
+        """Nodes and segments within h/4 of the floor: the required distance is zero."""
+        low = 0.25 * self.pairs.thickness
+        return self.height <= low, self._middle <= low
+
+    @cached_property
+    def _aloft(self) -> tuple[Array, Array]:
+        """Actual and required distances of the pairs off the floor that are far apart along the strip, shape (n,)."""
+        nodes, segments = (np.flatnonzero(~there) for there in self._on_floor)
+        distance, required = self.pairs.between(self.place, self.height, nodes, segments)
+        separate = self.pairs.separate[np.ix_(nodes, segments)]
+        return distance[separate], required[separate]
+
+    @cached_property
+    def crossed(self) -> bool:
+        """Whether layers have passed through each other."""
+        aloft = np.flatnonzero(self._middle > 2.0 * self.pairs.thickness)
+        ends = np.stack([aloft, aloft + 1])[..., None]
+        along, up = (np.diff(values)[aloft] for values in (self.place, self.height))
+        # Of which side of each segment the ends of the others are: where two cross, on different sides of each other.
+        side = along * (self.height[ends] - self.height[aloft]) - up * (self.place[ends] - self.place[aloft])
+        parted = side[0] * side[1] < 0.0
+        one, other = np.nonzero(parted & parted.T)
+        node, segment = aloft[one], aloft[other]
+        return bool(np.any(self.pairs.separate[node, segment] & self.pairs.separate[node + 1, segment]))
 
     @property
     def gap(self) -> float:
         """The smallest difference of distance and required distance, L*: negative in contact, -h after crossing."""
         if self.crossed:
             return -self.pairs.thickness
-        aloft = self.pairs.separate & (self.required > 0.0)
-        return float(np.min((self.distance - self.required)[aloft], initial=np.inf))
+        distance, required = self._aloft
+        return float(np.min((distance - required)[required > 0.0], initial=np.inf))
 
-    @property
+    @cached_property
     def safe_displacement(self) -> float:
         """Displacement of all nodes, L*, up to which no contact is possible while :meth:`stays_on_floor` holds."""
         if self.crossed:
             return 0.0
+        distance, required = self._aloft
         # The required distance never exceeds h, and is zero on the floor.
-        bound = np.maximum((self.distance - self.required) / MAX_GAP_RATE, 0.5 * (self.distance - self.pairs.thickness))
-        counts = self.pairs.separate & ~self.nodes_on_floor[:, None] & ~self.segments_on_floor
-        return max(float(np.min(bound[counts], initial=np.inf)), 0.0)
+        bound = np.maximum((distance - required) / MAX_GAP_RATE, 0.5 * (distance - self.pairs.thickness))
+        return max(float(np.min(bound, initial=np.inf)), 0.0)
 
     def stays_on_floor(self, height: Array) -> bool:
         """Whether all parts on the floor are within h of it with the nodes at these heights, L*, shape (columns,)."""
         middle = 0.5 * (height[:-1] + height[1:])
-        highest = max(height[self.nodes_on_floor].max(initial=0.0), middle[self.segments_on_floor].max(initial=0.0))
+        nodes, segments = self._on_floor
+        highest = max(height[nodes].max(initial=0.0), middle[segments].max(initial=0.0))
         return bool(highest <= self.pairs.thickness)
 
 

@@ -61,8 +61,8 @@ class SelfContact:
     stiffness: float
     weight: Array = field(repr=False)
     spent: list[float] = field(default_factory=list, repr=False)
-    _last: list[tuple[Array, Distances, float]] = field(default_factory=list, repr=False)
-    """The state searched last, its distances, and the displacement from it up to which no contact is possible."""
+    _last: list[tuple[Array, Distances]] = field(default_factory=list, repr=False)
+    """The state searched last, and its distances."""
 
     @classmethod
     def of(cls, model: Model, thickness: float) -> SelfContact:
@@ -83,13 +83,16 @@ class SelfContact:
         return StateCache(self._search)
 
     def _search(self, q: Array) -> Distances | None:
-        for state, distances, displacement in self._last:
-            on_floor = distances.stays_on_floor(q[self.model.middle[:, 1]])
-            if on_floor and self.model.largest_move(state, q) < displacement:
-                return None
+        if any(self._is_clear(q, *last) for last in self._last):
+            return None
         found = self.pairs.measure(self.model.mid_surface(q))
-        self._last[:] = [(q.copy(), found, found.safe_displacement)]
+        self._last[:] = [(q.copy(), found)]
         return found
+
+    def _is_clear(self, q: Array, state: Array, found: Distances) -> bool:
+        """Whether a state is too near another one, with these distances, for any contact on the way between them."""
+        on_floor = found.stays_on_floor(q[self.model.middle[:, 1]])
+        return on_floor and self.model.largest_move(state, q) < found.safe_displacement
 
     def gap(self, q: Array) -> float:
         """The smallest gap, L*: negative in contact, infinite if there can be none."""
@@ -109,7 +112,8 @@ class SelfContact:
             return 0.0
         if found.crossed:
             raise NewtonError("guard: layers went through each other", advice="take a smaller step")
-        penetration = np.where(self.pairs.separate, np.maximum(found.required - found.distance, 0.0), 0.0)
+        distance, required = found.everywhere
+        penetration = np.where(self.pairs.separate, np.maximum(required - distance, 0.0), 0.0)
         return 0.5 * self.stiffness * float(self.weight @ np.sum(penetration**2, axis=1))
 
     def over_step(self, q0: Array, q1: Array) -> ForceAndTangent | None:
@@ -151,9 +155,11 @@ class SelfContact:
         begin = end if q0 is q1 else self.distances(q0)
         if begin is None and end is None:
             return None
-        measured = [f or self.pairs.measure(self.model.mid_surface(q)) for f, q in ((begin, q0), (end, q1))]
-        distance = np.minimum(*(f.distance for f in measured))
-        required = np.maximum(*(f.required for f in measured))
+        if (end and self._is_clear(q0, q1, end)) or (begin and self._is_clear(q1, q0, begin)):
+            return None
+        both = [f or self.pairs.measure(self.model.mid_surface(q)) for f, q in ((begin, q0), (end, q1))]
+        (distance0, required0), (distance1, required1) = (found.everywhere for found in both)
+        distance, required = np.minimum(distance0, distance1), np.maximum(required0, required1)
         node, segment = np.nonzero(self.pairs.separate & (distance < required))
         return (node, segment) if len(node) else None
 
