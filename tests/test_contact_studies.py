@@ -8,10 +8,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 import configuration
+from plots import low_paths as low_figure
 from plots import order as figure
-from stripfold.analysis.prediction import ElasticaPrediction
+from stripfold import elastica
 from stripfold.analysis.static import StripModel
 from stripfold.errors import SolveError
 from studies import branches, constants, low_paths, order
@@ -30,28 +32,75 @@ def test_order_of_lambda_c_and_its_figure() -> None:
     np.testing.assert_array_equal(bottom.get_lines()[1].get_xdata(), data["elements"].sel(model="solid"))
 
 
-def test_a_low_path_is_followed_to_the_interval() -> None:
-    """Through the touch, the point contact and the interval; lambda at the touch is the elastica's."""
-    outcome, lam = low_paths.landed(StripModel(12.0, 0.02, kind="rod"), 1.2, 1.0)
+def test_outcomes_of_low_paths(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Stable, a snap above the touch limit, one of a strip that is pushed together; a failure is no outcome."""
+    thick = StripModel(20.0, 0.15, kind="rod")
+    assert [low_paths.followed(thick, z, 1.0)[0] == low_paths.LIMITED for z in (0.3, 1.6)] == [True, True]
+    outcome, found = low_paths.followed(StripModel(14.0, 0.02, kind="rod"), 0.6, 1.0)
     assert outcome == low_paths.STABLE
-    assert lam == pytest.approx(ElasticaPrediction.at(1.2).last.advance, abs=5e-3)
+    assert found["hold"] * 0.6**2 == pytest.approx(2.74, rel=0.02)
+    truth = elastica.critical(0.6).state
+    assert truth.sag is not None
+    # From where it lands to where it lies in the end, which is as far from the edge as from the gripped end.
+    upper = truth.length - truth.sag.s
+    landed = truth.advance - 7.0 + float(truth.x[-1] - truth.at(truth.sag.s).x)
+    assert found["slide"] == pytest.approx(7.0 - upper - landed, abs=0.02)
 
-
-def test_a_snap_and_a_failure_are_no_agreement(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert low_paths.landed(StripModel(12.0, 0.02, kind="rod"), 2.0, 1.0)[0] == low_paths.LIMITED
-    with pytest.raises(SolveError, match="too short"):
-        low_paths.landed(StripModel(7.0, 0.02, kind="rod"), 3.0, 1.0)
-
-    def landed(strip: StripModel, *_: float) -> tuple[str, float]:
-        if strip.kind == "rod":
+    def fails(strip: StripModel, *_: float) -> Any:
+        if strip.kind == "solid":
             raise SolveError("planted")
-        return low_paths.STABLE, 8.0
+        return low_paths.STABLE, dict.fromkeys(low_paths.NUMBERS, 1.0)
 
-    monkeypatch.setattr(low_paths, "landed", landed)
-    data = low_paths.run(2, 7, 1e-3)
-    assert data["solid"].values.tolist() == [low_paths.STABLE] * 2
-    assert data["rod"].values.tolist() == [low_paths.FAILED] * 2
-    assert "planted" in str(data["message"].values[0])
+    monkeypatch.setattr(low_paths, "followed", fails)
+    first, second = (low_paths.case(number, 1, 7) for number in range(2))
+    assert [first[mesh] for mesh in low_paths.MESHES] == [low_paths.STABLE, low_paths.FAILED, low_paths.FAILED]
+    assert "planted" in first["message"]
+    assert [second[mesh] for mesh in low_paths.MESHES] == [low_paths.STABLE, low_paths.OMITTED, low_paths.OMITTED]
+
+
+def test_limits_of_low_paths() -> None:
+    """With little weight the push falls by 1 / (0.348 z^3) per advance; at the touch limit nothing may give."""
+    borne, push = low_paths.of_curve(0.25)
+    assert borne / 0.25**3 == pytest.approx(0.348, rel=5e-3)
+    assert push * 0.25**2 == pytest.approx(2.752, rel=1e-3)
+    assert abs(low_paths.of_curve(elastica.touch_limit() - 1e-6)[0]) < 1e-3
+    # A rod that gives as much as the elastica bears, at either of its limits.
+    for height, sign in ((1.3, 1.0), (0.55, -1.0)):
+        h = float(np.sqrt(12.0 * low_paths.of_curve(height)[0] / (45.0 + low_paths.FREE)))
+        strip = StripModel(45.0, h, kind="rod")
+        assert low_paths.followed(strip, height + 0.08 * sign, 1.0)[0] == low_paths.LIMITED
+        assert low_paths.followed(strip, height - 0.02 * sign, 1.0)[0] == low_paths.STABLE
+
+
+def test_a_bump_that_grows() -> None:
+    """A beam of length 2a, pushed by P, that lifts off without curvature: tan x = x for x = a sqrt(P)."""
+    x = brentq(lambda x: np.sin(x) - x * np.cos(x), 4.0, 4.6)
+    assert 1.0 - 1.0 / np.cos(x) + x**2 / 2.0 == pytest.approx(low_paths.BUMP, rel=1e-4)
+
+
+def test_a_low_path_in_time() -> None:
+    """Friction takes energy and the fold is the accurate one."""
+    found = low_paths.in_time((0.4, 1.2), 8.0, 0.06, 0.0, 0.8)
+    assert found["dissipated"] > 0.01
+    assert found["error"] < 0.03
+    assert found["kinetic"] > 0.5 * 0.8**2
+
+
+def test_low_paths_and_their_figure(monkeypatch: pytest.MonkeyPatch) -> None:
+    def in_time(at: tuple[float, float], *_: float, speed: float, **__: float) -> dict[str, float]:
+        return {**dict.fromkeys(low_paths.TIME_NUMBERS, at[0]), "kinetic": speed**2}
+
+    monkeypatch.setattr(low_paths, "CURVE", np.array([0.3, 0.6, 0.9, 1.3, 1.5]))
+    monkeypatch.setattr(low_paths, "in_time", in_time)
+    monkeypatch.setattr(low_paths, "followed", lambda *_: (low_paths.STABLE, dict.fromkeys(low_paths.NUMBERS, 1.0)))
+    data = low_paths.run(3, 0, 7, 14.0, 0.06, [0.6, 1.2], [0.0, 0.4], 0.02, 0.2)
+    assert data["time_error"].values.tolist() == [[0.0, 0.0], [0.4, 0.4]]
+    assert float(data["slow_kinetic"]) == pytest.approx(0.01)
+    assert 0.01 < float(data["snap_energy"]) < 0.1
+    assert low_paths.markdown(data).count("\n") == 6
+    limits, _ = low_figure.draw(data).axes
+    drawn = [line for line in limits.get_lines() if line.get_label() in {"_stable", "_limit point"}]
+    assert [np.size(line.get_xdata()) for line in drawn] == [3, 0]
 
 
 def branch(*points: tuple[float, float]) -> tuple[Any, ...]:

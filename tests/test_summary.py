@@ -49,6 +49,9 @@ PRESET = ("asked", "accuracy", "height")
 SCENE = ("scene", "effect")
 MODEL = ("model", "height", "thickness")
 ENERGIES = ("barrier", "work")
+LOW_PATH = {"height": 0.6, "length": 14.0, "thickness": 0.05, "hold": 7.5, "slide": 6.0, "error": 0.01}
+LOW_CURVE = {"height": [0.3, 1.0, 1.58], "compliance": [0.01, 0.4, 0.0], "push": [30.0, 2.8, 1.2]}
+LOW_TIME = {"kinetic": 0.02, "error": 0.01, "grip": 12.0}
 NEEDED = np.array([[0.0, 1.0, 0.0], [1.0, 1.0, 0.0]])
 OUTCOME = texts(*["stable"] * 117, *["critical"] * 83, *["refused"] * 15, *["undecided"] * 2)
 FOUND = np.where(OUTCOME == "critical", 10.0, np.nan)
@@ -82,7 +85,13 @@ def datasets() -> dict[str, xr.Dataset]:
             "order": ("model", [4.0, 3.2]), "cost_order": ("model", [0.9, 1.0]),
             "elements": (("model", "parts"), [[33.0, 10032.0]] * 2)}, {"model": ["rod", "solid"]}),
         "solver_constants": ({"constant": ("constant", texts("A", "B"))}, None, {"before": 3}),
-        "low_paths": ({name: ("case", texts(*["stable"] * 60)) for name in ("solid", "finer", "rod")},),
+        "low_paths": ({
+            **{name: ("case", texts(*["stable"] * 200)) for name in ("solid", "finer", "rod")},
+            **{name: ("case", np.full(200, value)) for name, value in LOW_PATH.items()},
+            **{f"curve_{name}": ("curve", values) for name, values in LOW_CURVE.items()},
+            **{f"time_{name}": (("mu", "time_height"), [[0.01], [value]]) for name, value in LOW_TIME.items()},
+            "slow_kinetic": 0.0025, "snap_energy": 0.5}, {"mu": [0.0, 0.6]},
+            {"speed": 0.05, "moment": 0.02, "length_star": 14.0}),
         "barrier": ({
             **{name: (("height", "distance"), 1.08 * np.array([[1e-6, 3.2e-5], [1e-6, np.nan]])) for name in ENERGIES},
             "model_coefficient": (("model", "height"), np.full((2, 2), 1.076)),
@@ -108,9 +117,9 @@ def datasets() -> dict[str, xr.Dataset]:
             "finer_error": ("path", [0.01, 0.01, 2.11]), "edge": (("path", "mu"), np.full((3, 5), 2.1)),
             "created": (("path", "mu"), np.full((3, 5), 1e-9)), "dissipated": (("path", "mu"), np.ones((3, 5))),
             "long_error": ("path", [0.01, 0.01, 3.8]), "long_error_without": 0.37,
-            "fabric_error": ("path", [0.05, 0.1, 1.3]), "low_error": 0.003},
+            "fabric_error": ("path", [0.05, 0.1, 1.3]), },
             {"path": ["r-path", "triangular", "circular"], "mu": [0.0, 0.1, 0.2, 0.4, 0.6]},
-            {"shown": 0.4, "band": [0.2, 0.6], "length_star": 14.0, "long": 24.0, "low": 1.2, "fabric_moment": 0.3,
+            {"shown": 0.4, "band": [0.2, 0.6], "length_star": 14.0, "long": 24.0, "fabric_moment": 0.3,
              "moment": 0.02}),
         "branches": ({
             "verdict": ("case", np.zeros(2000, int)),
@@ -320,6 +329,8 @@ def test_a_sample_is_named_by_its_seed() -> None:
         ("order", "cost_order", 1.5, "order_cost"),
         ("order", "elements", 9000.0, "order_cost"),
         ("low_paths", "finer", "limit point", "low_path_agreement"),
+        ("low_paths", "hold", 9.0, "low_path_push"),
+        ("low_paths", "time_error", 0.05, "fold_error_low"),
         ("benchmark", "seconds", 6.0, "time_solid_lambda_c"),
         ("benchmark", "relative_error", 6e-3, "time_solid_lambda_c"),
         ("benchmark", "memory", 500.0, "memory_solid_lambda_c"),
@@ -465,6 +476,10 @@ def test_a_criterion_that_is_broken_does_not_hold(dataset: str, name: str, value
         ("hard_cases", "failed", {"case": 7}, 1.0, "hard_cases_failed"),
         ("branches", "spurious_limit_points", {"case": 7}, 1.0, "spurious_limit_points"),
         ("low_paths", "rod", {"case": 7}, "failed", "low_path_agreement"),
+        ("low_paths", "rod", {"case": 7}, "limit point", "low_path_stable"),
+        ("low_paths", "solid", {"case": 7}, "limit point", "low_path_limit_points"),
+        ("low_paths", "rod", {"case": 7}, "failed", "low_path_cases"),
+        ("low_paths", "time_error", {"mu": 0.6}, np.nan, "fold_error_low"),
         ("order", "order", {"model": "solid"}, 2.9, "order_lambda_c"),
         ("knocks", "fell", {"distance": 0.02}, 1.2, "knock_threshold"),
         ("knocks", "away", {"distance": 0.1}, 0.5, "knock_return"),
@@ -495,7 +510,9 @@ def test_one_bad_value_is_enough(dataset: str, name: str, where: dict, value: fl
         ("estimates", 299, "estimate_coverage"),
         ("branches", 1999, "branch_cases"),
         ("branches", 499, "spurious_limit_points"),
-        ("low_paths", 59, "low_path_agreement"),
+        ("low_paths", 39, "low_path_agreement"),
+        ("low_paths", 199, "low_path_cases"),
+        ("low_paths", 99, "low_path_stable"),
         ("recordings_accuracy", 199, "recordings"),
         ("recordings_accuracy", 199, "lambda_coverage"),
     ],

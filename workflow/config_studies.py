@@ -66,9 +66,15 @@ class Branches(Sample):
 
 
 class LowPaths(Sample):
-    """Random paths below the touch limit."""
+    """Random low paths, the first of them on the solid too, and a strip in time."""
 
-    eta_m: EtaM
+    compared: Annotated[Whole, quantity("cases run on the solid and a finer mesh too", ge=0)]
+    length_star: LengthStar
+    thickness: Thickness
+    heights: AtLeastOne[HeightStar]
+    coefficients: AtLeastOne[Mu]
+    moment: Moment
+    speed: SpeedStar
 
 
 class Barrier(Input):
@@ -214,7 +220,6 @@ class LayerFriction(Input):
     band: AtLeastTwo[Mu]
     long: LengthStar
     fabric_moment: Moment
-    low: HeightStar
 
 
 class FrictionMotion(Input):

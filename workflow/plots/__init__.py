@@ -90,6 +90,10 @@ FIGURES = {
     "textile_law":
         "The moment of the measured textile hardly grows with the curvature (a): its bends are much sharper than those "
         "of its secant, and leave the measured range long before the snap, which comes later (b).",
+    "low_paths":
+        "Low paths of random strips on the rod (a): stable below the touch limit, 1.586 L* for a thin strip, and above "
+        "a height at which the lying part gives too much; shaded where the elastica on a lying part that gives is "
+        "stable. (b) The push on what lies, and the height from which a bump in it would grow.",
     "layer_friction":
         "With friction between the layers the finished fold of the circular path is off by two L* (a): the upper layer "
         "touches with slack that it cannot push out, and the loop stays aside (b). On the triangular path the gripper "
@@ -142,6 +146,7 @@ _SECTIONS = {
         "fabrics",
         "textile_law",
         "friction_delay",
+        "low_paths",
         "layer_friction",
         "friction_touch",
         "disturbed_rpath",

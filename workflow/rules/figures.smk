@@ -54,6 +54,7 @@ SOURCES = {
                 "calibration": "calibration",
                 "order": "order",
                 "barrier": "barrier",
+                "low_paths": "low_paths",
                 "eigenvalues": "eigenvalues",
                 "layer_friction": "layer_friction",
                 "rod": "rod",

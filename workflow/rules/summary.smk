@@ -42,6 +42,7 @@ rule readme:
                 "peers",
                 "variants",
                 "solver_constants",
+                "low_paths",
             )
             if name in STUDY_FILES
         },

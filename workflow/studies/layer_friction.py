@@ -20,7 +20,6 @@ from stripfold.analysis.collapse import nodes
 from stripfold.analysis.path_in_time import TIME_OPTIONS, PathInTime, follow_in_time, opened
 from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
-from stripfold.paths import low_path
 from stripfold.paths.curve import GripperPath
 from stripfold.paths.geometric import circular, triangular
 from stripfold.paths.rpath import plan_r_path
@@ -45,7 +44,6 @@ def run(
     band: Sequence[float],
     long: float,
     fabric_moment: float,
-    low: float,
     threads: int = 1,
     progress: Progress | None = None,
 ) -> xr.Dataset:
@@ -67,8 +65,6 @@ def run(
         Length of a longer strip, at ``shown``, with the hysteresis on each path and without it on the R-path.
     fabric_moment
         M_0 of fabrics, at ``shown``.
-    low
-        Height of a gripper carried low over the strip, below the touch limit, at ``shown``.
     """
     case = partial(_numbers, length=length_star, thickness=thickness, moment=moment)
     values = grid(case, NUMBERS, {"path": PATHS, "mu": list(coefficients)}, threads, progress)
@@ -78,7 +74,6 @@ def run(
     longer = [_numbers(name, shown, length=long, thickness=thickness, moment=moment) for name in PATHS]
     without = _numbers("r-path", shown, length=long, thickness=thickness, moment=0.0)
     fabric = [_numbers(name, shown, length=length_star, thickness=thickness, moment=fabric_moment) for name in PATHS]
-    low_fold = _follow(low_path.low(length_star, low), shown, length_star, thickness, moment)
     return dataset(
         "layer_friction",
         {
@@ -87,7 +82,6 @@ def run(
             "long_edge": ("path", [found["edge"] for found in longer]),
             "long_error_without": ((), without["error"]),
             "fabric_error": ("path", [found["error"] for found in fabric]),
-            "low_error": ((), _error(length_star, low_fold[0])),
             "finer_error": ("path", [_error(length_star, closed) for closed, _ in finer]),
             "arc": ("node", arc),
             "x": (("path", "node"), shapes[..., 0]),
@@ -101,7 +95,6 @@ def run(
             "band": list(band),
             "long": long,
             "fabric_moment": fabric_moment,
-            "low": low,
         },
     )
 

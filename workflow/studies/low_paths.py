@@ -1,115 +1,217 @@
-"""Paths below the touch limit, on which lambda has no maximum: random strips on the solid, its finer mesh and the rod.
+"""Low paths: between which heights of the gripper a strip is carried over without a snap, and how it is laid down.
 
-The gripper moves along x from lambda_0 until the sag has touched in a point and the contact has become an interval.
-The touch limit falls with the thickness, as the lying part is stretched: heights are drawn in proportion to it.
-Lengths in L*.  Source: docs/physics.md, section 5.
+Random strips on the rod follow the whole low path in statics, the first of them on the solid and its finer mesh, too; a
+few follow it in time, with friction between the layers.  Lengths in L*, forces per width in rho_a g L*.
+Source: docs/low-path.md.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
+from itertools import product, takewhile
 from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.polynomial import Polynomial
 
 from stripfold import elastica
-from stripfold.analysis.contact_branch import STEPS, BranchPoint, follow
-from stripfold.analysis.static import LIMIT, End, StripModel, solve_height
+from stripfold.analysis.assess import assess_strip, peak_forces, shape_error
+from stripfold.analysis.contact import columns_on_floor, touches
+from stripfold.analysis.path_in_time import follow_in_time
+from stripfold.analysis.path_statics import MOVING
+from stripfold.analysis.release import Fall
+from stripfold.analysis.static import StripModel
 from stripfold.errors import SolveError
-from stripfold.material import Material
-from stripfold.models.contact_mesh import Topology
-from stripfold.moving_contact import MovingContact
-from stripfold.solve.events import Event, never
-from studies.branches import ETA_B
-from studies.common import Progress, attempted, pooled, table
+from stripfold.paths.geometric import triangular
+from stripfold.paths.low_path import low
+from stripfold.paths.rpath import plan_r_path
+from stripfold.solve.schemes import Damping
+from studies.common import Progress, attempted, dataset, pooled
 
-HEIGHT = (0.5, 1.55)
-"""Of the gripper above a thin strip; above a thick one less, as its touch limit is."""
-LENGTH = (10.0, 30.0)
-MESHES = {"solid": ("solid", 1.0), "finer": ("solid", 0.5), "rod": ("rod", 1.0)}
+LENGTH, HEIGHT, THICKNESS = (8.0, 40.0), (0.3, 1.7), (0.02, 0.15)
+"""What is drawn, evenly."""
+MESHES = {"rod": ("rod", 1.0), "solid": ("solid", 1.0), "finer": ("solid", 0.5)}
 """Model and refinement of each run."""
-BETWEEN = (1.4, 1.6)
-"""Where touch limits are looked for, L*."""
-LIMIT_TOLERANCE = 1e-3
-THICKNESSES = 4
-"""Number of thicknesses for which the touch limit is computed; it is linear in the square."""
-LANDED = 1.0
-"""Length of the interval of contact up to which a strip is followed, L*."""
-STABLE, LIMITED, FAILED = "stable", "limit point", "failed"
+NUMBERS = ("grip", "hold", "slide", "error")
+TIME_NUMBERS = ("kinetic", "grip", "hold", "error", "dissipated")
+STABLE, LIMITED, FAILED, OMITTED = "stable", "limit point", "failed", ""
+FREE = 5.8
+"""Free length at the touch near the touch limit, L*; beside what lies it gives twice as much as its length."""
+CURVE = np.concatenate([np.geomspace(0.2, 0.95, 10), elastica.touch_limit() - np.geomspace(0.55, 1e-3, 12)])
+"""Heights of the elastica's curve, L*: closer to each other where it falls to zero."""
+MARGIN = 0.02
+"""Distance below the touch limit within which models and meshes may differ, L*."""
+STEP, NEAR = 0.05, 1e-3
+"""Largest step along a branch of the elastica, in arc length; change of the free length for a derivative, L*."""
+BUMP = 15.6976
+"""Height times P^2 of a bump, in unstable equilibrium, in a beam that lies and is pushed by P: the second derivative
+vanishes where it lifts off, too (Hobbs, J. Transp. Eng. 110, 175, 1984)."""
+DAMPING = Damping(air=0.1, stiffness=0.06)
+"""Air drag of 2 /s and viscosity of 3 ms with L* = 2.5 cm."""
 
 
-def run(cases: int, seed: int, eta_m: float, threads: int = 1, progress: Progress | None = None) -> xr.Dataset:
-    """The first cases of the sequence that ``seed`` starts.
+def run(
+    cases: int,
+    compared: int,
+    seed: int,
+    length_star: float,
+    thickness: float,
+    heights: Sequence[float],
+    coefficients: Sequence[float],
+    moment: float,
+    speed: float,
+    threads: int = 1,
+    progress: Progress | None = None,
+) -> xr.Dataset:
+    """The first cases of the sequence that ``seed`` starts, and a strip in time.
+
+    Parameters
+    ----------
+    cases, compared, seed
+        Random strips on the rod; those on the solid, too.
+    length_star, thickness
+        The strip in time.
+    heights, coefficients
+        Its gripper's heights, and coefficients of friction between the layers.
+    moment, speed
+        M_0 of its bending hysteresis, rho_a g L*^2, and speed of its gripper, sqrt(g L*).
 
     Returns
     -------
-    Dataset over ``case``: what was drawn, and for each of :data:`MESHES` the outcome and lambda at the touch.
+    Dataset over ``case``; over ``mu`` and ``time_height``, with ``snap_energy``, what the snap of the same strip on the
+    triangular path sets free, and ``slow_kinetic`` at half the speed; and over ``curve``, the elastica at some heights.
     """
-    ends = [Material(eta_b, eta_m).relative_thickness for eta_b in ETA_B]
-    thicknesses = np.linspace(min(ends), max(ends), THICKNESSES)
-    limits = pooled(touch_limit, thicknesses, threads)
-    limit = Polynomial.fit(thicknesses**2, limits, 1)
-    rows = pooled(partial(case, seed=seed, eta_m=eta_m, limit=limit), range(cases), threads, progress)
-    return table("low_paths", "case", rows, {"seed": seed, "eta_m": eta_m})
+    curve = np.array(pooled(of_curve, CURVE.tolist(), threads))
+    rows = pooled(partial(case, compared=compared, seed=seed), range(cases), threads, progress)
+    of_time = partial(in_time, length=length_star, thickness=thickness, moment=moment, speed=speed)
+    grid = list(product(coefficients, heights))
+    timed = pooled(of_time, grid, threads, progress)
+    slow = of_time((coefficients[0], heights[-1]), speed=0.5 * speed)
+    shape = (len(coefficients), len(heights))
+    values: dict[str, Any] = {name: ("case", [row[name] for row in rows]) for name in rows[0]}
+    values |= {
+        "curve_height": ("curve", CURVE),
+        "curve_compliance": ("curve", curve[:, 0]),
+        "curve_push": ("curve", curve[:, 1]),
+        "curve_bump": ("curve", BUMP / curve[:, 1] ** 2),
+        "mu": ("mu", list(coefficients)),
+        "time_height": ("time_height", list(heights)),
+        "slow_kinetic": ((), slow["kinetic"]),
+        "snap_energy": ((), snap_energy(length_star, thickness)),
+    }
+    for name in TIME_NUMBERS:
+        values[f"time_{name}"] = (("mu", "time_height"), np.reshape([row[name] for row in timed], shape))
+    attrs = {"seed": seed, "length_star": length_star, "thickness": thickness, "moment": moment, "speed": speed}
+    return dataset("low_paths", values, attrs)
 
 
-def touch_limit(thickness: float) -> float:
-    """Height below which the sag of the longest rod touches before lambda has a maximum, L*: the lowest such height."""
-    strip = StripModel(LENGTH[1], thickness, kind="rod")
-    below, above = BETWEEN
-    while above - below > LIMIT_TOLERANCE:
-        middle = 0.5 * (below + above)
-        if solve_height(strip, middle, 1.0).end is End.SNAP:
-            above = middle
-        else:
-            below = middle
-    return below
+def of_curve(height: float) -> tuple[float, float]:
+    """The elastica at a height: compliance up to which it is stable, and its largest push on what lies.
+
+    What lies gives by c F_x under the force F_x: the advance is lambda - c F_x.  The compliance is the largest c with
+    which that grows up to the touch, the least d lambda / d F_x where F_x grows.
+    """
+    touch = elastica.critical(height).state
+    states = takewhile(lambda state: state.clearance > 0.0, elastica.x_axis_branch(height, max_step=STEP))
+    advance, force = np.array([(state.advance, state.force_x) for state in states]).T
+    arc = np.concatenate([[0.0], np.cumsum(np.hypot(np.diff(advance), np.diff(force)))])
+    slope, rate = np.gradient(advance, arc), np.gradient(force, arc)
+    before, after = (elastica.state_at(height, touch.length + change, touch) for change in (-NEAR, NEAR))
+    at_touch = (after.advance - before.advance) / (after.force_x - before.force_x)
+    return float(min(at_touch, *(slope / rate)[rate > 0.0])), -float(force.min())
 
 
-def case(number: int, seed: int, eta_m: float, limit: Polynomial) -> dict[str, Any]:
-    """One case; each has a random stream of its own.  ``limit`` is the touch limit by the thickness squared."""
+def compliance(length: Any, thickness: Any) -> Any:
+    """That of a strip of which all but the free part lies, 1 / (rho_a g); of arrays, too."""
+    return (length + FREE) * thickness**2 / 12.0
+
+
+def inside(data: xr.Dataset) -> xr.DataArray:
+    """Which cases the elastica says are stable, also :data:`MARGIN` higher."""
+    here, higher = (
+        np.interp(data["height"] + more, data["curve_height"], data["curve_compliance"], right=0.0)
+        for more in (0.0, MARGIN)
+    )
+    return compliance(data["length"], data["thickness"]) < np.minimum(here, higher)
+
+
+def case(number: int, compared: int, seed: int) -> dict[str, Any]:
+    """One case; each has a random stream of its own."""
     draw = np.random.default_rng([seed, number])
-    eta_b = float(np.exp(draw.uniform(*np.log(ETA_B))))
-    height, length = float(draw.uniform(*HEIGHT)), float(draw.uniform(*LENGTH))
-    h = Material(eta_b, eta_m).relative_thickness
-    own = float(limit(h**2))
-    height *= own / elastica.touch_limit()
-    row: dict[str, Any] = {"case": number, "height": height, "length": length, "thickness": h, "touch_limit": own}
-    row["message"] = ""
+    length, height, h = (float(draw.uniform(*between)) for between in (LENGTH, HEIGHT, THICKNESS))
+    row: dict[str, Any] = {"case": number, "length": length, "height": height, "thickness": h, "message": ""}
     for name, (kind, refinement) in MESHES.items():
-        found, message = attempted(partial(landed, StripModel(length, h, kind=kind), height, refinement))
-        row[name], row[f"touch_{name}"] = found or (FAILED, np.nan)
+        if name != "rod" and number >= compared:
+            row[name] = OMITTED
+            continue
+        found, message = attempted(partial(followed, StripModel(length, h, kind=kind), height, refinement))
+        row[name], numbers = found or (FAILED, dict.fromkeys(NUMBERS, np.nan))
         row["message"] += message and f"{name}: {message}; "
+        row |= numbers if name == "rod" else {}
     return row
 
 
-def landed(strip: StripModel, height: float, refinement: float) -> tuple[str, float]:
-    """The outcome and lambda at the touch of the sag.
+def followed(strip: StripModel, height: float, refinement: float) -> tuple[str, dict[str, float]]:
+    """The outcome on the low path, and the numbers of a path to its end.
 
     Raises
     ------
     SolveError
-        The branch cannot be followed, or the whole strip leaves the floor.
+        The path cannot be followed, or its contact is not found by its coordinates.
     """
-    run = solve_height(strip, height, refinement)
-    if run.end is End.SNAP:
-        return LIMITED, np.nan
-    if run.end is End.LIFTED:
-        raise SolveError(run.end.reason, parameter=run.lam)
-
-    def stops(problem: MovingContact) -> list[Event]:
-        if problem.mesh.topology is not Topology.INTERVAL:
-            return [LIMIT]
-        return [LIMIT, Event("landing", lambda point, _: _interval(problem.contact(point.q)) > LANDED, located=never)]
-
-    # The last point is just past the touch.
-    for item in follow(run.points[-2], STEPS, stops):
-        if not isinstance(item, BranchPoint):
-            return LIMITED if item.event is LIMIT else STABLE, run.lam
-    raise AssertionError("a branch ends in an event or raises")
+    found = assess_strip(strip, low(strip.length, height), refinement=refinement)
+    if found.contact != MOVING:
+        raise SolveError(found.segments[-1].nodal)
+    if not found.stable:
+        return LIMITED, dict.fromkeys(NUMBERS, np.nan)
+    grip, hold = peak_forces(found.states)
+    problem, point = next(state for state in found.states if touches(state[0].model, state[1]))
+    place = problem.model.s[columns_on_floor(problem.model, point)][:1]
+    first, rest = (p.model.resampled_mid_surface(at.q, place)[0, 0] for p, at in ((problem, point), found.last))
+    error = shape_error(*found.last, plan_r_path(strip.length))
+    return STABLE, {"grip": grip, "hold": hold, "slide": float(rest - first), "error": error}
 
 
-def _interval(contact: np.ndarray) -> float:
-    return float(contact[1] - contact[0])
+def in_time(at: tuple[float, float], length: float, thickness: float, moment: float, speed: float) -> dict[str, float]:
+    """One path in time, by its coefficient of friction and its height, to rest at its end.
+
+    Raises
+    ------
+    SolveError, TimeStepError
+        It cannot be followed.
+    """
+    mu, height = at
+    strip = StripModel(length, thickness, kind="rod")
+    found = follow_in_time(strip, low(length, height), mu, moment, damping=DAMPING, speed=speed)
+    grip, hold = peak_forces(found.states)
+    return {
+        "kinetic": max(state.energy.kinetic for _, state in found.states),
+        "grip": grip,
+        "hold": hold,
+        "error": shape_error(found.problem, found.last, plan_r_path(length)),
+        "dissipated": float(found.dissipated[-1]),
+    }
+
+
+def snap_energy(length: float, thickness: float) -> float:
+    """Energy of bending and weight that the snap of this strip on the triangular path sets free, rho_a g L*^2."""
+    found = assess_strip(StripModel(length, thickness, kind="rod"), triangular(length), Fall(damping=DAMPING))
+    first, last = (found.motions[0].states[i].energy for i in (0, -1))
+    return first.elastic + first.gravity - last.elastic - last.gravity
+
+
+def markdown(data: xr.Dataset) -> str:
+    """The paths in time as a table in Markdown."""
+    rows = [
+        "| z | mu | kinetic energy | gripper's force | at the held end | error of the fold | taken by friction |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for height in data["time_height"].values:
+        for mu in data["mu"].values:
+            one = data.sel(time_height=height, mu=mu)
+            kinetic, grip, hold, error, dissipated = (float(one[f"time_{name}"]) for name in TIME_NUMBERS)
+            rows.append(
+                f"| {height:g} | {mu:g} | {kinetic:.3f} | {grip:.1f} | {hold:.1f} | {error:.4f} | {dissipated:.2f} |"
+            )
+    return "\n".join(rows) + "\n"

@@ -78,7 +78,7 @@ HEADLINES = (
 
 def pages(numbers: Mapping[str, run.Entry], data: Mapping[str, xr.Dataset]) -> dict[str, dict[str, str]]:
     """The generated tables of each page by name; ``data`` are the studies that have one."""
-    from studies import accuracy, cold_run, constants, effects, peers, profiling, variants
+    from studies import accuracy, cold_run, constants, effects, low_paths, peers, profiling, variants
     from studies.hard_cases import run as hard_cases
 
     profiles = {
@@ -99,6 +99,7 @@ def pages(numbers: Mapping[str, run.Entry], data: Mapping[str, xr.Dataset]) -> d
             {"constants": constants.markdown(data["solver_constants"])} if "solver_constants" in data else {}
         ),
         "docs/effects.md": {"effects": effects.markdown(data["effects"])},
+        "docs/low-path.md": {"low paths": low_paths.markdown(data["low_paths"])} if "low_paths" in data else {},
         "docs/physics.md": {"variants": variants.markdown(data["variants"])} if "variants" in data else {},
         "docs/peers.md": {"times": peers.table(data["peers"])} if "peers" in data else {},
     }

@@ -105,7 +105,7 @@ def circular(strip: AnyStrip) -> FoldPath:
 
 
 def low(strip: AnyStrip, height: float) -> FoldPath:
-    """Up to a height, m, over at that height, and down: below 1.586 L* no strip snaps (docs/physics.md, section 9).
+    """Up to a height, m, over at that height, and down; snaps need more than 1.586 L* (docs/low-path.md).
 
     Raises
     ------

@@ -9,7 +9,6 @@ import xarray as xr
 
 from stripfold.analysis import needed_effects
 from studies import branches as of_branches
-from studies import low_paths as of_low_paths
 from studies.schemes import CONSERVING, DEFAULT
 
 Facts = dict[str, Any]
@@ -90,17 +89,6 @@ def spurious(strips: xr.Dataset, paths: xr.Dataset) -> Facts:
         "drawn": paths.sizes["case"],
         "refused": (paths.outcome == "refused").sum(),
         "spurious": float(strip.sum()) + float(path.sum()),
-    }
-
-
-def low_paths(d: xr.Dataset) -> Facts:
-    outcomes = np.stack([d[mesh].values for mesh in of_low_paths.MESHES])
-    return {
-        "cases": d.sizes["case"],
-        "seed": seed_of(d),
-        "stable": np.all(outcomes == of_low_paths.STABLE, axis=0).sum(),
-        "limited": np.sum(outcomes == of_low_paths.LIMITED),
-        "failed": np.sum(outcomes == of_low_paths.FAILED),
     }
 
 

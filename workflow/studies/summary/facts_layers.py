@@ -44,8 +44,6 @@ def layer_friction(d: xr.Dataset) -> Facts:
         "fabric": d.fabric_error.sel(path="circular"),
         "fabric_r_path": d.fabric_error.sel(path="r-path"),
         "fabric_triangular": d.fabric_error.sel(path="triangular"),
-        "low": d.attrs["low"],
-        "low_error": d.low_error,
         "created": d.created.max(),
         "runs": d.created.size,
         "dissipated": d.dissipated.max(),

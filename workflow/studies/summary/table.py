@@ -10,7 +10,16 @@ from collections.abc import Callable
 from types import SimpleNamespace
 from typing import NamedTuple
 
-from studies.summary import facts, facts_claims, facts_delay, facts_energy, facts_fabrics, facts_layers, facts_paths
+from studies.summary import (
+    facts,
+    facts_claims,
+    facts_delay,
+    facts_energy,
+    facts_fabrics,
+    facts_layers,
+    facts_low,
+    facts_paths,
+)
 from studies.summary.facts import Facts
 
 
@@ -107,14 +116,30 @@ SOURCES = (
             "named numerical constants in the solver's modules; {before} before the lift-off was an unknown",
             lambda f: f.count < f.before),
     )),
-    Source("low_paths", facts.low_paths, (
-        Number("low_path_agreement", "stable", "count", 4, "all of 60 or more",
-            "paths below the touch limit, of {cases} random ones ({seed}), without a maximum of lambda on the solid, "
-            "on elements half as long and on the rod; on single meshes {limited} limit points and {failed} errors",
-            lambda f: f.stable == f.cases >= 60),
-        Number("low_path_limit_points", "limited", "count", 4, "= 0, of 60 paths or more",
-            "maxima of lambda on any of the three meshes, of {cases} random paths below the touch limit ({seed}); "
-            "{failed} runs on one mesh ended in an error", lambda f: f.cases >= 60),
+    Source("low_paths", facts_low.low_paths, (
+        Number("low_path_cases", "cases", "count", 4, ">= 200",
+            "random low paths ({seed}) followed from the flat strip to the fold on the rod, {compared} of them on the "
+            "solid and on elements half as long, too; {failed} runs ended in an error", lambda f: f.failed == 0),
+        Number("low_path_stable", "stable", "1", 4, ">= 1, of 100 or more",
+            "share without a limit point of the {inside} paths that the elastica with a lying part that gives says are "
+            "stable, {margin:g} L* or more below the touch limit; of the {above} that are above it {snapped} have one, "
+            "of the {below} that are too low {squeezed}", lambda f: f.inside >= 100),
+        Number("low_path_agreement", "agree", "count", 4, "all of 40 or more",
+            "of these on all three meshes, of {compared_inside}", lambda f: f.agree == f.compared_inside >= 40),
+        Number("low_path_limit_points", "limited", "count", 4, "= 0, of 40 paths or more",
+            "limit points of these on any of the three meshes", lambda f: f.compared_inside >= 40),
+        Number("low_path_push", "push", "1", 3, "within 10 % of the elastica's",
+            "largest push on what lies of these, times z^2, below a height of {lowest:g} L* ({law:.3f} on the "
+            "elastica); the layer that has come down slides by up to {slide:.2f} of the strip's length",
+            lambda f: abs(f.push / f.law - 1.0) < 0.1),
+        Number("low_path_kinetic", "kinetic", "1", 2, "no criterion: the upper layer moves with the gripper",
+            "largest kinetic energy on a low path in time, gripper at {speed:g} sqrt(g L*), over the energy that the "
+            "snap of the same strip on the triangular path sets free, with coefficients of friction between the layers "
+            "of 0 to {mu:g} and M_0 = {moment:g} rho_a g L*^2, length {length:g} L*; {least_kinetic:.2f} at the best "
+            "height; it falls with the speed to the power {exponent:.1f}, a snap's does not"),
+        Number("fold_error_low", "error", "L*", 2, "< 0.02 L*",
+            "largest distance of the finished fold of these from the accurate one; the gripper pulls with up to "
+            "{grip:.1f} rho_a g L* with friction, {grip_without:.1f} without"),
     )),
     Source("barrier", facts_energy.barrier, (
         Number("barrier_coefficient", "measured", "1", 5,
@@ -442,8 +467,6 @@ SOURCES = (
         Number("fold_error_fabric", "fabric", "L*", 3, "> 1 L*, on the R-path < 0.1 L*",
             "the same with M_0 = {fabric_moment:g} rho_a g L*^2, as fabrics have ({fabric_r_path:.3f} on the R-path, "
             "{fabric_triangular:.3f} on the triangular one)", lambda f: f.fabric_r_path < 0.1),
-        Number("fold_error_low", "low_error", "L*", 2, "< 0.02 L*",
-            "the same of a gripper carried over the strip at {low:g} L*, M_0 = {moment:g} rho_a g L*^2"),
         Number("layer_friction_energy", "created", "rho_a g L*^2", 2, "< 1e-6",
             "largest energy that stick and slip and the defect of the balance made in a fold, of {runs}; friction "
             "between the layers took up to {dissipated:.2g}", lambda f: f.runs >= 15),
