@@ -23,7 +23,8 @@ from stripfold.synthetic import dynamics
 from stripfold.synthetic.history import History
 from stripfold.synthetic.scene import DynamicsMotion, Scene
 from stripfold.synthetic.view import View
-from studies import recordings, recordings_accuracy
+from stripfold.vision import eta_motion as vision_eta_motion
+from studies import eta_motion, recordings, recordings_accuracy
 from studies import recordings_design as design
 from tasks import recordings as tasks_recordings
 
@@ -188,3 +189,14 @@ def test_frames_are_the_first_that_at_the_onset_and_the_last(monkeypatch: pytest
     found = tasks_recordings.frames(tmp_path, measured)
     assert found["frame"].values[:, 1, 2].tolist() == [0, 12, 19]
     np.testing.assert_allclose(found["instant"], [-1.22, -0.02, 0.68])
+
+
+def test_strips_whose_motion_gives_eta_b_snap_in_view():
+    """Whatever is drawn, there is a snap, and at least 0.1 L* of frames before the margin."""
+    scenes = [eta_motion.scene_of(number, 7) for number in range(20)]
+    assert scenes[3] == eta_motion.scene_of(3, 7) != eta_motion.scene_of(3, 8)
+    assert {scene.strip.width for scene in scenes} == {0.015, 0.03, 0.045}
+    for scene in scenes:
+        z = scene.gripper.height / scene.strip.gravity_length
+        assert elastica.critical(z).snap
+        assert scene.motion.before > (vision_eta_motion.MARGIN + 0.1 - 1e-9) * scene.strip.gravity_length  # type: ignore[union-attr]

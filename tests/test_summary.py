@@ -247,6 +247,10 @@ def datasets() -> dict[str, xr.Dataset]:
         "strip_looks": ({
             "event": ("case", np.full(24, 0.3001)), "truth": ("case", np.full(24, 0.3)),
             "low": ("case", np.full(24, 0.2998)), "high": ("case", np.full(24, 0.3004))},),
+        "eta_motion": ({
+            **{kind + name: ("case", np.full(30, value)) for kind in ("", "fitted_")
+               for name, value in (("eta", 1.01), ("low", 0.98), ("high", 1.04))},
+            "moment": ("case", np.full(30, 0.02)), "fitted_moment": ("case", np.full(30, 0.03))},),
         "eta_pictures": ({
             "eta": ("case", np.ones(400)), "low": ("case", [1.001] * 20 + [0.99] * 380), "high": ("case", [1.01] * 400),
             "given": (("method", "picture"), np.zeros((2, 40)))},),
@@ -418,6 +422,11 @@ def test_a_sample_is_named_by_its_seed() -> None:
         ("calibration", "rms", 0.26, "calibration_rms"),
         ("calibration", "charuco_rms", 0.26, "charuco_rms"),
         ("strip_looks", "event", np.nan, "strip_looks"),
+        ("eta_motion", "eta", 1.031, "eta_motion_error"),
+        ("eta_motion", "eta", np.nan, "eta_motion_error"),
+        ("eta_motion", "fitted_eta", 1.031, "eta_motion_error_fitted"),
+        ("eta_motion", "low", 1.001, "eta_motion_coverage"),
+        ("eta_motion", "fitted_high", 0.99, "eta_motion_coverage"),
         ("eta_pictures", "low", 0.99, "eta_fold_coverage"),
         ("eta_pictures", "low", np.nan, "eta_fold_coverage"),
         ("eta_pictures", "given", 1.0, "eta_not_fabric"),

@@ -361,6 +361,7 @@ class Studies(Input):
     effects: EffectsStudy | None = None
     recordings_accuracy: RecordingsAccuracy | None = None
     strip_looks: Sample | None = None
+    eta_motion: Sample | None = None
     eta_pictures: EtaPictures | None = None
     video_benchmark: VideoBenchmark | None = None
     peers: Peers | None = None

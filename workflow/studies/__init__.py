@@ -88,6 +88,7 @@ STUDIES = {
     "video_benchmark": Study("studies.video_benchmark:run", "time and memory of measuring a recording"),
     "calibration": Study("studies.calibration:run", "calibration on public pictures of boards"),
     "strip_looks": Study("studies.strip_looks:run", "strips of many looks in synthetic recordings", memory=4000),
+    "eta_motion": Study("studies.eta_motion:run", "eta_b from the motion in synthetic recordings", memory=4000),
     "eta_pictures": Study("studies.eta_pictures:run", "eta_b from drawn folds and from pictures without a strip"),
     "centrelines": Study("studies.centrelines:run", "centrelines in photographs"),
     "peers": Study(

@@ -16,9 +16,10 @@ from scipy.stats import t as student_t
 
 from stripfold.arrays import Array
 from stripfold.errors import MeasurementError
-from stripfold.vision import description, snap
+from stripfold.vision import description, eta_motion, snap
 from stripfold.vision.calibration import Calibration, calibrate_folder
 from stripfold.vision.clock import Clock, read_log, synchronise
+from stripfold.vision.eta_motion import MotionEtaB
 from stripfold.vision.model import ModelValue, model_value
 from stripfold.vision.recording import ManualOnset, Recording
 from stripfold.vision.snap import Speed
@@ -91,6 +92,8 @@ class Measurement:
         Of the gripper around the event, m/s.
     model
         lambda_c of the model for the described strip.
+    eta_b
+        That of the strip by its motion, or why there is none.
     flags, manual
         Quality flags, warnings first; why the onset was set by hand, empty where it was not.
     """
@@ -108,6 +111,7 @@ class Measurement:
     by_log: float
     speed: float
     model: ModelValue
+    eta_b: MotionEtaB | MeasurementError
     flags: tuple[Flag, ...]
     manual: str
 
@@ -136,6 +140,7 @@ class Measurement:
             "lambda_model_low": self.model.low,
             "lambda_model_high": self.model.high,
             "lambda_model_friction": self.model.with_friction,
+            **eta_motion.numbers(self.eta_b),
         }
 
 
@@ -208,6 +213,10 @@ def evaluate(
         flags.append(Flag(NOTE, text))
     if not snapped:
         flags.append(Flag(NOTE, "no snap: lambda_c lies beyond the farthest place of the gripper"))
+    event = by_video if clock is None else by_log
+    eta_b = eta_motion.measure(recording, calibration.mapping, tracks, event, by_video, snapped, mapping_sd)
+    if isinstance(eta_b, MotionEtaB) and (text := eta_b.contradicts(recording.entries.strip)):
+        flags.append(Flag(NOTE, text))
     return Measurement(
         recording=recording,
         calibration=calibration,
@@ -216,12 +225,13 @@ def evaluate(
         clock=clock,
         snapped=snapped,
         event_time=time,
-        event=by_video if clock is None else by_log,
+        event=event,
         parts=parts,
         by_video=by_video,
         by_log=by_log,
         speed=speed,
         model=model_value(recording.entries),
+        eta_b=eta_b,
         flags=tuple(sorted(flags, key=lambda flag: flag.severity != WARNING)),
         manual="" if manual is None else manual.reason,
     )

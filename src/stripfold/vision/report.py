@@ -12,6 +12,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import stripfold
+from stripfold.errors import MeasurementError
 from stripfold.store import running_commit
 from stripfold.vision import intrinsics, robot_grid
 from stripfold.vision.calibration import MAX_PLANE_RMS, MAX_SCALE_ERROR, MAX_SIDE_ERROR
@@ -101,6 +102,7 @@ def rows(found: Measurement) -> list[tuple[str, str]]:
         ("λ by the video alone", _millimetres(found.by_video)),
         ("λ by the robot's log", _millimetres(found.by_log)),
         *_model_rows(found),
+        *_eta_b_rows(found),
         *(deviations if found.sd > 0.0 else []),
         ("speed of the gripper", f"{1e3 * found.speed:.2f} mm/s"),
         ("speed of the snap over following", f"{found.motion.ratio:.1f}"),
@@ -120,6 +122,16 @@ def _model_rows(found: Measurement) -> list[tuple[str, str]]:
     if isfinite(model.with_friction):
         shown.append(("  with the fabric's friction", f"{_millimetres(model.with_friction)}, to first order"))
     return shown
+
+
+def _eta_b_rows(found: Measurement) -> list[tuple[str, str]]:
+    eta_b = found.eta_b
+    if isinstance(eta_b, MeasurementError):
+        return [("eta_b by the motion", f"none: {eta_b.found}")]
+    described = found.recording.entries.strip.eta_b
+    text = f"{eta_b.eta_b:.4g} m^-4 s^2, 95 % interval {eta_b.low:.4g} to {eta_b.high:.4g}, described {described:.4g}"
+    friction = f"M_0 = {eta_b.friction:.2g} rho_a g L*^2, {'as described' if eta_b.known else 'fitted beside it'}"
+    return [("eta_b by the motion", text), ("  with friction", friction)]
 
 
 def _millimetres(value: float, digits: int = 2) -> str:

@@ -138,6 +138,24 @@ def eta_pictures(d: xr.Dataset) -> Facts:
     }
 
 
+def eta_motion(d: xr.Dataset) -> Facts:
+    """With the friction described, and with none; a recording without eta_b is outside its interval."""
+    found: Facts = {"cases": d.sizes["case"], "seed": seed_of(d), "refused": int(np.isnan(d.eta.values).sum())}
+    for kind in ("", "fitted_"):
+        eta, low, high = (d[kind + name].values for name in ("eta", "low", "high"))
+        known = np.isfinite(eta)
+        some = eta[known] if known.any() else np.array([np.nan])
+        found |= {
+            f"{kind}error": np.median(np.abs(some - 1.0)),
+            f"{kind}worst": np.abs(some - 1.0).max(),
+            f"{kind}share": share((low <= 1.0)[known] & (high >= 1.0)[known]),
+            f"{kind}half": np.median((high - low)[known]) / 2.0 if known.any() else np.nan,
+            f"{kind}measured": known.sum(),
+        }
+    excess = (d.fitted_moment - d.moment).values
+    return found | {"excess": np.median(excess[np.isfinite(excess)]) if np.isfinite(excess).any() else np.nan}
+
+
 def recordings_accuracy(d: xr.Dataset) -> Facts:
     """In mm; nan where nothing was measured, so that no criterion holds."""
     outcome, off = d.outcome.values, 1e3 * error(d)
