@@ -14,7 +14,7 @@ from studies.summary import claims
 ROW = {"place": "IV", "claim": "It falls.", "test": "falls", "numbers": ["jump"], "verdict": "confirmed"}
 
 
-def entry(value: float, **more: Any) -> dict[str, Any]:
+def entry(value: float | None, **more: Any) -> dict[str, Any]:
     return {"value": value, "unit": "L*", "holds": True, "fresh": True} | more
 
 
@@ -40,7 +40,7 @@ def claim(**more: Any) -> claims.Claim:
         (["jump < 0"], {"jump": entry(-0.1, error=0.05)}, "confirmed"),
         (["jump < 0"], {"jump": entry(-0.1, error=0.2)}, "open"),
         (["jump > 0"], {"jump": entry(0.1, error=0.2)}, "open"),
-        (["jump > 0"], {"jump": entry(float("nan"))}, "open"),
+        (["jump > 0"], {"jump": entry(None)}, "open"),
     ],
 )
 def test_verdict_needs_its_numbers(numbers: list[str], summary: dict[str, Any], verdict: str) -> None:

@@ -631,6 +631,24 @@ def test_a_stale_number_is_printed_as_stale_and_holds_nothing(tmp_path, monkeypa
     assert rows["order_lambda_c"].endswith("| yes |")
 
 
+def test_a_number_of_no_cases_is_stored_as_none(tmp_path: Path) -> None:
+    """JSON has no word for nan, and a share of nothing meets no criterion."""
+    data = datasets()["recordings_accuracy"]
+    data["sound"][:] = 0.0
+    found = numbers_of("recordings_accuracy", data)
+    for key in ("lambda_rms_clean", "recordings_flagged"):
+        assert found[key]["value"] is None
+        assert found[key]["holds"] is False
+    data["outcome"][:] = "refused"
+    found |= numbers_of("recordings_accuracy", data)
+    assert found["lambda_sd"]["value"] is None  # it has no criterion
+    assert found["lambda_sd"]["holds"] is False
+    store.write_json(found, tmp_path / "summary.json")
+    assert "| no number |" in markdown({"lambda_sd": found["lambda_sd"] | {"fresh": True}})
+    timed = xr.Dataset({"wall": ("repeat", [3.0]), "memory": 150.0, "error": np.nan})
+    assert numbers_of("assess_benchmark", timed)["time_assess"]["holds"] is False
+
+
 def test_presets_one_row_each() -> None:
     data = datasets()["accuracy"]
     data["preset_seconds"].loc[{"asked": "auto", "accuracy": 1e-2, "height": 9.0}] = 2.0

@@ -18,7 +18,7 @@ import xarray as xr
 
 from stripfold.material import GRAVITY
 from stripfold.synthetic import recording as synthetic
-from stripfold.synthetic.scene import Scene
+from stripfold.synthetic.scene import DynamicsMotion, Scene
 from stripfold.vision import measure, recording
 from stripfold.vision.eta_motion import MotionEtaB
 from stripfold.vision.measure import Measurement
@@ -99,9 +99,10 @@ def scene_of(number: int, seed: int) -> Scene:
 def measured(number: int, seed: int, calibrations: Path) -> dict[str, Any]:
     """The recording of this number, rendered and measured; ratios to the truth."""
     scene, random = scene_of(number, seed), np.random.default_rng([seed, number, 1])
-    strip, moment = scene.strip, float(scene.motion.friction)  # type: ignore[union-attr]
-    row = {"case": number, "height": scene.gripper.height / strip.gravity_length, "moment": moment}
-    row |= {name: np.nan for kind in ("", "fitted_") for name in (*(kind + part for part in PARTS),)}
+    assert isinstance(scene.motion, DynamicsMotion)
+    strip, moment = scene.strip, scene.motion.friction
+    row: dict[str, Any] = {kind + part: np.nan for kind in ("", "fitted_") for part in PARTS}
+    row |= {"case": number, "height": scene.gripper.height / strip.gravity_length, "moment": moment}
     row |= {"fitted_moment": np.nan, "depth": np.nan, "message": ""}
     camera = f"camera-{number % len(CAMERAS)}"
     with tempfile.TemporaryDirectory() as temporary:

@@ -63,7 +63,7 @@ def summary(
     counted = claims.entries(claims.read().claims, found)
     found |= {key: {**item, "commit": project["git_commit"]} for key, item in counted.items()}
     for key, item in found.items():
-        progress(f"{key}: {item['value']:g} {item['unit']}; {item['criterion']}: {run.verdict(item)}")
+        progress(f"{key}: {run.quoted(item)}; {item['criterion']}: {run.verdict(item)}")
     store.write_json(found, output[0])
 
 

@@ -97,7 +97,7 @@ def judged(claim: Claim, summary: Mapping[str, Entry]) -> str:
 def _holds(condition: str, summary: Mapping[str, Entry]) -> bool:
     found = _parts(condition)
     item = summary.get(found["key"])
-    if item is None or not item["fresh"]:
+    if item is None or item["value"] is None or not item["fresh"]:
         return False
     if found["bound"] is None:
         return bool(item["holds"])

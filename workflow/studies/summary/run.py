@@ -35,7 +35,8 @@ def summarise(data: Mapping[str, xr.Dataset], sources: Mapping[str, str]) -> dic
     Returns
     -------
     For each number ``value``, ``unit``, ``statement``, ``criterion``, ``holds``, ``source`` (the file) and ``datasets``
-    (the names of all datasets that it is from); ``error`` where one is known.
+    (the names of all datasets that it is from); ``error`` where one is known.  ``value`` is None where
+    there is no number.
     """
     out: dict[str, Entry] = {}
     for source in SOURCES:
@@ -66,17 +67,20 @@ def _each(found: Facts | list[Facts]) -> Iterator[Facts]:
 
 
 def _evaluate(number: Number, facts: Facts) -> Entry:
+    """What is not finite, or has such an error, as a share of no cases, is stored as None and meets no criterion."""
     criterion, statement = (text.format(**facts) for text in (number.criterion, number.statement))
-    value = facts[number.value]
+    value, error = facts[number.value], facts[number.error] if number.error else 0.0
     bound = re.match(r"([<>]?=?) (-?[0-9.e-]+)", criterion)
     within = bound is None or BOUNDS[bound[1]](value, float(bound[2]))
+    known = bool(np.isfinite(value) and np.isfinite(error))
+    rounded = (int(value) if number.unit == "count" else float(f"{value:.{number.digits}g}")) if known else None
     return {
-        "value": int(value) if number.unit == "count" else float(f"{value:.{number.digits}g}"),
-        **({"error": float(f"{facts[number.error]:.1g}")} if number.error else {}),
+        "value": rounded,
+        **({"error": float(f"{error:.1g}")} if number.error and known else {}),
         "unit": number.unit,
         "statement": statement,
         "criterion": criterion,
-        "holds": bool(within and number.also(SimpleNamespace(**facts))),
+        "holds": bool(known and within and number.also(SimpleNamespace(**facts))),
     }
 
 
@@ -87,6 +91,8 @@ def verdict(item: Entry) -> str:
 
 def quoted(item: Entry) -> str:
     """A number with its error and unit."""
+    if item["value"] is None:
+        return "no number"
     error = f" +- {item['error']:g}" if "error" in item else ""
     return f"{item['value']:g}{error}" + ("" if item["unit"] in ("1", "count") else f" {item['unit']}")
 
