@@ -93,7 +93,7 @@ def _json_option(parser: argparse.ArgumentParser) -> None:
 def critical_options(parser: argparse.ArgumentParser) -> None:
     from stripfold.inputs import Scene
 
-    _options(parser, Scene, (*STRIP, "height", *SHEET, "model", "accuracy"))
+    _options(parser, Scene, (*STRIP, "height", *SHEET, "model", "accuracy", "eta_b_uncertainty"))
     _json_option(parser)
 
 

@@ -170,6 +170,13 @@ class Scene(AtHeight):
         ),
     ] = "solid"
     law: Annotated[Law, Field(description="constitutive law of the solid (docs/physics.md, section 2)")] = "svk"
+    eta_b_uncertainty: Annotated[
+        Number | None, quantity("relative uncertainty of eta_b, as 0.2: the range of the result", ge=0.0, le=0.9)
+    ] = None
+
+    def with_eta_b(self, eta_b: float) -> Scene:
+        """The same scene with another eta_b."""
+        return Scene(**{**self.model_dump(), "eta_b": eta_b})
 
     @model_validator(mode="after")
     def _check_law(self) -> Self:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass, field, fields
+from dataclasses import asdict, dataclass, field, fields
 from math import isfinite
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, Self
@@ -13,6 +13,7 @@ import numpy as np
 from stripfold import schema
 from stripfold.analysis import critical_point, verdict
 from stripfold.analysis.critical_point import CriticalResult
+from stripfold.analysis.uncertain_eta_b import EtaBRange, over_eta_b
 from stripfold.analysis.verdict import Verdict
 from stripfold.inputs import PathAssessment as Asked
 from stripfold.inputs import Scene
@@ -60,10 +61,13 @@ class CriticalPoint(CriticalResult, Result):
     state
         Shape (n, 2): x and z of the mid-surface where the advance ends, from the gripped end; empty where the strip is
         too short for such a state.
+    eta_b_range
+        The ends of the advance for an uncertain eta_b; None where no uncertainty is given.
     scene
         The inputs.
     """
 
+    eta_b_range: EtaBRange | None
     scene: Scene = field(repr=False)
     title = "a critical point"
 
@@ -71,10 +75,14 @@ class CriticalPoint(CriticalResult, Result):
     def of(cls, scene: Scene, progress: Progress | None = None) -> Self:
         """Find it."""
         found = critical_point.find(scene, progress)
-        return cls(**{item.name: getattr(found, item.name) for item in fields(found)}, scene=scene)
+        ends = None
+        if scene.eta_b_uncertainty is not None:
+            ends = over_eta_b(scene, scene.eta_b_uncertainty, found.lambda_c if found.snap else found.lambda_touch)
+        values = {item.name: getattr(found, item.name) for item in fields(found)}
+        return cls(**values, eta_b_range=ends, scene=scene)
 
     def rows(self) -> Rows:
-        scene = self.scene
+        scene, ends = self.scene, self.eta_b_range
         size = f"length {scene.length_star:.4g} L*, height {scene.height_star:.4g} L*"
         if self.snap:
             end = [
@@ -94,19 +102,32 @@ class CriticalPoint(CriticalResult, Result):
             ("  model", metres(self.model_error, "estimated distance from the solid's")),
             *place,
             ("free length", metres(self.free_length, "off the floor where the advance ends")),
+            *([] if ends is None else self._range_rows(ends)),
             ("time", f"{self.seconds:.2f} s"),
         ]
+
+    @staticmethod
+    def _range_rows(ends: EtaBRange) -> Rows:
+        rows = []
+        for eta_b, snap, advance, margin in zip(ends.eta_b, ends.snap, ends.advance, ends.margin, strict=True):
+            side = f"{abs(margin):.4g} m {'above' if margin > 0.0 else 'below'} the touch limit"
+            rows.append((f"eta_b {eta_b:.4g}", f"{'snap' if snap else 'touch'} at {advance:.6g} m, gripper {side}"))
+        return rows
 
     def to_dict(self) -> dict[str, Any]:
         names = ("lambda_c", "x_c", "error", "free_length", "snap", "reason", "seconds")
         more = ("lambda_c_lower", "lambda_c_upper", "lambda_touch", "touch_x", "lambda_0", "model", "model_error")
-        return {name: getattr(self, name) for name in names + more}
+        ends = {} if self.eta_b_range is None else {"eta_b_range": asdict(self.eta_b_range)}
+        return {name: getattr(self, name) for name in names + more} | ends
 
     def to_dataset(self) -> xr.Dataset:
         names = ("lambda_c", "lambda_c_lower", "lambda_c_upper", "lambda_touch", "touch_x")
         more = ("error", "lambda_0", "model_error", "free_length")
         values: dict[str, Any] = {name: ((), getattr(self, name)) for name in names + more}
         values |= {"x": ("node", self.state[:, 0]), "z": ("node", self.state[:, 1])}
+        if (ends := self.eta_b_range) is not None:
+            values |= {"end_eta_b": ("end", ends.eta_b), "end_snap": ("end", np.array(ends.snap, dtype=float))}
+            values |= {"end_advance": ("end", ends.advance), "end_margin": ("end", ends.margin)}
         attrs = {"model": self.model, "snap": int(self.snap), "reason": self.reason, "height": self.scene.height}
         return schema.dataset(values, attrs)
 

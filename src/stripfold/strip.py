@@ -112,6 +112,7 @@ class Strip:
         model: Model = "solid",
         accuracy: float = 1e-3,
         law: Law = "svk",
+        eta_b_uncertainty: float | None = None,
         progress: Progress | None = None,
     ) -> CriticalPoint:
         """The critical point: where the strip snaps when its gripper advances at constant height.
@@ -127,6 +128,8 @@ class Strip:
             Requested relative accuracy of lambda_c.
         law
             Constitutive law of the solid, "svk" or "printed" (docs/physics.md, section 2).
+        eta_b_uncertainty
+            Relative uncertainty of eta_b: the result then has an ``eta_b_range``.
         progress
             Called with a line on what is being done.
 
@@ -139,7 +142,14 @@ class Strip:
         """
         from stripfold.inputs import Scene
 
-        scene = Scene(**asdict(self), height=height, model=model, accuracy=accuracy, law=law)
+        scene = Scene(
+            **asdict(self),
+            height=height,
+            model=model,
+            accuracy=accuracy,
+            law=law,
+            eta_b_uncertainty=eta_b_uncertainty,
+        )
         scene.require_long_enough()
         from stripfold.results import CriticalPoint
 
