@@ -1,6 +1,7 @@
 """Observed order of lambda_c in the element length, and its run time over the number of elements, on rod and solid.
 
-A mesh is refined uniformly: each of its elements is divided into equal parts.  All in L*.
+A mesh is refined uniformly: each of its elements is divided into equal parts.  lambda_c is solved for directly, to many
+more digits than the tolerance of the bracket that checks it.  All in L*.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ import xarray as xr
 from stripfold import elastica
 from stripfold.analysis.contact_branch import STEPS, from_elastica
 from stripfold.analysis.prediction import BEFORE, ElasticaPrediction
-from stripfold.analysis.static import LIMIT, StripModel
+from stripfold.analysis.static import LAMBDA_TOLERANCE, LIMIT, StripModel
 from stripfold.arrays import Array
 from stripfold.errors import SolveError
 from stripfold.models.contact_mesh import ContactMesh
@@ -25,8 +26,6 @@ from stripfold.solve.events import Crossing
 from studies.common import Progress, attempted, dataset, grid, timed
 
 MODELS = ("rod", "solid")
-TOLERANCE = 1e-10
-"""Bracket of lambda_c: the errors of the finest meshes are about 1e-8."""
 
 
 def divided(mesh: ContactMesh, parts: int) -> ContactMesh:
@@ -54,7 +53,7 @@ def lambda_c(strip: StripModel, prediction: ElasticaPrediction, refinement: floa
     problem = first.problem
     for item in continuation.follow(problem, first.point, STEPS, [LIMIT]):
         if isinstance(item, Crossing):
-            found = critical.locate(problem, item.before, item.after, TOLERANCE, STEPS)
+            found = critical.locate(problem, item.before, item.after, LAMBDA_TOLERANCE, STEPS)
             return found.lam, problem.at(problem.contact(found.before.q)).model.ends
         if problem.mesh.drifted(problem.contact(item.q)):
             break
