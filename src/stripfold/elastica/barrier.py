@@ -113,10 +113,15 @@ def bistable_range(z: float) -> BistableRange | None:
     if not point.snap:
         return None
     family, e = at_height(point.z), evaluate(point.state._unknowns())
-    _, gradient, along = slope(e, advance_gradient, length_gradient)
-    # By the free length, in which both are smooth: the advance falls as its square and the force grows in proportion.
-    coefficient = 4.0 * sqrt(2.0) / 3.0 * abs(float(along[FORCE_X])) / sqrt(-float(gradient() @ along))
     first = point_at(e, family, length_gradient(e))
     *_, before, after = until(march(first, family, step=FIRST_STEP, max_step=MAX_STEP), TOUCH)
     landing = between(before, after, family, TOUCH)
-    return BistableRange(point.z, point.state, State._from(landing.e), coefficient)
+    return BistableRange(point.z, point.state, State._from(landing.e), barrier_coefficient(point.state))
+
+
+def barrier_coefficient(critical: State) -> float:
+    """C of the law of the barrier (:attr:`BistableRange.coefficient`) from the critical state."""
+    e = evaluate(critical._unknowns())
+    _, gradient, along = slope(e, advance_gradient, length_gradient)
+    # By the free length, in which both are smooth: the advance falls as its square and the force grows in proportion.
+    return 4.0 * sqrt(2.0) / 3.0 * abs(float(along[FORCE_X])) / sqrt(-float(gradient() @ along))

@@ -61,11 +61,11 @@ def state_no_horizontal_force(z: float) -> State:
     return State._from(_no_force(height(z, 1e-4)))
 
 
-def points(z: float, max_step: float = MAX_STEP) -> Iterator[Point]:
-    """Points of the branch from lambda_0 on, in the direction of growing advance, without end."""
+def points(z: float, max_step: float = MAX_STEP, way: float = 1.0) -> Iterator[Point]:
+    """Points of the branch from lambda_0 on, without end; ``way`` is 1 for a growing advance, -1 for a falling one."""
     e, family = _no_force(z), at_height(z)
     forward = np.zeros(e.y.size)
-    forward[FORCE_X] = -1.0  # as the gripper advances, it compresses the strip
+    forward[FORCE_X] = -way  # as the gripper advances, it compresses the strip
     return march(point_at(e, family, forward), family, step=FIRST_STEP, max_step=max_step)
 
 

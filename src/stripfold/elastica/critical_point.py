@@ -89,7 +89,6 @@ def critical(z: float) -> CriticalPoint:
     raise ContinuationError(f"neither a maximum of the advance nor contact was found at z = {z:g}", parameter=z)
 
 
-@lru_cache(maxsize=1)
 def touch_limit() -> float:
     """The height z / L* at which the sag of the critical state just touches the lower layer.
 
@@ -100,6 +99,10 @@ def touch_limit() -> float:
     >>> round(touch_limit(), 6)
     1.586171
     """
-    return State._from(
-        solve(start(START_OF_SNAPS, True), (no_lift_off_moment, TOUCH.condition, SNAP.condition))
-    ).gripper[1]
+    return touch_limit_state().gripper[1]
+
+
+@lru_cache(maxsize=1)
+def touch_limit_state() -> State:
+    """The critical state whose sag just touches the lower layer."""
+    return State._from(solve(start(START_OF_SNAPS, True), (no_lift_off_moment, TOUCH.condition, SNAP.condition)))

@@ -14,7 +14,7 @@ import numpy as np
 
 from stripfold.arrays import Array
 from stripfold.elastica._continuation import Family, Point, between, march, point_at, until
-from stripfold.elastica._events import SNAP_AT_HEIGHT, TOUCH
+from stripfold.elastica._events import SNAP_AT_HEIGHT, TOUCH, Event
 from stripfold.elastica._system import (
     FORCE_X,
     LENGTH,
@@ -67,6 +67,15 @@ def states_fixed_lift_off(length: float) -> Iterator[State]:
         yield State._from(point.e)
 
 
+def states_drawn_taut(length: float, force: float) -> Iterator[State]:
+    """States with a free part of ``length``, L*, from the one without horizontal force to a tension of ``force``."""
+    family, points = _fixed_length_branch(length, -1.0)
+    taut = Event(lambda e, _: force - float(e.y[FORCE_X]), fixed(FORCE_X, force))
+    *free, before, after = until(points, taut)
+    for point in (*free, before, between(before, after, family, taut)):
+        yield State._from(point.e)
+
+
 def critical_state_fixed_lift_off(length: float) -> State:
     """The state of :func:`states_fixed_lift_off` that becomes unstable: the gripper is at lambda_c of its height.
 
@@ -84,10 +93,13 @@ def critical_state_fixed_lift_off(length: float) -> State:
     raise SolveError(f"with a free length of {length:g} L* the strip touches before it becomes unstable")
 
 
-def _fixed_length_branch(length: float) -> tuple[Family, Iterator[Point]]:
-    """The family of states with this free length, and its points from the one without horizontal force on."""
+def _fixed_length_branch(length: float, way: float = 1.0) -> tuple[Family, Iterator[Point]]:
+    """The family of states with this free length, and its points from the one without horizontal force on.
+
+    ``way`` is 1 towards compression and -1 towards tension.
+    """
     family = Family((no_lift_off_moment, fixed(LENGTH, length)), f"a free length of {length:g}")
     e = evaluate(_no_force(length))
     forward = np.zeros(e.y.size)
-    forward[FORCE_X] = -1.0  # as the gripper moves over, it compresses the strip
+    forward[FORCE_X] = -way  # as the gripper moves over, it compresses the strip
     return family, march(point_at(e, family, forward), family, step=SPACING, max_step=SPACING)
