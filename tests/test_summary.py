@@ -97,6 +97,11 @@ def datasets() -> dict[str, xr.Dataset]:
             "model_coefficient": (("model", "height"), np.full((2, 2), 1.076)),
             **{name: ("height", [1.08, 1.08]) for name in ("coefficient", "width", "largest", "speed")}},
             {"height": [3.0, 2.0], "distance": [1e-4, 1.00794e-3], "model": ["rod", "solid"]}),
+        "stability_map": ({
+            "error": (("length", "case"), np.full((2, 50), 1e-7)), "wall": ("repeat", [3.0, 2.0, 9.0]),
+            "elastica": ("rod_height", [9.0, 12.0]),
+            "rod": (("thickness", "rod_height"), np.array([[0.998], [0.9995]]) * [9.0, 12.0])},
+            {"thickness": [0.06, 0.03], "length": [12.0, 20.0]}),
         "knocks": ({
             "held": ("distance", [0.99, np.nan]), "fell": ("distance", [1.03, np.nan]),
             "away": ("distance", [1.0, 1e-5]), "touched": ("distance", [1.0, 1.0])},
@@ -496,6 +501,8 @@ def test_a_criterion_that_is_broken_does_not_hold(dataset: str, name: str, value
         ("variants", "lambda_end_shift", {"variant": "Poisson's ratio 0.45"}, 0.01, "variant_poisson"),
         ("eigenvalues", "eigenvalue_1", {"motion": "x", "step": 3}, 1e-2, "eigenvalue_at_critical"),
         ("eigenvalues", "eigenvalue_1", {"motion": "circular", "step": 0}, 5e-2, "eigenvalue_exponent"),
+        ("stability_map", "error", {"length": 12.0}, 2e-6, "map_boundary_error"),
+        ("stability_map", "rod", {"thickness": 0.03}, 8.98, "map_rod_difference"),
         ("barrier", "barrier", {"height": 3.0, "distance": 1e-4}, 1.0803e-6, "barrier_coefficient"),
         ("layer_friction", "error", {"path": "circular", "mu": 0.2}, 0.05, "fold_error_mu"),
         ("layer_friction", "error", {"path": "r-path", "mu": 0.1}, 0.2, "fold_error_mu"),

@@ -15,6 +15,7 @@ from config_quantities import (
     Refinement,
     Repeats,
     Sample,
+    Seed,
     Step,
     Thickness,
     Tolerance,
@@ -86,6 +87,22 @@ class Barrier(Input):
     thickness: Thickness
     refinement: Refinement
     range_heights: AtLeastOne[HeightStar]
+
+
+class StabilityMap(Input):
+    """The stability map against critical points found one by one, and with paths on it."""
+
+    lengths: AtLeastOne[LengthStar]
+    checked: Annotated[Whole, quantity("random heights for each length", ge=1)]
+    seed: Seed
+    rod_heights: AtLeastOne[HeightStar]
+    thicknesses: AtLeastOne[Thickness]
+    refinement: Refinement
+    length_star: LengthStar
+    low_height: HeightStar
+    height: HeightStar
+    distances: AtLeastOne[Distance]
+    repeats: Repeats
 
 
 class Eigenvalues(OneStrip):
@@ -341,6 +358,7 @@ class Studies(Input):
     branches: Branches | None = None
     low_paths: LowPaths | None = None
     barrier: Barrier | None = None
+    stability_map: StabilityMap | None = None
     knocks: Knocks | None = None
     eigenvalues: Eigenvalues | None = None
     variants: Variants | None = None

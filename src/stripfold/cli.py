@@ -57,6 +57,12 @@ COMMANDS = {
         commands.path_options,
         commands.path,
     ),
+    "map": Command(
+        "stability map: the gripper places that a strip follows",
+        "Follow the boundary of the gripper places at which a strip snaps, and how far the others are from it.",
+        commands.map_options,
+        commands.map_places,
+    ),
     "assess": Command(
         "assessment of a gripper path: critical points, falls, touch, forces",
         "Follow a path statically to its critical points, let the strip fall there, and go on to its end.",

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from stripfold.paths import FoldPath
     from stripfold.results import CriticalPoint, PathAssessment, StripCollapse
     from stripfold.simulation import Release
+    from stripfold.stability_map import StabilityMap
 
 Progress = Callable[[str], None]
 
@@ -259,6 +260,35 @@ class Strip:
         from stripfold.results import PathAssessment
 
         return PathAssessment.of(asked, path, began, progress)
+
+    def map(self, *, progress: Progress | None = None) -> StabilityMap:
+        """The stability map: gripper places that the strip follows, and their distance to those where it snaps.
+
+        For a frictionless strip on the elastica, which has neither thickness nor stretch (docs/map.md).
+
+        Parameters
+        ----------
+        progress
+            Called with a line on what is being done.
+
+        Raises
+        ------
+        InvalidInputError
+            A strip shorter than 7 or longer than 100 L*.
+        SolveError
+            A boundary or a state could not be computed.
+
+        Examples
+        --------
+        >>> import stripfold as sf
+        >>> found = sf.Strip(length=0.5, eta_b=3780).map()
+        >>> round(found.touch_limit, 5), bool(found.hangs(0.0, 0.1)), bool(found.hangs(0.1, 0.1))
+        (0.04757, True, False)
+        """
+        from stripfold import inputs
+        from stripfold.stability_map import StabilityMap
+
+        return StabilityMap.of(inputs.Strip(**asdict(self)), progress)
 
 
 def eta_b(

@@ -42,6 +42,12 @@ FIGURES = {
         "The energy that makes a hanging strip fall grows as the 3/2 power of the distance to lambda_c (a, b), up to "
         "lambda_t, where the sag of the unstable state touches the floor (crosses): with less advance the strip has no "
         "other state and comes back from any disturbance. The range is narrow at low grippers (c).",
+    "stability_map":
+        "The gripper's places of a strip of 20 L* (a). In the shaded region the strip can hang; the lines have equal "
+        "distances to the boundary at which it snaps. To the right of the dashed line its sag can lie on the floor. "
+        "The triangular and the circular path cross the boundary, the R-path is tangent to it, and the low path passes "
+        "below it (b: the distance as long as the strip hangs). Near the boundary the smallest eigenvalue falls as the "
+        "root of the distance and the energy barrier as its 3/2 power (c); farther away there is no other state.",
     "eigenvalues":
         "The smallest eigenvalue of (K, M) goes to zero at the critical points (a): as the root of the distance at a "
         "snap-through; on the R-path linearly but for its last part, where the thickness turns the tangency into a "
@@ -138,7 +144,7 @@ FIGURES = {
 
 _SECTIONS = {
     "Motion along x": ["geometry", "motion", "deflection", "collapse", "collapse_curve", "energy", "paths"],
-    "Critical points": ["critical_points", "master_curve", "barrier", "eigenvalues"],
+    "Critical points": ["critical_points", "master_curve", "stability_map", "barrier", "eigenvalues"],
     "Folding paths": ["folding", "planned_paths", "evolutions", "rpath_friction", "rpath_curve"],
     "Folding paths of all materials": [
         "touch_error",

@@ -55,6 +55,7 @@ SOURCES = {
                 "order": "order",
                 "barrier": "barrier",
                 "low_paths": "low_paths",
+                "stability_map": "stability_map",
                 "eigenvalues": "eigenvalues",
                 "layer_friction": "layer_friction",
                 "rod": "rod",

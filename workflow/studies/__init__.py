@@ -36,6 +36,9 @@ STUDIES = {
     "branches": Study("studies.branches:run", "random strips on the solid against the elastica and a finer mesh"),
     "low_paths": Study("studies.low_paths:run", "paths below the touch limit, which have no snap"),
     "barrier": Study("studies.barrier:run", "energy barrier between the stable and the unstable state"),
+    "stability_map": Study(
+        "studies.stability_map:run", "stability map of the gripper's places, its errors and its time", files=COMMAND
+    ),
     "knocks": Study("studies.knocks:run", "knocks on a hanging strip in time against the energy barrier"),
     "eigenvalues": Study("studies.eigenvalues:run", "smallest eigenvalue down to zero, and the critical modes"),
     "variants": Study("studies.variants:run", "end of the advance and first touch with other choices of the model"),

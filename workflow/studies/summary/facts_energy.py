@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from studies.summary.facts import Facts
+from studies.summary.facts import Facts, seed_of
 
 NEAREST, FARTHEST = 1e-6, 3e-3
 """Distances from the critical point between which the exponent of the eigenvalue is taken, L*."""
@@ -38,6 +38,22 @@ def barrier(d: xr.Dataset) -> Facts:
         "last_width": d.width[-1],
         "first_z": d.height[0],
         "last_z": d.height[-1],
+    }
+
+
+def stability_map(d: xr.Dataset) -> Facts:
+    """How far the boundaries are from states found alone and from the rod's, and the time of the whole."""
+    apart = np.abs(d.rod / d.elastica - 1.0).max("rod_height").sortby("thickness")
+    thin, thick = apart[0], apart[-1]
+    return {
+        "error": d.error.max(),
+        "states": d.error.size,
+        "seed": seed_of(d),
+        "lengths": d.sizes["length"],
+        "wall": d.wall.median(),
+        "rod": thin,
+        "thin": thin.thickness,
+        "order": np.log(thick / thin) / np.log(thick.thickness / thin.thickness),
     }
 
 

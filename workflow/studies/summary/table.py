@@ -155,6 +155,17 @@ SOURCES = (
             "there is {largest:.2e} rho_a g L*^2 per width, the kinetic energy of an rms speed of {speed:.2g} "
             "sqrt(g L*) of the free part"),
     )),
+    Source("stability_map", facts_energy.stability_map, (
+        Number("map_boundary_error", "error", "L*", 2, "< 1e-6 L*, 100 states or more",
+            "largest distance along x of the boundaries of the stability map, snap and touch continued in the height, "
+            "from {states} critical and touching states of the elastica found alone, at random heights ({seed}), "
+            "{lengths} lengths of the strip", lambda f: f.states >= 100),
+        Number("map_rod_difference", "rod", "1", 2, "< 1e-3; falls with the thickness squared, exponent 2 within 0.1",
+            "largest relative distance of the snap boundary of a rod {thin:.3g} L* thick, continued in the height, "
+            "from the map's; its exponent in the thickness is {order:.3g}", lambda f: abs(f.order - 2.0) < 0.1),
+        Number("map_seconds", "wall", "s", 2, "<= 5 s, one core",
+            "time of one `stripfold map`, the whole process, strip of 16.7 L*: median"),
+    )),
     Source("knocks", facts_energy.knocks, (
         Number("knock_threshold", "threshold", "1", 3, "brackets within 0.95 and 1.1",
             "least kinetic energy of a knock along the softest mode that makes a hanging strip fall in time, without "

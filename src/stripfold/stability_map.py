@@ -1,0 +1,170 @@
+"""Result of :meth:`.Strip.map`: the stability map of the gripper's places, in SI."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from time import perf_counter
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+
+from stripfold import schema
+from stripfold.analysis.gripper_map import GripperMap, gripper_map
+from stripfold.arrays import Array
+from stripfold.elastica.boundary import LENGTHS
+from stripfold.errors import InvalidInputError
+from stripfold.inputs import Strip
+from stripfold.reporting import Progress, Result, Rows, metres
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+
+GRID = 64, 24
+"""Numbers of places of the stored grid along x and z: less than L* apart for a strip of 20 L*."""
+
+
+@dataclass(frozen=True, eq=False)
+class StabilityMap(Result):
+    """The gripper places that a frictionless strip follows from the flat state; x and z with the origin mid-strip, m.
+
+    The model is the elastica: thickness and stretch do not count.  Source: docs/map.md.
+
+    Attributes
+    ----------
+    in_star
+        The same map in units of L*, over the advance in place of x.
+    eigenvalues
+        Shape (z, x): smallest eigenvalue at the places of the grid, g/L*; nan where the strip cannot hang.
+    strip, seconds
+        The inputs, and the run time.
+    """
+
+    in_star: GripperMap = field(repr=False)
+    eigenvalues: Array = field(repr=False)
+    strip: Strip
+    seconds: float
+    title = "stability map of the gripper's places"
+
+    @classmethod
+    def of(cls, strip: Strip, progress: Progress | None = None) -> Self:
+        """Compute it."""
+        began = perf_counter()
+        low, high = (limit * strip.gravity_length for limit in LENGTHS)
+        if not low <= strip.length <= high:
+            allowed = f"from {low:.3g} to {high:.3g} m with eta_b = {strip.eta_b:g} m^-4 s^2"
+            raise InvalidInputError("length", strip.length, allowed, "a shorter strip cannot be folded in half")
+        say = progress or (lambda _: None)
+        say("boundaries")
+        found = gripper_map(strip.length_star)
+        advance, heights = _grid(found)
+        rows = []
+        for z in heights:
+            say(f"height {z * strip.gravity_length:.3g} m")
+            rows.append(found.eigenvalues(advance, float(z)))
+        return cls(found, np.array(rows), strip, perf_counter() - began)
+
+    @property
+    def touch_limit(self) -> float:
+        """Gripper height below which the sag touches before the strip can snap, m."""
+        return float(self.in_star.snap.z[0]) * self.strip.gravity_length
+
+    @property
+    def snap_boundary(self) -> Array:
+        """Shape (n, 2): x and z on the boundary behind which a hanging strip snaps, upwards from the touch limit."""
+        snap = self.in_star.snap
+        return self._places(np.stack([snap.advance, snap.z], axis=1))
+
+    def hangs(self, x: Any, z: Any) -> Any:
+        """Whether the strip can hang there, that is stably and off the lower layer; arrays of one shape, m."""
+        return self.in_star.hangs(*self._star(x, z))
+
+    def lies(self, x: Any, z: Any) -> Any:
+        """Whether the strip can have its sag on the lower layer there; arrays of one shape, m."""
+        return self.in_star.lies(*self._star(x, z))
+
+    def margin(self, x: Any, z: Any) -> Any:
+        """Distance of places of the gripper to the snap boundary, m; nan where the strip cannot hang.
+
+        Examples
+        --------
+        >>> import stripfold as sf
+        >>> found = sf.Strip(length=0.5, eta_b=3780).map()
+        >>> round(float(found.margin(0.0, 0.1)), 4)
+        0.0404
+        """
+        return self.strip.gravity_length * self.in_star.margin(*self._star(x, z))
+
+    def barrier(self, x: Any, z: Any) -> Any:
+        """Energy that makes a hanging strip fall, J per m of width; nan where it can only hang, or cannot."""
+        return self.strip.material.scales["J m-1"] * self.in_star.barrier(*self._star(x, z))
+
+    def rows(self) -> Rows:
+        unit, boundary = self.strip.gravity_length, self.snap_boundary
+        (x0, z0), (x1, z1) = boundary[0], boundary[-1]
+        return [
+            ("L*", f"{unit:.5g} m; length {self.strip.length_star:.4g} L*"),
+            ("no snap", metres(self.touch_limit, "below this height the sag touches first")),
+            ("boundary", f"x = {x0:.5g} m, z = {z0:.5g} m  to  x = {x1:.5g} m, z = {z1:.5g} m"),
+            (
+                "highest",
+                metres(float(self.in_star.lifted[:, 1].max()) * unit, "above this height all is lifted"),
+            ),
+            ("time", f"{self.seconds:.2f} s"),
+        ]
+
+    def to_dict(self) -> dict[str, Any]:
+        return {"touch_limit": self.touch_limit, "snap_boundary": self.snap_boundary.tolist(), "seconds": self.seconds}
+
+    def to_dataset(self) -> xr.Dataset:
+        found, material = self.in_star, self.strip.material
+        advance, heights = _grid(found)
+        places = np.meshgrid(advance, heights)
+        grid, half = ("map_z", "map_x"), found.length / 2.0
+        width = found.snap.advance - found.touch.at(found.snap.z)
+        values: dict[str, Any] = {
+            "map_x": ("map_x", advance - half),
+            "map_z": ("map_z", heights),
+            "hangs": (grid, found.hangs(*places).astype(int)),
+            "lies": (grid, found.lies(*places).astype(int)),
+            "margin": (grid, found.margin(*places)),
+            "eigenvalue": (grid, self.eigenvalues),
+            "barrier": (grid, found.barrier(*places)),
+            "bistable_width": ("snap", width),
+            "largest_barrier": ("snap", found.coefficient * np.maximum(width, 0.0) ** 1.5),
+        }
+        curves = {
+            "snap": (found.snap.advance, found.snap.z),
+            "sag_touch": (found.touch.advance, found.touch.z),
+            "lifted": tuple(found.lifted.T),
+            "lifted_landed": tuple(found.lifted_landed.T),
+        }
+        for name, (place, z) in curves.items():
+            values |= {f"{name}_x": (name, place - half), f"{name}_z": (name, z)}
+        attrs = {**material.attributes, "length": self.strip.length, "touch_limit": self.touch_limit}
+        return schema.dataset(values, attrs, material.scales)
+
+    def plot(self) -> Figure:
+        """The boundaries, and lines of equal margin."""
+        from stripfold.plots.stability_map import draw
+
+        return draw(self.to_dataset())
+
+    def config(self) -> dict[str, Any]:
+        return self.strip.model_dump()
+
+    def _star(self, x: Any, z: Any) -> tuple[Array, Array]:
+        """Advance and height, L*."""
+        unit = self.strip.gravity_length
+        advance, height = np.broadcast_arrays(np.asarray(x) / unit + self.in_star.length / 2.0, np.asarray(z) / unit)
+        return advance, height
+
+    def _places(self, rows: Array) -> Array:
+        return (rows - (self.in_star.length / 2.0, 0.0)) * self.strip.gravity_length
+
+
+def _grid(found: GripperMap) -> tuple[Array, Array]:
+    """Advances and heights of the grid, L*: all places of the map but the floor and the highest."""
+    columns, rows = GRID
+    heights = found.lifted[:, 1].max() * np.arange(1, rows + 1) / (rows + 1)
+    return np.linspace(0.0, found.lifted_landed[-1, 0], columns), heights

@@ -1,0 +1,212 @@
+"""The stability map: its boundaries and margins against states found one by one; bad input; the study."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import stripfold as sf
+from plots import stability_map as figure
+from stripfold import elastica, stability_map
+from stripfold.analysis.gripper_map import GripperMap, gripper_map
+from stripfold.analysis.static import StripModel, solve_height
+from stripfold.cli import main
+from stripfold.elastica.boundary import TAUT
+from stripfold.elastica.half_fold import critical_state_fixed_lift_off, states_drawn_taut
+from stripfold.elastica.second_variation import smallest_eigenvalue
+from stripfold.errors import InvalidInputError
+from studies import stability_map as study
+
+LENGTH = 12.0
+STRIP_AT = ["critical", "--length", "0.6", "--eta-b", "3780", "--height", "0.09"]
+STRIP = ["map", "--length", "0.3", "--eta-b", "3780"]
+
+
+@pytest.fixture(scope="module")
+def found() -> GripperMap:
+    return gripper_map(LENGTH)
+
+
+@pytest.fixture(autouse=True)
+def small_grid(monkeypatch) -> None:
+    """To save time."""
+    monkeypatch.setattr(stability_map, "GRID", (30, 5))
+
+
+def test_boundaries_against_states_found_alone(found: GripperMap) -> None:
+    for z in (0.1, 0.5, 1.2, 1.58, 1.59, 1.9, 2.345, 4.2, 6.5, 8.0):
+        alone = elastica.critical(z)
+        boundary = found.snap if alone.snap else found.touch
+        assert float(boundary.at(z)) == pytest.approx(alone.state.advance, abs=5e-7)
+    for z in (1.7, 3.0, 7.0):  # where landed strips come off
+        both = elastica.bistable_range(z)
+        assert both is not None
+        assert float(found.touch.at(z)) == pytest.approx(both.landing.advance, abs=5e-7)
+
+
+def test_ends_of_the_boundaries(found: GripperMap) -> None:
+    """Truth: the touch limit, the folded loop, and the state of the whole strip's length that becomes unstable."""
+    assert found.snap.z[0] == pytest.approx(elastica.touch_limit(), abs=1e-9)
+    assert found.touch.advance[0] == pytest.approx(7.168090, abs=1e-6)
+    last = critical_state_fixed_lift_off(LENGTH)
+    assert (found.snap.advance[-1], found.snap.z[-1]) == pytest.approx((last.advance, last.gripper[1]), abs=1e-7)
+    assert tuple(found.lifted[-1]) == pytest.approx((last.advance, last.gripper[1]), abs=1e-7)
+    # The lifted strip's line meets the boundary as a tangent, as an R-path does.
+    way = found.lifted[-1] - found.lifted[-2]
+    slope = float(found.snap.slope_at(found.snap.z[-1:])[0])
+    assert way[0] / way[1] == pytest.approx(slope, abs=0.1)
+    # The landed one ends with the gripper behind the held end by all that is not in the loop.
+    assert np.linalg.norm(np.diff(found.lifted_landed, axis=0), axis=1).max() < 0.5
+    assert tuple(found.lifted_landed[-1]) == pytest.approx((2.0 * LENGTH - 4.683470 + 2.484620, 0.0), abs=1e-5)
+
+
+def test_a_taut_strip_is_a_string(found: GripperMap) -> None:
+    """Truth: the state with the tension of the last string."""
+    *_, taut = states_drawn_taut(LENGTH, TAUT * 1e4 ** (1.0 / 50.0))
+    assert tuple(found.lifted[50]) == pytest.approx((taut.advance, taut.gripper[1]), abs=2e-5)
+
+
+def test_where_a_strip_hangs_and_lies(found: GripperMap) -> None:
+    for z in (0.8, 3.0, 6.0):
+        least, largest = found.hanging(np.array(z))
+        inside = elastica.state_at_advance(z, float(largest) - 1e-5)
+        assert inside.clearance > 0.0
+        assert inside.length < LENGTH
+        if z < elastica.touch_limit():
+            assert elastica.state_at_advance(z, float(largest) + 1e-5).clearance < 0.0
+        else:
+            with pytest.raises(InvalidInputError, match="at most"):
+                elastica.state_at_advance(z, float(largest) + 1e-5)
+        places = np.array([least - 0.01, least + 0.01, largest - 1e-5, largest + 1e-5])
+        assert found.hangs(places, np.full(4, z)).tolist() == [False, True, True, False]
+        # Above the touch limit a strip can do both.
+        assert bool(found.lies(largest - 1e-5, np.array(z))) is (z > elastica.touch_limit())
+        assert found.lies(largest + 0.1, np.array(z))
+    assert np.isnan(found.hanging(np.array(LENGTH))).all()
+
+
+def test_margin_against_many_critical_points(found: GripperMap) -> None:
+    heights = np.linspace(elastica.touch_limit(), found.snap.z[-1], 60)
+    boundary = np.array([(elastica.critical(z).state.advance, z) for z in heights])
+    places = np.array([(9.0, 3.0), (8.0, 1.0), (5.0, 5.0), (1.0, 0.5), (11.0, 5.0), (10.0, 4.999)])
+    exact = found.margin(*places.T)
+    near = np.linalg.norm(places[:, None] - boundary, axis=-1).min(axis=1)
+    assert np.all(exact <= near + 1e-9)
+    assert exact == pytest.approx(near, abs=0.01)
+    # Twice as dense samples change nothing: Newton's method has found the foot of the perpendicular.
+    foot = float(found.snap.slope_at(np.array([3.0]))[0])
+    off = np.array([float(found.snap.at(3.0)), 3.0]) + 0.25 * np.array([-1.0, foot]) / np.hypot(1.0, foot)
+    assert float(found.margin(off[0], off[1])) == pytest.approx(0.25, abs=1e-9)
+    assert np.isnan(found.margin(np.array(12.0), np.array(3.0)))
+
+
+def test_barrier_against_pairs_of_states(found: GripperMap) -> None:
+    both = elastica.bistable_range(3.3)
+    assert both is not None
+    for distance in (1e-4, 2e-3, both.width - 1e-6):
+        advance = both.critical.advance - distance
+        assert float(found.barrier(np.array(advance), np.array(3.3))) == pytest.approx(both.barrier(advance), rel=1e-3)
+    outside = np.array([both.landing.advance - 1e-4, both.critical.advance + 1e-4])
+    assert np.isnan(found.barrier(outside, np.full(2, 3.3))).all()
+
+
+def test_eigenvalues_against_a_thin_rod(found: GripperMap) -> None:
+    """The rod's are those of other equations, elements and linear algebra."""
+    run = solve_height(StripModel(LENGTH, 0.01, kind="rod"), 3.0, 0.5)
+    points = [at.point for at in run.points if 1e-3 < run.lam - at.point.lam < 6.0]
+    assert len(points) > 5
+    # At the same distance from lambda_c, which thickness shifts a little.
+    distance = run.lam - np.array([point.lam for point in points])
+    ours = found.eigenvalues(float(found.snap.at(3.0)) - distance, 3.0)
+    assert ours == pytest.approx([point.eigenvalues[0] for point in points], rel=5e-3)
+
+
+@pytest.mark.parametrize("z", [0.6, 1.65, 3.0, 8.2])
+def test_eigenvalues_are_those_of_the_states(found: GripperMap, z: float) -> None:
+    largest = float(found.hanging(np.array(z))[1])
+    advance = largest - np.array([0.02, 0.3, 1.0, 3.0])
+    exact = [smallest_eigenvalue(elastica.state_at_advance(z, a)) for a in advance]
+    assert found.eigenvalues(advance, z) == pytest.approx(exact, rel=2e-3)
+
+
+def test_unstable_states_have_no_smallest_eigenvalue() -> None:
+    both = elastica.bistable_range(3.0)
+    assert both is not None
+    assert np.isnan(smallest_eigenvalue(both.pair(both.critical.advance - 1e-3)[1]))
+
+
+def test_in_si(tmp_path) -> None:
+    in_si = sf.Strip(length=0.3, eta_b=3780, rho_a=0.2).map()
+    unit, found = in_si.strip.gravity_length, in_si.in_star
+    x, z = np.array([-0.05, 0.15]), np.array([0.05, 0.08])
+    assert in_si.margin(x, z) == pytest.approx(unit * found.margin((x + 0.15) / unit, z / unit), nan_ok=True)
+    assert in_si.hangs(x, z).tolist() == [True, False]
+    assert in_si.lies(0.1, 0.02)
+    assert in_si.touch_limit == pytest.approx(1.586171 * unit, rel=1e-6)
+    x_snap, z_snap = in_si.snap_boundary[10]
+    point = sf.Strip(length=0.3, eta_b=3780).critical(z_snap, model="elastica")
+    assert x_snap == pytest.approx(point.x_c, abs=1e-7)
+    barrier = in_si.barrier(x_snap - 1e-4 * unit, z_snap)
+    law = float(found.coefficient[10]) * 1e-6
+    assert barrier == pytest.approx(0.2 * 9.81 * unit**2 * law, rel=1e-3)
+    in_si.to_netcdf(tmp_path / "map.nc")
+    stored = xr.open_dataset(tmp_path / "map.nc").load()
+    hangs = stored["hangs"].values == 1
+    places = np.meshgrid(stored["map_x"], stored["map_z"])
+    np.testing.assert_allclose(stored["margin"], in_si.margin(*places), rtol=1e-9)
+    np.testing.assert_allclose(np.stack([stored["snap_x"], stored["snap_z"]], axis=1), in_si.snap_boundary, rtol=1e-9)
+    for name in ("margin", "eigenvalue"):
+        np.testing.assert_array_equal(np.isfinite(stored[name].values), hangs)
+    assert (stored["eigenvalue"].values[hangs] > 0.0).all()
+    assert len(in_si.plot().axes) == 1
+
+
+def test_command(capsys, tmp_path) -> None:
+    data, picture = tmp_path / "map.nc", tmp_path / "map.png"
+    assert main([*STRIP, "--json", "--output", str(data), "--plot", str(picture)]) == 0
+    said = json.loads(capsys.readouterr().out)
+    assert said["touch_limit"] == pytest.approx(0.04757, abs=1e-5)
+    assert data.is_file()
+    assert picture.is_file()
+
+
+@pytest.mark.parametrize(
+    ("options", "word"),
+    [
+        (["--length", "0.2"], "length"),
+        (["--length", "4.0"], "length"),
+        (["--eta-b", "-1"], "eta_b"),
+        (["--output", "map.csv"], "output"),
+        (["--plot", "none/map.png"], "output"),
+    ],
+)
+def test_bad_input(options: list[str], word: str, capsys, tmp_path, monkeypatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    given = dict(zip(STRIP[1::2], STRIP[2::2], strict=True)) | {"--output": "map.nc"}
+    given |= dict(zip(options[::2], options[1::2], strict=True))
+    assert main(["map", *(text for pair in given.items() for text in pair)]) == 2
+    told = capsys.readouterr().err
+    assert word in told
+    assert told.count("\n") == 1
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("length", [6.9, 101.0, "long", float("nan")])
+def test_lengths(length) -> None:
+    with pytest.raises(InvalidInputError):
+        gripper_map(length)
+
+
+def test_study(monkeypatch) -> None:
+    monkeypatch.setattr(study, "COMMAND", (*STRIP_AT, "--model", "elastica", "--json"))  # another with a time
+    data = study.run([7.5, 12.0], 5, 3, [2.0, 3.0], [0.05, 0.025], 1.0, 12.0, 1.2, 5.0, [1e-3, 1e-2, 0.5], 1)
+    assert float(data["error"].max()) < 5e-7
+    apart = np.abs(data["rod"] / data["elastica"] - 1.0).values
+    assert apart[0] / apart[1] == pytest.approx([4.0, 4.0], rel=0.1)
+    margins = data["path_margin"]
+    assert float(margins.sel(path="low").min()) > 0.3
+    assert float(margins.sel(path=["r-path", "triangular", "circular"]).min("point").max()) < 0.2
+    assert len(figure.draw(data).axes) == 3
