@@ -12,8 +12,8 @@ import pytest
 EXAMPLES = sorted((Path(__file__).parents[1] / "examples").glob("*.py"))
 
 
-def test_there_are_eight_short_ones():
-    assert len(EXAMPLES) == 8
+def test_there_are_nine_short_ones():
+    assert len(EXAMPLES) == 9
     for path in EXAMPLES:
         assert 20 <= len(path.read_text(encoding="utf-8").splitlines()) <= 60, path.name
 
