@@ -26,7 +26,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.mark.slow
 def test_simulate_and_film(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["simulate", "strip.yaml"]) == 0
+    assert main(["simulate", "strip.yaml", "--plot", "strip.png"]) == 0
     out = capsys.readouterr().out
     data = store.read(here / "strip.nc", require=["phase", "x", "z", "closing", "touch_time"])
     said = dict(line.split(maxsplit=1) for line in out.splitlines())
@@ -39,7 +39,7 @@ def test_simulate_and_film(here: Path, capsys: pytest.CaptureFixture[str]) -> No
     assert '"until": "touch"' in data.attrs["config"]
     assert main(["film", "strip.nc", "--output", "release.mp4"]) == 0
     assert (here / "release.mp4").stat().st_size > 10_000
-    assert sorted(os.listdir(here)) == ["release.mp4", "strip.nc", "strip.yaml"]
+    assert sorted(os.listdir(here)) == ["release.mp4", "strip.nc", "strip.png", "strip.yaml"]
 
 
 @pytest.mark.parametrize(
@@ -48,6 +48,7 @@ def test_simulate_and_film(here: Path, capsys: pytest.CaptureFixture[str]) -> No
         (["simulate", "nowhere.yaml"], "nowhere.yaml"),
         (["simulate", "strip.yaml", "--output", "strip.txt"], "ends in .nc"),
         (["simulate", "strip.yaml", "--output", "no/such/strip.nc"], "existing folder"),
+        (["simulate", "strip.yaml", "--plot", "strip.pdf"], "ends in .png"),
         (["film", "nowhere.nc"], "nowhere.nc"),
         (["film", "strip.yaml"], "netCDF"),
         (["film", "strip.nc", "--output", "film.gif"], "ends in .mp4"),

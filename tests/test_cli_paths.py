@@ -10,12 +10,14 @@ from typing import Any
 import numpy as np
 import pytest
 
+import stripfold as sf
 from stripfold.analysis import verdict
 from stripfold.analysis.static import StripModel
 from stripfold.cli import main
 from stripfold.cli_commands import as_json
 from stripfold.material import Material
 from stripfold.paths import PLANS, geometric, table
+from stripfold.plots.save import save_as
 
 STRIP = ["--length", "0.45", "--eta-b", "3780"]
 UNIT = Material(3780.0).gravity_length
@@ -54,7 +56,7 @@ def test_path_is_printed_and_written_alike(here: Path, kind: list[str], capsys: 
 def test_assess_says_where_the_strip_leaves(here: Path, coarse: None, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["path", "triangular", *STRIP, "--csv", "own.csv"]) == 0
     capsys.readouterr()
-    assert main(["assess", "own.csv", *STRIP, "--fall", "--json"]) == 0
+    assert main(["assess", "own.csv", *STRIP, "--fall", "--json", "--plot", "own.png"]) == 0
     found = json.loads(capsys.readouterr().out)
     (event,) = found["critical"]
     assert not found["stable"]
@@ -69,7 +71,18 @@ def test_assess_says_where_the_strip_leaves(here: Path, coarse: None, capsys: py
     assert -0.4 * UNIT < found["touch_error"] < -0.1 * UNIT
     assert 0.0 < found["shape_error"] < 0.02 * UNIT
     assert found["seconds"] > 0.0
-    assert sorted(os.listdir(here)) == ["own.csv"]
+    assert sorted(os.listdir(here)) == ["own.csv", "own.png"]
+
+
+def test_a_path_and_a_critical_point_are_drawn(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The files are what ``plot()`` draws."""
+    assert main(["path", "low", *STRIP, "--height", "0.036", "--plot", "path.png"]) == 0
+    assert main(["critical", *STRIP, "--height", "0.09", "--model", "elastica", "--plot", "strip.png"]) == 0
+    strip = sf.Strip(length=0.45, eta_b=3780.0)
+    drawn = {"path.png": sf.paths.low(strip, 0.036), "strip.png": strip.critical(0.09, model="elastica")}
+    for name, result in drawn.items():
+        save_as(result.plot(), here / f"by_{name}")
+        assert (here / name).read_bytes() == (here / f"by_{name}").read_bytes()
 
 
 def test_assess_in_words_with_friction(here: Path, coarse: None, capsys: pytest.CaptureFixture[str]) -> None:
@@ -126,6 +139,9 @@ def test_units_of_friction(monkeypatch: pytest.MonkeyPatch) -> None:
         (["path", "circular", *STRIP, "--csv", "own.txt"], "ends in .csv"),
         (["path", "circular", *STRIP, "--height", "0.04"], "with the low path only"),
         (["path", "low", *STRIP], "height is missing"),
+        (["path", "circular", *STRIP, "--plot", "own.txt"], "ends in .png"),
+        (["assess", "good.csv", *STRIP, "--plot", "nowhere/own.png"], "existing folder"),
+        (["critical", *STRIP, "--height", "0.09", "--plot", "own.pdf"], "ends in .png"),
         (["path", "low", *STRIP, "--height", "0.2"], "from 0.002999 to 0.1125 m"),
         (["path", "low", *STRIP, "--height", "nan"], "stable below 0.04756 m"),
         (["assess", "nowhere.csv", *STRIP], "nowhere.csv"),

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
 from stripfold.errors import MISSING, InvalidInputError, SolveError, TimeStepError
 
 if TYPE_CHECKING:
+    from stripfold.paths import FoldPath
     from stripfold.reporting import Result
     from stripfold.validation import Input
 
@@ -90,10 +91,27 @@ def _json_option(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print one JSON object")
 
 
+def _plot_option(parser: argparse.ArgumentParser, what: str, name: str = "plot") -> None:
+    parser.add_argument(f"--{name}", metavar="OUT.png", help=f"where to draw {what}")
+
+
+def _plot_file(given: str | None) -> Path | None:
+    """Where to draw, checked before anything is computed."""
+    return None if given is None else _output(given, given, ".png")
+
+
+def _draw(result: Result | FoldPath, target: Path | None) -> None:
+    if target is not None:
+        from stripfold.plots.save import save_as
+
+        save_as(result.plot(), target)
+
+
 def critical_options(parser: argparse.ArgumentParser) -> None:
     from stripfold.inputs import Scene
 
     _options(parser, Scene, (*STRIP, "height", *SHEET, "model", "accuracy", "eta_b_uncertainty"))
+    _plot_option(parser, "the strip there")
     _json_option(parser)
 
 
@@ -102,9 +120,12 @@ def critical(arguments: argparse.Namespace, say: Say) -> str:
 
     scene = Scene(**_given(arguments, Scene))
     scene.require_long_enough()
+    target = _plot_file(arguments.plot)
     from stripfold.results import CriticalPoint
 
-    return _said(CriticalPoint.of(scene, say), arguments)
+    found = CriticalPoint.of(scene, say)
+    _draw(found, target)
+    return _said(found, arguments)
 
 
 def eta_options(parser: argparse.ArgumentParser) -> None:
@@ -116,7 +137,7 @@ def eta_options(parser: argparse.ArgumentParser) -> None:
     for key in ("bending_length", "rigidity", "kes_b"):
         _option(source, EtaRequest, key)
     _options(parser, EtaRequest, ("scale", "method", "slope", "gsm", "kes_2hb"))
-    parser.add_argument("--picture", metavar="OUT.png", help="where to draw the fit over the picture")
+    _plot_option(parser, "the fit over the picture", "picture")
     _json_option(parser)
 
 
@@ -124,32 +145,27 @@ def eta(arguments: argparse.Namespace, say: Say) -> str:
     from stripfold.inputs import EtaRequest
 
     asked = EtaRequest(**_given(arguments, EtaRequest))
-    target = None
-    if arguments.picture is not None:
-        if asked.image is None:
-            raise InvalidInputError("picture", arguments.picture, "this only together with image")
-        # Where to write is checked before anything is measured.
-        target = _output(arguments.picture, arguments.picture, ".png")
+    if arguments.picture is not None and asked.image is None:
+        raise InvalidInputError("picture", arguments.picture, "this only together with image")
+    target = _plot_file(arguments.picture)
     from stripfold.measured import EtaB
 
     found = EtaB.of(asked)
-    if target is not None:
-        from stripfold.plots.save import save_as
-
-        save_as(found.plot(), target)
+    _draw(found, target)
     return _said(found, arguments)
 
 
 def simulate_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scene", metavar="SCENE.yaml", help="the strip, the height, and how it is released")
     parser.add_argument("--output", metavar="RESULT.nc", help="where to write [the scene's name with .nc, here]")
+    _plot_option(parser, "lambda over the deflection")
 
 
 def simulate(arguments: argparse.Namespace, say: Say) -> str:
     from stripfold.simulation import Simulation
 
     simulation = Simulation.read(arguments.scene)
-    path = _output(arguments.output, arguments.scene, ".nc")
+    path, target = _output(arguments.output, arguments.scene, ".nc"), _plot_file(arguments.plot)
     from stripfold import store
     from stripfold.analysis import collapse
     from stripfold.results import StripCollapse
@@ -162,6 +178,7 @@ def simulate(arguments: argparse.Namespace, say: Say) -> str:
         store.write(state, rescue, title="last good state", config=simulation.as_config())
         raise SolveError(f"{error}; the last good state is in {rescue}") from error
     found.to_netcdf(path)
+    _draw(found, target)
     for warning in found.warnings:
         print(f"stripfold: warning: {warning}", file=sys.stderr)
     return _lines([*found.rows(), ("written", str(path))])
@@ -191,6 +208,7 @@ def path_options(parser: argparse.ArgumentParser) -> None:
     _options(parser, Strip, STRIP)
     parser.add_argument("--height", type=float, metavar="M", help="of the gripper on the low path, m")
     parser.add_argument("--csv", metavar="FILE.csv", help="write it there instead of printing it")
+    _plot_option(parser, "the path")
 
 
 def path(arguments: argparse.Namespace, say: Say) -> str:
@@ -201,7 +219,9 @@ def path(arguments: argparse.Namespace, say: Say) -> str:
     strip, height = Strip(**_given(arguments, Strip), eta_m=UNSTRETCHED), arguments.height
     if (arguments.kind == "low") != (height is not None):
         raise InvalidInputError("height", MISSING if height is None else height, "a height with the low path only")
+    drawing = _plot_file(arguments.plot)
     planned = PLANS[arguments.kind](strip) if height is None else low(strip, height)
+    _draw(planned, drawing)
     if arguments.csv is None:
         return planned.as_text().rstrip()
     target = _output(arguments.csv, arguments.csv, ".csv")
@@ -250,6 +270,7 @@ def assess_options(parser: argparse.ArgumentParser) -> None:
     _option(law, PathAssessment, "friction")
     _option(law, PathAssessment, "hysteresis")
     _options(parser, PathAssessment, ("layer_friction", "step"))
+    _plot_option(parser, "the strip along the path")
     _json_option(parser)
 
 
@@ -263,8 +284,10 @@ def assess(arguments: argparse.Namespace, say: Say) -> str:
     from stripfold import paths
     from stripfold.results import PathAssessment
 
-    path = paths.read(arguments.path, asked)
-    return _said(PathAssessment.of(asked, path, began, say), arguments)
+    path, target = paths.read(arguments.path, asked), _plot_file(arguments.plot)
+    found = PathAssessment.of(asked, path, began, say)
+    _draw(found, target)
+    return _said(found, arguments)
 
 
 def record_options(parser: argparse.ArgumentParser) -> None:
