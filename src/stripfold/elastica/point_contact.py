@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stripfold.elastica._chebyshev import grid
-from stripfold.elastica._system import FORCE_X, LENGTH, Condition, end_angle, fixed, linear, solve
+from stripfold.elastica._system import FORCE_X, LENGTH, Condition, end_angle, end_height, fixed, linear, solve
 from stripfold.elastica.state import State
 from stripfold.errors import SolveError
 
@@ -38,10 +38,10 @@ class PointContact:
         return self.upper.gripper
 
 
-def states_point_contact(first: State) -> Iterator[PointContact]:
-    """States of one free length, the curvature at the contact going from that at first contact to zero.
+def states_point_contact(first: State, height: float | None = None) -> Iterator[PointContact]:
+    """States of one free length, or of one ``height``: the curvature at the contact goes from that of ``first`` to zero.
 
-    ``first`` is the state at first contact, the last of :func:`.states_fixed_lift_off`.
+    ``first`` is the state at first contact, such as the last of :func:`.states_fixed_lift_off`.
 
     Raises
     ------
@@ -55,7 +55,8 @@ def states_point_contact(first: State) -> Iterator[PointContact]:
     loop, upper = _reversed(_cut(first, 0.0, sag.s), -np.pi), _mirrored(_cut(first, sag.s, first.length))
     for bend in start * np.linspace(1.0, 0.0, int(np.ceil(abs(start) / SPACING)) + 1):
         loop = _solve(loop, bend, end_angle(-np.pi))
-        upper = _solve(upper, bend, fixed(LENGTH, first.length - loop.length))
+        end = fixed(LENGTH, first.length - loop.length) if height is None else end_height(height)
+        upper = _solve(upper, bend, end)
         before = _reversed(loop, np.pi)
         yield PointContact(before, _mirrored(upper, before.gripper), -loop.force_0 - upper.force_0)
 
