@@ -23,7 +23,7 @@ unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: all studies peers cold time-ci readme test starts lint quick env lock clean help
+.PHONY: all studies peers explorer cold time-ci readme test starts lint quick env lock clean help
 
 all: $(STAMP) ## Redo every run, figure and number of the paper (set CORES=n to use fewer cores)
 	$(SNAKEMAKE) all --cores $(CORES)
@@ -32,7 +32,7 @@ all: $(STAMP) ## Redo every run, figure and number of the paper (set CORES=n to 
 studies: $(STAMP) ## Redo the studies that are stale, and the numbers and tables made from them
 	@$(IN_VENV) python -c '$(COMPILE)'
 	@stale=$$($(IN_VENV) PYTHONPATH=workflow python workflow/evidence.py) || exit 1; \
-	set -- $$(printf '%s\n' $$stale | grep -v -e peers -e cold_run -e ci_run); \
+	set -- $$(printf '%s\n' $$stale | grep -v -e peers -e explorer -e cold_run -e ci_run); \
 	$(SNAKEMAKE) studies summary readme --keep-going --cores $(CORES) $${1:+--forcerun "$$@"}
 
 # Other programs, in an environment of their own beside ours. AUTO-07p is Debian's: apt-get install auto-07p gfortran.
@@ -45,6 +45,9 @@ $(PEERS)/.venv/.complete: $(PEERS)/requirements.lock
 	$(PYTHON) -m venv $(PEERS)/.venv
 	$(PEERS)/.venv/bin/python -m pip install --quiet --require-hashes -r $(PEERS)/requirements.lock
 	@touch $@
+
+explorer: $(STAMP) ## Redo the explorer's tables and its check in a browser: apt-get install chromium
+	$(SNAKEMAKE) figures/explorer.html --forcerun explorer --cores $(CORES)
 
 cold: $(STAMP) ## Time `make all` from cold, in a fresh clone of what is committed (half an hour, idle machine)
 	$(IN_VENV) PYTHONPATH=workflow python workflow/fresh_clone.py cold_run $(CORES:all=$(shell nproc))

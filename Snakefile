@@ -43,3 +43,4 @@ rule all:
         rules.recordings.output,
         rules.summary.output,
         FIGURE_FILES,
+        rules.explorer_page.output,

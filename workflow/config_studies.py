@@ -111,6 +111,12 @@ class Eigenvalues(OneStrip):
     refinement: Refinement
 
 
+class Explorer(Sample):
+    """Places of the gripper on the explorer's page."""
+
+    length_star: LengthStar
+
+
 class Variants(OneStrip):
     """What each choice of the model changes."""
 
@@ -382,6 +388,7 @@ class Studies(Input):
     eta_motion: Sample | None = None
     eta_pictures: EtaPictures | None = None
     video_benchmark: VideoBenchmark | None = None
+    explorer: Explorer | None = None
     peers: Peers | None = None
     falls: Falls | None = None
     benchmark: Benchmark | None = None

@@ -7,7 +7,7 @@ sys.path.insert(0, str(Path(workflow.basedir, "workflow")))
 from configuration import load
 from evidence import code_digest, stale_studies
 from snakemake.logging import logger
-from studies import FRESH_CLONE, STUDIES, configured, parameters
+from studies import APART, FRESH_CLONE, STUDIES, configured, parameters
 
 # Checked and completed first: an unknown key or a value that cannot be used ends here. Stored with every result.
 config.update(load(dict(config)))

@@ -76,6 +76,19 @@ FIGURE_FILES = expand(
 )
 
 
+rule explorer_page:
+    input:
+        STUDY_FILES["explorer"],
+    output:
+        f"{FIGURES}/explorer.html",
+    log:
+        f"{LOGS}/explorer_page.log",
+    params:
+        **calls("tasks.explorer:write", files=("workflow/explorer/*",)),
+    script:
+        "../script.py"
+
+
 for rule_name, figures in SOURCES.items():
 
     rule:

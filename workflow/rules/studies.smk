@@ -38,4 +38,4 @@ STUDY_FILES = {
 
 rule studies:
     input:
-        [file for name, file in STUDY_FILES.items() if name != "peers" and configured(name, config)],
+        [file for name, file in STUDY_FILES.items() if name not in APART and configured(name, config)],

@@ -29,6 +29,9 @@ EVERYTHING = ("src/stripfold/**/*.py", "workflow/*.py", "workflow/[st]*/**/*.py"
 FRESH_CLONE = ("cold_run", "ci_run")
 """Studies of a whole run in a fresh clone, which no rule can make: ``workflow/fresh_clone.py`` does."""
 
+APART = ("peers", "explorer")
+"""Studies that need what the environment does not have: other programs, a browser."""
+
 STUDIES = {
     "limit": Study("studies.models:run_limit", "the solid against the elastica as eta_m goes to zero"),
     "order": Study("studies.order:run", "observed order of lambda_c in the element length, and run time"),
@@ -94,6 +97,9 @@ STUDIES = {
     "eta_motion": Study("studies.eta_motion:run", "eta_b from the motion in synthetic recordings", memory=4000),
     "eta_pictures": Study("studies.eta_pictures:run", "eta_b from drawn folds and from pictures without a strip"),
     "centrelines": Study("studies.centrelines:run", "centrelines in photographs"),
+    "explorer": Study(
+        "studies.explorer:run", "tables of the explorer, its page in a browser", files=("workflow/explorer/*",)
+    ),
     "peers": Study(
         "studies.peers:run",
         "other programs on the same strip",

@@ -10,6 +10,7 @@ import json
 import subprocess
 from collections.abc import Callable
 from html import unescape
+from itertools import pairwise
 from pathlib import Path
 from shutil import which
 from tempfile import TemporaryDirectory
@@ -20,9 +21,11 @@ import xarray as xr
 
 from stripfold import elastica
 from stripfold.arrays import Array
-from stripfold.elastica.grids import NODES, Row, contact_states, free_states, lifted_states
+from stripfold.elastica.grids import Row, contact_states, free_states, lifted_states
 from stripfold.errors import SolveError
 from stripfold.paths.rpath import Part, PlannedState, plan_r_path
+from stripfold.schema import Values
+from studies.common import dataset
 from tasks import explorer as page
 
 LOWEST, HIGHEST = 0.3, 25.0
@@ -49,15 +52,15 @@ class Place(NamedTuple):
     state: PlannedState
 
 
-def run(length_star: float, seed: int, places: int) -> xr.Dataset:
+def run(length_star: float, seed: int, cases: int) -> xr.Dataset:
     """Tables, and the errors of what the page draws, over ``place``.
 
     Parameters
     ----------
     length_star
         The strip on the page.
-    seed, places
-        Of the gripper positions: as many of each kind, free below and above the touch limit, in contact, folded.
+    seed, cases
+        Of the gripper positions: so many of each kind, free below and above the touch limit, in contact, folded.
 
     Raises
     ------
@@ -65,17 +68,18 @@ def run(length_star: float, seed: int, places: int) -> xr.Dataset:
         There is no Chromium, or the page did not answer.
     """
     tables = make_tables()
-    wanted = draw_places(length_star, np.random.default_rng(seed), places)
+    wanted = draw_places(length_star, np.random.default_rng(seed), cases)
     answers = drive(tables, length_star, [place.way for place in wanted])
     errors = [distance(place.state, np.array(found)) for place, found in zip(wanted, answers["drawn"], strict=True)]
-    return tables.assign(
-        kind=("place", [place.kind for place in wanted]),
-        error=("place", errors),
-        warns=int(answers["warns"]),
-        keyboard=float(answers["keyboard"]),
-        narrow=float(answers["narrow"]),
-        bytes=len(page.of_tables(tables).encode()),
-    ).assign_attrs(seed=seed, falls=" ".join(answers["falls"]))
+    checked = {
+        "kind": ("place", [place.kind for place in wanted]),
+        "error": ("place", errors),
+        "warns": ((), int(answers["warns"])),
+        "keyboard": ((), float(answers["keyboard"])),
+        "narrow": ((), float(answers["narrow"])),
+        "bytes": ((), len(page.of_tables(tables).encode())),
+    }
+    return tables.merge(dataset("explorer", checked)).assign_attrs(seed=seed, falls=" ".join(answers["falls"]))
 
 
 def make_tables() -> xr.Dataset:
@@ -86,30 +90,28 @@ def make_tables() -> xr.Dataset:
         "above": np.geomspace(limit, HIGHEST, HEIGHTS["above"]),
         "contact": np.geomspace(LOWEST, HIGHEST, HEIGHTS["contact"]),
     }
-    out = xr.Dataset(attrs={"touch_limit": limit, "arc": loop.arc, "offset": loop.offset, "fold_height": loop.height})
     of: dict[str, Callable[[float, int], Row]] = {"below": free_states, "above": free_states, "contact": contact_states}
+    values: dict[str, Any] = {}
     for name, at in heights.items():
-        out = out.merge(_variables(name, at, [of[name](float(z), STATES[name]) for z in at]))
-    lifted = lifted_states(HIGHEST + 2.0)
-    out = out.merge(_variables("lifted", np.zeros(1), [lifted]).drop_vars("lifted_height"))
-    out = out.merge(_variables("loop", np.zeros(1), [contact_states(1.0, 2)]).drop_vars("loop_height"))
+        values |= _variables(name, at, [of[name](float(z), STATES[name]) for z in at])
+    lifted = zip(("height", "length", "angles"), lifted_states(HIGHEST + 2.0), strict=True)
+    values |= {f"lifted_{name}": (("lifted_height", "node")[: found.ndim], found) for name, found in lifted}
+    values["loop_angles"] = ("node", contact_states(1.0, 2).angles[-1, 0])
+    values["r_path_length"] = ("r_path_length", LENGTHS)
     places = np.array([_middle(length) for length in LENGTHS])
-    return out.assign(r_path=(("r_path_length", "r_path_place", "axis"), places)).assign_coords(r_path_length=LENGTHS)
+    values["r_path"] = (("r_path_length", "r_path_place", "axis"), places)
+    attrs = {"touch_limit": limit, "arc": loop.arc, "offset": loop.offset, "fold_height": loop.height}
+    return dataset("explorer", values, attrs)
 
 
-def _variables(name: str, heights: Array, rows: list[Row]) -> xr.Dataset:
+def _variables(name: str, heights: Array, rows: list[Row]) -> Values:
     dims = (f"{name}_height", f"{name}_state")
-    return xr.Dataset(
-        {
-            f"{name}_advance": (dims, np.array([row.advance for row in rows])),
-            f"{name}_lengths": ((*dims, f"{name}_part"), np.array([row.lengths for row in rows])),
-            f"{name}_angles": (
-                (*dims, f"{name}_part", "node"),
-                np.array([row.angles for row in rows]).astype("f4"),
-            ),
-        },
-        coords={f"{name}_height": heights},
-    )
+    return {
+        f"{name}_height": (dims[0], heights),
+        f"{name}_advance": (dims, np.array([row.advance for row in rows])),
+        f"{name}_lengths": ((*dims, f"{name}_part"), np.array([row.lengths for row in rows])),
+        f"{name}_angles": ((*dims, f"{name}_part", "node"), np.array([row.angles for row in rows], dtype="f4")),
+    }
 
 
 def _middle(length: float) -> Array:
@@ -147,7 +149,7 @@ def distance(truth: PlannedState, drawn: Array) -> float:
 
     _, places = truth.mid_surface(per_length=COMPUTED)
     # Points on the straight parts, too.
-    steps = [np.linspace(a, b, max(2, int(COMPUTED * np.hypot(*(b - a))))) for a, b in zip(places, places[1:], strict=False)]
+    steps = [np.linspace(a, b, max(2, int(COMPUTED * np.hypot(*(b - a))))) for a, b in pairwise(places)]
     return float(KDTree(np.vstack(steps)).query(drawn)[0].max())
 
 

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import xarray as xr
 
 from stripfold import store
@@ -32,18 +33,18 @@ def of_tables(tables: xr.Dataset) -> str:
 
 def _packed_tables(tables: xr.Dataset) -> dict[str, Any]:
     nodes, integral = nodes_and_integral()
-    lifted = _states(tables, "lifted")
+    lifted = np.column_stack([tables.lifted_height.values, tables.lifted_length.values])
     return {
         "touchLimit": float(tables.touch_limit),
         "nodes": nodes.tolist(),
         "integral": _packed(integral),
         **{name: _states(tables, name) for name in ("below", "above", "contact")},
-        "lifted": {"lengths": lifted["lengths"], "angles": lifted["angles"]},
+        "lifted": {"lengths": _packed(lifted, "f8"), "angles": _packed(tables.lifted_angles.values)},
         "loop": {
             "arc": float(tables.arc),
             "offset": float(tables.offset),
             "height": float(tables.fold_height),
-            "angles": tables.loop_angles.values[0, -1, 0].tolist(),
+            "angles": tables.loop_angles.values.tolist(),
         },
         "rPath": {
             "lengths": tables.r_path_length.values.tolist(),
@@ -55,7 +56,7 @@ def _packed_tables(tables: xr.Dataset) -> dict[str, Any]:
 
 def _states(tables: xr.Dataset, name: str) -> dict[str, Any]:
     """States of one kind: advance and lengths of parts together, their angles apart."""
-    heights = tables.get(f"{name}_height", xr.DataArray([0.0])).values
+    heights = tables[f"{name}_height"].values
     lengths = [tables[f"{name}_advance"].expand_dims(f"{name}_part", -1), tables[f"{name}_lengths"]]
     return {
         "lowest": float(heights[0]),

@@ -66,7 +66,7 @@ def points(z: float, max_step: float = MAX_STEP, way: float = 1.0) -> Iterator[P
     e, family = _no_force(z), at_height(z)
     forward = np.zeros(e.y.size)
     forward[FORCE_X] = -way  # as the gripper advances, it compresses the strip
-    return march(point_at(e, family, forward), family, step=FIRST_STEP, max_step=max_step)
+    return march(point_at(e, family, forward), family, step=min(FIRST_STEP, max_step), max_step=max_step)
 
 
 def x_axis_branch(z: float, *, past: float = 0.5, max_step: float = 0.3) -> Iterator[State]:

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from stripfold.arrays import Array
-from stripfold.elastica._checks import height
 from stripfold.elastica._chebyshev import grid, resample
+from stripfold.elastica._checks import height
 from stripfold.elastica._continuation import Point, at_height, between, until
 from stripfold.elastica._events import SNAP, TOUCH
 from stripfold.elastica._system import FORCE_X
@@ -92,11 +92,11 @@ def contact_states(z: float, count: int) -> Row:
     return _row(np.linspace(0.0, 1.0, len(found)), [(one.loop, one.upper) for one in found], advances, count)
 
 
-def lifted_states(length: float) -> Row:
-    """States without horizontal force, the free length growing to ``length``; the advance here is the *height*."""
+def lifted_states(length: float) -> tuple[Array, Array, Array]:
+    """States without horizontal force, the free length growing to ``length``: heights, lengths, angles (n, NODES)."""
     states = [*states_no_horizontal_force(length)]
-    lengths, angles = (np.array(values) for values in zip(*((s.length, resample(s.theta, NODES)) for s in states)))
-    return Row(np.array([state.gripper[1] for state in states]), lengths[:, None], angles[:, None])
+    heights, lengths = (np.array(values) for values in zip(*((s.gripper[1], s.length) for s in states), strict=True))
+    return heights, lengths, np.array([resample(state.theta, NODES) for state in states])
 
 
 def nodes_and_integral() -> tuple[Array, Array]:

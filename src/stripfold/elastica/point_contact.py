@@ -39,7 +39,7 @@ class PointContact:
 
 
 def states_point_contact(first: State, height: float | None = None) -> Iterator[PointContact]:
-    """States of one free length, or of one ``height``: the curvature at the contact goes from that of ``first`` to zero.
+    """States of one free length or one ``height``: the curvature at the contact goes from that of ``first`` to zero.
 
     ``first`` is the state at first contact, such as the last of :func:`.states_fixed_lift_off`.
 

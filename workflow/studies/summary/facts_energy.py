@@ -1,4 +1,4 @@
-"""Facts about the energy barrier and knocks, the eigenvalues and the variants of the model."""
+"""Facts about the energy barrier and knocks, the eigenvalues, the explorer and the variants of the model."""
 
 from __future__ import annotations
 
@@ -72,6 +72,20 @@ def eigenvalues(d: xr.Dataset) -> Facts:
         "snap": max(snaps, key=lambda value: abs(value - 0.5)),
         "off": max(abs(value - 0.5) for value in snaps),
         "motions": len(exponents),
+    }
+
+
+def explorer(d: xr.Dataset) -> Facts:
+    """What the explorer's page draws against the solver, and its size."""
+    return {
+        "error": d.error.max(),
+        "places": d.sizes["place"],
+        "seed": seed_of(d),
+        "bytes": d.bytes,
+        "warns": d.warns,
+        "falls": d.attrs["falls"],
+        "keyboard": d.keyboard,
+        "narrow": d.narrow,
     }
 
 

@@ -193,6 +193,15 @@ SOURCES = (
             "exponent of the distance with which that eigenvalue goes to zero at a snap, farthest from 1/2 of three "
             "motions", lambda f: f.off < 0.02),
     )),
+    Source("explorer", facts_energy.explorer, (
+        Number("explorer_error", "error", "L*", 2,
+            "< 2e-3 L*, at ten places or more; warns of a fall, keyboard, narrow screen",
+            "largest distance of a strip drawn in the explorer from the solver's, {places} gripper positions ({seed}), "
+            "dragged to in headless Chromium; paths that fall there: {falls}",
+            lambda f: f.places >= 10 and bool(f.warns) and abs(f.keyboard - 0.2) < 1e-6 and f.narrow <= 0
+            and f.falls == "triangular circular r-path"),
+        Number("explorer_bytes", "bytes", "count", 7, "< 3000000", "size of the explorer, one file"),
+    )),
     Source("branches", facts.branches, (
         Number("branch_cases", "cases", "count", 4, ">= 2000",
             "random strips ({seed}) run on the solid and compared with the elastica"),
