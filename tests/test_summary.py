@@ -106,6 +106,9 @@ def datasets() -> dict[str, xr.Dataset]:
             "held": ("distance", [0.99, np.nan]), "fell": ("distance", [1.03, np.nan]),
             "away": ("distance", [1.0, 1e-5]), "touched": ("distance", [1.0, 1.0])},
             {"distance": [0.02, 0.1]}, {"height": 5.0, "width": 0.07}),
+        "explorer": ({
+            "error": ("place", np.full(20, 1e-4)), "warns": 1, "keyboard": 0.2, "narrow": -15.0, "bytes": 2_000_000},
+            None, {"falls": "triangular circular r-path"}),
         "variants": ({
             "base": ("variant", texts("", *["rod"] * 11)), "snap": ("variant", np.ones(12)),
             "lambda_end_shift": ("variant", np.array([0.0, 1e-3, 2e-3, -0.06, -0.2, -0.5, 0.4, -0.01] + [0.0] * 4))},
@@ -498,6 +501,7 @@ def test_a_criterion_that_is_broken_does_not_hold(dataset: str, name: str, value
         ("knocks", "fell", {"distance": 0.02}, 1.2, "knock_threshold"),
         ("knocks", "away", {"distance": 0.1}, 0.5, "knock_return"),
         ("knocks", "away", {"distance": 0.02}, 1e-4, "knock_return"),
+        ("explorer", "error", {"place": 7}, 3e-3, "explorer_error"),
         ("variants", "lambda_end_shift", {"variant": "Poisson's ratio 0.45"}, 0.01, "variant_poisson"),
         ("eigenvalues", "eigenvalue_1", {"motion": "x", "step": 3}, 1e-2, "eigenvalue_at_critical"),
         ("eigenvalues", "eigenvalue_1", {"motion": "circular", "step": 0}, 5e-2, "eigenvalue_exponent"),

@@ -168,6 +168,13 @@ _HEAD = """\
 All figures of `figures/`, drawn from stored results; each is there as PNG and SVG. The collapse is also a
 [film](../figures/collapse.mp4): static states quickly, a short fall slowed down.
 
+The [explorer](../figures/explorer.html) is a page, to be opened in a browser: drag the gripper, or move it with the
+arrow keys, and the strip of your length and eta_b follows. It shows the stability boundary, the distance to it, four
+paths, and what to do where the strip would fall. Its states are interpolated in tables of the elastica
+(`explorer_error` in [verification.md](verification.md)): without friction, for strips of 8 to 46 L\\* and, while the
+strip is carried over, grippers at least 0.3 L\\* high. `make explorer` redoes the tables and their check in headless
+Chromium.
+
 A colour means the same in all figures. As in the paper, purple is the gripper; blue the held end, the fold line and the
 way out of an R-path without a touch; red the mid-surface and the strip in motion; grey static states; black the
 critical state; green static states after a fall and the lines at lambda_0 and lambda_c; magenta the place where the

@@ -78,7 +78,7 @@ FIGURE_FILES = expand(
 
 rule explorer_page:
     input:
-        STUDY_FILES["explorer"],
+        tables=STUDY_FILES["explorer"],
     output:
         f"{FIGURES}/explorer.html",
     log:
