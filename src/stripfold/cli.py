@@ -33,7 +33,7 @@ COMMANDS = {
         commands.critical,
     ),
     "eta": Command(
-        "eta_b from the height of a folded strip, or from a picture",
+        "eta_b from the height of a fold or a hanging loop, from a picture, or from a bending test",
         "Measure the weight-to-bending-stiffness ratio from the height of the loop of a strip folded in half, or from "
         "a picture of such a loop or of a strip that hangs out of a clamp.",
         commands.eta_options,

@@ -134,9 +134,9 @@ def eta_options(parser: argparse.ArgumentParser) -> None:
     source = parser.add_mutually_exclusive_group(required=True)
     _option(source, EtaRequest, "fold_height")
     _option(source, EtaRequest, "image", metavar="FILE")
-    for key in ("bending_length", "rigidity", "kes_b"):
+    for key in ("loop", "bending_length", "rigidity", "kes_b"):
         _option(source, EtaRequest, key)
-    _options(parser, EtaRequest, ("scale", "method", "slope", "gsm", "kes_2hb"))
+    _options(parser, EtaRequest, ("scale", "method", "slope", "length", "height", "gsm", "kes_2hb"))
     _plot_option(parser, "the fit over the picture", "picture")
     _json_option(parser)
 

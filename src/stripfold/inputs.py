@@ -215,7 +215,7 @@ class PathAssessment(Strip):
 
 
 class EtaRequest(Input):
-    """The source of a measured eta_b: the height of a fold, a picture with its scale, or a bending test."""
+    """The source of a measured eta_b: the height of a fold or a hanging loop, a picture, or a bending test."""
 
     fold_height: Annotated[Number | None, quantity("largest height of the loop of a strip folded in half", "m")] = None
     image: Annotated[Text | None, Field(description="picture of the strip from the side, upright")] = None
@@ -233,6 +233,12 @@ class EtaRequest(Input):
         ),
     ] = None
 
+    loop: Annotated[
+        Literal["heart", "pear"] | None,
+        Field(description="strip that hangs from its ends, held together: these point upwards, or downwards"),
+    ] = None
+    length: Annotated[Number | None, quantity("length of that strip", "m", gt=0.0)] = None
+    height: Annotated[Number | None, quantity("from its ends to its lowest point", "m", gt=0.0)] = None
     bending_length: Annotated[
         Number | None, quantity("Peirce's bending length, (rigidity / weight)^(1/3): it is L*", "m", gt=0.0)
     ] = None
@@ -243,7 +249,7 @@ class EtaRequest(Input):
 
     @model_validator(mode="after")
     def _check_source(self) -> Self:
-        sources = ("fold_height", "image", "bending_length", "rigidity", "kes_b")
+        sources = ("fold_height", "image", "loop", "bending_length", "rigidity", "kes_b")
         if sum(getattr(self, key) is not None for key in sources) != 1:
             raise InvalidInputError("fold_height", self.fold_height, f"one of {', '.join(sources)}")
         stiffness = self.rigidity if self.kes_b is None else self.kes_b
@@ -251,12 +257,12 @@ class EtaRequest(Input):
             raise InvalidInputError("gsm", MISSING if self.gsm is None else self.gsm, "this with rigidity or kes_b")
         if self.kes_2hb is not None and self.kes_b is None:
             raise InvalidInputError("kes_2hb", self.kes_2hb, "this only together with kes_b")
-        for key in ("scale", "method"):
-            value = getattr(self, key)
-            if self.image is None and value is not None:
-                raise InvalidInputError(key, value, "this only together with image")
-            if self.image is not None and value is None:
-                raise InvalidInputError(key, MISSING, f"a {key} together with image")
+        for source, key in (("image", "scale"), ("image", "method"), ("loop", "length"), ("loop", "height")):
+            value, needed = getattr(self, key), getattr(self, source) is not None
+            if value is not None and not needed:
+                raise InvalidInputError(key, value, f"this only together with {source}")
+            if value is None and needed:
+                raise InvalidInputError(key, MISSING, f"a {key} together with {source}")
         if self.slope is not None and self.method != "cantilever":
             raise InvalidInputError("slope", self.slope, "this only together with method: cantilever")
         if self.fold_height is not None:

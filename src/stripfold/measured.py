@@ -124,7 +124,11 @@ def _of_numbers(asked: EtaRequest) -> tuple[float, float]:
 
     if asked.fold_height is not None:
         return elastica.eta_b_from_fold_height(asked.fold_height), nan
-    if asked.bending_length is not None:
+    if asked.loop is not None:
+        assert asked.length is not None  # the request has checked both
+        assert asked.height is not None
+        eta_b, rho_a = elastica.eta_b_from_hanging_loop(asked.loop, asked.length, asked.height), nan
+    elif asked.bending_length is not None:
         eta_b, rho_a = 1.0 / (GRAVITY * asked.bending_length**3), nan
     else:
         assert asked.gsm is not None  # the request has one of the sources
@@ -133,7 +137,7 @@ def _of_numbers(asked: EtaRequest) -> tuple[float, float]:
         rho_a = 1e-3 * asked.gsm
         eta_b = rho_a / rigidity
     if not ETA_B[0] <= eta_b <= ETA_B[1]:
-        key = "bending_length" if asked.bending_length is not None else "gsm"
+        key = next(key for key in ("length", "bending_length", "gsm") if getattr(asked, key) is not None)
         allowed = f"one that makes eta_b {ETA_B[0]:g} to {ETA_B[1]:g} m^-4 s^2; it would be {eta_b:.3g}"
         raise InvalidInputError(key, getattr(asked, key), allowed, "are the units as asked?")
     if asked.kes_2hb is None:

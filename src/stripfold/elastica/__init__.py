@@ -27,6 +27,7 @@ from stripfold.elastica.fold import (
     half_fold_lying_length,
 )
 from stripfold.elastica.friction_delay import friction_delay
+from stripfold.elastica.hanging_loop import eta_b_from_hanging_loop
 from stripfold.elastica.state import Profile, Sag, State
 
 __all__ = [
@@ -40,6 +41,7 @@ __all__ = [
     "cantilever",
     "critical",
     "eta_b_from_fold_height",
+    "eta_b_from_hanging_loop",
     "folded_loop",
     "friction_delay",
     "half_fold_lying_length",
