@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -12,12 +13,15 @@ import stripfold as sf
 from plots import stability_map as figure
 from stripfold import elastica, stability_map
 from stripfold.analysis.gripper_map import GripperMap, gripper_map
+from stripfold.analysis.path_statics import follow
 from stripfold.analysis.static import StripModel, solve_height
 from stripfold.cli import main
 from stripfold.elastica.boundary import TAUT
 from stripfold.elastica.half_fold import critical_state_fixed_lift_off, states_drawn_taut
 from stripfold.elastica.second_variation import smallest_eigenvalue
 from stripfold.errors import InvalidInputError
+from stripfold.paths.curve import GripperPath, Piece
+from stripfold.paths.low_path import low
 from studies import stability_map as study
 
 LENGTH = 12.0
@@ -86,6 +90,25 @@ def test_where_a_strip_hangs_and_lies(found: GripperMap) -> None:
         assert bool(found.lies(largest - 1e-5, np.array(z))) is (z > elastica.touch_limit())
         assert found.lies(largest + 0.1, np.array(z))
     assert np.isnan(found.hanging(np.array(LENGTH))).all()
+
+
+@pytest.mark.parametrize("z", [2.0, 4.0])
+def test_a_landed_strip_goes_beyond_and_comes_off_at_the_touch_boundary(z: float) -> None:
+    """A rod carried over low and then raised does not snap at the snap boundary; on its way back it comes off."""
+    length = 14.0
+    found = gripper_map(length)
+    off, snaps = float(found.touch.at(z)), float(found.snap.at(z))
+    lift = low(length, 1.0).pieces[0]
+    corners = [lift.position(lift.end), *((x - length / 2.0, y) for x, y in ((11.0, 1.0), (snaps + 1.0, z), (9.0, z)))]
+    pieces = [lift]
+    for ends in pairwise(corners):
+        pieces.append(Piece.through(np.array(ends), pieces[-1].end, "straight"))
+    path = GripperPath("low, then high", tuple(pieces))
+    followed = follow(StripModel(length, 0.01, kind="rod").contact_mesh(1.0), path, length)
+    assert followed.critical is not None
+    assert followed.pieces[-1] == 3
+    x, _ = path.position(followed.critical.lam)
+    assert x + length / 2.0 == pytest.approx(off, abs=2e-3)
 
 
 def test_margin_against_many_critical_points(found: GripperMap) -> None:

@@ -234,28 +234,22 @@ def map_options(parser: argparse.ArgumentParser) -> None:
 
     _options(parser, Strip, (*STRIP, "rho_a"))
     parser.add_argument("--output", metavar="MAP.nc", help="write it there")
-    parser.add_argument("--plot", metavar="MAP.png", help="draw it there")
+    _plot_option(parser, "the map")
     _json_option(parser)
 
 
 def map_places(arguments: argparse.Namespace, say: Say) -> str:
     from stripfold.inputs import UNSTRETCHED, Strip
 
-    # Where to write is checked before anything is computed.
-    data, picture = (
-        _output(given, given, suffix) if given else None
-        for given, suffix in ((arguments.output, ".nc"), (arguments.plot, ".png"))
-    )
+    data = None if arguments.output is None else _output(arguments.output, arguments.output, ".nc")
+    target = _plot_file(arguments.plot)
     strip = Strip(**_given(arguments, Strip), eta_m=UNSTRETCHED)
     from stripfold.stability_map import StabilityMap
 
     found = StabilityMap.of(strip, say)
     if data is not None:
         found.to_netcdf(data)
-    if picture is not None:
-        from stripfold.plots.save import save_as
-
-        save_as(found.plot(), picture)
+    _draw(found, target)
     return _said(found, arguments)
 
 
