@@ -254,6 +254,14 @@ def test_the_solid_for_real():
     assert values["error"] < 1e-2 * values["lambda_c"]
 
 
+def test_a_number_without_a_unit_may_be_in_per_cent(capsys, fake):
+    assert run(capsys, *STRIP, "--accuracy", "0.5%")[0] == 0
+    assert fake[0].accuracy == pytest.approx(0.005)
+    code, out, err = run(capsys, *STRIP[:-1], "9%")
+    assert (code, out) == (2, "")
+    assert "--height" in err
+
+
 def test_where_the_sag_lands_below_the_touch_limit(capsys):
     found = {}
     for model in ("solid", "rod", "elastica"):

@@ -23,6 +23,11 @@ STRIP = ("length", "eta_b")
 SHEET = ("eta_m", "nu")
 
 
+def number(text: str) -> float:
+    """A number without a unit, or one in per cent."""
+    return float(text[:-1]) / 100.0 if text.endswith("%") else float(text)
+
+
 def _option(parser: argparse._ActionsContainer, model: type[Input], name: str, **more: Any) -> None:
     """An option from the field of an input model: its help, unit, choices and default."""
     field = model.model_fields[name]
@@ -38,7 +43,7 @@ def _option(parser: argparse._ActionsContainer, model: type[Input], name: str, *
     if kinds:
         more["choices"] = get_args(kinds[0])
     elif field.annotation is not str and "metavar" not in more:
-        more |= {"type": float, "metavar": "M" if unit == "m" else "X"}
+        more |= {"type": float if unit else number, "metavar": "M" if unit == "m" else "X"}
     parser.add_argument(f"--{name.replace('_', '-')}", help=text.replace("%", "%%"), **more)
 
 

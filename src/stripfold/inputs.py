@@ -171,7 +171,7 @@ class Scene(AtHeight):
     ] = "solid"
     law: Annotated[Law, Field(description="constitutive law of the solid (docs/physics.md, section 2)")] = "svk"
     eta_b_uncertainty: Annotated[
-        Number | None, quantity("relative uncertainty of eta_b, as 0.2: the range of the result", ge=0.0, le=0.9)
+        Number | None, quantity("relative uncertainty of eta_b, as 0.2 or 20%: the range of the result", ge=0.0, le=0.9)
     ] = None
 
     def with_eta_b(self, eta_b: float) -> Scene:
