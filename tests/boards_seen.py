@@ -84,7 +84,7 @@ def stops(noise: float, slack: float, random: np.random.Generator) -> Stops:
     corners = np.array([pixels_of(square(place)) for place in grid()])
     corners += random.normal(0, noise, corners.shape)
     places = grid() + random.normal(0, slack, grid().shape)
-    return Stops([f"{i}.png" for i in range(len(places))], corners, places)
+    return Stops([f"{i}.png" for i in range(len(places))], corners, places, np.zeros((len(places), 60, 80), np.uint8))
 
 
 def render(paper: Array, per_metre: float, turn: Array, shift: Array, random: np.random.Generator, blur: float = 0.7):

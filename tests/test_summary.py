@@ -259,6 +259,9 @@ def datasets() -> dict[str, xr.Dataset]:
             **{kind + name: ("case", np.full(30, value)) for kind in ("", "fitted_")
                for name, value in (("eta", 1.01), ("low", 0.98), ("high", 1.04))},
             "moment": ("case", np.full(30, 0.02)), "fitted_moment": ("case", np.full(30, 0.03))},),
+        "camera_bump": ({
+            "noticed": ("case", np.ones(30)), "before": ("case", [True, False] * 15),
+            "generator": ("case", texts(*["chain", "shapes"] * 15))},),
         "eta_pictures": ({
             "eta": ("case", np.ones(400)), "low": ("case", [1.001] * 20 + [0.99] * 380), "high": ("case", [1.01] * 400),
             "given": (("method", "picture"), np.zeros((2, 40)))},),
@@ -270,7 +273,7 @@ def datasets() -> dict[str, xr.Dataset]:
             "outcome": ("case", texts(*["measured"] * 201, *["refused"] * 6, *["bound"] * 2)),
             "sound": ("case", np.append(np.zeros(101), np.ones(108))),
             "generator": ("case", texts(*["chain", "shapes", "shapes"] * 69, "chain", "shapes")),
-            "flags": ("case", texts(*[""] * 209))},),
+            "flags": ("case", texts(*[""] * 209)), "message": ("case", texts(*[""] * 209))},),
         "recordings": ({
             "snapped": ("recording", np.ones(40)), "lambda_event": ("recording", np.full(40, 0.31)),
             "lambda_zero": ("recording", np.full(40, 0.305)), "lambda_model": ("recording", np.full(40, 0.3))},),
@@ -435,6 +438,10 @@ def test_a_sample_is_named_by_its_seed() -> None:
         ("eta_motion", "fitted_eta", 1.031, "eta_motion_error_fitted"),
         ("eta_motion", "low", 1.001, "eta_motion_coverage"),
         ("eta_motion", "fitted_high", 0.99, "eta_motion_coverage"),
+        ("camera_bump", "noticed", 0.0, "camera_bump"),
+        ("camera_bump", "noticed", np.nan, "camera_bump"),
+        ("recordings_accuracy", "flags", "warning: the camera moved by 2.0 px", "camera_false_alarms"),
+        ("recordings_accuracy", "message", "video: the camera moved by 2.0 px", "camera_false_alarms"),
         ("eta_pictures", "low", 0.99, "eta_fold_coverage"),
         ("eta_pictures", "low", np.nan, "eta_fold_coverage"),
         ("eta_pictures", "given", 1.0, "eta_not_fabric"),

@@ -25,6 +25,7 @@ from stripfold.synthetic.recording import history_of, write_recording
 from stripfold.synthetic.scene import Scene
 from stripfold.vision import measure, recording, report, report_pictures, snap, video
 from stripfold.vision.calibration import Calibration, calibrate_folder
+from stripfold.vision.camera_motion import Shift
 from stripfold.vision.measure import Measurement
 from stripfold.vision.model import model_value
 from stripfold.vision.recording import Entries, ManualOnset, Recording
@@ -455,3 +456,16 @@ def test_command_line_refuses_and_writes_nothing(tmp_path: Path, snapping: Made,
     assert cli.main(["measure", str(folder)]) == 4
     assert "gripper.height = 0.2 m, the video shows 0.10" in capsys.readouterr().err
     assert not (folder / "result").exists()
+
+
+def test_a_camera_that_moved_is_named(snapping: Made, found: Measurement):
+    """As a warning beside the value, and as the cause of an error."""
+    assert found.tracks.camera.problem == ""
+    np.testing.assert_allclose(found.tracks.camera[:2], 0.0, atol=0.3)
+    moved = replace(snapping[2], camera=Shift(6.0, 0.0, True))
+    assert evaluated(snapping, moved).flags[0].severity == measure.WARNING
+    assert "the camera moved by 6.0 px" in evaluated(snapping, moved).flags[0].text
+    with pytest.raises(MeasurementError, match=r"moved by 6\.0 px .*, and gripper\.height"):
+        evaluated(snapping, moved, gripper={"height": 0.12})
+    unknown = replace(snapping[2], camera=Shift(np.nan, 0.0, False))
+    assert [flag.severity for flag in evaluated(snapping, unknown).flags] == [measure.NOTE]

@@ -386,6 +386,7 @@ class Studies(Input):
     recordings_accuracy: RecordingsAccuracy | None = None
     strip_looks: Sample | None = None
     eta_motion: Sample | None = None
+    camera_bump: Sample | None = None
     eta_pictures: EtaPictures | None = None
     video_benchmark: VideoBenchmark | None = None
     explorer: Explorer | None = None

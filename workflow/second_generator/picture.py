@@ -15,6 +15,10 @@ CELLS, CELL = 8, 16
 PAPER, INK = 0.9, 0.07
 WALL = 0.3
 """Distance of the wall behind the folding plane, m."""
+ROOM = np.random.default_rng(5).standard_normal((800, 100))
+"""Noise that the textures of table and wall are made of: calibrations and films are of one room."""
+STICKERS = 0.08
+"""Distance of the stickers in a row on the wall, m."""
 AMBIENT = 0.45
 """Share of the light that comes from everywhere."""
 
@@ -45,10 +49,10 @@ class Look:
 
 
 class Studio:
-    """Draws canvases of a scene for a camera; ``rng`` is for textures."""
+    """Draws canvases of a scene for a camera; ``rng`` is for the strip."""
 
     def __init__(self, camera: Camera, look: Look, rng: np.random.Generator) -> None:
-        self.camera, self.look, self._rng = camera, look, rng
+        self.camera, self.look = camera, look
         self._lamp = np.array(look.lamp) / np.linalg.norm(look.lamp)
         bits = cv2.aruco.generateImageMarker(
             cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50), look.marker, CELLS - 2
@@ -68,10 +72,12 @@ class Studio:
         # A table with a grain along x, a wall with soft blotches; textures of 1 mm and of 4 cm.
         u = (spot[..., 0] * np.where(table, 60.0, 25.0) + 40.0).astype(np.float32)
         v = (np.where(table, spot[..., 1] * 900.0, spot[..., 2] * 25.0) + 400.0).astype(np.float32)
-        texture = cv2.GaussianBlur(self._rng.standard_normal((800, 100)).astype(np.float32), (0, 0), 0.7)
+        texture = cv2.GaussianBlur(ROOM.astype(np.float32), (0, 0), 0.7)
         rough = cv2.remap(texture, u, v, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REFLECT)
         tone = np.where(table, look.table * self._lit(np.array([0.0, 0.0, 1.0])), look.wall * self._lit(-np.eye(3)[1]))
         tone = tone * (1.0 + np.where(table, 0.05, 0.03) * rough) * (1.0 - 0.25 * spot[..., 0])
+        sticker = (np.mod(spot[..., 0] / STICKERS, 1.0) < 0.15) & (np.abs(spot[..., 2] - 0.11) < 0.008)
+        tone = tone * np.where(sticker & ~table, 0.6, 1.0)
         return (FULL * np.clip(tone, 0.0, 1.2)).astype(np.uint8), (255 * table).astype(np.uint8)
 
     def empty(self, shade: Canvas | None = None) -> Canvas:

@@ -8,6 +8,7 @@ from typing import Final
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from stripfold.arrays import Array
@@ -20,6 +21,9 @@ FRONT, BACK = -0.05, 0.4
 """Front edge of the table and the wall behind it: distances from the folding plane, m."""
 CLAMP, FINGER, ARM, PAPER, INK = 0.12, 0.45, 0.2, 0.95, 0.05
 """Greys, relative to white."""
+TAPE, TAPE_GAP, TAPE_SIDE = 0.6, (0.1, 0.18), (0.02, 0.004)
+"""Crosses of tape on the wall, which show whether the camera stands still: grey relative to the wall's; distances along
+x and z, length and width of a strip of tape, m."""
 DICTIONARY: Final = "4x4_50"
 """Of the gripper's marker and of the ChArUco board."""
 _LIGHT = np.array([-0.35, 0.94])
@@ -78,7 +82,8 @@ class Renderer:
         with np.errstate(invalid="ignore"):
             on_table = (into >= FRONT) & (into <= BACK)
             below = ~on_table & (height < top)
-        wall = filming.background * (1.0 + 0.02 * _blotches(*seen(x, z, BACK * y)))
+        place = seen(x, z, BACK * y)
+        wall = filming.background * (1.0 + 0.02 * _blotches(*place)) * np.where(_tape(*place), TAPE, 1.0)
         grey = np.where(on_table, filming.table * (1.0 + filming.grain * grain), wall)
         grey = np.where(below, 0.5 * filming.table * (1.0 + 0.02 * _blotches(front, height)), grey)
         return Canvas(rays.averaged(np.asarray(255.0 * np.clip(grey, 0.0, 1.0), dtype=np.float32)))
@@ -240,3 +245,11 @@ def _grain(rng: np.random.Generator, u: Light, v: Light) -> Light:
 def _blotches(u: Light, v: Light) -> Light:
     """A smooth pattern between -1 and 1."""
     return np.nan_to_num(np.sin(23.0 * u + 3.0 * np.sin(17.0 * v)) * np.cos(31.0 * v + 1.0))
+
+
+def _tape(x: Light, z: Light) -> NDArray[np.bool_]:
+    """Where the crosses of tape on the wall are, at places x and z, m: the lowest row one distance above the table."""
+    away = [np.abs(np.mod(value + 0.5 * gap, gap) - 0.5 * gap) for value, gap in zip((x, z), TAPE_GAP, strict=True)]
+    long, wide = 0.5 * np.array(TAPE_SIDE)
+    cross = (np.maximum(*away) < long) & (np.minimum(*away) < wide)
+    return np.asarray(cross & (z > 0.5 * TAPE_GAP[1]))

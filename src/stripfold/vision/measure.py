@@ -167,10 +167,19 @@ def evaluate(
     recording: Recording, calibration: Calibration, tracks: Tracks, manual: ManualOnset | None = None
 ) -> Measurement:
     """The result of a recording whose film has been tracked; see :func:`measure`."""
+    with tracks.camera.blamed():
+        return _evaluate(recording, calibration, tracks, manual)
+
+
+def _evaluate(
+    recording: Recording, calibration: Calibration, tracks: Tracks, manual: ManualOnset | None
+) -> Measurement:
     description.compare(recording.entries, tracks)
     gripper = recording.entries.gripper
     sign, flat_end = gripper.direction, gripper.flat_end
     flags = [Flag(NOTE, text) for text in (*tracks.report.problems, *tracks.timing.problems)]
+    if tracks.camera.problem:
+        flags.append(Flag(WARNING if tracks.camera.moved else NOTE, tracks.camera.problem))
     flags += _compared_with_description(recording, tracks)
     random = np.random.default_rng(SEED)
     t, points = _raised_part(recording, tracks)

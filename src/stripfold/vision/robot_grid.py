@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stripfold.arrays import Array
 from stripfold.errors import CalibrationError, InvalidInputError
@@ -17,6 +18,7 @@ from stripfold.vision.mapping import fit_similarity, rms, scale, transform
 from stripfold.vision.marker import Marker
 from stripfold.vision.pictures import read_calibration_picture
 from stripfold.vision.recording import inside
+from stripfold.vision.thumbnails import Thumbnails
 
 MIN_STOPS, MAX_STOPS = 6, 100
 """Stops of the robot: a similarity has four unknowns, and its residuals must reveal a mistake."""
@@ -31,13 +33,15 @@ MIN_SPREAD = 0.1
 class Stops(NamedTuple):
     """The robot's stops.
 
-    ``names`` are the pictures' file names, ``corners``, shape (n, 4, 2), the marker's corners in pixels, and
-    ``places``, shape (n, 2), x and z of the marker's centre in m as the robot reports them.
+    ``names`` are the pictures' file names, ``corners``, shape (n, 4, 2), the marker's corners in pixels, ``places``,
+    shape (n, 2), x and z of the marker's centre in m as the robot reports them, and ``small``, shape (n, h, w), small
+    copies of the pictures.
     """
 
     names: Sequence[str]
     corners: Array
     places: Array
+    small: NDArray[np.uint8]
 
     def centres(self, camera: Camera, plane: Array) -> Array:
         """Shape (n, 2): the marker's centres in the folding plane, m, by the homography ``plane``."""
@@ -64,10 +68,11 @@ def find_stops(folder: Path, table: str, dictionary: str, number: int, size: tup
     names = [row[0].strip() for row in rows]
     if len(set(names)) < len(names):
         raise InvalidInputError("robot grid", str(path), "a table in which each picture has one row")
-    marker, found = Marker(dictionary, number), []
+    marker, found, copies, small = Marker(dictionary, number), [], [], Thumbnails(size).small
     for name in names:
         picture = inside(folder, Path(table).parent / name, "robot grid")
-        corners = marker.corners(read_calibration_picture(picture, size))
+        seen = read_calibration_picture(picture, size)
+        corners = marker.corners(seen)
         if corners is None:
             raise CalibrationError(
                 name,
@@ -76,7 +81,8 @@ def find_stops(folder: Path, table: str, dictionary: str, number: int, size: tup
                 "take the picture again, in focus and without glare, or remove its row from the table",
             )
         found.append(corners)
-    return Stops(names, np.array(found).reshape(-1, 4, 2), places)
+        copies.append(small(seen))
+    return Stops(names, np.array(found).reshape(-1, 4, 2), places, np.array(copies))
 
 
 def fit_robot(centres: Array, stops: Stops) -> tuple[Array, float]:

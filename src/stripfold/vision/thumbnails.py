@@ -32,5 +32,8 @@ class Thumbnails:
             self.pictures, self.every = self.pictures[::2], 2 * self.every
             if frame.index % self.every:
                 return
-        small = cv2.resize(frame.image, self.size, interpolation=cv2.INTER_AREA)
-        self.pictures.append(np.asarray(small, dtype=np.uint8))
+        self.pictures.append(self.small(frame.image))
+
+    def small(self, picture: Picture) -> Picture:
+        """A small copy of a picture of the film's size."""
+        return np.asarray(cv2.resize(picture, self.size, interpolation=cv2.INTER_AREA), dtype=np.uint8)

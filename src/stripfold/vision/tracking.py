@@ -10,8 +10,9 @@ import numpy as np
 
 from stripfold.arrays import Array, Mask
 from stripfold.errors import MeasurementError, TrackingError
-from stripfold.vision import video
+from stripfold.vision import camera_motion, video
 from stripfold.vision.calibration import Calibration
+from stripfold.vision.camera_motion import Shift
 from stripfold.vision.centreline import Centreline
 from stripfold.vision.cross_sections import arc_length
 from stripfold.vision.decoding import CHANNELS
@@ -51,6 +52,8 @@ class Tracks:
         Whether both ends of the strip are in the picture.
     size, thumbnails
         Width and height of the frames, and small copies of some.
+    camera
+        How far the picture is shifted from those of the robot's stops, pixels.
     lost
         The error with which the strip was lost for the rest of the film; None where it was not.
     """
@@ -68,6 +71,7 @@ class Tracks:
     complete: bool
     size: tuple[int, int]
     thumbnails: Thumbnails
+    camera: Shift
     lost: TrackingError | None
 
     @property
@@ -84,7 +88,7 @@ def track(recording: Recording, calibration: Calibration, progress: Callable[[st
     InvalidInputError
         The film cannot be read.
     MeasurementError
-        Frames of another size than the calibration's pictures, or a truncated video.
+        Frames of another size than the calibration's pictures, a truncated video, or a camera that was knocked.
     TrackingError
         The gripper was lost, or the strip was not found.
     """
@@ -130,8 +134,19 @@ def track(recording: Recording, calibration: Calibration, progress: Callable[[st
             if progress and frame.index % 30 == 0:
                 progress(f"frame {frame.index}, {frame.time:.2f} s")
         report = frames.report
+    gripper = interpolate_gaps(grips, path.name)
+    if (knock := camera_motion.knock(gripper, thumbnails)) is not None:
+        time, moved = knock
+        raise MeasurementError(
+            path.name,
+            f"{camera_motion.MOVED_BY} {np.hypot(*moved):.1f} px ({moved[0]:+.1f}, {moved[1]:+.1f}) at {time:.2f} s",
+            "a camera that stands still",
+            "film again, or cut the film there if that was before the gripper started or after the snap",
+        )
+    camera = camera_motion.since_stops(calibration.stops.small, thumbnails).times(size[0] / thumbnails.size[0])
     if lost is not None and lines.count(None) > MAX_LOST * len(lines):
-        raise lost
+        with camera.blamed():
+            raise lost
     if report.truncated:
         raise MeasurementError(
             path.name,
@@ -139,7 +154,6 @@ def track(recording: Recording, calibration: Calibration, progress: Callable[[st
             "a video to its end",
             "it was cut off: copy it again, or export the part that is there into a new file",
         )
-    gripper = interpolate_gaps(grips, path.name)
     rows = np.array([np.nan if line is None else line.points[:, 1].mean() for line in lines])
     shutter = recording.entries.camera.rolling_shutter
     stations, points, visible_length = material_points(lines, mapping)
@@ -157,6 +171,7 @@ def track(recording: Recording, calibration: Calibration, progress: Callable[[st
         complete=not any(any(line.open_ends) for line in lines if line is not None),
         size=size,
         thumbnails=thumbnails,
+        camera=camera,
         lost=lost,
     )
 

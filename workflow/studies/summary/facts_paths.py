@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 
 from stripfold.arrays import Array
+from stripfold.vision.camera_motion import MOVED_BY
 from stripfold.vision.measure import WARNING, half_width
 from studies import peers as of_peers
 from studies.peers import CRITICAL, EQUILIBRIUM
@@ -124,6 +125,17 @@ def strip_looks(d: xr.Dataset) -> Facts:
     }
 
 
+def camera_bump(d: xr.Dataset) -> Facts:
+    return {
+        "cases": d.sizes["case"],
+        "seed": seed_of(d),
+        "noticed": d.noticed.sum(),
+        "before": d.before.sum(),
+        "chain": np.sum(d.generator.values == "chain"),
+        "share": d.noticed.mean(),
+    }
+
+
 def eta_pictures(d: xr.Dataset) -> Facts:
     known = np.isfinite(d.eta.values)
     return {
@@ -185,6 +197,7 @@ def recordings_accuracy(d: xr.Dataset) -> Facts:
         "sound": sound.sum(),
         "sound_rms": np.sqrt(np.mean(off[sound] ** 2)) if sound.any() else np.nan,
         "sound_worst": np.abs(off[sound]).max() if sound.any() else np.nan,
+        "camera_moved": sum(MOVED_BY in text for text in (*d.flags.values, *d.message.values)),
         "generators": _by_generator(d.generator.values[outcome == MEASURED], off, inside[0.95]),
     }
 

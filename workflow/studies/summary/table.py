@@ -527,6 +527,12 @@ SOURCES = (
             "their 95 % intervals, at most {worst:.2f} mm off",
             lambda f: f.measured == f.cases >= 24),
     )),
+    Source("camera_bump", facts_paths.camera_bump, (
+        Number("camera_bump", "share", "1", 3, "= 1, of 30 or more",
+            "share of {cases} moves of the camera by 3 to 10 pixels ({seed}) that are noticed, {before} between its "
+            "calibration and the film, the others in the film; {chain} of the second generator",
+            lambda f: f.noticed == f.cases >= 30),
+    )),
     Source("eta_pictures", facts_paths.eta_pictures, (
         Number("eta_fold_coverage", "share", "1", 3, "0.93 to 0.97, of 400 folds or more",
             "share of the 95 % intervals of eta_b that contain the truth, {cases} drawn folds ({seed}), the {refused} "
@@ -576,6 +582,9 @@ SOURCES = (
         Number("recordings_wrong", "wrong", "count", 4, "= 0",
             "measured lambda more than 1 mm off and outside its 95 % interval, without a warning, of {measured} "
             "({seed})"),
+        Number("camera_false_alarms", "camera_moved", "count", 4, "= 0, of 60 or more",
+            "recordings of the {cases}, none of whose cameras moves, that are said to be of one that does",
+            lambda f: f.camera_moved == 0 and f.cases >= 60),
         Number("recordings_wrong_all", "wrong_all", "count", 4, "no criterion",
             "measured lambda more than 1 mm off and outside its 95 % interval, with a warning or without, of "
             "{measured} ({seed})"),
