@@ -99,7 +99,10 @@ def test_a_landed_strip_goes_beyond_and_comes_off_at_the_touch_boundary(z: float
     found = gripper_map(length)
     off, snaps = float(found.touch.at(z)), float(found.snap.at(z))
     lift = low(length, 1.0).pieces[0]
-    corners = [lift.position(lift.end), *((x - length / 2.0, y) for x, y in ((11.0, 1.0), (snaps + 1.0, z), (9.0, z)))]
+    corners = [
+        lift.position(lift.end),
+        *((x - length / 2.0, y) for x, y in ((11.0, 1.0), (snaps + 1.0, z), (off - 0.5, z))),
+    ]
     pieces = [lift]
     for ends in pairwise(corners):
         pieces.append(Piece.through(np.array(ends), pieces[-1].end, "straight"))
