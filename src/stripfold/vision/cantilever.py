@@ -23,7 +23,7 @@ from scipy.optimize import least_squares
 from stripfold.arrays import Array
 from stripfold.errors import TrackingError
 from stripfold.vision.cross_sections import arc_length, tangents
-from stripfold.vision.residuals import correlation_length
+from stripfold.vision.residuals import ShapeFit, correlation_length
 
 PLUMB_SD = float(np.radians(0.25))
 """Uncertainty of the vertical in the picture, rad: a levelled tripod."""
@@ -44,38 +44,31 @@ SCALES = np.array([0.1, 0.02, 1.0, 0.1])
 NEEDED = "a strip that hangs under its weight from a clamp to a free end below it"
 
 
-@dataclass(frozen=True, eq=False)
-class Fit:
-    """A fitted shape.
+PERCENTILES = (2.5, 97.5)
+"""Of an interval."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Cantilever(ShapeFit):
+    """A fitted shape, whose curve has the measured points' arc lengths; pixels.
 
     Attributes
     ----------
-    ratio, exponent
-        ``(length / L*)^3``, of the secant stiffness at the largest curvature where the law is not linear; n of
-        ``m ~ kappa^n``, 1 where it was not fitted.
-    ratios, exponents
-        Bootstrap samples of both, shape (k,).
-    points, residual, sd
-        The fitted curve beside the n measured points, shape (n, 2); measured minus fitted, and standard deviation of
-        the fitted curve, both normal to it, shape (n,); pixels.
+    unit
+        L* of the secant stiffness at the largest curvature where the law is not linear.
+    exponent, exponents
+        n of ``m ~ kappa^n``, 1 where it was not fitted, and the ends of its 95 % interval.
+    sd
+        Standard deviation of the curve, normal to it, shape (n,).
     curvature, slope
-        Largest curvature of the fitted curve, 1 / pixel, and its angle below the horizontal at the clamp, rad.
+        Largest curvature of the curve, 1 / pixel, and its angle below the horizontal at the clamp, rad.
     """
 
-    ratio: float
     exponent: float
-    ratios: Array
-    exponents: Array
-    points: Array
-    residual: Array
+    exponents: tuple[float, float]
     sd: Array
     curvature: float
     slope: float
-
-    @property
-    def rms(self) -> float:
-        """Root mean square of the residuals, pixels."""
-        return float(np.sqrt(np.mean(self.residual**2)))
 
 
 def fit(
@@ -86,7 +79,7 @@ def fit(
     linear: bool = True,
     slope: float | None = None,
     source: str = "picture",
-) -> Fit:
+) -> Cantilever:
     """Fit the shape of a strip; ``linear`` sets n = 1, otherwise n is fitted.
 
     Parameters
@@ -132,17 +125,24 @@ def fit(
     exponents = np.ones(REPLICATES) if linear else np.exp(np.clip(values[3] + deviations[:, 3], -3.0, 3.0))
     # The law is written for a reference curvature; the secant at the largest one is easier to picture.
     secant = (float(curvature[0]) * problem.length / problem.reference) ** (1.0 - exponent)
-    return Fit(
-        ratio=secant * float(np.exp(values[0])),
+    ratios = secant * np.exp(np.clip(values[0] + np.append(deviations[:, 0], 0.0), -20.0, 20.0))
+    units = problem.length / np.cbrt(ratios)
+    return Cantilever(
+        unit=float(units[-1]),
+        interval=_interval(units[:-1]),
         exponent=exponent,
-        ratios=secant * np.exp(np.clip(values[0] + deviations[:, 0], -20.0, 20.0)),
-        exponents=exponents,
-        points=curves[0],
+        exponents=_interval(exponents),
+        curve=curves[0],
         residual=residual / weights,
         sd=np.std(deviations @ found.jac[:n].T, axis=0) / weights,
         curvature=float(curvature[0]),
         slope=float(slopes[0]),
     )
+
+
+def _interval(samples: Array) -> tuple[float, float]:
+    low, high = np.percentile(samples, PERCENTILES)
+    return float(low), float(high)
 
 
 @dataclass(eq=False)

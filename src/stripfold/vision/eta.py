@@ -16,6 +16,7 @@ from stripfold.errors import InvalidInputError, TrackingError
 from stripfold.inputs import ETA_B
 from stripfold.material import GRAVITY, Material
 from stripfold.vision import cantilever, fold
+from stripfold.vision.cantilever import Cantilever
 from stripfold.vision.centreline import Centreline, find
 from stripfold.vision.fold import Fold
 
@@ -25,8 +26,6 @@ POINTS = 100
 MAX_INTERVAL_RATIO = 30.0
 """Largest ratio of an interval's ends that is still called a measurement."""
 METHODS = ("fold", "cantilever")
-PERCENTILES = (2.5, 97.5)
-"""Of the interval."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,25 +36,45 @@ class EtaB:
     ----------
     method
         "fold" or "cantilever".
-    eta_b, interval
-        Weight-to-bending-stiffness ratio and its 95 % interval, m^-4 s^2.
-    residual, scale
-        Root mean square of the distances between measured and fitted points, m; m per pixel.
-    fold
-        The loop; None with the method "cantilever".
-    line, shape, power
-        The centreline from the clamp, the linear elastica's fit, and that of ``M ~ kappa^n``; None with "fold".
+    scale
+        m per pixel.
+    fit
+        The loop, or the linear strip that hangs.
+    line, power
+        The centreline from the clamp, and the fit of ``M ~ kappa^n``; None with "fold".
     """
 
     method: str
-    eta_b: float
-    interval: tuple[float, float]
-    residual: float
     scale: float
-    fold: Fold | None = None
+    fit: Fold | Cantilever
     line: Centreline | None = None
-    shape: cantilever.Fit | None = None
-    power: cantilever.Fit | None = None
+    power: Cantilever | None = None
+
+    @property
+    def eta_b(self) -> float:
+        """Weight-to-bending-stiffness ratio, m^-4 s^2."""
+        return _eta_b(self.fit.unit * self.scale)
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """95 % interval of ``eta_b``, m^-4 s^2."""
+        low, high = self.fit.interval
+        return _eta_b(high * self.scale), _eta_b(low * self.scale)
+
+    @property
+    def residual(self) -> float:
+        """Root mean square of the distances between measured and fitted points, m."""
+        return self.fit.rms * self.scale
+
+    @property
+    def fold(self) -> Fold | None:
+        """The loop; None with "cantilever"."""
+        return self.fit if isinstance(self.fit, Fold) else None
+
+    @property
+    def shape(self) -> Cantilever | None:
+        """The linear strip that hangs; None with "fold"."""
+        return self.fit if isinstance(self.fit, Cantilever) else None
 
     @property
     def gravity_length(self) -> float:
@@ -65,10 +84,7 @@ class EtaB:
     @property
     def exponent(self) -> tuple[float, float, float] | None:
         """n of ``M ~ kappa^n`` and its 95 % interval; None with the method "fold"."""
-        if self.power is None:
-            return None
-        low, high = np.percentile(self.power.exponents, PERCENTILES)
-        return self.power.exponent, float(low), float(high)
+        return None if self.power is None else (self.power.exponent, *self.power.exponents)
 
     @property
     def linear(self) -> bool | None:
@@ -80,9 +96,9 @@ class EtaB:
 
         The stiffness ``M / kappa`` is proportional to ``kappa^(n - 1)``.
         """
-        if self.power is None or self.line is None:
+        if self.power is None:
             raise InvalidInputError("method", self.method, "cantilever")
-        return _eta_b(self.power.ratio, self.line.length * self.scale) * share ** (1.0 - self.power.exponent)
+        return _eta_b(self.power.unit * self.scale) * share ** (1.0 - self.power.exponent)
 
     def fields(self) -> dict[str, Any]:
         """Plain values, SI units."""
@@ -124,24 +140,19 @@ def from_image(image: Picture, scale: float, method: str, source: str = "picture
         raise InvalidInputError("scale", scale, f"from {SCALE[0]:g} to {SCALE[1]:g} m per pixel")
     if method not in METHODS:
         raise InvalidInputError("method", method, " or ".join(METHODS))
-    found = _from_fold(image, scale, source) if method == "fold" else _from_cantilever(image, scale, source, slope)
+    if method == "fold":
+        found = EtaB(method, scale, fold.measure(image, source))
+    else:
+        found = _from_cantilever(image, scale, source, slope)
     if not ETA_B[0] <= found.eta_b <= ETA_B[1]:
         text = f"one that makes eta_b {ETA_B[0]:g} to {ETA_B[1]:g} m^-4 s^2; it would be {found.eta_b:.3g}"
         raise InvalidInputError("scale", scale, text, "the unit is m per pixel")
     return found
 
 
-def _eta_b(ratio: float, length: float) -> float:
-    """From ``(length / L*)^3``; length in m."""
-    return ratio / (GRAVITY * length**3)
-
-
-def _from_fold(image: Picture, scale: float, source: str) -> EtaB:
-    loop = fold.measure(image, source)
-    unit, spread = loop.unit * scale, np.exp(loop.factor * loop.sd)
-    residual = float(np.sqrt(np.mean(loop.residual**2))) * scale
-    eta_b, low, high = (_eta_b(1.0, length) for length in (unit, unit * spread, unit / spread))
-    return EtaB("fold", eta_b, (low, high), residual, scale, fold=loop)
+def _eta_b(unit: float) -> float:
+    """From L*, m."""
+    return 1.0 / (GRAVITY * unit**3)
 
 
 def _from_cantilever(image: Picture, scale: float, source: str, slope: float | None) -> EtaB:
@@ -159,11 +170,10 @@ def _from_cantilever(image: Picture, scale: float, source: str, slope: float | N
         cantilever.fit(line.points, line.sd, tip_sd, linear=linear, slope=held, source=source)
         for linear in (True, False)
     )
-    length = line.length * scale
-    low, high = (_eta_b(float(ratio), length) for ratio in np.percentile(shape.ratios, PERCENTILES))
+    measured = EtaB("cantilever", scale, shape, line=line, power=power)
+    low, high = measured.interval
     if high > MAX_INTERVAL_RATIO * low:
         found = f"the strip's shape leaves eta_b anywhere from {low:.3g} to {high:.3g} m^-4 s^2"
         needed = f"an interval narrower than a factor {MAX_INTERVAL_RATIO:g}"
         raise TrackingError(source, found, needed, "let 1 to 4 L* of it hang")
-    eta_b = _eta_b(shape.ratio, length)
-    return EtaB("cantilever", eta_b, (low, high), shape.rms * scale, scale, line=line, shape=shape, power=power)
+    return measured

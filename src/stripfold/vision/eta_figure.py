@@ -27,12 +27,7 @@ def draw(image: Picture, found: EtaB) -> Figure:
         From :func:`stripfold.vision.eta.from_image`.
     """
     unit = found.scale * MILLI
-    if found.line is not None:
-        points = found.line.points
-    else:
-        assert found.fold is not None
-        points = found.fold.curve
-    rows, columns = _window(points, image.shape)
+    rows, columns = _window(found.fit.curve if found.line is None else found.line.points, image.shape)
     aspect = (rows.stop - rows.start) / (columns.stop - columns.start)
     height = min(max(0.85 * WIDTH * aspect, 0.9), 3.6)
     fig = figure(height + 1.75)
@@ -66,14 +61,14 @@ def _cantilever(above: Axes, below: Axes, found: EtaB, unit: float) -> None:
     assert shape is not None
     assert power is not None
     above.plot(*(line.points * unit).T, color=MID_SURFACE, label="centreline")
-    above.plot(*(shape.points * unit).T, color=BLUE, lw=1.0, ls="--", label="linear strip")
+    above.plot(*(shape.curve * unit).T, color=BLUE, lw=1.0, ls="--", label="linear strip")
     s, residual = line.arc * unit, shape.residual * unit
     for centre, half, colour, alpha in ((0.0, line.sd, GREY, 0.4), (residual, shape.sd, BLUE, 0.2)):
         band = 1.96 * half * unit
         below.fill_between(s, centre - band, centre + band, color=colour, alpha=alpha, lw=0.0)
     below.plot(s, residual, color=BLUE, label="_linear")
     if not found.linear:
-        above.plot(*(power.points * unit).T, color=ORANGE, lw=1.0, ls=":", label=r"$M \sim \kappa^n$")
+        above.plot(*(power.curve * unit).T, color=ORANGE, lw=1.0, ls=":", label=r"$M \sim \kappa^n$")
         below.plot(s, power.residual * unit, color=ORANGE, ls="-", lw=0.9, label="_power")
     below.set(xlabel="arc length from the clamp [mm]", xlim=(s[0], s[-1]))
 

@@ -22,7 +22,7 @@ from stripfold.errors import TrackingError
 from stripfold.vision import loop_shape
 from stripfold.vision.cross_sections import edges_at, inside, locate, normals
 from stripfold.vision.loop_shape import Place
-from stripfold.vision.residuals import correlation_length
+from stripfold.vision.residuals import ShapeFit, correlation_length
 from stripfold.vision.segmentation import closed, foreground, reduced, unreduced
 
 MIN_OVERLAP = 0.75
@@ -54,39 +54,30 @@ NEEDED = "a strip folded in half that lies on a table, seen from the side, with 
 ADVICE = "turn the camera along the fold, with a plain background much darker or brighter than the strip"
 
 
-@dataclass(frozen=True, eq=False)
-class Fold:
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Fold(ShapeFit):
     """A fitted loop, pixels.
 
     Attributes
     ----------
-    unit, sd
-        L* and the standard deviation of its logarithm.
-    factor
-        Half width of the 95 % interval of that logarithm, in ``sd``.
+    sd
+        Standard deviation of the logarithm of ``unit``.
     height, width, thickness
         Of the upper layer's middle above the lower one's, of the band, and between the layers where they meet.
     top, foot
         Ends of the height, shape (2,).
-    curve
-        The fitted middle of the strip, shape (m, 2).
-    points, arc, residual
-        Measured middles, shape (n, 2), their arc lengths from the lift-off point, and their distances from the curve,
-        shape (n,).
+    points, arc
+        Measured middles, shape (n, 2), and their arc lengths from the lift-off point, shape (n,).
     """
 
-    unit: float
     sd: float
-    factor: float
     height: float
     width: float
     thickness: float
     top: Array
     foot: Array
-    curve: Array
     points: Array
     arc: Array
-    residual: Array
 
 
 def measure(image: Picture, source: str = "picture") -> Fold:
@@ -145,10 +136,12 @@ def measure(image: Picture, source: str = "picture") -> Fold:
     curve = np.concatenate([lower, loop])
     top = curve[np.argmax(curve[:, 1])]
     ends = place.of(np.array([top, [top[0], 0.0]]))
+    sd = float(np.sqrt(covariance[0, 0]))
+    spread = float(np.exp(student.ppf(0.975, freedom) * sd))
     return Fold(
         unit=place.unit,
-        sd=float(np.sqrt(covariance[0, 0])),
-        factor=float(student.ppf(0.975, freedom)),
+        interval=(place.unit / spread, place.unit * spread),
+        sd=sd,
         height=float(top[1]) * place.unit,
         width=width,
         thickness=thickness * place.unit,

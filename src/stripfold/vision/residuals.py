@@ -1,10 +1,37 @@
-"""Residuals of a fit along a strip, which neighbours share."""
+"""A heavy elastica fitted to a strip in a picture, and its residuals along the strip, which neighbours share."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 
 from stripfold.arrays import Array
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class ShapeFit:
+    """A fitted shape; lengths in pixels.
+
+    Attributes
+    ----------
+    unit, interval
+        L* and its 95 % interval.
+    curve
+        The middle of the fitted strip, shape (m, 2).
+    residual
+        Measured less fitted, normal to it, shape (n,).
+    """
+
+    unit: float
+    interval: tuple[float, float]
+    curve: Array
+    residual: Array
+
+    @property
+    def rms(self) -> float:
+        """Root mean square of the residuals."""
+        return float(np.sqrt(np.mean(self.residual**2)))
 
 
 def correlation_length(residual: Array) -> int:
