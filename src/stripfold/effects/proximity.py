@@ -85,15 +85,16 @@ class Distances:
         return 0.5 * (self.height[:-1] + self.height[1:])
 
     @cached_property
-    def _on_floor(self) -> tuple[Mask, Mask]:
+    def _floor(self) -> tuple[Index, Index]:
         """Nodes and segments within h/4 of the floor: the required distance is zero."""
         low = 0.25 * self.pairs.thickness
-        return self.height <= low, self._middle <= low
+        return np.flatnonzero(self.height <= low), np.flatnonzero(self._middle <= low)
 
     @cached_property
     def _aloft(self) -> tuple[Array, Array]:
         """Actual and required distances of the pairs off the floor that are far apart along the strip, shape (n,)."""
-        nodes, segments = (np.flatnonzero(~there) for there in self._on_floor)
+        (nodes, segments), columns = self._floor, np.arange(len(self.height))
+        nodes, segments = np.delete(columns, nodes), np.delete(columns[:-1], segments)
         distance, required = self.pairs.between(self.place, self.height, nodes, segments)
         separate = self.pairs.separate[np.ix_(nodes, segments)]
         return distance[separate], required[separate]
@@ -131,10 +132,9 @@ class Distances:
 
     def stays_on_floor(self, height: Array) -> bool:
         """Whether all parts on the floor are within h of it with the nodes at these heights, L*, shape (columns,)."""
-        middle = 0.5 * (height[:-1] + height[1:])
-        nodes, segments = self._on_floor
-        highest = max(height[nodes].max(initial=0.0), middle[segments].max(initial=0.0))
-        return bool(highest <= self.pairs.thickness)
+        nodes, segments = self._floor
+        middle = 0.5 * (height[segments] + height[segments + 1])
+        return bool(max(height[nodes].max(initial=0.0), middle.max(initial=0.0)) <= self.pairs.thickness)
 
 
 def smooth_step(height: Array, thickness: float) -> Array:

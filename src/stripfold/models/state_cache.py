@@ -13,11 +13,11 @@ from stripfold.arrays import Array
 T = TypeVar("T")
 
 CACHE_SIZE = 2
-"""Newton's method evaluates a state several times, a time step its two ends."""
+"""Newton's method evaluates a state several times, a time step its two ends and a guess of the second in between."""
 
 
 class StateCache(Generic[T]):
-    """A function of a state that keeps its last :data:`CACHE_SIZE` results, which must not be changed in place."""
+    """A function of a state that keeps the :data:`CACHE_SIZE` results used last, which must not be changed in place."""
 
     def __init__(self, compute: Callable[[Array], T]) -> None:
         self._compute = compute
@@ -25,9 +25,11 @@ class StateCache(Generic[T]):
 
     def __call__(self, q: Array) -> T:
         """The result for ``q``, compared by value."""
-        for known, result in self._known:
-            if np.array_equal(known, q):
-                return result
-        result = self._compute(q)
-        self._known.append((q.copy(), result))
-        return result
+        for i, entry in enumerate(self._known):
+            if np.array_equal(entry[0], q):
+                del self._known[i]
+                break
+        else:
+            entry = q.copy(), self._compute(q)
+        self._known.append(entry)
+        return entry[1]

@@ -46,7 +46,8 @@ def solve(
     CrushedError
         The state found is inadmissible.
     """
-    known = problem.elements_over_step(begin.q, guess)
+    # That nothing else acts at its end is seen from the end found, not from the guess.
+    known = problem.elements_over_step(begin.q, begin.q)
     if known is None:
         return None
     elements, weight = known

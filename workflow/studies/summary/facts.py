@@ -146,13 +146,13 @@ def hard_cases(d: xr.Dataset) -> Facts:
 def effects(d: xr.Dataset) -> Facts:
     needed, idle = d.needed == 1.0, d.needed == 0.0
     # The effect's own clock is more precise than the difference of two runs, which is mostly noise of the machine.
-    cost = d.clocked.fillna(d.cost).where(idle)
+    # The solid is a model, not an effect on one: it has no cost on the same model.
+    cost = d.clocked.fillna(d.cost).where(idle & (d.effect != needed_effects.SOLID))
     lacking = needed & (d.matters == 1.0)
     largest = [(name, float(cost.sel(effect=name).max())) for name in d.effect.values]
     return {
         "cost": cost.max(),
         "by_effect": ", ".join(f"{name} {value:+.1%}" for name, value in largest if np.isfinite(value)),
-        "solid": needed_effects.SOLID,
         "idle": idle.sum(),
         "changed": (idle & (d.matters != 0.0)).sum(),
         "lacking": lacking.sum(),

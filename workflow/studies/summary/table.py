@@ -270,8 +270,8 @@ SOURCES = (
     )),
     Source("effects", facts.effects, (
         Number("effects_overhead", "cost", "1", 2, "< 0.05, and none changes the result",
-            "largest relative cost of an effect that is on and not needed, {d.sizes[scene]} scenes ({by_effect}; the "
-            "{solid} replaces the rod); {changed} of {idle} change the result by more than its tolerance",
+            "largest relative cost of an effect that is on and not needed, on the same model, {d.sizes[scene]} scenes "
+            "({by_effect}); {changed} of {idle} change the result by more than its tolerance",
             lambda f: f.changed == 0),
         Number("effects_undetected", "unseen", "count", 4, "= 0 of at least one, and no comparison failed",
             "effects that are off, change the result and are not reported as missing, of {lacking}; {failed} "
