@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image
+from scipy.interpolate import CubicHermiteSpline
+from scipy.ndimage import map_coordinates
 
 import drawn_strips as drawn
 from oracles import sections as oracle
@@ -302,3 +304,31 @@ def test_compiled_smoothing_solves_its_equations(size: int) -> None:
     np.testing.assert_allclose(smoothing.smoothed(values, weights, cutoff), expected, atol=1e-9)
     np.testing.assert_allclose(smoothing.smoothed(values[:, 0], weights, cutoff), expected[:, 0], atol=1e-9)
     np.testing.assert_allclose(smoothing.variances(weights, cutoff), np.diag(np.linalg.inv(matrix)), rtol=1e-7)
+
+
+def test_curve_through_points() -> None:
+    points = CURVES["hook"][:: len(CURVES["hook"]) // 30]
+    arc = sections.arc_length(points)
+    np.testing.assert_allclose(arc[1:], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)), rtol=1e-14)
+    s = np.linspace(0.0, arc[-1], 301)
+    spline = CubicHermiteSpline(arc, points, np.gradient(points, arc, axis=0))
+    np.testing.assert_allclose(sections.resampled(points, s), spline(s), atol=1e-10)
+    step = np.gradient(points, axis=0)
+    expected = step / np.linalg.norm(step, axis=1)[:, None]
+    np.testing.assert_allclose(sections.tangents(points), expected, atol=1e-14)
+
+
+@pytest.mark.parametrize("bright", [True, False])
+def test_grey_values_across_a_curve(bright: bool) -> None:
+    """Between pixels, also of sections that leave the picture, and 0 beyond the reach of each."""
+    random = np.random.default_rng(3)
+    image = random.integers(0, 256, (60, 80)).astype(np.uint8)
+    image.setflags(write=False)
+    points = random.uniform(-8.0, 88.0, (400, 2))
+    across = sections.normals(random.normal(size=(400, 2)))
+    reach = random.integers(1, 13, 400)
+    t = np.arange(-12, 13)
+    x, y = (points[:, k, None] + across[:, k, None] * t for k in range(2))
+    expected = map_coordinates(image.astype(np.float64), [y, x], order=1, mode="nearest")
+    expected = np.where(np.abs(t) <= reach[:, None], np.rint(expected if bright else 255.0 - expected), 0.0)
+    np.testing.assert_allclose(sections.sample(image, points, across, reach, bright), expected, atol=1e-3)

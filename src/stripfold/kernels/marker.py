@@ -8,6 +8,7 @@ import numba
 import numpy as np
 
 from stripfold.kernels.compiler import compiled, matrix, vector
+from stripfold.kernels.curves import grey_at
 
 SHAPE = 10
 """Unknowns of the homography, 8, and of the blur, 2."""
@@ -38,18 +39,6 @@ def dot(a, i, b, j):
     for k in range(a.shape[1]):
         total += a[i, k] * b[j, k]
     return total
-
-
-@compiled()
-def grey_at(patch, x, y):
-    """Between pixels; outside the patch, that of its border."""
-    height, width = patch.shape
-    x, y = min(max(x, 0.0), width - 1.0), min(max(y, 0.0), height - 1.0)
-    j, i = min(int(x), max(width - 2, 0)), min(int(y), max(height - 2, 0))
-    right, below = min(j + 1, width - 1), min(i + 1, height - 1)
-    above_ = patch[i, j] + (x - j) * (patch[i, right] - patch[i, j])
-    below_ = patch[below, j] + (x - j) * (patch[below, right] - patch[below, j])
-    return above_ + (y - i) * (below_ - above_)
 
 
 @compiled()

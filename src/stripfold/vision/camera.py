@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from functools import cached_property
 from math import prod
 from pathlib import Path
 from typing import Any
@@ -54,7 +55,11 @@ class Camera:
     def _directions(self, undistorted: Array) -> Array:
         """Of pixels of the camera without its distortion."""
         pixels = np.reshape(undistorted, (-1, 2))
-        return np.column_stack([pixels, np.ones(len(pixels))]) @ np.linalg.inv(self.matrix).T
+        return np.column_stack([pixels, np.ones(len(pixels))]) @ self._inverse.T
+
+    @cached_property
+    def _inverse(self) -> Array:
+        return np.asarray(np.linalg.inv(self.matrix), dtype=np.float64)
 
     def project(self, points: Array, rotation: Array, translation: Array) -> Array:
         """Pixels, shape (n, 2), of ``points``, shape (n, 3), m, given the pose of their frame (Rodrigues vector, m)."""

@@ -49,15 +49,12 @@ class Edges(NamedTuple):
 
 def arc_length(points: Array) -> Array:
     """Length of the polygon up to each of ``points``, shape (n,)."""
-    return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
+    return np.asarray(kernels.curves.arc_length(np.ascontiguousarray(points)))
 
 
 def tangents(points: Array) -> Array:
     """Unit tangents of a curve through ``points``, shape (n, 2)."""
-    step = np.empty_like(points)
-    step[1:-1] = points[2:] - points[:-2]
-    step[0], step[-1] = points[1] - points[0], points[-1] - points[-2]
-    return np.asarray(step / np.maximum(np.hypot(step[:, 0], step[:, 1]), 1e-12)[:, None])
+    return np.asarray(kernels.curves.tangents(np.ascontiguousarray(points)))
 
 
 def normals(points: Array) -> Array:
@@ -74,14 +71,8 @@ def end_direction(points: Array) -> Array:
 
 def resampled(points: Array, s: Array) -> Array:
     """A smooth curve through ``points``, shape (n, 2), at the arc lengths ``s``, shape (m,)."""
-    # A cubic Hermite spline; that of scipy takes several times as long for so few points.
-    arc = arc_length(points)
-    h = np.diff(arc)[:, None]
-    chord = np.diff(points, axis=0) / h
-    slope = np.concatenate([chord[:1], (h[1:] * chord[:-1] + h[:-1] * chord[1:]) / (h[1:] + h[:-1]), chord[-1:]])
-    i = np.clip(np.searchsorted(arc, s, side="right") - 1, 0, len(h) - 1)
-    h, chord, first, last, u = h[i], chord[i], slope[i], slope[i + 1], (s - arc[i])[:, None]
-    return points[i] + u * (first + u / h * (3.0 * chord - 2.0 * first - last + u / h * (first + last - 2.0 * chord)))
+    # A cubic Hermite spline; that of scipy takes many times as long for so few points.
+    return np.asarray(kernels.curves.resampled(np.ascontiguousarray(points), s))
 
 
 def respaced(points: Array, first: float, last: float, count: int) -> tuple[Array, Array]:
@@ -126,16 +117,15 @@ def inside(points: Array, shape: tuple[int, ...], margin: float = 0.0) -> Mask:
     return (x >= margin) & (y >= margin) & (x <= shape[1] - 1 - margin) & (y <= shape[0] - 1 - margin)
 
 
-def sample(image: Picture, points: Array, across: Array, reach: int, bright: bool) -> Grey:
-    """Grey values at each pixel up to ``reach`` to both sides, shape (n, 2 reach + 1); dark strips are inverted.
+def sample(image: Picture, points: Array, across: Array, reach: NDArray[np.intp] | int, bright: bool) -> Grey:
+    """Rounded grey values at each pixel up to ``reach`` to both sides, shape (n, 2 reach + 1); dark strips inverted.
 
+    Where sections have a ``reach`` each, shape (n,), rows are as long as the longest, and 0 beyond their own.
     Outside the picture the values at its border are repeated.
     """
-    t = np.arange(-reach, reach + 1, dtype=np.float32)
-    points, across = points.astype(np.float32), across.astype(np.float32)
-    x, y = (points[:, i, None] + across[:, i, None] * t for i in range(2))
-    values = cv2.remap(image, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE).astype(np.float32)
-    return np.asarray(values if bright else 255.0 - values, dtype=np.float32)
+    points, across = np.ascontiguousarray(points), np.ascontiguousarray(across)
+    reach = np.array(np.broadcast_to(reach, len(points)))
+    return np.asarray(kernels.curves.sampled(np.ascontiguousarray(image), points, across, reach, bright))
 
 
 def locate(
@@ -159,7 +149,7 @@ def locate(
 
 def edges_at(image: Picture, points: Array, across: Array, width: Array | float, bright: bool) -> Edges:
     """:func:`measure_edges` on sections through ``points`` of a picture."""
-    return measure_edges(sample(image, points, across, int(np.max(search_range(width))), bright), width)
+    return measure_edges(sample(image, points, across, search_range(width) + 1, bright), width)
 
 
 def search_range(width: Array | float) -> NDArray[np.intp]:

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import t as student
+from scipy.special import stdtrit
 from skimage.measure import label, regionprops
 from skimage.segmentation import clear_border
 
@@ -137,7 +137,7 @@ def measure(image: Picture, source: str = "picture") -> Fold:
     top = curve[np.argmax(curve[:, 1])]
     ends = place.of(np.array([top, [top[0], 0.0]]))
     sd = float(np.sqrt(covariance[0, 0]))
-    spread = float(np.exp(student.ppf(0.975, freedom) * sd))
+    spread = float(np.exp(stdtrit(freedom, 0.975) * sd))
     return Fold(
         unit=place.unit,
         interval=(place.unit / spread, place.unit * spread),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import cv2
@@ -31,7 +32,11 @@ class Mapping:
 
     def to_pixels(self, points: Array) -> Array:
         """The inverse of :meth:`to_robot`."""
-        return self.camera.distort(transform(np.linalg.inv(self.homography), np.reshape(points, (-1, 2))))
+        return self.camera.distort(transform(self._inverse, np.reshape(points, (-1, 2))))
+
+    @cached_property
+    def _inverse(self) -> Array:
+        return np.asarray(np.linalg.inv(self.homography), dtype=np.float64)
 
     def resolution(self, pixel: Array) -> float:
         """Metres per pixel at a pixel, shape (2,): the square root of the area that a pixel covers."""

@@ -8,6 +8,7 @@ closed forms.  The fit is Gauss-Newton with Tukey's biweight, which rejects what
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import cv2
 import numpy as np
@@ -71,12 +72,12 @@ class Fit:
         """Shape (2,), pixels."""
         return self.homography[:2, 2]
 
-    @property
+    @cached_property
     def corners(self) -> Array:
         """Shape (4, 2), pixels, in OpenCV's order."""
         return _project(self.homography, CORNERS.T).T
 
-    @property
+    @cached_property
     def side(self) -> float:
         """Side in the picture, pixels: the square root of the area."""
         return float(np.sqrt(cv2.contourArea(self.corners.astype(np.float32))))

@@ -12,7 +12,7 @@ from math import hypot, sqrt
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import t as student_t
+from scipy.special import stdtrit
 
 from stripfold.arrays import Array
 from stripfold.errors import MeasurementError
@@ -70,7 +70,7 @@ class Flag(NamedTuple):
 
 def half_width(share: float) -> float:
     """Half the width of the confidence interval with this probability, in standard deviations."""
-    return float(student_t.ppf(0.5 + 0.5 * share, FREEDOM)) * sqrt(1.0 - 2.0 / FREEDOM)
+    return float(stdtrit(FREEDOM, 0.5 + 0.5 * share)) * sqrt(1.0 - 2.0 / FREEDOM)
 
 
 @dataclass(frozen=True, eq=False)

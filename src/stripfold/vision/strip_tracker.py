@@ -199,7 +199,7 @@ class StripTracker:
         """Whether a line may have this length, m, so long after the last one, s."""
         if not -self._max_shortening < length / self._first_length - 1.0 < MAX_LENGTHENING:
             return False
-        last, usual = self._lengths[-1][1], float(np.median([old for _, old in self._lengths]))
+        last, usual = self._lengths[-1][1], median(np.array([old for _, old in self._lengths]))
         # A bend that something in front cut short may at once be as long as before.
         growth = 1.0 + STEP_LENGTHENING + LENGTHENING_RATE * elapsed
         return length < growth * last or abs(length / usual - 1.0) < STEP_LENGTHENING
