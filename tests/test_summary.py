@@ -17,6 +17,7 @@ from plots import gallery_markdown
 from stripfold import store
 from stripfold.cli import main
 from stripfold.vision.measure import FREEDOM
+from studies import physics_tables
 from studies.accuracy import presets
 from studies.schemes import CONSERVING, DEFAULT
 from studies.summary.run import evaluate, fill_table, markdown, markers, quoted, summarise
@@ -667,6 +668,17 @@ def test_a_number_of_no_cases_is_stored_as_none(tmp_path: Path) -> None:
     assert numbers_of("assess_benchmark", timed)["time_assess"]["holds"] is False
 
 
+def test_physics_tables_have_the_stored_numbers_in_order() -> None:
+    data = datasets()["friction_delay"].assign(vanishes_above=("height", [0.02, np.nan])).isel(height=[1, 0])
+    assert physics_tables.delay(data).splitlines() == [
+        r"| z / L\* | 3 | 5 |",
+        "|---|---|---|",
+        r"| C / L\* | 10.00 | 10.00 |",
+        "| largest M_0 with a snap | 0.02 | - |",
+        "| least M_0 without one | 0.03 | 0.1 |",
+    ]
+
+
 def test_presets_one_row_each() -> None:
     data = datasets()["accuracy"]
     data["preset_seconds"].loc[{"asked": "auto", "accuracy": 1e-2, "height": 9.0}] = 2.0
@@ -678,10 +690,9 @@ def test_presets_one_row_each() -> None:
 
 def test_texts_quote_what_is_stored() -> None:
     summary = json.loads((ROOT / "results" / "summary.json").read_text(encoding="utf-8"))
-    names = ("accuracy", "profiling", "hard_cases", "effects", "peers", "cold_run")
+    names = {"accuracy", "profiling", "hard_cases", "effects", "peers", "cold_run"}
+    names |= {study for study, _ in physics_tables.TABLES.values()}
     kept = {name: store.read(ROOT / "results" / "studies" / f"{name}.nc") for name in names}
-    if (variants := ROOT / "results" / "studies" / "variants.nc").is_file():
-        kept["variants"] = store.read(variants)
     for path, tables in numbers.pages(summary, kept).items():
         text = (ROOT / path).read_text(encoding="utf-8")
         for name, table in tables.items():

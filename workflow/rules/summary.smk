@@ -40,9 +40,15 @@ rule readme:
                 "effects",
                 "cold_run",
                 "peers",
-                "variants",
                 "solver_constants",
                 "low_paths",
+                "barrier",
+                "friction_delay",
+                "layer_friction",
+                "friction_touch",
+                "fabrics",
+                "textile_law",
+                "variants",
             )
             if name in STUDY_FILES
         },

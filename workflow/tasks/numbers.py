@@ -78,7 +78,7 @@ HEADLINES = (
 
 def pages(numbers: Mapping[str, run.Entry], data: Mapping[str, xr.Dataset]) -> dict[str, dict[str, str]]:
     """The generated tables of each page by name; ``data`` are the studies that have one."""
-    from studies import accuracy, cold_run, constants, effects, low_paths, peers, profiling, variants
+    from studies import accuracy, cold_run, constants, effects, low_paths, peers, physics_tables, profiling
     from studies.hard_cases import run as hard_cases
 
     profiles = {
@@ -100,7 +100,9 @@ def pages(numbers: Mapping[str, run.Entry], data: Mapping[str, xr.Dataset]) -> d
         ),
         "docs/effects.md": {"effects": effects.markdown(data["effects"])},
         "docs/low-path.md": {"low paths": low_paths.markdown(data["low_paths"])} if "low_paths" in data else {},
-        "docs/physics.md": {"variants": variants.markdown(data["variants"])} if "variants" in data else {},
+        "docs/physics.md": {
+            name: table(data[study]) for name, (study, table) in physics_tables.TABLES.items() if study in data
+        },
         "docs/peers.md": {"times": peers.table(data["peers"])} if "peers" in data else {},
     }
 
