@@ -8,13 +8,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.optimize import brentq
+from scipy.integrate import solve_bvp
 
 import configuration
 from plots import low_paths as low_figure
 from plots import order as figure
 from stripfold import elastica
 from stripfold.analysis.static import StripModel
+from stripfold.arrays import Array
 from stripfold.errors import SolveError
 from studies import branches, constants, low_paths, order
 
@@ -73,9 +74,24 @@ def test_limits_of_low_paths() -> None:
 
 
 def test_a_bump_that_grows() -> None:
-    """A beam of length 2a, pushed by P, that lifts off without curvature: tan x = x for x = a sqrt(P)."""
-    x = brentq(lambda x: np.sin(x) - x * np.cos(x), 4.0, 4.6)
-    assert 1.0 - 1.0 / np.cos(x) + x**2 / 2.0 == pytest.approx(low_paths.BUMP, rel=1e-4)
+    """On the heavy elastica: half a bump, from its lift-off without curvature to its top, where nothing hangs on it."""
+    push = 11.0
+    half = 4.4934 / np.sqrt(push)
+
+    def rates(t: Array, y: Array, p: Array) -> Array:
+        curvature = -push * np.sin(y[2]) - p[0] * (t - 1.0) * np.cos(y[2])
+        return p[0] * np.stack([np.cos(y[2]), np.sin(y[2]), y[3], curvature])
+
+    def ends(lift_off: Array, top: Array, _: Array) -> Array:
+        return np.append(lift_off, top[2])
+
+    t = np.linspace(0.0, 1.0, 51)
+    high = low_paths.BUMP / push**2
+    rise = np.pi * high / half / 2.0
+    guess = [half * t, high * t**2 * (3.0 - 2.0 * t), rise * np.sin(np.pi * t), rise * np.pi / half * np.cos(np.pi * t)]
+    found = solve_bvp(rates, ends, t, np.array(guess), p=[half])
+    assert found.success
+    assert found.y[1, -1] == pytest.approx(high, rel=1e-2)
 
 
 def test_a_low_path_in_time() -> None:
