@@ -16,7 +16,7 @@ import stripfold.material
 from plots import gallery_markdown
 from stripfold import store
 from stripfold.cli import main
-from stripfold.vision.measure import FREEDOM
+from stripfold.vision.measurement import FREEDOM
 from studies import physics_tables
 from studies.accuracy import presets
 from studies.schemes import CONSERVING, DEFAULT

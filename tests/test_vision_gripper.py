@@ -10,8 +10,8 @@ from filmed import exposed, marker_picture
 from stripfold.arrays import Array, Picture
 from stripfold.errors import TrackingError
 from stripfold.vision import boards, gripper
+from stripfold.vision.frames import Frame
 from stripfold.vision.marker import Marker
-from stripfold.vision.video import Frame
 
 A4 = boards.dictionary("4x4_50")
 SIZE = (180, 150)

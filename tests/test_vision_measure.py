@@ -23,10 +23,10 @@ from stripfold.material import GRAVITY, Material
 from stripfold.measured import RecordingMeasurement
 from stripfold.synthetic.recording import history_of, write_recording
 from stripfold.synthetic.scene import Scene
-from stripfold.vision import measure, recording, report, report_pictures, snap, video
+from stripfold.vision import measure, measurement, recording, report, report_pictures, snap, video
 from stripfold.vision.calibration import Calibration, calibrate_folder
 from stripfold.vision.camera_motion import Shift
-from stripfold.vision.measure import Measurement
+from stripfold.vision.measurement import Measurement
 from stripfold.vision.model import model_value
 from stripfold.vision.recording import Entries, ManualOnset, Recording
 from stripfold.vision.tracking import Tracks, track
@@ -370,7 +370,7 @@ def test_dataset_and_report_hold_the_result(found: Measurement, tmp_path: Path):
     with xr.open_dataset(tmp_path / "measured.nc") as stored:
         assert float(stored["lambda_event"]) == found.event
         assert stored.attrs["synthetic"] == 1
-    page = report.html(replace(found, flags=(measure.Flag("warning", "first"), measure.Flag("note", "second"))))
+    page = report.html(replace(found, flags=(measurement.Flag("warning", "first"), measurement.Flag("note", "second"))))
     low, high = found.interval
     for text in (
         "SYNTHETIC",
@@ -392,7 +392,7 @@ def test_report_gives_units_pass_marks_and_the_meaning_of_its_words(found: Measu
     rows = report.calibration_rows({"resolution": 2.5e-4, "another_number": 3.0})
     assert rows == [("size of a pixel there", "0.25 mm", ""), ("another number", "3", "")]
     assert set(found.calibration.quality) <= set(report.CALIBRATION)
-    assert set(measure.PARTS) == set(report.PARTS)
+    assert set(measurement.PARTS) == set(report.PARTS)
     for word in ("λ", "onset of the snap", "standard deviation", "confidence", "λ_c of the model"):
         assert f"<dt>{word}</dt>" in page
 
@@ -463,9 +463,9 @@ def test_a_camera_that_moved_is_named(snapping: Made, found: Measurement):
     assert found.tracks.camera.problem == ""
     np.testing.assert_allclose(found.tracks.camera[:2], 0.0, atol=0.3)
     moved = replace(snapping[2], camera=Shift(6.0, 0.0, True))
-    assert evaluated(snapping, moved).flags[0].severity == measure.WARNING
+    assert evaluated(snapping, moved).flags[0].severity == measurement.WARNING
     assert "the camera moved by 6.0 px" in evaluated(snapping, moved).flags[0].text
     with pytest.raises(MeasurementError, match=r"moved by 6\.0 px .*, and gripper\.height"):
         evaluated(snapping, moved, gripper={"height": 0.12})
     unknown = replace(snapping[2], camera=Shift(np.nan, 0.0, False))
-    assert [flag.severity for flag in evaluated(snapping, unknown).flags] == [measure.NOTE]
+    assert [flag.severity for flag in evaluated(snapping, unknown).flags] == [measurement.NOTE]

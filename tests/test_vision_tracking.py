@@ -20,8 +20,8 @@ from stripfold.synthetic.sensor import Sensor
 from stripfold.synthetic.view import View
 from stripfold.vision import cross_sections, following, strip_tracker, tracking
 from stripfold.vision.centreline import Centreline
+from stripfold.vision.frames import Frame
 from stripfold.vision.mapping import Mapping
-from stripfold.vision.video import Frame
 
 PERIOD = 1.0 / 20.0
 STRIP = 0.45

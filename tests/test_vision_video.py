@@ -17,7 +17,7 @@ import pytest
 
 from filmed import CONTAINERS, landscape, write_video
 from stripfold.errors import InvalidInputError
-from stripfold.vision import decoding, thumbnails, timing, video
+from stripfold.vision import decoding, frames, thumbnails, timing, video
 
 BASE = Fraction(1, 600)
 STAMPS = [0, 20, 41, 60, 80, 140, 160, 181, 200, 220]
@@ -398,7 +398,7 @@ def test_small_frames_are_thinned_out(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(thumbnails, "MAX_FRAMES", 4)
     kept = thumbnails.Thumbnails((1280, 720))
     for k in range(11):
-        kept.add(video.Frame(k, 0.1 * k, np.full((720, 1280), k, np.uint8)))
+        kept.add(frames.Frame(k, 0.1 * k, np.full((720, 1280), k, np.uint8)))
     assert kept.size == (640, 360)
     assert [int(picture[0, 0]) for picture in kept.pictures] == list(range(0, 11, kept.every)) == [0, 4, 8]
     assert kept.pictures[0].shape == (360, 640)

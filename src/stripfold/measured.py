@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from stripfold.vision.eta import EtaB as PictureEtaB
-    from stripfold.vision.measure import Flag, Measurement
+    from stripfold.vision.measurement import Flag, Measurement
 
 GRAM_FORCE = 9.80665e-3
 """N; the unit of Kawabata's bending test."""

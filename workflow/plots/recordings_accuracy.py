@@ -12,7 +12,7 @@ from plots.pieces import note
 from stripfold.arrays import Mask
 from stripfold.plots.colours import BLACK, BLUE, GREY, SKY, VERMILLION
 from stripfold.plots.style import MILLI, figure, styled
-from stripfold.vision.measure import FREEDOM, WARNING, half_width
+from stripfold.vision.measurement import FREEDOM, WARNING, half_width
 from studies.recordings_accuracy import MEASURED, error
 
 LINEAR = 0.3

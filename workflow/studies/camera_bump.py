@@ -22,7 +22,7 @@ from second_generator.recording import write_calibration as write_chain_calibrat
 from stripfold.arrays import Array
 from stripfold.synthetic import recording as synthetic
 from stripfold.vision import camera_motion, recording, video
-from stripfold.vision.measure import Measurement
+from stripfold.vision.measurement import Measurement
 from stripfold.vision.recording import NAME
 from studies.common import Progress, attempted, pooled, table
 from studies.recordings_accuracy import _measure

@@ -21,7 +21,7 @@ from stripfold.synthetic import recording as synthetic
 from stripfold.synthetic.scene import DynamicsMotion, Scene
 from stripfold.vision import measure, recording
 from stripfold.vision.eta_motion import MotionEtaB
-from stripfold.vision.measure import Measurement
+from stripfold.vision.measurement import Measurement
 from stripfold.vision.recording import Entries, Recording
 from studies.common import Progress, attempted, pooled, table
 from studies.recordings_accuracy import _measure

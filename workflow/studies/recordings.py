@@ -18,7 +18,7 @@ from stripfold.arrays import Array
 from stripfold.inputs import Scene as StripScene
 from stripfold.material import Material
 from stripfold.synthetic.scene import Scene
-from stripfold.vision.measure import WARNING
+from stripfold.vision.measurement import WARNING
 from studies.common import dataset
 
 SIZE = (480, 360)

@@ -19,7 +19,7 @@ import xarray as xr
 from stripfold.arrays import Array
 from stripfold.vision import measure, recording
 from stripfold.vision.calibration import Calibration, calibrate_folder
-from stripfold.vision.measure import Measurement
+from stripfold.vision.measurement import Measurement
 from stripfold.vision.recording import Recording
 from stripfold.vision.tracking import track
 from studies.common import Progress, attempted, pooled, table

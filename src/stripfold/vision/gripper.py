@@ -10,8 +10,8 @@ import numpy as np
 
 from stripfold.arrays import Array, Index, Mask, Picture
 from stripfold.errors import TrackingError
+from stripfold.vision.frames import Frame
 from stripfold.vision.marker import Fit, Marker
-from stripfold.vision.video import Frame
 
 MAX_GAP = 0.5
 """Longest time for which the marker may be hidden, s."""

@@ -16,7 +16,7 @@ from stripfold.errors import MeasurementError
 from stripfold.store import running_commit
 from stripfold.vision import intrinsics, robot_grid
 from stripfold.vision.calibration import MAX_PLANE_RMS, MAX_SCALE_ERROR, MAX_SIDE_ERROR
-from stripfold.vision.measure import Measurement
+from stripfold.vision.measurement import Measurement
 from stripfold.vision.report_pictures import curves, pictures
 from stripfold.vision.threads import one_thread
 

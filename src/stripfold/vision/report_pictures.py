@@ -19,7 +19,7 @@ from stripfold.arrays import Array, Index, Picture
 from stripfold.plots.colours import BLACK, BLUE, GREY, RED
 from stripfold.plots.style import figure, styled
 from stripfold.vision import snap
-from stripfold.vision.measure import Measurement, half_width
+from stripfold.vision.measurement import Measurement, half_width
 
 WIDTH, TILE = 480, 400
 """Largest width of the film, and width of a frame in the montage, pixels."""

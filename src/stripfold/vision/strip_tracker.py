@@ -12,9 +12,9 @@ from stripfold.errors import TrackingError
 from stripfold.vision.centreline import Centreline, find
 from stripfold.vision.cross_sections import GOOD, arc_length
 from stripfold.vision.following import Followed, between_ends, follow, with_appearance
+from stripfold.vision.frames import Frame
 from stripfold.vision.mapping import Mapping
 from stripfold.vision.smoothing import median
-from stripfold.vision.video import Frame
 
 POINTS = 80
 """Points measured along the strip."""

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 
 from stripfold.arrays import Picture
-from stripfold.vision.video import Frame
+from stripfold.vision.frames import Frame
 
 WIDTH = 640
 """Largest width, pixels."""

@@ -16,13 +16,13 @@ from stripfold.vision.camera_motion import Shift
 from stripfold.vision.centreline import Centreline
 from stripfold.vision.cross_sections import arc_length
 from stripfold.vision.decoding import CHANNELS
+from stripfold.vision.frames import Frame, VideoReport
 from stripfold.vision.gripper import Grip, GripperTracker, Track, interpolate_gaps
 from stripfold.vision.mapping import Mapping
 from stripfold.vision.recording import Recording
 from stripfold.vision.strip_tracker import StripTracker
 from stripfold.vision.thumbnails import Thumbnails
 from stripfold.vision.timing import Timing, row_time, timing
-from stripfold.vision.video import Frame, VideoReport
 
 STATIONS = 40
 """Number of material points."""

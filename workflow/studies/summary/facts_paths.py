@@ -7,7 +7,7 @@ import xarray as xr
 
 from stripfold.arrays import Array
 from stripfold.vision.camera_motion import MOVED_BY
-from stripfold.vision.measure import WARNING, half_width
+from stripfold.vision.measurement import WARNING, half_width
 from studies import peers as of_peers
 from studies.peers import CRITICAL, EQUILIBRIUM
 from studies.random_paths import CONTRADICTED
