@@ -27,6 +27,14 @@ def lying_parts(model: Model, point: Point | TimeState, apart: float = APART) ->
     return np.split(columns, np.flatnonzero(gaps) + 1)
 
 
+def lies_apart(model: Model, point: Point | TimeState) -> bool:
+    """Whether a part lies apart from the one that ends at the held end, on it or in front of it.
+
+    So ends the fall of a strip that was lifted: one that is tossed may land in front of what lies.
+    """
+    return len(lying_parts(model, point)) > 1
+
+
 def touches(model: Model, point: Point | TimeState) -> bool:
     """Whether a part lies on the one that ends at the held end.
 

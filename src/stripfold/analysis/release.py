@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from stripfold.analysis.contact import lying_parts, touch_position
+from stripfold.analysis.contact import lies_apart, touch_position
 from stripfold.analysis.contact_branch import BranchPoint, Planned
 from stripfold.analysis.contact_set import ROBUST_NEWTON, from_nodes, on_nodes
 from stripfold.analysis.rest import to_rest
@@ -142,14 +142,9 @@ def simulate_fall(
     say = progress or (lambda _: None)
     problem, model = release.problem, release.problem.model
     first, drive = initial_state(release, fall)
-
-    def lands(state: TimeState) -> bool:
-        # One that is tossed may also land in front of what lies.
-        return len(lying_parts(model, state)) > 1
-
-    touching = TimeEvent(lands, TOUCH_TOLERANCE)
+    touching = TimeEvent(lambda state: lies_apart(model, state), TOUCH_TOLERANCE)
     states = list(to_rest(problem, [first], drive, fall.damping, options, touching, scheme=scheme))
-    if not lands(states[-1]):
+    if not lies_apart(model, states[-1]):
         say(f"at rest without a touch after {states[-1].t:.1f} sqrt(L*/g)")
         return Motion(problem, tuple(states), None, float("nan"))
     touch = len(states) - 1
