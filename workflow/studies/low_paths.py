@@ -31,6 +31,8 @@ from studies.common import Progress, attempted, dataset, pooled
 
 LENGTH, HEIGHT, THICKNESS = (8.0, 40.0), (0.3, 1.7), (0.02, 0.15)
 """What is drawn, evenly."""
+SHARPEST = 0.25
+"""Largest thickness over the height: the curvature is up to 2.5 / height, and at larger strains the solid is no rod."""
 MESHES = {"rod": ("rod", 1.0), "solid": ("solid", 1.0), "finer": ("solid", 0.5)}
 """Model and refinement of each run."""
 NUMBERS = ("grip", "hold", "slide", "error")
@@ -139,7 +141,8 @@ def inside(data: xr.Dataset) -> xr.DataArray:
 def case(number: int, compared: int, seed: int) -> dict[str, Any]:
     """One case; each has a random stream of its own."""
     draw = np.random.default_rng([seed, number])
-    length, height, h = (float(draw.uniform(*between)) for between in (LENGTH, HEIGHT, THICKNESS))
+    length, height = float(draw.uniform(*LENGTH)), float(draw.uniform(*HEIGHT))
+    h = float(draw.uniform(THICKNESS[0], min(THICKNESS[1], SHARPEST * height)))
     row: dict[str, Any] = {"case": number, "length": length, "height": height, "thickness": h, "message": ""}
     for name, (kind, refinement) in MESHES.items():
         if name != "rod" and number >= compared:
