@@ -32,6 +32,12 @@ COMMANDS = {
         commands.critical_options,
         commands.critical,
     ),
+    "sweep": Command(
+        "critical points of a grid of strips, on all cores",
+        "Find the critical points of all combinations of values; a sweep that was interrupted goes on.",
+        commands.sweep_options,
+        commands.sweep,
+    ),
     "eta": Command(
         "eta_b from the height of a fold or a hanging loop, from a picture, or from a bending test",
         "Measure the weight-to-bending-stiffness ratio from the height of the loop of a strip folded in half, or from "

@@ -133,6 +133,26 @@ def critical(arguments: argparse.Namespace, say: Say) -> str:
     return _said(found, arguments)
 
 
+def sweep_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("grid", metavar="GRID.yaml", help="values of length, height, eta_b ...: docs/sweep.md")
+    parser.add_argument("--output", metavar="SWEEP.nc", help="where to write [the grid's name with .nc, here]")
+    parser.add_argument("--cores", type=int, metavar="N", help="number of processes [one for each core]")
+
+
+def sweep(arguments: argparse.Namespace, say: Say) -> str:
+    from stripfold.validation import read_yaml
+
+    grid, target = read_yaml(arguments.grid, "grid", "length: 0.6"), _output(arguments.output, arguments.grid, ".nc")
+    from stripfold.sweep import run
+
+    found = run(grid, target, arguments.cores, say)
+    snap, touch = found.lambda_c.notnull(), found.lambda_touch.notnull()
+    counts = [("cases", found.reason.size), ("snap", int(snap.sum())), ("touch", int(touch.sum()))]
+    failed = found.reason.values[~(snap | touch).values]
+    without = [("no result", f"{failed.size}, the first: {failed[0]}")] if failed.size else []
+    return _lines([*((name, str(count)) for name, count in counts), *without, ("written", str(target))])
+
+
 def eta_options(parser: argparse.ArgumentParser) -> None:
     from stripfold.inputs import EtaRequest
 

@@ -127,7 +127,7 @@ class AtHeight(Strip):
             raise InvalidInputError("height", self.height, self._range(*HEIGHT_STAR), _CHECK_UNITS)
         return self
 
-    def require_long_enough(self) -> None:
+    def require_long_enough(self, lifted: float | None = None) -> None:
         """Refuse a strip of which nothing would lie on the floor any more where the advance of the gripper ends.
 
         The advance ends at the critical point, or where the sag touches the lower layer first.  The free length there
@@ -142,7 +142,8 @@ class AtHeight(Strip):
         """
         from stripfold import elastica
 
-        shortest = elastica.critical(self.height_star).state.length * self.gravity_length
+        lifted = elastica.critical(self.height_star).state.length if lifted is None else lifted
+        shortest = lifted * self.gravity_length
         if not self.length > shortest:
             raise InvalidInputError(
                 "length",

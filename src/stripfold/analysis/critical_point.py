@@ -58,11 +58,13 @@ class CriticalResult:
     state: Array = field(repr=False)
 
 
-def find(scene: Scene, progress: Progress | None = None) -> CriticalResult:
+def find(
+    scene: Scene, progress: Progress | None = None, prediction: ElasticaPrediction | None = None
+) -> CriticalResult:
     """Find the critical point of a scene to its accuracy.
 
     With the model "auto" the cheapest model is used whose lambda_c is within the accuracy of the solid's; otherwise the
-    accuracy is that of the given model.
+    accuracy is that of the given model.  ``prediction`` is the elastica's at this height, if it is known already.
 
     Raises
     ------
@@ -70,7 +72,7 @@ def find(scene: Scene, progress: Progress | None = None) -> CriticalResult:
         When it cannot be computed, or not to the accuracy asked for.
     """
     began, say = perf_counter(), progress or (lambda _: None)
-    prediction = ElasticaPrediction.at(scene.height_star)
+    prediction = prediction or ElasticaPrediction.at(scene.height_star)
     if scene.model == "auto":
         found, used = _auto(scene, prediction, say)
     else:

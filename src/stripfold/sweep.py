@@ -1,0 +1,249 @@
+"""Critical points of a grid of strips on all cores, in one file; an interrupted sweep goes on where it stopped."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import signal
+from collections.abc import Mapping
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass
+from functools import lru_cache
+from hashlib import sha256
+from math import ceil, nan, prod
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Self
+
+import numpy as np
+from pydantic import Field, create_model
+
+import stripfold
+from stripfold import schema, store
+from stripfold.analysis import critical_point
+from stripfold.analysis.prediction import ElasticaPrediction
+from stripfold.errors import InvalidInputError, StripfoldError
+from stripfold.inputs import Scene
+from stripfold.reporting import Progress
+from stripfold.validation import Input, Number, Whole, within
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+KEYS = ("eta_b", "height", "length", "eta_m", "nu", "model", "accuracy")
+"""Keys of a grid, the slowest first: cases in a row share the elastica at their height, which those of one L* have."""
+NUMBERS = ("lambda_c", "lambda_touch", "error", "model_error", "free_length")
+MOST_CASES = 200_000
+"""Most cases of a grid: on the solid a night's work, and with a text for each 100 MB in memory."""
+CHUNK = 100
+"""Most cases of a chunk: what an interruption loses, and the least that is worth a file."""
+CHUNKS = 32
+"""Chunks of a small grid, at most: enough to keep the cores equally busy."""
+
+_Case: Any = create_model(
+    "_Case", __base__=Input, **{key: (Scene.model_fields[key].annotation, Scene.model_fields[key]) for key in KEYS}
+)  # type: ignore[call-overload]
+"""The keys of a case, each within its limits; what goes together is left to :class:`.inputs.Scene`."""
+
+
+class Range(Input):
+    """Numbers at equal distances, both ends included."""
+
+    start: Annotated[Number, Field(alias="from", description="the first")]
+    to: Annotated[Number, Field(description="the last")]
+    count: Annotated[Whole, Field(description="how many", ge=2, le=MOST_CASES)]
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Values of all keys, and the keys for which a list or a range is given, in the order of :data:`KEYS`; SI."""
+
+    values: dict[str, list[Any]]
+    listed: tuple[str, ...]
+
+    @classmethod
+    def of(cls, given: Mapping[str, Any]) -> Self:
+        """A grid from numbers, lists of them and ranges.
+
+        Raises
+        ------
+        InvalidInputError
+            A key or value that cannot be used, or no case with values that go together.
+        """
+        if not isinstance(given, Mapping):
+            raise InvalidInputError("grid", given, "keys and values")
+        axes = {str(key): _values(str(key), value) for key, value in given.items()}
+        first = {key: values[0] for key, values in axes.items()}
+        defaults = _Case.of(first).model_dump()
+        if (count := prod(len(values) for values in axes.values())) > MOST_CASES:
+            raise InvalidInputError("grid", f"{count} cases", f"at most {MOST_CASES} cases", "split the grid")
+        values = {key: [value] for key, value in defaults.items()} | {
+            key: [getattr(_Case.of(first | {key: value}), key) for value in values] for key, values in axes.items()
+        }
+        listed = tuple(key for key in KEYS if isinstance(given.get(key), list | tuple | Mapping))
+        for key in listed:
+            if len(set(values[key])) < len(values[key]):
+                raise InvalidInputError(key, given[key], "values of which no two are alike")
+        grid = cls({key: values[key] for key in KEYS}, listed)
+        grid._check_any()
+        return grid
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Numbers of values of the listed keys."""
+        return tuple(len(self.values[key]) for key in self.listed)
+
+    @property
+    def count(self) -> int:
+        """Number of cases."""
+        return prod(self.shape)
+
+    @property
+    def chunks(self) -> list[range]:
+        """The numbers of the cases, in chunks."""
+        size = min(CHUNK, ceil(self.count / CHUNKS))
+        return [range(first, min(first + size, self.count)) for first in range(0, self.count, size)]
+
+    def case(self, number: int) -> dict[str, Any]:
+        """Keys and values of a case."""
+        places = dict(zip(self.listed, np.unravel_index(number, self.shape), strict=True))
+        return {key: values[places.get(key, 0)] for key, values in self.values.items()}
+
+    def config(self) -> dict[str, Any]:
+        """The resolved keys and values, as they could be given."""
+        return {key: values if key in self.listed else values[0] for key, values in self.values.items()}
+
+    def _check_any(self) -> None:
+        """Refuse a grid without a possible case, as with a wrong unit, by the error of its first."""
+        error = None
+        for number in range(self.count):
+            try:
+                Scene(**self.case(number))
+            except InvalidInputError as refused:
+                error = error or refused
+            else:
+                return
+        assert error is not None
+        raise error
+
+
+def run(
+    given: Mapping[str, Any],
+    file: str | os.PathLike[str],
+    cores: int | None = None,
+    progress: Progress | None = None,
+) -> xr.Dataset:
+    """Find the critical points of all combinations of values and store them in one netCDF file.
+
+    What is done stands in the folder ``file`` + ".parts" until the file is whole: the same call goes on from there.
+
+    Parameters
+    ----------
+    given
+        For each key of :data:`KEYS` a value, a list of values, or ``{"from": ..., "to": ..., "count": ...}``; those
+        that are left out have the defaults of :class:`.inputs.Scene`.
+    file
+        Where to write.
+    cores
+        Number of processes; by default one for each core.
+    progress
+        Is told how much is done.
+
+    Returns
+    -------
+    ``lambda_c`` or, without a snap, ``lambda_touch``, ``error``, ``model_error``, ``free_length`` and ``reason`` over
+    the keys with several values; nan where a case is refused or fails, with the error as its reason.
+
+    Raises
+    ------
+    InvalidInputError
+        A key or value that cannot be used, or the parts of another sweep stand beside the file.
+    StripfoldError
+        A process was ended from outside.
+    """
+    grid, file = Grid.of(given), Path(file)
+    cores = os.cpu_count() or 1 if cores is None else cores
+    if cores < 1:
+        raise InvalidInputError("cores", cores, "a whole number of at least 1")
+    folder, chunks = file.with_name(f"{file.name}.parts"), grid.chunks
+    # Parts of another version are of another sweep: one file has one origin.
+    origin = [grid.config(), CHUNK, CHUNKS, stripfold.__version__, store.running_commit()]
+    digest = sha256(json.dumps(origin).encode()).hexdigest()[:16]
+    parts = [folder / f"{digest}-{number:05d}.nc" for number in range(len(chunks))]
+    if any(part not in parts for part in folder.glob("*.nc")):
+        advice = f"give another output, or remove {folder}"
+        raise InvalidInputError("output", str(file), "a file without the parts of another sweep beside it", advice)
+    left = [(chunk, part) for chunk, part in zip(chunks, parts, strict=True) if not part.is_file()]
+    _solve_all(grid, left, cores, progress or (lambda _: None))
+    found = _gathered(grid, chunks, parts)
+    store.write(found, file, title="critical points of a grid of strips", config=grid.config())
+    shutil.rmtree(folder)
+    return found
+
+
+def _values(key: str, given: Any) -> list[Any]:
+    """The values of a key."""
+    if isinstance(given, Mapping):
+        with within(key):
+            asked = Range.of(given)
+        return np.linspace(asked.start, asked.to, asked.count).tolist()
+    if isinstance(given, list | tuple):
+        if not given:
+            raise InvalidInputError(key, given, "a value, a list of values, or from, to and count")
+        return list(given)
+    return [given]
+
+
+def _solve_all(grid: Grid, left: list[tuple[range, Path]], cores: int, say: Progress) -> None:
+    finished = grid.count - sum(len(chunk) for chunk, _ in left)
+    say(f"{finished / grid.count:.0%}")
+    # An interruption from the keyboard reaches the processes, too, and ends them without a word.
+    pool = ProcessPoolExecutor(cores, initializer=signal.signal, initargs=(signal.SIGINT, signal.SIG_DFL))
+    try:
+        running = {pool.submit(_solve, grid, chunk, part): len(chunk) for chunk, part in left}
+        for done in as_completed(running):
+            done.result()
+            finished += running[done]
+            say(f"{finished / grid.count:.0%}")
+    except BrokenProcessPool as error:
+        raise StripfoldError("a process of the sweep was ended from outside; run it again to go on") from error
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def _solve(grid: Grid, chunk: range, part: Path) -> None:
+    """Solve the cases of a chunk and store them."""
+    rows = [_of(grid.case(number)) for number in chunk]
+    found = schema.dataset({name: ("case", [row[name] for row in rows]) for name in (*NUMBERS, "reason")})
+    store.write(found, part, title="part of a sweep")
+
+
+def _of(case: Mapping[str, Any]) -> dict[str, Any]:
+    """Numbers and reason of a case."""
+    try:
+        scene = Scene(**case)
+        prediction = _predicted(scene.height_star)
+        scene.require_long_enough(prediction.last.length)
+        found = critical_point.find(scene, prediction=prediction)
+    except StripfoldError as error:
+        return dict.fromkeys(NUMBERS, nan) | {"reason": " ".join(str(error).split())}
+    return {name: getattr(found, name) for name in (*NUMBERS, "reason")}
+
+
+_predicted = lru_cache(maxsize=1)(ElasticaPrediction.at)
+
+
+def _gathered(grid: Grid, chunks: list[range], parts: list[Path]) -> xr.Dataset:
+    """The dataset, part by part."""
+    found: dict[str, Any] = {name: np.empty(grid.count) for name in NUMBERS}
+    found["reason"], texts = np.empty(grid.count, dtype=object), dict[str, str]()
+    for chunk, part in zip(chunks, parts, strict=True):
+        data = store.read(part, (*NUMBERS, "reason"))
+        where = slice(chunk.start, chunk.stop)
+        for name in NUMBERS:
+            found[name][where] = data[name]
+        found["reason"][where] = [texts.setdefault(text, text) for text in data["reason"].values]
+    values: dict[str, Any] = {key: (key, grid.values[key]) for key in grid.listed}
+    values |= {name: (grid.listed, array.reshape(grid.shape)) for name, array in found.items()}
+    return schema.dataset(values, {key: grid.values[key][0] for key in KEYS if key not in grid.listed})

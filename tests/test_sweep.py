@@ -1,0 +1,163 @@
+"""A sweep: the same as single critical points, also after an interruption; what cannot be computed is never data."""
+
+from __future__ import annotations
+
+import os
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+import yaml
+
+from stripfold import store, sweep
+from stripfold.analysis import critical_point
+from stripfold.cli import main
+from stripfold.errors import InvalidInputError, SolveError, StripfoldError
+from stripfold.inputs import Scene
+from stripfold.results import CriticalPoint
+
+STRIP = {"length": 0.6, "eta_b": 3780.0, "height": 0.09, "model": "elastica"}
+HEIGHTS = STRIP | {"height": {"from": 0.03, "to": 0.12, "count": 40}}
+
+
+def single(case: dict[str, object]) -> tuple[dict[str, float], str]:
+    """What the command ``critical`` gives."""
+    try:
+        scene = Scene(**case)
+        scene.require_long_enough()
+        found = CriticalPoint.of(scene)
+    except StripfoldError as error:
+        return dict.fromkeys(sweep.NUMBERS, np.nan), str(error)
+    return {name: getattr(found, name) for name in sweep.NUMBERS}, found.reason
+
+
+@pytest.fixture
+def interrupted(tmp_path, monkeypatch):
+    """A file whose sweep over the heights was interrupted after its first chunk."""
+    file = tmp_path / "sweep.nc"
+
+    def first_only(running):
+        yield next(iter(done(running)))
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patched:
+        done = sweep.as_completed
+        patched.setattr(sweep, "as_completed", first_only)
+        with pytest.raises(KeyboardInterrupt):
+            sweep.run(HEIGHTS, file, cores=1)
+    return file
+
+
+def parts(file: Path) -> dict[str, int]:
+    """Names and inodes of the parts."""
+    return {part.name: part.stat().st_ino for part in file.with_name("sweep.nc.parts").glob("*.nc")}
+
+
+def test_a_sweep_is_the_single_critical_points(tmp_path):
+    """Snaps, touches, strips too short for their height, a gripper above the length, a strip too thick."""
+    axes = {
+        "model": ["rod", "elastica"],
+        "length": [0.16, 0.6],
+        "height": [0.2, 0.036, 0.09],
+        "eta_m": [1e-3, 0.02],
+    }
+    file = tmp_path / "sweep.nc"
+    found = sweep.run({**axes, "eta_b": 3780}, file, cores=2)
+    assert found.lambda_c.dims == ("height", "length", "eta_m", "model")
+    seen = set()
+    for values in product(*axes.values()):
+        at = dict(zip(axes, values, strict=True))
+        numbers, reason = single({**at, "eta_b": 3780.0})
+        here = found.sel(at)
+        assert {name: float(here[name]) for name in sweep.NUMBERS} == pytest.approx(numbers, rel=0, abs=0, nan_ok=True)
+        assert here.reason.item() == reason
+        seen.add(reason.split(maxsplit=1)[0])
+    assert seen == {"lambda", "the", "height", "length", "eta_m"}
+    stored = store.read(file)
+    xr.testing.assert_equal(stored, found)
+    assert stored.lambda_c.units == stored.height.units == "m"
+    assert (stored.attrs["eta_b"], stored.attrs["nu"]) == (3780.0, 0.0)
+    assert os.listdir(tmp_path) == ["sweep.nc"]
+
+
+def test_an_interrupted_sweep_goes_on_and_gives_the_same_file(tmp_path, interrupted):
+    before, told = parts(interrupted), []
+    assert 1 <= len(before) < len(sweep.Grid.of(HEIGHTS).chunks) == 20
+    # Left by a process that was killed while it wrote.
+    interrupted.with_name("sweep.nc.parts").joinpath(".stripfold-left").mkdir()
+    kept = {}
+
+    def say(text):
+        told.append(text)
+        kept.update(parts(interrupted))
+
+    sweep.run(HEIGHTS, interrupted, cores=2, progress=say)
+    assert kept.items() >= before.items()
+    assert told[0] == f"{5 * len(before)}%"
+    assert told[-1] == "100%"
+    sweep.run(HEIGHTS, tmp_path / "whole.nc", cores=1)
+    assert interrupted.read_bytes() == (tmp_path / "whole.nc").read_bytes()
+    assert sorted(os.listdir(tmp_path)) == ["sweep.nc", "whole.nc"]
+
+
+def test_parts_of_another_sweep_are_refused_and_left(interrupted):
+    before = parts(interrupted)
+    with pytest.raises(InvalidInputError, match=r"output.*without the parts of another sweep.*remove") as error:
+        sweep.run(HEIGHTS | {"eta_b": 3000.0}, interrupted)
+    assert str(interrupted) in str(error.value)
+    assert parts(interrupted) == before
+
+
+def test_a_failed_case_is_no_data(monkeypatch):
+    def fails(*_, **__):
+        raise SolveError("no state", advice="none")
+
+    monkeypatch.setattr(critical_point, "find", fails)
+    found = sweep._of(STRIP)
+    assert found.pop("reason") == "no state (none)"
+    assert np.isnan(list(found.values())).all()
+
+
+def test_a_killed_process_is_one_error_and_the_sweep_goes_on(tmp_path, monkeypatch):
+    with monkeypatch.context() as patched:
+        patched.setattr(critical_point, "find", lambda *_, **__: os._exit(9))
+        with pytest.raises(StripfoldError, match="run it again"):
+            sweep.run(STRIP, tmp_path / "sweep.nc")
+    assert float(sweep.run(STRIP, tmp_path / "sweep.nc").lambda_c) == single(STRIP)[0]["lambda_c"]
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"hight": [0.08, 0.09]}, r"hight = 0.08 .* did you mean height"),
+        ({"eta_b": []}, r"eta_b = \[\] .* a list of values, or from, to and count"),
+        ({"nu": [0.1, 0.6]}, r"nu = 0.6 .* from 0 to 0.49"),
+        ({"nu": [0, 0.0]}, r"nu = \[0, 0.0\] .* no two are alike"),
+        ({"model": ["rod", "rods"]}, r"model = 'rods' .* one of solid, rod, elastica, auto"),
+        ({"height": {"from": 0.05, "to": 0.1}}, r"height.count is missing; allowed: a whole number from 2"),
+        ({"height": {"from": 0.05, "to": 0.1, "cuont": 3}}, r"height.cuont = 3 .* did you mean count"),
+        ({"height": {"from": 0.05, "to": 0.1, "count": 150_000}, "nu": [0.0, 0.1]}, r"'300000 cases' .* at most 200000"),
+        ({"height": [90, 120]}, r"height = 90.0 .* less than the length, 0.6 m"),
+    ],
+)
+def test_bad_grids(capsys, tmp_path, given, message):
+    grid = tmp_path / "grid.yaml"
+    grid.write_text(yaml.safe_dump(STRIP | given), encoding="utf-8")
+    with pytest.raises(InvalidInputError, match=message):
+        sweep.Grid.of(STRIP | given)
+    assert main(["sweep", str(grid), "--output", str(tmp_path / "sweep.nc")]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+    assert os.listdir(tmp_path) == ["grid.yaml"]
+
+
+def test_command(capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("grid.yaml").write_text(yaml.safe_dump(STRIP | {"height": [0.03, 0.09, 0.12, 0.7]}), encoding="utf-8")
+    assert main(["sweep", "grid.yaml", "--cores", "0"]) == 2
+    assert "cores = 0 cannot be used" in capsys.readouterr().err
+    assert main(["sweep", "grid.yaml", "--cores", "2"]) == 0
+    rows = dict(line.split(maxsplit=1) for line in capsys.readouterr().out.splitlines())
+    assert (rows["cases"], rows["snap"], rows["touch"], rows["written"]) == ("4", "2", "1", "grid.nc")
+    assert rows["no"].startswith("result    1, the first: height = 0.7 cannot be used")
