@@ -11,7 +11,7 @@ TOUCH, TIME = 2.6, 0.12
 SLOW, FAST = 0.01, 0.81
 ONSET = TOUCH + TIME * np.log(snap.LEVEL)
 SHAPE = np.random.default_rng(7).normal(size=(20, 2))
-SHAPE /= np.sqrt(np.mean(np.sort(np.sum(SHAPE**2, axis=1))[:18]))
+SHAPE /= np.sqrt(np.mean(np.sum(SHAPE**2, axis=1)))
 
 
 def way(t: np.ndarray) -> np.ndarray:

@@ -199,6 +199,34 @@ def test_strip_away_from_the_gripper_is_an_error(film: Film) -> None:
         tracker(film.frames[11], dropped, film.corners[11])
 
 
+def test_strip_that_is_dim_next_to_the_gripper_is_followed_from_there(film: Film) -> None:
+    """Seen edge-on it may be thinner than a pixel; where nothing is seen the gripper has lost it."""
+    image, end, hanging = film.frames[0].image, film.ends[0], film.curves[0]
+    near = np.hypot(*(hanging - end).T) < 80.0
+    rows, columns = (
+        slice(round(end[1]) - 3, round(hanging[near][:, 1].max())),
+        slice(*np.rint(end[0] + [-12, 12]).astype(int)),
+    )
+    around = float(np.median(image[rows, columns]))
+    for contrast, holds in ((0.3, True), (0.0, False)):
+        dim = image.copy()
+        dim[rows, columns] = np.rint(around + contrast * (image[rows, columns] - around))
+        tracker = film.tracker()
+        line = tracker(replace(film.frames[0], image=dim), end, film.corners[0])
+        assert (line is not None) == holds
+        if line is not None:
+            film.assert_on_strip(0, line)
+            assert np.hypot(*(line.points[0] - end)) < 3.0
+
+
+def test_tight_bend_in_a_small_picture_stays_on_the_strip() -> None:
+    """The line would be a little shorter in each frame, until it has left the bend."""
+    small = filmed(20, {"eta_b": 9000.0, "width": 0.04}, size=[320, 240], defocus=1.0)
+    lengths = [line.length for line in small.track() if line is not None]
+    assert len(lengths) == 20
+    assert min(lengths) > 0.98 * lengths[0]
+
+
 def test_strip_is_found_where_it_was_after_a_wrong_velocity(film: Film) -> None:
     tracker = film.tracker()
     for i in range(4):
@@ -274,6 +302,28 @@ def test_places_nearer_to_another_layer_are_rejected() -> None:
     curve = np.array([[0.0, 0.0], [10.0, 0.0], [20.0, 0.0], [20.0, 12.0], [10.0, 12.0], [0.0, 12.0]])
     places = curve + np.array([[0.0, 5.0], [0.0, 7.0], *[[0.0, 0.0]] * 4])
     assert cross_sections.on_own_layer(places, curve, 2).tolist() == [True, False, True, True, True, True]
+
+
+def test_only_the_outer_edge_counts_next_to_another_layer() -> None:
+    """Two bands with blurred edges and a gap too narrow to be seen; the upper one is next to the gripper."""
+    x = np.arange(20.0, 160.0, 4.0)
+    upper = np.column_stack([x[::-1], np.full(len(x), 40.0)])
+    curve = np.concatenate([upper, [[10.0, 44.0]], upper[::-1] + np.array([0.0, 8.0])])
+    across, width = cross_sections.normals(curve), np.full(len(curve), 6.0)
+    side = cross_sections.free_side(curve, across, width, 8)
+    up = np.sign(across[:, 1])
+    assert np.all(side[5:25] == -up[5:25])
+    assert np.all(side[-25:-5] == up[-25:-5])
+    assert not cross_sections.free_side(curve, across, width - 3.0, 8).any()
+    image = np.full((90, 180), 40, np.uint8)
+    for y in (40, 48):
+        image[y - 3 : y + 4, 15:165] = 200
+    image = np.asarray(cv2.GaussianBlur(image, (0, 0), 1.5), dtype=np.uint8)
+    seen = cross_sections.edges_at(image, curve[5:25], across[5:25], 7.0, True, side[5:25])
+    assert np.abs(seen.offset).max() < 0.25
+    assert np.all(seen.found)
+    both = cross_sections.edges_at(image, curve[5:25], across[5:25], 7.0, True)
+    assert np.abs(both.offset).min() > 0.5
 
 
 def test_learnt_width_and_contrast_stay_positive(

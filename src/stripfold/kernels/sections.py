@@ -32,9 +32,9 @@ def fall(row, middle, step, level, far):
     return at - 1 + min(max((before - level) / drop, 0.0), 1.0), max(drop, 1.0), found
 
 
-@compiled(matrix(grey, vector, numba.float64))
-def edges(profiles, width, thin):
-    """Offset, width, contrast, noise and whether both edges were found (1 or 0), shape (5, n).
+@compiled(matrix(grey, vector, vector, numba.float64))
+def edges(profiles, width, side, thin):
+    """Offset, width, contrast, noise and whether the edges were found (1 or 0), shape (5, n).
 
     See :func:`.cross_sections.measure_edges`; bands up to ``thin`` are located by their centroid.
     """
@@ -52,6 +52,15 @@ def edges(profiles, width, thin):
         below, slope_below, found_below = fall(row, middle, -1, 0.5 * (top + left), far)
         above, slope_above, found_above = fall(row, middle, 1, 0.5 * (top + right), far)
         out[0, i] = 0.5 * (above - below)
+        if side[i] != 0.0:
+            # From one edge alone: the other one is next to another layer.
+            up = side[i] > 0.0
+            out[0, i] = above - 0.5 * width[i] if up else 0.5 * width[i] - below
+            out[1, i] = width[i]
+            out[2, i] = top - (right if up else left)
+            out[3, i] = 1.0 / (slope_above if up else slope_below)
+            out[4, i] = found_above if up else found_below
+            continue
         if width[i] <= thin:
             base = 0.5 * (left + right)
             base += 0.1 * (top - base)
@@ -104,6 +113,23 @@ def on_own_layer(places, curve, layer):
                 if distance < least:
                     nearest, least = j, distance
         out[i] = abs(nearest - i) <= layer
+    return out
+
+
+@compiled(vector(matrix, matrix, vector, numba.int64, numba.float64))
+def free_side(curve, across, width, layer, margin):
+    """See :func:`.cross_sections.free_side`."""
+    out = np.zeros(len(curve))
+    for i in range(len(curve)):
+        least = np.inf
+        for j in range(len(curve)):
+            if abs(j - i) <= layer:
+                continue
+            x, y = curve[j, 0] - curve[i, 0], curve[j, 1] - curve[i, 1]
+            gap = np.hypot(x, y) - 0.5 * (width[i] + width[j])
+            if gap < min(least, margin):
+                least = gap
+                out[i] = -np.sign(across[i, 1]) if j > i else np.sign(across[i, 1])
     return out
 
 

@@ -23,6 +23,7 @@ from stripfold.vision.cross_sections import (
     cutoff_of,
     edges_at,
     end_direction,
+    free_side,
     inside,
     layer_distance,
     locate,
@@ -40,6 +41,9 @@ from stripfold.vision.smoothing import median, smoothed
 
 MIN_MEASURED = 0.5
 """Least share of the sections in view that must be measured."""
+SHARPER = 2.0 / 3.0
+"""Cut-off of the smoothing relative to that in a single picture: a bend that it takes off is taken off again in each
+frame, until it is off the strip."""
 MAX_GAP = 0.25
 """Longest hidden part, as a share of the line."""
 WIDTH_TOLERANCE = 0.4
@@ -86,7 +90,7 @@ def follow(image: Picture, guess: Centreline, ends: Array, reach: float) -> Foll
     typical = median(guess.width)
     s = np.linspace(0.0, arc[-1], max(int(arc[-1] / np.clip(0.5 * typical, 3.0, 6.0)), 24) + 1)
     h = float(s[1])
-    cutoff = cutoff_of(typical, float(arc[-1])) / h
+    cutoff = SHARPER * cutoff_of(typical, float(arc[-1])) / h
     layer = layer_distance(typical, reach, h)
     width, contrast = np.interp(s, arc, guess.width), np.interp(s, arc, guess.contrast)
     sizes = rounded(width)
@@ -98,7 +102,9 @@ def follow(image: Picture, guess: Centreline, ends: Array, reach: float) -> Foll
     across = normals(curve)
     offset = locate(image, curve, across, sizes, reach, guess.bright, max(round(typical / h), 2), DECAY)
     centres = curve + offset[:, None] * across
-    score = scored(curve, centres, edges_at(image, centres, across, sizes, guess.bright))
+    own = layer_distance(typical, 0.0, h)
+    side = free_side(curve, across, width, own)
+    score = scored(curve, centres, edges_at(image, centres, across, sizes, guess.bright, side))
     score *= inside(centres, image.shape)
     if np.sum(score >= GOOD) < 6:
         return None
@@ -107,7 +113,8 @@ def follow(image: Picture, guess: Centreline, ends: Array, reach: float) -> Foll
     # Where the strip bends sharply the first smooth curve cuts the corner: measured again from the second.
     for _ in range(2):
         across = normals(curve)
-        edges = edges_at(image, curve, across, sizes, guess.bright)
+        side = free_side(curve, across, width, own)
+        edges = edges_at(image, curve, across, np.where(side != 0.0, width, sizes), guess.bright, side)
         seen = inside(curve, image.shape)
         score = scored(curve, curve + edges.offset[:, None] * across, edges) * seen
         score[np.abs(edges.offset) > 0.5 * width + 1.0] = 0.0
@@ -126,7 +133,7 @@ def follow(image: Picture, guess: Centreline, ends: Array, reach: float) -> Foll
 
     points, places = between_ends(curve, ends, len(guess.points))
     # Layers that are seen as one must not become the usual width.
-    rate = np.where((score > GOOD) & ~merged, LEARNING_RATE, 0.0)
+    rate = np.where((score > GOOD) & ~merged & (side == 0.0), LEARNING_RATE, 0.0)
     width = width + _denoised(rate * (np.clip(edges.width, 0.7 * width, 1.4 * width) - width))
     width = np.minimum(width, WIDEST * typical)
     contrast = contrast + _denoised(rate * (edges.contrast - contrast))

@@ -30,9 +30,9 @@ DRAWS = 200
 SEED = 20180601
 MAX_NO_SNAP_RATIO = 1.3
 """Peak of the speed over that of following from which a snap cannot be ruled out."""
-LEVEL_ERROR = 0.1
+LEVEL_ERROR = 0.07
 """Standard deviation of the onset's level, as a share of its height: at the peak the layers hide each other."""
-FRAME_SHIFT, FRAME_SD = 0.63, 0.19
+FRAME_SHIFT, FRAME_SD = 0.2, 0.4
 """By how much the onset is measured too early, since the snap ends between two frames, and the standard deviation of
 that, in the usual distance of the frames."""
 GAP_SHIFT, GAP_SD = 0.25, 0.1

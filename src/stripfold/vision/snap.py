@@ -23,11 +23,8 @@ from stripfold.arrays import Array, Mask
 
 WINDOW = 0.15
 """Window of the speed, s: four or five frames at the usual 30 per second, three at 20."""
-KEPT = 0.9
-"""Share of the points from which the speed is taken: a few may jump to the other layer."""
-LEVEL = 0.43
-"""Share of the way to the measured peak at which the onset is.  Noise, and layers that hide each other, raise the peak:
-on recordings with a known motion this is half of the way to the true one."""
+LEVEL = 0.5
+"""Share of the way to the peak at which the onset is, by its definition."""
 SLOPE_SHARE = 0.4
 """Share of the onset's level, to either side, over which the slope of the speed is taken there."""
 STEP = 0.005
@@ -91,7 +88,7 @@ class Speed:
 
     @property
     def onset(self) -> float:
-        """Onset of the snap, s: when the speed rises half-way to its peak, see :data:`LEVEL`; nan where it does not."""
+        """Onset of the snap, s: when the speed rises half-way to its peak; nan where it does not."""
         return self.crossing(self.level(LEVEL))
 
     def crossing(self, level: float) -> float:
@@ -134,11 +131,10 @@ def speed(t: Array, points: Array) -> Speed:
 
 
 def _distances(a: Array, b: Array) -> tuple[Array, Array]:
-    """Distances between shapes, each (m, 2 k): their root mean square over all but the farthest points, and median."""
+    """Distances between shapes, each (m, 2 k): root mean square and median over their points."""
     x, z = np.moveaxis((a - b).reshape(len(a), -1, 2), 2, 0)
-    kept, middle = int(KEPT * x.shape[1]), x.shape[1] // 2
-    squares = np.partition(x * x + z * z, (middle, kept), axis=1)
-    return np.sqrt(squares[:, :kept].mean(axis=1)), np.sqrt(squares[:, middle])
+    squares, middle = x * x + z * z, x.shape[1] // 2
+    return np.sqrt(squares.mean(axis=1)), np.sqrt(np.partition(squares, middle, axis=1)[:, middle])
 
 
 def _first_peak(path: PchipInterpolator, t: Array, u: Array) -> int:

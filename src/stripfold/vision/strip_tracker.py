@@ -103,6 +103,7 @@ class StripTracker:
             self._first_time = frame.time
         try:
             line = find(without_marker(frame.image, marker), end, points=POINTS, source=self._source)
+            line = _up_to(end, line, frame.image)
             self._check_first(line, end)
         except TrackingError:
             if frame.time - self._first_time > MAX_LOSS:
@@ -206,6 +207,22 @@ class StripTracker:
 
     def _metric_length(self, line: Centreline) -> float:
         return float(arc_length(self._mapping.to_robot(line.points))[-1])
+
+
+def _up_to(end: Array, line: Centreline, image: Picture) -> Centreline:
+    """A line that was just found, up to the gripped end where a dimmer part of the strip, seen edge-on, leads there."""
+    arc, away = line.arc, float(np.hypot(*(line.points[0] - end)))
+    if away < 2.0 * median(line.width):
+        return line
+    s = np.linspace(-away, arc[-1], POINTS)
+    x, y = (np.interp(s, [-away, *arc], [end[i], *line.points[:, i]]) for i in range(2))
+    width, contrast = np.interp(s, arc, line.width), np.interp(s, arc, line.contrast)
+    longer = replace(line, points=np.column_stack([x, y]), width=width, contrast=contrast)
+    ends = np.stack([end, line.points[-1]])
+    found = follow(image, with_appearance(image, longer), ends, 2.0 * median(line.width))
+    if found is None or not found.sound or np.mean(found.line.score[s < 0.0] >= GOOD) < MIN_ALIKE:
+        return line
+    return found.line
 
 
 def without_marker(image: Picture, marker: Array) -> Picture:
