@@ -138,7 +138,10 @@ def test_a_killed_process_is_one_error_and_the_sweep_goes_on(tmp_path, monkeypat
         ({"model": ["rod", "rods"]}, r"model = 'rods' .* one of solid, rod, elastica, auto"),
         ({"height": {"from": 0.05, "to": 0.1}}, r"height.count is missing; allowed: a whole number from 2"),
         ({"height": {"from": 0.05, "to": 0.1, "cuont": 3}}, r"height.cuont = 3 .* did you mean count"),
-        ({"height": {"from": 0.05, "to": 0.1, "count": 150_000}, "nu": [0.0, 0.1]}, r"'300000 cases' .* at most 200000"),
+        (
+            {"height": {"from": 0.05, "to": 0.1, "count": 150_000}, "nu": [0.0, 0.1]},
+            r"'300000 cases' .* at most 200000",
+        ),
         ({"height": [90, 120]}, r"height = 90.0 .* less than the length, 0.6 m"),
     ],
 )
