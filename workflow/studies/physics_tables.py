@@ -77,7 +77,8 @@ def textile(data: xr.Dataset) -> str:
 
 def fabrics(data: xr.Dataset) -> str:
     """Those whose friction is known, the least first."""
-    known = data.sel(fabric=np.isfinite(data.friction.values)).sortby("friction")
+    known = data.sel(fabric=data.bent.values).drop_vars("bent").assign(friction=("fabric", data.friction.values))
+    known = known.sortby("friction")
     rows = zip(known.fabric.values, known.gravity_length.values, known.friction.values, strict=True)
     cells = ([str(name), f"{100.0 * length:.2f} cm", f"{moment:.2f}"] for name, length, moment in rows)
     return markdown(["fabric", "L*", "M_0 / (rho_a g L*^2)"], cells)
