@@ -31,8 +31,8 @@ def draw(data: xr.Dataset) -> Figure:
 
     ``data`` is from :func:`studies.stability_map.run`.
     """
-    fig = figure(7.2)
-    plane, along, there = fig.subplots(3, 1, height_ratios=(1.8, 1.0, 1.0))
+    fig = figure(6.5)
+    plane, along, there = fig.subplots(3, 1, height_ratios=(1.75, 1.0, 1.0))
     curves = {name: data[name].values for name in CURVES}
     draw_map(plane, curves, data["advance"].values, data["z"].values, data["margin"].values, LEVELS)
     travelled = np.linspace(0.0, 1.0, data.sizes["point"])
