@@ -5,15 +5,20 @@ from __future__ import annotations
 import argparse
 import gc
 import os
+import signal
 import sys
+import threading
+import traceback
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import NamedTuple
+from pathlib import Path
+from typing import NamedTuple, NoReturn
 
 from stripfold import __version__
 from stripfold import cli_commands as commands
 from stripfold.cli_commands import Say
 from stripfold.errors import StripfoldError
+from stripfold.material import Material
 
 
 class Command(NamedTuple):
@@ -99,10 +104,14 @@ COMMANDS = {
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit code.
 
-    0: done, also where there is no snap.  2: bad input.  3: a solve failed.  4: a recording that cannot be measured.
-    130: interrupted.
+    0: done, also where there is no snap.  2: bad input, or a file that cannot be read or written.  3: a solve failed.
+    4: a recording that cannot be measured.  5: a fault of the program.  130: interrupted.  141: the reader of the
+    output has gone.  143: terminated.
     """
     argv = sys.argv[1:] if argv is None else argv
+    if threading.current_thread() is threading.main_thread():
+        # As an exception, so that temporary files are removed.
+        signal.signal(signal.SIGTERM, _terminated)
     # The systems are small: threads inside BLAS gain nothing, and on a busy machine they wait for each other, up to
     # twenty times longer.  Heeded only by a numpy that is not imported yet.
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
@@ -113,14 +122,44 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         with _progress() as say:
             said = COMMANDS[arguments.command].run(arguments, say)
-        print(said)
-    except StripfoldError as error:
-        print(f"stripfold: error: {' '.join(str(error).split())}", file=sys.stderr)
-        return error.exit_code
+        print(said, flush=True)
+    except BrokenPipeError:
+        # What is left in the buffer is written when Python ends, and would fail again.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 141
     except KeyboardInterrupt:
         print("stripfold: interrupted", file=sys.stderr)
         return 130
+    except Exception as error:
+        said, code = _in_words(error)
+        print(f"stripfold: error: {' '.join(said.split())}{_unit(said, arguments)}", file=sys.stderr)
+        return code
     return 0
+
+
+def _terminated(number: int, _: object) -> NoReturn:
+    sys.exit(128 + number)
+
+
+def _in_words(error: Exception) -> tuple[str, int]:
+    """What happened, where, and what to do; and the exit code."""
+    if isinstance(error, StripfoldError):
+        return str(error), error.exit_code
+    if isinstance(error, OSError):
+        place = f"{error.filename}: " if error.filename else ""
+        return f"{place}{error.strerror or error}; check the name, the rights and the space there", 2
+    if isinstance(error, MemoryError):
+        return f"the memory does not suffice: {error}; ask for less accuracy, or check the size of the input", 2
+    *_, at = traceback.extract_tb(error.__traceback__)
+    place = f"{Path(at.filename).name}, line {at.lineno}"
+    return f"{type(error).__name__} in {place}: {error}; this is a fault of the program: please report it", 5
+
+
+def _unit(said: str, arguments: argparse.Namespace) -> str:
+    """L* in metres, after a message in L*."""
+    eta_b = getattr(arguments, "eta_b", None) or 0.0
+    known = eta_b > 0.0 and "L*" in said and "L* =" not in said
+    return f" (L* = {Material(eta_b).gravity_length:.4g} m)" if known else ""
 
 
 def _parser(argv: Sequence[str]) -> argparse.ArgumentParser:

@@ -9,6 +9,7 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from math import isfinite
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
 
 from stripfold.errors import MISSING, InvalidInputError, SolveError, TimeStepError
@@ -59,15 +60,23 @@ def _given(arguments: argparse.Namespace, model: type[Input]) -> dict[str, Any]:
 
 def _output(given: str | None, source: str, suffix: str) -> Path:
     """Where to write: as given, or in the working folder under the name of the source."""
-    path = Path(given or Path(source).with_suffix(suffix).name)
+    path = Path(f"{Path(source).stem}{suffix}" if given is None else given)
     if path.suffix != suffix:
-        raise InvalidInputError("output", str(path), f"a name that ends in {suffix}")
-    return _in_folder(path)
+        raise InvalidInputError("output", given or "", f"a name that ends in {suffix}")
+    return _writable(path)
 
 
-def _in_folder(path: Path) -> Path:
-    if not path.parent.is_dir():
+def _writable(path: Path) -> Path:
+    """Refuse, by trying, what would only be found out when all is computed."""
+    if os.path.isdir(path):
+        raise InvalidInputError("output", str(path), "a file, or nothing yet", "remove the folder")
+    if not os.path.isdir(path.parent):
         raise InvalidInputError("output", str(path), "a path in an existing folder", f"make {path.parent} first")
+    try:
+        with TemporaryDirectory(prefix=".stripfold-", dir=path.parent) as folder:
+            (Path(folder) / path.name).touch()
+    except OSError as error:
+        raise InvalidInputError("output", str(path), "a file that can be written", error.strerror or "") from error
     return path
 
 
@@ -190,6 +199,7 @@ def simulate(arguments: argparse.Namespace, say: Say) -> str:
     from stripfold.simulation import Simulation
 
     simulation = Simulation.read(arguments.scene)
+    arguments.eta_b = simulation.eta_b
     path, target = _output(arguments.output, arguments.scene, ".nc"), _plot_file(arguments.plot)
     from stripfold import store
     from stripfold.analysis import collapse
@@ -321,7 +331,7 @@ def record(arguments: argparse.Namespace, say: Say) -> str:
     folder = Path(arguments.output or Path(arguments.scene).stem)
     if folder.exists():
         raise InvalidInputError("output", str(folder), "a folder that is not there yet", "remove it, or choose another")
-    _in_folder(folder)
+    _writable(folder)
     say("motion")
     history = recording.history_of(asked)
     say("film")
@@ -373,8 +383,13 @@ def measure(arguments: argparse.Namespace, say: Say) -> str:
     from stripfold.measured import RecordingMeasurement
 
     folder = Path(arguments.folder) / "result"
+    if os.path.exists(folder) and not folder.is_dir():
+        raise InvalidInputError("output", str(folder), "a folder, or nothing yet", "remove the file")
     data, page = folder / "measurement.nc", folder / "report.html"
-    _check_result(folder, data, page)
+    for path in (data, page) if folder.is_dir() else (folder,):
+        # A recording that is not there has an error of its own.
+        if path.parent.is_dir():
+            _writable(path)
     found = RecordingMeasurement.of(arguments.folder, say)
     say("writing the report")
     # Both or none.
@@ -384,15 +399,3 @@ def measure(arguments: argparse.Namespace, say: Say) -> str:
     if arguments.json:
         return as_json(found.to_dict())
     return f"{found}\n{'written':<36} {page}, {data}"
-
-
-def _check_result(folder: Path, *files: Path) -> None:
-    """Refuse what cannot be written to before the film is read, which takes long."""
-    if folder.exists() and not folder.is_dir():
-        raise InvalidInputError("output", str(folder), "a folder, or nothing yet", "remove the file")
-    for path in files:
-        if path.is_dir():
-            raise InvalidInputError("output", str(path), "a file, or nothing yet", "remove the folder")
-    there = folder if folder.exists() else folder.parent
-    if there.is_dir() and not os.access(there, os.W_OK):
-        raise InvalidInputError("output", str(there), "a folder that can be written to", "copy the recording elsewhere")

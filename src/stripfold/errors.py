@@ -16,7 +16,7 @@ MISSING = "(missing)"
 class StripfoldError(Exception):
     """Base of every error this package raises on purpose."""
 
-    exit_code = 1
+    exit_code = 5
 
 
 class InvalidInputError(StripfoldError, ValueError):

@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 CONVENTIONS = "CF-1.11"
 PACKAGES = ("numpy", "scipy", "scikit-fem", "xarray", "netCDF4")
 REQUIRED = ("units", "long_name")
+MOST_BYTES = 4e9
+"""Largest dataset that is read: a damaged file may declare any size."""
 PROVENANCE = ("title", "stripfold_version", "git_commit", "packages", "config")
 """Global attributes that every stored dataset has."""
 
@@ -148,8 +150,10 @@ def read(path: str | os.PathLike[str], require: Iterable[str] = ()) -> xr.Datase
         raise InvalidInputError("file", str(path), "an existing netCDF file", "run the rule that makes it")
     try:
         with xr.open_dataset(path, engine="netcdf4") as opened:
+            if opened.nbytes > MOST_BYTES:
+                raise ValueError(f"it declares {opened.nbytes:.2g} bytes, at most {MOST_BYTES:.2g} can be read")
             dataset = opened.load()
-    except (OSError, ValueError, RuntimeError) as error:
+    except (OSError, ValueError, RuntimeError, KeyError, MemoryError, RecursionError, OverflowError) as error:
         raise InvalidInputError("file", str(path), "a whole netCDF-4 file", f"reading it says: {error}") from error
     missing = [name for name in (*PROVENANCE, *require) if name not in dataset.variables and name not in dataset.attrs]
     if missing:

@@ -198,8 +198,7 @@ def _values(key: str, given: Any) -> list[Any]:
 def _solve_all(grid: Grid, left: list[tuple[range, Path]], cores: int, say: Progress) -> None:
     finished = grid.count - sum(len(chunk) for chunk, _ in left)
     say(f"{finished / grid.count:.0%}")
-    # An interruption from the keyboard reaches the processes, too, and ends them without a word.
-    pool = ProcessPoolExecutor(cores, initializer=signal.signal, initargs=(signal.SIGINT, signal.SIG_DFL))
+    pool = ProcessPoolExecutor(cores, initializer=_end_at_once)
     try:
         running = {pool.submit(_solve, grid, chunk, part): len(chunk) for chunk, part in left}
         for done in as_completed(running):
@@ -210,6 +209,12 @@ def _solve_all(grid: Grid, left: list[tuple[range, Path]], cores: int, say: Prog
         raise StripfoldError("a process of the sweep was ended from outside; run it again to go on") from error
     finally:
         pool.shutdown(cancel_futures=True)
+
+
+def _end_at_once() -> None:
+    """An interruption from the keyboard reaches the processes, too: it, or a signal, ends them without a word."""
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.SIG_DFL)
 
 
 def _solve(grid: Grid, chunk: range, part: Path) -> None:

@@ -135,6 +135,8 @@ def read_yaml(
 
     path = Path(path)
     try:
+        if path.exists() and not path.is_file():  # a pipe would block
+            raise InvalidInputError(key, str(path), "a readable YAML file", "it is not a file")
         if path.stat().st_size > MOST_BYTES:
             raise InvalidInputError(key, str(path), f"a file of at most {MOST_BYTES} bytes")
         text = plain(path.read_text(encoding="utf-8"))

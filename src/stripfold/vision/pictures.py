@@ -16,6 +16,8 @@ MAX_PIXELS = 50_000_000
 SIDES = (32, 32_000)
 """Shortest and longest side, pixels; OpenCV cannot remap larger ones."""
 FORMATS = ("PNG", "JPEG", "TIFF", "BMP", "WEBP")
+MAX_SCANS = 100
+"""Scans of a progressive JPEG: cameras and programs write about ten, and each costs a pass over all pixels."""
 SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".webp")
 ALLOWED = (
     f"a complete picture ({', '.join(FORMATS)}) of at most {MAX_PIXELS // 1_000_000} million pixels,"
@@ -45,6 +47,8 @@ def read_grey(path: str | os.PathLike[str], upright: bool = True) -> Picture:
             width, height = picture.size
             if width * height > MAX_PIXELS or min(width, height) < SIDES[0] or max(width, height) > SIDES[1]:
                 raise InvalidInputError("image", str(path), ALLOWED, f"it has {width} x {height}")
+            if picture.format == "JPEG" and (scans := Path(path).read_bytes().count(b"\xff\xda")) > MAX_SCANS:
+                raise InvalidInputError("image", str(path), ALLOWED, f"it has {scans} scans")
             picture.load()
             upright_picture = ImageOps.exif_transpose(picture) if upright else picture
             return np.ascontiguousarray(_eight_bit(upright_picture).convert("L"))

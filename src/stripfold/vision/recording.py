@@ -28,7 +28,7 @@ POWER_OF_TEN = 0.03
 """How near to a power of ten, in log10, the ratio of two values is when a unit or a decimal point is wrong."""
 
 FilePath = Text
-Metres = Annotated[Number, quantity("coordinate or length", "m")]
+Metres = Annotated[Number, quantity("coordinate or length", "m", ge=-1e3, le=1e3)]
 
 
 class StripEntry(Input):
