@@ -10,7 +10,7 @@ import pytest
 from plots import disturbed_rpath as figure
 from stripfold.paths.rpath import plan_r_path
 from studies import disturbed_rpath
-from studies.disturbed_rpath import Vibrating, _changed
+from studies.disturbed_rpath import Vibrating, _risen
 
 MOTION = {"yield_curvature": 0.05, "step": 0.2, "speed": 0.05, "air": 0.11, "stiffness": 0.05}
 
@@ -22,9 +22,9 @@ def test_vibrating_gripper():
     assert drive.lam(20.0 * pi) == pytest.approx(6.0)
 
 
-def test_changed_path():
+def test_path_of_another_scale_and_height():
     path = plan_r_path(12.0).path
-    other = _changed(path, 1.1, 0.2)
+    other = _risen(path.scaled(1.1), 0.2)
     for s in (0.5, 3.0, 10.0):
         np.testing.assert_allclose(other.position(1.1 * s), 1.1 * path.position(s) + [0.0, 0.2 * min(1.1 * s, 1.0)])
     piece = other.pieces[1]

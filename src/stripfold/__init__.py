@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from stripfold import paths
-    from stripfold.errors import InvalidInputError, MeasurementError, SolveError, StripfoldError
+    from stripfold.errors import InvalidInputError, MeasurementError, NoPathError, SolveError, StripfoldError
     from stripfold.simulation import Release
     from stripfold.strip import Hysteresis, Pull, Strip, eta_b, measure
 
@@ -26,6 +26,7 @@ __all__ = [
     "Hysteresis",
     "InvalidInputError",
     "MeasurementError",
+    "NoPathError",
     "Pull",
     "Release",
     "SolveError",
@@ -38,7 +39,7 @@ __all__ = [
 ]
 
 _MODULES = {
-    "errors": ("InvalidInputError", "MeasurementError", "SolveError", "StripfoldError"),
+    "errors": ("InvalidInputError", "MeasurementError", "NoPathError", "SolveError", "StripfoldError"),
     "simulation": ("Release",),
     "strip": ("Hysteresis", "Pull", "Strip", "eta_b", "measure"),
 }

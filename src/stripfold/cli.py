@@ -14,7 +14,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple, NoReturn
 
-from stripfold import __version__
+from stripfold import __version__, cli_plan
 from stripfold import cli_commands as commands
 from stripfold.cli_commands import Say
 from stripfold.errors import StripfoldError
@@ -68,6 +68,12 @@ COMMANDS = {
         commands.path_options,
         commands.path,
     ),
+    "plan": Command(
+        "a gripper path that folds a strip whose eta_b is not well known",
+        "Choose a path that keeps a margin for every eta_b of an interval, assess it, and write it for a robot.",
+        cli_plan.options,
+        cli_plan.plan,
+    ),
     "map": Command(
         "stability map: the gripper places that a strip follows",
         "Follow the boundary of the gripper places at which a strip snaps, and how far the others are from it.",
@@ -105,8 +111,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit code.
 
     0: done, also where there is no snap.  2: bad input, or a file that cannot be read or written.  3: a solve failed.
-    4: a recording that cannot be measured.  5: a fault of the program.  130: interrupted.  141: the reader of the
-    output has gone.  143: terminated.
+    4: a recording that cannot be measured.  5: a fault of the program.  6: no path with the margin.
+    130: interrupted.  141: the reader of the output has gone.  143: terminated.
     """
     argv = sys.argv[1:] if argv is None else argv
     if threading.current_thread() is threading.main_thread():

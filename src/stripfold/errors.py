@@ -104,6 +104,17 @@ class TimeStepError(SolveError):
         self.last = last
 
 
+class NoPathError(StripfoldError):
+    """No known path keeps the asked margin; ``refused`` says of each why, and by how much."""
+
+    exit_code = 6
+
+    def __init__(self, asked: str, refused: Sequence[Any]) -> None:
+        self.refused = tuple(refused)
+        reasons = "; ".join(f"{one.path}: {one.reason}" for one in refused)
+        super().__init__(f"no path {asked}: {reasons}")
+
+
 class MeasurementError(StripfoldError):
     """A recording or picture that can be read but not measured; ``found`` says what was there instead.
 

@@ -215,6 +215,26 @@ class PathAssessment(Strip):
         return self
 
 
+class FoldingPlan(Strip):
+    """A strip to be folded, how well it is known, and what the robot may do."""
+
+    eta_b_uncertainty: Annotated[Number, quantity("relative uncertainty of eta_b, as 0.2 or 20%", ge=0.0, le=0.5)] = 0.2
+    margin: Annotated[
+        Number, quantity("distance of the gripper from where the strip snaps, for every eta_b", "m", ge=0.0, le=1e6)
+    ] = 0.01
+    layers_may_slide: Annotated[Flag, Field(description="the upper layer may slide over the lower one")] = False
+    speed: Annotated[Number, quantity("largest speed of the gripper", "m s^-1", ge=1e-4, le=10.0)] = 0.1
+    acceleration: Annotated[Number, quantity("largest acceleration of it", "m s^-2", ge=1e-3, le=100.0)] = 0.5
+
+    @cached_property
+    def strips(self) -> tuple[Strip, Strip, Strip]:
+        """The strip with the least, the given and the largest eta_b: the stiffest first."""
+        known = {name: getattr(self, name) for name in Strip.model_fields}
+        factors = (1.0 - self.eta_b_uncertainty, 1.0, 1.0 + self.eta_b_uncertainty)
+        stiffest, given, softest = (Strip(**{**known, "eta_b": factor * self.eta_b}) for factor in factors)
+        return stiffest, given, softest
+
+
 class EtaRequest(Input):
     """The source of a measured eta_b: the height of a fold or a hanging loop, a picture, or a bending test."""
 

@@ -16,6 +16,7 @@ from stripfold.errors import InvalidInputError
 from stripfold.material import GRAVITY
 
 if TYPE_CHECKING:
+    from stripfold.folding_plan import FoldingPlan
     from stripfold.inputs import Law, Model, MovingModel
     from stripfold.measured import EtaB, RecordingMeasurement
     from stripfold.paths import FoldPath
@@ -289,6 +290,58 @@ class Strip:
         from stripfold.stability_map import StabilityMap
 
         return StabilityMap.of(inputs.Strip(**asdict(self)), progress)
+
+    def plan(
+        self,
+        *,
+        eta_b_uncertainty: float = 0.2,
+        margin: float = 0.01,
+        layers_may_slide: bool = False,
+        speed: float = 0.1,
+        acceleration: float = 0.5,
+        progress: Progress | None = None,
+    ) -> FoldingPlan:
+        """A gripper path that folds the strip in half, with a margin for every eta_b of an interval (docs/plan.md).
+
+        Parameters
+        ----------
+        eta_b_uncertainty
+            Relative uncertainty of eta_b.
+        margin
+            Least distance of the gripper from where the strip snaps, m.
+        layers_may_slide
+            Whether the upper layer may slide over the lower one.
+        speed, acceleration
+            Largest ones of the gripper, m/s and m/s^2.
+        progress
+            Called with a line on what is being done.
+
+        Raises
+        ------
+        InvalidInputError
+            A value that cannot be used, or a strip that cannot be folded in half.
+        NoPathError
+            No known path has the margin; it says by how much each fails.
+
+        Examples
+        --------
+        >>> import stripfold as sf
+        >>> found = sf.Strip(length=0.5, eta_b=3780).plan(layers_may_slide=True)
+        >>> found.path.name, round(found.margin, 5)
+        ('low', 0.01477)
+        """
+        from stripfold import inputs
+        from stripfold.folding_plan import FoldingPlan
+
+        asked = inputs.FoldingPlan(
+            **asdict(self),
+            eta_b_uncertainty=eta_b_uncertainty,
+            margin=margin,
+            layers_may_slide=layers_may_slide,
+            speed=speed,
+            acceleration=acceleration,
+        )
+        return FoldingPlan.of(asked, progress)
 
 
 def eta_b(

@@ -14,7 +14,7 @@ _LONGEST = 200
 """Characters of a row, on average."""
 
 
-def read_rows(key: str, path: Path, header: str, limits: tuple[int, int]) -> list[list[str]]:
+def read_rows(key: str, path: Path, header: str, limits: tuple[int, int], unread: str = "") -> list[list[str]]:
     """The rows of a table below its ``header``; empty lines and lines that begin with ``#`` are ignored.
 
     Parameters
@@ -25,6 +25,8 @@ def read_rows(key: str, path: Path, header: str, limits: tuple[int, int]) -> lis
         Names of the columns, separated by commas.
     limits
         Smallest and largest number of rows.
+    unread
+        Name of a column that may be the last, and is left out.
 
     Raises
     ------
@@ -42,6 +44,9 @@ def read_rows(key: str, path: Path, header: str, limits: tuple[int, int]) -> lis
         rows = list(csv.reader(line for line in text.splitlines() if line.strip() and line[0] != "#"))
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise InvalidInputError(key, str(path), allowed, " ".join(str(error).split())) from error
+    if unread and rows and rows[0][-1].strip() == unread:
+        width = len(rows[0])
+        rows = [row[:-1] if len(row) == width else row for row in rows]
     if not rows or [name.strip() for name in rows[0]] != header.split(","):
         raise InvalidInputError(key, ",".join(rows[0])[:80] if rows else "", f"the header {header}", f"see {path}")
     if not limits[0] <= len(rows) - 1 <= limits[1]:
@@ -69,9 +74,9 @@ def to_numbers(key: str, path: Path, rows: list[list[str]], columns: int) -> Arr
     return values
 
 
-def read_table(key: str, path: Path, header: str, limits: tuple[int, int]) -> Array:
+def read_table(key: str, path: Path, header: str, limits: tuple[int, int], unread: str = "") -> Array:
     """A table of finite numbers, shape (n, columns); see :func:`read_rows` and :func:`to_numbers`."""
-    return to_numbers(key, path, read_rows(key, path, header, limits), len(header.split(",")))
+    return to_numbers(key, path, read_rows(key, path, header, limits, unread), len(header.split(",")))
 
 
 def check_increasing(key: str, times: Array, path: Path) -> None:

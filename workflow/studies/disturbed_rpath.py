@@ -58,17 +58,17 @@ class Disturbance(NamedTuple):
     vibration: tuple[float, float] | None = None
 
 
-def _changed(path: GripperPath, scale: float, rise: float) -> GripperPath:
-    """A path ``scale`` times as large, and higher by ``rise`` after :data:`RAMP`."""
+def _risen(path: GripperPath, rise: float) -> GripperPath:
+    """A path that is higher by ``rise`` after :data:`RAMP`."""
 
     def piece(of: Piece) -> Piece:
         def position(s: float) -> Array:
-            return scale * of.position(s / scale) + np.array([0.0, rise * min(s / RAMP, 1.0)])
+            return of.position(s) + np.array([0.0, rise * min(s / RAMP, 1.0)])
 
         def rate(s: float) -> Array:
-            return of.rate(s / scale) + np.array([0.0, rise / RAMP if s < RAMP else 0.0])
+            return of.rate(s) + np.array([0.0, rise / RAMP if s < RAMP else 0.0])
 
-        return Piece(scale * of.start, scale * of.end, position, rate, of.name)
+        return Piece(of.start, of.end, position, rate, of.name)
 
     return GripperPath(path.name, tuple(piece(of) for of in path.pieces))
 
@@ -150,5 +150,5 @@ def _error(
         x = vibrated(case, plan.path, moment, one.vibration, lost - BEFORE)
     else:
         disturbed = replace(case, length=scale * case.length)
-        x, _ = first_touch(disturbed, _changed(plan.path, scale, one.rise), moment)
+        x, _ = first_touch(disturbed, _risen(plan.path.scaled(scale), one.rise), moment)
     return {"touch_error": x / scale - plan.first_touch}

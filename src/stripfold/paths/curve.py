@@ -102,6 +102,18 @@ class GripperPath:
     def _piece(self, s: float) -> Piece:
         return next((piece for piece in self.pieces if s <= piece.end), self.pieces[-1])
 
+    def scaled(self, factor: float) -> GripperPath:
+        """The same path with all lengths multiplied: of one path in metres, that in another L*."""
+
+        def piece(of: Piece) -> Piece:
+            def position(s: float) -> Array:
+                return factor * of.position(s / factor)
+
+            return Piece(factor * of.start, factor * of.end, position, lambda s: of.rate(s / factor), of.name)
+
+        stamps = None if self.stamps is None else (factor * self.stamps[0], self.stamps[1])
+        return GripperPath(self.name, tuple(piece(of) for of in self.pieces), stamps)
+
     def sampled(self, spacing: float) -> tuple[Array, Array]:
         """Lengths travelled, shape (n,), and positions, shape (n, 2), at most ``spacing`` apart, with all corners.
 

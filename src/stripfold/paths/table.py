@@ -15,6 +15,8 @@ from stripfold.paths.curve import GripperPath, pieces_through, polygon_length
 from stripfold.tables import check_increasing, read_table
 
 HEADER = "t,x,z"
+ANGLE = "angle"
+"""Last column of a plan's table: the gripper's rotation, which statics does not need."""
 CORNER = float(np.deg2rad(10.0))
 """Change of direction, rad, above which a row is a corner: smooth paths are sampled more finely."""
 MAX_ROWS = 20_000
@@ -31,7 +33,7 @@ def read(path: str | os.PathLike[str], length: float, unit: float) -> GripperPat
     ----------
     path
         CSV file with the columns ``t,x,z``: pseudo time, increasing; position of the gripper, m, with the origin
-        mid-strip on the floor. Lines that begin with ``#`` are ignored.
+        mid-strip on the floor; a last column ``angle`` and lines that begin with ``#`` are ignored.
     length
         Length of the strip, L*.
     unit
@@ -43,7 +45,7 @@ def read(path: str | os.PathLike[str], length: float, unit: float) -> GripperPat
         Not such a table, or a path that a strip of this length cannot follow; the message names the row.
     """
     path = Path(path)
-    table = read_table("path", path, HEADER, (2, MAX_ROWS))
+    table = read_table("path", path, HEADER, (2, MAX_ROWS), ANGLE)
     t, positions = table[:, 0], table[:, 1:] / unit
     check_increasing("t", t, path)
     _check_rows(positions, length, unit, path.name)

@@ -1,0 +1,196 @@
+"""Which path folds a strip whose eta_b is known to a certain degree, with a margin; in SI (docs/plan.md).
+
+Paths are tried in turn: what the elastica says about a path with the worst eta_b of the interval decides whether it
+can have the margin, and the rod with the least, the given and the largest eta_b whether it is stable and folds well.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from stripfold import elastica, paths
+from stripfold.analysis.gripper_map import GripperMap, gripper_map
+from stripfold.analysis.verdict import Verdict, assess_path
+from stripfold.errors import InvalidInputError, NoPathError, SolveError
+from stripfold.inputs import FoldingPlan
+from stripfold.paths import FoldPath
+from stripfold.paths.curve import GripperPath
+from stripfold.paths.low_path import HIGHEST
+from stripfold.paths.rpath import LONGEST, shortest_half_fold
+
+USUAL, LOWEST = 1.0, 0.6
+"""Height of a low path where nothing else decides, and the least, L*: lower, wrinkles of half a millimetre grow."""
+SHARPEST = 0.25
+"""Largest thickness over the height of a low path: in sharper bends the solid snaps where the rod does not."""
+GIVING = 0.24
+"""Factor of the lower limit of a low path by the stretch of what lies, (0.24 (length + 5.8 L*) h^2)^(1/3)."""
+FREE = 5.8
+"""Free length at the touch, L*, which gives beside what lies."""
+SPACING = 0.02
+"""Spacing of places on a path at which its margin is taken, L*: half of it is a margin's error, at most."""
+ACCURATE = 0.1
+"""Largest distance of the finished fold from the accurate one, L*: a millimetre or two of the strip's edge."""
+
+
+@dataclass(frozen=True)
+class Refusal:
+    """A path that is not possible: its name, why not, and what is missing, m; None where not a length."""
+
+    path: str
+    reason: str
+    shortfall: float | None = None
+
+
+@dataclass(frozen=True)
+class Choice:
+    """The path chosen.
+
+    Attributes
+    ----------
+    path
+        The path, for the given eta_b.
+    margin
+        Least distance of the gripper from the snap boundary with the worst eta_b, m.
+    reason
+        Why this path.
+    refused
+        Those tried before.
+    verdicts
+        The rod's, with the least, the given and the largest eta_b.
+    """
+
+    path: FoldPath
+    margin: float
+    reason: str
+    refused: tuple[Refusal, ...]
+    verdicts: tuple[Verdict, ...]
+
+
+@dataclass(frozen=True)
+class _Candidate:
+    path: FoldPath
+    margin: float
+    reason: str
+
+
+@dataclass(frozen=True)
+class _Chooser:
+    asked: FoldingPlan
+
+    @cached_property
+    def units(self) -> tuple[float, float, float]:
+        """L* of the stiffest, the given and the softest strip, m."""
+        stiffest, given, softest = (strip.gravity_length for strip in self.asked.strips)
+        return stiffest, given, softest
+
+    @cached_property
+    def map(self) -> GripperMap:
+        """That of the softest strip, which snaps at the lowest height and after the shortest way."""
+        return gripper_map(self.asked.length / self.units[-1])
+
+    def low(self) -> _Candidate | Refusal:
+        """As high as usual, within the limits for every eta_b."""
+        asked, (stiffest, given, softest) = self.asked, self.units
+        limit = elastica.touch_limit() * softest
+        h = asked.strips[0].material.thickness
+        stretch = (GIVING * (asked.length + FREE * stiffest) * h**2) ** (1.0 / 3.0)
+        lowest = max(LOWEST * stiffest, stretch, h / SHARPEST)
+        highest = min(limit - asked.margin, HIGHEST * asked.length)
+        if lowest > highest:
+            why = f"the gripper would have to be between {1e3 * lowest:.1f} and {1e3 * highest:.1f} mm high"
+            return Refusal("low", why, lowest - highest)
+        if not asked.layers_may_slide:
+            why = "the upper layer slides over the lower one, which is not allowed"
+            return Refusal("low", why)
+        height = float(np.clip(USUAL * given, lowest, highest))
+        why = f"{1e3 * height:.1f} mm high, below {1e3 * limit:.1f} mm nothing snaps with any eta_b of the interval"
+        return _Candidate(paths.low(asked, height), limit - height, why)
+
+    def triangular(self) -> _Candidate | Refusal:
+        """Where the softest strip, relative to L* the longest, touches before it can snap."""
+        path, unit = paths.triangular(self.asked), self.units[-1]
+        margin = unit * margin_on(scaled(path, unit), self.map)
+        if margin < self.asked.margin:
+            shortfall = self.asked.margin - margin
+            if margin < 0.0:
+                why = f"it leaves the stable places {-1e3 * margin:.0f} mm above the touch limit"
+            else:
+                why = f"its margin is {1e3 * margin:.1f} mm"
+            return Refusal("triangular", why, shortfall)
+        return _Candidate(path, margin, "the strip is so short that its sag lands before it can snap")
+
+    def checked(self, candidate: _Candidate) -> tuple[Verdict, ...] | str:
+        """The rod's verdicts with the three eta_b, or what is wrong with one of them."""
+        found = []
+        for strip in self.asked.strips:
+            unit = strip.gravity_length
+            with_it = f"with eta_b = {strip.eta_b:.4g} the rod"
+            try:
+                verdict = assess_path(strip.material, strip.length, scaled(candidate.path, unit), model="rod")
+            except SolveError as error:
+                return f"{with_it} cannot be followed: {error}"
+            if not verdict.stable:
+                event = verdict.critical[0]
+                return f"{with_it} is lost at x = {event['x']:.4g} m, z = {event['z']:.4g} m"
+            if not verdict.shape_error <= ACCURATE * unit:
+                return f"{with_it} is folded {1e3 * verdict.shape_error:.1f} mm off"
+            found.append(verdict)
+        return tuple(found)
+
+    def tries(self) -> Iterator[Callable[[], _Candidate | Refusal]]:
+        yield self.low
+        yield self.triangular
+
+
+def choose(asked: FoldingPlan, progress: Callable[[str], None] | None = None) -> Choice:
+    """The first path that has the margin for every eta_b of the interval, and that the rod follows.
+
+    Raises
+    ------
+    InvalidInputError
+        A strip that with an eta_b of the interval cannot be folded in half, or is longer than tested.
+    NoPathError
+        There is none; it says of each path by how much it fails.
+    """
+    say = progress or (lambda _: None)
+    chooser = _Chooser(asked)
+    shortest, longest = shortest_half_fold() * chooser.units[0], LONGEST * chooser.units[-1]
+    if not shortest < asked.length <= longest:
+        allowed = f"more than {shortest:.4g} m and at most {longest:.4g} m"
+        raise InvalidInputError("length", asked.length, allowed, "a shorter strip has no fold with aligned edges")
+    refused: list[Refusal] = []
+    for attempt in chooser.tries():
+        tried = attempt()
+        if isinstance(tried, Refusal):
+            refused.append(tried)
+            continue
+        say(f"{tried.path.name} path, statics")
+        verdicts = chooser.checked(tried)
+        if not isinstance(verdicts, str):
+            return Choice(tried.path, tried.margin, tried.reason, tuple(refused), verdicts)
+        refused.append(Refusal(tried.path.name, verdicts))
+    least, _, largest = (strip.eta_b for strip in asked.strips)
+    raise NoPathError(f"keeps {1e3 * asked.margin:g} mm for eta_b from {least:.4g} to {largest:.4g}", refused)
+
+
+def scaled(path: FoldPath, unit: float) -> GripperPath:
+    """The curve of a path in another L*, m."""
+    return path.curve.scaled(path.gravity_length / unit)
+
+
+def margin_on(path: GripperPath, places: GripperMap) -> float:
+    """Least distance of a path from the snap boundary up to where the sag lands, L*.
+
+    Negative where a path leaves the places of hanging strips above the touch limit: by how much above.
+    """
+    _, positions = path.sampled(SPACING)
+    advance, z = positions[:, 0] + places.length / 2.0, positions[:, 1]
+    beyond = advance > places.hanging(z)[1]
+    end = int(np.argmax(beyond)) if beyond.any() else len(z)
+    if end < len(z) and z[end] > places.snap.z[0]:
+        return float(places.snap.z[0] - z[end])
+    return float(np.nanmin(places.margin(advance[:end], z[:end])))

@@ -1,0 +1,206 @@
+"""A path for a strip whose eta_b is not well known: which one, its margin, its motion, its files."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import stripfold as sf
+from stripfold import elastica
+from stripfold.analysis import path_choice
+from stripfold.analysis.gripper_map import gripper_map
+from stripfold.analysis.verdict import Verdict
+from stripfold.cli import main
+from stripfold.errors import InvalidInputError, NoPathError
+from stripfold.folding_plan import FoldingPlan
+from stripfold.paths.geometric import triangular
+from stripfold.paths.motion import times
+
+ETA_B = 3780.0
+LIMIT = 1.5861708
+
+
+def star(eta_b: float) -> float:
+    return float((9.81 * eta_b) ** (-1.0 / 3.0))
+
+
+@pytest.fixture(scope="module")
+def strip() -> sf.Strip:
+    return sf.Strip(length=0.36, eta_b=ETA_B)
+
+
+@pytest.fixture(scope="module")
+def plan(strip: sf.Strip) -> FoldingPlan:
+    return strip.plan(layers_may_slide=True)
+
+
+@pytest.fixture
+def unassessed(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
+    """Every path is stable; the calls of the rod."""
+    calls: list[Any] = []
+
+    def stable(material: Any, *given: Any, **asked: Any) -> Verdict:
+        calls.append(material)
+        return Verdict(True, (), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, True, "moving", ())
+
+    monkeypatch.setattr(path_choice, "assess_path", stable)
+    return calls
+
+
+def asked(**given: Any) -> path_choice.FoldingPlan:
+    return path_choice.FoldingPlan(**{"length": 0.5, "eta_b": ETA_B, **given})
+
+
+class TestMotion:
+    def test_speed_rises_and_falls_linearly_on_a_line(self) -> None:
+        line = np.linspace([0.0, 0.0], [0.0, 0.3], 61)
+        found = times(line, 0.1, 0.2)
+        assert found[-1] == pytest.approx(0.3 / 0.1 + 0.1 / 0.2, abs=1e-12)
+        early = line[:, 1] <= 0.1**2 / (2.0 * 0.2)
+        np.testing.assert_allclose(line[early, 1], 0.5 * 0.2 * found[early] ** 2, atol=1e-12)
+        assert times(line, 10.0, 0.2)[-1] == pytest.approx(2.0 * np.sqrt(0.3 / 0.2), abs=1e-12)
+
+    def test_stops_in_a_corner(self) -> None:
+        up, over = np.linspace([0.0, 0.0], [0.0, 0.1], 21), np.linspace([0.0, 0.1], [0.2, 0.1], 41)
+        together = times(np.vstack([up, over[1:]]), 0.1, 0.2)
+        np.testing.assert_allclose(together[20:], together[20] + times(over, 0.1, 0.2), atol=1e-12)
+
+    def test_acceleration_on_a_circle(self) -> None:
+        """Truth: the largest steady speed on a circle is sqrt(a r); differences of the speed in time."""
+        angle = np.linspace(0.0, np.pi, 2001)
+        places = 0.05 * np.column_stack([-np.cos(angle), np.sin(angle)])
+        found = times(places, 1.0, 0.5)
+        speed = np.linalg.norm(np.diff(places, axis=0), axis=1) / np.diff(found)
+        assert speed.max() == pytest.approx(np.sqrt(0.5 * 0.05), rel=1e-3)
+        along = np.diff(speed) / (0.5 * (found[2:] - found[:-2]))
+        acceleration = np.hypot(along, speed[1:] * speed[:-1] / 0.05)
+        assert acceleration.max() == pytest.approx(0.5, rel=1e-2)
+
+
+class TestMargin:
+    def test_of_a_short_strip_is_the_distance_to_critical_points(self) -> None:
+        length = 9.4
+        found = path_choice.margin_on(triangular(length), gripper_map(length))
+        heights = np.linspace(LIMIT, 2.5, 60)
+        wall = np.array([(elastica.critical(z).state.advance, z) for z in heights[1:]])
+        # Down the second edge, up to where the sag lands.
+        z = np.linspace(length / 2.0, 0.0, 2000)
+        touch = np.array([elastica.critical(h).state.advance for h in (1.0, 1.4)])
+        edge = np.column_stack([length - z, z])
+        lands = edge[:, 0] > np.interp(z, (1.0, 1.4), touch)
+        edge = edge[: int(np.argmax(lands & (z < 1.5)))]
+        away = np.linalg.norm(edge[:, None] - wall, axis=2).min()
+        assert found == pytest.approx(away, abs=0.03)
+
+    def test_of_a_long_strip_is_negative(self) -> None:
+        found = path_choice.margin_on(triangular(14.0), gripper_map(14.0))
+        # Its second edge, x = length - z, meets the boundary lambda_c(z) above the touch limit.
+        z = LIMIT - found
+        assert elastica.critical(z).state.advance == pytest.approx(14.0 - z, abs=0.05)
+
+
+class TestChoice:
+    def test_low_path_keeps_its_distance_for_the_softest_strip(self, plan: FoldingPlan) -> None:
+        assert plan.path.name == "low"
+        assert plan.waypoints[:, 2].max() == pytest.approx(star(ETA_B), rel=1e-6)
+        assert plan.margin == pytest.approx(LIMIT * star(1.2 * ETA_B) - star(ETA_B), rel=1e-6)
+        assert all(verdict.stable and verdict.completed for verdict in plan.choice.verdicts)
+        assert max(verdict.shape_error for verdict in plan.choice.verdicts) < 1e-3
+
+    def test_a_large_margin_lowers_it(self, unassessed: list[Any]) -> None:
+        found = path_choice.choose(asked(layers_may_slide=True, margin=0.02))
+        assert found.margin == pytest.approx(0.02)
+        assert [material.eta_b for material in unassessed] == pytest.approx([0.8 * ETA_B, ETA_B, 1.2 * ETA_B])
+
+    @pytest.mark.usefixtures("unassessed")
+    def test_the_worst_end_of_the_interval_decides(self) -> None:
+        """With the given eta_b alone there would be heights: 18 mm, wrinkles, to 20.6 mm."""
+        path_choice.choose(asked(layers_may_slide=True, margin=0.027, eta_b_uncertainty=0.0))
+        with pytest.raises(NoPathError) as caught:
+            path_choice.choose(asked(layers_may_slide=True, margin=0.027))
+        low = caught.value.refused[0]
+        missing = 0.6 * star(0.8 * ETA_B) - (LIMIT * star(1.2 * ETA_B) - 0.027)
+        assert (low.path, low.shortfall) == ("low", pytest.approx(missing, rel=1e-6))
+
+    @pytest.mark.usefixtures("unassessed")
+    def test_thick_strips_are_carried_higher(self) -> None:
+        """What lies gives: docs/low-path.md."""
+        h = np.sqrt(12.0 * 0.006 / ETA_B)
+        lowest = (0.24 * (1.8 + 5.8 * star(ETA_B)) * h**2) ** (1.0 / 3.0)
+        assert lowest > 0.6 * star(ETA_B)
+        margin = LIMIT * star(ETA_B) - lowest
+        given = {"length": 1.8, "eta_m": 0.006, "layers_may_slide": True, "eta_b_uncertainty": 0.0}
+        assert path_choice.choose(asked(**given, margin=margin - 1e-5)).margin == pytest.approx(margin - 1e-5)
+        with pytest.raises(NoPathError):
+            path_choice.choose(asked(**given, margin=margin + 1e-5))
+
+    def test_short_strips_may_take_the_triangular_path(self, unassessed: list[Any]) -> None:
+        found = path_choice.choose(asked(length=0.26))
+        assert found.path.name == "triangular"
+        assert [one.path for one in found.refused] == ["low"]
+        with pytest.raises(NoPathError) as caught:
+            path_choice.choose(asked(length=0.26, margin=0.03))
+        assert caught.value.refused[1].shortfall == pytest.approx(0.03 - found.margin, abs=1e-6)
+
+    def test_what_the_rod_does_not_follow_is_refused(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        """A strip that is lost with the largest eta_b only, or folded badly with the least."""
+        good = Verdict(True, (), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, True, "moving", ())
+        off = replace(good, shape_error=0.1)
+        lost = replace(good, stable=False, critical=({"x": 0.1, "z": 0.2},))
+        for bad, factor, said in (
+            (lost, 1.2, "lost at x = 0.1"),
+            (off, 0.8, "100.0 mm off"),
+        ):
+            monkeypatch.setattr(
+                path_choice,
+                "assess_path",
+                lambda material, *_, bad=bad, factor=factor, **__: bad if material.eta_b == factor * ETA_B else good,
+            )
+            with pytest.raises(NoPathError, match=said):
+                path_choice.choose(asked(layers_may_slide=True))
+
+    def test_lengths_that_no_strip_of_the_interval_can_have(self) -> None:
+        with pytest.raises(InvalidInputError, match="length"):  # 7.33 L* with the given eta_b, 6.81 with the least
+            path_choice.choose(asked(length=0.22))
+
+
+class TestFiles:
+    def test_angles(self, plan: FoldingPlan) -> None:
+        t, x, z, angle = plan.waypoints.T
+        assert (angle[0], angle[-1]) == (0.0, pytest.approx(180.0, abs=0.5))
+        assert np.abs(np.diff(angle)).max() < 15.0
+        assert np.all(np.diff(t) > 0.0)
+        assert (x[0], x[-1], z[0], z[-1]) == pytest.approx((-0.18, 0.18, 0.0, 0.0), abs=1e-9)
+        # Lifted without horizontal force, and little, a strip is a line of weight: the end is turned upwards.
+        assert 0.0 < angle[1] < 15.0
+
+    def test_written_whole_or_not_at_all(self, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+        csv, out = tmp_path / "a.csv", tmp_path / "a.json"
+        command = ["plan", "--length", "0.26", "--eta-b", "3780", "--csv", str(csv), "--json", str(out)]
+        assert main([*command, "--margin", "0.05"]) == 6
+        assert "no path keeps 50 mm" in capsys.readouterr().err
+        assert main([*command[:-1], str(tmp_path / "a.yaml")]) == 2
+        assert not any(tmp_path.iterdir())
+        assert main([*command, "--speed", "0.2", "--acceleration", "1"]) == 0
+        found = json.loads(out.read_text(encoding="utf-8"))
+        assert found["path"] == "triangular"
+        assert found["units"]["angle"] == "degree"
+        rows = np.loadtxt(csv, delimiter=",", skiprows=3)
+        np.testing.assert_allclose(rows[:, 1], found["waypoints"]["x"], atol=1e-8)
+        # Two straight edges with a stop between them.
+        edge = 0.13 * np.sqrt(2.0)
+        assert rows[-1, 0] == pytest.approx(2.0 * (edge / 0.2 + 0.2), rel=1e-3)
+        back = sf.paths.read(csv, sf.Strip(length=0.26, eta_b=ETA_B))
+        assert back.curve.length * back.gravity_length == pytest.approx(2.0 * edge, rel=1e-6)
+
+    def test_as_a_result(self, plan: FoldingPlan, tmp_path: Path) -> None:
+        plan.to_netcdf(tmp_path / "plan.nc")
+        assert plan.to_dataset().gripper_time.size == len(plan.waypoints)
+        (ax,) = plan.plot().axes
+        assert len(ax.lines) == 14  # with the floor
+        assert "low" in str(plan)
