@@ -263,6 +263,9 @@ def datasets() -> dict[str, xr.Dataset]:
         "camera_bump": ({
             "noticed": ("case", np.ones(30)), "before": ("case", [True, False] * 15),
             "generator": ("case", texts(*["chain", "shapes"] * 15))},),
+        "markerless": ({
+            "event": ("case", np.full(24, 0.3001)), "truth": ("case", np.full(24, 0.3)),
+            "low": ("case", np.full(24, 0.2998)), "high": ("case", np.full(24, 0.3004))},),
         "eta_pictures": ({
             "eta": ("case", np.ones(400)), "low": ("case", [1.001] * 20 + [0.99] * 380), "high": ("case", [1.01] * 400),
             "given": (("method", "picture"), np.zeros((2, 40)))},),
@@ -443,6 +446,8 @@ def test_a_sample_is_named_by_its_seed() -> None:
         ("camera_bump", "noticed", np.nan, "camera_bump"),
         ("recordings_accuracy", "flags", "warning: the camera moved by 2.0 px", "camera_false_alarms"),
         ("recordings_accuracy", "message", "video: the camera moved by 2.0 px", "camera_false_alarms"),
+        ("markerless", "low", 0.30005, "markerless_coverage"),
+        ("markerless", "event", np.nan, "markerless_coverage"),
         ("eta_pictures", "low", 0.99, "eta_fold_coverage"),
         ("eta_pictures", "low", np.nan, "eta_fold_coverage"),
         ("eta_pictures", "given", 1.0, "eta_not_fabric"),

@@ -128,7 +128,7 @@ def film() -> list[Picture]:
 
 
 def follow(images: list[Picture]) -> gripper.Track:
-    tracker = gripper.GripperTracker("4x4_50", 7, "film.mp4")
+    tracker = gripper.GripperTracker(Marker("4x4_50", 7), "film.mp4")
     return gripper.interpolate_gaps([tracker(Frame(k, TIMES[k], image)) for k, image in enumerate(images)], "film.mp4")
 
 
@@ -173,7 +173,7 @@ def test_hidden_for_a_while(film: list[Picture]) -> None:
 
 def test_a_jump(film: list[Picture]) -> None:
     """After six missing frames the marker is farther away than the fit alone converges."""
-    tracker = gripper.GripperTracker("4x4_50", 7)
+    tracker = gripper.GripperTracker(Marker("4x4_50", 7))
     border = np.array([400, 500])
     for k in (*range(10), *range(16, 40)):
         image = np.pad(film[k], ((border[1], 0), (border[0], 0)), constant_values=90)

@@ -266,7 +266,7 @@ def test_calibrations_with_unusable_files(
 def test_unusable_tables_of_stops(tmp_path: Path, text: str, message: str) -> None:
     (tmp_path / "robot.csv").write_text(text, encoding="utf-8")
     with pytest.raises(InvalidInputError, match=message):
-        find_stops(tmp_path, "robot.csv", "4x4_50", 7, seen.SIZE)
+        find_stops(tmp_path, "robot.csv", Marker("4x4_50", 7), seen.SIZE)
 
 
 @pytest.mark.parametrize("name", ["../secret.png", "/secret.png"])
@@ -276,12 +276,12 @@ def test_a_picture_outside_the_folder(tmp_path: Path, name: str) -> None:
     folder.mkdir()
     (folder / "robot.csv").write_text(f"image,x,z\n{name},0,1\n", encoding="utf-8")
     with pytest.raises(InvalidInputError, match="inside the recording's folder"):
-        find_stops(folder, "robot.csv", "4x4_50", 7, seen.SIZE)
+        find_stops(folder, "robot.csv", Marker("4x4_50", 7), seen.SIZE)
 
 
 def test_a_table_without_stops(tmp_path: Path) -> None:
     (tmp_path / "robot.csv").write_text("image,x,z\n", encoding="utf-8")
-    stops = find_stops(tmp_path, "robot.csv", "4x4_50", 7, seen.SIZE)
+    stops = find_stops(tmp_path, "robot.csv", Marker("4x4_50", 7), seen.SIZE)
     with pytest.raises(CalibrationError, match="0 stops"):
         assemble(seen.LENS, seen.plane_board(0.0, np.random.default_rng(0)), stops, seen.SIDE)
 

@@ -82,6 +82,8 @@ def test_folder_is_read_with_defaults(tmp_path: Path) -> None:
         ("gripper.height", float("nan"), "gripper.height", "a number"),
         ("gripper.height", "9e-2", "gripper.height", "unless it has a point"),
         ("gripper.direction", 0, "gripper.direction", "one of 1, -1"),
+        ("gripper.marker", None, "gripper.marker", "is missing"),
+        ("gripper.template", {"box": [1, 2, 30, 40], "offset": [0.0, 0.0]}, "gripper.marker", "not both"),
         ("gripper.marker.offset", [0.0], "gripper.marker.offset", "2 entries"),
         ("gripper.marker.dictionary", "7x7", "gripper.marker.dictionary", "apriltag_36h11"),
         ("strip.eta_b", 0.1, "strip.eta_b", "it is 0.0894 L*"),

@@ -387,6 +387,7 @@ class Studies(Input):
     strip_looks: Sample | None = None
     eta_motion: Sample | None = None
     camera_bump: Sample | None = None
+    markerless: Sample | None = None
     eta_pictures: EtaPictures | None = None
     video_benchmark: VideoBenchmark | None = None
     explorer: Explorer | None = None

@@ -95,6 +95,7 @@ STUDIES = {
     "calibration": Study("studies.calibration:run", "calibration on public pictures of boards"),
     "strip_looks": Study("studies.strip_looks:run", "strips of many looks in synthetic recordings", memory=4000),
     "eta_motion": Study("studies.eta_motion:run", "eta_b from the motion in synthetic recordings", memory=4000),
+    "markerless": Study("studies.markerless:run", "lambda by a template of the gripper", memory=4000),
     "camera_bump": Study("studies.camera_bump:run", "recordings whose camera was moved", memory=4000),
     "eta_pictures": Study("studies.eta_pictures:run", "eta_b from drawn folds and from pictures without a strip"),
     "centrelines": Study("studies.centrelines:run", "centrelines in photographs"),

@@ -50,7 +50,7 @@ def moved(number: int, seed: int, calibrations: Path) -> list[dict[str, Any]]:
         still = Path(temporary) / "still"
         chain = number % 2 == 1
         camera = (calibrations, f"{number}")
-        _, message = attempted(lambda: _write(number, seed, still, chain))
+        _, message = attempted(lambda: write_still(number, seed, still, chain))
         for before in (True, False):
             size, angle = rng.uniform(*SIZES), rng.uniform(0.0, 2.0 * np.pi)
             shift = size * np.array([np.cos(angle), np.sin(angle)])
@@ -67,7 +67,8 @@ def moved(number: int, seed: int, calibrations: Path) -> list[dict[str, Any]]:
     return rows
 
 
-def _write(number: int, seed: int, folder: Path, chain: bool) -> None:
+def write_still(number: int, seed: int, folder: Path, chain: bool) -> None:
+    """A recording of either generator in a new folder, with its own calibration."""
     if not chain:
         scene = design_case(number, seed).scene
         synthetic.write_recording(synthetic.history_of(scene), scene, folder)

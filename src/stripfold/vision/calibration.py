@@ -10,14 +10,16 @@ import numpy as np
 
 from stripfold.arrays import Array
 from stripfold.errors import CalibrationError
-from stripfold.vision import intrinsics
+from stripfold.vision import intrinsics, recording, video
 from stripfold.vision.boards import Corners, detect
 from stripfold.vision.camera import Camera, read_camera
 from stripfold.vision.intrinsics import Intrinsics, require
 from stripfold.vision.mapping import Mapping, fit_homography, fit_similarity, rms, scale, transform
+from stripfold.vision.marker import Marker
 from stripfold.vision.pictures import read_calibration_picture
 from stripfold.vision.recording import Entries
 from stripfold.vision.robot_grid import MIN_STOPS, Stops, find_stops, fit_robot
+from stripfold.vision.template import Template
 
 MAX_PLANE_RMS = 0.35
 """Residual of the folding plane's homography, pixels."""
@@ -92,13 +94,29 @@ def calibrate_folder(folder: Path, entries: Entries) -> Calibration:
             "a picture of the board in the folding plane",
             "compare its columns and rows with the description; it must be in focus, a chessboard entirely visible",
         )
-    marker = entries.gripper.marker
-    stops = find_stops(folder, entries.robot.grid, marker.dictionary, marker.id, camera.size)
-    return assemble(source, board, stops, marker.size, path.name)
+    stops = find_stops(folder, entries.robot.grid, holder(folder, entries), camera.size)
+    side = None if entries.gripper.marker is None else entries.gripper.marker.size
+    return assemble(source, board, stops, side, path.name)
+
+
+def holder(folder: Path, entries: Entries) -> Marker | Template:
+    """What is followed of the gripper, as it is found in pictures.
+
+    Raises
+    ------
+    InvalidInputError
+        No such marker, or a template that does not stand out in the film's first frame.
+    """
+    described = entries.gripper.holder
+    if isinstance(described, recording.Marker):
+        return Marker(described.dictionary, described.id)
+    timestamps = None if entries.timestamps is None else folder / entries.timestamps
+    with video.read(folder / entries.video, timestamps) as film:
+        return Template(next(film).image, described.box)
 
 
 def assemble(
-    source: Intrinsics | Camera, board: Corners, stops: Stops, side: float, name: str = "plane"
+    source: Intrinsics | Camera, board: Corners, stops: Stops, side: float | None, name: str = "plane"
 ) -> Calibration:
     """The calibration from the detected corners, with its ``quality``.
 
@@ -113,7 +131,7 @@ def assemble(
     stops
         The robot's stops.
     side
-        Side of the gripper's marker, m.
+        Side of the gripper's marker, m; None where it has none.
     name
         File name of the plane's picture, for errors.
 
@@ -142,7 +160,6 @@ def assemble(
     centres = stops.centres(camera, plane)
     robot, left_out_rms = fit_robot(centres, stops)
     mapping = Mapping(camera, robot @ plane)
-    corners = mapping.to_robot(stops.corners.reshape(-1, 2)).reshape(-1, 4, 2)
     resolution = mapping.resolution(board.pixels.mean(axis=0))
     quality: dict[str, Any] = {
         "camera_from": "file" if known is None else "pictures",
@@ -150,9 +167,11 @@ def assemble(
         "resolution": resolution,
         "robot_rms": rms(transform(robot, centres) - stops.places),
         "robot_scale": scale(robot),
-        "marker_side": float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).mean()) / side,
         "stops": len(stops.places),
     }
+    if side is not None:
+        corners = mapping.to_robot(stops.corners.reshape(-1, 2)).reshape(-1, 4, 2)
+        quality["marker_side"] = float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).mean()) / side
     if known is not None:
         quality |= {
             "camera_rms": known.rms,
@@ -167,7 +186,7 @@ def assemble(
     return Calibration(mapping, known, board, stops, quality)
 
 
-def _check(mapping: Mapping, board: Corners, quality: dict[str, Any], side: float) -> None:
+def _check(mapping: Mapping, board: Corners, quality: dict[str, Any], side: float | None) -> None:
     """Raise :class:`CalibrationError` unless scale, marker size and orientation are plausible."""
     magnified = quality["robot_scale"]
     require(
@@ -177,14 +196,15 @@ def _check(mapping: Mapping, board: Corners, quality: dict[str, Any], side: floa
         f"within {MAX_SCALE_ERROR:.0%} of 1 m",
         "are x and z in m, is the board's square as described, was the board held in the folding plane?",
     )
-    allowed = MAX_SIDE_ERROR + SIDE_BLUR * quality["resolution"] / side
-    require(
-        abs(quality["marker_side"] - 1.0) <= allowed,
-        "robot grid",
-        f"markers with sides {quality['marker_side']:.3g} times as long as described",
-        f"within {allowed:.0%}",
-        "measure the marker's black square; is it in the folding plane?",
-    )
+    if side is not None:
+        allowed = MAX_SIDE_ERROR + SIDE_BLUR * quality["resolution"] / side
+        require(
+            abs(quality["marker_side"] - 1.0) <= allowed,
+            "robot grid",
+            f"markers with sides {quality['marker_side']:.3g} times as long as described",
+            f"within {allowed:.0%}",
+            "measure the marker's black square; is it in the folding plane?",
+        )
     middle = board.pixels.mean(axis=0)
     x, z = np.diff(mapping.to_robot(np.array([middle, middle - [0.0, 1.0]])), axis=0)[0]
     angle = abs(np.arctan2(x, z))

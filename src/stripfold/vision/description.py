@@ -31,7 +31,8 @@ def compare(entries: Entries, tracks: Tracks) -> None:
         abs(z - gripper.height) <= MAX_HEIGHT_ERROR * gripper.height,
         f"gripper.height = {gripper.height:g} m, the video shows {z:.4f} m",
         f"a height within {MAX_HEIGHT_ERROR:.0%} of the description",
-        other_unit(gripper.height, z) or "is z of the robot 0 on the table, and gripper.marker.offset right?",
+        other_unit(gripper.height, z)
+        or "is z of the robot 0 on the table, and the offset of gripper.marker or template right?",
     )
     first, last = tracks.gripped_end[[0, -1], 0]
     _agree(

@@ -12,6 +12,7 @@ from stripfold.arrays import Array, Index, Mask, Picture
 from stripfold.errors import TrackingError
 from stripfold.vision.frames import Frame
 from stripfold.vision.marker import Fit, Marker
+from stripfold.vision.template import Template
 
 MAX_GAP = 0.5
 """Longest time for which the marker may be hidden, s."""
@@ -50,11 +51,10 @@ class Track:
 
 
 class GripperTracker:
-    """Follows a marker; to be called with each frame in turn.  ``source`` is the name of the video, for errors."""
+    """Follows a marker or a template; to be called with each frame in turn.  ``source`` names the video in errors."""
 
-    def __init__(self, dictionary: str, number: int, source: str = "video") -> None:
-        self._marker = Marker(dictionary, number)
-        self._name, self._source = f"marker {number} of {dictionary}", source
+    def __init__(self, marker: Marker | Template, source: str = "video") -> None:
+        self._marker, self._name, self._source = marker, marker.name, source
         self._last_two: list[tuple[float, Fit]] = []
 
     def __call__(self, frame: Frame) -> Grip:

@@ -35,7 +35,8 @@ _SMOOTHING = 0.7
 _MAX_ITERATIONS = 12
 _TOLERANCE = 3e-3
 """Movement of the centre that ends the iteration, pixels."""
-_TUKEY = 4.685
+TUKEY = 4.685
+"""Constant of Tukey's biweight: 95 % as efficient as least squares."""
 _MIN_SCALE = 0.015
 """Least scale of the residuals over the contrast: no edge is blurred exactly as in the model."""
 _KERNEL = np.clip(1.5 - np.abs(np.arange(-5, 6)) / 4.0, 0.0, 1.0)
@@ -102,7 +103,7 @@ class Marker:
         known = boards.dictionary(dictionary)
         if not 0 <= number < len(known.bytesList):
             raise InvalidInputError("marker.id", number, f"0 to {len(known.bytesList) - 1} for {dictionary}")
-        self._number = number
+        self._number, self.name = number, f"marker {number} of {dictionary}"
         parameters = cv2.aruco.DetectorParameters()
         parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
         self._detector = cv2.aruco.ArucoDetector(known, parameters)
@@ -156,7 +157,7 @@ class Marker:
         patch, origin = _patch(picture, start, _SMOOTHING * max(1.0, start.side / count))
         homography, blur = start.homography.copy(), start.blur.copy()
         blurs = _MIN_BLUR / start.side, _MAX_BLUR / self.cells
-        limits = *blurs, 1.5 * start.side / self.cells, _TOLERANCE, _TUKEY, _MIN_SCALE
+        limits = *blurs, 1.5 * start.side / self.cells, _TOLERANCE, TUKEY, _MIN_SCALE
         influence, quality = np.empty((2, count * count)), np.empty(3)
         near = kernels.marker.fit(
             patch,
@@ -174,20 +175,22 @@ class Marker:
         weight, gain, score = quality
         if not near or weight < 2 * kernels.marker.UNKNOWNS or gain <= 0.0:
             return None
-        return Fit(homography, blur, _centre_sd(influence.reshape(2, count, count)), float(score))
+        return Fit(
+            homography, blur, centre_sd(influence.reshape(2, count, count), kernels.marker.UNKNOWNS), float(score)
+        )
 
 
-def _centre_sd(influence: Array) -> Array:
+def centre_sd(influence: Array, unknowns: int) -> Array:
     """Standard deviation of the marker's centre, shape (2,), pixels, allowing for correlated residuals.
 
-    ``influence``, shape (2, n, n), is the contribution of each sample; products of neighbours are summed too.
+    ``influence``, shape (2, m, n), is the contribution of each sample; products of neighbours are summed too.
     """
     n = influence[0].size
     variance = np.empty(2)
     for k, field in enumerate(influence):
         around = cv2.sepFilter2D(field, -1, _KERNEL, _KERNEL, borderType=cv2.BORDER_CONSTANT)
         variance[k] = max(float(np.sum(field * around)), float(np.sum(field**2)))
-    return np.asarray(np.sqrt(variance * n / (n - _CORRELATED * kernels.marker.UNKNOWNS)))
+    return np.asarray(np.sqrt(variance * n / (n - _CORRELATED * unknowns)))
 
 
 def _patch(picture: Picture, start: Fit, sigma: float) -> tuple[NDArray[np.float32], NDArray[np.int64]]:

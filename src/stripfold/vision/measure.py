@@ -103,11 +103,14 @@ def _evaluate(
     by_video, by_log = sign * (x - flat_end), float("nan")
     parts = dict.fromkeys(PARTS, 0.0) | {name: speed * sd for name, sd in time_sd.items()}
     clock, path = None, recording.robot_log
+    noise = float(np.median(tracks.gripper.sd[:, 0])) * calibration.quality["resolution"]
     if path is None:
+        if recording.entries.gripper.template is not None:
+            # The noise of the first frame, from which the template is, is the same in all.
+            gripper_sd = hypot(gripper_sd, noise)
         parts |= {"mapping": mapping_sd, "gripper": gripper_sd}
     else:
         log = read_log(path)
-        noise = float(np.median(tracks.gripper.sd[:, 0])) * calibration.quality["resolution"]
         clock = synchronise(tracks.grip_time, tracks.gripped_end[:, 0], noise, log, mapping_sd)
         by_log = sign * (float(np.interp(clock.to_log(time), log.time, log.x)) - flat_end)
         # The log's place needs no mapping, but the clocks were synchronised with it.

@@ -65,6 +65,17 @@ class Marker(Input):
     ]
 
 
+class Template(Input):
+    """A part of the gripper in the first frame, where it has no marker."""
+
+    box: Annotated[
+        tuple[Whole, Whole, Whole, Whole], Field(description="x and y of its first pixel, width, height, pixels")
+    ]
+    offset: Annotated[
+        tuple[Metres, Metres], Field(description="from the box's centre to the strip's end, x and z of the robot, m")
+    ]
+
+
 class GripperEntry(Input):
     """The gripper; x and z are the robot's."""
 
@@ -72,7 +83,22 @@ class GripperEntry(Input):
     speed: Annotated[Number, quantity("speed along x", "m s^-1", gt=0.0, le=1.0)]
     flat_end: Annotated[Number, quantity("x of the gripped end while the strip lay flat: lambda = 0", "m")]
     direction: Annotated[Literal[1, -1], Field(description="1 where x grows as the gripper advances")] = 1
-    marker: Marker
+    marker: Marker | None = None
+    template: Template | None = None
+
+    @property
+    def holder(self) -> Marker | Template:
+        """What is followed of the gripper."""
+        found = self.marker or self.template
+        assert found is not None
+        return found
+
+    @model_validator(mode="after")
+    def _check_one_holder(self) -> Self:
+        if (self.marker is None) == (self.template is None):
+            given = MISSING if self.marker is None else "given"
+            raise InvalidInputError("marker", given, "a marker, or a template where there is none, and not both")
+        return self
 
 
 class Camera(Input):

@@ -55,7 +55,7 @@ PARTS = {
     "level": "height of the speed's peak",
     "frames": "time between frames",
     "mapping": "calibration",
-    "gripper": "noise of the marker",
+    "gripper": "noise of the marker or template",
     "clock": "synchronisation of the clocks",
     "manual": "onset set by hand",
 }

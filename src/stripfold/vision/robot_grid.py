@@ -18,6 +18,7 @@ from stripfold.vision.mapping import fit_similarity, rms, scale, transform
 from stripfold.vision.marker import Marker
 from stripfold.vision.pictures import read_calibration_picture
 from stripfold.vision.recording import inside
+from stripfold.vision.template import Template
 from stripfold.vision.thumbnails import Thumbnails
 
 MIN_STOPS, MAX_STOPS = 6, 100
@@ -49,7 +50,7 @@ class Stops(NamedTuple):
         return np.asarray(transform(plane, corners).reshape(-1, 4, 2).mean(axis=1))
 
 
-def find_stops(folder: Path, table: str, dictionary: str, number: int, size: tuple[int, int]) -> Stops:
+def find_stops(folder: Path, table: str, marker: Marker | Template, size: tuple[int, int]) -> Stops:
     """The stops in a table ``image,x,z`` and the markers in their pictures, whose paths are relative to the table.
 
     ``table`` is relative to the ``folder`` of the recording, which holds the pictures, too;
@@ -68,7 +69,7 @@ def find_stops(folder: Path, table: str, dictionary: str, number: int, size: tup
     names = [row[0].strip() for row in rows]
     if len(set(names)) < len(names):
         raise InvalidInputError("robot grid", str(path), "a table in which each picture has one row")
-    marker, found, copies, small = Marker(dictionary, number), [], [], Thumbnails(size).small
+    found, copies, small = [], [], Thumbnails(size).small
     for name in names:
         picture = inside(folder, Path(table).parent / name, "robot grid")
         seen = read_calibration_picture(picture, size)
@@ -76,8 +77,8 @@ def find_stops(folder: Path, table: str, dictionary: str, number: int, size: tup
         if corners is None:
             raise CalibrationError(
                 name,
-                f"marker {number} of {dictionary} was not found",
-                "the gripper's marker in every picture of the robot grid",
+                f"{marker.name} was not found",
+                "the gripper's marker, or its template, in every picture of the robot grid",
                 "take the picture again, in focus and without glare, or remove its row from the table",
             )
         found.append(corners)

@@ -149,7 +149,7 @@ class StripTracker:
                 self._source,
                 f"the strip is {away:.0f} px from where the gripper should hold it",
                 "a strip held by its end",
-                "did it slip? compare gripper.marker.offset with the gripper",
+                "did it slip? compare the offset of gripper.marker or template with the gripper",
             )
         length = self._metric_length(line)
         if not any(line.open_ends) and length < MIN_COMPLETE * self._strip_length:

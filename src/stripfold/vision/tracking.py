@@ -11,7 +11,7 @@ import numpy as np
 from stripfold.arrays import Array, Mask
 from stripfold.errors import MeasurementError, TrackingError
 from stripfold.vision import camera_motion, video
-from stripfold.vision.calibration import Calibration
+from stripfold.vision.calibration import Calibration, holder
 from stripfold.vision.camera_motion import Shift
 from stripfold.vision.centreline import Centreline
 from stripfold.vision.cross_sections import arc_length
@@ -94,9 +94,8 @@ def track(recording: Recording, calibration: Calibration, progress: Callable[[st
     """
     path = recording.video
     mapping = calibration.mapping
-    marker = recording.entries.gripper.marker
-    offset = np.array(marker.offset)
-    follow_gripper = GripperTracker(marker.dictionary, marker.id, path.name)
+    offset = np.array(recording.entries.gripper.holder.offset)
+    follow_gripper = GripperTracker(holder(recording.folder, recording.entries), path.name)
     follow_strip = StripTracker(mapping, recording.entries.strip.length, path.name)
     grips: list[Grip] = []
     lines: list[Centreline | None] = []

@@ -136,6 +136,20 @@ def camera_bump(d: xr.Dataset) -> Facts:
     }
 
 
+def markerless(d: xr.Dataset) -> Facts:
+    """In mm."""
+    off, inside = 1e3 * (d.event - d.truth).values, (d.low <= d.truth) & (d.truth <= d.high)
+    known = np.isfinite(off)
+    return {
+        "cases": d.sizes["case"],
+        "seed": seed_of(d),
+        "measured": known.sum(),
+        "share": share(inside.values[known]),
+        "rms": np.sqrt(np.mean(off[known] ** 2)) if known.any() else np.nan,
+        "half": np.median(5e2 * (d.high - d.low).values[known]) if known.any() else np.nan,
+    }
+
+
 def eta_pictures(d: xr.Dataset) -> Facts:
     known = np.isfinite(d.eta.values)
     return {

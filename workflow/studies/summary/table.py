@@ -533,6 +533,12 @@ SOURCES = (
             "calibration and the film, the others in the film; {chain} of the second generator",
             lambda f: f.noticed == f.cases >= 30),
     )),
+    Source("markerless", facts_paths.markerless, (
+        Number("markerless_coverage", "share", "1", 3, ">= 0.85, of 18 measured or more",
+            "share of the 95 % intervals of lambda that contain the truth, {measured} measured of {cases} recordings "
+            "without a marker and without a robot's log, by a template ({seed}); root mean square error {rms:.2f} mm, "
+            "median half width {half:.2f} mm", lambda f: f.share >= 0.85 and f.measured >= 18),
+    )),
     Source("eta_pictures", facts_paths.eta_pictures, (
         Number("eta_fold_coverage", "share", "1", 3, "0.93 to 0.97, of 400 folds or more",
             "share of the 95 % intervals of eta_b that contain the truth, {cases} drawn folds ({seed}), the {refused} "
