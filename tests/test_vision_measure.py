@@ -30,7 +30,7 @@ from stripfold.vision.measurement import Measurement
 from stripfold.vision.model import model_value
 from stripfold.vision.recording import Entries, ManualOnset, Recording
 from stripfold.vision.tracking import Tracks, track
-from studies import recordings_accuracy
+from studies.recordings_common import event_of
 
 Made = tuple[Recording, Calibration, Tracks]
 
@@ -82,7 +82,7 @@ def some_frames(tracks: Tracks, keep: Mask) -> Tracks:
 
 
 def test_lambda_is_the_truth_within_its_interval(snapping: Made, found: Measurement):
-    onset, event = recordings_accuracy._truth(snapping[0].folder)
+    onset, event = event_of(snapping[0].folder)
     assert found.snapped
     assert found.event == pytest.approx(event, abs=5e-4)
     assert abs(found.event - event) < 3.0 * found.sd

@@ -17,16 +17,12 @@ import numpy as np
 import xarray as xr
 import yaml
 
-from second_generator.recording import Design
-from second_generator.recording import write_calibration as write_chain_calibration
 from stripfold.arrays import Array
-from stripfold.synthetic import recording as synthetic
 from stripfold.vision import camera_motion, recording, video
 from stripfold.vision.measurement import Measurement
 from stripfold.vision.recording import NAME
 from studies.common import Progress, attempted, pooled, table
-from studies.recordings_accuracy import _measure
-from studies.recordings_design import case as design_case
+from studies.recordings_common import measure_with, write_still
 
 SIZES = 3.0, 10.0
 """Least and largest shift, pixels."""
@@ -67,20 +63,8 @@ def moved(number: int, seed: int, calibrations: Path) -> list[dict[str, Any]]:
     return rows
 
 
-def write_still(number: int, seed: int, folder: Path, chain: bool) -> None:
-    """A recording of either generator in a new folder, with its own calibration."""
-    if not chain:
-        scene = design_case(number, seed).scene
-        synthetic.write_recording(synthetic.history_of(scene), scene, folder)
-        return
-    design = Design(number, seed)
-    with tempfile.TemporaryDirectory() as calibration:
-        write_chain_calibration(design.factors["camera"], Path(calibration), design.tones)
-        design.write(folder, Path(calibration))
-
-
 def _measured(folder: Path, camera: tuple[Path, str]) -> Measurement:
-    return _measure(recording.read(folder), camera)
+    return measure_with(recording.read(folder), camera)
 
 
 def write_moved(still: Path, folder: Path, shift: Array, share: float) -> None:

@@ -24,7 +24,7 @@ from stripfold.vision.eta_motion import MotionEtaB
 from stripfold.vision.measurement import Measurement
 from stripfold.vision.recording import Entries, Recording
 from studies.common import Progress, attempted, pooled, table
-from studies.recordings_accuracy import _measure
+from studies.recordings_common import measure_with
 from studies.recordings_design import _TONES, CAMERAS
 
 ETA_B = 2500.0, 7000.0
@@ -116,7 +116,7 @@ def measured(number: int, seed: int, calibrations: Path) -> dict[str, Any]:
         wrong = {"eta_b": strip.eta_b * float(np.exp(random.uniform(*np.log(WRONG))))}
         known = moment * RHO_A * GRAVITY * strip.gravity_length**2 * float(np.exp(random.normal(0.0, FRICTION_SD)))
         described = _described(asked, wrong | {"hysteresis": known, "rho_a": RHO_A})
-        found, message = attempted(lambda: _measure(described, (calibrations, camera)))
+        found, message = attempted(lambda: measure_with(described, (calibrations, camera)))
         if found is None:
             return row | {"message": message}
         other = measure.evaluate(_described(asked, wrong), found.calibration, found.tracks)

@@ -24,9 +24,8 @@ from stripfold.vision.marker import Marker
 from stripfold.vision.measure import measure
 from stripfold.vision.measurement import Measurement
 from stripfold.vision.recording import NAME
-from studies.camera_bump import write_still
 from studies.common import Progress, attempted, pooled, table
-from studies.recordings_accuracy import _truth
+from studies.recordings_common import event_of, write_still
 
 BOX = 0.55, 0.75
 """Half sides of the box, relative to the marker's side: within its white rim, and beyond it."""
@@ -51,7 +50,7 @@ def measured(number: int, seed: int) -> dict[str, Any]:
         if message:
             return row | {"message": message}
         known = json.loads((folder / "truth.json").read_text(encoding="utf-8"))
-        row["truth"] = known["lambda"] if chain else _truth(folder)[1]
+        row["truth"] = known["lambda"] if chain else event_of(folder)[1]
         found, message = attempted(lambda: _by_template(folder, rng))
     if found is None or not found.snapped:
         return row | {"message": message or "no snap was seen"}

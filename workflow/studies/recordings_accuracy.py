@@ -7,7 +7,6 @@ Every fourth recording is of the second generator (:mod:`second_generator`), whi
 
 from __future__ import annotations
 
-import json
 import tempfile
 from functools import partial
 from pathlib import Path
@@ -17,20 +16,14 @@ import numpy as np
 import xarray as xr
 
 from stripfold.arrays import Array
-from stripfold.vision import measure, recording
-from stripfold.vision.calibration import Calibration, calibrate_folder
-from stripfold.vision.measurement import Measurement
-from stripfold.vision.recording import Recording
-from stripfold.vision.tracking import track
+from stripfold.vision import recording
 from studies.common import Progress, attempted, pooled, table
 from studies.recordings_chain import ChainCase, is_chain
+from studies.recordings_common import event_of, measure_with
 from studies.recordings_design import Case, case
 
 MEASURED, BOUND, REFUSED, NOT_MADE = "measured", "bound", "refused", "not made"
 """Outcomes: a value; a bound, since no snap was seen; an error of the measurement; one of the motion or the film."""
-RAISED, SWING, FOLLOWING = 0.1, 0.35, 0.4
-"""Height, over the gripper's, from which a point is raised; for how long, s, the strip swings after its gripper has
-started; share of the time to the fastest motion in which it follows."""
 _NUMBERS = ("event", "truth", "sd", "ratio", "speed", "seconds_off", "tracked")
 
 
@@ -56,10 +49,10 @@ def measured(number: int, seed: int, dynamics: float, calibrations: Path) -> dic
         _, message = attempted(lambda: asked.write(folder, calibrations))
         if message:
             return row | {"outcome": NOT_MADE, "message": message}
-        found, message = attempted(lambda: _measure(recording.read(folder), (calibrations, asked.camera)))
+        found, message = attempted(lambda: measure_with(recording.read(folder), (calibrations, asked.camera)))
         if found is None:
             return row | {"outcome": REFUSED, "message": message}
-        onset, truth = asked.truth(folder) if isinstance(asked, ChainCase) else _truth(folder)
+        onset, truth = asked.truth(folder) if isinstance(asked, ChainCase) else event_of(folder)
     return row | {
         "outcome": MEASURED if found.snapped else BOUND,
         "event": found.event,
@@ -75,41 +68,6 @@ def measured(number: int, seed: int, dynamics: float, calibrations: Path) -> dic
 
 def _case(number: int, seed: int, dynamics: float) -> Case | ChainCase:
     return ChainCase(number, seed) if is_chain(number) else case(number, seed, dynamics)
-
-
-_CALIBRATIONS: dict[tuple[Path, str], Calibration] = {}
-"""Of each camera, in a folder of calibrations: its recordings share one."""
-
-
-def _measure(asked: Recording, camera: tuple[Path, str]) -> Measurement:
-    """As :func:`.measure.measure` does it, with the calibration of a camera evaluated once."""
-    if camera not in _CALIBRATIONS:
-        _CALIBRATIONS[camera] = calibrate_folder(asked.folder, asked.entries)
-    tracks = track(asked, _CALIBRATIONS[camera])
-    return measure.evaluate(asked, _CALIBRATIONS[camera], tracks)
-
-
-def _truth(folder: Path) -> tuple[float, float]:
-    """Onset, s, and lambda then, m, of the motion itself.
-
-    The root of its kinetic energy, of the part of the strip that is raised at first, rises half-way from its median
-    while the strip follows the gripper to its maximum before the layers touch.
-    """
-    with xr.open_dataset(folder / "truth.nc") as opened:
-        truth = opened.load()
-    touch = json.loads((folder / "truth.json").read_text(encoding="utf-8"))["events"]["touch"]["t"]
-    t, lam, curve = truth["time"].values, truth["lambda"].values, truth["curve"].values.astype(np.float64)
-    height = curve[0, :, 1]
-    raised = slice(0, int(np.flatnonzero(height > RAISED * height[0])[-1]) + 1)
-    speed = np.sqrt(np.mean(np.sum(np.gradient(curve[:, raised], t, axis=0) ** 2, axis=2), axis=1))
-    rate = np.gradient(lam, t)
-    steady = t[np.flatnonzero(rate > 0.8 * rate.max())[0]] + SWING
-    used = (t >= steady) & (t <= touch)
-    t, lam, speed = t[used], lam[used], speed[used]
-    peak = int(np.argmax(speed))
-    following = np.median(speed[: max(int(FOLLOWING * peak), 1)])
-    last = int(np.flatnonzero(speed[:peak] < 0.5 * (following + speed[peak]))[-1])
-    return float(t[last]), float(lam[last])
 
 
 def error(data: xr.Dataset) -> Array:

@@ -18,7 +18,7 @@ from stripfold.synthetic import recording as synthetic
 from stripfold.synthetic.scene import Scene
 from stripfold.vision import recording
 from studies.common import Progress, attempted, pooled, table
-from studies.recordings_accuracy import _measure, _truth
+from studies.recordings_common import event_of, measure_with
 
 WIDTHS = (0.01, 0.04, 0.08)
 """m."""
@@ -83,8 +83,8 @@ def measured(number: int, seed: int, calibrations: Path) -> dict[str, Any]:
         _, message = attempted(lambda: synthetic.write_recording(motion, scene, folder, kept))
         if message:
             return row | {"message": message}
-        row["truth"] = _truth(folder)[1]
-        found, message = attempted(lambda: _measure(recording.read(folder), (calibrations, kept.name)))
+        row["truth"] = event_of(folder)[1]
+        found, message = attempted(lambda: measure_with(recording.read(folder), (calibrations, kept.name)))
     if found is None or not found.snapped:
         return row | {"message": message or "no snap was seen"}
     low, high = found.interval

@@ -1,0 +1,69 @@
+"""What studies of recordings share: writing one of either generator, measuring it, and the truth of its event."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from second_generator.recording import Design
+from second_generator.recording import write_calibration as write_chain_calibration
+from stripfold.synthetic import recording as synthetic
+from stripfold.vision import measure
+from stripfold.vision.calibration import Calibration, calibrate_folder
+from stripfold.vision.measurement import Measurement
+from stripfold.vision.recording import Recording
+from stripfold.vision.tracking import track
+from studies.recordings_design import case as design_case
+
+RAISED, SWING, FOLLOWING = 0.1, 0.35, 0.4
+"""Height, over the gripper's, from which a point is raised; for how long, s, the strip swings after its gripper has
+started; share of the time to the fastest motion in which it follows."""
+_CALIBRATIONS: dict[tuple[Path, str], Calibration] = {}
+"""Of each camera, in a folder of calibrations: its recordings share one."""
+
+
+def measure_with(asked: Recording, camera: tuple[Path, str]) -> Measurement:
+    """As :func:`.measure.measure` does it, with the calibration of a camera evaluated once."""
+    if camera not in _CALIBRATIONS:
+        _CALIBRATIONS[camera] = calibrate_folder(asked.folder, asked.entries)
+    tracks = track(asked, _CALIBRATIONS[camera])
+    return measure.evaluate(asked, _CALIBRATIONS[camera], tracks)
+
+
+def event_of(folder: Path) -> tuple[float, float]:
+    """Onset, s, and lambda then, m, of the motion itself.
+
+    The root of its kinetic energy, of the part of the strip that is raised at first, rises half-way from its median
+    while the strip follows the gripper to its maximum before the layers touch.
+    """
+    with xr.open_dataset(folder / "truth.nc") as opened:
+        truth = opened.load()
+    touch = json.loads((folder / "truth.json").read_text(encoding="utf-8"))["events"]["touch"]["t"]
+    t, lam, curve = truth["time"].values, truth["lambda"].values, truth["curve"].values.astype(np.float64)
+    height = curve[0, :, 1]
+    raised = slice(0, int(np.flatnonzero(height > RAISED * height[0])[-1]) + 1)
+    speed = np.sqrt(np.mean(np.sum(np.gradient(curve[:, raised], t, axis=0) ** 2, axis=2), axis=1))
+    rate = np.gradient(lam, t)
+    steady = t[np.flatnonzero(rate > 0.8 * rate.max())[0]] + SWING
+    used = (t >= steady) & (t <= touch)
+    t, lam, speed = t[used], lam[used], speed[used]
+    peak = int(np.argmax(speed))
+    following = np.median(speed[: max(int(FOLLOWING * peak), 1)])
+    last = int(np.flatnonzero(speed[:peak] < 0.5 * (following + speed[peak]))[-1])
+    return float(t[last]), float(lam[last])
+
+
+def write_still(number: int, seed: int, folder: Path, chain: bool) -> None:
+    """A recording of either generator in a new folder, with its own calibration."""
+    if not chain:
+        scene = design_case(number, seed).scene
+        synthetic.write_recording(synthetic.history_of(scene), scene, folder)
+        return
+    design = Design(number, seed)
+    with tempfile.TemporaryDirectory() as calibration:
+        write_chain_calibration(design.factors["camera"], Path(calibration), design.tones)
+        design.write(folder, Path(calibration))
