@@ -204,13 +204,29 @@ def test_no_videos(tmp_path: Path) -> None:
     refused(tmp_path / "zeros.avi", "cannot be opened")
 
 
+def shortened(path: Path, missing: int, folder: Path) -> Path:
+    """A copy that lacks the last bytes."""
+    cut = folder / f"cut{path.suffix}"
+    cut.write_bytes(path.read_bytes()[:-missing])
+    return cut
+
+
+def test_an_avi_without_its_index_has_the_length_that_its_frames_make(tmp_path: Path) -> None:
+    film = write_video(tmp_path / "film.avi", "mjpeg", 10 * IMAGES, range(100), Fraction(1, 25))
+    with video.read(shortened(film, film.stat().st_size // 2, tmp_path)) as reader:
+        assert len(list(reader)) < 60
+    assert reader.report.duration == pytest.approx(4.0)
+    assert reader.report.truncated
+
+
 def test_truncated(films: dict[str, Path], tmp_path: Path) -> None:
     for codec, path in films.items():
         data = path.read_bytes()
         cut = tmp_path / path.name
         cut.write_bytes(data[: len(data) * 6 // 10])
         if path.suffix == ".mp4":  # its index is at its end
-            refused(cut, "cannot be opened")
+            refused(cut, "its index is missing: it was cut off .*copy it again")
+            refused(shortened(path, 400, tmp_path), "its index is missing")
             continue
         with video.read(cut) as reader:
             frames = list(reader)

@@ -44,6 +44,8 @@ _FORMATS = "avi,matroska,webm,mov,mp4,m4a,3gp,3g2,mj2,mpegts,mpeg,asf,flv,ogg,nu
 _PLANAR = {f"yuv{j}{kind}p" for j in ("", "j") for kind in (410, 411, 420, 422, 440, 444)}
 _LUMA = _PLANAR | {"nv12", "nv21", "gray"}
 """Pixel formats whose first plane is the luma, one byte per pixel."""
+_NO_INDEX = "moov atom not found"
+"""What the library logs of such an mp4."""
 CHANNELS = ("luma", "blue", "red")
 """What can be decoded: luma, and the differences of blue and red from it, which a grey picture lacks."""
 _COLOURED = 24
@@ -103,8 +105,13 @@ def _open(file: Path) -> av.container.InputContainer:
     options = {"protocol_whitelist": "file", "format_whitelist": _FORMATS, "max_pixels": str(MAX_PIXELS)}
     demuxer = _DEMUXERS.get(file.suffix.lower())
     try:
-        return av.open(f"file:{file}", "r", demuxer, options=options, metadata_errors="replace")
+        with av.logging.Capture() as complaints:
+            return av.open(f"file:{file}", "r", demuxer, options=options, metadata_errors="replace")
     except av.FFmpegError as error:
+        # An mp4 has its index at its end; within it, the file itself ends too early.
+        if isinstance(error, av.error.EOFError) or any(_NO_INDEX in text for *_, text in complaints):
+            cut = "it was cut off while it was copied or recorded: copy it again, or film again"
+            raise Refusal(f"{file.name} cannot be opened, its index is missing: {cut}") from error
         advice = "" if demuxer else ": save it again as mp4, avi or mkv"
         raise Refusal(f"{file.name} cannot be opened ({error.strerror}){advice}") from error
 
@@ -134,6 +141,9 @@ def _declared(container: av.container.InputContainer, stream: VideoStream, files
         duration = float(stream.duration * stream.time_base)
     else:
         duration = (container.duration or 0) / av.time_base
+    # Of an avi that was cut off the length is estimated from its size.
+    if stream.average_rate:
+        duration = max(duration, stream.frames / float(stream.average_rate))
     return {"declared": max(stream.frames, 0), "duration": max(duration, 0.0)}
 
 
