@@ -54,6 +54,20 @@ def test_of_another_room_nothing_is_said():
         assert "unknown" in found.problem
 
 
+def crosses(seed: int) -> Array:
+    """A wall with crosses at random places: each resembles another one."""
+    random = np.random.default_rng(seed)
+    picture = np.full(SIZE[::-1], 60.0, np.float32)
+    for x, y in np.mgrid[20:400:45, 20:300:45].reshape(2, -1).T + random.integers(-8, 9, (63, 2)):
+        cv2.drawMarker(picture, (int(x), int(y)), (30.0,), cv2.MARKER_CROSS, 12, 3)
+    return np.asarray(cv2.GaussianBlur(picture, (0, 0), 0.8) + random.normal(0.0, 1.0, picture.shape))
+
+
+def test_of_a_room_whose_things_were_moved_nothing_is_said():
+    for seed in range(0, 12, 2):
+        assert not camera_motion.between(crosses(seed), crosses(seed + 1)).moved
+
+
 def test_along_an_edge_no_shift_is_seen():
     noise = np.random.default_rng(0).normal(0.0, 1.0, (3, *SIZE[::-1]))
     table = np.where(np.arange(SIZE[1]) < 200, 60.0, 90.0)[:, None]
