@@ -53,7 +53,7 @@ def test_outcomes_of_low_paths(monkeypatch: pytest.MonkeyPatch) -> None:
         return low_paths.STABLE, dict.fromkeys(low_paths.NUMBERS, 1.0)
 
     monkeypatch.setattr(low_paths, "followed", fails)
-    first, second = (low_paths.case(number, 1, 7) for number in range(2))
+    first, second = (low_paths.case((0, (14.0, 0.6, 0.06), on_solid)) for on_solid in (True, False))
     assert [first[mesh] for mesh in low_paths.MESHES] == [low_paths.STABLE, low_paths.FAILED, low_paths.FAILED]
     assert "planted" in first["message"]
     assert [second[mesh] for mesh in low_paths.MESHES] == [low_paths.STABLE, low_paths.OMITTED, low_paths.OMITTED]
@@ -96,27 +96,32 @@ def test_a_bump_that_grows() -> None:
 
 def test_a_low_path_in_time() -> None:
     """Friction takes energy and the fold is the accurate one."""
-    found = low_paths.in_time((0.4, 1.2), 8.0, 0.06, 0.0, 0.8)
+    found = low_paths.in_time(((0.4, 1.2), 0.8), 8.0, 0.06, 0.0)
     assert found["dissipated"] > 0.01
     assert found["error"] < 0.03
     assert found["kinetic"] > 0.5 * 0.8**2
 
 
 def test_low_paths_and_their_figure(monkeypatch: pytest.MonkeyPatch) -> None:
-    def in_time(at: tuple[float, float], *_: float, speed: float, **__: float) -> dict[str, float]:
-        return {**dict.fromkeys(low_paths.TIME_NUMBERS, at[0]), "kinetic": speed**2}
+    def in_time(at: tuple[tuple[float, float], float], **_: float) -> dict[str, float]:
+        (mu, _height), speed = at
+        return {**dict.fromkeys(low_paths.TIME_NUMBERS, mu), "kinetic": speed**2}
 
     monkeypatch.setattr(low_paths, "CURVE", np.array([0.3, 0.6, 0.9, 1.3, 1.5]))
     monkeypatch.setattr(low_paths, "in_time", in_time)
     monkeypatch.setattr(low_paths, "followed", lambda *_: (low_paths.STABLE, dict.fromkeys(low_paths.NUMBERS, 1.0)))
-    data = low_paths.run(3, 0, 7, 14.0, 0.06, [0.6, 1.2], [0.0, 0.4], 0.02, 0.2)
+    data = low_paths.run(6, 2, 7, 14.0, 0.06, [0.6, 1.2], [0.0, 0.4], 0.02, 0.2)
+    # The first on the solid are those that the elastica says are stable, whichever cases these are.
+    inside, on_solid = low_paths.inside(data), data["solid"].values != low_paths.OMITTED
+    assert not inside.all()
+    assert np.flatnonzero(on_solid).tolist() == np.flatnonzero(inside)[:2].tolist() != [0, 1]
     assert data["time_error"].values.tolist() == [[0.0, 0.0], [0.4, 0.4]]
     assert float(data["slow_kinetic"]) == pytest.approx(0.01)
     assert 0.01 < float(data["snap_energy"]) < 0.1
     assert low_paths.markdown(data).count("\n") == 6
     limits, _ = low_figure.draw(data).axes
     drawn = [line for line in limits.get_lines() if line.get_label() in {"_stable", "_limit point"}]
-    assert [np.size(line.get_xdata()) for line in drawn] == [3, 0]
+    assert [np.size(line.get_xdata()) for line in drawn] == [6, 0]
 
 
 def branch(*points: tuple[float, float]) -> tuple[Any, ...]:

@@ -1,7 +1,8 @@
 """Low paths: between which heights of the gripper a strip is carried over without a snap, and how it is laid down.
 
-Random strips on the rod follow the whole low path in statics, the first of them on the solid and its finer mesh, too; a
-few follow it in time, with friction between the layers.  Lengths in L*, forces per width in rho_a g L*.
+Random strips on the rod follow the whole low path in statics, the first of those that the elastica says are stable on
+the solid and its finer mesh, too; a few follow it in time, with friction between the layers.  Lengths in L*, forces per
+width in rho_a g L*.
 Source: docs/low-path.md.
 """
 
@@ -14,6 +15,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from stripfold import elastica
 from stripfold.analysis.assess import assess_strip, peak_forces, shape_error
@@ -22,6 +24,7 @@ from stripfold.analysis.path_in_time import follow_in_time
 from stripfold.analysis.path_statics import MOVING
 from stripfold.analysis.release import Fall
 from stripfold.analysis.static import StripModel
+from stripfold.arrays import Array
 from stripfold.errors import SolveError
 from stripfold.paths.geometric import triangular
 from stripfold.paths.low_path import low
@@ -71,7 +74,7 @@ def run(
     Parameters
     ----------
     cases, compared, seed
-        Random strips on the rod; those on the solid, too.
+        Random strips on the rod; those of them, inside the limits, that are on the solid, too.
     length_star, thickness
         The strip in time.
     heights, coefficients
@@ -85,11 +88,15 @@ def run(
     triangular path sets free, and ``slow_kinetic`` at half the speed; and over ``curve``, the elastica at some heights.
     """
     curve = np.array(pooled(of_curve, CURVE.tolist(), threads))
-    rows = pooled(partial(case, compared=compared, seed=seed), range(cases), threads, progress)
-    of_time = partial(in_time, length=length_star, thickness=thickness, moment=moment, speed=speed)
-    grid = list(product(coefficients, heights))
-    timed = pooled(of_time, grid, threads, progress)
-    slow = of_time((coefficients[0], heights[-1]), speed=0.5 * speed)
+    of_time = partial(in_time, length=length_star, thickness=thickness, moment=moment)
+    wanted = [((mu, z), speed) for mu, z in product(coefficients, heights)]
+    wanted.append(((coefficients[0], heights[-1]), 0.5 * speed))
+    *timed, slow = pooled(of_time, wanted, threads, progress)
+    strips = [drawn(number, seed) for number in range(cases)]
+    lengths, drawn_heights, thicknesses = np.array(strips).T
+    stable = np.flatnonzero(within(lengths, drawn_heights, thicknesses, CURVE, curve[:, 0]))
+    on_solid = np.isin(range(cases), stable[:compared])
+    rows = pooled(case, list(zip(range(cases), strips, on_solid, strict=True)), threads, progress)
     shape = (len(coefficients), len(heights))
     values: dict[str, Any] = {name: ("case", [row[name] for row in rows]) for name in rows[0]}
     values |= {
@@ -129,23 +136,31 @@ def compliance(length: Any, thickness: Any) -> Any:
     return (length + FREE) * thickness**2 / 12.0
 
 
-def inside(data: xr.Dataset) -> xr.DataArray:
-    """Which cases the elastica says are stable, also :data:`MARGIN` higher."""
-    here, higher = (
-        np.interp(data["height"] + more, data["curve_height"], data["curve_compliance"], right=0.0)
-        for more in (0.0, MARGIN)
-    )
-    return compliance(data["length"], data["thickness"]) < np.minimum(here, higher)
+def within(length: Array, height: Array, thickness: Array, curve: Array, borne: Array) -> NDArray[np.bool_]:
+    """Which strips the elastica finds stable, also :data:`MARGIN` higher; at heights ``curve`` it bears ``borne``."""
+    here, higher = (np.interp(height + more, curve, borne, right=0.0) for more in (0.0, MARGIN))
+    return np.asarray(compliance(length, thickness) < np.minimum(here, higher))
 
 
-def case(number: int, compared: int, seed: int) -> dict[str, Any]:
-    """One case; each has a random stream of its own."""
+def inside(data: xr.Dataset) -> NDArray[np.bool_]:
+    """Which cases are :func:`within` the limits."""
+    curve = data["curve_height"].values, data["curve_compliance"].values
+    return within(data["length"].values, data["height"].values, data["thickness"].values, *curve)
+
+
+def drawn(number: int, seed: int) -> tuple[float, float, float]:
+    """Length, height and thickness of one case; each has a random stream of its own."""
     draw = np.random.default_rng([seed, number])
     length, height = float(draw.uniform(*LENGTH)), float(draw.uniform(*HEIGHT))
-    h = float(draw.uniform(THICKNESS[0], min(THICKNESS[1], SHARPEST * height)))
+    return length, height, float(draw.uniform(THICKNESS[0], min(THICKNESS[1], SHARPEST * height)))
+
+
+def case(asked: tuple[int, tuple[float, float, float], bool]) -> dict[str, Any]:
+    """One case, by its number, what :func:`drawn` gave, and whether it is on the solid, too."""
+    number, (length, height, h), on_solid = asked
     row: dict[str, Any] = {"case": number, "length": length, "height": height, "thickness": h, "message": ""}
     for name, (kind, refinement) in MESHES.items():
-        if name != "rod" and number >= compared:
+        if name != "rod" and not on_solid:
             row[name] = OMITTED
             continue
         found, message = attempted(partial(followed, StripModel(length, h, kind=kind), height, refinement))
@@ -176,15 +191,15 @@ def followed(strip: StripModel, height: float, refinement: float) -> tuple[str, 
     return STABLE, {"grip": grip, "hold": hold, "slide": float(rest - first), "error": error}
 
 
-def in_time(at: tuple[float, float], length: float, thickness: float, moment: float, speed: float) -> dict[str, float]:
-    """One path in time, by its coefficient of friction and its height, to rest at its end.
+def in_time(at: tuple[tuple[float, float], float], length: float, thickness: float, moment: float) -> dict[str, float]:
+    """One path in time, by its coefficient of friction and its height, and its speed, to rest at its end.
 
     Raises
     ------
     SolveError, TimeStepError
         It cannot be followed.
     """
-    mu, height = at
+    (mu, height), speed = at
     strip = StripModel(length, thickness, kind="rod")
     found = follow_in_time(strip, low(length, height), mu, moment, damping=DAMPING, speed=speed)
     grip, hold = peak_forces(found.states)

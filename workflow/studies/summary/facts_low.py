@@ -14,7 +14,7 @@ LOWEST = 0.7
 
 def low_paths(d: xr.Dataset) -> Facts:
     outcomes = np.stack([d[mesh].values for mesh in study.MESHES])
-    inside, compared = study.inside(d).values, outcomes[1] != study.OMITTED
+    inside, compared = study.inside(d), outcomes[1] != study.OMITTED
     limited, both = outcomes == study.LIMITED, inside & compared
     above = d.height.values > float(d.curve_height.max())
     below = ~inside & (d.height.values < float(d.curve_height[d.curve_compliance.values.argmax()]))
