@@ -1,13 +1,17 @@
 """Shared by the scripts of all peers: a scene as JSON on standard input, the result as JSON on standard output.
 
 Times are processor times of this process and its children, so a busy machine does not lengthen them much.  Imports and
-one uncounted run of the first setting, with all compilation, are not in them.
+one uncounted run of the first setting, with all compilation, are not in them.  A run of more than LONG is not repeated:
+the spread of its time is small beside it.
 """
 
 import json
 import resource
 import sys
 from importlib.metadata import version
+
+LONG = 1.0
+"""Seconds."""
 
 
 def seconds():
@@ -35,6 +39,8 @@ def answer(package, solvers, version_of=version):
                     began = seconds()
                     run |= solvers[question](scene, **setting)
                     run["seconds"].append(seconds() - began)
+                    if run["seconds"][-1] > LONG:
+                        break
             except (ArithmeticError, RuntimeError, ValueError) as error:
                 run["failed"] = f"{type(error).__name__}: {error}"
             print(question, setting, run["seconds"], run.get("failed", ""), file=sys.stderr)

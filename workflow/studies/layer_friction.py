@@ -7,9 +7,12 @@ Source: docs/physics.md, section 8.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import operator
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
+from itertools import islice
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -24,7 +27,7 @@ from stripfold.paths.curve import GripperPath
 from stripfold.paths.geometric import circular, triangular
 from stripfold.paths.rpath import plan_r_path
 from stripfold.solve.schemes import Damping
-from studies.common import Progress, dataset, grid
+from studies.common import Progress, dataset, grid, pooled
 
 PATHS = ("r-path", "triangular", "circular")
 NUMBERS = ("error", "opened_error", "edge", "loop", "touch_x", "dissipated", "created")
@@ -68,24 +71,27 @@ def run(
     """
     case = partial(_numbers, length=length_star, thickness=thickness, moment=moment)
     values = grid(case, NUMBERS, {"path": PATHS, "mu": list(coefficients)}, threads, progress)
-    finer = [_fold(name, shown, length_star, thickness, moment, finer=True) for name in PATHS]
-    arc = nodes(length_star)
-    shapes = np.stack([closed.problem.model.resampled_mid_surface(closed.last.q, arc) for closed, _ in finer])
-    longer = [_numbers(name, shown, length=long, thickness=thickness, moment=moment) for name in PATHS]
-    without = _numbers("r-path", shown, length=long, thickness=thickness, moment=0.0)
-    fabric = [_numbers(name, shown, length=length_star, thickness=thickness, moment=fabric_moment) for name in PATHS]
+    halved = [partial(_finer, name, shown, length_star, thickness, moment) for name in PATHS]
+    longer = [partial(case, name, shown, length=long) for name in PATHS]
+    without = partial(case, "r-path", shown, length=long, moment=0.0)
+    fabric = [partial(case, name, shown, moment=fabric_moment) for name in PATHS]
+    more: list[Callable[[], Any]] = [*halved, *longer, without, *fabric]
+    found = iter(pooled(operator.call, more, threads))
+    errors, shapes = zip(*islice(found, len(PATHS)), strict=True)
+    longer_numbers, without_numbers = list(islice(found, len(PATHS))), next(found)
+    fabric_numbers = list(found)
     return dataset(
         "layer_friction",
         {
             **values,
-            "long_error": ("path", [found["error"] for found in longer]),
-            "long_edge": ("path", [found["edge"] for found in longer]),
-            "long_error_without": ((), without["error"]),
-            "fabric_error": ("path", [found["error"] for found in fabric]),
-            "finer_error": ("path", [_error(length_star, closed) for closed, _ in finer]),
-            "arc": ("node", arc),
-            "x": (("path", "node"), shapes[..., 0]),
-            "z": (("path", "node"), shapes[..., 1]),
+            "long_error": ("path", [one["error"] for one in longer_numbers]),
+            "long_edge": ("path", [one["edge"] for one in longer_numbers]),
+            "long_error_without": ((), without_numbers["error"]),
+            "fabric_error": ("path", [one["error"] for one in fabric_numbers]),
+            "finer_error": ("path", list(errors)),
+            "arc": ("node", nodes(length_star)),
+            "x": (("path", "node"), np.stack(shapes)[..., 0]),
+            "z": (("path", "node"), np.stack(shapes)[..., 1]),
         },
         {
             "length_star": length_star,
@@ -122,6 +128,12 @@ def _follow(
         refinement, options = 0.5, replace(options, tolerance=HALF_STEP * options.tolerance)
     closed = follow_in_time(strip, path, mu, moment, damping=DAMPING, refinement=refinement, options=options)
     return closed, opened(closed, DAMPING, options)
+
+
+def _finer(name: str, mu: float, length: float, thickness: float, moment: float) -> tuple[float, Array]:
+    """Error and shape of the closed fold with elements and time steps half as long."""
+    closed, _ = _fold(name, mu, length, thickness, moment, finer=True)
+    return _error(length, closed), closed.problem.model.resampled_mid_surface(closed.last.q, nodes(length))
 
 
 def _numbers(name: str, mu: float, *, length: float, thickness: float, moment: float) -> dict[str, float]:

@@ -104,7 +104,7 @@ def run(
     height, advance
         Of the gripper in the equilibrium, L*: z and lambda; the critical point is the one at this height.
     repeats
-        Counted runs of each setting.
+        Counted runs of each setting; of one that takes longer than a second there is one.
     folder
         With the programs' scripts and their environment.
 
