@@ -136,7 +136,7 @@ def sample(image: Picture, points: Array, across: Array, reach: NDArray[np.intp]
     Outside the picture the values at its border are repeated.
     """
     points, across = np.ascontiguousarray(points), np.ascontiguousarray(across)
-    reach = np.array(np.broadcast_to(reach, len(points)))
+    reach = np.full(len(points), reach)
     return np.asarray(kernels.curves.sampled(np.ascontiguousarray(image), points, across, reach, bright))
 
 
@@ -181,7 +181,7 @@ def measure_edges(profiles: Grey, width: Array | float, side: Array | float = 0.
     approximate width on each section, shape (n,), or on all, pixels; ``side`` that of :func:`free_side`: unless it is 0
     the centre is half of ``width`` from the edge on that side.
     """
-    width, side = (np.array(np.broadcast_to(np.asarray(v, dtype=np.float64), len(profiles))) for v in (width, side))
+    width, side = (np.full(len(profiles), value, dtype=np.float64) for value in (width, side))
     *values, found = kernels.sections.edges(profiles, width, side, THIN)
     return Edges._make([*values, found > 0.0])
 
