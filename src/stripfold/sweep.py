@@ -20,11 +20,13 @@ import numpy as np
 from pydantic import Field, create_model
 
 import stripfold
-from stripfold import schema, store
+from stripfold import elastica, schema, store
 from stripfold.analysis import critical_point
 from stripfold.analysis.prediction import ElasticaPrediction
+from stripfold.analysis.static import End
 from stripfold.errors import InvalidInputError, StripfoldError
 from stripfold.inputs import Scene
+from stripfold.models.model_error import model_error
 from stripfold.reporting import Progress
 from stripfold.validation import Input, Number, Whole, within
 
@@ -37,9 +39,9 @@ NUMBERS = ("lambda_c", "lambda_touch", "error", "model_error", "free_length")
 MOST_CASES = 200_000
 """Most cases of a grid: on the solid a night's work, and with a text for each 100 MB in memory."""
 CHUNK = 100
-"""Most cases of a chunk: what an interruption loses, and the least that is worth a file."""
+"""Most cases of a chunk that are solved one by one: what an interruption loses, and the least that is worth a file."""
 CHUNKS = 32
-"""Chunks of a small grid, at most: enough to keep the cores equally busy."""
+"""Chunks of a small grid or of one of the elastica, at most: enough to keep the cores equally busy."""
 
 _Case: Any = create_model(
     "_Case", __base__=Input, **{key: (Scene.model_fields[key].annotation, Scene.model_fields[key]) for key in KEYS}
@@ -102,7 +104,9 @@ class Grid:
     @property
     def chunks(self) -> list[range]:
         """The numbers of the cases, in chunks."""
-        size = min(CHUNK, ceil(self.count / CHUNKS))
+        size = ceil(self.count / CHUNKS)
+        if self.values["model"] != ["elastica"]:
+            size = min(size, CHUNK)
         return [range(first, min(first + size, self.count)) for first in range(0, self.count, size)]
 
     def case(self, number: int) -> dict[str, Any]:
@@ -228,12 +232,29 @@ def _of(case: Mapping[str, Any]) -> dict[str, Any]:
     """Numbers and reason of a case."""
     try:
         scene = Scene(**case)
+        if scene.model == "elastica":
+            return _of_elastica(scene)
         prediction = _predicted(scene.height_star)
         scene.require_long_enough(prediction.last.length)
         found = critical_point.find(scene, prediction=prediction)
     except StripfoldError as error:
         return dict.fromkeys(NUMBERS, nan) | {"reason": " ".join(str(error).split())}
     return {name: getattr(found, name) for name in (*NUMBERS, "reason")}
+
+
+def _of_elastica(scene: Scene) -> dict[str, Any]:
+    """The same of the elastica, interpolated over the height: its states are not asked for."""
+    end, unit = elastica.end_of_advance(scene.height_star), scene.gravity_length
+    scene.require_long_enough(end.length)
+    lam = unit * end.advance
+    return {
+        "lambda_c": lam if end.snap else nan,
+        "lambda_touch": nan if end.snap else lam,
+        "error": unit * critical_point.ELASTICA_ERROR,
+        "model_error": lam * model_error("elastica", scene.material.relative_thickness, scene.material.nu),
+        "free_length": unit * end.length,
+        "reason": (End.SNAP if end.snap else End.TOUCH).reason,
+    }
 
 
 _predicted = lru_cache(maxsize=1)(ElasticaPrediction.at)

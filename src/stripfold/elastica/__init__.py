@@ -28,11 +28,13 @@ from stripfold.elastica.fold import (
 )
 from stripfold.elastica.friction_delay import friction_delay
 from stripfold.elastica.hanging_loop import eta_b_from_hanging_loop
+from stripfold.elastica.interpolated import EndOfAdvance, end_of_advance
 from stripfold.elastica.state import Profile, Sag, State
 
 __all__ = [
     "BistableRange",
     "CriticalPoint",
+    "EndOfAdvance",
     "FoldedLoop",
     "Profile",
     "Sag",
@@ -40,6 +42,7 @@ __all__ = [
     "bistable_range",
     "cantilever",
     "critical",
+    "end_of_advance",
     "eta_b_from_fold_height",
     "eta_b_from_hanging_loop",
     "folded_loop",
