@@ -35,6 +35,7 @@ from studies import (
     profiling,
     rpaths,
     schemes,
+    sweeps,
     textile_law,
 )
 from tasks.textile import largest_curvature
@@ -149,6 +150,7 @@ def test_recordings_that_cannot_be(change: dict[str, Any], key: str):
         ("accuracy", accuracy.run),
         ("fall_accuracy", fall_accuracy.run),
         ("profiling", profiling.run),
+        ("sweeps", sweeps.run),
     ],
 )
 def test_the_keys_are_the_parameters_of_the_studies(name, study):

@@ -149,6 +149,10 @@ def datasets() -> dict[str, xr.Dataset]:
             "closing": ("case", np.full(6, 1e-12)), "distance": ("case", np.full(6, 1e-5)),
             "handed_over": ("case", [1e-4] * 5 + [np.nan])},
             {"case": ["base", "half the step", "other sign", "coarse mesh", "fine mesh", "no damping"]}),
+        "sweeps": ({
+            "scenes": ("model", [100000, 1024]), "results": ("model", [100000, 1024]), "snaps": ("model", [9e4, 1e3]),
+            "wall": ("model", [5.0, 12.0]), "cost": ("model", [1e-4, 0.02]), "memory": ("model", [140.0, 90.0]),
+            "apart": ("model", [1e-12, 0.0])}, {"model": ["elastica", "rod"]}, {"cores": 2, "checked": 40}),
         "fall_benchmark": ({"wall": ("repeat", [1.9]), "memory": 150.0},),
         "rod": ({
             "model_error": (MODEL[1:], [[5e-3, 4e-5]]), "mesh_error": (MODEL, np.full((2, 1, 2), 1e-4)),
@@ -502,6 +506,10 @@ def test_a_criterion_that_is_broken_does_not_hold(dataset: str, name: str, value
         ("effects", "cost", {"scene": "wild", "effect": "membrane"}, 0.07, "effects_overhead"),
         ("effects", "needed", {"scene": "calm", "effect": "self_contact"}, np.nan, "effects_undetected"),
         ("effects", "reported", {"scene": "wild", "effect": "self_contact"}, 0.0, "effects_undetected"),
+        ("sweeps", "results", {"model": "rod"}, 1023, "sweep_scenes"),
+        ("sweeps", "apart", {"model": "elastica"}, 1e-8, "sweep_scenes"),
+        ("sweeps", "wall", {"model": "elastica"}, 201.0, "sweep_rate"),
+        ("sweeps", "cost", {"model": "elastica"}, 0.005, "sweep_cost"),
         ("random_paths", "outcome", {"case": slice(3, 5)}, "undecided", "random_paths_undecided"),
         ("hard_cases", "failed", {"case": 7}, 1.0, "hard_cases_failed"),
         ("branches", "spurious_limit_points", {"case": 7}, 1.0, "spurious_limit_points"),

@@ -17,6 +17,7 @@ from stripfold.cli import main
 from stripfold.errors import InvalidInputError, SolveError, StripfoldError
 from stripfold.inputs import Scene
 from stripfold.results import CriticalPoint
+from studies import sweeps
 
 STRIP = {"length": 0.6, "eta_b": 3780.0, "height": 0.09, "model": "elastica"}
 ROD = STRIP | {"model": "rod"}
@@ -168,3 +169,11 @@ def test_command(capsys, tmp_path, monkeypatch):
     rows = dict(line.split(maxsplit=1) for line in capsys.readouterr().out.splitlines())
     assert (rows["cases"], rows["snap"], rows["touch"], rows["written"]) == ("4", "2", "1", "grid.nc")
     assert rows["no"].startswith("result    1, the first: height = 0.7 cannot be used")
+
+
+def test_study():
+    found = sweeps.run(elastica=4, rod=2, checked=2, seed=5, threads=1)
+    assert (found.scenes.values.tolist(), found.results.values.tolist()) == ([16, 4], [16, 4])
+    assert found.apart.values == pytest.approx([0.0, 0.0], abs=1e-10)
+    assert (found.cost > 0.0).all()
+    assert (found.wall > 0.1).all()

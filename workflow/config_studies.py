@@ -8,6 +8,7 @@ from pydantic import Field
 
 from config_motion import AirStar, FallAccuracy, Falls, Lag, Modes, Schemes, SpeedStar, StiffnessStar
 from config_quantities import (
+    Cases,
     HeightStar,
     LengthStar,
     OneOrTwo,
@@ -28,6 +29,7 @@ Parts = Annotated[Whole, quantity("parts of each element", ge=1)]
 Distance = Annotated[Number, quantity("distance to lambda_c", "L*", gt=0.0)]
 Moment = Annotated[Number, quantity("M_0 of a bending hysteresis", "rho_a g L*^2", ge=0.0)]
 Mu = Annotated[Number, quantity("coefficient of friction", ge=0.0, le=MAX_MU)]
+PerAxis = Annotated[Whole, quantity("values of each of two keys", ge=2)]
 Share = Annotated[Number, quantity("share", ge=0.0, le=1.0)]
 
 
@@ -355,6 +357,15 @@ class AssessBenchmark(Input):
     length: Length
 
 
+class Sweeps(Input):
+    """Sweeps over as many heights as values of eta_b, random scenes of which are found again."""
+
+    elastica: PerAxis
+    rod: PerAxis
+    checked: Cases
+    seed: Seed
+
+
 class Studies(Input):
     """Benchmarks, verification, other programs; of a study that is left out the stored result is used."""
 
@@ -395,6 +406,7 @@ class Studies(Input):
     falls: Falls | None = None
     benchmark: Benchmark | None = None
     assess_benchmark: AssessBenchmark | None = None
+    sweeps: Sweeps | None = None
     fall_accuracy: FallAccuracy | None = None
     schemes: Schemes | None = None
     modes: Modes | None = None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import os
+import resource
 import signal
 import subprocess
 import sys
@@ -162,6 +163,12 @@ def timed_process(code: str, repeats: int = 1) -> tuple[list[float], list[str], 
         outputs.append(done.stdout)
         peaks.append(int(done.stderr.split()[-2]) * 1024 / 1e6)
     return walls[uncounted:], outputs[uncounted:], round(max(peaks), 1)
+
+
+def processor_time() -> float:
+    """Of all processes that were started and have ended, those that they started included, s."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 def command(*words: str) -> str:

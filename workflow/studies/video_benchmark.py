@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import resource
 import tempfile
 from pathlib import Path
 from time import perf_counter
@@ -15,7 +14,7 @@ from stripfold import elastica
 from stripfold.measured import RecordingMeasurement
 from stripfold.synthetic.recording import history_of, write_recording
 from stripfold.synthetic.scene import Scene
-from studies.common import command, dataset, timed_process
+from studies.common import command, dataset, processor_time, timed_process
 from studies.recordings import scene_of
 
 RATE = 60
@@ -38,9 +37,9 @@ def run(frames: int, repeats: int) -> xr.Dataset:
             folder = Path(temporary) / "film"
             counts.append(_make(folder, length))
             for k in range(repeats):
-                before = _processor_time()
+                before = processor_time()
                 *_, memory[j] = timed_process(_PIN + command("measure", str(folder)))
-                rate[j, k] = counts[j] / (_processor_time() - before)
+                rate[j, k] = counts[j] / (processor_time() - before)
     moved, rendered, measured = _workflow()
     return dataset(
         "video_benchmark",
@@ -54,12 +53,6 @@ def run(frames: int, repeats: int) -> xr.Dataset:
         },
         {"size": "1280 x 720"},
     )
-
-
-def _processor_time() -> float:
-    """Of all processes that have ended, those that they started included, s."""
-    used = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return used.ru_utime + used.ru_stime
 
 
 def _make(folder: Path, frames: int) -> int:

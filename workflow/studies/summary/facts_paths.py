@@ -245,6 +245,21 @@ def video_benchmark(d: xr.Dataset) -> Facts:
     }
 
 
+def sweeps(d: xr.Dataset) -> Facts:
+    one, rod = d.sel(model="elastica"), d.sel(model="rod")
+    return {
+        **{name: one[name] for name in ("scenes", "snaps", "wall", "memory")},
+        "none": (d.scenes - d.results).sum(),
+        "apart": d.apart.max(),
+        "checked": d.attrs["checked"],
+        "rod_scenes": rod.scenes,
+        "rod": rod.results / rod.wall,
+        "elastica": one.results / one.wall,
+        "cost": rod.cost,
+        "elastica_cost": one.cost,
+    }
+
+
 def peers(d: xr.Dataset) -> list[Facts]:
     """One for every question that both a program and our model beside it answered."""
     out = []

@@ -323,6 +323,18 @@ SOURCES = (
         Number("handed_over", "rest", "L*", 2, "< 0.01 L*",
             "largest distance between a state at rest and the equilibrium that the static solver finds from it"),
     )),
+    Source("sweeps", facts_paths.sweeps, (
+        Number("sweep_scenes", "scenes", "count", 6, ">= 100000, each with its result",
+            "strips in one `stripfold sweep` of the elastica: {wall:.2g} s on {d.attrs[cores]} cores, {snaps} snaps, "
+            "{none} without a result, {memory:.0f} MB at most in the process that gathers the results; of {checked} of "
+            "them found alone lambda is within {apart:.0e} L*", lambda f: f.none == 0 and f.apart < 1e-9),
+        Number("sweep_rate", "rod", "1/s", 3, ">= 50 on the rod, >= 500 on the elastica",
+            "critical points of the rod over the time of the whole command, {rod_scenes} strips on {d.attrs[cores]} "
+            "cores; of the elastica {elastica:.0f}", lambda f: f.elastica >= 500.0),
+        Number("sweep_cost", "cost", "s", 2, "< 0.04 s on the rod, < 0.004 s on the elastica",
+            "processor time per strip of the rod's sweep, the start of all processes included; of the elastica's "
+            "{elastica_cost:.1e} s", lambda f: f.elastica_cost < 0.004),
+    )),
     Source("fall_benchmark", facts.process, (
         Number("time_fall", "seconds", "s", 3, "<= 2 s",
             "median time of one `stripfold simulate` (statics, fall to rest, statics again), one core, new process"),
