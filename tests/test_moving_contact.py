@@ -25,7 +25,7 @@ from stripfold.models.contact_mesh import ContactMesh, Sizes, Topology
 from stripfold.models.rod import Rod
 from stripfold.models.solid import Solid
 from stripfold.moving_contact import MovingContact
-from stripfold.problem import AlongX
+from stripfold.problem import AlongX, TwoAlongX
 
 MODELS = ("rod", "solid")
 LENGTH, HEIGHT = 20.0, 3.0
@@ -53,8 +53,13 @@ class TestEquations:
         of = {"rod": Rod, "solid": Solid}[kind]
         sizes = Sizes(1.0, 3.0, 0.5, least=3)
         mesh = ContactMesh.of(9.0, topology, np.array(CONTACT[topology]), sizes, lambda e: of.of(9.0, 0.3, elements=e))
-        problem = MovingContact(mesh, AlongX(1.0))
-        rng = np.random.default_rng(3)
+        # A point that touches, or is held by a second gripper.
+        self.check(MovingContact(mesh, AlongX(1.0)))
+        if topology is Topology.POINT:
+            self.check(MovingContact(mesh, TwoAlongX(1.0, CONTACT[topology][0], 0.1, 0.4)))
+
+    def check(self, problem: MovingContact) -> None:
+        mesh, rng = problem.mesh, np.random.default_rng(3)
         q = np.append(0.03 * rng.normal(size=problem.n), mesh.planned + 0.01)
         _, matrix, _ = problem.linearise(q, 0.0)
         for _ in range(3):

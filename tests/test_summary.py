@@ -98,6 +98,13 @@ def datasets() -> dict[str, xr.Dataset]:
             "model_coefficient": (("model", "height"), np.full((2, 2), 1.076)),
             **{name: ("height", [1.08, 1.08]) for name in ("coefficient", "width", "largest", "speed")}},
             {"height": [3.0, 2.0], "distance": [1e-4, 1.00794e-3], "model": ["rod", "solid"]}),
+        "second_gripper": ({
+            "gain": (("height", "place"), np.tile([0.1, 10.0], (2, 10))),
+            "s": (("height", "place"), np.tile([1.0, 5.0], (2, 10))),
+            "early_gain": (("height", "distance"), np.full((2, 1), 10.0)),
+            **{name: ("height", [10.0, 10.0]) for name in ("possible", "chosen_gain")},
+            **{name: ("height", [5.0, 5.0]) for name in ("chosen_s", "chosen_up")}},
+            {"height": [3.0, 5.0], "distance": [0.5]}),
         "stability_map": ({
             "error": (("length", "case"), np.full((2, 50), 1e-7)), "wall": ("repeat", [3.0, 2.0, 9.0]),
             "elastica": ("rod_height", [9.0, 12.0]),
@@ -526,6 +533,9 @@ def test_a_criterion_that_is_broken_does_not_hold(dataset: str, name: str, value
         ("variants", "lambda_end_shift", {"variant": "Poisson's ratio 0.45"}, 0.01, "variant_poisson"),
         ("eigenvalues", "eigenvalue_1", {"motion": "x", "step": 3}, 1e-2, "eigenvalue_at_critical"),
         ("eigenvalues", "eigenvalue_1", {"motion": "circular", "step": 0}, 5e-2, "eigenvalue_exponent"),
+        ("second_gripper", "chosen_gain", {"height": 5.0}, 8.9, "second_gripper_gain"),
+        ("second_gripper", "chosen_gain", {"height": 5.0}, np.nan, "second_gripper_gain"),
+        ("second_gripper", "gain", {"height": 5.0, "place": 3}, np.nan, "second_gripper_gain"),
         ("stability_map", "error", {"length": 12.0}, 2e-6, "map_boundary_error"),
         ("stability_map", "rod", {"thickness": 0.03}, 8.98, "map_rod_difference"),
         ("barrier", "barrier", {"height": 3.0, "distance": 1e-4}, 1.0803e-6, "barrier_coefficient"),

@@ -91,6 +91,16 @@ class Barrier(Input):
     range_heights: AtLeastOne[HeightStar]
 
 
+class SecondGripper(Input):
+    """A second gripper's places on strips of the height and a length ``beyond`` it."""
+
+    heights: AtLeastOne[HeightStar]
+    places: Annotated[Whole, quantity("scanned at each height", ge=1)]
+    distances: AtLeastOne[Distance]
+    beyond: LengthStar
+    thickness: Thickness
+
+
 class StabilityMap(Input):
     """The stability map against critical points found one by one, and with paths on it."""
 
@@ -377,6 +387,7 @@ class Studies(Input):
     barrier: Barrier | None = None
     stability_map: StabilityMap | None = None
     knocks: Knocks | None = None
+    second_gripper: SecondGripper | None = None
     eigenvalues: Eigenvalues | None = None
     variants: Variants | None = None
     solver_constants: SolverConstants | None = None

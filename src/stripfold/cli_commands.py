@@ -125,8 +125,14 @@ def critical_options(parser: argparse.ArgumentParser) -> None:
     from stripfold.inputs import Scene
 
     _options(parser, Scene, (*STRIP, "height", *SHEET, "model", "accuracy", "eta_b_uncertainty"))
+    text = f"{Scene.model_fields['second_gripper'].description}, m"
+    parser.add_argument("--second-gripper", type=place_or_auto, metavar="M|auto", help=text)
     _plot_option(parser, "the strip there")
     _json_option(parser)
+
+
+def place_or_auto(text: str) -> float | str:
+    return text if text == "auto" else float(text)
 
 
 def critical(arguments: argparse.Namespace, say: Say) -> str:

@@ -174,6 +174,10 @@ class Scene(AtHeight):
     eta_b_uncertainty: Annotated[
         Number | None, quantity("relative uncertainty of eta_b, as 0.2 or 20%: the range of the result", ge=0.0, le=0.9)
     ] = None
+    second_gripper: Annotated[
+        Number | Literal["auto"] | None,
+        quantity("place along the strip that a second gripper holds; auto: where the critical mode moves most", "m"),
+    ] = None
 
     def with_eta_b(self, eta_b: float) -> Scene:
         """The same scene with another eta_b."""

@@ -2,8 +2,8 @@
 
 All that lies is held on the floor, and each contact coordinate (:mod:`.contact_mesh`) has an equation of its own.  At
 the end of an interval the floor's last reaction is zero: on the rod the moment, on the solid the force on the last
-node.  At a point contact the section is upright.  Along a branch lambda is then a smooth function of the contact
-coordinates.
+node.  At a point contact the section is upright; the place of a second gripper stays the same.  Along a branch lambda
+is then a smooth function of the contact coordinates.
 Lengths in L*, forces in rho_a g L*.  Source: docs/physics.md, sections 4 and 5; docs/method.md.
 """
 
@@ -20,7 +20,7 @@ from stripfold.effects import MovableEffect
 from stripfold.errors import NewtonError
 from stripfold.models.contact_mesh import ContactMesh, Topology
 from stripfold.models.model import Model
-from stripfold.problem import Motion, StripProblem
+from stripfold.problem import Motion, StripProblem, TwoAlongX
 from stripfold.solve.linear import Band, Bordered
 from stripfold.solve.problem import Equilibrium, Point, Tangent
 
@@ -102,12 +102,12 @@ class MovingContact:
         right = np.minimum(column // per_element, last)
         left = np.maximum((column - 1) // per_element, 0)
         lies = self.mesh.on_floor[left] | self.mesh.on_floor[right]
-        if self.mesh.topology is Topology.POINT:
+        if self._at_point:
             lies[self.columns[0]] = True
         held = model.middle[lies, 1]
         if model.slopes is None:
             return held
-        if self.mesh.topology is Topology.POINT:
+        if self._at_point:
             lies[self.columns[0]] = False
         return np.concatenate([held, model.slopes[lies]])
 
@@ -131,7 +131,7 @@ class MovingContact:
     @property
     def _at_point(self) -> bool:
         """Whether the first contact coordinate is a point contact."""
-        return self.mesh.topology is Topology.POINT
+        return self.mesh.topology is Topology.POINT and not isinstance(self.motion, TwoAlongX)
 
     @cached_property
     def _upright(self) -> Array:
@@ -200,11 +200,13 @@ class MovingContact:
         """Mass matrix of the model, of size n."""
         return self.at(self.contact(q)).model.mass
 
-    def _with_equations(self, u: Array, force: Array) -> Array:
+    def _with_equations(self, q: Array, force: Array) -> Array:
         """The forces and the equations of the contact coordinates."""
         equations = force[self._released]
         if self._at_point:
-            equations[0] = self._upright @ u
+            equations[0] = self._upright @ q[: self.n]
+        elif isinstance(self.motion, TwoAlongX):
+            equations[0] = q[self.n] - self.motion.s
         return np.concatenate([force, self._sign * equations])
 
     def residual(self, q: Array, lam: float) -> Array:
@@ -212,7 +214,7 @@ class MovingContact:
         force = mesh.model.internal_force(u) + mesh.weight[0]
         for effect in mesh.effects:
             force = force + effect.force(u)
-        return self._with_equations(u, force)
+        return self._with_equations(q, force)
 
     @cached_property
     def _sign(self) -> Array:
@@ -224,6 +226,8 @@ class MovingContact:
         signs = np.where(is_rod, -1.0, lies_behind)
         if self._at_point:
             signs[0] = 1.0 if is_rod else -1.0
+        elif isinstance(self.motion, TwoAlongX):
+            signs[0] = 1.0
         return signs
 
     def linearise(self, q: Array, lam: float, predicted_stress: Array | None = None) -> tuple[Array, Bordered, Array]:
@@ -249,8 +253,10 @@ class MovingContact:
         rows, corner = np.array([tangent.row(j) for j in self._released]), columns[self._released]
         if self._at_point:
             rows[0], corner[0] = self._upright, 0.0
+        elif isinstance(self.motion, TwoAlongX):
+            rows[0], corner[0] = 0.0, (1.0, 0.0)
         sign = self._sign[:, None]
-        return self._with_equations(u, force), Bordered(tangent, columns, sign * rows, sign * corner)
+        return self._with_equations(q, force), Bordered(tangent, columns, sign * rows, sign * corner)
 
     def stepped(self, q: Array, dq: Array) -> tuple[Array, Array]:
         """The unknowns after a step, and the stress predicted for them: linear in the step."""

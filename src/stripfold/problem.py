@@ -56,6 +56,29 @@ class AlongX:
 
 
 @dataclass(frozen=True)
+class TwoAlongX:
+    """As :class:`AlongX`, with a second gripper: a hinge in the strip that moves along at its distance from the first.
+
+    ``s`` is its place in the strip, from the grasped end; ``ahead`` its displacement along x less lambda; ``up`` its
+    height, L*.
+    """
+
+    height: float
+    s: float
+    ahead: float
+    up: float
+
+    def grasped(self, model: Model) -> Index:
+        return np.concatenate([model.middle[0], model.middle[np.argmin(np.abs(model.s - self.s))]])
+
+    def values(self, lam: float) -> Array:
+        return np.array([lam, self.height, lam + self.ahead, self.up])
+
+    def rates(self, lam: float) -> Array:
+        return np.array([1.0, 0.0, 1.0, 0.0])
+
+
+@dataclass(frozen=True)
 class AlongPath:
     """The gripper follows a smooth piece of a path, or in time a whole path: lambda is the length travelled."""
 
@@ -87,7 +110,7 @@ class Opened:
         return np.zeros(0)
 
 
-Motion = Lift | AlongX | AlongPath | Opened
+Motion = Lift | AlongX | TwoAlongX | AlongPath | Opened
 
 
 @dataclass(frozen=True)

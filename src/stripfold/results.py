@@ -13,6 +13,7 @@ import numpy as np
 from stripfold import schema
 from stripfold.analysis import critical_point, verdict
 from stripfold.analysis.critical_point import CriticalResult
+from stripfold.analysis.second_gripper import SecondGripper, second_gripper
 from stripfold.analysis.uncertain_eta_b import EtaBRange, over_eta_b
 from stripfold.analysis.verdict import Verdict
 from stripfold.inputs import PathAssessment as Asked
@@ -63,11 +64,14 @@ class CriticalPoint(CriticalResult, Result):
         too short for such a state.
     eta_b_range
         The ends of the advance for an uncertain eta_b; None where no uncertainty is given.
+    second_gripper
+        What a second gripper gains; None where none is asked for or the strip does not snap.
     scene
         The inputs.
     """
 
     eta_b_range: EtaBRange | None
+    second_gripper: SecondGripper | None
     scene: Scene = field(repr=False)
     title = "a critical point"
 
@@ -78,8 +82,11 @@ class CriticalPoint(CriticalResult, Result):
         ends = None
         if scene.eta_b_uncertainty is not None:
             ends = over_eta_b(scene, scene.eta_b_uncertainty, found.lambda_c if found.snap else found.lambda_touch)
+        place, second = scene.second_gripper, None
+        if place is not None and found.snap:
+            second = second_gripper(scene, place)
         values = {item.name: getattr(found, item.name) for item in fields(found)}
-        return cls(**values, eta_b_range=ends, scene=scene)
+        return cls(**values, eta_b_range=ends, second_gripper=second, scene=scene)
 
     def rows(self) -> Rows:
         scene, ends = self.scene, self.eta_b_range
@@ -103,7 +110,19 @@ class CriticalPoint(CriticalResult, Result):
             *place,
             ("free length", metres(self.free_length, "off the floor where the advance ends")),
             *([] if ends is None else self._range_rows(ends)),
+            *([] if scene.second_gripper is None else self._second_rows(self.second_gripper)),
             ("time", f"{self.seconds:.2f} s"),
+        ]
+
+    @staticmethod
+    def _second_rows(second: SecondGripper | None) -> Rows:
+        if second is None:
+            return [("2nd gripper", "none is needed: the strip does not snap")]
+        taken = f"at lambda = {second.advance:.6g} m, x = {second.x:.4g} m, z = {second.z:.4g} m"
+        return [
+            ("2nd gripper", metres(second.s, f"along the strip from the first, taken {taken}")),
+            ("  snap", f"{'yes' if second.snap else 'no'}: {second.reason}"),
+            ("  lambda", metres(second.end, f"stable up to there, {second.gain:.4g} m more than with one gripper")),
         ]
 
     @staticmethod
@@ -117,8 +136,9 @@ class CriticalPoint(CriticalResult, Result):
     def to_dict(self) -> dict[str, Any]:
         names = ("lambda_c", "x_c", "error", "free_length", "snap", "reason", "seconds")
         more = ("lambda_c_lower", "lambda_c_upper", "lambda_touch", "touch_x", "lambda_0", "model", "model_error")
-        ends = {} if self.eta_b_range is None else {"eta_b_range": asdict(self.eta_b_range)}
-        return {name: getattr(self, name) for name in names + more} | ends
+        given = {name: getattr(self, name) for name in ("eta_b_range", "second_gripper")}
+        asked = {name: asdict(value) for name, value in given.items() if value is not None}
+        return {name: getattr(self, name) for name in names + more} | asked
 
     def to_dataset(self) -> xr.Dataset:
         names = ("lambda_c", "lambda_c_lower", "lambda_c_upper", "lambda_touch", "touch_x")
@@ -128,6 +148,8 @@ class CriticalPoint(CriticalResult, Result):
         if (ends := self.eta_b_range) is not None:
             values |= {"end_eta_b": ("end", ends.eta_b), "end_snap": ("end", np.array(ends.snap, dtype=float))}
             values |= {"end_advance": ("end", ends.advance), "end_margin": ("end", ends.margin)}
+        if (second := self.second_gripper) is not None:
+            values |= {f"second_{key}": ((), float(item)) for key, item in asdict(second).items() if key != "reason"}
         attrs = {"model": self.model, "snap": int(self.snap), "reason": self.reason, "height": self.scene.height}
         return schema.dataset(values, attrs)
 

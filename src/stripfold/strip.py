@@ -115,6 +115,7 @@ class Strip:
         accuracy: float = 1e-3,
         law: Law = "svk",
         eta_b_uncertainty: float | None = None,
+        second_gripper: float | Literal["auto"] | None = None,
         progress: Progress | None = None,
     ) -> CriticalPoint:
         """The critical point: where the strip snaps when its gripper advances at constant height.
@@ -132,6 +133,9 @@ class Strip:
             Constitutive law of the solid, "svk" or "printed" (docs/physics.md, section 2).
         eta_b_uncertainty
             Relative uncertainty of eta_b: the result then has an ``eta_b_range``.
+        second_gripper
+            Place along the strip, from the first gripper, m, that a second one holds, or "auto": the result then has a
+            ``second_gripper``.
         progress
             Called with a line on what is being done.
 
@@ -151,6 +155,7 @@ class Strip:
             accuracy=accuracy,
             law=law,
             eta_b_uncertainty=eta_b_uncertainty,
+            second_gripper=second_gripper,
         )
         scene.require_long_enough()
         from stripfold.results import CriticalPoint

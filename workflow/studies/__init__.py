@@ -43,6 +43,7 @@ STUDIES = {
         "studies.stability_map:run", "stability map of the gripper's places, its errors and its time", files=COMMAND
     ),
     "knocks": Study("studies.knocks:run", "knocks on a hanging strip in time against the energy barrier"),
+    "second_gripper": Study("studies.second_gripper:run", "a second gripper's place, by the critical mode and scanned"),
     "eigenvalues": Study("studies.eigenvalues:run", "smallest eigenvalue down to zero, and the critical modes"),
     "variants": Study("studies.variants:run", "end of the advance and first touch with other choices of the model"),
     "solver_constants": Study(

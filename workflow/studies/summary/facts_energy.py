@@ -41,6 +41,30 @@ def barrier(d: xr.Dataset) -> Facts:
     }
 
 
+def second_gripper(d: xr.Dataset) -> Facts:
+    """The place that the critical mode tells against the best of a scan, and against those that do not help."""
+    best = np.fmax(d.gain.max("place"), d.chosen_gain)
+    snaps = (d.gain < d.possible).where(d.gain.notnull(), 1.0)
+    kept = (d.gain >= d.possible).sum("place")
+    return {
+        "z": SHOWN,
+        "gain": d.chosen_gain.sel(height=SHOWN),
+        "worst": (d.chosen_gain.fillna(0.0) / best).min(),
+        "early": (d.early_gain.fillna(0.0) / best).min(),
+        "earliest": d.distance.max(),
+        "places": d.sizes["place"],
+        "lowest_z": d.height.min(),
+        "highest_z": d.height.max(),
+        "lowest": d.chosen_up.min(),
+        "highest": d.chosen_up.max(),
+        "fewest": kept.min(),
+        "most": kept.max(),
+        "near": np.abs(d.s - d.chosen_s).where(snaps).min(),
+        "without": (d.gain.where(snaps) / best).max(),
+        "failed": d.gain.isnull().sum(),
+    }
+
+
 def stability_map(d: xr.Dataset) -> Facts:
     """How far the boundaries are from states found alone and from the rod's, and the time of the whole."""
     apart = np.abs(d.rod / d.elastica - 1.0).max("rod_height").sortby("thickness")

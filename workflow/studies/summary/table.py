@@ -156,6 +156,18 @@ SOURCES = (
             "there is {largest:.2e} rho_a g L*^2 per width, the kinetic energy of an rms speed of {speed:.2g} "
             "sqrt(g L*) of the free part"),
     )),
+    Source("second_gripper", facts_energy.second_gripper, (
+        Number("second_gripper_gain", "gain", "L*", 4, ">= 0.9 of the best of a scan, all heights, none failed",
+            "rise of the advance up to which a strip is stable, at most its length, by a second gripper at the place "
+            "that moves most in the critical mode, rod, z = {z:g} L*; the least over the heights of {lowest_z:g} to "
+            "{highest_z:g} L* is {worst:.2f} of the best of {places} places, {early:.2f} if it is taken up to "
+            "{earliest:g} L* before lambda_c",
+            lambda f: f.worst >= 0.9 and f.early >= 0.9 and f.places >= 20 and f.failed == 0),
+        Number("second_gripper_places", "near", "L*", 2, "no criterion",
+            "distance along the strip from that place, {lowest:.2g} to {highest:.2g} L* above the floor, to the "
+            "nearest of the scan that does not prevent the snap; {fewest} to {most} of {places} places do, the others "
+            "gain up to {without:.0%} of it"),
+    )),
     Source("stability_map", facts_energy.stability_map, (
         Number("map_boundary_error", "error", "L*", 2, "< 1e-6 L*, 100 states or more",
             "largest distance along x of the boundaries of the stability map, snap and touch continued in the height, "

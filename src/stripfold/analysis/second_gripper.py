@@ -1,0 +1,189 @@
+"""A second gripper that keeps a strip from snapping: where to hold it, and what that gains.
+
+Shortly before the critical point a second gripper takes a point of the strip where it is, as a hinge, and both go on
+along x at the same distance from each other.  It holds the place in the strip that moves most in the critical mode.
+Lengths in L* but for those of :class:`SecondGripper`.  Source: docs/second-gripper.md.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import sqrt
+from typing import Literal
+
+import numpy as np
+
+from stripfold.analysis import contact_branch, select_model
+from stripfold.analysis.contact_branch import BranchPoint
+from stripfold.analysis.contact_set import on_nodes
+from stripfold.analysis.path_statics import NODAL_STEPS
+from stripfold.analysis.prediction import ElasticaPrediction, snap
+from stripfold.analysis.static import LIMIT, End, StripModel, XRun, to_the_end
+from stripfold.arrays import Array
+from stripfold.errors import InvalidInputError, SolveError
+from stripfold.inputs import Scene
+from stripfold.models.contact_mesh import Topology
+from stripfold.problem import AlongX, TwoAlongX
+from stripfold.solve import continuation
+from stripfold.solve.problem import Point
+
+BEFORE = 0.05
+"""Distance before lambda_c at which the second gripper takes the strip, L*: 1 to 2 mm, which a robot can keep."""
+REFINEMENTS = (1.0, 0.7, 0.5)
+"""Meshes with contact at nodes, in turn: where it jumps lambda has small maxima, which another mesh has elsewhere."""
+
+
+@dataclass(frozen=True, slots=True)
+class SecondGripper:
+    """A strip held at a second place, m.
+
+    Attributes
+    ----------
+    s
+        The place, as a distance along the strip from the first gripper.
+    x, z, advance
+        Where it is taken, origin mid-strip, and the first gripper's advance then.
+    snap, reason
+        Whether the strip snaps nevertheless, and what happens to it.
+    end
+        The advance up to which it is stable, followed until it is as large as the strip is long.
+    gain
+        What that is more than the same model's lambda_c with one gripper.
+    """
+
+    s: float
+    x: float
+    z: float
+    advance: float
+    snap: bool
+    reason: str
+    end: float
+    gain: float
+
+
+@dataclass(frozen=True, eq=False)
+class Unheld:
+    """A strip with one gripper that is about to snap.
+
+    Attributes
+    ----------
+    lam
+        lambda_c.
+    at
+        The state shortly before it.
+    nodes, mode
+        Places in the strip, shape (n,), and their displacements in the critical mode, (n, 2).
+    """
+
+    lam: float
+    at: BranchPoint
+    nodes: Array
+    mode: Array
+
+    @property
+    def free_length(self) -> float:
+        """Length of the part that hangs free: of the places that can be held."""
+        return float(self.at.contact[-1])
+
+    @property
+    def place(self) -> float:
+        """The one to hold: its displacement counts in any direction, as a held point moves in none."""
+        return float(self.nodes[np.argmax(np.linalg.norm(self.mode, axis=1))])
+
+
+def before_snap(strip: StripModel, height: float, before: float = BEFORE, refinement: float = 1.0) -> Unheld:
+    """The state at a distance ``before`` lambda_c, and the critical mode.
+
+    Raises
+    ------
+    SolveError
+        The strip does not snap at this height.
+    """
+    found = snap(strip, ElasticaPrediction.at(height), refinement)
+    critical, limit = found.checked().critical, found.limit
+    assert critical is not None
+    model = found.problem.at(found.problem.contact(limit.state.q)).model
+    guess, _ = limit.beside(-sqrt(2.0 * before / -limit.bend.lam))
+    at = contact_branch.solved(found.problem, guess, found.lam - before)
+    return Unheld(found.lam, at, model.s, critical.mode[model.middle])
+
+
+def hold(unheld: Unheld, s: float) -> XRun:
+    """The end of the advance of a strip held at ``s`` as well, which is between 0 and the free length.
+
+    Raises
+    ------
+    SolveError
+        The branch could not be followed.
+    """
+    at, one = unheld.at, unheld.at.problem.motion
+    assert isinstance(one, AlongX)
+    x, up = (float(value) for value in at.mid_surface(np.array([s]))[0])
+    two = TwoAlongX(one.height, s, x + 0.5 * at.model.length - s - at.point.lam, up)
+    contact, same_lam = np.array([s, unheld.free_length]), (np.zeros(2), 1.0)
+    return to_the_end(contact_branch.transferred(at, contact, Topology.POINT, same_lam, two))
+
+
+def stable_advance(run: XRun) -> tuple[float, End]:
+    """The advance up to which a held strip is stable, at most its length, and the end: a touch if no snap follows.
+
+    From the touch of the sag on, the contact is at nodes.
+
+    Raises
+    ------
+    SolveError
+        The branch could not be followed on any mesh.
+    """
+    if run.end is not End.TOUCH:
+        return run.lam, run.end
+    to, limits = max(run.lam, run.last.model.length), []
+    for refinement in REFINEMENTS:
+        try:
+            problem, point = on_nodes(run.points[-2], refinement)
+            first = continuation.start(problem, point.q, point.lam, point.active, 1.0, NODAL_STEPS)
+            for item in continuation.follow(problem, first, NODAL_STEPS, [LIMIT]):
+                if not isinstance(item, Point):
+                    limits.append(item.before.lam)
+                    break
+                if item.lam >= to:
+                    return to, End.TOUCH
+        except SolveError as error:
+            failed = error
+    if not limits:
+        raise failed
+    # With contact at nodes a limit point may lie before the touch, up to which the strip is stable.
+    return max(run.lam, *limits), End.SNAP
+
+
+def second_gripper(scene: Scene, place: float | Literal["auto"]) -> SecondGripper:
+    """Hold a strip that snaps at a place, m, or at the one that its critical mode moves most.
+
+    On the rod, whatever the model asked for.
+
+    Raises
+    ------
+    InvalidInputError
+        A place where the strip does not hang free.
+    SolveError
+        The branch could not be followed.
+    """
+    unit = scene.gravity_length
+    strip = StripModel(scene.length_star, scene.material.relative_thickness, kind="rod")
+    refinement = select_model.refinement("rod", scene.accuracy)
+    unheld = before_snap(strip, scene.height_star, refinement=refinement)
+    s = unheld.place if place == "auto" else place / unit
+    if not 0.0 < s < unheld.free_length:
+        allowed = f"auto, or more than 0 and less than {unit * unheld.free_length:.4g} m, the free length"
+        raise InvalidInputError("second_gripper", place, allowed)
+    lam, end = stable_advance(hold(unheld, s))
+    x, z = unheld.at.mid_surface(np.array([s]))[0]
+    return SecondGripper(
+        s=unit * s,
+        x=unit * float(x),
+        z=unit * float(z),
+        advance=unit * unheld.at.point.lam,
+        snap=end is End.SNAP,
+        reason=end.reason,
+        end=unit * lam,
+        gain=unit * (lam - unheld.lam),
+    )

@@ -1,0 +1,129 @@
+"""A second gripper: lambda_c with it against a boundary value problem, the place that the mode tells, the study."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_bvp
+
+import stripfold as sf
+from stripfold import store
+from stripfold.analysis.second_gripper import before_snap, hold, stable_advance
+from stripfold.analysis.static import End, StripModel, XRun
+from stripfold.arrays import Array
+from stripfold.cli import main
+from stripfold.errors import InvalidInputError
+from stripfold.problem import TwoAlongX
+from studies import second_gripper
+
+ASKED = ["critical", "--length", "0.6", "--eta-b", "3780", "--model", "rod", "--json", "--height"]
+
+
+def advance(run: XRun, free: float) -> float:
+    """The advance with this free length: the elastica of two spans, forces and lambda as parameters.
+
+    A span is angle, curvature, X and Z over the arc length, from lift-off to the held place and from there on.
+    """
+    motion = run.last.problem.motion
+    assert isinstance(motion, TwoAlongX)
+    spans = (free - motion.s, motion.s)
+
+    def rates(t: Array, y: Array, p: Array) -> Array:
+        rows = []
+        for i, (span, before) in enumerate(zip(spans, (0.0, spans[0]), strict=True)):
+            theta, k = y[4 * i], y[4 * i + 1]
+            force_x, force_z = p[2 * i], p[2 * i + 1] + before + span * t
+            rows += [k, force_x * np.sin(theta) - force_z * np.cos(theta), np.cos(theta), np.sin(theta)]
+            rows[-4:] = [span * row for row in rows[-4:]]
+        return np.array(rows)
+
+    def ends(a: Array, b: Array, p: Array) -> Array:
+        lam = p[4]
+        held, grasped = (free - lam - motion.ahead - motion.s, motion.up), (free - lam, motion.height)
+        return np.array([*a[:4], *(b[2:4] - held), *(a[4:] - b[:4]), *(b[6:] - grasped), b[5]])
+
+    t, arc = np.linspace(0.0, 1.0, 100), np.linspace(0.0, run.free_length, 2000)
+    x, z = run.last.mid_surface(arc[::-1]).T
+    theta = np.unwrap(np.arctan2(np.gradient(z), -np.gradient(x)))
+    shape = (theta, np.gradient(theta, arc), x[0] - x, z)
+    lower = run.free_length - motion.s
+    y = [np.interp(at, arc, values) for at in (lower * t, lower + motion.s * t) for values in shape]
+    force = run.last.point.state.force[motion.grasped(run.last.model)] * [-1.0, 1.0, -1.0, 1.0]
+    guess = [*(force[:2] + force[2:]), *force[:2], run.lam] - run.free_length * np.array([0.0, 1.0, 0.0, 1.0, 0.0])
+    found = solve_bvp(rates, ends, t, np.array(y), guess, tol=1e-5)
+    assert found.success
+    return float(found.p[4])
+
+
+def test_lambda_c_with_two_grippers() -> None:
+    """The maximum of lambda over the free length, by three of them, on a rod that hardly stretches."""
+    unheld = before_snap(StripModel(27.0, 0.003, kind="rod"), 10.0, refinement=0.5)
+    run = hold(unheld, 7.0)
+    assert run.end is End.SNAP
+    change = np.array([-0.02, 0.0, 0.02])
+    a, b, c = np.polyfit(change, [advance(run, run.free_length + more) for more in change], 2)
+    assert a < 0.0
+    assert run.lam == pytest.approx(c - b**2 / (4.0 * a), abs=5e-5)
+    assert run.lam > unheld.lam + 0.5
+
+
+def test_both_models_agree() -> None:
+    rod, solid = (hold(before_snap(StripModel(22.0, 0.03, kind=kind), 5.0), 2.0) for kind in ("rod", "solid"))
+    assert rod.lam == pytest.approx(solid.lam, rel=1e-4)
+
+
+def test_held_places_move_along_and_keep_their_distance() -> None:
+    unheld = before_snap(StripModel(20.0, 0.03, kind="rod"), 3.0)
+    s = np.array([0.0, unheld.place])
+    run = hold(unheld, unheld.place)
+    assert run.end is End.TOUCH
+    for at in run.points:
+        moved = at.mid_surface(s) - unheld.at.mid_surface(s)
+        np.testing.assert_allclose(moved, [[at.point.lam - unheld.at.point.lam, 0.0]] * 2, atol=1e-10)
+    assert run.lam > unheld.lam + 5.0
+
+
+def test_a_snap_behind_the_touch() -> None:
+    """Just before the lift-off the sag touches, and the strip snaps nevertheless, on five meshes; elsewhere not."""
+    unheld = before_snap(StripModel(20.0, 0.06, kind="rod"), 3.0)
+    runs = [hold(unheld, s) for s in (6.3, 5.3)]
+    assert [run.end for run in runs] == [End.TOUCH] * 2
+    (snap, first), (end, last) = (stable_advance(run) for run in runs)
+    assert (first, last) == (End.SNAP, End.TOUCH)
+    assert snap - unheld.lam == pytest.approx(0.415, abs=0.01)
+    assert end == 20.0
+
+
+def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([*ASKED, "0.09", "--second-gripper", "auto"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    second = found["second_gripper"]
+    assert not second["snap"]
+    assert second["end"] == pytest.approx(found["lambda_c"] + second["gain"], rel=1e-4)
+    assert main([*ASKED, "0.15", "--second-gripper", "0.06"]) == 0
+    given = json.loads(capsys.readouterr().out)["second_gripper"]
+    assert given["snap"]
+    assert 0.0 < given["gain"] < 0.01
+    assert main([*ASKED[:-2], "--height", "0.03", "--second-gripper", "auto"]) == 0
+    assert "none is needed" in capsys.readouterr().out
+    strip = sf.Strip(length=0.6, eta_b=3780.0)
+    strip.critical(0.15, model="rod", second_gripper=0.06).to_netcdf(tmp_path / "point.nc")
+    assert float(store.read(tmp_path / "point.nc")["second_gain"]) == pytest.approx(given["gain"], rel=1e-3)
+
+
+@pytest.mark.parametrize("place", [0.0, -0.01, 0.4, "middle", True, float("nan")])
+def test_no_such_place(place: object) -> None:
+    with pytest.raises(InvalidInputError) as refused:
+        sf.Strip(length=0.6, eta_b=3780.0).critical(0.09, model="rod", second_gripper=place)  # type: ignore[arg-type]
+    assert refused.value.key.startswith("second_gripper")
+
+
+def test_study() -> None:
+    """At 5 L* places near the gripper do not help, the one that the mode tells does until the fold is made."""
+    data = second_gripper.run([5.0], 4, [0.3], 17.0, 0.0594).sel(height=5.0)
+    assert float(data["chosen_gain"]) == float(data["early_gain"][0]) == float(data["possible"])
+    np.testing.assert_array_equal(data["gain"] < 1.0, [True, False, False, False])
+    assert float(data["chosen_up"]) < 1.0
