@@ -35,6 +35,7 @@ from studies import (
     profiling,
     rpaths,
     schemes,
+    second_gripper,
     sweeps,
     textile_law,
 )
@@ -151,6 +152,7 @@ def test_recordings_that_cannot_be(change: dict[str, Any], key: str):
         ("fall_accuracy", fall_accuracy.run),
         ("profiling", profiling.run),
         ("sweeps", sweeps.run),
+        ("second_gripper", second_gripper.run),
     ],
 )
 def test_the_keys_are_the_parameters_of_the_studies(name, study):

@@ -17,7 +17,7 @@ from stripfold.analysis import contact_branch, select_model
 from stripfold.analysis.contact_branch import BranchPoint
 from stripfold.analysis.contact_set import on_nodes
 from stripfold.analysis.path_statics import NODAL_STEPS
-from stripfold.analysis.prediction import ElasticaPrediction, snap
+from stripfold.analysis.prediction import ElasticaPrediction, end_of_advance
 from stripfold.analysis.static import LIMIT, End, StripModel, XRun, to_the_end
 from stripfold.arrays import Array
 from stripfold.errors import InvalidInputError, SolveError
@@ -99,13 +99,16 @@ def before_snap(strip: StripModel, height: float, before: float = BEFORE, refine
     SolveError
         The strip does not snap at this height.
     """
-    found = snap(strip, ElasticaPrediction.at(height), refinement)
-    critical, limit = found.checked().critical, found.limit
-    assert critical is not None
-    model = found.problem.at(found.problem.contact(limit.state.q)).model
-    guess, _ = limit.beside(-sqrt(2.0 * before / -limit.bend.lam))
-    at = contact_branch.solved(found.problem, guess, found.lam - before)
-    return Unheld(found.lam, at, model.s, critical.mode[model.middle])
+    run = end_of_advance(strip, ElasticaPrediction.at(height), refinement)
+    if run.critical is None:
+        raise SolveError(run.end.reason, parameter=run.lam)
+    critical, near, model = run.critical, run.critical.before, run.last.model
+    ahead, width = critical.after.tangent, critical.after.arc - near.arc
+    # Down the parabola of the branch, whose second derivatives are those between the bracket's ends.
+    ds = -sqrt(2.0 * before * width / (near.tangent.lam - ahead.lam))
+    guess = near.q + ds * near.tangent.q + 0.5 * ds**2 / width * (ahead.q - near.tangent.q)
+    at = contact_branch.solved(run.last.problem, guess, run.lam - before)
+    return Unheld(run.lam, at, model.s, critical.mode[model.middle])
 
 
 def hold(unheld: Unheld, s: float) -> XRun:
