@@ -23,7 +23,7 @@ unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: all studies peers explorer cold time-ci readme test starts lint quick env lock clean help
+.PHONY: all studies peers explorer cold time-ci readme docs test starts lint quick env lock clean help
 
 all: $(STAMP) ## Redo every run, figure and number of the paper (set CORES=n to use fewer cores)
 	$(SNAKEMAKE) all --cores $(CORES)
@@ -57,6 +57,18 @@ time-ci: $(STAMP) ## Time the checks of .ci/run in a fresh clone of what is comm
 
 readme: $(STAMP) ## Bring the tables of the README and of docs in line with what is stored
 	$(SNAKEMAKE) readme --cores 1
+
+# The generator reads the sources without importing them: it needs nothing of the project's own environment.
+DOCS := .venv-docs
+docs: $(DOCS)/.complete ## Build the documentation into site/; a broken link is an error
+	NO_MKDOCS_2_WARNING=1 $(DOCS)/bin/mkdocs build --strict
+	@echo "open site/index.html"
+
+$(DOCS)/.complete: docs/requirements.lock
+	rm -rf $(DOCS)
+	$(PYTHON) -m venv $(DOCS)
+	$(DOCS)/bin/python -m pip install --quiet --require-hashes --no-deps --no-compile -r docs/requirements.lock
+	@touch $@
 
 test: $(STAMP) ## Run the tests (set PYTEST_ARGS="-k fold" to choose, "-m slow" for the slow ones)
 	$(IN_VENV) python -m pytest --numprocesses $(CORES:all=auto) --dist loadfile $(PYTEST_ARGS)
@@ -125,7 +137,7 @@ locked-packages:
 
 # Pins already in the lock are kept where they still fit. To move to newest versions: make lock LOCK_ARGS=--upgrade
 UV_VERSION := 0.13.8
-lock: ## Bring both locks in line with what they are made from (LOCK_ARGS=--upgrade for newer versions)
+lock: ## Bring all locks in line with what they are made from (LOCK_ARGS=--upgrade for newer versions)
 	@tmp=$$(mktemp -d) && trap 'rm -rf "$$tmp"' EXIT && set -e && \
 	$(PYTHON) -m venv "$$tmp" && \
 	"$$tmp/bin/python" -m pip install --quiet uv==$(UV_VERSION) && \
@@ -134,10 +146,11 @@ lock: ## Bring both locks in line with what they are made from (LOCK_ARGS=--upgr
 	    --no-annotate --no-emit-index-url --no-emit-find-links --custom-compile-command "make lock" \
 	    $(LOCK_ARGS) "$$@"; } && \
 	compile --extra dev --output-file environment.lock pyproject.toml && \
-	compile --output-file $(PEERS)/requirements.lock $(PEERS)/requirements.in
+	compile --output-file $(PEERS)/requirements.lock $(PEERS)/requirements.in && \
+	compile --group docs --output-file docs/requirements.lock
 
 clean: ## Remove the environments and the tools' caches (results and figures are kept)
-	rm -rf $(VENV) $(PEERS)/.venv build dist src/*.egg-info .mypy_cache .pytest_cache .ruff_cache
+	rm -rf $(VENV) $(PEERS)/.venv $(DOCS) site build dist src/*.egg-info .mypy_cache .pytest_cache .ruff_cache
 	find src tests workflow -type d -name __pycache__ -prune -exec rm -rf {} + 2>/dev/null || true
 
 help: ## Show this list
