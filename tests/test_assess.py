@@ -21,7 +21,7 @@ from stripfold.analysis.contact_branch import BranchPoint
 from stripfold.analysis.contact_set import on_nodes
 from stripfold.analysis.release import Fall
 from stripfold.analysis.static import StripModel
-from stripfold.errors import InvalidInputError, SolveError
+from stripfold.errors import InvalidInputError, SolveError, TimeStepError
 from stripfold.material import Material
 from stripfold.paths import geometric, low_path, rpath, table
 from stripfold.paths.curve import GripperPath
@@ -275,8 +275,52 @@ class TestLow:
         assert numbers["landing_x"] == plan.landing
 
 
+class TestFailedFall:
+    """What statics say is not lost with the fall."""
+
+    def test_the_statics_are_kept(self, monkeypatch: pytest.MonkeyPatch):
+        path = PATHS["circular"]()
+
+        def fail(*_: object, **__: object) -> None:
+            raise TimeStepError("no fall within 40 sqrt(L*/g)", last=None)
+
+        monkeypatch.setattr(assessing, "simulate_fall", fail)
+        found = assess_strip(STRIP, path, FALL)
+        (event,) = found.events
+        assert not found.stable
+        assert not found.motions
+        assert len(found.segments) == 1
+        assert event.place == pytest.approx(PLACES["circular"], abs=4e-3)
+        assert isinstance(found.failure, TimeStepError)
+        with pytest.raises(TimeStepError, match="no fall"):
+            found.complete()
+
+    def test_a_failure_in_the_statics_is_an_error(self, monkeypatch: pytest.MonkeyPatch):
+        def fail(*_: object, **__: object) -> None:
+            raise SolveError("no state")
+
+        monkeypatch.setattr(assessing, "follow", fail)
+        with pytest.raises(SolveError, match="no state"):
+            assess_strip(STRIP, PATHS["circular"](), FALL)
+
+
 class TestFallen:
     """A path with a snap, to its end."""
+
+    def test_size(self, stored: tuple[xr.Dataset, Assessment]):
+        """Truth: what the motion lost on its way, and the fall of one node over a fine grid."""
+        _, found = stored
+        (motion,) = found.motions
+        drop, energy = assessing.size_of_fall(motion)
+        first, last = (motion.states[i].energy for i in (0, -1))
+        # The disturbance is not freed by the strip.
+        assert energy == pytest.approx(last.lost + last.kinetic - first.kinetic, rel=1e-3)
+        assert energy > 0.005
+        s = np.linspace(0.0, SHORT, 400)
+        z = [motion.problem.model.resampled_mid_surface(motion.states[i].q, s)[:, 1] for i in (0, -1)]
+        assert drop == pytest.approx((z[0] - z[1]).max(), rel=1e-2)
+        assert found.failure is None
+        assert found.complete() is found
 
     def test_the_parts_join(self, stored: tuple[xr.Dataset, Assessment]):
         _, found = stored

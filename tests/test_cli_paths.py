@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,10 +12,11 @@ import numpy as np
 import pytest
 
 import stripfold as sf
-from stripfold.analysis import verdict
+from stripfold.analysis import rest, verdict
 from stripfold.analysis.static import StripModel
 from stripfold.cli import main
 from stripfold.cli_commands import as_json
+from stripfold.errors import TimeStepError
 from stripfold.material import Material
 from stripfold.paths import PLANS, geometric, table
 from stripfold.plots.save import save_as
@@ -71,6 +73,10 @@ def test_assess_says_where_the_strip_leaves(here: Path, coarse: None, capsys: py
     assert -0.4 * UNIT < found["touch_error"] < -0.1 * UNIT
     assert 0.0 < found["shape_error"] < 0.02 * UNIT
     assert found["seconds"] > 0.0
+    assert event["outcome"] == "fell to a touch"
+    assert 0.1 < event["drop"] / UNIT < 1.0
+    assert 1e-3 < event["energy"] / (9.81 * UNIT**2) < 0.1
+    assert not found["failure"]
     assert sorted(os.listdir(here)) == ["own.csv", "own.png"]
 
 
@@ -83,6 +89,59 @@ def test_a_path_and_a_critical_point_are_drawn(here: Path, capsys: pytest.Captur
     for name, result in drawn.items():
         save_as(result.plot(), here / f"by_{name}")
         assert (here / name).read_bytes() == (here / f"by_{name}").read_bytes()
+
+
+def test_a_fall_that_does_not_come_is_part_of_the_verdict(
+    here: Path, coarse: None, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(rest, "LONGEST", 3.0)
+    assert main(["path", "triangular", *STRIP, "--csv", "own.csv"]) == 0
+    capsys.readouterr()
+    asked = ["assess", "own.csv", *STRIP, "--model", "rod", "--fall"]
+    assert main(asked) == 0
+    said = [line.split(maxsplit=1) for line in capsys.readouterr().out.splitlines()]
+    assert said[0] == ["stable", "no"]
+    assert said[1][0] == "critical"
+    (failed,) = [text for name, text in said if name == "failed"]
+    assert "L*" not in failed
+    assert " s (" in failed
+    assert main([*asked, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["failure"] == failed
+    assert not found["stable"]
+    assert not found["completed"]
+    (event,) = found["critical"]
+    assert event["drop"] is event["energy"] is None
+    assert event["outcome"] == "the fall could not be followed to rest"
+
+
+@pytest.mark.parametrize("length", [12.0, 20.0])
+def test_a_long_fall_of_a_thin_strip_keeps_the_verdict(length: float) -> None:
+    """On these R-paths the strip moves on by less than a millimetre, and what follows could not be computed."""
+    strip = sf.Strip(length=length * UNIT, eta_b=3780.0, eta_m=1e-5)
+    found = strip.assess(sf.paths.r_path(strip), fall=True)
+    assert not found.stable
+    assert found.critical[0]["kind"] == "bifurcation"
+    assert found.completed != bool(found.failure)
+
+
+def test_a_motion_that_fails_leaves_the_statics(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise TimeStepError("lost at 0.5 L*", last=None)
+
+    monkeypatch.setattr(verdict, "follow_in_time", fail)
+    path = geometric.triangular(0.45 / UNIT)
+    found = verdict.assess_path(Material(3780.0), 0.45, path, layer_friction=0.3, refinement=2.0, model="rod")
+    assert not found.stable
+    assert found.failure == f"lost at {0.5 * UNIT:.4g} m"
+    assert found.critical[0]["outcome"] == verdict.NOT_FOLLOWED
+
+
+@pytest.mark.parametrize(("error", "says"), [(1e-3, "beyond it"), (-1e-3, "short of it")])
+def test_the_sign_of_an_error_is_in_words(error: float, says: str) -> None:
+    strip = sf.Strip(length=0.45, eta_b=3780.0)
+    found = replace(strip.assess(sf.paths.triangular(strip), model="rod"), touch_error=error)
+    assert f"{error:g} m  ({says})" in str(found)
 
 
 def test_assess_in_words_with_friction(here: Path, coarse: None, capsys: pytest.CaptureFixture[str]) -> None:

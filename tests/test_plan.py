@@ -46,7 +46,7 @@ def unassessed(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
 
     def stable(material: Any, *given: Any, **asked: Any) -> Verdict:
         calls.append(material)
-        return Verdict(True, (), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, True, "moving", ())
+        return Verdict(True, (), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, True, "moving", "", ())
 
     monkeypatch.setattr(path_choice, "assess_path", stable)
     return calls
@@ -149,7 +149,7 @@ class TestChoice:
 
     def test_what_the_rod_does_not_follow_is_refused(self, monkeypatch: pytest.MonkeyPatch) -> None:
         """A strip that is lost with the largest eta_b only, or folded badly with the least."""
-        good = Verdict(True, (), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, True, "moving", ())
+        good = Verdict(True, (), 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, True, "moving", "", ())
         off = replace(good, shape_error=0.1)
         lost = replace(good, stable=False, critical=({"x": 0.1, "z": 0.2},))
         for bad, factor, said in (

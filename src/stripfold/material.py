@@ -5,11 +5,14 @@ Source: the paper's section III-D; the settled units are in ``docs/physics.md``,
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
+from functools import partial
 from math import sqrt
 
 GRAVITY = 9.81
 """Gravitational acceleration, m s^-2."""
+_NUMBER = r"(?<![\w.])(-?\d+(?:\.\d+)?(?:e[-+]?\d+)?)"
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,6 +65,21 @@ class Material:
         """Force per width that the solvers call one: ``rho_a g L*``, N m^-1."""
         return self.rho_a * self.gravity * self.gravity_length
 
+    def in_si(self, text: str) -> str:
+        """A text with its numbers in L* and sqrt(L*/g) in metres and seconds.
+
+        Examples
+        --------
+        >>> Material(3780.0).in_si("not within 400 sqrt(L*/g), 0.3 L* from it")
+        'not within 22.12 s, 0.008996 m from it'
+        """
+        for unit, factor, si in (
+            (r"sqrt\(L\*/g\)", sqrt(self.gravity_length / self.gravity), "s"),
+            (r"L\*", self.gravity_length, "m"),
+        ):
+            text = re.sub(f"{_NUMBER} {unit}", partial(_converted, factor, si), text)
+        return text
+
     @property
     def attributes(self) -> dict[str, float]:
         """Its numbers, for a file's attributes."""
@@ -83,3 +101,8 @@ class Material:
             "N": force * length,
             "J m-1": force * length,
         }
+
+
+def _converted(factor: float, unit: str, found: re.Match[str]) -> str:
+    # Four digits: what was a round number in L* is none in m.
+    return f"{factor * float(found[1]):.4g} {unit}"

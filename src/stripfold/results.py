@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, fields
 from math import isfinite
 from time import perf_counter
@@ -174,8 +175,9 @@ class PathAssessment(Verdict, Result):
     stable
         Whether the strip follows all of the path.
     critical
-        Its critical points: ``t``, ``x``, ``z`` of the gripper, ``kind``, and the ``angle`` with the stability
-        boundary in degrees.
+        Its critical points: ``t``, ``x``, ``z`` of the gripper, ``kind``, the ``angle`` with the stability boundary in
+        degrees, and how large the event is: ``drop``, the largest height that a point of the strip loses, m, and
+        ``energy`` freed, J per m of width; nan without a fall.  ``outcome`` says in words what the strip did.
     touch_x, planned_touch_x, touch_error
         Where the upper layer first touches, where that of the strip's planned R-path does (the accurate fold), and the
         difference.  The fold line is at x = 0.
@@ -192,6 +194,8 @@ class PathAssessment(Verdict, Result):
     contact
         "moving" where the ends of the contact were unknowns in all static states, "nodal" where the contact was found
         node by node in some.
+    failure
+        Why the fall, or what comes after it, could not be followed; empty where it could or was not asked for.
     path, asked, seconds
         The path, the other inputs, and the run time.
     """
@@ -220,19 +224,13 @@ class PathAssessment(Verdict, Result):
         return cls(**values, path=path, asked=asked, seconds=perf_counter() - began)
 
     def rows(self) -> Rows:
-        events = [
-            (
-                "critical",
-                f"t = {event['t']:.4g}, gripper at x = {event['x']:.4g} m, z = {event['z']:.4g} m: {event['kind']}",
-            )
-            for event in self.critical
-        ]
         return [
             ("stable", "yes" if self.stable else "no"),
-            *events,
+            *(row for event in self.critical for row in self._event_rows(event)),
+            *([("failed", self.failure)] if self.failure else []),
             ("first touch", metres(self.touch_x, "x, origin mid-strip")),
             ("  planned", metres(self.planned_touch_x, "x of the first touch of the accurate fold, an R-path's")),
-            ("  error", metres(self.touch_error, "negative: short of it")),
+            ("  error", metres(self.touch_error, "beyond it" if self.touch_error > 0.0 else "short of it")),
             ("landing", metres(self.landing_x, "x where the folded state lands")),
             ("shape error", metres(self.shape_error, "largest distance of the last state from the folded one")),
             ("lying", metres(self.lying_length, "length from the held end in the last state")),
@@ -242,9 +240,19 @@ class PathAssessment(Verdict, Result):
             ("time", f"{self.seconds:.1f} s"),
         ]
 
+    @staticmethod
+    def _event_rows(event: Mapping[str, Any]) -> Rows:
+        place = f"t = {event['t']:.4g}, gripper at x = {event['x']:.4g} m, z = {event['z']:.4g} m"
+        size = ""
+        if isfinite(event["drop"]):
+            size = f"; {event['drop']:.3g} m down, {event['energy']:.3g} J/m freed"
+        return [("critical", f"{place}: {event['kind']}"), ("  there", f"{event['outcome']}{size}")]
+
     def _completed(self) -> str:
         if self.completed:
             return "yes"
+        if self.failure:
+            return "no: what follows the last state could not be computed"
         return "no: the statics end at the critical point" if self.critical and not self.asked.fall else "no"
 
     def to_dict(self) -> dict[str, Any]:
@@ -265,11 +273,10 @@ class PathAssessment(Verdict, Result):
         }
         values |= {
             f"critical_{key}": ("event", np.array([event[key] for event in self.critical], dtype=float))
-            for key in ("t", "x", "z", "angle")
+            for key in ("t", "x", "z", "angle", "drop", "energy")
         }
-        return schema.dataset(
-            values, {"stable": int(self.stable), "completed": int(self.completed), "contact": self.contact}
-        )
+        flags = {"stable": int(self.stable), "completed": int(self.completed)}
+        return schema.dataset(values, flags | {"contact": self.contact, "failure": self.failure})
 
     def _mid_surfaces(self) -> np.ndarray[Any, np.dtype[np.float64]]:
         """Shape (states, nodes, 2), m."""

@@ -243,8 +243,8 @@ class Strip:
         ------
         InvalidInputError
             A value that cannot be used, or a path made for another strip.
-        SolveError, TimeStepError
-            A part could not be computed.
+        SolveError
+            Statics that could not be computed.  A fall that could not be is said in the result's ``failure``.
         """
         from stripfold import inputs
 

@@ -214,7 +214,8 @@ def in_time(at: tuple[tuple[float, float], float], length: float, thickness: flo
 
 def snap_energy(length: float, thickness: float) -> float:
     """Energy of bending and weight that the snap of this strip on the triangular path sets free, rho_a g L*^2."""
-    found = assess_strip(StripModel(length, thickness, kind="rod"), triangular(length), Fall(damping=DAMPING))
+    strip = StripModel(length, thickness, kind="rod")
+    found = assess_strip(strip, triangular(length), Fall(damping=DAMPING)).complete()
     first, last = (found.motions[0].states[i].energy for i in (0, -1))
     return first.elastic + first.gravity - last.elastic - last.gravity
 

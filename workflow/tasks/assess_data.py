@@ -92,8 +92,8 @@ def run(
     unit = material.gravity_length
     strip = StripModel(length / unit, material.relative_thickness, material.nu)
     path = path_of(name, strip.length)
-    found = assess_strip(strip, path, fall, refinement, progress)
-    fine = assess_strip(strip, path, fall, 0.5 * refinement, progress)
+    found = assess_strip(strip, path, fall, refinement, progress).complete()
+    fine = assess_strip(strip, path, fall, 0.5 * refinement, progress).complete()
     rows = []
     for i, segment in enumerate(found.segments):
         rows += rows_of_segment(segment, 2 * i)

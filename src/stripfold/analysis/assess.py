@@ -26,6 +26,7 @@ from stripfold.analysis.release import (
 )
 from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
+from stripfold.errors import SolveError
 from stripfold.paths.curve import GripperPath
 from stripfold.paths.rpath import RPath
 from stripfold.problem import StripProblem
@@ -90,11 +91,14 @@ class Assessment:
     segments
         The static parts; every one but the last ends in a critical point.
     motions
-        The falls between them (none where only statics were asked for).
+        The falls from the first of the events on (none where only statics were asked for).
     events
         The critical points.
     touch
         The first touch, or None.
+    failure
+        Why the strip could not be followed past the last of the events, where it should have been: a fall, or the
+        statics after it, failed.  All that was found before holds.
     """
 
     path: GripperPath
@@ -102,6 +106,13 @@ class Assessment:
     motions: tuple[Motion, ...]
     events: tuple[CriticalEvent, ...]
     touch: Touchdown | None
+    failure: SolveError | None = None
+
+    def complete(self) -> Assessment:
+        """Itself, where nothing failed; else the failure is raised."""
+        if self.failure is not None:
+            raise self.failure
+        return self
 
     @property
     def states(self) -> list[State]:
@@ -144,30 +155,44 @@ def assess_strip(
     Raises
     ------
     SolveError
-        A part could not be computed.
-    TimeStepError
-        A fall could not be followed.
+        The statics up to the first critical point could not be computed; what fails after that is a part of the result.
     """
     say = progress or (lambda _: None)
     mesh = strip.contact_mesh(refinement)
     say("following the path")
     segments, motions, events = [follow(mesh, path, strip.length, options=options)], [], []
-    touch = _static_touch(segments[0])
+    touch, failure = _static_touch(segments[0]), None
     while (found := segments[-1].critical) is not None:
         segment = segments[-1]
         events.append(_event(segment.unheld or segment.states[-1], path, found))
         if fall is None or len(events) > MAX_FALLS:
             break
-        say(f"falling at {found.lam / path.length:.0%} of the path")
-        motion = simulate_fall(ReleaseState.at(segment.last or segment.states[-1], refinement), fall)
-        motions.append(motion)
-        if touch is None and motion.touch is not None:
-            touch = Touchdown(found.lam, motion.touch_x, True)
-        say("following the path from the state at rest")
-        rest = at_rest(mesh, motion)
-        segments.append(follow(mesh, path, strip.length, rest, segment.pieces[-1], options))
+        try:
+            say(f"falling at {found.lam / path.length:.0%} of the path")
+            motion = simulate_fall(ReleaseState.at(segment.last or segment.states[-1], refinement), fall)
+            motions.append(motion)
+            if touch is None and motion.touch is not None:
+                touch = Touchdown(found.lam, motion.touch_x, True)
+            say("following the path from the state at rest")
+            rest = at_rest(mesh, motion)
+            segments.append(follow(mesh, path, strip.length, rest, segment.pieces[-1], options))
+        except SolveError as error:
+            # What statics say of the path holds without the fall.
+            failure = error
+            break
         touch = touch or _static_touch(segments[-1])
-    return Assessment(path, tuple(segments), tuple(motions), tuple(events), touch)
+    return Assessment(path, tuple(segments), tuple(motions), tuple(events), touch, failure)
+
+
+def size_of_fall(motion: Motion) -> tuple[float, float]:
+    """The largest height that a point of the strip loses in a fall, L*, and the energy that it frees, rho_a g L*^2.
+
+    That energy is what weight, elasticity and gripper gave to the motion: it was dissipated.
+    """
+    problem, first, last = motion.problem, motion.states[0], motion.states[-1]
+    begin, end = (problem.model.mid_surface(state.q)[:, 1] for state in (first, last))
+    stored = [state.energy.elastic + state.energy.gravity for state in (first, last)]
+    return float((begin - end).max()), float(stored[0] - stored[1] + last.energy.work - first.energy.work)
 
 
 def _event(state: State, path: GripperPath, found: CriticalPoint) -> CriticalEvent:

@@ -8,7 +8,16 @@ from typing import Any
 
 import numpy as np
 
-from stripfold.analysis.assess import SNAP, Followed, assess_strip, lying_length, peak_forces, shape_error
+from stripfold.analysis.assess import (
+    SNAP,
+    Assessment,
+    Followed,
+    assess_strip,
+    lying_length,
+    peak_forces,
+    shape_error,
+    size_of_fall,
+)
 from stripfold.analysis.collapse import in_solver_units
 from stripfold.analysis.contact import touch_position, touches
 from stripfold.analysis.path_friction import STEP, effects_of, load_incrementally, until_lost
@@ -16,7 +25,7 @@ from stripfold.analysis.path_in_time import follow_in_time
 from stripfold.analysis.path_statics import MOVING, NODAL
 from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
-from stripfold.errors import InvalidInputError
+from stripfold.errors import InvalidInputError, SolveError
 from stripfold.material import Material
 from stripfold.paths.curve import GripperPath
 from stripfold.paths.rpath import RPath, plan_r_path
@@ -26,6 +35,7 @@ from stripfold.solve.problem import Point
 
 AT_END = 1e-3
 """Largest distance of a path's end from the folded strip's end at which their shapes are compared, L*."""
+NOT_FOLLOWED = "not followed: the statics end here"
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +58,7 @@ class Verdict:
     peak_hold: float
     completed: bool
     contact: str
+    failure: str
     states: tuple[Followed, ...] = field(repr=False)
 
 
@@ -91,15 +102,15 @@ def assess_path(
 
     Raises
     ------
-    InvalidInputError, SolveError, TimeStepError
-        Bad input; a part that could not be computed.
+    InvalidInputError, SolveError
+        Bad input; statics that could not be computed.  A fall or a motion that could not be is said in ``failure``.
     """
     unit = material.gravity_length
     strip = StripModel(length / unit, material.relative_thickness, material.nu, kind=model)
     if friction is None and hysteresis is None:
         released = in_solver_units(Release(), material) if fall else None
         found = assess_strip(strip, path, released, refinement, progress)
-        events = [{"travelled": e.travelled, "kind": e.kind, "angle": e.angle} for e in found.events]
+        events, failure = _events(found, material), found.failure
         touch = found.touch.x if found.touch else float("nan")
         states, contact = list[Followed](found.states), found.contact
     else:
@@ -109,17 +120,51 @@ def assess_path(
         size = STEP if step is None else step / unit
         stepped, lost = _with_friction(strip, path, law, strength, size, refinement)
         touch = next((touch_position(p.model, point) for p, point in stepped if touches(p.model, point)), float("nan"))
-        events = [{"travelled": lost, "kind": SNAP, "angle": float("nan")}] if lost is not None else []
-        states, contact = list[Followed](stepped), MOVING
+        events = [_event(lost, SNAP, float("nan"))] if lost is not None else []
+        states, contact, failure = list[Followed](stepped), MOVING, None
     if layer_friction is not None:
         if not np.isnan(touch):
             # These statics know no friction between the layers.
             events = []
         damping = in_solver_units(Release(), material).damping
         moment = 0.0 if hysteresis is None else strength
-        moved = follow_in_time(strip, path, layer_friction, moment, damping=damping, refinement=refinement)
-        states, touch, contact = list(moved.states), moved.touch_x, NODAL
-    return _verdict(strip, material, path, events, touch, states, contact)
+        try:
+            moved = follow_in_time(strip, path, layer_friction, moment, damping=damping, refinement=refinement)
+        except SolveError as error:
+            failure = error
+        else:
+            states, touch, contact = list(moved.states), moved.touch_x, NODAL
+    said = "" if failure is None else material.in_si(" ".join(str(failure).split()))
+    return _verdict(strip, material, path, events, touch, states, contact, said)
+
+
+def _events(found: Assessment, material: Material) -> list[dict[str, Any]]:
+    """The critical points, each with what the strip did there."""
+    events = []
+    for number, event in enumerate(found.events):
+        given = event.travelled, event.kind, event.angle
+        if number < len(found.motions):
+            motion = found.motions[number]
+            drop, energy = size_of_fall(motion)
+            outcome = "at rest without a touch" if motion.touch is None else "fell to a touch"
+            events.append(_event(*given, outcome, material.gravity_length * drop, material.scales["J m-1"] * energy))
+        elif number == len(found.motions) and found.failure is not None:
+            events.append(_event(*given, outcome="the fall could not be followed to rest"))
+        else:
+            events.append(_event(*given))
+    return events
+
+
+def _event(
+    travelled: float,
+    kind: str,
+    angle: float,
+    outcome: str = NOT_FOLLOWED,
+    drop: float = float("nan"),
+    energy: float = float("nan"),
+) -> dict[str, Any]:
+    given = {"travelled": travelled, "kind": kind, "angle": angle}
+    return {**given, "drop": drop, "energy": energy, "outcome": outcome}
 
 
 def _with_friction(
@@ -139,6 +184,7 @@ def _verdict(
     touch: float,
     states: list[Followed],
     contact: str,
+    failure: str,
 ) -> Verdict:
     unit, force = material.gravity_length, material.force_scale
     problem, last = states[-1]
@@ -150,8 +196,8 @@ def _verdict(
     critical = []
     for event in events:
         x, z = unit * path.position(event["travelled"])
-        t = path.pseudo_time(event["travelled"])
-        critical.append({"t": t, "x": float(x), "z": float(z), "kind": event["kind"], "angle": event["angle"]})
+        place = {"t": path.pseudo_time(event["travelled"]), "x": float(x), "z": float(z)}
+        critical.append(place | {key: value for key, value in event.items() if key != "travelled"})
     return Verdict(
         stable=not events,
         critical=tuple(critical),
@@ -165,6 +211,7 @@ def _verdict(
         peak_hold=force * peak_hold,
         completed=completed,
         contact=contact,
+        failure=failure,
         states=tuple(states),
     )
 
