@@ -22,6 +22,7 @@ from stripfold.inputs import Scene
 from studies import (
     accuracy,
     benchmark,
+    commands,
     disturbed_rpath,
     fabrics,
     fall_accuracy,
@@ -151,6 +152,7 @@ def test_recordings_that_cannot_be(change: dict[str, Any], key: str):
         ("accuracy", accuracy.run),
         ("fall_accuracy", fall_accuracy.run),
         ("profiling", profiling.run),
+        ("commands", commands.run),
         ("sweeps", sweeps.run),
         ("second_gripper", second_gripper.run),
     ],

@@ -15,7 +15,7 @@ from scipy import stats
 import stripfold.material
 from plots import gallery_markdown
 from stripfold import store
-from stripfold.cli import main
+from stripfold.cli import COMMANDS, main
 from stripfold.vision.measurement import FREEDOM
 from studies import physics_tables
 from studies.accuracy import presets
@@ -156,6 +156,8 @@ def datasets() -> dict[str, xr.Dataset]:
             "closing": ("case", np.full(6, 1e-12)), "distance": ("case", np.full(6, 1e-5)),
             "handed_over": ("case", [1e-4] * 5 + [np.nan])},
             {"case": ["base", "half the step", "other sign", "coarse mesh", "fine mesh", "no damping"]}),
+        "commands": ({"files": ("command", [1.0] * 13), "differs": ("command", texts(*[""] * 13))},
+            {"command": texts(*(f"{name} x" for name in COMMANDS), "critical y")}, {"repeats": 2}),
         "sweeps": ({
             "scenes": ("model", [100000, 1024]), "results": ("model", [100000, 1024]), "snaps": ("model", [9e4, 1e3]),
             "wall": ("model", [5.0, 12.0]), "cost": ("model", [1e-4, 0.02]), "memory": ("model", [140.0, 90.0]),
@@ -513,6 +515,7 @@ def test_a_criterion_that_is_broken_does_not_hold(dataset: str, name: str, value
         ("effects", "cost", {"scene": "wild", "effect": "membrane"}, 0.07, "effects_overhead"),
         ("effects", "needed", {"scene": "calm", "effect": "self_contact"}, np.nan, "effects_undetected"),
         ("effects", "reported", {"scene": "wild", "effect": "self_contact"}, 0.0, "effects_undetected"),
+        ("commands", "differs", {"command": "film x"}, "film.mp4", "repeat_bitwise"),
         ("sweeps", "results", {"model": "rod"}, 1023, "sweep_scenes"),
         ("sweeps", "apart", {"model": "elastica"}, 1e-8, "sweep_scenes"),
         ("sweeps", "wall", {"model": "elastica"}, 201.0, "sweep_rate"),

@@ -376,6 +376,12 @@ class Sweeps(Input):
     seed: Seed
 
 
+class Commands(Input):
+    """All commands, each several times."""
+
+    repeats: Annotated[Whole, quantity("times that each runs", ge=2)]
+
+
 class Studies(Input):
     """Benchmarks, verification, other programs; of a study that is left out the stored result is used."""
 
@@ -417,6 +423,7 @@ class Studies(Input):
     falls: Falls | None = None
     benchmark: Benchmark | None = None
     assess_benchmark: AssessBenchmark | None = None
+    commands: Commands | None = None
     sweeps: Sweeps | None = None
     fall_accuracy: FallAccuracy | None = None
     schemes: Schemes | None = None

@@ -88,6 +88,7 @@ STUDIES = {
     "fall_benchmark": Study(
         "studies.benchmark:run_fall", "time and memory of one collapse", "benchmark", files=COMMAND
     ),
+    "commands": Study("studies.commands:run", "all commands twice, compared bit for bit", files=COMMAND),
     "sweeps": Study("studies.sweeps:run", "rate, cost and memory of sweeps on all cores", files=COMMAND),
     "accuracy": Study("studies.accuracy:run", "error of the end of the advance against run time"),
     "fall_accuracy": Study("studies.fall_accuracy:run", "error of the first touch of a fall against run time"),

@@ -59,14 +59,14 @@ def compare(given: Mapping[str, Any], effect: str, repeats: int) -> dict[str, fl
     _warm_up()
     asked = {s: Simulation.of({**given, "effects": {effect: s}}) for s in ("on", "off")}
     seconds: dict[str, list[float]] = {s: [] for s in asked}
-    found: dict[str, xr.Dataset] = {}
+    found: dict[str, tuple[xr.Dataset, collapse.Clock]] = {}
     for repeat in range(repeats):
         # In turns, and the other one first each time: the second run finds warm caches and a hotter processor.
         for setting in sorted(asked, reverse=bool(repeat % 2)):
             began = process_time()
-            found[setting] = collapse.run(asked[setting])
+            found[setting] = collapse.timed(asked[setting])
             seconds[setting].append(process_time() - began)
-    on, off = found["on"], found["off"]
+    (on, on_clock), (off, off_clock) = found["on"], found["off"]
     unit = on.attrs["gravity_length"]
     change = abs(on.attrs["lambda_c"] / off.attrs["lambda_c"] - 1.0)
     touch = abs(on.attrs["touch_x"] - off.attrs["touch_x"]) / unit
@@ -81,16 +81,15 @@ def compare(given: Mapping[str, Any], effect: str, repeats: int) -> dict[str, fl
         "change": change,
         "touch_change": touch,
         "cost": least["on"] / least["off"] - 1.0,
-        "clocked": _clocked(on, off, effect),
+        "clocked": _clocked(on_clock, off_clock) if effect == SELF_CONTACT else np.nan,
         "seconds_on": least["on"],
         "seconds_off": least["off"],
     }
 
 
-def _clocked(on: xr.Dataset, off: xr.Dataset, effect: str) -> float:
+def _clocked(on: collapse.Clock, off: collapse.Clock) -> float:
     """Time by the effect's own clock, with it less without it, over the time of everything else."""
-    own, watched = (float(found["seconds"].sel(effect=effect)) for found in (on, off))
-    return (own - watched) / (float(on["computing"]) - own)
+    return (on.self_contact - off.self_contact) / (on.whole - on.self_contact)
 
 
 def markdown(data: xr.Dataset) -> str:

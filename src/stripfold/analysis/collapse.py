@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from time import perf_counter
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -176,8 +176,20 @@ def in_solver_units(release: Release, material: Material) -> Fall:
     )
 
 
+class Clock(NamedTuple):
+    """Time that a whole simulation took, and self-contact in it with its monitor, s."""
+
+    whole: float
+    self_contact: float
+
+
 def run(simulation: Simulation, progress: Progress | None = None) -> xr.Dataset:
     """Simulate and collect; see :func:`.collapse.simulate` for the errors raised."""
+    return timed(simulation, progress)[0]
+
+
+def timed(simulation: Simulation, progress: Progress | None = None) -> tuple[xr.Dataset, Clock]:
+    """As :func:`run`, with the time taken beside the dataset, which is the same in every run."""
     asked, thickness = simulation.effects, simulation.material.relative_thickness
     stretched = thickness if asked.membrane != "off" else min(thickness, needed_effects.UNSTRETCHED)
     strip = StripModel(simulation.length_star, stretched, simulation.nu, kind=simulation.model)
@@ -186,8 +198,9 @@ def run(simulation: Simulation, progress: Progress | None = None) -> xr.Dataset:
     mu = simulation.layer_friction if asked.layer_friction != "off" else 0.0
     began = perf_counter()
     found = simulate(strip, simulation.height_star, fall, progress=progress, self_contact=layers, layer_friction=mu)
-    record = needed_effects.record(simulation, found, perf_counter() - began)
-    return dataset(simulation, found).merge(record).assign_attrs(record.attrs)
+    whole = perf_counter() - began
+    record, self_contact = needed_effects.record(simulation, found)
+    return dataset(simulation, found).merge(record).assign_attrs(record.attrs), Clock(whole, self_contact)
 
 
 def nodes(length: float) -> Array:

@@ -34,7 +34,7 @@ the study ``rod``: h/L* squared is 12 times the membrane strain under the weight
 UNSTRETCHED = 1e-3
 """h of a strip that is to have no membrane stretch, L*: a millionth of it is left in lambda_c."""
 
-COLUMNS = ("needed", "active", "since", "seconds", "value", "threshold")
+COLUMNS = ("needed", "active", "since", "value", "threshold")
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,13 +96,18 @@ def need_of_membrane(thickness: float, accuracy: float) -> Need:
     return Need(error > accuracy, error, accuracy, words)
 
 
-def record(simulation: Simulation, found: Collapse, seconds: float) -> xr.Dataset:
+def record(simulation: Simulation, found: Collapse) -> tuple[xr.Dataset, float]:
     """The record, over ``effect``; its attribute ``missing`` names what is needed and was switched off.
 
     Parameters
     ----------
-    simulation, found, seconds
-        What was asked for, what came of it, and how long that took, s.
+    simulation, found
+        What was asked for, and what came of it.
+
+    Returns
+    -------
+    The record, and the time that self-contact took, its monitor included, s: no part of the record, which is the same
+    in every run.
     """
     asked, thickness, nu = simulation.effects, simulation.material.relative_thickness, simulation.nu
     gap, met, looked = _layers(found, thickness)
@@ -129,10 +134,9 @@ def record(simulation: Simulation, found: Collapse, seconds: float) -> xr.Datase
             # Ready from the beginning of the fall; it acts from where layers first meet.
             "active": float(contact is not None and (gap < 0.0 or asked.self_contact == "on")),
             "since": simulation.time_unit * met if contact is not None else np.nan,
-            "seconds": looked if contact is None else looked + sum(contact.spent),
         },
         INERTIA: {"active": float(motion is not None), "since": 0.0 if motion else np.nan},
-        FRICTION: {"active": 0.0, "seconds": 0.0},
+        FRICTION: {"active": 0.0},
         LAYER_FRICTION: _layer_friction(simulation, found),
         SOLID: {"active": float(simulation.model == "solid")},
         MEMBRANE: {"active": float(asked.membrane != "off")},
@@ -140,16 +144,16 @@ def record(simulation: Simulation, found: Collapse, seconds: float) -> xr.Datase
     for name, need in needs.items():
         rows[name] |= {"needed": float(need.needed), "value": need.value, "threshold": need.threshold}
     missing = [e for e in EFFECTS if rows[e]["needed"] and not rows[e]["active"]]
-    return schema.dataset(
+    table = schema.dataset(
         {
             **{name: ("effect", [rows[e].get(name, np.nan) for e in EFFECTS]) for name in COLUMNS},
             "asked": ("effect", list(asked.model_dump().values())),
             "reason": ("effect", [needs[e].reason for e in EFFECTS]),
             "effect": ("effect", EFFECTS),
-            "computing": ((), seconds),
         },
         {"missing": ", ".join(missing)},
     )
+    return table, looked if contact is None else looked + sum(contact.spent)
 
 
 def _layer_friction(simulation: Simulation, found: Collapse) -> dict[str, float]:

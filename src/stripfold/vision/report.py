@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 
 import stripfold
 from stripfold.errors import MeasurementError
+from stripfold.plots.style import styled
 from stripfold.store import running_commit
 from stripfold.vision import intrinsics, robot_grid
 from stripfold.vision.calibration import MAX_PLANE_RMS, MAX_SCALE_ERROR, MAX_SIDE_ERROR
@@ -149,6 +150,7 @@ def calibration_rows(quality: dict[str, Any]) -> list[tuple[str, str, str]]:
     return shown
 
 
+@styled
 def _svg(fig: Figure) -> str:
     text = io.StringIO()
     fig.savefig(text, format="svg", metadata={"Date": None, "Creator": None})

@@ -19,6 +19,7 @@ from studies.summary import (
     facts_layers,
     facts_low,
     facts_paths,
+    facts_tool,
 )
 from studies.summary.facts import Facts
 
@@ -334,6 +335,13 @@ SOURCES = (
             lambda f: f.fine < f.coarse),
         Number("handed_over", "rest", "L*", 2, "< 0.01 L*",
             "largest distance between a state at rest and the equilibrium that the static solver finds from it"),
+    )),
+    # The command line.
+    Source("commands", facts_tool.commands, (
+        Number("repeat_bitwise", "share", "1", 4, "= 1, all commands among them",
+            "share of {cases} calls of {commands} commands, {d.attrs[repeats]} times each in new processes, that always "
+            "print the same, the run time apart, and write the same bytes, {files} files{different}",
+            lambda f: f.commands >= 12),
     )),
     Source("sweeps", facts_paths.sweeps, (
         Number("sweep_scenes", "scenes", "count", 6, ">= 100000, each with its result",

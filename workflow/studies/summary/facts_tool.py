@@ -1,0 +1,19 @@
+"""Facts about the command line as a program, from its studies."""
+
+from __future__ import annotations
+
+import xarray as xr
+
+from studies.summary.facts import Facts
+
+
+def commands(d: xr.Dataset) -> Facts:
+    same = d.differs == ""
+    differing = d.command.values[~same.values]
+    return {
+        "share": same.mean(),
+        "cases": d.sizes["command"],
+        "commands": len({line.split()[0] for line in d.command.values}),
+        "files": d["files"].sum(),
+        "different": f"; not: {', '.join(differing)}" if differing.size else "",
+    }
