@@ -1,4 +1,4 @@
-"""All commands of the command line, each several times in new processes: is what they print and write always the same?"""
+"""All commands, each several times in new processes: is what they print and write the same each time?"""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ COMMANDS = (
     "simulate scene.yaml --plot curve.png",
     "film scene.nc",
     f"path r-path {_STRIP} --csv path.csv --plot path.png",
-    f"plan {_STRIP} --csv plan.csv --json plan.json",
+    f"plan {_STRIP} --layers-may-slide --csv plan.csv --json plan.json",
     f"map {_STRIP} --output map.nc --plot map.png",
     f"assess path.csv {_STRIP} --model rod --fall --plot assessed.png",
     "record filmed.yaml",
@@ -72,11 +72,10 @@ def differences(outcomes: list[Outcome]) -> str:
     first = outcomes[0]
     if first.code:
         return f"failed: {first.said.strip()}"
-    found = [
-        name for one in outcomes for name in {*first.files, *one.files} if first.files.get(name) != one.files.get(name)
-    ]
+    items = set(first.files.items())
+    found = {name for one in outcomes for name, _ in items.symmetric_difference(one.files.items())}
     printed = ["what is printed"] if any(one.said != first.said or one.code for one in outcomes) else []
-    return ", ".join([*printed, *sorted(set(found))])
+    return ", ".join([*printed, *sorted(found)])
 
 
 def _once(parent: Path, number: int) -> list[Outcome]:

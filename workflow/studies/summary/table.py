@@ -339,8 +339,8 @@ SOURCES = (
     # The command line.
     Source("commands", facts_tool.commands, (
         Number("repeat_bitwise", "share", "1", 4, "= 1, all commands among them",
-            "share of {cases} calls of {commands} commands, {d.attrs[repeats]} times each in new processes, that always "
-            "print the same, the run time apart, and write the same bytes, {files} files{different}",
+            "share of {cases} calls of {commands} commands, {d.attrs[repeats]} times each in new processes, that "
+            "always print the same, the run time apart, and write the same bytes, {files} files{different}",
             lambda f: f.commands >= 12),
     )),
     Source("sweeps", facts_paths.sweeps, (
