@@ -38,6 +38,24 @@ def test_there_are_many() -> None:
     assert sum(len(examples(page)) for page in PAGES) >= 12
 
 
+@pytest.mark.parametrize(
+    ("language", "text"),
+    [
+        ("python", "import stripfold\nstripfold.folded"),
+        ("python", ">>> 1 + 1\n3\n"),
+        ("console", "$ stripfold eta --fold-height 0.0272\neta_b        3784.57 m^-4 s^2\n...\n"),
+        ("console", "$ stripfold eta --fold-height 0.0272\n"),
+        ("console", "$ stripfold eta --fold-height 0.0272\n...\nL*           0.0300023 m\n"),
+        ("console", "$ stripfold eta --fold-height 27.2\n...\n"),
+        ("console", "$ stripfold eta --fold-height 27.2\n...\n$ echo $?\n0\n"),
+    ],
+)
+def test_a_broken_one_is_found(language: str, text: str, capsys: pytest.CaptureFixture[str]) -> None:
+    example = Example("page.md", 1, language, text)
+    with pytest.raises((AssertionError, AttributeError)):
+        run_python(example, {}) if language == "python" else run_commands(example, capsys)
+
+
 def run_python(example: Example, names: dict[str, object]) -> None:
     """A program, or a session with ">>>"; blocks of a page share their names."""
     where = f"{example.page}, line {example.line}"
