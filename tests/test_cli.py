@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import stripfold
-from stripfold import elastica, kernels
+from stripfold import elastica, json_output, kernels
 from stripfold.analysis import critical_point as critical
 from stripfold.analysis.critical_point import CriticalResult
 from stripfold.cli import COMMANDS, main
@@ -93,7 +93,10 @@ def test_json_is_one_object(capsys, fake):
     code, out, err = run(capsys, *STRIP, "--json")
     assert (code, err) == (0, "")
     values = json.loads(out)
-    assert list(values) == KEYS
+    assert list(values) == [*KEYS, "inputs", "units", "stripfold_version"]
+    assert values["inputs"]["height"] == 0.09
+    assert values["units"]["lambda_c"] == values["units"]["height"] == "m"
+    assert values["stripfold_version"] == stripfold.__version__
     assert (values["lambda_c"], values["snap"], values["model"]) == (0.295, True, "solid")
 
 
@@ -173,6 +176,39 @@ def test_eta(capsys):
     assert values["gravity_length"] == pytest.approx(0.0272 / 0.906597, rel=1e-5)
     _, text, _ = run(capsys, "eta", "--fold-height", "0.0272")
     assert f"{values['eta_b']:.6g} m^-4 s^2" in text
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        [*STRIP, "--model", "elastica", "--second-gripper", "auto", "--eta-b-uncertainty", "20%"],
+        ["eta", "--fold-height", "0.0272"],
+        ["eta", "--kes-b", "0.1", "--kes-2hb", "0.05", "--gsm", "200"],
+        ["map", "--length", "0.45", "--eta-b", "3780"],
+        ["path", "low", "--length", "0.45", "--eta-b", "3780", "--height", "0.04"],
+        ["assess", "own.csv", "--length", "0.45", "--eta-b", "3780", "--model", "rod", "--hysteresis", "1e-4"],
+        ["sweep", "grid.yaml"],
+    ],
+)
+def test_json_says_what_it_is_for_and_in_which_units(capsys, tmp_path, monkeypatch, arguments):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "grid.yaml").write_text("{length: 0.6, eta_b: 3780, height: [0.04, 0.09], model: elastica}")
+    run(capsys, "path", "triangular", "--length", "0.45", "--eta-b", "3780", "--csv", "own.csv")
+    code, out, err = run(capsys, *arguments, "--json")
+    assert (code, err) == (0, "")
+    found = json.loads(out)
+    assert found["stripfold_version"] == stripfold.__version__
+    given = {arguments[i][2:].replace("-", "_"): arguments[i + 1] for i in range(len(arguments) - 1)}
+    numbers = {name: float(text) for name, text in given.items() if name in ("length", "eta_b", "fold_height")}
+    assert {name: found["inputs"][name] for name in numbers} == numbers
+    known = set(json_output._numeric({name: value for name, value in found.items() if name != "units"}))
+    assert known <= set(found["units"])
+
+
+def test_units_that_have_two_meanings(capsys):
+    found = json_output.document({"friction": 0.1, "t": 0.5}, {"air": 2.0, "gravity": 9.81})
+    assert found["units"] == {"air": "s-1", "friction": "1", "gravity": "m s-2", "t": "1"}
+    assert json_output.document({}, {"friction": 3.0})["units"] == {"friction": "s-2"}
 
 
 def test_blas_gets_one_thread_by_default(capsys, monkeypatch):

@@ -12,11 +12,12 @@ import numpy as np
 import pytest
 
 import stripfold as sf
+from stripfold import store
 from stripfold.analysis import rest, verdict
 from stripfold.analysis.static import StripModel
 from stripfold.cli import main
-from stripfold.cli_commands import as_json
 from stripfold.errors import TimeStepError
+from stripfold.json_output import as_json
 from stripfold.material import Material
 from stripfold.paths import PLANS, geometric, table
 from stripfold.plots.save import save_as
@@ -78,6 +79,37 @@ def test_assess_says_where_the_strip_leaves(here: Path, coarse: None, capsys: py
     assert 1e-3 < event["energy"] / (9.81 * UNIT**2) < 0.1
     assert not found["failure"]
     assert sorted(os.listdir(here)) == ["own.csv", "own.png"]
+
+
+def test_a_verdict_is_written_and_checked(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The exit code is the verdict with --check only; the file holds the states."""
+    kinds = {"triangular": [], "low": ["--height", "0.04"]}
+    for kind, more in kinds.items():
+        assert main(["path", kind, *STRIP, *more, "--csv", f"{kind}.csv"]) == 0
+    for kind, code in (("triangular", 1), ("low", 0)):
+        asked = ["assess", f"{kind}.csv", *STRIP, "--model", "rod"]
+        assert main([*asked, "--check", "--output", f"{kind}.nc"]) == code
+        assert main(asked) == 0
+        assert f"stable       {'no' if code else 'yes'}" in capsys.readouterr().out
+        data = store.read(here / f"{kind}.nc")
+        assert data.attrs["stable"] == 1 - code
+        assert data.sizes["node"] == 201
+        assert json.loads(data.attrs["config"])["length"] == 0.45
+
+
+@pytest.mark.parametrize("option", [["--output", "nowhere/r.nc"], ["--output", "r.png"], ["--plot", "nowhere/r.png"]])
+def test_assess_tries_its_outputs_first(
+    here: Path, option: list[str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(verdict, "assess_path", lambda *_, **__: pytest.fail("computed"))
+    assert main(["path", "circular", *STRIP, "--csv", "own.csv"]) == 0
+    assert main(["assess", "own.csv", *STRIP, *option]) == 2
+    assert "output" in capsys.readouterr().err
+
+
+def test_a_path_that_cannot_be_written_is_not_drawn(here: Path) -> None:
+    assert main(["path", "circular", *STRIP, "--plot", "own.png", "--csv", "nowhere/own.csv"]) == 2
+    assert not os.listdir(here)
 
 
 def test_a_path_and_a_critical_point_are_drawn(here: Path, capsys: pytest.CaptureFixture[str]) -> None:

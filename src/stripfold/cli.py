@@ -22,12 +22,15 @@ from stripfold.material import Material
 
 
 class Command(NamedTuple):
-    """A sub-command: what it does, in a line and in a sentence; its options; the function that does it."""
+    """A sub-command: what it does, in a line and in a sentence; its options; the function that does it.
+
+    The function returns what is printed, and an exit code where that is part of the result.
+    """
 
     help: str
     description: str
     options: Callable[[argparse.ArgumentParser], None]
-    run: Callable[[argparse.Namespace, Say], str]
+    run: Callable[[argparse.Namespace, Say], str | tuple[str, int]]
 
 
 COMMANDS = {
@@ -110,7 +113,7 @@ COMMANDS = {
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit code.
 
-    0: done, also where there is no snap.  2: bad input, or a file that cannot be read or written.  3: a solve failed.
+    0: done, also where there is no snap.  1: a path that --check refuses.  2: bad input, or a file that cannot be read or written.  3: a solve failed.
     4: a recording that cannot be measured.  5: a fault of the program.  6: no path with the margin.
     130: interrupted.  141: the reader of the output has gone.  143: terminated.
     """
@@ -127,8 +130,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     arguments = _parser(argv).parse_args(argv)
     try:
         with _progress() as say:
-            said = COMMANDS[arguments.command].run(arguments, say)
+            answer = COMMANDS[arguments.command].run(arguments, say)
+        said, code = answer if isinstance(answer, tuple) else (answer, 0)
         print(said, flush=True)
+        return code
     except BrokenPipeError:
         # What is left in the buffer is written when Python ends, and would fail again.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -140,7 +145,6 @@ def main(argv: Sequence[str] | None = None) -> int:
         said, code = _in_words(error)
         print(f"stripfold: error: {' '.join(said.split())}{_unit(said, arguments)}", file=sys.stderr)
         return code
-    return 0
 
 
 def _terminated(number: int, _: object) -> NoReturn:

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import sys
-from collections.abc import Callable, Mapping, Sequence
-from math import isfinite
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
 
 from stripfold.errors import MISSING, InvalidInputError, SolveError, TimeStepError
+from stripfold.json_output import as_json, document
 
 if TYPE_CHECKING:
     from stripfold.paths import FoldPath
@@ -85,20 +84,7 @@ def _lines(rows: Sequence[tuple[str, str]]) -> str:
 
 
 def _said(result: Result, arguments: argparse.Namespace) -> str:
-    return as_json(result.to_dict()) if arguments.json else str(result)
-
-
-def as_json(values: Mapping[str, Any]) -> str:
-    """One JSON object; JSON has no nan: null stands for no number."""
-
-    def plain(value: Any) -> Any:
-        if isinstance(value, Mapping):
-            return {key: plain(item) for key, item in value.items()}
-        if isinstance(value, list | tuple):
-            return [plain(item) for item in value]
-        return None if isinstance(value, float) and not isfinite(value) else value
-
-    return json.dumps(plain(values), allow_nan=False)
+    return as_json(document(result.to_dict(), result.config())) if arguments.json else str(result)
 
 
 def _json_option(parser: argparse.ArgumentParser) -> None:
@@ -152,6 +138,7 @@ def sweep_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("grid", metavar="GRID.yaml", help="values of length, height, eta_b ...: docs/sweep.md")
     parser.add_argument("--output", metavar="SWEEP.nc", help="where to write [the grid's name with .nc, here]")
     parser.add_argument("--cores", type=int, metavar="N", help="number of processes [one for each core]")
+    _json_option(parser)
 
 
 def sweep(arguments: argparse.Namespace, say: Say) -> str:
@@ -162,10 +149,12 @@ def sweep(arguments: argparse.Namespace, say: Say) -> str:
 
     found = run(grid, target, arguments.cores, say)
     snap, touch = found.lambda_c.notnull(), found.lambda_touch.notnull()
-    counts = [("cases", found.reason.size), ("snap", int(snap.sum())), ("touch", int(touch.sum()))]
+    counts = {"cases": int(found.reason.size), "snap": int(snap.sum()), "touch": int(touch.sum())}
     failed = found.reason.values[~(snap | touch).values]
+    if arguments.json:
+        return as_json(document({**counts, "no_result": int(failed.size), "written": str(target)}, dict(grid)))
     without = [("no result", f"{failed.size}, the first: {failed[0]}")] if failed.size else []
-    return _lines([*((name, str(count)) for name, count in counts), *without, ("written", str(target))])
+    return _lines([*((name, str(count)) for name, count in counts.items()), *without, ("written", str(target))])
 
 
 def eta_options(parser: argparse.ArgumentParser) -> None:
@@ -192,13 +181,14 @@ def eta(arguments: argparse.Namespace, say: Say) -> str:
 
     found = EtaB.of(asked)
     _draw(found, target)
-    return _said(found, arguments)
+    return as_json(document(found.to_dict(), _given(arguments, EtaRequest))) if arguments.json else str(found)
 
 
 def simulate_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scene", metavar="SCENE.yaml", help="the strip, the height, and how it is released")
     parser.add_argument("--output", metavar="RESULT.nc", help="where to write [the scene's name with .nc, here]")
     _plot_option(parser, "lambda over the deflection")
+    _json_option(parser)
 
 
 def simulate(arguments: argparse.Namespace, say: Say) -> str:
@@ -222,6 +212,8 @@ def simulate(arguments: argparse.Namespace, say: Say) -> str:
     _draw(found, target)
     for warning in found.warnings:
         print(f"stripfold: warning: {warning}", file=sys.stderr)
+    if arguments.json:
+        return as_json(document({**found.to_dict(), "written": str(path)}, found.config()))
     return _lines([*found.rows(), ("written", str(path))])
 
 
@@ -250,6 +242,7 @@ def path_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--height", type=float, metavar="M", help="of the gripper on the low path, m")
     parser.add_argument("--csv", metavar="FILE.csv", help="write it there instead of printing it")
     _plot_option(parser, "the path")
+    _json_option(parser)
 
 
 def path(arguments: argparse.Namespace, say: Say) -> str:
@@ -261,12 +254,15 @@ def path(arguments: argparse.Namespace, say: Say) -> str:
     if (arguments.kind == "low") != (height is not None):
         raise InvalidInputError("height", MISSING if height is None else height, "a height with the low path only")
     drawing = _plot_file(arguments.plot)
+    target = None if arguments.csv is None else _output(arguments.csv, arguments.csv, ".csv")
     planned = PLANS[arguments.kind](strip) if height is None else low(strip, height)
     _draw(planned, drawing)
-    if arguments.csv is None:
+    if target is not None:
+        planned.to_csv(target)
+    if arguments.json:
+        return as_json(document(planned.to_dict(), _given(arguments, Strip)))
+    if target is None:
         return planned.as_text().rstrip()
-    target = _output(arguments.csv, arguments.csv, ".csv")
-    planned.to_csv(target)
     return _lines([("written", f"{target}, {len(planned.places)} rows")])
 
 
@@ -305,11 +301,15 @@ def assess_options(parser: argparse.ArgumentParser) -> None:
     _option(law, PathAssessment, "friction")
     _option(law, PathAssessment, "hysteresis")
     _options(parser, PathAssessment, ("layer_friction", "step"))
+    text = "write the verdict with all states there"
+    parser.add_argument("--output", metavar="RESULT.nc", help=text)
     _plot_option(parser, "the strip along the path")
+    text = "exit with code 1 where the strip does not follow all of the path"
+    parser.add_argument("--check", action="store_true", help=text)
     _json_option(parser)
 
 
-def assess(arguments: argparse.Namespace, say: Say) -> str:
+def assess(arguments: argparse.Namespace, say: Say) -> tuple[str, int]:
     from time import perf_counter
 
     from stripfold import inputs
@@ -320,9 +320,12 @@ def assess(arguments: argparse.Namespace, say: Say) -> str:
     from stripfold.results import PathAssessment
 
     path, target = paths.read(arguments.path, asked), _plot_file(arguments.plot)
+    data = None if arguments.output is None else _output(arguments.output, arguments.output, ".nc")
     found = PathAssessment.of(asked, path, began, say)
+    if data is not None:
+        found.to_netcdf(data)
     _draw(found, target)
-    return _said(found, arguments)
+    return _said(found, arguments), 1 if arguments.check and not (found.stable and found.completed) else 0
 
 
 def record_options(parser: argparse.ArgumentParser) -> None:
@@ -371,7 +374,8 @@ def calibrate(arguments: argparse.Namespace, say: Say) -> str:
     path = _output(arguments.output, "camera", ".yaml")
     say("calibrating")
     found = camera_check.check(Path(arguments.images), board)
-    said = as_json(found.to_dict()) if arguments.json else _lines(found.rows())
+    inputs = {"images": arguments.images, "board": arguments.board, **given}
+    said = as_json(document(found.to_dict(), inputs)) if arguments.json else _lines(found.rows())
     if found.camera is None:
         print(said)
         raise CalibrationError(arguments.images, "a camera that is refused", "a calibration that passes", found.reason)
@@ -403,5 +407,5 @@ def measure(arguments: argparse.Namespace, say: Say) -> str:
         found.to_netcdf(new_data)
         found.report(new_page)
     if arguments.json:
-        return as_json(found.to_dict())
+        return as_json(document(found.to_dict(), {"folder": arguments.folder}))
     return f"{found}\n{'written':<36} {page}, {data}"

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import argparse
 
-from stripfold.cli_commands import STRIP, Say, _given, _lines, _options, _output, as_json
+from stripfold.cli_commands import STRIP, Say, _given, _lines, _options, _output
+from stripfold.json_output import as_json
 
 
 def options(parser: argparse.ArgumentParser) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from stripfold.arrays import Array
 from stripfold.errors import InvalidInputError
@@ -59,6 +59,11 @@ class FoldPath:
         """The path as a table ``t,x,z``."""
         comment = f"{self.name}, length {self.length:g} m, L* {self.gravity_length:.6g} m"
         return table.as_text(self.curve, self.gravity_length, (comment,))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Its name, and the columns of :attr:`places` by name."""
+        t, x, z = self.places.T.tolist()
+        return {"path": self.name, "t": t, "x": x, "z": z}
 
     def to_csv(self, file: str | os.PathLike[str]) -> None:
         """Write the table ``t,x,z`` that :func:`read` takes."""
