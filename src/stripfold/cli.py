@@ -113,9 +113,9 @@ COMMANDS = {
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit code.
 
-    0: done, also where there is no snap.  1: a path that --check refuses.  2: bad input, or a file that cannot be read or written.  3: a solve failed.
-    4: a recording that cannot be measured.  5: a fault of the program.  6: no path with the margin.
-    130: interrupted.  141: the reader of the output has gone.  143: terminated.
+    0: done, also where there is no snap.  1: a path that --check refuses.  2: bad input, or a file that cannot be read
+    or written.  3: a solve failed.  4: a recording that cannot be measured.  5: a fault of the program.  6: no path
+    with the margin.  130: interrupted.  141: the reader of the output has gone.  143: terminated.
     """
     argv = sys.argv[1:] if argv is None else argv
     if threading.current_thread() is threading.main_thread():

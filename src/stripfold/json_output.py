@@ -1,4 +1,4 @@
-"""Results as one JSON object: the numbers, the inputs that they are for, the unit of each, and the program's version."""
+"""Results as one JSON object: the numbers, the inputs that they are for, the units, and the program's version."""
 
 from __future__ import annotations
 
