@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from documented import Example, examples, pages
+from documented import ROOT, Example, examples, pages
 from stripfold.cli import main
 
 NUMBER = re.compile(r"-?\d+\.?\d*(?:e[+-]?\d+)?")
@@ -26,6 +26,7 @@ def test_a_pages_examples_run(
     page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
+    (tmp_path / "results").symlink_to(ROOT / "results")
     names: dict[str, object] = {}
     for example in examples(page):
         if example.language == "python":
