@@ -308,6 +308,35 @@ class TestOnOtherElements:
             effect = effect.on(effect.model, other)
         np.testing.assert_allclose(effect.on(effect.model, model).slip, first, atol=1e-12)
 
+    @pytest.mark.parametrize("kind", ["rod", "solid", "two across"])
+    def test_moments_are_carried_over(self, kind: str):
+        """To elements planned anew the moments, although curvatures there differ by kappa_y and more."""
+
+        def strip_with(elements: int) -> Solid | Rod:
+            if kind == "rod":
+                return Rod.of(LENGTH, THICKNESS, elements=elements)
+            return Solid.of(LENGTH, THICKNESS, elements=elements, across=2 if kind == "two across" else 1)
+
+        begin, other = strip_with(60), strip_with(47)
+        effect = Hysteresis.of(begin, MOMENT, yield_curvature=1e-3)
+        # All slides in one direction; then a part of it back.
+        effect = effect.committed(self.bent_by(begin, lambda s: 0.5 + 0.2 * np.sin(s)), np.zeros_like)
+        q, to = (self.bent_by(model, lambda s: 0.5 + 0.2 * np.sin(s) - 3e-4 * s) for model in (begin, other))
+        new = effect.carried_over(q, other, to)
+        # Where the friction was of one sign it is the same moment, as a function of the place.
+        across = effect.directors.across
+        middle, moments = (
+            [0.5 * (model.ends[1:] + model.ends[:-1]) for model in (begin, other)],
+            [each.moments(state)[::across] for each, state in ((effect, q), (new, to))],
+        )
+        expected = np.interp(middle[1], middle[0], moments[0])
+        np.testing.assert_allclose(moments[1], expected, atol=0.02 * MOMENT)
+        assert np.abs(moments[1]).max() <= MOMENT * (1.0 + 1e-9)
+        # kappa_p alone would not do.
+        kept = effect.on(begin, other).moments(to)[::across]
+        assert np.abs(kept - expected).max() > 0.05 * MOMENT
+        assert new.dissipated == pytest.approx(effect.committed(q, np.zeros_like).dissipated, rel=1e-12)
+
     def test_integrals(self):
         """Exact for averages of a parabola away from the ends; the whole integral is kept."""
         ends, new = BOUNDARIES, np.array([0.0, 0.9, 1.3, 2.2, 4.0, 4.4, 6.0])

@@ -272,6 +272,17 @@ class TestLoss:
         assert 0.0 < caught.value.parameter - handed_out[-1] < 0.2
 
 
+def test_a_small_yield_curvature_does_not_stop_elements_planned_anew() -> None:
+    """On new elements the curvatures differed by several kappa_y: Newton's method went from stick to slip and back."""
+    mesh = StripModel(12.2617, 0.01127, kind="rod").contact_mesh(1.0, memory=True)
+
+    def effects(model: Model, q: Array) -> tuple[Hysteresis, ...]:
+        return (Hysteresis.of(model, 0.0434, yield_curvature=0.0058, slack=q),)
+
+    steps = load_incrementally(mesh, plan_r_path(12.2617).path, effects, 0.1)
+    assert next(step for step in steps if step.lam > 2.95).lam == pytest.approx(3.0, abs=0.1)
+
+
 def test_work_of_the_gripper():
     """Its work is the gain of energy, stored in the springs, and dissipated, while the elements move along the strip.
 

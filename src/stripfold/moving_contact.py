@@ -66,9 +66,9 @@ class _Mesh:
         """The same strip with contact at its nodes."""
         return StripProblem(self.model, self.motion, self.effects)
 
-    def on(self, model: Model) -> tuple[MovableEffect, ...]:
-        """The effects on other elements of the same strip."""
-        return tuple(effect.on(self.model, model) for effect in self.effects)
+    def carried_over(self, u: Array, model: Model, to: Array) -> tuple[MovableEffect, ...]:
+        """The effects in a state ``u`` that is ``to`` on other elements of the same strip."""
+        return tuple(effect.carried_over(u, model, to) for effect in self.effects)
 
 
 @dataclass(frozen=True, eq=False)

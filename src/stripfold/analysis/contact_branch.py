@@ -150,8 +150,9 @@ def transferred(
     to = here if contact is None else contact
     mesh = mesh or problem.mesh.replanned(to, topology)
     before = problem.at(here)
-    new = MovingContact(mesh, motion or problem.motion, before.on(mesh.model), to)
-    q = np.concatenate([before.model.resampled(point.q[: problem.n], mesh.model.s), to])
+    u = before.model.resampled(at.u, mesh.model.s)
+    new = MovingContact(mesh, motion or problem.motion, before.carried_over(at.u, mesh.model, u), to)
+    q = np.concatenate([u, to])
     row, corner = constraint or (point.tangent.q[problem.n :], point.tangent.lam)
     rows = np.concatenate([np.zeros(new.n), row])
     # Between other nodes the same shape is stretched: the stress is not that of the shape.

@@ -118,6 +118,10 @@ class BendingLaw(ElementMoments):
         """The same law on other elements."""
         return self.of(model, self.law)
 
+    def carried_over(self, q: Array, model: Model, to: Array) -> Self:
+        """The same on other elements, in any state."""
+        return self.on(self.model, model)
+
     def committed(self, q: Array, reaction: Reaction) -> Self:
         """Itself: it has no memory."""
         return self

@@ -50,3 +50,7 @@ class MovableEffect(Effect, Protocol):
     def on(self, before: Model, model: Model) -> Self:
         """The effect with its memory, on ``before``, on other elements of the same strip."""
         ...
+
+    def carried_over(self, q: Array, model: Model, to: Array) -> Self:
+        """The effect in a state ``q`` that is ``to`` on other elements, ``model``, of the same strip."""
+        ...

@@ -162,6 +162,21 @@ class Hysteresis(ElementMoments):
             directors = model.directors
         return replace(self, model=model, slip=averaged, directors=directors, cells=(cells, integral))
 
+    def carried_over(self, q: Array, model: Model, to: Array) -> Self:
+        """The same friction in a state ``q`` that is ``to`` on other elements: the moments are kept, not kappa_p.
+
+        Curvatures on other elements differ from those in ``q``, by more than kappa_y where it is small.  With kappa_p
+        kept springs would stick and slide in turn; with the moments kept the state stays in equilibrium.
+        """
+        ends = self.model.ends
+        spring = integrals(ends, self._across(self._spring(self.curvature(q))), model.ends)
+        averaged = (np.diff(spring, axis=0) / np.diff(model.ends)[:, None]).ravel()
+        kept = np.clip(averaged, -self.yield_curvature, self.yield_curvature)
+        new = replace(
+            self, model=model, directors=model.directors, cells=None, dissipated=self.dissipated + self.dissipation(q)
+        )
+        return replace(new, slip=new.curvature(to) - kept)
+
     def _in_cells(self, model: Model) -> tuple[Array, Array]:
         """``cells``, made where there are none from the elements of ``model``, on which the friction is."""
         if self.cells is not None:

@@ -79,6 +79,10 @@ class Pull:
         source = self.before or (before, self.q_prev)
         return replace(self, model=model, q_prev=source[0].resampled(source[1], model.s), before=source)
 
+    def carried_over(self, q: Array, model: Model, to: Array) -> Self:
+        """The same on other elements, in any state."""
+        return self.on(self.model, model)
+
     def committed(self, q: Array, reaction: Reaction) -> Self:
         """The pull towards ``q``."""
         return replace(self, q_prev=q.copy(), before=None)
