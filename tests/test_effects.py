@@ -322,7 +322,7 @@ class TestOnOtherElements:
         # All slides in one direction; then a part of it back.
         effect = effect.committed(self.bent_by(begin, lambda s: 0.5 + 0.2 * np.sin(s)), np.zeros_like)
         q, to = (self.bent_by(model, lambda s: 0.5 + 0.2 * np.sin(s) - 3e-4 * s) for model in (begin, other))
-        new = effect.carried_over(q, other, to)
+        new = effect.carried_over(q, other).let_go(to)
         # Where the friction was of one sign it is the same moment, as a function of the place.
         across = effect.directors.across
         middle, moments = (

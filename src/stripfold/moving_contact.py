@@ -66,9 +66,13 @@ class _Mesh:
         """The same strip with contact at its nodes."""
         return StripProblem(self.model, self.motion, self.effects)
 
-    def carried_over(self, u: Array, model: Model, to: Array) -> tuple[MovableEffect, ...]:
-        """The effects in a state ``u`` that is ``to`` on other elements of the same strip."""
-        return tuple(effect.carried_over(u, model, to) for effect in self.effects)
+    def on(self, model: Model) -> tuple[MovableEffect, ...]:
+        """The effects on other elements of the same strip."""
+        return tuple(effect.on(self.model, model) for effect in self.effects)
+
+    def carried_over(self, u: Array, model: Model) -> tuple[MovableEffect, ...]:
+        """The effects in a state on other elements of the same strip, with held moments."""
+        return tuple(effect.carried_over(u, model) for effect in self.effects)
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,6 +171,12 @@ class MovingContact:
         mesh = self.at(contact)
         effects = tuple(effect.committed(u, mesh.problem.reaction) for effect in mesh.effects)
         return MovingContact(self.mesh, motion or self.motion, effects, contact.copy())
+
+    def let_go(self, q: Array) -> MovingContact:
+        """The problem in a state ``q`` with moments that were held: see :meth:`.MovableEffect.carried_over`."""
+        u, contact = q[: self.n], self.contact(q)
+        effects = tuple(effect.let_go(u) for effect in self.at(contact).effects)
+        return MovingContact(self.mesh, self.motion, effects, contact.copy())
 
     @cached_property
     def n(self) -> int:

@@ -151,7 +151,7 @@ def transferred(
     mesh = mesh or problem.mesh.replanned(to, topology)
     before = problem.at(here)
     u = before.model.resampled(at.u, mesh.model.s)
-    new = MovingContact(mesh, motion or problem.motion, before.carried_over(at.u, mesh.model, u), to)
+    new = MovingContact(mesh, motion or problem.motion, before.carried_over(at.u, mesh.model), to)
     q = np.concatenate([u, to])
     row, corner = constraint or (point.tangent.q[problem.n :], point.tangent.lam)
     rows = np.concatenate([np.zeros(new.n), row])
@@ -159,6 +159,8 @@ def transferred(
     stress = before.model.resampled_stress(at.u, mesh.model)
     where = Constraint(rows, corner, q, point.lam)
     state = newton.solve(new, q, point.lam, new.bounded, where, predicted_stress=stress)
+    if new.effects:
+        new = new.let_go(state.q)
     along = point.tangent.q[problem.n :] if len(to) == len(here) else row
     towards = Tangent(np.concatenate([np.zeros(new.n), along]), point.tangent.lam)
     return BranchPoint(new, continuation.evaluate(new, state, towards, point.arc))

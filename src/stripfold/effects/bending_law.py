@@ -118,9 +118,13 @@ class BendingLaw(ElementMoments):
         """The same law on other elements."""
         return self.of(model, self.law)
 
-    def carried_over(self, q: Array, model: Model, to: Array) -> Self:
-        """The same on other elements, in any state."""
+    def carried_over(self, q: Array, model: Model) -> Self:
+        """The same on other elements: it has no moments to be held."""
         return self.on(self.model, model)
+
+    def let_go(self, q: Array) -> Self:
+        """Itself."""
+        return self
 
     def committed(self, q: Array, reaction: Reaction) -> Self:
         """Itself: it has no memory."""

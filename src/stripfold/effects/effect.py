@@ -51,6 +51,10 @@ class MovableEffect(Effect, Protocol):
         """The effect with its memory, on ``before``, on other elements of the same strip."""
         ...
 
-    def carried_over(self, q: Array, model: Model, to: Array) -> Self:
-        """The effect in a state ``q`` that is ``to`` on other elements, ``model``, of the same strip."""
+    def carried_over(self, q: Array, model: Model) -> Self:
+        """The effect in a state ``q`` on other elements, ``model``, where its moments are held until :meth:`let_go`."""
+        ...
+
+    def let_go(self, q: Array) -> Self:
+        """The effect in the state ``q`` found with held moments; they are the same there."""
         ...

@@ -55,6 +55,8 @@ class Hysteresis(ElementMoments):
         kappa_p up to them, shape (n_cells + 1, across).
     sticks_up_to
         Share of kappa_y up to which the tangent is that of sticking.
+    held
+        Curvature of the springs, 1/L*, shape (n_elements,), where it does not depend on the state; None where it does.
     """
 
     model: Model = field(repr=False)
@@ -65,6 +67,7 @@ class Hysteresis(ElementMoments):
     directors: Directors = field(repr=False)
     cells: tuple[Array, Array] | None = field(default=None, repr=False)
     sticks_up_to: float = 1.0 + STICK_TOLERANCE
+    held: Array | None = field(default=None, repr=False)
 
     @classmethod
     def of(
@@ -104,9 +107,13 @@ class Hysteresis(ElementMoments):
 
     def _spring(self, curvature: Array) -> Array:
         """Curvature of the springs."""
+        if self.held is not None:
+            return self.held
         return np.clip(curvature - self.slip, -self.yield_curvature, self.yield_curvature)
 
     def _moment(self, curvature: Array) -> tuple[Array, Array]:
+        if self.held is not None:
+            return self.stiffness * self.held, np.zeros_like(curvature)
         # With the spring's stiffness where it sticks, without where it slides.
         sticks = np.abs(curvature - self.slip) <= self.yield_curvature * self.sticks_up_to
         return self.stiffness * self._spring(curvature), np.where(sticks, self.stiffness, 0.0)
@@ -116,6 +123,8 @@ class Hysteresis(ElementMoments):
         return replace(self, sticks_up_to=1.0 - ABOUT_TO_SLIDE)
 
     def _rate(self, curvature: Array, growth: Array) -> Array:
+        if self.held is not None:
+            return np.zeros_like(growth)
         return (self.slip - curvature) * growth - self._carried(growth)
 
     def _carried(self, growth: Array) -> Array:
@@ -151,31 +160,33 @@ class Hysteresis(ElementMoments):
 
         kappa_p is then kept in fixed cells as well, so that it does not spread when elements move back and forth.
         """
+        size = np.diff(model.ends)[:, None]
+        # Where there are as many elements only their lengths differ.
+        alike = len(model.ends) == len(before.ends)
+        lengths = np.repeat(size, self.directors.across)
+        directors = replace(self.directors, length=lengths) if alike else model.directors
+        if self.held is not None:
+            return replace(self, model=model, directors=directors)
         cells, integral = self._in_cells(before)
         at_ends = np.stack([np.interp(model.ends, cells, column) for column in integral.T], axis=1)
-        size = np.diff(model.ends)[:, None]
         averaged = (np.diff(at_ends, axis=0) / size).ravel()
-        if len(model.ends) == len(before.ends):
-            # As many elements: only their lengths differ.
-            directors = replace(self.directors, length=np.repeat(size, self.directors.across))
-        else:
-            directors = model.directors
         return replace(self, model=model, slip=averaged, directors=directors, cells=(cells, integral))
 
-    def carried_over(self, q: Array, model: Model, to: Array) -> Self:
-        """The same friction in a state ``q`` that is ``to`` on other elements: the moments are kept, not kappa_p.
+    def carried_over(self, q: Array, model: Model) -> Self:
+        """The friction in a state ``q`` on other elements: its moments, held until they are :meth:`let_go`.
 
         Curvatures on other elements differ from those in ``q``, by more than kappa_y where it is small.  With kappa_p
         kept springs would stick and slide in turn; with the moments kept the state stays in equilibrium.
         """
-        ends = self.model.ends
-        spring = integrals(ends, self._across(self._spring(self.curvature(q))), model.ends)
+        spring = integrals(self.model.ends, self._across(self._spring(self.curvature(q))), model.ends)
         averaged = (np.diff(spring, axis=0) / np.diff(model.ends)[:, None]).ravel()
-        kept = np.clip(averaged, -self.yield_curvature, self.yield_curvature)
-        new = replace(
-            self, model=model, directors=model.directors, cells=None, dissipated=self.dissipated + self.dissipation(q)
-        )
-        return replace(new, slip=new.curvature(to) - kept)
+        held = np.clip(averaged, -self.yield_curvature, self.yield_curvature)
+        lost = self.dissipated + self.dissipation(q)
+        return replace(self, model=model, directors=model.directors, cells=None, held=held, dissipated=lost)
+
+    def let_go(self, q: Array) -> Self:
+        """The friction with the moments held, in a state ``q``."""
+        return self if self.held is None else replace(self, held=None, slip=self.curvature(q) - self.held)
 
     def _in_cells(self, model: Model) -> tuple[Array, Array]:
         """``cells``, made where there are none from the elements of ``model``, on which the friction is."""

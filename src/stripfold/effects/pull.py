@@ -79,9 +79,13 @@ class Pull:
         source = self.before or (before, self.q_prev)
         return replace(self, model=model, q_prev=source[0].resampled(source[1], model.s), before=source)
 
-    def carried_over(self, q: Array, model: Model, to: Array) -> Self:
-        """The same on other elements, in any state."""
+    def carried_over(self, q: Array, model: Model) -> Self:
+        """The same on other elements: it has no moments to be held."""
         return self.on(self.model, model)
+
+    def let_go(self, q: Array) -> Self:
+        """Itself."""
+        return self
 
     def committed(self, q: Array, reaction: Reaction) -> Self:
         """The pull towards ``q``."""
