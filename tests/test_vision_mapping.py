@@ -254,7 +254,7 @@ def test_calibrations_with_unusable_files(
     ("text", "message"),
     [
         ("", "header image,x,z"),
-        ("image,z,x\n0.png,1,2\n", "header image,x,z"),
+        ("image,x,y\n0.png,1,2\n", "header image,x,z"),
         ("image,x,z\n0.png,1\n", "2 numbers.*row 1"),
         ("image,x,z\n0.png,a,1\n", "2 numbers.*row 1"),
         ("image,x,z\n0.png,nan,1\n", "finite numbers"),

@@ -295,8 +295,14 @@ def assess_options(parser: argparse.ArgumentParser) -> None:
 
     parser.add_argument("path", metavar="PATH.csv", help="t,x,z as stripfold path writes it")
     _options(parser, PathAssessment, (*STRIP, *SHEET, "rho_a", "model"))
-    text = PathAssessment.model_fields["fall"].description
-    parser.add_argument("--fall", action="store_true", help=text)
+    log = parser.add_argument_group("a robot's log")
+    log.add_argument("--columns", metavar="T,X,Z", help="names or numbers of its columns of time, x and z")
+    log.add_argument("--unit", choices=("m", "mm"), default="m", help="of its positions [m]")
+    text = "the point under the middle of the strip in its frame, m; flip: its x runs against the folding; --frame=-1,0"
+    log.add_argument("--frame", metavar="X0,Z0[,flip]", help=text)
+    text = "largest distance of the path from the rows of a log with noise, m"
+    log.add_argument("--smooth", type=float, metavar="M", help=text)
+    parser.add_argument("--fall", action="store_true", help=PathAssessment.model_fields["fall"].description)
     law = parser.add_mutually_exclusive_group()
     _option(law, PathAssessment, "friction")
     _option(law, PathAssessment, "hysteresis")
@@ -319,7 +325,10 @@ def assess(arguments: argparse.Namespace, say: Say) -> tuple[str, int]:
     from stripfold import paths
     from stripfold.results import PathAssessment
 
-    path, target = paths.read(arguments.path, asked), _plot_file(arguments.plot)
+    log = {name: getattr(arguments, name) for name in ("columns", "unit", "frame", "smooth")}
+    path, target = paths.read(arguments.path, asked, **log), _plot_file(arguments.plot)
+    for warning in path.curve.warnings:
+        print(f"stripfold: warning: {warning}", file=sys.stderr)
     data = None if arguments.output is None else _output(arguments.output, arguments.output, ".nc")
     found = PathAssessment.of(asked, path, began, say)
     if data is not None:

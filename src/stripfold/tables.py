@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import codecs
 import csv
+import re
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -11,47 +14,105 @@ from stripfold.arrays import Array
 from stripfold.errors import InvalidInputError
 
 _LONGEST = 200
-"""Characters of a row, on average."""
+"""Bytes of a row, on average."""
+_DECIMAL, _COMMA = re.compile(r"\s*[-+]?\d*,\d+(?:[eE][-+]?\d+)?\s*"), re.compile(",")
+"""A number with a decimal comma."""
 
 
-def read_rows(key: str, path: Path, header: str, limits: tuple[int, int], unread: str = "") -> list[list[str]]:
-    """The rows of a table below its ``header``; empty lines and lines that begin with ``#`` are ignored.
+def read_rows(
+    key: str, path: Path, header: str, limits: tuple[int, int], columns: Sequence[str] = ()
+) -> list[list[str]]:
+    """The entries of a table in the columns asked for; empty lines and lines that begin with ``#`` are ignored.
+
+    Columns are separated by semicolons, tabs or commas; with one of the first two a comma may be the decimal mark.  A
+    file without names of columns has the asked ones in their order, and no other.
 
     Parameters
     ----------
     key
         Name of the table, for errors.
     header
-        Names of the columns, separated by commas.
+        Names of the columns, separated by commas; the file may have more, in any order.
     limits
         Smallest and largest number of rows.
-    unread
-        Name of a column that may be the last, and is left out.
+    columns
+        Where these columns are: their names in the file, or their numbers from 1 on.
 
     Raises
     ------
     InvalidInputError
-        No such file, another header, or too few or too many rows.
+        No such file, no such columns, or too few or too many rows.
     """
     allowed = f"a CSV file with the header {header} and {limits[0]} to {limits[1]} rows"
     try:
         if path.exists() and not path.is_file():  # a pipe would block
             raise InvalidInputError(key, str(path), allowed, "it is not a file")
-        with open(path, encoding="utf-8-sig", newline="") as file:
-            text = file.read(_LONGEST * (limits[1] + 100))
-            if file.read(1):
-                raise InvalidInputError(key, str(path), allowed, "the file is longer than that")
-        rows = list(csv.reader(line for line in text.splitlines() if line.strip() and line[0] != "#"))
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        rows = _split(_text(key, path, _LONGEST * (limits[1] + 100), allowed))
+    except (OSError, UnicodeError, csv.Error) as error:
         raise InvalidInputError(key, str(path), allowed, " ".join(str(error).split())) from error
-    if unread and rows and rows[0][-1].strip() == unread:
-        width = len(rows[0])
-        rows = [row[:-1] if len(row) == width else row for row in rows]
-    if not rows or [name.strip() for name in rows[0]] != header.split(","):
-        raise InvalidInputError(key, ",".join(rows[0])[:80] if rows else "", f"the header {header}", f"see {path}")
-    if not limits[0] <= len(rows) - 1 <= limits[1]:
-        raise InvalidInputError(key, f"{len(rows) - 1} rows", allowed, f"see {path}")
-    return rows[1:]
+    first = [name.strip() for name in rows[0]] if rows else []
+    named = any(_number(entry) is None for entry in first)
+    places = _places(key, path, header, columns, first, named)
+    rows = rows[1:] if named else rows
+    if not limits[0] <= len(rows) <= limits[1]:
+        raise InvalidInputError(key, f"{len(rows)} rows", allowed, f"see {path}")
+    if places == list(range(len(first))):
+        return rows
+    for number, row in enumerate(rows, start=1):
+        if len(row) != len(first):
+            wanted = f"{len(first)} entries in each row"
+            raise InvalidInputError(key, ",".join(row)[:80], wanted, f"row {number} of {path.name}")
+    return [[row[place] for place in places] for row in rows]
+
+
+def _text(key: str, path: Path, longest: int, allowed: str) -> str:
+    """The file's text, by its byte-order mark or as UTF-8."""
+    with open(path, "rb") as file:
+        data = file.read(longest)
+        if file.read(1):
+            raise InvalidInputError(key, str(path), allowed, "the file is longer than that")
+    return data.decode("utf-16" if data[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE) else "utf-8-sig")
+
+
+def _split(text: str) -> list[list[str]]:
+    """The entries of all rows, with decimal points, without a last column that has no entries."""
+    lines = [line for line in text.splitlines() if line.strip() and line[0] != "#"]
+    separator = next((mark for mark in ";\t" if lines and mark in lines[0]), ",")
+    rows = list(csv.reader(lines, delimiter=separator))
+    if all(row and not row[-1].strip() for row in rows):
+        rows = [row[:-1] for row in rows]
+    if separator != ",":
+        rows = [[_COMMA.sub(".", entry) if _DECIMAL.fullmatch(entry) else entry for entry in row] for row in rows]
+    return rows
+
+
+def _number(entry: str) -> float | None:
+    try:
+        return float(entry)
+    except ValueError:
+        return None
+
+
+def _places(key: str, path: Path, header: str, columns: Sequence[str], first: list[str], named: bool) -> list[int]:
+    """Positions of the columns asked for, by the first row."""
+    asked = list(columns) or header.split(",")
+    shown = ",".join(first)[:80]
+    if not named and not columns:
+        if len(first) != len(asked):
+            allowed = f"the header {header}, or rows of {len(asked)} numbers"
+            raise InvalidInputError(key, shown, allowed, f"see {path}; name its columns")
+        return list(range(len(asked)))
+    found = []
+    names = [name.casefold() for name in first] if named else []
+    for column in asked:
+        if columns and column.isdecimal() and 1 <= int(column) <= len(first):
+            found.append(int(column) - 1)
+        elif names.count(column.casefold()) == 1:
+            found.append(names.index(column.casefold()))
+        else:
+            allowed = f"the header {header}" if not columns else f"a table with one column {column}"
+            raise InvalidInputError(key, shown, allowed, f"see {path}")
+    return found
 
 
 def to_numbers(key: str, path: Path, rows: list[list[str]], columns: int) -> Array:
@@ -74,9 +135,9 @@ def to_numbers(key: str, path: Path, rows: list[list[str]], columns: int) -> Arr
     return values
 
 
-def read_table(key: str, path: Path, header: str, limits: tuple[int, int], unread: str = "") -> Array:
+def read_table(key: str, path: Path, header: str, limits: tuple[int, int], columns: Sequence[str] = ()) -> Array:
     """A table of finite numbers, shape (n, columns); see :func:`read_rows` and :func:`to_numbers`."""
-    return to_numbers(key, path, read_rows(key, path, header, limits, unread), len(header.split(",")))
+    return to_numbers(key, path, read_rows(key, path, header, limits, columns), len(header.split(",")))
 
 
 def check_increasing(key: str, times: Array, path: Path) -> None:

@@ -71,11 +71,14 @@ class GripperPath:
         The first starts at 0, each at the end of the one before.
     stamps
         Lengths travelled, shape (n,), and the pseudo times there; by default pseudo time is the share of the length.
+    warnings
+        What was changed in a path that was read.
     """
 
     name: str
     pieces: tuple[Piece, ...]
     stamps: tuple[Array, Array] | None = None
+    warnings: tuple[str, ...] = ()
 
     @property
     def length(self) -> float:
@@ -112,7 +115,7 @@ class GripperPath:
             return Piece(factor * of.start, factor * of.end, position, lambda s: of.rate(s / factor), of.name)
 
         stamps = None if self.stamps is None else (factor * self.stamps[0], self.stamps[1])
-        return GripperPath(self.name, tuple(piece(of) for of in self.pieces), stamps)
+        return GripperPath(self.name, tuple(piece(of) for of in self.pieces), stamps, self.warnings)
 
     def sampled(self, spacing: float) -> tuple[Array, Array]:
         """Lengths travelled, shape (n,), and positions, shape (n, 2), at most ``spacing`` apart, with all corners.

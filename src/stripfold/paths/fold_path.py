@@ -11,6 +11,7 @@ from stripfold.arrays import Array
 from stripfold.errors import InvalidInputError
 from stripfold.paths import geometric, low_path, rpath, table
 from stripfold.paths.curve import GripperPath
+from stripfold.paths.robot_log import LogFormat
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -128,20 +129,45 @@ PLANS: dict[str, Callable[[AnyStrip], FoldPath]] = {"r-path": r_path, "triangula
 """The paths of the paper by their names: these need a strip only."""
 
 
-def read(file: str | os.PathLike[str], strip: AnyStrip) -> FoldPath:
+def read(
+    file: str | os.PathLike[str],
+    strip: AnyStrip,
+    *,
+    columns: str | None = None,
+    unit: str = "m",
+    frame: str | None = None,
+    smooth: float | None = None,
+) -> FoldPath:
     """A path of your own from a CSV file with the columns ``t,x,z``: pseudo time, ascending; place of the gripper, m.
 
     It starts at (-length/2, 0), where the flat strip ends.  Rows that turn by more than 10 degrees are corners; between
-    corners a spline goes through the rows.
+    corners a spline goes through the rows.  A robot's log may miss the start, the floor or the strip's length by 5 mm
+    and 5 % of the length: it is moved, and ``curve.warnings`` says how.
+
+    Parameters
+    ----------
+    file
+        Table with semicolons, tabs or commas; a comma may be the decimal mark with the first two.
+    strip
+        The strip.
+    columns
+        Names or numbers, from 1 on, of the columns of time, x and z, as ``"time,tcp_x,tcp_z"``.
+    unit
+        Of x and z in the file, "m" or "mm".
+    frame
+        ``"x0,z0"``, m: the point on the floor under the middle of the strip in the file's frame; ``"x0,z0,flip"`` where
+        its x runs against the direction of folding.
+    smooth
+        Largest distance of the path from the rows, m, for a log with noise.
 
     Raises
     ------
     InvalidInputError
         No such table, or a path that this strip cannot follow; the message names the row.
     """
-    unit = strip.gravity_length
-    curve = table.read(file, strip.length / unit, unit)
-    return FoldPath(curve.name, strip.length, unit, curve)
+    star, log = strip.gravity_length, LogFormat.of(columns, unit, frame, smooth)
+    curve = table.read(file, strip.length / star, star, log)
+    return FoldPath(curve.name, strip.length, star, curve)
 
 
 def _planned(strip: AnyStrip, name: str, plan: Callable[[float], GripperPath]) -> FoldPath:

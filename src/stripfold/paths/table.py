@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -11,33 +12,38 @@ import numpy as np
 
 from stripfold.arrays import Array, Mask
 from stripfold.errors import InvalidInputError
-from stripfold.paths.curve import GripperPath, pieces_through, polygon_length
+from stripfold.paths.curve import GripperPath, Piece, pieces_through, polygon_length
+from stripfold.paths.robot_log import LogFormat, smoothed
 from stripfold.tables import check_increasing, read_table
 
 HEADER = "t,x,z"
-ANGLE = "angle"
-"""Last column of a plan's table: the gripper's rotation, which statics does not need."""
 CORNER = float(np.deg2rad(10.0))
 """Change of direction, rad, above which a row is a corner: smooth paths are sampled more finely."""
 MAX_ROWS = 20_000
+SNAP, SNAP_SHARE = 5e-3, 0.05
+"""Distance, m, and share of the length, by which a robot may miss what its path should be: more than the height of its
+fingers' ends above the floor."""
+AS_WRITTEN = LogFormat()
 START_TOLERANCE = 1e-3
 """Distance between the start of a path and the end of the flat strip that counts as rounding, over the length."""
 SPACING = 0.05
 """Spacing of written rows, L*."""
 
 
-def read(path: str | os.PathLike[str], length: float, unit: float) -> GripperPath:
+def read(path: str | os.PathLike[str], length: float, unit: float, log: LogFormat = AS_WRITTEN) -> GripperPath:
     """A user's path: a spline through the rows between corners, rows where it turns by more than :data:`CORNER`.
 
     Parameters
     ----------
     path
         CSV file with the columns ``t,x,z``: pseudo time, increasing; position of the gripper, m, with the origin
-        mid-strip on the floor; a last column ``angle`` and lines that begin with ``#`` are ignored.
+        mid-strip on the floor; other columns and lines that begin with ``#`` are ignored.
     length
         Length of the strip, L*.
     unit
         L*, m.
+    log
+        Where the table has other columns, another unit or frame, or noise.
 
     Raises
     ------
@@ -45,20 +51,32 @@ def read(path: str | os.PathLike[str], length: float, unit: float) -> GripperPat
         Not such a table, or a path that a strip of this length cannot follow; the message names the row.
     """
     path = Path(path)
-    table = read_table("path", path, HEADER, (2, MAX_ROWS), ANGLE)
-    t, positions = table[:, 0], table[:, 1:] / unit
+    table = read_table("path", path, HEADER, (2, MAX_ROWS), log.columns)
+    t, positions = table[:, 0], log.in_frame(table[:, 1:]) / unit
     check_increasing("t", t, path)
-    _check_rows(positions, length, unit, path.name)
+    keep = np.ones(len(t), dtype=bool)
+    if log.smooth is not None:
+        positions, keep = smoothed(positions, log.smooth / unit)
+    travelled = polygon_length(positions)
+    rounding = max(START_TOLERANCE * length, (log.smooth or 0.0) / unit)
+    positions, warnings = _snapped(positions, length, unit, rounding)
+    _check_rows(positions, length, unit, path.name, rounding)
     positions[0] = (-length / 2.0, 0.0)
+    shown, positions = travelled[keep], positions[keep]
     moved = np.concatenate([[True], np.linalg.norm(np.diff(positions, axis=0), axis=1) > 1e-9])
     if moved.sum() < 2:
         raise InvalidInputError("path", str(path), "at least two different places")
-    t, positions = t[moved], positions[moved]
+    shown, positions = shown[moved], positions[moved]
     direction = np.diff(positions, axis=0) @ [1.0, 1j]
     turn = np.abs(np.angle(direction[1:] / direction[:-1]))
     ends = [0, *(np.flatnonzero(turn > CORNER) + 1), len(positions) - 1]
-    pieces = pieces_through((f"rows {i + 1} to {j + 1}", positions[i : j + 1]) for i, j in pairwise(ends))
-    found = GripperPath(path.name, pieces, (polygon_length(positions), t))
+    parts = ((f"rows {i + 1} to {j + 1}", positions[i : j + 1]) for i, j in pairwise(ends))
+    # A row on the floor has no business under it between the rows either.
+    pieces = tuple(map(_above_floor, pieces_through(parts)) if warnings or log.smooth else pieces_through(parts))
+    # Times of all rows, also of those left out.
+    rows_at = np.interp(travelled, shown, polygon_length(positions))
+    stamped = np.concatenate([[True], np.diff(rows_at) > 0.0])
+    found = GripperPath(path.name, pieces, (rows_at[stamped], t[stamped]), warnings)
     lowest = found.sampled(SPACING)[1][:, 1].min()
     if lowest < -1e-6:
         allowed = "at least 0 m, the floor, also between the rows"
@@ -66,7 +84,41 @@ def read(path: str | os.PathLike[str], length: float, unit: float) -> GripperPat
     return found
 
 
-def _check_rows(positions: Array, length: float, unit: float, name: str) -> None:
+def _above_floor(piece: Piece) -> Piece:
+    def position(s: float) -> Array:
+        return np.maximum(piece.position(s), [-np.inf, 0.0])
+
+    return replace(piece, position=position)
+
+
+def _snapped(positions: Array, length: float, unit: float, rounding: float) -> tuple[Array, tuple[str, ...]]:
+    """Positions that a robot misses by little are moved to where they can be, and what was done is said.
+
+    What is less than ``rounding`` is not worth a word.
+    """
+    most, warnings = min(SNAP / unit, SNAP_SHARE * length), []
+    held, flat = np.array([length / 2.0, 0.0]), np.array([-length / 2.0, 0.0])
+    off = positions[0] - flat
+    if rounding < np.linalg.norm(off) <= most:
+        positions = positions - off
+        x, z = 1e3 * unit * off
+        warnings.append(f"the path starts {x:.2g} mm in x and {z:.2g} mm in z off the strip's end: all of it is moved")
+    depth = -positions[:, 1].min()
+    if 0.0 < depth <= most:
+        positions = np.maximum(positions, [-np.inf, 0.0])
+        if depth > (rounding if rounding > START_TOLERANCE * length else 0.0):
+            warnings.append(f"the path goes {1e3 * unit * depth:.2g} mm below the floor: it is kept on it")
+    from_held = np.linalg.norm(positions - held, axis=1)
+    beyond = from_held.max() - length
+    if 0.0 < beyond <= most:
+        share = np.minimum(1.0, length / np.maximum(from_held, 1e-300))[:, None]
+        positions = held + share * (positions - held)
+        if beyond > rounding:
+            warnings.append(f"the path goes {1e3 * unit * beyond:.2g} mm beyond the strip's length: it is kept within")
+    return positions.copy(), tuple(warnings)
+
+
+def _check_rows(positions: Array, length: float, unit: float, name: str, rounding: float) -> None:
     half = length / 2.0
 
     def in_metres(row: int) -> str:
@@ -78,11 +130,11 @@ def _check_rows(positions: Array, length: float, unit: float, name: str) -> None
             row = int(np.argmax(bad))
             raise InvalidInputError(key, value(row), f"{allowed} (row {row + 1} of {name})")
 
-    if np.hypot(positions[0, 0] + half, positions[0, 1]) > START_TOLERANCE * length:
+    if np.hypot(positions[0, 0] + half, positions[0, 1]) > rounding:
         allowed = f"a start at ({-half * unit:g}, 0) m, where the flat strip ends"
-        raise InvalidInputError("path", in_metres(0), allowed)
+        raise InvalidInputError("path", in_metres(0), allowed, "for another frame or unit give --frame or --unit")
     refuse(positions[:, 1] < 0.0, "z", lambda row: float(positions[row, 1] * unit), "at least 0 m, the floor")
-    beyond = np.hypot(positions[:, 0] - half, positions[:, 1]) > length
+    beyond = np.hypot(positions[:, 0] - half, positions[:, 1]) > length * (1.0 + 1e-12)
     beyond[0] = False
     allowed = f"within {length * unit:g} m, the strip's length, of the held end at ({half * unit:g}, 0) m"
     refuse(beyond, "path", in_metres, allowed)

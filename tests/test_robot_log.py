@@ -1,0 +1,216 @@
+"""Tables of gripper paths as robots and spreadsheets write them."""
+
+from __future__ import annotations
+
+import codecs
+from pathlib import Path
+from time import perf_counter
+
+import numpy as np
+import pytest
+
+import stripfold as sf
+from stripfold.arrays import Array
+from stripfold.cli import main
+from stripfold.errors import InvalidInputError
+from stripfold.paths import FoldPath
+from stripfold.paths.robot_log import LogFormat, smoothed
+from stripfold.tables import read_table
+
+STRIP = sf.Strip(length=0.45, eta_b=3780.0)
+ASKED = ["--length", "0.45", "--eta-b", "3780", "--model", "rod"]
+ROWS = np.array([[0.0, -0.225, 0.0], [1.0, -0.1, 0.15], [2.0, 0.0, 0.2], [3.5, 0.1, 0.15]])
+
+
+def write(file: Path, rows: Array, header: str = "t,x,z") -> Path:
+    np.savetxt(file, rows, delimiter=",", header=header, comments="", fmt="%.12g")
+    return file
+
+
+PLAIN = "t,x,z\n" + "\n".join(",".join(f"{value:g}" for value in row) for row in ROWS) + "\n"
+EXCEL = PLAIN.replace(",", ";").replace(".", ",")
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        PLAIN.encode(),
+        codecs.BOM_UTF8 + PLAIN.encode(),
+        PLAIN.encode("utf-16"),
+        PLAIN.replace("\n", "\r\n").encode(),
+        PLAIN.replace(",", ";").encode(),
+        EXCEL.encode(),
+        EXCEL.replace(";", "\t").encode(),
+        codecs.BOM_UTF8 + EXCEL.replace("\n", ";\n").encode(),
+        PLAIN.removeprefix("t,x,z\n").encode(),
+        EXCEL.removeprefix("t;x;z\n").encode(),
+        ("# from a robot\nZ, T, force, X\n" + "\n".join(f"{z}, {t}, 7, {x}" for t, x, z in ROWS)).encode(),
+    ],
+)
+def test_one_reader_reads_them_all(tmp_path: Path, data: bytes) -> None:
+    file = tmp_path / "own.csv"
+    file.write_bytes(data)
+    assert read_table("path", file, "t,x,z", (2, 10)).tolist() == ROWS.tolist()
+
+
+@pytest.mark.parametrize("columns", ["time,tcp x,tcp z", "2,3,5", "TIME,3,tcp z"])
+def test_columns_by_name_or_number(tmp_path: Path, columns: str) -> None:
+    t, x, z = ROWS.T
+    rows = np.column_stack([np.arange(4), t, x, 0.0 * x, z])
+    names = columns.split(",")
+    for header in ("n,time,tcp x,tcp y,tcp z", ""):
+        file = write(tmp_path / "log.csv", rows, header)
+        if header or columns == "2,3,5":
+            assert read_table("path", file, "t,x,z", (2, 10), names).tolist() == ROWS.tolist()
+
+
+@pytest.mark.parametrize(
+    ("text", "columns", "says"),
+    [
+        ("0,1,2,3,4\n1,2,3,4,5\n", (), "name its columns"),
+        ("a,b,c\n0,1,2\n1,2,3\n", (), "header t,x,z"),
+        ("a,b,c\n0,1,2\n1,2,3\n", ("a", "b", "d"), "one column d"),
+        ("a,b,c\n0,1,2\n1,2,3\n", ("1", "2", "4"), "one column 4"),
+        ("a,b,b\n0,1,2\n1,2,3\n", ("a", "b", "1"), "one column b"),
+        ("a,b,c,d\n0,1,2,3\n1,2,3\n", ("a", "b", "c"), "row 2"),
+        ("t;x;z\n0;1,5;2\n1;1,5,3;2\n", (), "row 2"),
+    ],
+)
+def test_tables_without_the_columns(tmp_path: Path, text: str, columns: tuple[str, ...], says: str) -> None:
+    file = tmp_path / "log.csv"
+    file.write_text(text, encoding="utf-8")
+    with pytest.raises(InvalidInputError, match=says):
+        read_table("path", file, "t,x,z", (2, 10), columns)
+
+
+def test_a_long_table_is_read_to_its_end(tmp_path: Path) -> None:
+    """19,500 rows of 78 characters: more than 1,280,000."""
+    t = np.linspace(0.0, 1.0, 19_500)
+    rows = np.column_stack([t, -0.225 * np.cos(np.pi * t), 0.225 * np.sin(np.pi * t)])
+    file = tmp_path / "long.csv"
+    np.savetxt(file, rows, delimiter=",", header="t,x,z", comments="", fmt="%.18e")
+    assert file.stat().st_size > 1_280_000
+    found = sf.paths.read(file, STRIP)
+    np.testing.assert_allclose(STRIP.gravity_length * found.curve.position(found.curve.length), [0.225, 0.0], atol=1e-9)
+    assert len(read_table("path", file, "t,x,z", (2, 20_000))) == 19_500
+
+
+def end(path: FoldPath) -> Array:
+    return path.gravity_length * path.curve.position(path.curve.length)
+
+
+def test_unit_and_frame(tmp_path: Path) -> None:
+    """A log in millimetres in the frame of a robot that sees the strip from its other side."""
+    t, x, z = ROWS.T
+    file = write(tmp_path / "log.csv", np.column_stack([t, 1e3 * (0.7 - x), 1e3 * (z + 0.04)]))
+    found = sf.paths.read(file, STRIP, unit="mm", frame="0.7,0.04,flip")
+    plain = sf.paths.read(write(tmp_path / "own.csv", ROWS), STRIP)
+    np.testing.assert_allclose(found.places, plain.places, atol=1e-9)
+    assert not found.curve.warnings
+
+
+@pytest.mark.parametrize(
+    ("given", "says"),
+    [
+        ({"columns": "t,x"}, "three names"),
+        ({"unit": "cm"}, "m or mm"),
+        ({"frame": "0"}, "x0,z0"),
+        ({"frame": "0,nan"}, "x0,z0"),
+        ({"frame": "0,1,2"}, "x0,z0,flip"),
+        ({"frame": "0,1,flip,0"}, "x0,z0,flip"),
+        ({"smooth": 0.0}, "more than 0"),
+        ({"smooth": float("nan")}, "more than 0"),
+    ],
+)
+def test_what_is_no_format(given: dict[str, str], says: str) -> None:
+    with pytest.raises(InvalidInputError, match=says):
+        LogFormat.of(**given)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("move", "says"),
+    [
+        ([0.0, 0.0, 0.003], "starts 0 mm in x and 3 mm in z off"),
+        ([0.0, 0.001, 0.0], "starts 1 mm in x and 0 mm in z off"),
+    ],
+)
+def test_a_log_that_is_a_little_off_is_moved(tmp_path: Path, move: list[float], says: str) -> None:
+    found = sf.paths.read(write(tmp_path / "log.csv", ROWS + np.array(move)), STRIP)
+    (warning,) = found.curve.warnings
+    assert says in warning
+    np.testing.assert_allclose(end(found), [0.1, 0.15], atol=1e-9)
+    assert found.curve.position(0.0) == pytest.approx([-0.225 / STRIP.gravity_length, 0.0])
+
+
+def test_a_log_a_little_below_the_floor_is_kept_on_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    rows = np.vstack([ROWS, [4.0, 0.2, 0.003], [4.2, 0.21, -0.0002], [4.4, 0.22, -0.0005]])
+    write(tmp_path / "log.csv", rows)
+    found = sf.paths.read(tmp_path / "log.csv", STRIP)
+    assert "0.5 mm below the floor" in found.curve.warnings[0]
+    assert found.places[:, 2].min() >= 0.0
+    assert main(["assess", "log.csv", *ASKED]) == 0
+    assert "stripfold: warning: the path goes 0.5 mm below the floor" in capsys.readouterr().err
+    with pytest.raises(InvalidInputError, match="the floor"):
+        sf.paths.read(
+            write(tmp_path / "low.csv", rows - np.array([0.0, 0.0, 0.006])[None] * (rows[:, :1] > 4.0)), STRIP
+        )
+
+
+def test_beyond_the_strips_length(tmp_path: Path) -> None:
+    rows = np.array([[0.0, -0.225, 0.0], [1.0, -0.226, 0.001], [2.0, 0.0, 0.2]])
+    found = sf.paths.read(write(tmp_path / "log.csv", rows), STRIP)
+    assert "1 mm beyond the strip's length" in found.curve.warnings[0]
+
+
+def logged(kind: str, noise: float, seed: int = 0) -> tuple[Array, Array]:
+    """A planned path as a robot logs it, shape (1201, 3), with noise; and the path without."""
+    curve = getattr(sf.paths, kind)(STRIP).curve.scaled(STRIP.gravity_length)
+    share = np.linspace(0.0, 1.0, 1201)
+    true = np.array([curve.position(float(s)) for s in curve.length * share**2 * (3.0 - 2.0 * share)])
+    noisy = true + noise * np.random.default_rng(seed).standard_normal(true.shape)
+    return np.column_stack([10.0 * share, noisy]), true
+
+
+@pytest.mark.parametrize("kind", ["r_path", "triangular", "circular"])
+def test_noise_is_smoothed_to_a_tolerance(tmp_path: Path, kind: str) -> None:
+    """0.2 mm of noise, at most 0.8: each row was a corner.  The path is within the tolerance of the true one."""
+    rows, true = logged(kind, 2e-4)
+    file = write(tmp_path / "log.csv", rows)
+    found = sf.paths.read(file, STRIP, smooth=1e-3)
+    assert len(found.curve.pieces) < 16 < len(sf.paths.read(file, STRIP, smooth=1e-9).curve.pieces)
+    s = np.linspace(0.0, found.curve.length, 1000)
+    places = STRIP.gravity_length * np.array([found.curve.position(float(value)) for value in s])
+    assert max(np.linalg.norm(true - place, axis=1).min() for place in places) < 1e-3
+    verdicts = [STRIP.assess(path, model="rod") for path in (found, getattr(sf.paths, kind)(STRIP))]
+    x, planned = (verdict.critical[0]["x"] for verdict in verdicts)
+    assert x == pytest.approx(planned, abs=1e-3)
+    # By the log's times: the robot is slow at both ends.
+    t = verdicts[0].critical[0]["t"] / 10.0
+    assert t**2 * (3.0 - 2.0 * t) == pytest.approx(verdicts[1].critical[0]["t"], abs=5e-3)
+
+
+def test_noise_costs_little(tmp_path: Path) -> None:
+    seconds = []
+    for noise, smooth in ((0.0, None), (2e-4, 1e-3)):
+        file = write(tmp_path / "log.csv", logged("r_path", noise)[0])
+        STRIP.assess(sf.paths.read(file, STRIP, smooth=smooth), model="rod")
+        began = perf_counter()
+        STRIP.assess(sf.paths.read(file, STRIP, smooth=smooth), model="rod")
+        seconds.append(perf_counter() - began)
+    assert seconds[1] < 4.0 * seconds[0] + 0.2
+
+
+def test_smoothing_keeps_within_the_tolerance() -> None:
+    rows, true = logged("triangular", 2e-4, seed=3)
+    found, keep = smoothed(rows[:, 1:], 1e-3)
+    apart = np.linalg.norm(found - rows[:, 1:], axis=1).max()
+    assert 0.8e-3 < apart <= 1e-3
+    steps = np.linalg.norm(np.diff(found[keep], axis=0), axis=1)
+    assert steps.min() >= 1e-3 - 1e-12
+    assert keep[[0, -1]].all()
+    few, all_kept = smoothed(true[::200], 1e-3)
+    assert few is not None
+    assert all_kept.all()
