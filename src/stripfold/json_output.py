@@ -49,6 +49,7 @@ OTHER = {
     "s": "m",
     "scale": "m",
     "second_gripper": "m",
+    "seconds": "s",
     "slope": "degree",
     "snap_boundary": "m",
     "split_half": "px",
