@@ -243,6 +243,7 @@ def test_pictures_without_a_strip_are_refused(kind: str) -> None:
         (folded(100.0) + np.array([-360.0, 0.0]), "fold", "no loop inside"),
         (folded(100.0) + np.array([0.0, 188.0]), "fold", "border cuts"),
         (np.column_stack([np.linspace(60, 560, 300), np.linspace(60, 62, 300)]), "fold", "no loop"),
+        (hanging(0.55), "cantilever", "bent by 0.3% of its length"),
     ],
 )
 def test_picture_without_the_strip_is_refused(curve: drawn.Array, method: str, message: str) -> None:

@@ -165,8 +165,11 @@ def empty(kind: str, seed: int) -> NDArray[np.uint8]:
         grey = 120.0 + 45.0 * grey / grey.std()
     elif kind == "triangles":
         for x, y in centres[:4]:
-            corners = np.array([x, y]) + random.uniform(-120.0, 120.0, (3, 2))
-            cv2.polylines(grey, [corners.astype(np.int32)], True, light, thick)
+            # A triangle without a visible inside is a picture of a bent rod, which a strip may look like.
+            corners = random.uniform(-120.0, 120.0, (3, 2))
+            while min(cv2.minAreaRect(corners.astype(np.float32))[1]) < 3.0 * thick:
+                corners = random.uniform(-120.0, 120.0, (3, 2))
+            cv2.polylines(grey, [(np.array([x, y]) + corners).astype(np.int32)], True, light, thick)
     else:
         for (x, y), angle in zip(centres, random.uniform(0.0, np.pi, 6), strict=True):
             arm = 150.0 * np.array([np.cos(angle), np.sin(angle)])

@@ -18,6 +18,7 @@ from stripfold.material import GRAVITY, Material
 from stripfold.vision import cantilever, fold
 from stripfold.vision.cantilever import Cantilever
 from stripfold.vision.centreline import Centreline, find
+from stripfold.vision.cross_sections import normals
 from stripfold.vision.fold import Fold
 
 SCALE = (1e-7, 1e-2)
@@ -25,6 +26,9 @@ SCALE = (1e-7, 1e-2)
 POINTS = 100
 MAX_INTERVAL_RATIO = 30.0
 """Largest ratio of an interval's ends that is still called a measurement."""
+MIN_SAG = 0.0075
+"""Least distance of a hanging strip from the straight line through its ends, relative to its length: what is straighter
+can be the edge of anything."""
 METHODS = ("fold", "cantilever")
 
 
@@ -163,6 +167,11 @@ def _from_cantilever(image: Picture, scale: float, source: str, slope: float | N
     if line.open_ends[1]:
         found = "the strip's lower end is cut by the picture's border"
         raise TrackingError(source, found, cantilever.NEEDED, "show all of the strip that hangs")
+    chord = line.points - line.points[0]
+    sag = float(np.abs(chord @ normals(line.points[[0, -1]])[0]).max())
+    if sag < MIN_SAG * line.length:
+        found = f"a line that is bent by {sag / line.length:.1%} of its length"
+        raise TrackingError(source, found, f"{MIN_SAG:.2%} or more; {cantilever.NEEDED}", "let 1 to 4 L* of it hang")
     # A frayed or slanted end is known to half of the strip's thickness.
     held = None if slope is None else float(np.radians(slope))
     tip_sd = max(0.5 * float(np.median(line.width)), 1.0)
