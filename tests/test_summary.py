@@ -40,6 +40,7 @@ PROJECT = xr.Dataset(
         "stale": "",
         "studies": 28,
         "package_lines": 15123,
+        "docs_examples": 12,
         "ci_seconds": 470.0,
         "studies_seconds": 880.0,
         "untimed": 0,
@@ -331,12 +332,14 @@ def test_all_keys_and_all_hold() -> None:
 def test_of_the_repository() -> None:
     summary = entries({**datasets(), "project": PROJECT})
     assert [summary[key]["value"] for key in ("stale_studies", "package_lines", "ci_seconds")] == [0, 15123, 470.0]
-    assert all(summary[key]["holds"] for key in ("stale_studies", "package_lines", "ci_seconds"))
-    late = PROJECT.assign_attrs(stale="lag, falls", ci_seconds=481.0)
+    assert summary["docs_examples"]["value"] == 12
+    assert all(summary[key]["holds"] for key in ("stale_studies", "package_lines", "docs_examples", "ci_seconds"))
+    late = PROJECT.assign_attrs(stale="lag, falls", docs_examples=11, ci_seconds=481.0)
     summary = entries({**datasets(), "project": late})
     assert summary["stale_studies"]["value"] == 2
     assert summary["stale_studies"]["statement"].endswith("lag, falls")
     assert not summary["stale_studies"]["holds"]
+    assert not summary["docs_examples"]["holds"]
     assert not summary["ci_seconds"]["holds"]
 
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import xarray as xr
 
+import documented
 from evidence import ROOT, why_stale
 from plots import gallery_markdown
 from stripfold import store
@@ -42,6 +43,7 @@ def summary(
         "stale": ", ".join(name for name in studies if stale[name]),
         "studies": len(studies),
         "package_lines": lines,
+        "docs_examples": sum(len(documented.examples(page)) for page in documented.pages()),
         "studies_seconds": sum(float(data[name].attrs.get("seconds", 0.0)) for name in studies),
         "untimed": sum("seconds" not in data[name].attrs for name in studies if name not in FRESH_CLONE),
         "ci_seconds": data["ci_run"].attrs["wall"] if "ci_run" in data else float("nan"),

@@ -283,6 +283,6 @@ def peers(d: xr.Dataset) -> list[Facts]:
 
 
 def project(d: xr.Dataset) -> Facts:
-    """From attributes: ``stale`` (names with commas between), ``studies``, ``package_lines`` and ``ci_seconds``."""
+    """From attributes: ``stale`` (names with commas between) and numbers that are counted elsewhere."""
     stale = [name.strip() for name in d.attrs["stale"].split(",") if name.strip()]
     return {**d.attrs, "stale": len(stale), "names": ", ".join(stale) or "none"}

@@ -58,6 +58,8 @@ SOURCES = (
         Number("studies_seconds", "studies_seconds", "s", 3, "<= 900 s, none without",
             "time of all stored studies, one after the other, as stored with each; {untimed} have none stored",
             lambda f: f.untimed == 0),
+        Number("docs_examples", "docs_examples", "count", 4, ">= 12",
+            "blocks of Python or commands in the README and docs that `tests/test_docs_examples.py` runs"),
         Number("ci_seconds", "ci_seconds", "s", 3, "<= 480 s", "time of one run of the checks, `.ci/run`, two cores"),
     )),
     # The x-axis study.
