@@ -205,6 +205,15 @@ def test_json_says_what_it_is_for_and_in_which_units(capsys, tmp_path, monkeypat
     assert known <= set(found["units"])
 
 
+def test_a_short_strip_snaps(capsys):
+    """With less than half an L* left lying at the snap; the rod and the elastica say the same."""
+    strip = ["critical", "--length", "0.2285", "--eta-b", "3780", "--height", "0.09", "--eta-m", "1e-5", "--json"]
+    found = [json.loads(run(capsys, *strip, "--model", model)[1]) for model in ("solid", "rod", "elastica")]
+    assert all(one["snap"] for one in found)
+    assert [one["lambda_c"] for one in found] == pytest.approx([0.2956] * 3, abs=1e-4)
+    assert 0.2285 - found[0]["free_length"] < 0.5 * Material(3780.0).gravity_length
+
+
 def test_units_that_have_two_meanings(capsys):
     found = json_output.document({"friction": 0.1, "t": 0.5}, {"air": 2.0, "gravity": 9.81})
     assert found["units"] == {"air": "s-1", "friction": "1", "gravity": "m s-2", "t": "1"}

@@ -59,7 +59,7 @@ def test_output_that_cannot_be_written_is_refused_at_once(
         (MemoryError("Unable to allocate 8 GiB"), 2, ("8 GiB", "accuracy")),
         (RecursionError("too deep"), 5, ("RecursionError in test_cli_faults.py, line", "too deep", "report")),
         (KeyError("phase"), 5, ("KeyError", "'phase'")),
-        (SolveError("0.3 L* from\nthe floor"), 3, ("0.3 L* from the floor (L* = 0.02999 m)",)),
+        (SolveError("0.3 L* from\nthe floor"), 3, ("0.008996 m from the floor",)),
     ],
 )
 def test_other_errors_are_one_line_too(

@@ -241,7 +241,8 @@ def test_units_of_friction(monkeypatch: pytest.MonkeyPatch) -> None:
         (["assess", "good.csv", *STRIP, "--friction", "-1"], "friction = -1.0"),
         (["assess", "good.csv", *STRIP, "--friction", "nan"], "friction = nan"),
         (["assess", "good.csv", *STRIP, "--step", "0.01"], "together with friction"),
-        (["assess", "good.csv", *STRIP, "--friction", "1", "--step", "9"], "step"),
+        (["assess", "good.csv", *STRIP, "--friction", "1", "--step", "9"], "step = 9.0 cannot be used; allowed: more"),
+        (["assess", "good.csv", *STRIP, "--eta-m", "0.09"], "m thick, more than 0.006 m"),
         (["assess", "good.csv", "--length", "0.6", "--eta-b", "3780"], "start at (-0.3, 0) m"),
     ],
 )
@@ -255,6 +256,7 @@ def test_bad_input_is_one_line_and_code_2(
     assert out == ""
     assert err.count("\n") == 1
     assert says in err
+    assert "L*" not in err or "times L* =" in err
     assert str(here) not in err
     assert sorted(os.listdir(here)) == ["bad.csv", "good.csv"]
 

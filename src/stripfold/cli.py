@@ -18,7 +18,7 @@ from stripfold import __version__, cli_plan
 from stripfold import cli_commands as commands
 from stripfold.cli_commands import Say
 from stripfold.errors import StripfoldError
-from stripfold.material import Material
+from stripfold.material import GRAVITY, Material
 
 
 class Command(NamedTuple):
@@ -143,7 +143,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 130
     except Exception as error:
         said, code = _in_words(error)
-        print(f"stripfold: error: {' '.join(said.split())}{_unit(said, arguments)}", file=sys.stderr)
+        print(f"stripfold: error: {_in_si(said, arguments)}", file=sys.stderr)
         return code
 
 
@@ -165,11 +165,10 @@ def _in_words(error: Exception) -> tuple[str, int]:
     return f"{type(error).__name__} in {place}: {error}; this is a fault of the program: please report it", 5
 
 
-def _unit(said: str, arguments: argparse.Namespace) -> str:
-    """L* in metres, after a message in L*."""
-    eta_b = getattr(arguments, "eta_b", None) or 0.0
-    known = eta_b > 0.0 and "L*" in said and "L* =" not in said
-    return f" (L* = {Material(eta_b).gravity_length:.4g} m)" if known else ""
+def _in_si(said: str, arguments: argparse.Namespace) -> str:
+    """A message on one line, with metres and seconds for the solvers' units where the strip is known."""
+    said, eta_b = " ".join(said.split()), getattr(arguments, "eta_b", None) or 0.0
+    return Material(eta_b, gravity=getattr(arguments, "gravity", GRAVITY)).in_si(said) if eta_b > 0.0 else said
 
 
 def _parser(argv: Sequence[str]) -> argparse.ArgumentParser:

@@ -195,7 +195,8 @@ def simulate(arguments: argparse.Namespace, say: Say) -> str:
     from stripfold.simulation import Simulation
 
     simulation = Simulation.read(arguments.scene)
-    arguments.eta_b = simulation.eta_b
+    # For the units of messages.
+    arguments.eta_b, arguments.gravity = simulation.eta_b, simulation.gravity
     path, target = _output(arguments.output, arguments.scene, ".nc"), _plot_file(arguments.plot)
     from stripfold import store
     from stripfold.analysis import collapse

@@ -86,12 +86,13 @@ class Strip(Input):
             raise InvalidInputError("length", self.length, self._range(low, high), _CHECK_UNITS + fitting)
         if not self.material.relative_thickness <= MAX_THICKNESS_STAR:
             # h / L* = sqrt(12 eta_m / eta_b) / L*
-            largest = (MAX_THICKNESS_STAR * star) ** 2 * self.eta_b / 12.0
+            thickest = MAX_THICKNESS_STAR * star
+            largest = thickest**2 * self.eta_b / 12.0
             raise InvalidInputError(
                 "eta_m",
                 self.eta_m,
                 f"at most {largest:.3g} m^-2 s^2 with eta_b = {self.eta_b:g} m^-4 s^2",
-                f"the model would be {self.material.thickness:.3g} m thick, more than {MAX_THICKNESS_STAR} L*",
+                f"the model would be {self.material.thickness:.3g} m thick, more than {thickest:.3g} m",
             )
         return self
 

@@ -341,7 +341,9 @@ class StripCollapse(Result):
     def warnings(self) -> tuple[str, ...]:
         """Effects that the scene needs and that were switched off."""
         missing = filter(None, self.dataset.attrs["missing"].split(", "))
-        return tuple(f"{name} is off and needed: {self.dataset['reason'].sel(effect=name).item()}" for name in missing)
+        reasons = self.dataset["reason"]
+        in_si = self.simulation.material.in_si
+        return tuple(f"{name} is off and needed: {in_si(reasons.sel(effect=name).item())}" for name in missing)
 
     def rows(self) -> Rows:
         time, x = self.touch

@@ -117,6 +117,9 @@ def assess_path(
         law, strength = "pull", (friction or 0.0) * unit / material.gravity
         if hysteresis is not None:
             law, strength = "hysteresis", hysteresis / (material.force_scale * unit)
+        if step is not None and not 0.0 < step <= unit * path.length:
+            allowed = f"more than 0 and at most {unit * path.length:.4g} m, the length of the path"
+            raise InvalidInputError("step", step, allowed)
         size = STEP if step is None else step / unit
         stepped, lost = _with_friction(strip, path, law, strength, size, refinement)
         touch = next((touch_position(p.model, point) for p, point in stepped if touches(p.model, point)), float("nan"))
