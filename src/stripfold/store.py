@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import shutil
@@ -22,7 +23,17 @@ from stripfold.errors import InvalidInputError, StripfoldError
 if TYPE_CHECKING:
     import xarray as xr
 
-CONVENTIONS = "CF-1.11"
+CONVENTIONS = "CF-1.11, ACDD-1.3"
+REFERENCES = (
+    "V. Petrik, V. Smutny, V. Kyrki: Static Stability of Robotic Fabric Strip Folding, "
+    "IEEE/ASME Transactions on Mechatronics 25(5), 2020, https://doi.org/10.1109/TMECH.2020.2980957"
+)
+LICENSE = "MIT, https://spdx.org/licenses/MIT"
+KEYWORDS = "elastica, fabric folding, numerical continuation, reproducible research, stability"
+DIGEST = "content_sha256"
+"""Global attribute with the digest of a file's content, :func:`content_digest`."""
+LABEL = "_label"
+"""What the name of a dimension's texts ends with in a file: CF allows only numbers under the name of a dimension."""
 PACKAGES = ("numpy", "scipy", "scikit-fem", "xarray", "netCDF4")
 REQUIRED = ("units", "long_name")
 MOST_BYTES = 4e9
@@ -110,22 +121,76 @@ def write(
     ]
     if missing:
         raise StripfoldError(f"cannot store {Path(path).name}: without {' or '.join(REQUIRED)}: {', '.join(missing)}")
-    stamped = dataset.assign_attrs(
+    commit = running_commit()
+    made = f"stripfold {stripfold.__version__}, commit {commit}"
+    stamped = _labels_apart(dataset).assign_attrs(
         Conventions=CONVENTIONS,
         title=title,
+        summary=f"{title[:1].upper()}{title[1:]}: computed with stripfold, a replication of the paper in references.",
+        keywords=KEYWORDS,
+        source=made,
+        # No clock time: the same content gives the same bytes.
+        history=f"{made}: written once",
+        references=REFERENCES,
+        license=LICENSE,
+        creator_name="The stripfold developers",
         stripfold_version=stripfold.__version__,
-        git_commit=running_commit(),
+        git_commit=commit,
         packages=_json({name: version(name) for name in PACKAGES}),
         config=_json(config or {}),
     )
+    stamped.attrs[DIGEST] = content_digest(stamped)
     encoding: dict[Any, dict[str, Any]] = {}
     for name, var in stamped.variables.items():
-        # netCDF-4 compresses neither scalars nor texts.
-        encoding[name] = {"zlib": True, "complevel": 4} if var.ndim and var.dtype.kind in "fiub" else {}
+        # netCDF-4 has neither compression nor checksums for scalars and texts.
+        numbers = var.ndim and var.dtype.kind in "fiub"
+        encoding[name] = {"zlib": True, "complevel": 4, "fletcher32": True} if numbers else {}
         if name in stamped.coords and var.dtype.kind == "f":
             encoding[name]["_FillValue"] = None  # CF: a coordinate has no gaps
     with atomic(path) as temporary:
         stamped.to_netcdf(temporary, engine="netcdf4", format="NETCDF4", encoding=encoding)
+
+
+def content_digest(dataset: xr.Dataset) -> str:
+    """SHA-256 of names, dimensions, types, values and attributes of a dataset, without its attribute :data:`DIGEST`.
+
+    The same for a dataset as it is written and as it is read back, whatever the order of its variables.
+    """
+    found = hashlib.sha256()
+    attrs = {key: value for key, value in dataset.attrs.items() if key != DIGEST}
+    found.update(_plain_attributes(attrs))
+    for name in sorted(map(str, dataset.variables)):
+        var = dataset.variables[name]
+        texts = var.dtype.kind not in "fiub"
+        head = [name, var.dims, var.shape, "text" if texts else var.dtype.name]
+        found.update(json.dumps(head).encode())
+        found.update(_plain_attributes(var.attrs))
+        values = np.asarray(var.values)
+        if texts:
+            found.update(json.dumps([str(text) for text in values.ravel()]).encode())
+        else:
+            if values.dtype.kind == "f":
+                values = np.where(np.isnan(values), np.nan, values)  # a file keeps neither sign nor payload of a nan
+            found.update(values.astype(values.dtype.newbyteorder("<"), order="C").tobytes())
+    return found.hexdigest()
+
+
+def _plain_attributes(attrs: Mapping[Any, Any]) -> bytes:
+    # A file does not tell a list of one from its item.
+    plain = {str(key): np.atleast_1d(np.asarray(value)).tolist() for key, value in attrs.items()}
+    return json.dumps(plain, sort_keys=True, default=str).encode()
+
+
+def _labels_apart(dataset: xr.Dataset) -> xr.Dataset:
+    """Texts along their own dimension under a name of their own: :func:`_labels_back` undoes it."""
+    labels = [name for name in dataset.dims if name in dataset.coords and dataset[name].dtype.kind not in "fiub"]
+    return dataset.drop_indexes(labels).rename_vars({name: f"{name}{LABEL}" for name in labels})
+
+
+def _labels_back(dataset: xr.Dataset) -> xr.Dataset:
+    labels = {name: f"{name}{LABEL}" for name in dataset.dims if f"{name}{LABEL}" in dataset.coords}
+    back = {name: dataset.variables[label].copy() for name, label in labels.items()}
+    return dataset.drop_vars(list(labels.values())).assign_coords(back)
 
 
 def read(path: str | os.PathLike[str], require: Iterable[str] = ()) -> xr.Dataset:
@@ -141,7 +206,7 @@ def read(path: str | os.PathLike[str], require: Iterable[str] = ()) -> xr.Datase
     Raises
     ------
     InvalidInputError
-        No such file, not netCDF, damaged, or not what was expected.
+        No such file, not netCDF, damaged (by the checksums of netCDF or by the digest), or not what was expected.
     """
     import xarray as xr
 
@@ -154,7 +219,13 @@ def read(path: str | os.PathLike[str], require: Iterable[str] = ()) -> xr.Datase
                 raise ValueError(f"it declares {opened.nbytes:.2g} bytes, at most {MOST_BYTES:.2g} can be read")
             dataset = opened.load()
     except (OSError, ValueError, RuntimeError, KeyError, MemoryError, RecursionError, OverflowError) as error:
-        raise InvalidInputError("file", str(path), "a whole netCDF-4 file", f"reading it says: {error}") from error
+        advice = f"damaged ({error}): delete it, and make it anew"
+        raise InvalidInputError("file", str(path), "a whole netCDF-4 file", advice) from error
+    # Files of former versions have no digest.
+    if dataset.attrs.get(DIGEST, digest := content_digest(dataset)) != digest:
+        advice = "damaged: delete it, and make it anew"
+        raise InvalidInputError("file", str(path), f"a file whose content is that of its {DIGEST}", advice)
+    dataset = _labels_back(dataset)
     missing = [name for name in (*PROVENANCE, *require) if name not in dataset.variables and name not in dataset.attrs]
     if missing:
         raise InvalidInputError("file", str(path), f"a file of this package with {', '.join(missing)}", "make it anew")
