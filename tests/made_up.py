@@ -45,7 +45,7 @@ def collapse(after: bool = True) -> xr.Dataset:
     at = ("state",)
     columns = {
         "time": (at, in_fall(time), "s"),
-        "lambda": (at, advance, "m"),
+        "advance": (at, advance, "m"),
         "deflection": (at, deflection, "m"),
         "kinetic": (at, in_fall(2e-4 * share * (1.0 - share)), "J m-1"),
         "elastic": (at, 0.03 + in_fall(2e-3 * share), "J m-1"),
@@ -239,11 +239,11 @@ def x_axis() -> xr.Dataset:
         for j in range(count):
             x[i, j, :nodes] = np.maximum(s - LENGTH / 2.0, lam[i, j] - LENGTH / 2.0 + 0.2 * s)
             z[i, j, :nodes] = heights[i] * np.maximum(1.0 - s / (0.15 + 0.1 * way[j]), 0.0) ** 2
-    at = ("height", "step")
-    columns = {"lambda": lam, "deflection": deflections, "negatives": negatives}
-    data = xr.Dataset({name: (at, values) for name, values in columns.items()}, coords={"height": heights})
-    data = data.assign(x=((*at, "node"), x), z=((*at, "node"), z), snap=("height", [0, 1]))
-    data = data.assign(lambda_0=("height", [0.06, 0.06]), lambda_c=("height", [np.nan, 0.26]))
+    at = ("gripper_height", "step")
+    columns = {"advance": lam, "deflection": deflections, "negatives": negatives}
+    data = xr.Dataset({name: (at, values) for name, values in columns.items()}, coords={"gripper_height": heights})
+    data = data.assign(x=((*at, "node"), x), z=((*at, "node"), z), snap=("gripper_height", [0, 1]))
+    data = data.assign(lambda_0=("gripper_height", [0.06, 0.06]), lambda_c=("gripper_height", [np.nan, 0.26]))
     return data.assign_attrs(length=LENGTH, gravity_length=UNIT, thickness=0.0018)
 
 
@@ -260,7 +260,7 @@ def materials() -> xr.Dataset:
     z = np.array([3.0, 1.2, 2.0, 5.0, np.nan])
     snap = np.where(np.isnan(z), np.nan, z > TOUCH_LIMIT) * np.ones((3, 1))
     end = np.where(snap == 1.0, 7.0 + z, 8.4) - 0.01 * np.arange(1, 4)[:, None]
-    rows = {"height": z, "lambda_end": end, "lambda_c": np.where(snap == 1.0, end, np.nan), "lambda_0": z - 0.5}
+    rows = {"gripper_height": z, "lambda_end": end, "lambda_c": np.where(snap == 1.0, end, np.nan), "lambda_0": z - 0.5}
     rows = {name: units[:, None] * np.where(np.isnan(snap), np.nan, row) for name, row in rows.items()}
     rows |= {"snap": snap, "lambda_error": 0.002 * units[:, None] * np.ones(5)}
     data = xr.Dataset({name: (("material", "height_index"), row) for name, row in rows.items()})
@@ -274,7 +274,7 @@ def recordings() -> xr.Dataset:
     """Two materials, two heights, two speeds; one without a snap."""
     eta, z, v = (a.ravel() for a in np.meshgrid([820.0, 3780.0], [0.1, 0.2], [0.001, 0.002], indexing="ij"))
     event = 3.0 * z + 5.0 * v
-    fields = {"eta_b": eta, "height": z, "speed": v, "lambda_model": 3.0 * z, "lambda_event": event}
+    fields = {"eta_b": eta, "gripper_height": z, "speed": v, "lambda_model": 3.0 * z, "lambda_event": event}
     fields |= {"lambda_low": event - 1e-3, "lambda_high": event + 1e-3, "synthetic": np.ones(8)}
     fields["snapped"] = np.array([1.0] * 7 + [0.0])
     data = xr.Dataset({name: ("recording", values) for name, values in fields.items()})

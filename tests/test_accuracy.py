@@ -135,7 +135,7 @@ class TestStudy:
         assert np.all(found["seconds"].values > 0.0)
 
     def test_presets_and_elastica(self, found: xr.Dataset):
-        snap = found.sel(height=HEIGHT, accuracy=1e-2)
+        snap = found.sel(gripper_height=HEIGHT, accuracy=1e-2)
         assert snap["preset_model"].values.tolist() == ["elastica", "solid"]
         assert np.all(np.abs(snap["preset_error"]) <= snap["preset_estimate"])
         assert np.all(np.abs(found["elastica_error"]) < 1e-9)

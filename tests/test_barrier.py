@@ -79,7 +79,7 @@ def test_study_and_its_figure() -> None:
     np.testing.assert_array_equal(np.isfinite(data["model_barrier"].sel(model="rod")), finite)
     # A thin rod is nearly the elastica.
     np.testing.assert_allclose(data["model_coefficient"].sel(model="rod"), data["coefficient"], rtol=4e-4)
-    shown = data.sel(height=5.0, distance=0.01)
+    shown = data.sel(gripper_height=5.0, distance=0.01)
     np.testing.assert_allclose(shown["model_barrier"].sel(model="rod"), shown["barrier"], rtol=4e-4)
     energy, _, ends = figure.draw(data).axes
     lines = [line for line in energy.lines if line.get_label() == "_elastica"]

@@ -83,11 +83,11 @@ def test_a_failed_motion_leaves_its_last_good_state_only(
     assert main(["simulate", "strip.yaml"]) == 3
     assert "strip.last-good.nc" in capsys.readouterr().err
     assert sorted(os.listdir(here)) == ["strip.last-good.nc", "strip.yaml"]
-    kept = store.read(here / "strip.last-good.nc", require=["x", "z", "time", "lambda"])
+    kept = store.read(here / "strip.last-good.nc", require=["x", "z", "time", "advance"])
     assert "planted" in kept.attrs["error"]
     assert float(kept["z"][0]) == pytest.approx(0.054)
     # SI: 2 sqrt(L*/g) after the start, the pin at half the length.
     star = (3780.0 * 9.81) ** (-1.0 / 3.0)
     assert float(kept["time"]) == pytest.approx(2.0 * np.sqrt(star / 9.81), rel=1e-3)
     assert float(kept["x"][-1]) == pytest.approx(0.15)
-    assert float(kept["x"][0]) == pytest.approx(float(kept["lambda"]) - 0.15)
+    assert float(kept["x"][0]) == pytest.approx(float(kept["advance"]) - 0.15)

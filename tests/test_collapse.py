@@ -301,12 +301,12 @@ def test_dataset(stored: tuple[Simulation, xr.Dataset]) -> None:
     assert list(dict.fromkeys(phase)) == ["before", "fall", "after"]
     assert all(var.attrs["units"] and var.attrs["long_name"] for var in data.variables.values())
     fall = data.isel(state=phase == "fall")
-    assert data.attrs["lambda_c"] == pytest.approx(float(fall["lambda"][0]), rel=2e-3)
-    assert data.attrs["lambda_0"] == pytest.approx(float(data["lambda"][0]))
+    assert data.attrs["lambda_c"] == pytest.approx(float(fall["advance"][0]), rel=2e-3)
+    assert data.attrs["lambda_0"] == pytest.approx(float(data["advance"][0]))
     # SI, from what can be measured in the file itself.
     last = data.isel(state=-1)
     assert float(last["z"][0]) == pytest.approx(0.054)
-    assert float(last["x"][0]) == pytest.approx(float(last["lambda"]) - 0.15)
+    assert float(last["x"][0]) == pytest.approx(float(last["advance"]) - 0.15)
     assert float(last["x"][-1]) == pytest.approx(0.15)
     weights = np.gradient(data["arc"].values)
     gravity = 9.81 * (fall["z"].values @ weights)
@@ -337,7 +337,7 @@ def test_the_parts_join(stored: tuple[Simulation, xr.Dataset]) -> None:
     """Statics end where the fall begins, and the numbers quoted are those of the states."""
     _, data = stored
     before, fall, after = (data.isel(state=data["phase"].values == name) for name in ("before", "fall", "after"))
-    for name in ("lambda", "x", "z", "elastic", "gravity"):
+    for name in ("advance", "x", "z", "elastic", "gravity"):
         # The same state on another mesh.
         np.testing.assert_allclose(before[name][-1], fall[name][0], rtol=0.01, atol=4e-3, err_msg=name)
     assert data.attrs["settle_time"] == pytest.approx(float(fall["time"][-1]))

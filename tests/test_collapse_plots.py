@@ -52,7 +52,7 @@ class TestReader:
             (lambda data: data.isel(state=slice(0, 5)), "phases before"),
             (lambda data: data.isel(state=slice(0, 0)), "phases none"),
             (lambda data: data.assign(z=data["z"].where(data["state"] != 40)), "unusable x or z"),
-            (lambda data: data.assign({"lambda": data["lambda"] * np.nan}), "unusable lambda"),
+            (lambda data: data.assign({"advance": data["advance"] * np.nan}), "unusable advance"),
             (lambda data: data.assign(time=data["time"] * np.nan), "unusable times"),
             (lambda data: data.assign(time=-data["time"]), "unusable times"),
         ],
@@ -118,7 +118,7 @@ class TestCollapseCurve:
         for phase, colour in zip(PHASES, (palette.BLACK, palette.RED, palette.GREEN), strict=True):
             part = data.isel(state=np.flatnonzero(data["phase"] == phase))
             label = collapse_curve.LABELS[phase]
-            expected = 100.0 * np.stack([part["deflection"], part["lambda"]], axis=1)
+            expected = 100.0 * np.stack([part["deflection"], part["advance"]], axis=1)
             curve = labelled(ax, label)
             np.testing.assert_allclose(curve[[0, -1]], expected[[0, -1]])
             # A smooth curve goes through the states.

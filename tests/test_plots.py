@@ -228,7 +228,7 @@ class TestManyHeights:
 
     def test_a_large_material_gets_a_second_panel(self):
         data = made_up.materials()
-        data["height"][2] *= 2.0
+        data["gripper_height"][2] *= 2.0
         fig = critical_points.draw(data)
         assert len(fig.axes) == 2
         # Each of its own, the large one below.

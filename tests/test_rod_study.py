@@ -25,7 +25,7 @@ def found() -> xr.Dataset:
 class TestStudy:
     def test_numbers(self, found: xr.Dataset):
         """Of each model at each place, from runs of its own; the differences from what is stored beside them."""
-        one = found.sel(height=HEIGHT, thickness=THICKNESS)
+        one = found.sel(gripper_height=HEIGHT, thickness=THICKNESS)
         lambda_c = {name: float(one["lambda_c"].sel(model=name)) for name in rod.MODELS}
         strip, prediction = StripModel(LENGTH, THICKNESS, kind="rod"), ElasticaPrediction.at(HEIGHT)
         own, coarse = (from_near_the_end(strip, prediction, refinement) for refinement in (1.0, 2.0))
@@ -36,7 +36,7 @@ class TestStudy:
         assert float(one["lambda_c_elastica"]) == pytest.approx(truth, rel=1e-12)
         assert float(one["thickness_effect"]) == pytest.approx(lambda_c["solid"] / truth - 1.0, abs=1e-12)
         assert abs(float(one["model_error"])) < 1e-3 < abs(float(one["thickness_effect"]))
-        thicker = found.sel(height=HEIGHT, thickness=0.1)
+        thicker = found.sel(gripper_height=HEIGHT, thickness=0.1)
         assert float(thicker["thickness_effect"]) == pytest.approx((0.1 / 0.06) ** 2 * -2.1e-3, rel=0.2)
 
     def test_it_can_be_stored(self, found: xr.Dataset, tmp_path: Path):
@@ -53,5 +53,5 @@ def test_figure(found: xr.Dataset):
     """The curves are the stored numbers."""
     (ax,) = figure.draw(found).axes
     drawn = [line.get_ydata() for line in ax.get_lines()]
-    np.testing.assert_array_equal(drawn[0], np.abs(found["model_error"].sel(height=HEIGHT)))
-    np.testing.assert_array_equal(drawn[1], np.abs(found["thickness_effect"].sel(height=HEIGHT)))
+    np.testing.assert_array_equal(drawn[0], np.abs(found["model_error"].sel(gripper_height=HEIGHT)))
+    np.testing.assert_array_equal(drawn[1], np.abs(found["thickness_effect"].sel(gripper_height=HEIGHT)))

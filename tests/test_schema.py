@@ -36,6 +36,15 @@ def test_dataset_converts_describes_and_sorts_out_coordinates():
     assert data.attrs == {"end": "touch"}
 
 
+@pytest.mark.parametrize(("values", "stored"), [([1.0, np.nan], "f8"), ([1, 0], "i8"), ([True, False], "i1")])
+def test_an_enumeration_says_what_its_values_mean(values, stored):
+    attrs = schema.dataset({"snap": ("case", values)})["snap"].attrs
+    assert attrs["flag_values"].tolist() == [0, 1]
+    assert attrs["flag_values"].dtype == stored
+    assert attrs["flag_meanings"] == "no yes"
+    assert "flag_values" not in schema.dataset({"x": ("case", [1.0])})["x"].attrs
+
+
 def test_an_unknown_variable_is_refused():
     with pytest.raises(StripfoldError, match="nonsense"):
         schema.dataset({"nonsense": ((), 1.0)})

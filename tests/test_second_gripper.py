@@ -123,7 +123,7 @@ def test_no_such_place(place: object) -> None:
 
 def test_study() -> None:
     """At 5 L* places near the gripper do not help, the one that the mode tells does until the fold is made."""
-    data = second_gripper.run([5.0], 4, [0.3], 17.0, 0.0594).sel(height=5.0)
+    data = second_gripper.run([5.0], 4, [0.3], 17.0, 0.0594).sel(gripper_height=5.0)
     assert float(data["chosen_gain"]) == float(data["early_gain"][0]) == float(data["possible"])
     np.testing.assert_array_equal(data["gain"] < 1.0, [True, False, False, False])
     assert float(data["chosen_up"]) < 1.0

@@ -75,7 +75,83 @@ def test_it_is_compressed_netcdf4(tmp_path):
         assert raw.data_model == "NETCDF4"
         for name in ("lam", "held", "step", "height"):
             assert raw[name].filters()["zlib"], name
+            assert raw[name].filters()["fletcher32"], name
         assert "_FillValue" not in raw["height"].ncattrs()
+
+
+def test_who_made_it_from_what(tmp_path):
+    for name in ("a.nc", "b.nc"):
+        store.write(example(), tmp_path / name, title="a test")
+    attrs = store.read(tmp_path / "a.nc").attrs
+    assert attrs["Conventions"] == "CF-1.11, ACDD-1.3"
+    assert attrs["source"] == f"stripfold {stripfold.__version__}, commit {store.running_commit()}"
+    assert attrs["history"].startswith(attrs["source"])
+    assert "10.1109/TMECH.2020.2980957" in attrs["references"]
+    assert attrs["license"].startswith("MIT")
+    assert len(attrs[store.DIGEST]) == 64
+
+
+def test_labels_have_a_name_of_their_own_in_the_file(tmp_path):
+    labelled = example().assign_coords(material=("material", ["stiff", "soft"], {"units": "1", "long_name": "name"}))
+    store.write(labelled, tmp_path / "a.nc", title="A test")
+    with netCDF4.Dataset(tmp_path / "a.nc") as raw:
+        assert "material" not in raw.variables
+        assert raw["material_label"][:].tolist() == ["stiff", "soft"]
+    back = store.read(tmp_path / "a.nc")
+    assert str(back["names"].sel(material="soft").values) == "textile"
+    xr.testing.assert_identical(back.drop_attrs(), labelled.drop_attrs())
+
+
+def test_the_digest_is_that_of_what_is_read(tmp_path):
+    """Of attributes and numbers that a file keeps in another form, too."""
+    data = example().assign_attrs(one=[3], two=[1.5, float("nan")], none="", words=["a", "b"], n=np.int32(4))
+    data["odd"] = ("step", np.copysign(np.full(200, np.nan), -1.0), {"units": "1", "long_name": "nan", "flag": [1.0]})
+    data["single"] = ("step", np.arange(200, dtype=np.float32), {"units": "m", "long_name": "single precision"})
+    store.write(data, tmp_path / "a.nc", title="A test")
+    back = store.read(tmp_path / "a.nc")
+    assert back.attrs[store.DIGEST] == store.content_digest(store._labels_apart(back))
+
+
+def changed(path: Path, change) -> None:
+    with netCDF4.Dataset(path, "a") as raw:
+        change(raw)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda raw: raw["lam"].__setitem__(7, 0.5),
+        lambda raw: raw["names"].__setitem__(0, "eta821"),
+        lambda raw: raw["lam"].setncattr("units", "cm"),
+        lambda raw: raw.setncattr("note", "changed"),
+        lambda raw: raw.renameVariable("lam", "lom"),
+    ],
+)
+def test_a_changed_file_is_refused_by_name(tmp_path, change):
+    store.write(example(), tmp_path / "a.nc", title="A test")
+    changed(tmp_path / "a.nc", change)
+    with pytest.raises(InvalidInputError, match=r"a\.nc.*content_sha256; damaged: delete it, and make it anew"):
+        store.read(tmp_path / "a.nc")
+
+
+def test_no_flipped_byte_changes_a_value_unseen(tmp_path):
+    store.write(example(), tmp_path / "a.nc", title="A test")
+    whole, seen = (tmp_path / "a.nc").read_bytes(), 0
+    for at in range(100, len(whole), 499):
+        (tmp_path / "b.nc").write_bytes(whole[:at] + bytes([whole[at] ^ 0x10]) + whole[at + 1 :])
+        try:
+            xr.testing.assert_equal(store.read(tmp_path / "b.nc"), example())
+        except InvalidInputError as error:
+            assert "b.nc" in str(error)
+            seen += 1
+    assert seen > 5
+
+
+def test_a_file_without_a_digest_is_read(tmp_path):
+    """Those of former versions."""
+    store.write(example(), tmp_path / "a.nc", title="A test")
+    changed(tmp_path / "a.nc", lambda raw: raw.delncattr(store.DIGEST))
+    xr.testing.assert_equal(store.read(tmp_path / "a.nc"), example())
 
 
 @pytest.mark.parametrize("name", ["lam", "law", "step", "height"])
@@ -172,7 +248,7 @@ def test_reading_what_is_no_netcdf_or_damaged(tmp_path):
     whole = (tmp_path / "a.nc").read_bytes()
     (tmp_path / "half.nc").write_bytes(whole[: len(whole) // 2])
     for name in ("text.nc", "empty.nc", "half.nc"):
-        with pytest.raises(InvalidInputError, match="whole netCDF-4"):
+        with pytest.raises(InvalidInputError, match=rf"{name}.*whole netCDF-4.*delete it"):
             store.read(tmp_path / name)
 
 

@@ -183,9 +183,9 @@ def test_dataset_is_complete(stored: xr.Dataset) -> None:
     assert "touches" in str(stored["reason"].values[0])
     assert stored["lambda_c"].values[1] / unit == pytest.approx(9.8363, abs=2e-3)
     assert stored["lambda_error"].values[1] / unit < 0.05
-    np.testing.assert_allclose(stored["z"].values[:, 0, 0], stored["height"].values, rtol=1e-12)
+    np.testing.assert_allclose(stored["z"].values[:, 0, 0], stored["gripper_height"].values, rtol=1e-12)
     # The gripper's place and lambda are the same thing.
-    np.testing.assert_allclose(stored["x"].values[:, :, 0] + 0.3, stored["lambda"].values, atol=1e-12)
+    np.testing.assert_allclose(stored["x"].values[:, :, 0] + 0.3, stored["advance"].values, atol=1e-12)
 
 
 def test_sound_branches_pass(stored: xr.Dataset) -> None:
@@ -201,7 +201,7 @@ def test_sound_branches_pass(stored: xr.Dataset) -> None:
         ("negatives", (1, 0), 1.0, "starts unstable"),
         ("negatives", (1, slice(None)), 0.0, "no unstable point"),
         ("lambda_c_upper", (1,), 1.0, "bracket"),
-        ("lambda", (1, 5), 1.0, "exceeds lambda_c"),
+        ("advance", (1, 5), 1.0, "exceeds lambda_c"),
         ("lambda_c", (0,), 0.2, "without a snap"),
     ],
 )

@@ -46,9 +46,9 @@ PROJECT = xr.Dataset(
         "untimed": 0,
     }
 )
-PRESET = ("asked", "accuracy", "height")
+PRESET = ("asked", "accuracy", "gripper_height")
 SCENE = ("scene", "effect")
-MODEL = ("model", "height", "thickness")
+MODEL = ("model", "gripper_height", "thickness")
 ENERGIES = ("barrier", "work")
 LOW_PATH = {"height": 0.6, "length": 14.0, "thickness": 0.05, "hold": 7.5, "slide": 6.0, "error": 0.01}
 LOW_CURVE = {"height": [0.3, 1.0, 1.58], "compliance": [0.01, 0.4, 0.0], "push": [30.0, 2.8, 1.2]}
@@ -71,7 +71,7 @@ def datasets() -> dict[str, xr.Dataset]:
     # fmt: off
     made = {
         "points": ({
-            "height": (BOTH, 0.03 * Z[None]), "lambda_error": (BOTH, np.full((1, 41), 1e-5)),
+            "gripper_height": (BOTH, 0.03 * Z[None]), "lambda_error": (BOTH, np.full((1, 41), 1e-5)),
             **{name: (BOTH, 0.03 * (Z[None] + 7.0)) for name in ("lambda_c", "lambda_c_lower", "lambda_c_upper")},
             "lambda_c_eigenvalue": (BOTH, 0.03 * (Z[None] + 7.0001)), "detectors_agree": (BOTH, np.ones((1, 41))),
             "thickness": ("material", [1.8e-3]),
@@ -94,17 +94,17 @@ def datasets() -> dict[str, xr.Dataset]:
             "slow_kinetic": 0.0025, "snap_energy": 0.5}, {"mu": [0.0, 0.6]},
             {"speed": 0.05, "moment": 0.02, "length_star": 14.0}),
         "barrier": ({
-            **{name: (("height", "distance"), 1.08 * np.array([[1e-6, 3.2e-5], [1e-6, np.nan]])) for name in ENERGIES},
-            "model_coefficient": (("model", "height"), np.full((2, 2), 1.076)),
-            **{name: ("height", [1.08, 1.08]) for name in ("coefficient", "width", "largest", "speed")}},
-            {"height": [3.0, 2.0], "distance": [1e-4, 1.00794e-3], "model": ["rod", "solid"]}),
+            **{name: (("gripper_height", "distance"), 1.08 * np.array([[1e-6, 3.2e-5], [1e-6, np.nan]])) for name in ENERGIES},
+            "model_coefficient": (("model", "gripper_height"), np.full((2, 2), 1.076)),
+            **{name: ("gripper_height", [1.08, 1.08]) for name in ("coefficient", "width", "largest", "speed")}},
+            {"gripper_height": [3.0, 2.0], "distance": [1e-4, 1.00794e-3], "model": ["rod", "solid"]}),
         "second_gripper": ({
-            "gain": (("height", "place"), np.tile([0.1, 10.0], (2, 10))),
-            "s": (("height", "place"), np.tile([1.0, 5.0], (2, 10))),
-            "early_gain": (("height", "distance"), np.full((2, 1), 10.0)),
-            **{name: ("height", [10.0, 10.0]) for name in ("possible", "chosen_gain")},
-            **{name: ("height", [5.0, 5.0]) for name in ("chosen_s", "chosen_up")}},
-            {"height": [3.0, 5.0], "distance": [0.5]}),
+            "gain": (("gripper_height", "place"), np.tile([0.1, 10.0], (2, 10))),
+            "s": (("gripper_height", "place"), np.tile([1.0, 5.0], (2, 10))),
+            "early_gain": (("gripper_height", "distance"), np.full((2, 1), 10.0)),
+            **{name: ("gripper_height", [10.0, 10.0]) for name in ("possible", "chosen_gain")},
+            **{name: ("gripper_height", [5.0, 5.0]) for name in ("chosen_s", "chosen_up")}},
+            {"gripper_height": [3.0, 5.0], "distance": [0.5]}),
         "stability_map": ({
             "error": (("length", "case"), np.full((2, 50), 1e-7)), "wall": ("repeat", [3.0, 2.0, 9.0]),
             "elastica": ("rod_height", [9.0, 12.0]),
@@ -176,10 +176,10 @@ def datasets() -> dict[str, xr.Dataset]:
             {"rule": texts("record", "measure", "assess", "plans")}, {"wall": 290.0, "cores": 2}),
         "accuracy": ({
             "preset_seconds": (PRESET, np.full((2, 2, 2), 0.19)), "preset_estimate": (PRESET, np.full((2, 2, 2), 5e-4)),
-            "preset_error": (PRESET, np.full((2, 2, 2), -2e-4)), "snaps": ("height", [1, 1]),
+            "preset_error": (PRESET, np.full((2, 2, 2), -2e-4)), "snaps": ("gripper_height", [1, 1]),
             "preset_model": (PRESET, [[["elastica"] * 2, ["rod"] * 2], [["solid"] * 2] * 2]),
-            "elastica_seconds": ("height", [0.004, 0.005]), "elastica_error": ("height", [1e-12, -1e-12])},
-            {"asked": ["auto", "solid"], "accuracy": [1e-2, 1e-3], "height": [3.0, 9.0]}),
+            "elastica_seconds": ("gripper_height", [0.004, 0.005]), "elastica_error": ("gripper_height", [1e-12, -1e-12])},
+            {"asked": ["auto", "solid"], "accuracy": [1e-2, 1e-3], "gripper_height": [3.0, 9.0]}),
         "estimates": ({
             "asked": ("case", texts(*["auto", "solid", "rod"] * 100)), "estimate": ("case", np.full(300, 1e-3)),
             "error": ("case", np.full(300, 5e-4))},),
@@ -199,7 +199,7 @@ def datasets() -> dict[str, xr.Dataset]:
         # One point of the strip moves 0.9 L* in the fall.
         "collapse": ({
             "phase": ("state", texts("before", "fall", "fall", "after", "after")),
-            "lambda": ("state", 0.03 * np.array([11.0, 11.7, 11.71, 11.71, 20.0])),
+            "advance": ("state", 0.03 * np.array([11.0, 11.7, 11.71, 11.71, 20.0])),
             "x": (("state", "node"), np.zeros((5, 3))), "negatives": ("state", [0.0, np.nan, np.nan, 0.0, 0.0]),
             "z": (("state", "node"), 0.03 * np.array([[0.0, 1.0, 3.0]] * 2 + [[0.0, 0.1, 3.0]] * 3))},
             None, {"gravity_length": 0.03, "end": "above the held end"}),
@@ -235,9 +235,9 @@ def datasets() -> dict[str, xr.Dataset]:
         "friction_steps": ({"suffices": (("law", "step"), [[0.04, 0.08, 0.16], [0.008, 0.0082, 0.008]])},
             {"law": ["pull", "hysteresis"], "step": [0.2, 0.1, 0.05]}),
         "textile_law": ({
-            **{name: (("law", "height"), [[9.0, 12.0], [11.0, 14.0]]) for name in ("advance", "curvature", "leaves")},
+            **{name: (("law", "gripper_height"), [[9.0, 12.0], [11.0, 14.0]]) for name in ("advance", "curvature", "leaves")},
             "path_lost": ("law", [0.66, 0.73]), "measured_curvature": ("row", [1.0, 3.0])},
-            {"law": ["secant", "measured"], "height": [3.0, 5.0]}),
+            {"law": ["secant", "measured"], "gripper_height": [3.0, 5.0]}),
         "disturbed_rpath": ({"touch_error": (("disturbance", "moment"), [[0.2, 0.02, 0.05], [-2.5, 0.3, 0.1]])},
             {"disturbance": ["none", "eta_b +20%"], "moment": [0.0, 0.01, 0.4]}),
         "friction_touch": ({
@@ -248,14 +248,14 @@ def datasets() -> dict[str, xr.Dataset]:
             "checked_x": (("path", "moment"), np.full((2, 3), 2.5))},
             {"path": ["triangular", "circular"], "length": [12.0, 20.0], "moment": [0.0, 0.3, 1.0]}),
         "friction_delay": ({
-            "outcome": (("height", "moment"), [[1.0, 1.0, 0.0, 0.0]] * 2),
-            "rise": (("height", "moment"), [[0.0, 0.05, 1.0, 5.0]] * 2),
-            "sag_speed": (("height", "moment"), [[np.inf, np.inf, 1.0, 0.5]] * 2),
-            "coefficient": ("height", [10.0] * 2), "small_rise": ("height", [0.0505] * 2),
-            "vanishes_below": ("height", [0.03, 0.1]),
+            "outcome": (("gripper_height", "moment"), [[1.0, 1.0, 0.0, 0.0]] * 2),
+            "rise": (("gripper_height", "moment"), [[0.0, 0.05, 1.0, 5.0]] * 2),
+            "sag_speed": (("gripper_height", "moment"), [[np.inf, np.inf, 1.0, 0.5]] * 2),
+            "coefficient": ("gripper_height", [10.0] * 2), "small_rise": ("gripper_height", [0.0505] * 2),
+            "vanishes_below": ("gripper_height", [0.03, 0.1]),
             "checked_rise": ("check", [2.0, 2.02, 2.1]), "fold_height": ("folded", [0.91, 0.93])},
-            {"height": [3.0, 5.0], "moment": [0.0, 0.005, 0.1, 1.0], "folded": [0.1, 0.3],
-            "check": ["as above", "half the step", "half kappa_y"]}),
+            {"gripper_height": [3.0, 5.0], "moment": [0.0, 0.005, 0.1, 1.0], "folded": [0.1, 0.3],
+            "check": ["as above", "half the step", "half kappa_y"]}, {"checked_height": 3.0}),
         "fabrics": ({
             "gravity_length": ("fabric", np.full(20, 0.02)), "friction": ("bent", np.linspace(0.1, 0.5, 4))},),
         "random_paths": ({
@@ -538,17 +538,17 @@ def test_a_criterion_that_is_broken_does_not_hold(dataset: str, name: str, value
         ("variants", "lambda_end_shift", {"variant": "Poisson's ratio 0.45"}, 0.01, "variant_poisson"),
         ("eigenvalues", "eigenvalue_1", {"motion": "x", "step": 3}, 1e-2, "eigenvalue_at_critical"),
         ("eigenvalues", "eigenvalue_1", {"motion": "circular", "step": 0}, 5e-2, "eigenvalue_exponent"),
-        ("second_gripper", "chosen_gain", {"height": 5.0}, 8.9, "second_gripper_gain"),
-        ("second_gripper", "chosen_gain", {"height": 5.0}, np.nan, "second_gripper_gain"),
-        ("second_gripper", "gain", {"height": 5.0, "place": 3}, np.nan, "second_gripper_gain"),
+        ("second_gripper", "chosen_gain", {"gripper_height": 5.0}, 8.9, "second_gripper_gain"),
+        ("second_gripper", "chosen_gain", {"gripper_height": 5.0}, np.nan, "second_gripper_gain"),
+        ("second_gripper", "gain", {"gripper_height": 5.0, "place": 3}, np.nan, "second_gripper_gain"),
         ("stability_map", "error", {"length": 12.0}, 2e-6, "map_boundary_error"),
         ("stability_map", "rod", {"thickness": 0.03}, 8.98, "map_rod_difference"),
-        ("barrier", "barrier", {"height": 3.0, "distance": 1e-4}, 1.0803e-6, "barrier_coefficient"),
+        ("barrier", "barrier", {"gripper_height": 3.0, "distance": 1e-4}, 1.0803e-6, "barrier_coefficient"),
         ("layer_friction", "error", {"path": "circular", "mu": 0.2}, 0.05, "fold_error_mu"),
         ("layer_friction", "error", {"path": "r-path", "mu": 0.1}, 0.2, "fold_error_mu"),
         ("layer_friction", "created", {"path": "circular", "mu": 0.2}, 2e-6, "layer_friction_energy"),
-        ("barrier", "work", {"height": 2.0, "distance": 1e-4}, 1.0801e-6, "barrier_coefficient"),
-        ("barrier", "model_coefficient", {"model": "rod", "height": 3.0}, 1.05, "barrier_coefficient"),
+        ("barrier", "work", {"gripper_height": 2.0, "distance": 1e-4}, 1.0801e-6, "barrier_coefficient"),
+        ("barrier", "model_coefficient", {"model": "rod", "gripper_height": 3.0}, 1.05, "barrier_coefficient"),
     ],
 )
 def test_one_bad_value_is_enough(dataset: str, name: str, where: dict, value: float | str, key: str) -> None:
@@ -697,7 +697,7 @@ def test_a_number_of_no_cases_is_stored_as_none(tmp_path: Path) -> None:
 
 
 def test_physics_tables_have_the_stored_numbers_in_order() -> None:
-    data = datasets()["friction_delay"].assign(vanishes_above=("height", [0.02, np.nan])).isel(height=[1, 0])
+    data = datasets()["friction_delay"].assign(vanishes_above=("gripper_height", [0.02, np.nan])).isel(gripper_height=[1, 0])
     assert physics_tables.delay(data).splitlines() == [
         r"| z / L\* | 3 | 5 |",
         "|---|---|---|",
@@ -709,8 +709,8 @@ def test_physics_tables_have_the_stored_numbers_in_order() -> None:
 
 def test_presets_one_row_each() -> None:
     data = datasets()["accuracy"]
-    data["preset_seconds"].loc[{"asked": "auto", "accuracy": 1e-2, "height": 9.0}] = 2.0
-    data["preset_model"].loc[{"asked": "auto", "accuracy": 1e-2, "height": 9.0}] = "rod"
+    data["preset_seconds"].loc[{"asked": "auto", "accuracy": 1e-2, "gripper_height": 9.0}] = 2.0
+    data["preset_model"].loc[{"asked": "auto", "accuracy": 1e-2, "gripper_height": 9.0}] = "rod"
     rows = presets(data).splitlines()[2:]
     assert len(rows) == 4
     assert rows[0] == "| 1e-02 | `auto` | elastica, rod | 2 s | 5e-04 | 2e-04 |"

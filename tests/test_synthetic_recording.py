@@ -163,7 +163,7 @@ def test_frames_of_a_folder(folder: Path) -> None:
 def test_truth_of_a_folder(folder: Path) -> None:
     truth = json.loads((folder / "truth.json").read_text(encoding="utf-8"))
     data = store.read(folder / "truth.nc")
-    advance, t = data["lambda"].values, data["time"].values
+    advance, t = data["advance"].values, data["time"].values
     events = truth["events"]
     assert events["onset"]["lambda"] == pytest.approx(truth["lambda_c"], abs=1e-6)
     for moment in events.values():

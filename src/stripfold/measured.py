@@ -222,7 +222,7 @@ class RecordingMeasurement(Result):
             "speed_ratio": motion.ratio,
             "following": motion.following,
             "clock_offset": found.clock.offset if found.clock else nan,
-            "height": entries.gripper.height,
+            "gripper_height": entries.gripper.height,
             "eta_b": entries.strip.eta_b,
             "length": entries.strip.length,
         }

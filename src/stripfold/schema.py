@@ -20,17 +20,26 @@ Values = Mapping[str, tuple[Any, Any]]
 
 
 class Variable(NamedTuple):
-    """Unit, long name and symbol of a variable; the symbol is the paper's, empty where it has none."""
+    """Unit, long name and symbol of a variable; the symbol is the paper's, empty where it has none.
+
+    ``flags`` are the values of an enumeration and their meanings: "0=no 1=yes".
+    """
 
     unit: str
     long_name: str
-    symbol: str = ""
+    symbol: str | None = ""
+    flags: str | None = ""
 
-    @property
-    def attributes(self) -> dict[str, str]:
-        """Attributes of the variable in a dataset."""
+    def attributes(self, dtype: np.dtype[Any]) -> dict[str, Any]:
+        """Attributes of the variable in a dataset, by CF; ``dtype`` is that of its values."""
         given = {"units": self.unit, "long_name": self.long_name, "symbol": self.symbol}
-        return {key: text for key, text in given.items() if text}
+        attrs: dict[str, Any] = {key: text for key, text in given.items() if text}
+        if self.flags:
+            values, meanings = zip(*(flag.split("=") for flag in self.flags.split()), strict=True)
+            # The type of the values as stored: a file has bytes for truth values.
+            stored = np.dtype("int8") if dtype.kind == "b" else dtype
+            attrs |= {"flag_values": np.array(values, dtype=float).astype(stored), "flag_meanings": " ".join(meanings)}
+        return attrs
 
 
 @cache
@@ -78,7 +87,7 @@ def dataset(
         elif scales is not None and (factor := scales[table[name].unit]) != 1.0:
             found = factor * found
         is_coordinate = dims in (name, (name,)) or (found.dtype.kind == "O" and found.ndim > 0)
-        (coords if is_coordinate else data)[name] = (dims, found, table[name].attributes)
+        (coords if is_coordinate else data)[name] = (dims, found, table[name].attributes(found.dtype))
     return xr.Dataset(data, coords, attrs)
 
 

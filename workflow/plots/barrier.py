@@ -30,8 +30,8 @@ def draw(data: xr.Dataset) -> Figure:
     energy, ratio, ends = fig.subplots(3, 1, height_ratios=(1.2, 1.0, 1.0))
     distance = data["distance"].values
     color = LOOKS["elastica"].color
-    for height in data["height"].values:
-        one = data.sel(height=height)
+    for height in data["gripper_height"].values:
+        one = data.sel(gripper_height=height)
         width, largest = float(one["width"]), float(one["largest"])
         inside = np.isfinite(one["barrier"].values)
         x = np.append(distance[inside], width)
@@ -45,7 +45,7 @@ def draw(data: xr.Dataset) -> Figure:
             found = one["model_barrier"].sel(model=model).values
             style = {"color": LOOKS[model].color, "marker": LOOKS[model].marker, "ls": "none", "ms": size}
             ratio.plot(distance, found / distance**1.5, **style, label=f"_{model}")
-    shown = data.isel(height=data.sizes["height"] // 2)
+    shown = data.isel(gripper_height=data.sizes["gripper_height"] // 2)
     law = float(shown["coefficient"]) * distance**1.5
     energy.plot(distance, law, color=GREY, ls=":", lw=3.0, zorder=1)
     energy.set(xscale="log", yscale="log", ylabel=r"barrier$\,/\,\rho_a g{L^*}^2$")

@@ -26,12 +26,12 @@ def draw(data: xr.Dataset) -> Figure:
     ``data`` holds critical points over ``material`` and ``height_index``, padded with nan.
     """
     found = [(critical_points(data, name), how) for name, how in materials(data)]
-    sizes = sorted((CM * float(p["height"].max()), CM * float(p["end"].max())) for p, _ in found)
+    sizes = sorted((CM * float(p["gripper_height"].max()), CM * float(p["end"].max())) for p, _ in found)
     apart = len(sizes) > 1 and sizes[-2][0] < CROWDED * sizes[-1][0]
     fig = figure(5.0 if apart else 3.2)
     axes = list(fig.subplots(2 if apart else 1, 1, squeeze=False, height_ratios=(2, 1) if apart else (1,)).flat)
     for p, how in found:
-        large = apart and CM * float(p["height"].max()) == sizes[-1][0]
+        large = apart and CM * float(p["gripper_height"].max()) == sizes[-1][0]
         draw_points(axes[1 if large else 0], p, CM, how)
     for ax in axes:
         ax.set(ylabel=r"critical point $\lambda_c$ [cm]", xlim=(0.0, None), ylim=(0.0, None))
@@ -55,7 +55,7 @@ def legend_handles(data: xr.Dataset) -> list[Line2D]:
 
 def draw_points(ax: Axes, p: xr.Dataset, scale: float, how: Look, **options: Any) -> None:
     """Draw one material's points, lengths times ``scale``: markers joined by a line, crosses without snap."""
-    z, lam, error = (scale * p[name].values for name in ("height", "end", "lambda_error"))
+    z, lam, error = (scale * p[name].values for name in ("gripper_height", "end", "lambda_error"))
     snap = p["snap"].values
     ax.errorbar(z[snap], lam[snap], yerr=error[snap], **error_bars(how) | options)
     ax.plot(z[~snap], lam[~snap], "x", color=how.color, mew=1.2, label="_no-snap")

@@ -31,12 +31,12 @@ def draw(data: xr.Dataset) -> Figure:
 
     ``data`` is from :func:`studies.fall_accuracy.run`.
     """
-    count = data.sizes["height"]
+    count = data.sizes["gripper_height"]
     fig = figure(0.6 + 1.9 * count)
     panels = fig.subplots(count, 1, squeeze=False, sharex=True, sharey=True).ravel()
     default = float(data["tolerance"].median())
-    for j, (ax, height) in enumerate(zip(panels, data["height"].values, strict=True)):
-        one = data.isel(height=j)
+    for j, (ax, height) in enumerate(zip(panels, data["gripper_height"].values, strict=True)):
+        one = data.isel(gripper_height=j)
         seconds, error = one["seconds"].values, np.maximum(np.abs(one["error"].values), LEAST)
         for i in range(data.sizes["way"]):
             model, scheme, tolerance = (one[name].values[i] for name in ("model", "scheme", "tolerance"))

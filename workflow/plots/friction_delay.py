@@ -26,10 +26,10 @@ def draw(data: xr.Dataset, fabrics: xr.Dataset, friction: xr.Dataset) -> Figure:
     top, bottom = fig.subplots(2, 1, height_ratios=(1.5, 1.0))
     needed = friction["suffices"].sel(law="hysteresis").values
     real = fabrics["friction"].values
-    with_friction = data.isel(moment=slice(1, None)).sortby("height")
+    with_friction = data.isel(moment=slice(1, None)).sortby("gripper_height")
     moment = with_friction["moment"].values
-    for i, height in enumerate(with_friction["height"].values):
-        one, (color, _) = with_friction.sel(height=height), look(i)
+    for i, height in enumerate(with_friction["gripper_height"].values):
+        one, (color, _) = with_friction.sel(gripper_height=height), look(i)
         snaps, rise = one["outcome"].values == 1.0, one["rise"].values
         top.plot(moment, rise, ls=LINES[i % len(LINES)], color=color, label=f"$z = {height:g}\\,L^*$")
         top.plot(moment[snaps], rise[snaps], "o", color=color, ms=4, label="_snap")
@@ -41,20 +41,20 @@ def draw(data: xr.Dataset, fabrics: xr.Dataset, friction: xr.Dataset) -> Figure:
     handles, _ = top.get_legend_handles_labels()
     small = entry("small $M_0$, highest $z$", GREY, lw=0.6)
     fig.legend(handles=[*handles, *marks, small], fontsize=7, loc="outside upper center", ncols=3)
-    order = data.sortby("height")
+    order = data.sortby("gripper_height")
     limits = np.array([order["vanishes_above"].values, order["vanishes_below"].values])
-    bottom.vlines(order["height"].values, *limits, color=BLACK, lw=2.0, label="_brackets")
-    bottom.plot(order["height"].values, np.sqrt(limits.prod(axis=0)), color=BLACK, label="_vanishing")
+    bottom.vlines(order["gripper_height"].values, *limits, color=BLACK, lw=2.0, label="_brackets")
+    bottom.plot(order["gripper_height"].values, np.sqrt(limits.prod(axis=0)), color=BLACK, label="_vanishing")
     bottom.set(yscale="log", xlabel="$z\\,/\\,L^*$", ylabel=MOMENT.split(": ")[1], ylim=(0.003, 3.0))
     for ax, span in ((top, Axes.axvspan), (bottom, Axes.axhspan)):
         span(ax, real.min(), real.max(), color=SHADE, lw=0.0, zorder=0)
         span(ax, np.nanmin(needed), np.nanmax(needed), color=FRICTION, alpha=0.5, lw=0.0, zorder=0)
     top.set_xlabel(MOMENT.split(": ")[1])
-    middle = float(order["height"].mean())
+    middle = float(order["gripper_height"].mean())
     bottom.text(middle, np.sqrt(real.min() * real.max()), "fabrics", ha="center", va="center")
     bottom.text(middle, 0.0045, "an R-path needs", ha="center", va="center", color=BLACK)
-    bottom.text(float(order["height"].max()), 0.04, "snap", ha="right")
-    bottom.text(float(order["height"].min()), 0.13, "touch without a snap", ha="left")
+    bottom.text(float(order["gripper_height"].max()), 0.04, "snap", ha="right")
+    bottom.text(float(order["gripper_height"].min()), 0.13, "touch without a snap", ha="left")
     note(top, "(a)")
     note(bottom, "(b)")
     return fig

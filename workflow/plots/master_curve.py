@@ -38,7 +38,7 @@ def draw(data: xr.Dataset, curve: xr.Dataset) -> Figure:
         # Hollow: the points of all materials lie on each other.
         draw_points(top, p, 1.0 / unit, how, ls="none", mfc="none", mew=0.8, ms=4.0)
         p = p.isel(height_index=p["snap"].values)
-        heights = p["height"].values / unit
+        heights = p["gripper_height"].values / unit
         difference = p["end"].values / unit - elastica_at(curve, heights)
         bottom.errorbar(heights, difference, yerr=p["lambda_error"].values / unit, **error_bars(how))
     for ax in (top, bottom):

@@ -29,11 +29,11 @@ def draw(data: xr.Dataset) -> Figure:
     speeds = np.unique(np.round(data["speed"].values, 4))
     handles = []
     for eta, look, part in recordings(data):
-        z, first = np.unique(part["height"].values, return_index=True)
+        z, first = np.unique(part["gripper_height"].values, return_index=True)
         top.plot(CM * z, CM * part["lambda_model"].values[first], color=look.color, lw=1.0)
         for i, speed in enumerate(speeds):
             some = part.isel(recording=(np.round(part["speed"].values, 4) == speed) & (part["snapped"].values == 1.0))
-            names = ("height", "lambda_event", "lambda_low", "lambda_high", "lambda_model")
+            names = ("gripper_height", "lambda_event", "lambda_low", "lambda_high", "lambda_model")
             z, event, low, high, model = (CM * some[name].values for name in names)
             options = {"marker": look.marker, "color": look.color, **speed_mark(i, look.color)}
             top.plot(z, event, ls="none", **options)

@@ -31,7 +31,7 @@ def draw(data: xr.Dataset, material: str) -> Figure:
     """
     p = critical_points(data, material)
     half, snap = 0.5 * float(p["length"]), p["snap"].values
-    start, end, z = CM * (p["lambda_0"].values - half), CM * (p["end"].values - half), CM * p["height"].values
+    start, end, z = CM * (p["lambda_0"].values - half), CM * (p["end"].values - half), CM * p["gripper_height"].values
     margin = 0.05 * (end.max() - start.min())
     limits = (start.min() - margin, end.max() + margin), (-margin, z.max() + margin)
     fig, (ax,) = equal_panels([limits], above=0.62)

@@ -40,16 +40,16 @@ def branch(data: xr.Dataset, height: float) -> Branch:
     InvalidInputError
         The strip snaps at none of the heights.
     """
-    heights = np.where(data["snap"].values > 0, data["height"].values, np.nan)
+    heights = np.where(data["snap"].values > 0, data["gripper_height"].values, np.nan)
     if np.all(np.isnan(heights)):
         raise InvalidInputError("data", "no height with a snap", "one with a height at which the strip snaps")
-    one = data.isel(height=int(np.nanargmin(np.abs(heights - height * data.attrs["gravity_length"]))))
-    one = one.isel(step=np.flatnonzero(np.isfinite(one["lambda"].values)))
+    one = data.isel(gripper_height=int(np.nanargmin(np.abs(heights - height * data.attrs["gravity_length"]))))
+    one = one.isel(step=np.flatnonzero(np.isfinite(one["advance"].values)))
     return Branch(
-        height=float(one["height"]),
+        height=float(one["gripper_height"]),
         lambda_0=float(one["lambda_0"]),
         lambda_c=float(one["lambda_c"]),
-        advance=one["lambda"].values,
+        advance=one["advance"].values,
         deflection=one["deflection"].values,
         stable=one["negatives"].values == 0,
         states=tuple(state[np.isfinite(state[:, 0])] for state in states_of(one)),
@@ -71,7 +71,7 @@ def critical_points(data: xr.Dataset, material: str) -> xr.Dataset:
     InvalidInputError
         No such material.
     """
-    one = chosen(data, "material", material).dropna("height_index", subset=["height"]).sortby("height")
+    one = chosen(data, "material", material).dropna("height_index", subset=["gripper_height"]).sortby("gripper_height")
     snap = one["snap"] > 0
     return one.assign(snap=snap, end=one["lambda_c"].where(snap, one["lambda_end"]))
 
@@ -79,7 +79,7 @@ def critical_points(data: xr.Dataset, material: str) -> xr.Dataset:
 def recordings(data: xr.Dataset) -> Iterator[tuple[float, Look, xr.Dataset]]:
     """eta_b, look and recordings, by height, of each material of a dataset over ``recording``."""
     for i, eta in enumerate(np.unique(data["eta_b"].values)):
-        yield float(eta), look(i), data.isel(recording=np.flatnonzero(data["eta_b"].values == eta)).sortby("height")
+        yield float(eta), look(i), data.isel(recording=np.flatnonzero(data["eta_b"].values == eta)).sortby("gripper_height")
 
 
 def travel(states: Array, arc: Array) -> Array:

@@ -38,8 +38,8 @@ def draw(data: xr.Dataset, frames: xr.Dataset) -> Figure:
         for i, speed in enumerate(speeds):
             some = part.isel(recording=(np.round(part["speed"].values, 4) == speed) & (part["snapped"].values == 1.0))
             options = {"marker": look.marker, "color": look.color, **speed_mark(i, look.color)}
-            ax.plot(CM * some["lambda_event"], CM * some["height"], ls="none", **options)
-        z, first = np.unique(part["height"].values, return_index=True)
+            ax.plot(CM * some["lambda_event"], CM * some["gripper_height"], ls="none", **options)
+        z, first = np.unique(part["gripper_height"].values, return_index=True)
         ax.plot(CM * part["lambda_model"].values[first], CM * z, ":", color=CRITICAL)
         ax.set(xlabel=r"$\lambda$ [cm]", ylabel="$z$ [cm]")
         ax.margins(y=0.2)

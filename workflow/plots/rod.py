@@ -21,8 +21,8 @@ def draw(data: xr.Dataset) -> Figure:
     fig = figure(3.1)
     ax = fig.subplots()
     thickness = data["thickness"].values
-    for i, height in enumerate(data["height"].values):
-        one, how = data.sel(height=height), look(i + 3)  # not the colours of the models
+    for i, height in enumerate(data["gripper_height"].values):
+        one, how = data.sel(gripper_height=height), look(i + 3)  # not the colours of the models
         ax.plot(thickness, np.abs(one["model_error"]), **how._asdict(), label=f"$z = {height:g}\\,L^*$")
         ax.plot(thickness, np.abs(one["thickness_effect"]), color=how.color, ls=":", lw=0.8)
     # The orders that the two thickest strips have: of thin ones the rod's distance is that of the meshes.

@@ -24,7 +24,7 @@ def draw(data: xr.Dataset) -> Figure:
 
     ``data`` is from :func:`studies.accuracy.run`.
     """
-    count = data.sizes["height"]
+    count = data.sizes["gripper_height"]
     rows = count // 2 + 1
     fig = figure(2.0 * rows + 0.5, 5.2)
     panels = fig.subplots(rows, 2, squeeze=False, sharey=True).ravel()
@@ -32,7 +32,7 @@ def draw(data: xr.Dataset) -> Figure:
     plain = (data["order"].values == 2.0) & (data["across"].values == 1.0)
     costs = [*data["seconds"].values.T, data["way_memory"].values]
     for j, (ax, cost) in enumerate(zip(panels, costs, strict=False)):
-        one = data.isel(height=min(j, count - 1))
+        one = data.isel(gripper_height=min(j, count - 1))
         error = np.maximum(np.abs(one["error"].values), LEAST)
         for kind, how in LOOKS.items():
             for filled in (True, False):

@@ -163,13 +163,13 @@ def run(
     scene = length_star, thickness, heights[-1]
     codes = [f"from {__name__} import Strategy\n{way!r}.answer{scene!r}" for way in ways]
     grids = [
-        grid(of_reference, ("reference", "uncertain", "state_uncertain", "snaps"), {"height": heights}, 1, progress),
-        grid(of_way, ("seconds", "error", "state_error"), {"way": range(len(ways)), "height": heights}, 1, progress),
-        grid(of_elastica, ("elastica_seconds", "elastica_error"), {"height": heights}, 1, progress),
+        grid(of_reference, ("reference", "uncertain", "state_uncertain", "snaps"), {"gripper_height": heights}, 1, progress),
+        grid(of_way, ("seconds", "error", "state_error"), {"way": range(len(ways)), "gripper_height": heights}, 1, progress),
+        grid(of_elastica, ("elastica_seconds", "elastica_error"), {"gripper_height": heights}, 1, progress),
         grid(
             of_preset,
             [f"preset_{name}" for name in ("seconds", "model", "estimate", "error")],
-            {"asked": PRESETS, "accuracy": accuracies, "height": heights},
+            {"asked": PRESETS, "accuracy": accuracies, "gripper_height": heights},
             1,
             progress,
         ),
@@ -227,7 +227,7 @@ def presets(times: xr.Dataset) -> str:
     Times and errors are the largest over the heights with a snap.
     """
     rows = ["| `--accuracy` | `--model` | chosen | time | estimated error | true error |", "|---|---|---|---|---|---|"]
-    snaps = times.sel(height=times["snaps"] > 0)
+    snaps = times.sel(gripper_height=times["snaps"] > 0)
     for accuracy in times["accuracy"].values:
         for asked in times["asked"].values:
             one = snaps.sel(accuracy=accuracy, asked=asked)

@@ -38,7 +38,7 @@ def run(
     threads: int = 1,
     progress: Progress | None = None,
 ) -> xr.Dataset:
-    """Barriers over ``height`` and ``distance``, nan where the sag of the unstable state would be below the floor.
+    """Barriers over ``gripper_height`` and ``distance``, nan where the sag of the unstable state would be below the floor.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def run(
     of_elastica = np.array([[_of_elastica(found, distance) for distance in distances] for found in ranges])
     strip = {"length_star": length_star, "thickness": thickness, "refinement": refinement}
     case = partial(_of_model, length_star=length_star, thickness=thickness, refinement=refinement)
-    axes = {"model": MODELS, "height": heights, "distance": distances}
+    axes = {"model": MODELS, "gripper_height": heights, "distance": distances}
     values = grid(case, ("model_barrier", "coefficients"), axes, threads, progress)
     # The same at all distances.
     coefficients = np.nanmax(values.pop("coefficients")[1], axis=-1)
@@ -64,11 +64,11 @@ def run(
         "barrier",
         values
         | {
-            "barrier": (("height", "distance"), of_elastica[..., 0]),
-            "work": (("height", "distance"), of_elastica[..., 1]),
-            "model_coefficient": (("model", "height"), coefficients),
+            "barrier": (("gripper_height", "distance"), of_elastica[..., 0]),
+            "work": (("gripper_height", "distance"), of_elastica[..., 1]),
+            "model_coefficient": (("model", "gripper_height"), coefficients),
         }
-        | _of_ranges("height", ranges)
+        | _of_ranges("gripper_height", ranges)
         | {f"range_{name}": content for name, content in _of_ranges("range_height", others).items()}
         | {"range_height": ("range_height", list(range_heights))},
         strip,

@@ -68,7 +68,7 @@ def run(
 
     Returns
     -------
-    Over ``way`` and ``height``: numbers, and in ``no_result`` why there are none.
+    Over ``way`` and ``gripper_height``: numbers, and in ``no_result`` why there are none.
     """
     all_ways = [Way(**given) for given in ways]
     best, check = (Way(**given) for given in reference)
@@ -109,9 +109,9 @@ def run(
             "steps": len(motion.states) - 1.0,
         }
 
-    known = grid(of_reference, ("reference", "reference_time", "uncertain"), {"height": heights}, 1, progress)
+    known = grid(of_reference, ("reference", "reference_time", "uncertain"), {"gripper_height": heights}, 1, progress)
     names = ("error", "time_error", "lambda_error", "seconds", "steps")
-    values = {**known, **grid(of_way, names, {"way": range(len(ways)), "height": heights}, 1, progress)}
+    values = {**known, **grid(of_way, names, {"way": range(len(ways)), "gripper_height": heights}, 1, progress)}
     del values["way"]
     values |= {field: ("way", [getattr(way, field) for way in all_ways]) for field in Way._fields}
     attrs = {"length_star": length_star, "thickness_star": thickness, "disturbance": disturbance, "repeats": repeats}

@@ -74,7 +74,7 @@ def run(
     threads: int = 1,
     progress: Progress | None = None,
 ) -> xr.Dataset:
-    """The end of the motion over ``height`` and ``moment``, 0 among them.
+    """The end of the motion over ``gripper_height`` and ``moment``, 0 among them.
 
     Parameters
     ----------
@@ -90,8 +90,9 @@ def run(
         kappa_y, 1/L*; largest step.
     """
     case = Case(length, thickness, yield_curvature, step)
+    first, heights = heights[0], sorted(heights)
     m = [0.0, *moments]
-    found = grid(partial(_motion, case), OF_MOTION, {"height": heights, "moment": m}, threads, progress)
+    found = grid(partial(_motion, case), OF_MOTION, {"gripper_height": heights, "moment": m}, threads, progress)
     outcome = found["outcome"][1]
     brackets = [_bracket(case, z, m, row) for z, row in zip(heights, outcome, strict=True)]
     ends = found["lambda_end"][1]
@@ -99,17 +100,17 @@ def run(
         _rise(_changed(case, FINE), z, moments[0]) if row[1] == SNAP else np.nan
         for z, row in zip(heights, outcome, strict=True)
     ]
-    checks = grid(partial(_checked, case, heights[0], checked), ("rise",), {"check": list(CHECKS)}, threads)
+    checks = grid(partial(_checked, case, first, checked), ("rise",), {"check": list(CHECKS)}, threads)
     folds = grid(partial(_folded, case), ("fold_height",), {"folded": folded}, threads)
     return dataset(
         "friction_delay",
         {
             **found,
-            "rise": (("height", "moment"), ends - ends[:, :1]),
-            "coefficient": ("height", [elastica.friction_delay(z) for z in heights]),
-            "small_rise": ("height", small),
-            "vanishes_above": ("height", [b[0] for b in brackets]),
-            "vanishes_below": ("height", [b[1] for b in brackets]),
+            "rise": (("gripper_height", "moment"), ends - ends[:, :1]),
+            "coefficient": ("gripper_height", [elastica.friction_delay(z) for z in heights]),
+            "small_rise": ("gripper_height", small),
+            "vanishes_above": ("gripper_height", [b[0] for b in brackets]),
+            "vanishes_below": ("gripper_height", [b[1] for b in brackets]),
             "check": checks["check"],
             "checked_rise": checks["rise"],
             "folded": folds["folded"],
@@ -121,6 +122,7 @@ def run(
             "yield_curvature": yield_curvature,
             "step": step,
             "checked": checked,
+            "checked_height": first,
         },
     )
 

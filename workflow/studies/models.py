@@ -70,13 +70,13 @@ def run_rod(
     progress: Progress | None = None,
 ) -> xr.Dataset:
     """lambda_c of rod, solid and elastica at all heights, of strips of all thicknesses."""
-    axes = {"model": MODELS, "height": heights, "thickness": thicknesses}
+    axes = {"model": MODELS, "gripper_height": heights, "thickness": thicknesses}
     values = grid(partial(lambda_c, length_star, refinement), NUMBERS, axes, threads, progress)
     rod, solid = values["lambda_c"][1]
     truth = np.array([elastica.critical(z).advance for z in heights])
-    over = ("height", "thickness")
+    over = ("gripper_height", "thickness")
     differences = {
-        "lambda_c_elastica": ("height", truth),
+        "lambda_c_elastica": ("gripper_height", truth),
         "model_error": (over, rod / solid - 1.0),
         "thickness_effect": (over, solid / truth[:, None] - 1.0),
     }

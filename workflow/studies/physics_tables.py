@@ -34,7 +34,7 @@ def barrier(data: xr.Dataset) -> str:
         "largest barrier / rho_a g L*^2": (data["largest"].values, ".2g"),
         "its rms speed / sqrt(g L*)": (data["speed"].values, ".2g"),
     }
-    return _over(data, "height", "z / L*", rows)
+    return _over(data, "gripper_height", "z / L*", rows)
 
 
 def delay(data: xr.Dataset) -> str:
@@ -44,7 +44,7 @@ def delay(data: xr.Dataset) -> str:
         "largest M_0 with a snap": (data["vanishes_above"].values, ".2g"),
         "least M_0 without one": (data["vanishes_below"].values, ".2g"),
     }
-    return _over(data, "height", "z / L*", rows)
+    return _over(data, "gripper_height", "z / L*", rows)
 
 
 def folds(data: xr.Dataset) -> str:
@@ -72,7 +72,7 @@ def textile(data: xr.Dataset) -> str:
         "rise": (measured / secant - 1.0, ".0%"),
         "largest curvature L*": (data["curvature"].sel(law="measured").values, ".1f"),
     }
-    return _over(data, "height", "z / L*", rows)
+    return _over(data, "gripper_height", "z / L*", rows)
 
 
 def fabrics(data: xr.Dataset) -> str:

@@ -102,7 +102,7 @@ def table(
     materials
         Entries of the configuration by name, for eta_m; a recording with none of their eta_b has the paper's eta_m.
     """
-    stored = ("eta_b", "height", "lambda_event", "lambda_low", "lambda_high", "snapped")
+    stored = ("eta_b", "gripper_height", "lambda_event", "lambda_low", "lambda_high", "snapped")
     columns = {name: np.array([float(data[name]) for data in measured]) for name in stored}
     columns |= {
         "speed": np.array([float(data["gripper_speed"]) for data in measured]),
@@ -128,7 +128,7 @@ def _track(data: xr.Dataset) -> Array:
 
 def _model(data: xr.Dataset, materials: Mapping[str, Mapping[str, Any]]) -> float:
     """lambda_c of the model without friction, m."""
-    eta_b, height, length = (float(data[name]) for name in ("eta_b", "height", "length"))
+    eta_b, height, length = (float(data[name]) for name in ("eta_b", "gripper_height", "length"))
     eta_m = next((m["eta_m"] for m in materials.values() if np.isclose(m["eta_b"], eta_b, rtol=1e-6)), 1e-3)
     strip = StripScene(length=length, height=height, eta_b=eta_b, eta_m=eta_m, model="rod")
     return critical_point.find(strip).lambda_c
@@ -142,7 +142,7 @@ def zero_speed(columns: Mapping[str, Array]) -> Array:
     """
     speeds, events, snapped = columns["speed"], columns["lambda_event"], columns["snapped"] == 1.0
     zero = np.full(len(speeds), np.nan)
-    key = np.round(np.column_stack([columns["eta_b"], columns["height"]]), 6)
+    key = np.round(np.column_stack([columns["eta_b"], columns["gripper_height"]]), 6)
     for group in np.unique(key, axis=0):
         rows = np.flatnonzero(np.all(key == group, axis=1) & snapped)
         speed, lam = speeds[rows], events[rows]

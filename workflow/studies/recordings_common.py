@@ -43,7 +43,7 @@ def event_of(folder: Path) -> tuple[float, float]:
     with xr.open_dataset(folder / "truth.nc") as opened:
         truth = opened.load()
     touch = json.loads((folder / "truth.json").read_text(encoding="utf-8"))["events"]["touch"]["t"]
-    t, lam, curve = truth["time"].values, truth["lambda"].values, truth["curve"].values.astype(np.float64)
+    t, lam, curve = truth["time"].values, truth["advance"].values, truth["curve"].values.astype(np.float64)
     height = curve[0, :, 1]
     raised = slice(0, int(np.flatnonzero(height > RAISED * height[0])[-1]) + 1)
     speed = np.sqrt(np.mean(np.sum(np.gradient(curve[:, raised], t, axis=0) ** 2, axis=2), axis=1))

@@ -43,14 +43,14 @@ def run(
 
     Returns
     -------
-    Dataset over ``height`` and ``place`` or ``distance``; nan where a strip could not be followed.
+    Dataset over ``gripper_height`` and ``place`` or ``distance``; nan where a strip could not be followed.
     """
     case = partial(_case, places=places, distances=distances, beyond=beyond, thickness=thickness)
     rows = pooled(case, heights, threads, progress)
     dims = {"s": "place", "up": "place", "gain": "place", "early_gain": "distance"}
-    values: dict[str, Any] = {name: ("height", [row[name] for row in rows]) for name in rows[0].keys() - dims}
-    values |= {name: (("height", dim), np.array([row[name] for row in rows])) for name, dim in dims.items()}
-    axes = {"height": ("height", list(heights)), "distance": ("distance", list(distances))}
+    values: dict[str, Any] = {name: ("gripper_height", [row[name] for row in rows]) for name in rows[0].keys() - dims}
+    values |= {name: (("gripper_height", dim), np.array([row[name] for row in rows])) for name, dim in dims.items()}
+    axes = {"gripper_height": ("gripper_height", list(heights)), "distance": ("distance", list(distances))}
     return dataset("second_gripper", axes | values, {"beyond": beyond, "thickness": thickness})
 
 

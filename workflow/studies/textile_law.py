@@ -91,8 +91,8 @@ def run(
         "textile_law",
         {
             "law": ("law", list(LAWS)),
-            "height": ("height", heights),
-            **{name: (("law", "height"), array) for name, array in ends.items()},
+            "gripper_height": ("gripper_height", heights),
+            **{name: (("law", "gripper_height"), array) for name, array in ends.items()},
             **{name: ("law", array) for name, array in paths.items()},
             "measured_curvature": ("row", curvature),
             "measured_moment": ("row", moment),

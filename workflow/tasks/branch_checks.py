@@ -28,7 +28,7 @@ def check_branch(run: xr.Dataset) -> None:
     unit = run.attrs["gravity_length"]
     force = run.attrs["rho_a"] * run.attrs["gravity"] * unit
     snap = run["snap"].values > 0
-    lam, negatives = run["lambda"].values, run["negatives"].values
+    lam, negatives = run["advance"].values, run["negatives"].values
     exists = np.isfinite(lam)
     before = exists & (np.cumsum(negatives > 0, axis=1) == 0)
     steps = np.where(before[:, 1:], np.diff(lam, axis=1), np.nan)
@@ -46,7 +46,7 @@ def check_branch(run: xr.Dataset) -> None:
         "lambda_c is given without a snap": ~snap & np.isfinite(run["lambda_c"].values),
     }
     failures = [
-        f"{what} at z/L* = {', '.join(f'{z:g}' for z in run['height'].values[where] / unit)}"
+        f"{what} at z/L* = {', '.join(f'{z:g}' for z in run['gripper_height'].values[where] / unit)}"
         for what, where in broken.items()
         if np.any(where)
     ]

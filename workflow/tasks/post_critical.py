@@ -128,7 +128,7 @@ def two_ways(
         way += [float(i)] * len(new)
         touches.append(direction.motion.touch_x)
     data = dataset(rows, plan.path, material)
-    data["way"] = ("state", way, schema.variables()["way"].attributes)
+    data["way"] = ("state", way, schema.variables()["way"].attributes(np.dtype(float)))
     return data.assign_attrs(
         length=length,
         reason="",

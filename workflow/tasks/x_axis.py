@@ -115,7 +115,7 @@ def dataset(material: Material, length: float, results: Sequence[HeightResult]) 
     snap = per_height(lambda r: float(r.run.end is End.SNAP))
     end = per_height(lambda r: r.run.lam)
     heights: dict[str, Array] = {
-        "height": per_height(lambda r: r.height),
+        "gripper_height": per_height(lambda r: r.height),
         "snap": snap.astype(np.int8),
         "lambda_0": per_height(lambda r: r.run.lambda_0),
         "lambda_end": end,
@@ -129,21 +129,21 @@ def dataset(material: Material, length: float, results: Sequence[HeightResult]) 
         "elements": per_height(lambda r: len(r.run.last.model.ends) - 1),
     }
     steps: dict[str, Array] = {
-        "lambda": per_step(lambda x: x.lam),
+        "advance": per_step(lambda x: x.lam),
         "tangent_lambda": per_step(lambda x: x.tangent_lam),
         "eigenvalue_1": per_step(lambda x: float(x.eigenvalues[0])),
         "eigenvalue_2": per_step(lambda x: float(x.eigenvalues[1])),
         "deflection": deflection,
         **{name: per_step(attrgetter(name)) for name in RECORDED},
     }
-    nodes, node = ("height", "step", "node"), ("height", "node")
+    nodes, node = ("gripper_height", "step", "node"), ("gripper_height", "node")
     return schema.dataset(
         {
-            **{name: ("height", values) for name, values in heights.items()},
-            **{name: (("height", "step"), values) for name, values in steps.items()},
+            **{name: ("gripper_height", values) for name, values in heights.items()},
+            **{name: (("gripper_height", "step"), values) for name, values in steps.items()},
             **{"x": (nodes, x), "z": (nodes, z), "arc": (node, s)},
             **{"mode_x": (node, mode[..., 0]), "mode_z": (node, mode[..., 1])},
-            "reason": ("height", [r.run.end.reason for r in results]),
+            "reason": ("gripper_height", [r.run.end.reason for r in results]),
         },
         {**material.attributes, "thickness": material.thickness, "length": length},
         material.scales,
@@ -203,7 +203,7 @@ PER_HEIGHT = (
     "lambda_end",
     "lambda_error",
     "free_length",
-    "height",
+    "gripper_height",
 )
 PER_MATERIAL = ("eta_b", "eta_m", "gravity_length", "thickness", "length")
 STAR = {
@@ -225,7 +225,7 @@ def critical_points(runs: Mapping[str, xr.Dataset], labels: Mapping[str, str]) -
         How figures call each material.
     """
     names = list(runs)
-    n = max(run.sizes["height"] for run in runs.values())
+    n = max(run.sizes["gripper_height"] for run in runs.values())
 
     def padded(values: xr.DataArray) -> np.ndarray:
         row = np.full(n, np.nan)
@@ -235,7 +235,7 @@ def critical_points(runs: Mapping[str, xr.Dataset], labels: Mapping[str, str]) -
     dims = ("material", "height_index")
     reasons = np.full((len(names), n), "", dtype=object)
     for row, m in zip(reasons, names, strict=True):
-        row[: runs[m].sizes["height"]] = runs[m]["reason"].values
+        row[: runs[m].sizes["gripper_height"]] = runs[m]["reason"].values
     return schema.dataset(
         {
             **{key: (dims, np.stack([padded(runs[m][key]) for m in names])) for key in PER_HEIGHT},

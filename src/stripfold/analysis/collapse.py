@@ -244,7 +244,7 @@ def dataset(simulation: Simulation, found: Collapse) -> xr.Dataset:
     energies = [(phase, energy_of(problem, state)) for phase, problem, state in states]
     columns = {
         "time": each(lambda s: s.t if isinstance(s, TimeState) else np.nan),
-        "lambda": each(lambda s: s.lam),
+        "advance": each(lambda s: s.lam),
         "deflection": moved,
         "contacts": each(lambda s: len(s.active)),
         "minimal_gap": np.array([np.min(state.q[problem.bounded]) for _, problem, state in states]),
@@ -284,5 +284,5 @@ def last_good(simulation: Simulation, error: TimeStepError) -> xr.Dataset:
     """The last good moment of a motion that could not be followed, for a look at what went wrong; SI."""
     last: TimeState = error.last
     x, z = error.details["mid_surface"].T
-    values = {"x": ("node", x), "z": ("node", z), "time": ((), last.t), "lambda": ((), last.lam)}
+    values = {"x": ("node", x), "z": ("node", z), "time": ((), last.t), "advance": ((), last.lam)}
     return schema.dataset(values, {"error": str(error)}, simulation.material.scales)

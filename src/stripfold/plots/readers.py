@@ -61,14 +61,14 @@ def collapse(data: xr.Dataset) -> Collapse:
     """
     allowed = f"one collapse: finite states of the phases {', '.join(PHASES)} in this order, the last may be missing"
     advice = "use a result of `stripfold simulate`"
-    require(data, ("phase", "time", "lambda", "deflection", "x", "z", "arc"), allowed, _COLLAPSE, advice)
+    require(data, ("phase", "time", "advance", "deflection", "x", "z", "arc"), allowed, _COLLAPSE, advice)
     phase, time, states = data["phase"].values.astype(str), data["time"].values, states_of(data)
     runs = [str(phase[i]) for i in range(len(phase)) if i == 0 or phase[i] != phase[i - 1]]
     if runs not in (list(PHASES), list(PHASES[:2])):
         raise InvalidInputError("data", f"phases {', '.join(runs) or 'none'}", allowed, advice)
     for name, fine in {
         "x or z": np.isfinite(states).all(),
-        "lambda or deflection": np.isfinite(data[["lambda", "deflection"]].to_array()).all(),
+        "advance or deflection": np.isfinite(data[["advance", "deflection"]].to_array()).all(),
         "times of the fall": np.all(np.diff(time[phase == FALL], prepend=0.0) >= 0.0),
     }.items():
         if not fine:
@@ -77,7 +77,7 @@ def collapse(data: xr.Dataset) -> Collapse:
         **{name: float(data.attrs[name]) for name in _COLLAPSE},
         phase=phase,
         time=time,
-        advance=data["lambda"].values,
+        advance=data["advance"].values,
         deflection=data["deflection"].values,
         states=states,
     )

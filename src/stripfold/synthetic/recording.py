@@ -97,7 +97,7 @@ def write_recording(
             "lambda_c": history.lambda_c,
             "speed": scene.gripper.speed,
             "events": {
-                name: {"t": t, "lambda": None if t is None else float(np.interp(t, truth["time"], truth["lambda"]))}
+                name: {"t": t, "lambda": None if t is None else float(np.interp(t, truth["time"], truth["advance"]))}
                 for name, t in events.items()
             },
             "camera": {
@@ -165,7 +165,7 @@ def _truth(history: History, scene: Scene) -> xr.Dataset:
     # Single precision, 1e-8 m, halves the file.
     return schema.dataset(
         {
-            "lambda": ("time", advance),
+            "advance": ("time", advance),
             "gripper": (("time", "axis"), history.gripper),
             "curve": (("time", "point", "axis"), history.curve.astype(np.float32)),
             "time": ("time", history.t),

@@ -47,7 +47,7 @@ def points(d: xr.Dataset) -> Facts:
 
 def deviation(d: xr.Dataset, master: xr.Dataset) -> Facts:
     lambda_c = (d.lambda_c / d.gravity_length).values
-    curve = np.interp((d.height / d.gravity_length).values, master.z.values, master.lambda_c.values)
+    curve = np.interp((d.gripper_height / d.gravity_length).values, master.z.values, master.lambda_c.values)
     return {"found": np.isfinite(lambda_c).sum(), "deviation": np.nanmax(np.abs(lambda_c / curve - 1.0))}
 
 
@@ -106,11 +106,11 @@ def accuracy(d: xr.Dataset) -> Facts:
     solid = d.sel(asked="solid", accuracy=1e-3)
     return {
         "z": HEIGHT,
-        "seconds": solid.preset_seconds.sel(height=HEIGHT),
-        "estimate": solid.preset_estimate.sel(height=HEIGHT),
+        "seconds": solid.preset_seconds.sel(gripper_height=HEIGHT),
+        "estimate": solid.preset_estimate.sel(gripper_height=HEIGHT),
         "off": np.abs(solid.preset_error).max(),
         "slowest": solid.preset_seconds.max(),
-        "elastica": d.elastica_seconds.sel(height=HEIGHT),
+        "elastica": d.elastica_seconds.sel(gripper_height=HEIGHT),
         "slowest_elastica": d.elastica_seconds.max(),
         "apart": np.abs(d.elastica_error).max(),
     }

@@ -19,8 +19,8 @@ def slopes(d: xr.Dataset) -> Facts:
     """Of lambda_c over the height, material by material, between neighbouring heights."""
     found = []
     for name in d.material.values:
-        one = d.sel(material=name).dropna("height_index", subset=["lambda_c"]).sortby("height")
-        found.append(np.diff(one.lambda_c) / np.diff(one.height))
+        one = d.sel(material=name).dropna("height_index", subset=["lambda_c"]).sortby("gripper_height")
+        found.append(np.diff(one.lambda_c) / np.diff(one.gripper_height))
     slope = np.concatenate(found)
     return {"least": slope.min(), "most": slope.max(), "materials": d.sizes["material"]}
 
@@ -37,7 +37,7 @@ def collapse(d: xr.Dataset) -> Facts:
     fall, after = np.flatnonzero(phase == "fall"), np.flatnonzero(phase == "after")
     ends = d.isel(state=[int(fall[0]), int(fall[-1])])
     jump = np.hypot(ends.x.diff("state"), ends.z.diff("state")).max() / unit
-    moved = float(np.abs(ends["lambda"].diff("state")).max()) / unit
+    moved = float(np.abs(ends["advance"].diff("state")).max()) / unit
     return {
         "jump": jump,
         "moved": moved,

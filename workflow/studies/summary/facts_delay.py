@@ -15,7 +15,7 @@ LEAST_OF_FABRICS = 0.2
 
 def friction_delay(d: xr.Dataset, fabrics: xr.Dataset) -> Facts:
     """At the height of the checks, with the fabrics' median M_0."""
-    first, real = d.isel(height=0), fabrics.friction
+    first, real = d.sel(gripper_height=d.attrs["checked_height"]), fabrics.friction
     median = float(real.median())
     rises = [_interpolated(first, float(m)) for m in (median, real.min(), real.max())]
     checks = d.checked_rise.values
@@ -24,7 +24,7 @@ def friction_delay(d: xr.Dataset, fabrics: xr.Dataset) -> Facts:
     unit = d.fold_height[-1] / elastica.folded_loop().height
     with_friction = d.sel(moment=d.moment >= float(real.min()))
     return {
-        "height": d.height[0],
+        "height": d.attrs["checked_height"],
         "median": median,
         "rise": rises[0],
         "least": rises[1],
@@ -33,12 +33,12 @@ def friction_delay(d: xr.Dataset, fabrics: xr.Dataset) -> Facts:
         "half_kappa_y": error[list(d.check.values).index("half kappa_y")],
         "law": np.nanmax(np.abs(law.values - 1.0)),
         "coefficients": ", ".join(
-            f"{float(c):.2f} at {float(z):g}" for z, c in zip(d.height, d.coefficient, strict=True)
+            f"{float(c):.2f} at {float(z):g}" for z, c in zip(d.gripper_height, d.coefficient, strict=True)
         ),
         "smallest": d.moment[1],
         "no_snap": d.vanishes_below.max(),
         "no_snap_each": ", ".join(
-            f"{float(m):.2g} at {float(z):g}" for z, m in zip(d.height, d.vanishes_below, strict=True)
+            f"{float(m):.2g} at {float(z):g}" for z, m in zip(d.gripper_height, d.vanishes_below, strict=True)
         ),
         "real_least": real.min(),
         "snapping": int((with_friction.outcome == SNAP).sum()),

@@ -15,15 +15,15 @@ SHOWN = 3.0
 
 def barrier(d: xr.Dataset) -> Facts:
     """The law near the fold, its coefficient by several ways, and the end of the bistable range."""
-    one = d.sel(height=SHOWN)
+    one = d.sel(gripper_height=SHOWN)
     least = d.distance.values.argmin()
     law = d.coefficient * d.distance**1.5
-    models = d.model_coefficient.sel(height=SHOWN) / one.coefficient - 1.0
+    models = d.model_coefficient.sel(gripper_height=SHOWN) / one.coefficient - 1.0
     return {
         "z": SHOWN,
         "measured": one.barrier[least] / one.distance[least] ** 1.5,
         "normal": one.coefficient,
-        "apart": np.abs(one.barrier / law.sel(height=SHOWN) - 1.0)[least],
+        "apart": np.abs(one.barrier / law.sel(gripper_height=SHOWN) - 1.0)[least],
         "curved": np.abs(d.barrier / law - 1.0).max(),
         "work": np.abs(d.work / d.barrier - 1.0).max(),
         "rod": models.sel(model="rod"),
@@ -36,8 +36,8 @@ def barrier(d: xr.Dataset) -> Facts:
         "speed": one.speed,
         "first_width": d.width[0],
         "last_width": d.width[-1],
-        "first_z": d.height[0],
-        "last_z": d.height[-1],
+        "first_z": d.gripper_height[0],
+        "last_z": d.gripper_height[-1],
     }
 
 
@@ -48,13 +48,13 @@ def second_gripper(d: xr.Dataset) -> Facts:
     kept = (d.gain >= d.possible).sum("place")
     return {
         "z": SHOWN,
-        "gain": d.chosen_gain.sel(height=SHOWN),
+        "gain": d.chosen_gain.sel(gripper_height=SHOWN),
         "worst": (d.chosen_gain.fillna(0.0) / best).min(),
         "early": (d.early_gain.fillna(0.0) / best).min(),
         "earliest": d.distance.max(),
         "places": d.sizes["place"],
-        "lowest_z": d.height.min(),
-        "highest_z": d.height.max(),
+        "lowest_z": d.gripper_height.min(),
+        "highest_z": d.gripper_height.max(),
         "lowest": d.chosen_up.min(),
         "highest": d.chosen_up.max(),
         "fewest": kept.min(),

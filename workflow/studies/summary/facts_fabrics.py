@@ -31,7 +31,7 @@ def textile_law(d: xr.Dataset) -> Facts:
     measured, secant = (d.sel(law=law) for law in ("measured", "secant"))
     ratio = measured.advance / secant.advance
     return {
-        "heights": f"{float(d.height.min()):g} to {float(d.height.max()):g}",
+        "heights": f"{float(d.gripper_height.min()):g} to {float(d.gripper_height.max()):g}",
         "ratio": ratio.max(),
         "least_ratio": ratio.min(),
         "bend": measured.curvature.max() / d.measured_curvature.max(),
