@@ -141,8 +141,7 @@ def test_no_flipped_byte_changes_a_value_unseen(tmp_path):
         (tmp_path / "b.nc").write_bytes(whole[:at] + bytes([whole[at] ^ 0x10]) + whole[at + 1 :])
         try:
             xr.testing.assert_equal(store.read(tmp_path / "b.nc"), example())
-        except InvalidInputError as error:
-            assert "b.nc" in str(error)
+        except InvalidInputError:
             seen += 1
     assert seen > 5
 

@@ -94,7 +94,8 @@ def datasets() -> dict[str, xr.Dataset]:
             "slow_kinetic": 0.0025, "snap_energy": 0.5}, {"mu": [0.0, 0.6]},
             {"speed": 0.05, "moment": 0.02, "length_star": 14.0}),
         "barrier": ({
-            **{name: (("gripper_height", "distance"), 1.08 * np.array([[1e-6, 3.2e-5], [1e-6, np.nan]])) for name in ENERGIES},
+            **{name: (("gripper_height", "distance"), 1.08 * np.array([[1e-6, 3.2e-5], [1e-6, np.nan]]))
+               for name in ENERGIES},
             "model_coefficient": (("model", "gripper_height"), np.full((2, 2), 1.076)),
             **{name: ("gripper_height", [1.08, 1.08]) for name in ("coefficient", "width", "largest", "speed")}},
             {"gripper_height": [3.0, 2.0], "distance": [1e-4, 1.00794e-3], "model": ["rod", "solid"]}),
@@ -178,7 +179,8 @@ def datasets() -> dict[str, xr.Dataset]:
             "preset_seconds": (PRESET, np.full((2, 2, 2), 0.19)), "preset_estimate": (PRESET, np.full((2, 2, 2), 5e-4)),
             "preset_error": (PRESET, np.full((2, 2, 2), -2e-4)), "snaps": ("gripper_height", [1, 1]),
             "preset_model": (PRESET, [[["elastica"] * 2, ["rod"] * 2], [["solid"] * 2] * 2]),
-            "elastica_seconds": ("gripper_height", [0.004, 0.005]), "elastica_error": ("gripper_height", [1e-12, -1e-12])},
+            "elastica_seconds": ("gripper_height", [0.004, 0.005]),
+            "elastica_error": ("gripper_height", [1e-12, -1e-12])},
             {"asked": ["auto", "solid"], "accuracy": [1e-2, 1e-3], "gripper_height": [3.0, 9.0]}),
         "estimates": ({
             "asked": ("case", texts(*["auto", "solid", "rod"] * 100)), "estimate": ("case", np.full(300, 1e-3)),
@@ -235,7 +237,8 @@ def datasets() -> dict[str, xr.Dataset]:
         "friction_steps": ({"suffices": (("law", "step"), [[0.04, 0.08, 0.16], [0.008, 0.0082, 0.008]])},
             {"law": ["pull", "hysteresis"], "step": [0.2, 0.1, 0.05]}),
         "textile_law": ({
-            **{name: (("law", "gripper_height"), [[9.0, 12.0], [11.0, 14.0]]) for name in ("advance", "curvature", "leaves")},
+            **{name: (("law", "gripper_height"), [[9.0, 12.0], [11.0, 14.0]])
+               for name in ("advance", "curvature", "leaves")},
             "path_lost": ("law", [0.66, 0.73]), "measured_curvature": ("row", [1.0, 3.0])},
             {"law": ["secant", "measured"], "gripper_height": [3.0, 5.0]}),
         "disturbed_rpath": ({"touch_error": (("disturbance", "moment"), [[0.2, 0.02, 0.05], [-2.5, 0.3, 0.1]])},
@@ -697,7 +700,11 @@ def test_a_number_of_no_cases_is_stored_as_none(tmp_path: Path) -> None:
 
 
 def test_physics_tables_have_the_stored_numbers_in_order() -> None:
-    data = datasets()["friction_delay"].assign(vanishes_above=("gripper_height", [0.02, np.nan])).isel(gripper_height=[1, 0])
+    data = (
+        datasets()["friction_delay"]
+        .assign(vanishes_above=("gripper_height", [0.02, np.nan]))
+        .isel(gripper_height=[1, 0])
+    )
     assert physics_tables.delay(data).splitlines() == [
         r"| z / L\* | 3 | 5 |",
         "|---|---|---|",

@@ -67,12 +67,12 @@ def test_a_sweep_is_the_single_critical_points(tmp_path):
     }
     file = tmp_path / "sweep.nc"
     found = sweep.run({**axes, "eta_b": 3780}, file, cores=2)
-    assert found.lambda_c.dims == ("height", "length", "eta_m", "model")
+    assert found.lambda_c.dims == ("gripper_height", "length", "eta_m", "model")
     seen = set()
     for values in product(*axes.values()):
         at = dict(zip(axes, values, strict=True))
         numbers, reason = single({**at, "eta_b": 3780.0})
-        here = found.sel(at)
+        here = found.sel({sweep.NAMES.get(key, key): value for key, value in at.items()})
         # The elastica's are interpolated.
         rounding = 1e-10 if at["model"] == "elastica" else 0.0
         near = pytest.approx(numbers, rel=rounding, abs=0, nan_ok=True)
@@ -82,7 +82,7 @@ def test_a_sweep_is_the_single_critical_points(tmp_path):
     assert seen == {"lambda", "the", "height", "length", "eta_m"}
     stored = store.read(file)
     xr.testing.assert_equal(stored, found)
-    assert stored.lambda_c.units == stored.height.units == "m"
+    assert stored.lambda_c.units == stored.gripper_height.units == "m"
     assert (stored.attrs["eta_b"], stored.attrs["nu"]) == (3780.0, 0.0)
     assert os.listdir(tmp_path) == ["sweep.nc"]
 

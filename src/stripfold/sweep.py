@@ -35,6 +35,8 @@ if TYPE_CHECKING:
 
 KEYS = ("eta_b", "height", "length", "eta_m", "nu", "model", "accuracy")
 """Keys of a grid, the slowest first: cases in a row share the elastica at their height, which those of one L* have."""
+NAMES = {"height": "gripper_height"}
+"""Names of keys in the dataset, where they are others: CF reserves ``height``."""
 NUMBERS = ("lambda_c", "lambda_touch", "error", "model_error", "free_length")
 MOST_CASES = 200_000
 """Most cases of a grid: on the solid a night's work, and with a text for each 100 MB in memory."""
@@ -157,7 +159,8 @@ def run(
     Returns
     -------
     ``lambda_c`` or, without a snap, ``lambda_touch``, ``error``, ``model_error``, ``free_length`` and ``reason`` over
-    the keys with several values; nan where a case is refused or fails, with the error as its reason.
+    the keys with several values, named as in :data:`NAMES`; nan where a case is refused or fails, with the error as its
+    reason.
 
     Raises
     ------
@@ -270,6 +273,7 @@ def _gathered(grid: Grid, chunks: list[range], parts: list[Path]) -> xr.Dataset:
         for name in NUMBERS:
             found[name][where] = data[name]
         found["reason"][where] = [texts.setdefault(text, text) for text in data["reason"].values]
-    values: dict[str, Any] = {key: (key, grid.values[key]) for key in grid.listed}
-    values |= {name: (grid.listed, array.reshape(grid.shape)) for name, array in found.items()}
+    listed = tuple(NAMES.get(key, key) for key in grid.listed)
+    values: dict[str, Any] = {name: (name, grid.values[key]) for name, key in zip(listed, grid.listed, strict=True)}
+    values |= {name: (listed, array.reshape(grid.shape)) for name, array in found.items()}
     return schema.dataset(values, {key: grid.values[key][0] for key in KEYS if key not in grid.listed})

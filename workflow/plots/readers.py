@@ -79,7 +79,11 @@ def critical_points(data: xr.Dataset, material: str) -> xr.Dataset:
 def recordings(data: xr.Dataset) -> Iterator[tuple[float, Look, xr.Dataset]]:
     """eta_b, look and recordings, by height, of each material of a dataset over ``recording``."""
     for i, eta in enumerate(np.unique(data["eta_b"].values)):
-        yield float(eta), look(i), data.isel(recording=np.flatnonzero(data["eta_b"].values == eta)).sortby("gripper_height")
+        yield (
+            float(eta),
+            look(i),
+            data.isel(recording=np.flatnonzero(data["eta_b"].values == eta)).sortby("gripper_height"),
+        )
 
 
 def travel(states: Array, arc: Array) -> Array:

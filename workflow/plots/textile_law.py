@@ -32,7 +32,9 @@ def draw(data: xr.Dataset) -> Figure:
         left.plot(inside, law.moment(inside), color=color, lw=1.0, label=NAMES[name])
         left.plot(beyond, law.moment(beyond), color=color, ls="--", lw=1.0, label=f"_{name}-beyond")
         left.plot(bends, law.moment(bends), "|", color=color, ms=9, label=f"_{name}-critical")
-        right.plot(data["gripper_height"], one["advance"], color=color, marker="o", label=rf"$\lambda_c$, {NAMES[name]}")
+        right.plot(
+            data["gripper_height"], one["advance"], color=color, marker="o", label=rf"$\lambda_c$, {NAMES[name]}"
+        )
     left.plot(kappa, moment, ".", color=BLACK, ms=4, label="_rows")
     left.plot([], [], "|", color=GREY, ms=9, label="critical states")
     left.plot([], [], color=GREY, ls="--", lw=1.0, label="not measured")

@@ -163,8 +163,20 @@ def run(
     scene = length_star, thickness, heights[-1]
     codes = [f"from {__name__} import Strategy\n{way!r}.answer{scene!r}" for way in ways]
     grids = [
-        grid(of_reference, ("reference", "uncertain", "state_uncertain", "snaps"), {"gripper_height": heights}, 1, progress),
-        grid(of_way, ("seconds", "error", "state_error"), {"way": range(len(ways)), "gripper_height": heights}, 1, progress),
+        grid(
+            of_reference,
+            ("reference", "uncertain", "state_uncertain", "snaps"),
+            {"gripper_height": heights},
+            1,
+            progress,
+        ),
+        grid(
+            of_way,
+            ("seconds", "error", "state_error"),
+            {"way": range(len(ways)), "gripper_height": heights},
+            1,
+            progress,
+        ),
         grid(of_elastica, ("elastica_seconds", "elastica_error"), {"gripper_height": heights}, 1, progress),
         grid(
             of_preset,

@@ -38,7 +38,7 @@ def run(
     threads: int = 1,
     progress: Progress | None = None,
 ) -> xr.Dataset:
-    """Barriers over ``gripper_height`` and ``distance``, nan where the sag of the unstable state would be below the floor.
+    """Barriers over ``gripper_height`` and ``distance``, nan where the unstable state's sag would be below the floor.
 
     Parameters
     ----------

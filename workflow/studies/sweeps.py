@@ -60,13 +60,15 @@ def _sweep(model: str, count: int, checked: int, rng: np.random.Generator, cores
         "wall": wall,
         "cost": used / found.reason.size,
         "memory": memory,
-        "apart": max(_apart(found.isel(height=i, eta_b=j), model) for i, j in places),
+        "apart": max(_apart(found.isel(gripper_height=i, eta_b=j), model) for i, j in places),
     }
 
 
 def _apart(found: xr.Dataset, model: str) -> float:
     """Distance in lambda_c or lambda_touch of a scene of a sweep from the scene alone, L*; inf between these two."""
-    scene = Scene.of({"length": LENGTH, "height": float(found.height), "eta_b": float(found.eta_b), "model": model})
+    scene = Scene.of(
+        {"length": LENGTH, "height": float(found.gripper_height), "eta_b": float(found.eta_b), "model": model}
+    )
     alone = critical_point.find(scene)
     name = "lambda_c" if alone.snap else "lambda_touch"
     apart = abs(float(found[name]) - getattr(alone, name)) / scene.gravity_length

@@ -127,8 +127,7 @@ def two_ways(
         rows += new
         way += [float(i)] * len(new)
         touches.append(direction.motion.touch_x)
-    data = dataset(rows, plan.path, material)
-    data["way"] = ("state", way, schema.variables()["way"].attributes(np.dtype(float)))
+    data = dataset(rows, plan.path, material).merge(schema.dataset({"way": ("state", way)}))
     return data.assign_attrs(
         length=length,
         reason="",
