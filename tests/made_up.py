@@ -64,24 +64,16 @@ def collapse(after: bool = True) -> xr.Dataset:
     }
     data = xr.Dataset({name: (dims, v, {"units": u, "long_name": name}) for name, (dims, v, u) in columns.items()})
     data = data.assign_coords(phase=("state", phase.astype(object), {"units": "1", "long_name": "part of the motion"}))
-    data.attrs = {
-        "height": HEIGHT,
-        "length": LENGTH,
-        "lambda_0": LAMBDA_0,
-        "lambda_c": LAMBDA_C,
-        "gravity_length": 0.03,
-        "eta_b": 3780.0,
-        "touch_time": TOUCH,
-        "touch_x": -0.05,
-        "settle_time": SETTLE,
-    }
+    data = data.assign(gripper_height=HEIGHT, lambda_0=LAMBDA_0, lambda_c=LAMBDA_C)
+    data = data.assign(touch_time=TOUCH, touch_x=-0.05, settle_time=SETTLE)
+    data.attrs = {"length": LENGTH, "gravity_length": 0.03, "eta_b": 3780.0}
     return data if after else until_touch(data)
 
 
 def until_touch(data: xr.Dataset) -> xr.Dataset:
     """The same, as it is when only the way to the first touch was asked for."""
     keep = (data["phase"].values == "before") | (data["time"].values <= TOUCH)
-    return data.isel(state=np.flatnonzero(keep)).assign_attrs(settle_time=np.nan)
+    return data.isel(state=np.flatnonzero(keep)).assign(settle_time=np.nan)
 
 
 UNIT = 0.03

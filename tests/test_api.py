@@ -126,6 +126,9 @@ def test_collapse(tmp_path: Path):
     assert np.isnan(found.rest_time)
     found.to_netcdf(tmp_path / "c.nc")
     assert json.loads(store.read(tmp_path / "c.nc").attrs["config"])["until"] == "touch"
+    # Without its run times, so that the same inputs give the same file.
+    SHORT.collapse(height=0.056, model="rod", release=release).to_netcdf(tmp_path / "again.nc")
+    assert (tmp_path / "again.nc").read_bytes() == (tmp_path / "c.nc").read_bytes()
 
 
 def test_eta_b():

@@ -31,7 +31,7 @@ class TestReader:
         assert found.critical == FIRST_FALL - 1
         # The times are 2 s (i / 40)^2: 0.5 s at i = 20.
         assert found.touch == FIRST_FALL + 20
-        without = readers.collapse(data.assign_attrs(touch_time=np.nan))
+        without = readers.collapse(data.assign(touch_time=np.nan))
         assert without.touch == FIRST_FALL + made_up.COUNTS["fall"] - 1
 
     def test_travel_is_the_sum_of_rms_displacements(self, data):
@@ -47,7 +47,7 @@ class TestReader:
         [
             (lambda data: data.drop_vars("phase"), "without phase"),
             (lambda data: data.drop_vars(["x", "arc"]), "without x, arc"),
-            (lambda data: data.drop_attrs(), "without height"),
+            (lambda data: data.drop_vars("gripper_height"), "without gripper_height"),
             (lambda data: data.isel(state=slice(None, None, -1)), "phases after, fall, before"),
             (lambda data: data.isel(state=slice(0, 5)), "phases before"),
             (lambda data: data.isel(state=slice(0, 0)), "phases none"),

@@ -151,7 +151,8 @@ class CriticalPoint(CriticalResult, Result):
             values |= {"end_advance": ("end", ends.advance), "end_margin": ("end", ends.margin)}
         if (second := self.second_gripper) is not None:
             values |= {f"second_{key}": ((), float(item)) for key, item in asdict(second).items() if key != "reason"}
-        attrs = {"model": self.model, "snap": int(self.snap), "reason": self.reason, "height": self.scene.height}
+        values["gripper_height"] = ((), self.scene.height)
+        attrs = {"model": self.model, "snap": int(self.snap), "reason": self.reason}
         return schema.dataset(values, attrs)
 
     def plot(self) -> Figure:
@@ -325,17 +326,17 @@ class StripCollapse(Result):
     @property
     def lambda_c(self) -> float:
         """Advance of the gripper past the flat end at the snap, m."""
-        return float(self.dataset.attrs["lambda_c"])
+        return float(self.dataset["lambda_c"])
 
     @property
     def touch(self) -> tuple[float, float]:
         """Time of the first touch after the release, s, and its x, m; nan where there is none."""
-        return float(self.dataset.attrs["touch_time"]), float(self.dataset.attrs["touch_x"])
+        return float(self.dataset["touch_time"]), float(self.dataset["touch_x"])
 
     @property
     def rest_time(self) -> float:
         """Time from the release to rest, s; nan where the fall was not followed so far."""
-        return float(self.dataset.attrs["settle_time"])
+        return float(self.dataset["settle_time"])
 
     @property
     def warnings(self) -> tuple[str, ...]:

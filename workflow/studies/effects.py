@@ -68,8 +68,8 @@ def compare(given: Mapping[str, Any], effect: str, repeats: int) -> dict[str, fl
             seconds[setting].append(process_time() - began)
     (on, on_clock), (off, off_clock) = found["on"], found["off"]
     unit = on.attrs["gravity_length"]
-    change = abs(on.attrs["lambda_c"] / off.attrs["lambda_c"] - 1.0)
-    touch = abs(on.attrs["touch_x"] - off.attrs["touch_x"]) / unit
+    change = abs(float(on["lambda_c"] / off["lambda_c"]) - 1.0)
+    touch = abs(float(on["touch_x"] - off["touch_x"])) / unit
     # Other load of the machine makes a run longer, never shorter.
     least = {setting: min(taken) for setting, taken in seconds.items()}
     accuracy = asked["on"].accuracy

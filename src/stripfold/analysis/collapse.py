@@ -251,32 +251,34 @@ def dataset(simulation: Simulation, found: Collapse) -> xr.Dataset:
         "negatives": each(lambda s: s.negatives if isinstance(s, Point) else np.nan),
         **{name: np.array([of_balance(phase, e, name) for phase, e in energies]) for name in ENERGIES},
     }
-    scales, nan = material.scales, float("nan")
-    touched = ended = nan
+    touched = ended = nan = float("nan")
     if motion:
         assert motion.touch is not None  # else there is no collapse
         touched, ended = motion.states[motion.touch].t, motion.states[-1].t
+    scalars = {
+        "gripper_height": simulation.height_star,
+        "lambda_0": run.lambda_0,
+        "lambda_c": run.lam,
+        "touch_time": touched,
+        "touch_x": motion.touch_x if motion else nan,
+        "settle_time": ended if simulation.until == "rest" else nan,
+    }
     attrs = {
         **material.attributes,
         "thickness": material.thickness,
         "length": simulation.length,
-        "height": simulation.height,
-        "lambda_0": scales["m"] * run.lambda_0,
-        "lambda_c": scales["m"] * run.lam,
-        "touch_time": scales["s"] * touched,
-        "touch_x": scales["m"] * motion.touch_x if motion else nan,
-        "settle_time": scales["s"] * ended if simulation.until == "rest" else nan,
         "end": found.end,
     }
     on = ("state", "node")
     return schema.dataset(
         {
+            **{name: ((), value) for name, value in scalars.items()},
             **{name: ("state", values) for name, values in columns.items()},
             **{"x": (on, middle[..., 0]), "z": (on, middle[..., 1]), "arc": ("node", arc)},
             "phase": ("state", [phase for phase, *_ in states]),
         },
         attrs,
-        scales,
+        material.scales,
     )
 
 

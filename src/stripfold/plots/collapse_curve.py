@@ -47,7 +47,7 @@ def draw(data: xr.Dataset) -> Figure:
     below.set_ylim(CM * found.lambda_c - 1.05 * room, CM * found.lambda_c + 0.5 * room)
     for ax, name in ((above, "(a)"), (below, "(b)")):
         ax.annotate(name, (0, 1), (4, -4), xycoords="axes fraction", textcoords="offset points", va="top")
-    legend_above(fig, above.get_legend_handles_labels()[0], ncols=3, title=f"$z$ = {CM * found.height:.1f} cm")
+    legend_above(fig, above.get_legend_handles_labels()[0], ncols=3, title=f"$z$ = {CM * found.gripper_height:.1f} cm")
     return fig
 
 

@@ -13,7 +13,7 @@ from stripfold.analysis.phases import BEFORE, FALL, PHASES
 from stripfold.arrays import Array, Index
 from stripfold.errors import InvalidInputError
 
-_COLLAPSE = ("height", "lambda_0", "lambda_c", "touch_time", "touch_x", "settle_time")
+_SCALARS = ("gripper_height", "lambda_0", "lambda_c", "touch_time", "touch_x", "settle_time")
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,7 +23,7 @@ class Collapse:
     Times count from the start of the fall; they are nan in statics and where nothing touches or comes to rest.
     """
 
-    height: float
+    gripper_height: float
     lambda_0: float
     lambda_c: float
     touch_time: float
@@ -61,7 +61,7 @@ def collapse(data: xr.Dataset) -> Collapse:
     """
     allowed = f"one collapse: finite states of the phases {', '.join(PHASES)} in this order, the last may be missing"
     advice = "use a result of `stripfold simulate`"
-    require(data, ("phase", "time", "advance", "deflection", "x", "z", "arc"), allowed, _COLLAPSE, advice)
+    require(data, ("phase", "time", "advance", "deflection", "x", "z", "arc", *_SCALARS), allowed, advice)
     phase, time, states = data["phase"].values.astype(str), data["time"].values, states_of(data)
     runs = [str(phase[i]) for i in range(len(phase)) if i == 0 or phase[i] != phase[i - 1]]
     if runs not in (list(PHASES), list(PHASES[:2])):
@@ -74,7 +74,7 @@ def collapse(data: xr.Dataset) -> Collapse:
         if not fine:
             raise InvalidInputError("data", f"unusable {name}", allowed, advice)
     return Collapse(
-        **{name: float(data.attrs[name]) for name in _COLLAPSE},
+        **{name: float(data[name]) for name in _SCALARS},
         phase=phase,
         time=time,
         advance=data["advance"].values,
@@ -88,11 +88,7 @@ def states_of(data: xr.Dataset) -> Array:
     return np.stack([data["x"].values, data["z"].values], axis=2)
 
 
-def require(data: xr.Dataset, names: Iterable[str], allowed: str, attrs: Iterable[str] = (), advice: str = "") -> None:
-    """Raise where the dataset lacks one of the variables ``names`` or attributes ``attrs``."""
-    missing = [
-        *(name for name in names if name not in data.variables),
-        *(name for name in attrs if name not in data.attrs),
-    ]
-    if missing:
+def require(data: xr.Dataset, names: Iterable[str], allowed: str, advice: str = "") -> None:
+    """Raise where the dataset lacks one of the variables ``names``."""
+    if missing := [name for name in names if name not in data.variables]:
         raise InvalidInputError("data", f"a dataset without {', '.join(missing)}", allowed, advice)
