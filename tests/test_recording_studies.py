@@ -98,7 +98,7 @@ def measured(eta_b: float, height: float, speed: float, event: float, snapped: b
     t = np.linspace(0.0, 2.0, 41)
     scalars = {
         "eta_b": eta_b,
-        "height": height,
+        "gripper_height": height,
         "length": 0.6,
         "gripper_speed": speed,
         "lambda_event": event,
