@@ -16,8 +16,6 @@ if TYPE_CHECKING:
 
 Progress = Callable[[str], None]
 Rows = list[tuple[str, str]]
-TIMES = ("seconds", "computing")
-"""Run times in a dataset: not stored, so that the same inputs give the same file, byte by byte."""
 WIDTH = 12
 """Width of the names in a printed result."""
 
@@ -49,7 +47,7 @@ class Result(ABC):
 
     def to_netcdf(self, file: str | os.PathLike[str]) -> None:
         """Store :meth:`to_dataset` with the inputs, the code's version and those of the libraries."""
-        store.write(self.to_dataset().drop_vars(TIMES, errors="ignore"), file, title=self.title, config=self.config())
+        store.write(self.to_dataset(), file, title=self.title, config=self.config())
 
     def __str__(self) -> str:
         return "\n".join(f"{name:<{WIDTH}} {text}" for name, text in self.rows())
