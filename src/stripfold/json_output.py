@@ -36,6 +36,7 @@ OTHER = {
     "gain": "m",
     "gravity": "m s-2",
     "gsm": "g m-2",
+    "height": "m",
     "height_sd": "m",
     "hysteresis": "N",
     "image_size": "px",
