@@ -111,7 +111,8 @@ def _evaluate(
         parts |= {"mapping": mapping_sd, "gripper": gripper_sd}
     else:
         log = read_log(path)
-        clock = synchronise(tracks.grip_time, tracks.gripped_end[:, 0], noise, log, mapping_sd)
+        own = tracks.gripper.tracked & ~tracks.timing.doubled
+        clock = synchronise(tracks.grip_time[own], tracks.gripped_end[own, 0], noise, log, mapping_sd)
         by_log = sign * (float(np.interp(clock.to_log(time), log.time, log.x)) - flat_end)
         # The log's place needs no mapping, but the clocks were synchronised with it.
         parts["clock"] = speed * clock.sd
