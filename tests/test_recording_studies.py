@@ -168,6 +168,16 @@ class TestAccuracy:
             assert variable.attrs["units"]
 
 
+def test_the_clocks_offset_is_stored_with_its_truth() -> None:
+    """A case of each generator; the chain's film file begins later than its motion, and the truth knows."""
+    data = recordings_accuracy.run(2, 20181101, 0.25)
+    off = data["clock_offset"] - data["clock_truth"]
+    assert list(data["generator"].values) == ["shapes", "chain"]
+    assert np.all(data["clock_sd"] > 0.0)
+    assert np.all(np.abs(off) < 3.0 * data["clock_sd"])
+    assert np.abs(data["seconds_off"]).max() < 0.1
+
+
 def test_design() -> None:
     cases = [design.case(number, 0) for number in range(2 * design.BLOCK)]
     assert design.case(7, 0).scene == cases[7].scene

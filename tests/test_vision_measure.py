@@ -93,6 +93,19 @@ def test_lambda_is_the_truth_within_its_interval(snapping: Made, found: Measurem
     assert found.clock.offset == pytest.approx(0.3, abs=0.02)
 
 
+def test_frames_that_repeat_the_one_before_do_not_move_the_clock(snapping: Made, found: Measurement):
+    recording, calibration, tracks = snapping
+    repeated = np.zeros(len(tracks.grip_time), dtype=bool)
+    repeated[31::2] = True
+    end = tracks.gripped_end.copy()
+    end[repeated] = end[np.flatnonzero(repeated) - 1]
+    told = replace(tracks, gripped_end=end, timing=replace(tracks.timing, doubled=repeated))
+    clock = measure.evaluate(recording, calibration, told).clock
+    assert clock is not None
+    assert found.clock is not None
+    assert clock.offset == pytest.approx(found.clock.offset, abs=found.clock.sd)
+
+
 def test_video_and_log_agree_and_without_a_log_the_video_serves(
     snapping: Made, found: Measurement, monkeypatch: pytest.MonkeyPatch
 ):
@@ -339,6 +352,7 @@ def test_a_measurement_repeats_bit_for_bit_with_any_threads(snapping: Made, monk
     assert counts == [1, 1]
     one, other = results
     assert one.numbers() == other.numbers()
+    assert (one.clock, one.parts) == (other.clock, other.parts)
     np.testing.assert_array_equal(one.tracks.points, other.tracks.points)
 
 

@@ -32,6 +32,8 @@ CAMERAS: tuple[dict[str, Any], ...] = (
 )
 ROBOTS = ((1.0, 0.0), (-1.0, 0.4), (1.0, -0.3), (-1.0, 0.1))
 """Of each camera: the sign of the robot's x in the world, and its origin, m."""
+START = 0.02
+"""Time of the motion at which the film begins, s; video files count from there, time stamps from the motion's 0."""
 PACES = ((0.0015, 15.0), (0.002, 20.0), (0.003, 25.0), (0.004, 30.0), (0.006, 40.0))
 FILES = ("video.avi", "video.mkv", "video.mp4", "frames")
 CODECS = {"video.avi": "MJPG", "video.mkv": "FFV1", "video.mp4": "mp4v"}
@@ -143,6 +145,8 @@ class Design:
         known = truth(motion, f["height"] * unit)
         along = abs(motion.end[:, 0] - towards * (-LENGTH * unit - TARGET[0]))
         known |= {"lambda": float(np.interp(known["onset"], motion.t, along)), "frames": len(stamps), "synthetic": True}
+        start = 0.0 if f["file"] == "frames" else START
+        known |= {"video_onset": known["onset"] - start, "clock_offset": f["clock"] + start}
         (folder / "truth.json").write_text(json.dumps(known | {"factors": f}), encoding="utf-8")
         return known
 
@@ -243,7 +247,7 @@ def _film(path: Path, studio: Studio, motion: Motion, f: dict[str, Any], rng: np
     camera, uneven = studio.camera, f["file"] == "frames"
     width, height = camera.size
     noise = rng.standard_normal((height + 64, width + 64)).astype(np.float32)
-    stamps = np.arange(0.02, motion.t[-1] - f["shutter"] - 0.02, 1.0 / f["rate"])
+    stamps = np.arange(START, motion.t[-1] - f["shutter"] - 0.02, 1.0 / f["rate"])
     stamps += uneven * rng.uniform(-0.15, 0.15, len(stamps)) / f["rate"]
     film = None
     if uneven:

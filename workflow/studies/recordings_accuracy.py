@@ -7,6 +7,7 @@ Every fourth recording is of the second generator (:mod:`second_generator`), whi
 
 from __future__ import annotations
 
+import json
 import tempfile
 from functools import partial
 from pathlib import Path
@@ -24,7 +25,18 @@ from studies.recordings_design import Case, case
 
 MEASURED, BOUND, REFUSED, NOT_MADE = "measured", "bound", "refused", "not made"
 """Outcomes: a value; a bound, since no snap was seen; an error of the measurement; one of the motion or the film."""
-_NUMBERS = ("event", "truth", "sd", "ratio", "speed", "seconds_off", "tracked")
+_NUMBERS = (
+    "event",
+    "truth",
+    "sd",
+    "ratio",
+    "speed",
+    "seconds_off",
+    "tracked",
+    "clock_offset",
+    "clock_truth",
+    "clock_sd",
+)
 
 
 def run(cases: int, seed: int, dynamics: float, threads: int = 1, progress: Progress | None = None) -> xr.Dataset:
@@ -52,7 +64,10 @@ def measured(number: int, seed: int, dynamics: float, calibrations: Path) -> dic
         found, message = attempted(lambda: measure_with(recording.read(folder), (calibrations, asked.camera)))
         if found is None:
             return row | {"outcome": REFUSED, "message": message}
+        known = json.loads((folder / "truth.json").read_text(encoding="utf-8"))
         onset, truth = asked.truth(folder) if isinstance(asked, ChainCase) else event_of(folder)
+    if found.clock is not None:
+        row |= {"clock_offset": found.clock.offset, "clock_truth": known["clock_offset"], "clock_sd": found.clock.sd}
     return row | {
         "outcome": MEASURED if found.snapped else BOUND,
         "event": found.event,

@@ -72,6 +72,6 @@ class ChainCase(NamedTuple):
         Design(*self).write(folder, self.write_calibration(calibrations))
 
     def truth(self, folder: Path) -> tuple[float, float]:
-        """Onset, s, and lambda then, m."""
+        """Onset, s, by the video's clock, and lambda then, m."""
         known = json.loads((folder / "truth.json").read_text(encoding="utf-8"))
-        return known["onset"], known["lambda"]
+        return known["video_onset"], known["lambda"]

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from scipy.optimize import minimize_scalar
 
 from stripfold.arrays import Array
 from stripfold.errors import SynchronisationError
@@ -33,9 +34,14 @@ _MAX_FRAMES, _MAX_OFFSETS = 2000, 4000
 SLOPE_SHARE = BEND_SHARE = 0.25
 """Standard deviations of the slope and of the bend of x's error along the gripper's way, at its ends, as shares of that
 of the shift: in synthetic recordings with known offsets they are 0.21 and 0.26."""
+PLAUSIBLE = 3.0
+"""Shift, in its standard deviations, that the mapping may have."""
 OUTLIER = 2.0
 """Residual, in standard deviations, from which a frame has less weight: something passes in front of the marker."""
-SMOOTHING = 0.04
+REPEATED = 0.4
+"""Motion of the marker, pixels, up to which its error repeats: that depends on how its edges lie among the pixels, and
+a compressed film repeats the picture of a marker at rest with its noise."""
+SMOOTHING = 0.06
 """Half the time over which the log is averaged, s."""
 _RANGE, _POINTS, _PASSES = 6.0, 121, 6
 """Offsets at which the probability is evaluated: half their range in standard deviations, their number, and how often
@@ -88,7 +94,9 @@ def read_log(path: Path) -> RobotLog:
     return RobotLog(time, x, z)
 
 
-def synchronise(time: Array, x: Array, sd: float, log: RobotLog, mapping_sd: float, source: str = "robot_log") -> Clock:
+def synchronise(
+    time: Array, x: Array, sd: float, log: RobotLog, mapping_sd: float, pixel: float, source: str = "robot_log"
+) -> Clock:
     """The offset between the clocks.
 
     Parameters
@@ -104,6 +112,8 @@ def synchronise(time: Array, x: Array, sd: float, log: RobotLog, mapping_sd: flo
         The robot's.
     mapping_sd
         Standard deviation of an error of x that all frames share, m.
+    pixel
+        Width of a pixel at the gripper, m.
     source
         Name of the log, for errors.
 
@@ -124,13 +134,15 @@ def synchronise(time: Array, x: Array, sd: float, log: RobotLog, mapping_sd: flo
         raise SynchronisationError(
             source, f"a log of {np.ptp(log.time):.3g} s", f"{MIN_FRAMES} frames or more", _ADVICE
         )
-    offset, offset_sd, shift = _fine_offset(time[overlap], x[overlap], sd, smooth, mapping_sd, offset, step)
-    place = np.interp(time[overlap] + offset, smooth.time, smooth.x)
-    spread = float(np.var(x[overlap]) + np.var(place))
-    correlation = 1.0 - float(np.mean((x[overlap] - place - shift) ** 2)) / spread if spread > 0.0 else 0.0
+    time, x, place = time[overlap], x[overlap], np.interp(moments[overlap], smooth.time, smooth.x)
+    spread = float(np.var(x) + np.var(place))
+    correlation = 1.0 - float(np.var(x - place)) / spread if spread > 0.0 else 0.0
     if correlation < MIN_CORRELATION:
         found = f"x by the log and by the video have a correlation of {correlation:.4f} only"
         raise SynchronisationError(source, found, f"{MIN_CORRELATION}", _ADVICE)
+    # A log of another origin must stay one: no offset may explain what the mapping cannot.
+    mapping_sd = max(mapping_sd, abs(float(np.mean(x - place))) / PLAUSIBLE)
+    offset, offset_sd, shift = _fine_offset(time, x, sd, smooth, mapping_sd, REPEATED * pixel, offset, step)
     return Clock(offset, offset_sd, shift, correlation)
 
 
@@ -164,21 +176,34 @@ def _cost(time: Array, x: Array, log: RobotLog, ratio: float, offsets: Array) ->
 
 
 def _rough_offset(time: Array, x: Array, log: RobotLog, ratio: float) -> tuple[float, float]:
-    """The offset with the least cost in a grid over all overlaps, and the spacing of the grid, s."""
+    """The offset with the least cost, s, by a grid search over all overlaps, and within what it may be wrong, s."""
     period = float(np.median(np.diff(time)))
     every = -(-len(time) // _MAX_FRAMES)
     t, some_x = time[::every], x[::every]
     low, high = log.time[0] - t[-1], log.time[-1] - t[0]
     offsets = np.linspace(low, high, min(_MAX_OFFSETS, int((high - low) / (every * period)) + 2))
     parts = np.array_split(offsets, -(-len(offsets) // 100))  # bounds the memory
-    best = int(np.argmin(np.concatenate([_cost(t, some_x, log, ratio, part) for part in parts])))
-    return float(offsets[best]), float(offsets[1] - offsets[0])
+    offset = float(offsets[np.argmin(np.concatenate([_cost(t, some_x, log, ratio, part) for part in parts]))])
+
+    def cost(value: float) -> float:
+        return min(float(_cost(time, x, log, ratio, np.array([value]))[0]), 1e300)
+
+    step = 2.0 * max((np.ptp(log.time) + np.ptp(time)) / _MAX_OFFSETS, period)
+    found = minimize_scalar(cost, bounds=(offset - step, offset + step), method="bounded", options={"xatol": 1e-4})
+    return float(found.x) if found.fun <= cost(offset) else offset, period
 
 
 def _fine_offset(
-    time: Array, x: Array, sd: float, log: RobotLog, mapping_sd: float, offset: float, step: float
+    time: Array, x: Array, sd: float, log: RobotLog, mapping_sd: float, same: float, offset: float, step: float
 ) -> tuple[float, float, float]:
-    """Mean and standard deviation of the offset, s, and the shift, m, from a rough offset known within ``step``."""
+    """Mean and standard deviation of the offset, s, and the shift, m, from a rough offset known within ``step``.
+
+    Frames whose x differ by less than ``same``, m, count as one.
+    """
+    # By how much smoothing rounds the log's sudden starts and stops.
+    twice = _smoothed(log)
+    ordered = np.sort(x)
+    repeats = np.searchsorted(ordered, x + 0.5 * same, "right") - np.searchsorted(ordered, x - 0.5 * same)
     along = 2.0 * (x - x.min()) / np.ptp(x) - 1.0
     errors = np.column_stack([np.ones_like(x), along, 1.5 * along**2 - 0.5])
     known = 1.0 / (mapping_sd * np.array([1.0, SLOPE_SHARE, BEND_SHARE])) ** 2
@@ -186,6 +211,8 @@ def _fine_offset(
     for _ in range(_PASSES):
         residual = x - np.interp(time + offset, log.time, log.x)
         weight, noise = _weights(residual, errors, known, sd)
+        rounded = np.interp(time + offset, log.time, log.x) - np.interp(time + offset, twice.time, twice.x)
+        weight /= repeats * (1.0 + (rounded / noise) ** 2)
         offsets = offset + offset_sd * np.linspace(-_RANGE, _RANGE, _POINTS)
         residuals = np.array([x - np.interp(time + value, log.time, log.x) for value in offsets])
         # Of the errors of the mapping only the most probable ones: what others add does not depend on the offset.

@@ -111,8 +111,10 @@ def _evaluate(
         parts |= {"mapping": mapping_sd, "gripper": gripper_sd}
     else:
         log = read_log(path)
+        # A frame that repeats the one before shows the gripper where it was then.
         own = tracks.gripper.tracked & ~tracks.timing.doubled
-        clock = synchronise(tracks.grip_time[own], tracks.gripped_end[own, 0], noise, log, mapping_sd)
+        moments, places = tracks.grip_time[own], tracks.gripped_end[own, 0]
+        clock = synchronise(moments, places, noise, log, mapping_sd, calibration.quality["resolution"], path.name)
         by_log = sign * (float(np.interp(clock.to_log(time), log.time, log.x)) - flat_end)
         # The log's place needs no mapping, but the clocks were synchronised with it.
         parts["clock"] = speed * clock.sd

@@ -213,6 +213,23 @@ def recordings_accuracy(d: xr.Dataset) -> Facts:
         "sound_worst": np.abs(off[sound]).max() if sound.any() else np.nan,
         "camera_moved": sum(MOVED_BY in text for text in (*d.flags.values, *d.message.values)),
         "generators": _by_generator(d.generator.values[outcome == MEASURED], off, inside[0.95]),
+        **_clock_facts(d),
+    }
+
+
+def _clock_facts(d: xr.Dataset) -> Facts:
+    """How far the clocks' offset is off, ms, in all recordings whose clocks were synchronised."""
+    names = ("clock_offset", "clock_truth", "clock_sd")
+    if any(name not in d for name in names):  # a dataset from before they were stored
+        return {"clocks": 0, **dict.fromkeys(("clock_share", "clock_half", "clock_median", "clock_rms"), np.nan)}
+    found, truth, sd = (d[name].values[np.isfinite(d.clock_sd.values)] for name in names)
+    off = np.abs(found - truth)
+    return {
+        "clocks": off.size,
+        "clock_share": share(off <= half_width(0.95) * sd),
+        "clock_half": share(off <= half_width(0.5) * sd),
+        "clock_median": 1e3 * np.median(off) if off.size else np.nan,
+        "clock_rms": 1e3 * np.sqrt(np.mean(off**2)) if off.size else np.nan,
     }
 
 

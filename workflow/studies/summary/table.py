@@ -607,6 +607,11 @@ SOURCES = (
         Number("lambda_coverage_50", "half", "1", 3, "0.48 to 0.52, of 200 recordings or more",
             "share of the 50 % intervals of lambda that contain the truth, {measured} measured ({seed})",
             lambda f: 0.48 <= f.half <= 0.52 and f.cases >= 200),
+        Number("clock_coverage", "clock_share", "1", 3, "0.93 to 0.97, of 200 recordings or more",
+            "share of the 95 % intervals of the offset between robot log and video that contain the truth, "
+            "of {clocks} ({seed}); 50 % intervals {clock_half:.3f}; median error {clock_median:.1f} ms, "
+            "root mean square {clock_rms:.1f} ms",
+            lambda f: 0.93 <= f.clock_share <= 0.97 and f.cases >= 200),
         Number("lambda_rms_clean", "sound_rms", "mm", 2, "< 0.15 mm",
             "root mean square error of lambda in the {sound} measured recordings that are filmed as docs/measuring.md "
             "asks for ({seed}); largest {sound_worst:.2f} mm"),
