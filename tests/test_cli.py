@@ -214,6 +214,19 @@ def test_a_short_strip_snaps(capsys):
     assert 0.2285 - found[0]["free_length"] < 0.5 * Material(3780.0).gravity_length
 
 
+def test_a_strip_of_which_less_lies_than_it_is_thick_is_a_rod(capsys):
+    unit = Material(3780.0).gravity_length
+    height = 2.087
+    length = elastica.critical(height).state.length + 0.004
+    eta_m = (0.0398 * unit) ** 2 * 3780.0 / 12.0
+    strip = ["--length", str(length * unit), "--height", str(height * unit), "--eta-b", "3780", "--eta-m", str(eta_m)]
+    found = json.loads(run(capsys, "critical", *strip, "--json")[1])
+    assert found["snap"]
+    assert found["model"] == "rod"
+    assert "by the rod" in found["reason"]
+    assert found["lambda_c"] == pytest.approx(elastica.critical(height).advance * unit, rel=2e-3)
+
+
 def test_units_that_have_two_meanings(capsys):
     found = json_output.document({"friction": 0.1, "t": 0.5}, {"air": 2.0, "gravity": 9.81})
     assert found["units"] == {"air": "s-1", "friction": "1", "gravity": "m s-2", "t": "1"}

@@ -33,6 +33,7 @@ ELASTICA_ERROR = 1e-9
 """Error of the elastica's lambda_c, L*, held by its tests."""
 POINTS = 200
 """Points of the elastica's mid-surface."""
+BY_ROD = "by the rod, as less of the strip lies there than the solid needs"
 BRACKET = 0.01
 """Width of the bracket of lambda_c as a share of the accuracy."""
 
@@ -77,6 +78,13 @@ def find(
         found, used = _auto(scene, prediction, say)
     else:
         found, used = _find(scene, prediction, say), scene
+    reason = found.end.reason
+    if found.end is End.LIFTED and used.model == "solid" and prediction.end(scene.length_star) is not End.LIFTED:
+        # Where less lies than the strip is thick, the solid's lift-off has no place on the strip any more.
+        rod = used.model_copy(update={"model": "rod", "law": "svk"})
+        by_rod = _find(rod, prediction, say)
+        if by_rod.end is not End.LIFTED:
+            found, used, reason = by_rod, rod, f"{by_rod.end.reason}; {BY_ROD}"
     unit = scene.material.gravity_length
     return CriticalResult(
         lambda_0=unit * found.lambda_0,
@@ -89,7 +97,7 @@ def find(
         touch_x=unit * found.touch_x,
         free_length=unit * found.free_length,
         snap=found.end is End.SNAP,
-        reason=found.end.reason,
+        reason=reason,
         seconds=perf_counter() - began,
         model=used.model,
         model_error=unit * (found.lambda_c if found.end is End.SNAP else found.lambda_touch) * _model_error(used),
