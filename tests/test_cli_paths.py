@@ -81,6 +81,28 @@ def test_assess_says_where_the_strip_leaves(here: Path, coarse: None, capsys: py
     assert sorted(os.listdir(here)) == ["own.csv", "own.png"]
 
 
+@pytest.mark.parametrize("kind", ["r-path", "triangular"])
+def test_a_partial_fold_is_the_half_fold_of_a_shorter_strip(
+    here: Path, kind: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """What lies beyond the fold only moves the places along x: its fold line is at x = -0.08 m."""
+    found = {}
+    for length, fold in ((0.45, []), (0.61, ["--fold-at", "0.225"])):
+        strip = ["--length", str(length), "--eta-b", "3780"]
+        assert main(["path", kind, *strip, *fold, "--csv", "own.csv"]) == 0
+        capsys.readouterr()
+        assert main(["assess", "own.csv", *strip, *fold, "--model", "rod", "--fall", "--json"]) == 0
+        found[length] = json.loads(capsys.readouterr().out)
+    half, partial = found.values()
+    for name in ("touch_x", "planned_touch_x", "landing_x"):
+        assert partial[name] == pytest.approx(half[name] - 0.08, abs=5e-4)
+    assert partial["critical"][0]["x"] == pytest.approx(half["critical"][0]["x"] - 0.08, abs=5e-4)
+    assert partial["touch_error"] == pytest.approx(half["touch_error"], abs=5e-4)
+    assert partial["lying_length"] == pytest.approx(half["lying_length"] + 0.16, abs=5e-4)
+    assert partial["shape_error"] == pytest.approx(half["shape_error"], abs=2e-4)
+    assert partial["inputs"]["fold_at"] == 0.225
+
+
 def test_a_verdict_is_written_and_checked(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The exit code is the verdict with --check only; the file holds the states."""
     kinds = {"triangular": [], "low": ["--height", "0.04"]}
@@ -230,6 +252,10 @@ def test_units_of_friction(monkeypatch: pytest.MonkeyPatch) -> None:
         (["path", "circular", *STRIP, "--csv", "own.txt"], "ends in .csv"),
         (["path", "circular", *STRIP, "--height", "0.04"], "with the low path only"),
         (["path", "low", *STRIP], "height is missing"),
+        (["path", "r-path", *STRIP, "--fold-at", "0.3"], "at most 0.225 m, half the length"),
+        (["path", "r-path", *STRIP, "--fold-at", "0.1"], "more than 0.1075 m"),
+        (["path", "low", *STRIP, "--height", "0.1", "--fold-at", "0.15"], "from 0.002999 to 0.075 m"),
+        (["assess", "good.csv", *STRIP, "--fold-at", "nan"], "fold_at = nan"),
         (["path", "circular", *STRIP, "--plot", "own.txt"], "ends in .png"),
         (["assess", "good.csv", *STRIP, "--plot", "nowhere/own.png"], "existing folder"),
         (["critical", *STRIP, "--height", "0.09", "--plot", "own.pdf"], "ends in .png"),

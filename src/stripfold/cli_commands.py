@@ -235,12 +235,18 @@ def film(arguments: argparse.Namespace, say: Say) -> str:
     return _lines([("written", str(path))])
 
 
+def _fold_option(parser: argparse.ArgumentParser) -> None:
+    text = "distance of the fold line from the gripped end, m [half the length]"
+    parser.add_argument("--fold-at", type=float, metavar="M", help=text)
+
+
 def path_options(parser: argparse.ArgumentParser) -> None:
     from stripfold.inputs import Strip
 
     parser.add_argument("kind", choices=("r-path", "triangular", "circular", "low"), help="which path")
     _options(parser, Strip, STRIP)
     parser.add_argument("--height", type=float, metavar="M", help="of the gripper on the low path, m")
+    _fold_option(parser)
     parser.add_argument("--csv", metavar="FILE.csv", help="write it there instead of printing it")
     _plot_option(parser, "the path")
     _json_option(parser)
@@ -256,12 +262,13 @@ def path(arguments: argparse.Namespace, say: Say) -> str:
         raise InvalidInputError("height", MISSING if height is None else height, "a height with the low path only")
     drawing = _plot_file(arguments.plot)
     target = None if arguments.csv is None else _output(arguments.csv, arguments.csv, ".csv")
-    planned = PLANS[arguments.kind](strip) if height is None else low(strip, height)
+    fold_at = arguments.fold_at
+    planned = PLANS[arguments.kind](strip, fold_at) if height is None else low(strip, height, fold_at)
     _draw(planned, drawing)
     if target is not None:
         planned.to_csv(target)
     if arguments.json:
-        return as_json(document(planned.to_dict(), _given(arguments, Strip)))
+        return as_json(document(planned.to_dict(), {**_given(arguments, Strip), "fold_at": fold_at}))
     if target is None:
         return planned.as_text().rstrip()
     return _lines([("written", f"{target}, {len(planned.places)} rows")])
@@ -296,6 +303,7 @@ def assess_options(parser: argparse.ArgumentParser) -> None:
 
     parser.add_argument("path", metavar="PATH.csv", help="t,x,z as stripfold path writes it")
     _options(parser, PathAssessment, (*STRIP, *SHEET, "rho_a", "model"))
+    _fold_option(parser)
     log = parser.add_argument_group("a robot's log")
     log.add_argument("--columns", metavar="T,X,Z", help="names or numbers of its columns of time, x and z")
     log.add_argument("--unit", choices=("m", "mm"), default="m", help="of its positions [m]")
@@ -326,7 +334,7 @@ def assess(arguments: argparse.Namespace, say: Say) -> tuple[str, int]:
     from stripfold import paths
     from stripfold.results import PathAssessment
 
-    log = {name: getattr(arguments, name) for name in ("columns", "unit", "frame", "smooth")}
+    log = {name: getattr(arguments, name) for name in ("columns", "unit", "frame", "smooth", "fold_at")}
     path, target = paths.read(arguments.path, asked, **log), _plot_file(arguments.plot)
     for warning in path.curve.warnings:
         print(f"stripfold: warning: {warning}", file=sys.stderr)

@@ -31,6 +31,7 @@ OTHER = {
     "exponent": "1",
     "exponent_lower": "1",
     "exponent_upper": "1",
+    "fold_at": "m",
     "fold_height": "m",
     "friction": "1",
     "gain": "m",

@@ -181,7 +181,7 @@ class PathAssessment(Verdict, Result):
         ``energy`` freed, J per m of width; nan without a fall.  ``outcome`` says in words what the strip did.
     touch_x, planned_touch_x, touch_error
         Where the upper layer first touches, where that of the strip's planned R-path does (the accurate fold), and the
-        difference.  The fold line is at x = 0.
+        difference.  The fold line is at x = 0, for a half fold.
     landing_x
         Where the folded state lands.
     shape_error
@@ -218,6 +218,7 @@ class PathAssessment(Verdict, Result):
             layer_friction=asked.layer_friction,
             step=asked.step,
             fall=asked.fall,
+            fold_at=path.fold_at,
             model=asked.model,
             progress=progress,
         )
@@ -295,7 +296,7 @@ class PathAssessment(Verdict, Result):
         return draw_strip(list(states[chosen]), self.path.places[:, 1:], marks)
 
     def config(self) -> dict[str, Any]:
-        return {**self.asked.model_dump(), "path": self.path.name}
+        return {**self.asked.model_dump(), "path": self.path.name, "fold_at": self.path.fold_at}
 
 
 @dataclass(frozen=True, eq=False)

@@ -245,8 +245,12 @@ def peak_forces(states: Sequence[Followed]) -> tuple[float, float]:
 
 
 def shape_error(problem: StripProblem, point: Point | TimeState, plan: RPath) -> float:
-    """Largest distance of a state from the folded state that an R-path ends in, L*."""
-    model = problem.model
-    s = nodes(model.length)
-    apart = model.resampled_mid_surface(point.q, s) - plan.states[-1].at(s)
+    """Largest distance of a state from the folded state that an R-path ends in, L*.
+
+    The plan may be that of the part of a longer strip that is folded: from the gripped end on.
+    """
+    model, folded = problem.model, plan.states[-1]
+    s = nodes(folded.length)
+    apart = model.resampled_mid_surface(point.q, s) - folded.at(s)
+    apart[:, 0] -= 0.5 * (folded.length - model.length)
     return float(np.linalg.norm(apart, axis=1).max())

@@ -24,7 +24,6 @@ from stripfold.analysis.path_friction import STEP, effects_of, load_incrementall
 from stripfold.analysis.path_in_time import follow_in_time
 from stripfold.analysis.path_statics import MOVING, NODAL
 from stripfold.analysis.static import StripModel
-from stripfold.arrays import Array
 from stripfold.errors import InvalidInputError, SolveError
 from stripfold.material import Material
 from stripfold.paths.curve import GripperPath
@@ -74,6 +73,7 @@ def assess_path(
     step: float | None = None,
     refinement: float = 1.0,
     model: str = "solid",
+    fold_at: float | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> Verdict:
     """Assess a path; with friction in steps, without along the branch; with friction between the layers in time, too.
@@ -99,6 +99,8 @@ def assess_path(
         Factor on all element lengths.
     model
         "solid" or "rod".
+    fold_at
+        Distance of the fold line from the gripped end, m; by default half the length.
 
     Raises
     ------
@@ -138,7 +140,8 @@ def assess_path(
         else:
             states, touch, contact = list(moved.states), moved.touch_x, NODAL
     said = "" if failure is None else material.in_si(" ".join(str(failure).split()))
-    return _verdict(strip, material, path, events, touch, states, contact, said)
+    folded = strip.length if fold_at is None else 2.0 * fold_at / unit
+    return _verdict(strip, material, path, events, touch, states, contact, said, folded)
 
 
 def _events(found: Assessment, material: Material) -> list[dict[str, Any]]:
@@ -188,14 +191,18 @@ def _verdict(
     states: list[Followed],
     contact: str,
     failure: str,
+    folded_length: float,
 ) -> Verdict:
     unit, force = material.gravity_length, material.force_scale
     problem, last = states[-1]
     peak_force, peak_hold = peak_forces(states)
     completed = abs(last.lam - path.length) < 1e-6
-    plan = _plan(strip)
+    plan, fold_line = _plan(folded_length), 0.5 * (folded_length - strip.length)
     planned, landing = (plan.first_touch, plan.landing) if plan else (float("nan"), float("nan"))
-    folded = plan if completed and _ends_folded(strip, path) else None
+    planned, landing = planned + fold_line, landing + fold_line
+    end = np.array([fold_line + folded_length / 2.0, 0.0])
+    ends_folded = np.linalg.norm(path.position(path.length) - end) <= AT_END * strip.length
+    folded = plan if completed and ends_folded else None
     critical = []
     for event in events:
         x, z = unit * path.position(event["travelled"])
@@ -219,15 +226,9 @@ def _verdict(
     )
 
 
-def _plan(strip: StripModel) -> RPath | None:
-    """The strip's accurate fold; none of a strip too short or too long for one."""
+def _plan(length: float) -> RPath | None:
+    """The accurate fold of a strip of this length, L*; none of one too short or too long for it."""
     try:
-        return plan_r_path(strip.length)
+        return plan_r_path(length)
     except InvalidInputError:
         return None
-
-
-def _ends_folded(strip: StripModel, path: GripperPath) -> bool:
-    """Whether a path ends where a half fold ends."""
-    end: Array = path.position(path.length) - np.array([strip.length / 2.0, 0.0])
-    return bool(np.linalg.norm(end) <= AT_END * strip.length)

@@ -7,7 +7,7 @@ Lengths in L*, in the frame of the model: origin mid-strip, z up, the flat strip
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -116,6 +116,14 @@ class GripperPath:
 
         stamps = None if self.stamps is None else (factor * self.stamps[0], self.stamps[1])
         return GripperPath(self.name, tuple(piece(of) for of in self.pieces), stamps, self.warnings)
+
+    def shifted(self, x: float) -> GripperPath:
+        """The same path elsewhere on the floor, L*."""
+
+        def piece(of: Piece) -> Piece:
+            return replace(of, position=lambda s: of.position(s) + np.array([x, 0.0]))
+
+        return replace(self, pieces=tuple(piece(of) for of in self.pieces))
 
     def sampled(self, spacing: float) -> tuple[Array, Array]:
         """Lengths travelled, shape (n,), and positions, shape (n, 2), at most ``spacing`` apart, with all corners.

@@ -44,12 +44,15 @@ class FoldPath:
         Length and L* of the strip, m.
     curve
         The same path in units of L*.
+    fold_at
+        Distance of the fold line from the gripped end, m; None for a half fold.
     """
 
     name: str
     length: float
     gravity_length: float
     curve: GripperPath = field(repr=False)
+    fold_at: float | None = None
 
     @property
     def places(self) -> Array:
@@ -59,7 +62,8 @@ class FoldPath:
     def as_text(self) -> str:
         """The path as a table ``t,x,z``."""
         comment = f"{self.name}, length {self.length:g} m, L* {self.gravity_length:.6g} m"
-        return table.as_text(self.curve, self.gravity_length, (comment,))
+        fold = "" if self.fold_at is None else f", fold at {self.fold_at:g} m"
+        return table.as_text(self.curve, self.gravity_length, (comment + fold,))
 
     def to_dict(self) -> dict[str, Any]:
         """Its name, and the columns of :attr:`places` by name."""
@@ -87,8 +91,11 @@ class FoldPath:
         return draw_strip([], self.places[:, 1:])
 
 
-def r_path(strip: AnyStrip) -> FoldPath:
+def r_path(strip: AnyStrip, fold_at: float | None = None) -> FoldPath:
     """The R-path of a half fold: it keeps the lying length of the folded state (docs/physics.md, section 9).
+
+    With ``fold_at``, m, the fold line is at that distance from the gripped end: the path is that of the half fold of
+    twice this length, and what is beyond lies still.
 
     Raises
     ------
@@ -97,20 +104,20 @@ def r_path(strip: AnyStrip) -> FoldPath:
     SolveError
         A planned state could not be computed.
     """
-    return _planned(strip, "r-path", lambda length: rpath.plan_r_path(length).path)
+    return _planned(strip, "r-path", lambda length: rpath.plan_r_path(length).path, fold_at)
 
 
-def triangular(strip: AnyStrip) -> FoldPath:
+def triangular(strip: AnyStrip, fold_at: float | None = None) -> FoldPath:
     """Straight up at 45 degrees to the middle and straight down (Berg et al., WAFR 2010)."""
-    return _planned(strip, "triangular", geometric.triangular)
+    return _planned(strip, "triangular", geometric.triangular, fold_at)
 
 
-def circular(strip: AnyStrip) -> FoldPath:
+def circular(strip: AnyStrip, fold_at: float | None = None) -> FoldPath:
     """The half circle about the fold line (Petrik et al., TAROS 2015)."""
-    return _planned(strip, "circular", geometric.circular)
+    return _planned(strip, "circular", geometric.circular, fold_at)
 
 
-def low(strip: AnyStrip, height: float) -> FoldPath:
+def low(strip: AnyStrip, height: float, fold_at: float | None = None) -> FoldPath:
     """Up to a height, m, over at that height, and down; snaps need more than 1.586 L* (docs/low-path.md).
 
     Raises
@@ -118,14 +125,18 @@ def low(strip: AnyStrip, height: float) -> FoldPath:
     InvalidInputError
         As :func:`r_path`, or a height less than 0.1 L* or more than a quarter of the length.
     """
-    lowest, highest = low_path.LOWEST * strip.gravity_length, low_path.HIGHEST * strip.length
+    lowest, highest = low_path.LOWEST * strip.gravity_length, low_path.HIGHEST * _folded(strip, fold_at)
     if not lowest <= height <= highest:
         advice = f"the path is stable below {1.586 * strip.gravity_length:.4g} m"
         raise InvalidInputError("height", height, f"from {lowest:.4g} to {highest:.4g} m", advice)
-    return _planned(strip, "low", lambda length: low_path.low(length, height / strip.gravity_length))
+    return _planned(strip, "low", lambda length: low_path.low(length, height / strip.gravity_length), fold_at)
 
 
-PLANS: dict[str, Callable[[AnyStrip], FoldPath]] = {"r-path": r_path, "triangular": triangular, "circular": circular}
+PLANS: dict[str, Callable[[AnyStrip, float | None], FoldPath]] = {
+    "r-path": r_path,
+    "triangular": triangular,
+    "circular": circular,
+}
 """The paths of the paper by their names: these need a strip only."""
 
 
@@ -137,6 +148,7 @@ def read(
     unit: str = "m",
     frame: str | None = None,
     smooth: float | None = None,
+    fold_at: float | None = None,
 ) -> FoldPath:
     """A path of your own from a CSV file with the columns ``t,x,z``: pseudo time, ascending; place of the gripper, m.
 
@@ -159,6 +171,8 @@ def read(
         its x runs against the direction of folding.
     smooth
         Largest distance of the path from the rows, m, for a log with noise.
+    fold_at
+        Distance of the fold line from the gripped end, m, of a path that folds less than half of the strip.
 
     Raises
     ------
@@ -167,15 +181,32 @@ def read(
     """
     star, log = strip.gravity_length, LogFormat.of(columns, unit, frame, smooth)
     curve = table.read(file, strip.length / star, star, log)
-    return FoldPath(curve.name, strip.length, star, curve)
+    _folded(strip, fold_at)
+    return FoldPath(curve.name, strip.length, star, curve, fold_at)
 
 
-def _planned(strip: AnyStrip, name: str, plan: Callable[[float], GripperPath]) -> FoldPath:
-    unit = strip.gravity_length
+def _folded(strip: AnyStrip, fold_at: float | None) -> float:
+    """Length of the two layers together, m."""
+    if fold_at is None:
+        return strip.length
+    if not 0.0 < fold_at <= strip.length / 2.0:
+        raise InvalidInputError(
+            "fold_at", fold_at, f"more than 0 and at most {strip.length / 2.0:g} m, half the length"
+        )
+    return 2.0 * fold_at
+
+
+def _planned(strip: AnyStrip, name: str, plan: Callable[[float], GripperPath], fold_at: float | None) -> FoldPath:
+    unit, folded = strip.gravity_length, _folded(strip, fold_at)
     try:
-        curve = plan(strip.length / unit)
+        curve = plan(folded / unit)
     except InvalidInputError as error:
         shortest, longest = rpath.shortest_half_fold() * unit, rpath.LONGEST * unit
+        if fold_at is not None:
+            allowed = f"more than {shortest / 2.0:.4g} m and at most {longest / 2.0:.4g} m"
+            raise InvalidInputError("fold_at", fold_at, allowed, error.advice) from error
         allowed = f"more than {shortest:.4g} m and at most {longest:.4g} m"
         raise InvalidInputError("length", strip.length, allowed, error.advice) from error
-    return FoldPath(name, strip.length, unit, curve)
+    if fold_at is not None:
+        curve = curve.shifted((folded - strip.length) / 2.0 / unit)
+    return FoldPath(name, strip.length, unit, curve, fold_at)
