@@ -39,12 +39,16 @@ def test_a_missing_extra_is_named(monkeypatch: pytest.MonkeyPatch, capsys: pytes
         extras.require("vision")
     assert cli.main(["film", "result.nc"]) == 2
     assert 'pip install "stripfold[vision]"' in capsys.readouterr().err
+    monkeypatch.setattr(extras, "find_spec", lambda name: None if name == "matplotlib" else found(name))
+    line = ["critical", "--model", "elastica", "--length", "0.6", "--eta-b", "3780", "--height", "0.09"]
+    assert cli.main([*line, "--plot", "p.png"]) == 2
+    assert 'pip install "stripfold[plot]"' in capsys.readouterr().err
 
 
 def test_what_needs_no_extra():
-    """In a process in which the optional modules cannot be imported; pillow comes with matplotlib."""
-    blocked = [module for modules in extras.MODULES.values() for module in modules if module != "PIL"]
-    names = ("strip", "results", "cli", "analysis.collapse", "plots.collapse_curve")
+    """In a process in which the optional modules cannot be imported."""
+    blocked = [module for modules in extras.MODULES.values() for module in modules]
+    names = ("strip", "results", "cli", "sweep", "analysis.collapse")
     code = f"import sys; sys.modules |= dict.fromkeys({[*blocked, 'snakemake']!r})\n"
     code += "\n".join(f"import stripfold.{name}" for name in names)
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)

@@ -14,7 +14,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple, NoReturn
 
-from stripfold import __version__, cli_plan
+from stripfold import __version__, cli_doctor, cli_plan
 from stripfold import cli_commands as commands
 from stripfold.cli_commands import Say
 from stripfold.errors import StripfoldError
@@ -106,6 +106,12 @@ COMMANDS = {
         "Follow strip and gripper through a recording, find the snap, and estimate its uncertainty.",
         commands.measure_options,
         commands.measure,
+    ),
+    "doctor": Command(
+        "versions, codecs and a small run: what is installed, and what is missing",
+        "Say what is installed and what is missing, and solve one strip with two models.",
+        cli_doctor.options,
+        cli_doctor.doctor,
     ),
 }
 

@@ -97,7 +97,12 @@ def _plot_option(parser: argparse.ArgumentParser, what: str, name: str = "plot")
 
 def _plot_file(given: str | None) -> Path | None:
     """Where to draw, checked before anything is computed."""
-    return None if given is None else _output(given, given, ".png")
+    if given is None:
+        return None
+    from stripfold.extras import require
+
+    require("plot")
+    return _output(given, given, ".png")
 
 
 def _draw(result: Result | FoldPath, target: Path | None) -> None:

@@ -1,0 +1,45 @@
+"""``stripfold doctor`` finds what is missing."""
+
+from __future__ import annotations
+
+import json
+from importlib import metadata, util
+
+import pytest
+
+from stripfold import cli, cli_doctor, elastica
+
+
+def test_all_is_there(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["doctor", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["numpy"] == {"state": metadata.version("numpy"), "fault": ""}
+    assert {"scipy", "scikit-fem", "extra vision", "compiled code", "small run"} <= found.keys()
+    assert not any(finding["fault"] for finding in found.values())
+
+
+def test_an_old_package_is_a_fault(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    found = metadata.version
+    monkeypatch.setattr(metadata, "version", lambda name: "1.26.4" if name == "numpy" else found(name))
+    assert cli.main(["doctor"]) == 2
+    assert "1.26.4; too old" in capsys.readouterr().out
+
+
+def test_a_missing_extra_is_none(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    found = util.find_spec
+    monkeypatch.setattr(util, "find_spec", lambda name: None if name == "cv2" else found(name))
+    assert cli.main(["doctor"]) == 0
+    assert 'pip install "stripfold[vision]"' in capsys.readouterr().out
+
+
+def test_codecs_that_are_missing_are_named(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr(cli_doctor, "CODECS", {"h264": "r", "no_such_codec": "w"})
+    assert cli.main(["doctor"]) == 0
+    assert "no codec no_such_codec" in capsys.readouterr().out
+
+
+def test_a_wrong_run_is_a_fault(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    right = elastica.critical
+    monkeypatch.setattr(elastica, "critical", lambda z: right(1.01 * z))
+    assert cli.main(["doctor"]) == 2
+    assert "by the elastica; please report it" in capsys.readouterr().out
