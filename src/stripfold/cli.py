@@ -33,6 +33,16 @@ class Command(NamedTuple):
     run: Callable[[argparse.Namespace, Say], str | tuple[str, int]]
 
 
+def _completion_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("shell", choices=("bash", "zsh", "tcsh"))
+
+
+def _completion(arguments: argparse.Namespace, _: Say) -> str:
+    import shtab
+
+    return str(shtab.complete(_parser(list(COMMANDS)), arguments.shell))
+
+
 COMMANDS = {
     "critical": Command(
         "critical point of a strip whose gripper advances at constant height",
@@ -106,6 +116,12 @@ COMMANDS = {
         "Follow strip and gripper through a recording, find the snap, and estimate its uncertainty.",
         commands.measure_options,
         commands.measure,
+    ),
+    "completion": Command(
+        "completion of commands and options by the tab key, for a shell",
+        'Print the script that completes commands and options: eval "$(stripfold completion bash)".',
+        _completion_options,
+        _completion,
     ),
     "doctor": Command(
         "versions, codecs and a small run: what is installed, and what is missing",

@@ -1,9 +1,11 @@
-"""``stripfold doctor`` finds what is missing."""
+"""``stripfold doctor`` finds what is missing; ``stripfold completion`` completes."""
 
 from __future__ import annotations
 
 import json
+import subprocess
 from importlib import metadata, util
+from pathlib import Path
 
 import pytest
 
@@ -43,3 +45,16 @@ def test_a_wrong_run_is_a_fault(monkeypatch: pytest.MonkeyPatch, capsys: pytest.
     monkeypatch.setattr(elastica, "critical", lambda z: right(1.01 * z))
     assert cli.main(["doctor"]) == 2
     assert "by the elastica; please report it" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("words", "completed"),
+    [("stripfold as", "assess"), ("stripfold critical --hei", "--height"), ("stripfold completion b", "bash")],
+)
+def test_completion(words: str, completed: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["completion", "bash"]) == 0
+    script = tmp_path / "completion.sh"
+    script.write_text(capsys.readouterr().out)
+    line = f"source {script}; COMP_WORDS=({words}); COMP_CWORD=$((${{#COMP_WORDS[@]}} - 1)); _shtab_stripfold"
+    done = subprocess.run(["bash", "-c", line + '; echo "${COMPREPLY[@]}"'], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == [completed]
