@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import stripfold as sf
-from stripfold import store
+from stripfold import cli_commands, store
 from stripfold.analysis import rest, verdict
 from stripfold.analysis.static import StripModel
 from stripfold.cli import main
@@ -101,6 +101,20 @@ def test_a_partial_fold_is_the_half_fold_of_a_shorter_strip(
     assert partial["lying_length"] == pytest.approx(half["lying_length"] + 0.16, abs=5e-4)
     assert partial["shape_error"] == pytest.approx(half["shape_error"], abs=2e-4)
     assert partial["inputs"]["fold_at"] == 0.225
+
+
+def test_an_r_path_says_on_which_side_to_plan(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Its numbers are those of the stored study: true eta_b over that of the plan."""
+    stored = store.read(Path(__file__).parents[1] / "results/studies/disturbed_rpath.nc")["touch_error"].sel(moment=0.0)
+    errors = dict(zip(stored["disturbance"].values, stored.values, strict=True))
+    assert pytest.approx(abs(errors["eta_b +5%"]), abs=5e-3) == cli_commands.TOO_LOW
+    assert pytest.approx(abs(errors["eta_b -5%"]), abs=5e-3) == cli_commands.TOO_HIGH
+    assert main(["path", "r-path", *STRIP]) == 0
+    said = capsys.readouterr().err
+    assert "plan an R-path for the largest eta_b" in said
+    assert "5 % too low moves the first touch by 13 mm, one 5 % too high by 0.6 mm" in said
+    assert main(["path", "circular", *STRIP]) == 0
+    assert not capsys.readouterr().err
 
 
 def test_a_verdict_is_written_and_checked(here: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -245,6 +245,18 @@ def _fold_option(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--fold-at", type=float, metavar="M", help=text)
 
 
+TOO_LOW, TOO_HIGH = 0.44, 0.02
+"""Distance of the first touch on an R-path from the planned one where the plan's eta_b is 5 % too low and too high, L*:
+a strip without friction, study disturbed_rpath (docs/physics.md, section 9)."""
+
+
+def safe_side(gravity_length: float) -> str:
+    """On which side an R-path should be planned where eta_b is not known well."""
+    low, high = (1e3 * gravity_length * share for share in (TOO_LOW, TOO_HIGH))
+    cost = f"an eta_b 5 % too low moves the first touch by {low:.2g} mm, one 5 % too high by {high:.2g} mm"
+    return f"plan an R-path for the largest eta_b that the strip may have: without friction {cost}"
+
+
 def path_options(parser: argparse.ArgumentParser) -> None:
     from stripfold.inputs import Strip
 
@@ -269,6 +281,8 @@ def path(arguments: argparse.Namespace, say: Say) -> str:
     target = None if arguments.csv is None else _output(arguments.csv, arguments.csv, ".csv")
     fold_at = arguments.fold_at
     planned = PLANS[arguments.kind](strip, fold_at) if height is None else low(strip, height, fold_at)
+    if arguments.kind == "r-path":
+        print(f"stripfold: note: {safe_side(strip.gravity_length)}", file=sys.stderr)
     _draw(planned, drawing)
     if target is not None:
         planned.to_csv(target)
