@@ -13,8 +13,9 @@ import pytest
 import stripfold as sf
 from stripfold import elastica
 from stripfold.analysis import path_choice
+from stripfold.analysis.friction_needed import Needed
 from stripfold.analysis.gripper_map import gripper_map
-from stripfold.analysis.verdict import Verdict
+from stripfold.analysis.verdict import Verdict, assess_path
 from stripfold.cli import main
 from stripfold.errors import InvalidInputError, NoPathError
 from stripfold.folding_plan import FoldingPlan
@@ -164,9 +165,69 @@ class TestChoice:
             with pytest.raises(NoPathError, match=said):
                 path_choice.choose(asked(layers_may_slide=True))
 
+    @pytest.mark.usefixtures("unassessed")
+    def test_friction_decides_about_an_r_path(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        """Without it, too little, too little for the margin, enough."""
+
+        def reason(**given: Any) -> path_choice.Refusal:
+            with pytest.raises(NoPathError) as caught:
+                path_choice.choose(asked(**given))
+            found = caught.value.refused[2]
+            assert found.path == "r-path"
+            return found
+
+        assert "no friction moment of the fabric is given" in reason().reason
+        need = 1e-3
+        monkeypatch.setattr(path_choice, "needed", lambda *_: Needed(need, 0.9 * need))
+        assert "1.25 times 0.001 N, and there are 0.0012 N" in reason(friction_moment=1.2e-3).reason
+        force = asked().material.force_scale
+        shortfall = reason(friction_moment=1.5 * need, margin=0.03).shortfall
+        assert shortfall == pytest.approx(0.03 - 8.0 * 0.5 * need / force)
+        found = path_choice.choose(asked(friction_moment=2e-3))
+        assert (found.path.name, found.friction_needed) == ("r-path", need)
+        assert found.margin == pytest.approx(8.0 * 1e-3 / force)
+        with pytest.raises(InvalidInputError, match="together with friction_moment"):
+            asked(yield_curvature=10.0)
+
     def test_lengths_that_no_strip_of_the_interval_can_have(self) -> None:
         with pytest.raises(InvalidInputError, match="length"):  # 7.33 L* with the given eta_b, 6.81 with the least
             path_choice.choose(asked(length=0.22))
+
+
+class TestFriction:
+    """A path that friction has to hold, with the solver."""
+
+    @pytest.fixture(scope="class")
+    def held(self) -> FoldingPlan:
+        return sf.Strip(length=0.4, eta_b=ETA_B).plan(friction_moment=2e-3, yield_curvature=10.0, margin=0.02)
+
+    def test_what_is_needed(self, held: FoldingPlan) -> None:
+        need = held.choice.friction_needed
+        assert held.path.name == "r-path"
+        assert need is not None
+        assert "friction     needs M_0" in str(held)
+        # With less than the search says one of the three strips is lost, on finer elements as well.
+        stable = []
+        for share in (0.8, 1.25):
+            verdicts = [
+                assess_path(
+                    strip.material,
+                    strip.length,
+                    path_choice.scaled(held.path, strip.gravity_length),
+                    hysteresis=share * need,
+                    yield_curvature=10.0,
+                    model="rod",
+                )
+                for strip in held.asked.strips
+            ]
+            stable.append(all(verdict.stable for verdict in verdicts))
+        assert stable == [False, True]
+
+    def test_option(self, capsys: pytest.CaptureFixture[str]) -> None:
+        command = ["plan", "--length", "0.5", "--eta-b", "3780", "--friction-moment"]
+        for bad in ("x", "1,2,3", "0", "0.001,0"):
+            assert main([*command, bad]) == 2
+            assert "_" in capsys.readouterr().err
 
 
 class TestFiles:

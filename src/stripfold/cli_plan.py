@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 
 from stripfold.cli_commands import STRIP, Say, _given, _lines, _options, _output
+from stripfold.errors import InvalidInputError
 from stripfold.json_output import as_json
 
 
@@ -14,6 +15,8 @@ def options(parser: argparse.ArgumentParser) -> None:
     _options(parser, FoldingPlan, (*STRIP, "eta_m", "rho_a", "eta_b_uncertainty", "margin"))
     text = FoldingPlan.model_fields["layers_may_slide"].description
     parser.add_argument("--layers-may-slide", action="store_true", help=text)
+    text = "M_0 of the fabric's bending hysteresis, N, and its kappa_y, 1/m [0.05 / L*]: the R-path needs friction"
+    parser.add_argument("--friction-moment", metavar="M0[,KAPPA_Y]", help=text)
     _options(parser, FoldingPlan, ("speed", "acceleration"))
     parser.add_argument("--csv", metavar="PATH.csv", help="write the path there: t,x,z,angle in s, m, m and degrees")
     text = "the plan with the path as one JSON object: printed, or written there"
@@ -26,7 +29,7 @@ def plan(arguments: argparse.Namespace, say: Say) -> str:
     # Checked before anything is computed.
     given = {kind: getattr(arguments, kind) for kind in ("csv", "json")}
     targets = {kind: _output(name, "", f".{kind}") for kind, name in given.items() if isinstance(name, str)}
-    asked = Asked(**_given(arguments, Asked))
+    asked = Asked(**_given(arguments, Asked) | _friction(arguments.friction_moment))
     from stripfold.folding_plan import FoldingPlan
 
     found = FoldingPlan.of(asked, say)
@@ -36,3 +39,14 @@ def plan(arguments: argparse.Namespace, say: Say) -> str:
     if arguments.json is True:
         return as_json(found.to_dict())
     return f"{found}\n{_lines([('written', str(target)) for target in targets.values()])}".rstrip()
+
+
+def _friction(given: str | None) -> dict[str, float]:
+    """M_0 and kappa_y from ``M0`` or ``M0,KAPPA_Y``."""
+    if given is None:
+        return {}
+    try:
+        return dict(zip(("friction_moment", "yield_curvature"), map(float, given.split(",", 1)), strict=False))
+    except ValueError as error:
+        allowed = "M_0 in N, or M_0 and kappa_y in 1/m with a comma between them"
+        raise InvalidInputError("friction_moment", given, allowed) from error

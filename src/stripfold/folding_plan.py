@@ -34,7 +34,16 @@ FRAME = {
     "y": "across the strip, z cross x",
     "z": "up",
 }
-UNITS = {"t": "s", "x": "m", "z": "m", "angle": "degree", "eta_b": "m^-4 s^2", "peak_force": "N/m", "peak_hold": "N/m"}
+UNITS = {
+    "t": "s",
+    "x": "m",
+    "z": "m",
+    "angle": "degree",
+    "eta_b": "m^-4 s^2",
+    "peak_force": "N/m",
+    "peak_hold": "N/m",
+    "friction_needed": "N",
+}
 GRASP = {
     "point": "middle of the strip's thickness on the line up to which the gripper holds it; it starts at -length/2",
     "angle": "rotation of the gripper about y, 0 as it grasped the flat strip, 180 on the folded one",
@@ -103,11 +112,17 @@ class FoldingPlan(Result):
     def rows(self) -> Rows:
         asked, choice = self.asked, self.choice
         stiffest, _, softest = asked.strips
+        friction, kept = [], "least distance of the gripper from where the strip snaps"
+        if choice.friction_needed is not None:
+            there = asked.friction_moment
+            friction.append(("friction", f"needs M_0 = {choice.friction_needed:.3g} N, there are {there:.3g} N"))
+            kept = "by which the friction to spare delays the snap"
         return [
             ("path", f"{self.path.name}: {choice.reason}"),
             *(("  not", f"{one.path}: {one.reason}") for one in choice.refused),
             ("eta_b", f"{stiffest.eta_b:.4g} to {softest.eta_b:.4g} m^-4 s^2"),
-            ("margin", metres(self.margin, "least distance of the gripper from where the strip snaps")),
+            ("margin", metres(self.margin, kept)),
+            *friction,
             *(
                 (
                     f"  {strip.eta_b:.4g}",
@@ -130,6 +145,7 @@ class FoldingPlan(Result):
             "reason": self.choice.reason,
             "refused": [asdict(one) for one in self.choice.refused],
             "margin": self.margin,
+            "friction_needed": self.choice.friction_needed,
             "assessed": [
                 {"eta_b": strip.eta_b} | {name: float(getattr(verdict, name)) for name in names}
                 for strip, verdict in zip(self.asked.strips, self.choice.verdicts, strict=True)

@@ -228,8 +228,20 @@ class FoldingPlan(Strip):
         Number, quantity("distance of the gripper from where the strip snaps, for every eta_b", "m", ge=0.0, le=1e6)
     ] = 0.01
     layers_may_slide: Annotated[Flag, Field(description="the upper layer may slide over the lower one")] = False
+    friction_moment: Annotated[
+        Number | None, quantity("M_0 of the fabric's bending hysteresis, per width", "N", gt=0.0, le=1e3)
+    ] = None
+    yield_curvature: Annotated[Number | None, quantity("its kappa_y; by default 0.05 / L*", "1/m", ge=1e-3, le=1e6)] = (
+        None
+    )
     speed: Annotated[Number, quantity("largest speed of the gripper", "m s^-1", ge=1e-4, le=10.0)] = 0.1
     acceleration: Annotated[Number, quantity("largest acceleration of it", "m s^-2", ge=1e-3, le=100.0)] = 0.5
+
+    @model_validator(mode="after")
+    def _check_friction(self) -> Self:
+        if self.yield_curvature is not None and self.friction_moment is None:
+            raise InvalidInputError("yield_curvature", self.yield_curvature, "this together with friction_moment")
+        return self
 
     @cached_property
     def strips(self) -> tuple[Strip, Strip, Strip]:

@@ -302,6 +302,8 @@ class Strip:
         eta_b_uncertainty: float = 0.2,
         margin: float = 0.01,
         layers_may_slide: bool = False,
+        friction_moment: float | None = None,
+        yield_curvature: float | None = None,
         speed: float = 0.1,
         acceleration: float = 0.5,
         progress: Progress | None = None,
@@ -316,6 +318,8 @@ class Strip:
             Least distance of the gripper from where the strip snaps, m.
         layers_may_slide
             Whether the upper layer may slide over the lower one.
+        friction_moment, yield_curvature
+            M_0, N, and kappa_y, 1/m, of the fabric's bending hysteresis, which an R-path needs.
         speed, acceleration
             Largest ones of the gripper, m/s and m/s^2.
         progress
@@ -343,6 +347,8 @@ class Strip:
             eta_b_uncertainty=eta_b_uncertainty,
             margin=margin,
             layers_may_slide=layers_may_slide,
+            friction_moment=friction_moment,
+            yield_curvature=yield_curvature,
             speed=speed,
             acceleration=acceleration,
         )

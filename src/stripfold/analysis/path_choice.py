@@ -7,12 +7,14 @@ can have the margin, and the rod with the least, the given and the largest eta_b
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from stripfold import elastica, paths
+from stripfold.analysis.assess import shape_error
+from stripfold.analysis.friction_needed import SPARE, needed
 from stripfold.analysis.gripper_map import GripperMap, gripper_map
 from stripfold.analysis.verdict import Verdict, assess_path
 from stripfold.errors import InvalidInputError, NoPathError, SolveError
@@ -20,7 +22,7 @@ from stripfold.inputs import FoldingPlan
 from stripfold.paths import FoldPath
 from stripfold.paths.curve import GripperPath
 from stripfold.paths.low_path import HIGHEST
-from stripfold.paths.rpath import LONGEST, shortest_half_fold
+from stripfold.paths.rpath import LONGEST, plan_r_path, shortest_half_fold
 
 USUAL, LOWEST = 1.0, 0.6
 """Height of a low path where nothing else decides, and the least, L*: lower, wrinkles of half a millimetre grow."""
@@ -34,6 +36,12 @@ SPACING = 0.02
 """Spacing of places on a path at which its margin is taken, L*: half of it is a margin's error, at most."""
 ACCURATE = 0.1
 """Largest distance of the finished fold from the accurate one, L*: a millimetre or two of the strip's edge."""
+
+
+LAID = 0.02
+"""Height, L*, from which on a layer that comes down by itself at the end of its path counts as laid down."""
+DELAY = 8.0
+"""Distance by which friction delays a snap, L* per M_0 in rho_a g L*^2: the least at the heights of docs/physics.md."""
 
 
 @dataclass(frozen=True)
@@ -61,6 +69,8 @@ class Choice:
         Those tried before.
     verdicts
         The rod's, with the least, the given and the largest eta_b.
+    friction_needed
+        M_0 that the path needs with the worst eta_b, N; None where it needs none.
     """
 
     path: FoldPath
@@ -68,6 +78,7 @@ class Choice:
     reason: str
     refused: tuple[Refusal, ...]
     verdicts: tuple[Verdict, ...]
+    friction_needed: float | None = None
 
 
 @dataclass(frozen=True)
@@ -75,6 +86,8 @@ class _Candidate:
     path: FoldPath
     margin: float
     reason: str
+    needed: float | None = None
+    """M_0 without which it is not followed, N; None for a path without friction."""
 
 
 @dataclass(frozen=True)
@@ -123,16 +136,46 @@ class _Chooser:
             return Refusal("triangular", why, shortfall)
         return _Candidate(path, margin, "the strip is so short that its sag lands before it can snap")
 
+    def r_path(self) -> _Candidate | Refusal:
+        """Along the snap boundary, where internal friction has to hold the strip."""
+        asked = self.asked
+        if asked.friction_moment is None:
+            return Refusal("r-path", "it needs internal friction, and no friction moment of the fabric is given")
+        path = paths.r_path(asked)
+        strips = [(strip.material, strip.length, scaled(path, strip.gravity_length)) for strip in asked.strips]
+        try:
+            found = needed(strips, asked.friction_moment, asked.yield_curvature)
+        except SolveError as error:
+            return Refusal("r-path", f"what friction it needs could not be found: {error}")
+        if isinstance(found, str):
+            return Refusal("r-path", found)
+        there = asked.friction_moment
+        said = f"it needs a friction moment of {SPARE:g} times {found.moment:.3g} N, and there are {there:.3g} N"
+        if there < SPARE * found.moment:
+            return Refusal("r-path", said)
+        margin = DELAY * (there - found.moment) / asked.material.force_scale
+        if margin < asked.margin:
+            why = f"{said}: a margin of {1e3 * margin:.1f} mm"
+            return Refusal("r-path", why, asked.margin - margin)
+        return _Candidate(path, margin, f"the fabric's friction holds the strip: {said}", found.moment)
+
     def checked(self, candidate: _Candidate) -> tuple[Verdict, ...] | str:
         """The rod's verdicts with the three eta_b, or what is wrong with one of them."""
         found = []
         for strip in self.asked.strips:
             unit = strip.gravity_length
             with_it = f"with eta_b = {strip.eta_b:.4g} the rod"
+            curve = scaled(candidate.path, unit)
+            moment = None if candidate.needed is None else self.asked.friction_moment
+            kappa_y = self.asked.yield_curvature
             try:
-                verdict = assess_path(strip.material, strip.length, scaled(candidate.path, unit), model="rod")
+                verdict = assess_path(
+                    strip.material, strip.length, curve, model="rod", hysteresis=moment, yield_curvature=kappa_y
+                )
             except SolveError as error:
                 return f"{with_it} cannot be followed: {error}"
+            if not verdict.stable and moment is not None:
+                verdict = _laid(verdict, curve, unit)
             if not verdict.stable:
                 event = verdict.critical[0]
                 return f"{with_it} is lost at x = {event['x']:.4g} m, z = {event['z']:.4g} m"
@@ -144,6 +187,20 @@ class _Chooser:
     def tries(self) -> Iterator[Callable[[], _Candidate | Refusal]]:
         yield self.low
         yield self.triangular
+        yield self.r_path
+
+
+def _laid(verdict: Verdict, path: GripperPath, unit: float) -> Verdict:
+    """The verdict on a strip lost at the end of its path only, where its layer is down but for a hair: it is stable.
+
+    Much friction keeps the layer bent, and its end then comes down by itself.
+    """
+    event, end = verdict.critical[0], unit * path.position(path.length)
+    if not (event["z"] <= LAID * unit and abs(event["x"] - end[0]) <= LAID * unit):
+        return verdict
+    problem, last = verdict.states[-1]
+    off = unit * shape_error(problem, last, plan_r_path(problem.model.length))
+    return replace(verdict, stable=True, critical=(), completed=True, shape_error=off)
 
 
 def choose(asked: FoldingPlan, progress: Callable[[str], None] | None = None) -> Choice:
@@ -171,7 +228,7 @@ def choose(asked: FoldingPlan, progress: Callable[[str], None] | None = None) ->
         say(f"{tried.path.name} path, statics")
         verdicts = chooser.checked(tried)
         if not isinstance(verdicts, str):
-            return Choice(tried.path, tried.margin, tried.reason, tuple(refused), verdicts)
+            return Choice(tried.path, tried.margin, tried.reason, tuple(refused), verdicts, tried.needed)
         refused.append(Refusal(tried.path.name, verdicts))
     least, _, largest = (strip.eta_b for strip in asked.strips)
     raise NoPathError(f"keeps {1e3 * asked.margin:g} mm for eta_b from {least:.4g} to {largest:.4g}", refused)

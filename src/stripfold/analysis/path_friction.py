@@ -36,6 +36,7 @@ from stripfold.analysis.path_statics import FIRST
 from stripfold.analysis.static import LAMBDA_TOLERANCE, LIMIT
 from stripfold.arrays import Array
 from stripfold.effects import Hysteresis, MovableEffect, Pull
+from stripfold.effects.hysteresis import YIELD_CURVATURE
 from stripfold.errors import ContinuationError, InvalidInputError, LostStabilityError, SolveError
 from stripfold.models.contact_mesh import Topology
 from stripfold.models.model import Model
@@ -58,13 +59,13 @@ WITHIN_STEP = replace(STEPS, first=0.02, largest=0.3)
 """Steps of the continuation where one solve does not reach a step's end."""
 
 
-def effects_of(law: str, strength: float) -> Effects:
-    """The effects of a law, "pull" or "hysteresis"; none for strength 0."""
+def effects_of(law: str, strength: float, yield_curvature: float = YIELD_CURVATURE) -> Effects:
+    """The effects of a law, "pull" or "hysteresis" (the latter with kappa_y, 1/L*); none for strength 0."""
     if strength == 0.0:
         return lambda model, q: ()
     if law == "pull":
         return lambda model, q: (Pull(model, strength, q),)
-    return lambda model, q: (Hysteresis.of(model, strength, slack=q),)
+    return lambda model, q: (Hysteresis.of(model, strength, yield_curvature=yield_curvature, slack=q),)
 
 
 @dataclass(frozen=True, eq=False)

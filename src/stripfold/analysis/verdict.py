@@ -20,10 +20,11 @@ from stripfold.analysis.assess import (
 )
 from stripfold.analysis.collapse import in_solver_units
 from stripfold.analysis.contact import touch_position, touches
-from stripfold.analysis.path_friction import STEP, effects_of, load_incrementally, until_lost
+from stripfold.analysis.path_friction import STEP, Effects, effects_of, load_incrementally, until_lost
 from stripfold.analysis.path_in_time import follow_in_time
 from stripfold.analysis.path_statics import MOVING, NODAL
 from stripfold.analysis.static import StripModel
+from stripfold.effects.hysteresis import YIELD_CURVATURE
 from stripfold.errors import InvalidInputError, SolveError
 from stripfold.material import Material
 from stripfold.paths.curve import GripperPath
@@ -69,6 +70,7 @@ def assess_path(
     fall: bool = False,
     friction: float | None = None,
     hysteresis: float | None = None,
+    yield_curvature: float | None = None,
     layer_friction: float | None = None,
     step: float | None = None,
     refinement: float = 1.0,
@@ -90,6 +92,8 @@ def assess_path(
         The paper's k_f, s^-2.
     hysteresis
         The bending hysteresis' M_0, N.
+    yield_curvature
+        Its kappa_y, 1/m; 0.05 / L* where it is not given.
     layer_friction
         Coefficient of friction between the layers and on the floor.  The critical points are then those of statics
         before the first touch, all else is of a motion in time with a slow gripper.
@@ -123,7 +127,8 @@ def assess_path(
             allowed = f"more than 0 and at most {unit * path.length:.4g} m, the length of the path"
             raise InvalidInputError("step", step, allowed)
         size = STEP if step is None else step / unit
-        stepped, lost = _with_friction(strip, path, law, strength, size, refinement)
+        kappa_y = YIELD_CURVATURE if yield_curvature is None else yield_curvature * unit
+        stepped, lost = _with_friction(strip, path, effects_of(law, strength, kappa_y), size, refinement)
         touch = next((touch_position(p.model, point) for p, point in stepped if touches(p.model, point)), float("nan"))
         events = [_event(lost, SNAP, float("nan"))] if lost is not None else []
         states, contact, failure = list[Followed](stepped), MOVING, None
@@ -174,11 +179,11 @@ def _event(
 
 
 def _with_friction(
-    strip: StripModel, path: GripperPath, law: str, strength: float, size: float, refinement: float
+    strip: StripModel, path: GripperPath, effects: Effects, size: float, refinement: float
 ) -> tuple[list[tuple[StripProblem, Point]], float | None]:
     """The states with friction, and the length travelled at which the strip was lost, if it was."""
     mesh = strip.contact_mesh(refinement, memory=True)
-    steps, lost = until_lost(load_incrementally(mesh, path, effects_of(law, strength), size))
+    steps, lost = until_lost(load_incrementally(mesh, path, effects, size))
     return [step.on_mesh for step in steps], lost
 
 
