@@ -197,11 +197,8 @@ class TestChoice:
 class TestFriction:
     """A path that friction has to hold, with the solver."""
 
-    @pytest.fixture(scope="class")
-    def held(self) -> FoldingPlan:
-        return sf.Strip(length=0.4, eta_b=ETA_B).plan(friction_moment=2e-3, yield_curvature=10.0, margin=0.02)
-
-    def test_what_is_needed(self, held: FoldingPlan) -> None:
+    def test_what_is_needed(self) -> None:
+        held = sf.Strip(length=0.4, eta_b=ETA_B).plan(friction_moment=2e-3, yield_curvature=10.0, margin=0.02)
         need = held.choice.friction_needed
         assert held.path.name == "r-path"
         assert need is not None
