@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ import pytest
 import stripfold as sf
 from stripfold import elastica
 from stripfold.analysis import path_choice
-from stripfold.analysis.friction_needed import Needed
+from stripfold.analysis.friction_needed import Needed, needed
 from stripfold.analysis.gripper_map import gripper_map
 from stripfold.analysis.verdict import Verdict, assess_path
 from stripfold.cli import main
@@ -198,27 +199,31 @@ class TestFriction:
     """A path that friction has to hold, with the solver."""
 
     def test_what_is_needed(self) -> None:
-        held = sf.Strip(length=0.4, eta_b=ETA_B).plan(friction_moment=2e-3, yield_curvature=10.0, margin=0.02)
-        need = held.choice.friction_needed
-        assert held.path.name == "r-path"
-        assert need is not None
-        assert "friction     needs M_0" in str(held)
-        # With less than the search says one of the three strips is lost, on finer elements as well.
-        stable = []
-        for share in (0.8, 1.25):
-            verdicts = [
-                assess_path(
-                    strip.material,
-                    strip.length,
-                    path_choice.scaled(held.path, strip.gravity_length),
-                    hysteresis=share * need,
-                    yield_curvature=10.0,
-                    model="rod",
-                )
-                for strip in held.asked.strips
-            ]
-            stable.append(all(verdict.stable for verdict in verdicts))
+        """The search on coarse elements, against verdicts on finer ones."""
+        strip = asked(length=0.36, eta_b_uncertainty=0.05).strips[2]
+        path = path_choice.scaled(sf.paths.r_path(asked(length=0.36)), strip.gravity_length)
+        found = needed([(strip.material, strip.length, path)], 5e-4, 10.0)
+        assert isinstance(found, Needed)
+        assert found.fails < found.moment <= 1.15 * found.fails
+        stable = [
+            assess_path(
+                strip.material, strip.length, path, hysteresis=share * found.moment, yield_curvature=10.0, model="rod"
+            ).stable
+            for share in (0.8, 1.25)
+        ]
         assert stable == [False, True]
+
+    def test_a_layer_that_is_down_but_for_a_hair_is_laid(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr(path_choice, "shape_error", lambda *_: 0.05)
+        monkeypatch.setattr(path_choice, "plan_r_path", lambda _: None)
+        unit, path = star(ETA_B), triangular(14.0)
+        model = SimpleNamespace(length=14.0)
+        states = ((SimpleNamespace(model=model), None),)
+        lost = Verdict(False, (), *[0.0] * 8, False, "moving", "", states)
+        for z, stable in ((0.01, True), (0.03, False)):
+            event = {"x": 7.0 * unit, "z": z * unit}
+            found = path_choice._laid(replace(lost, critical=(event,)), path, unit)
+            assert (found.stable, found.shape_error > 0.0) == (stable, stable)
 
     def test_option(self, capsys: pytest.CaptureFixture[str]) -> None:
         command = ["plan", "--length", "0.5", "--eta-b", "3780", "--friction-moment"]
