@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import tomllib
 import zipfile
 from importlib import util
 from pathlib import Path
 
 import pytest
+import yaml
 
 from stripfold import cli, extras
 from stripfold.errors import MissingExtraError
@@ -53,3 +55,21 @@ def test_what_needs_no_extra():
     code += "\n".join(f"import stripfold.{name}" for name in names)
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
+
+
+def test_other_packages_need_the_same():
+    """The conda recipe has the bounds of pyproject.toml; some packages have another name there."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    recipe = yaml.safe_load((ROOT / "packaging/recipe.yaml").read_text())
+    names = {"matplotlib": "matplotlib-base", "opencv-python-headless": "py-opencv", "netCDF4": "netcdf4"}
+
+    def there(required: list[str]) -> set[str]:
+        pairs = [text.split(">=") for text in required if "[" not in text]
+        return {f"{names.get(name, name)} >={bound}" for name, bound in pairs}
+
+    extras_ = project["optional-dependencies"]
+    assert set(recipe["requirements"]["run"]) == there(project["dependencies"]) | {
+        f"python {project['requires-python']}"
+    }
+    assert set(recipe["requirements"]["run_constraints"]) == there(extras_["plot"] + extras_["vision"])
+    assert recipe["context"]["version"] == project["version"]
