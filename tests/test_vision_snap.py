@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stripfold.vision import snap
+from stripfold.vision import measure, snap
 
 TOUCH, TIME = 2.6, 0.12
 SLOW, FAST = 0.01, 0.81
@@ -35,6 +35,18 @@ def test_onset_is_at_its_level_at_any_frame_rate(rate: float):
     share = TIME / snap.WINDOW * (1.0 - np.exp(-snap.WINDOW / TIME))
     assert found.ratio == pytest.approx(1.0 + share * (FAST - SLOW) / SLOW, rel=0.05)
     assert not found.several
+
+
+def test_a_steady_rise_is_delayed_by_a_quarter_of_the_window():
+    """The correction is for what lies between it and an exponential rise, whose onset the window does not shift."""
+    t = np.arange(0.0, 4.0, 1.0 / 60.0)
+    began, took = 1.2, TOUCH - 1.2
+    ran = np.clip(t - began, 0.0, took)
+    steady = snap.speed(t, (SLOW * t + 0.5 * 0.06 * ran**2)[:, None, None] * SHAPE)
+    late = steady.onset - (began + snap.LEVEL * took)
+    assert late == pytest.approx(0.25 * snap.WINDOW, abs=0.012)
+    assert abs(late - measure.WINDOW_SHIFT * steady.delay) < 0.5 * late
+    assert snap.speed(t, moving(t)).delay < 0.25 * snap.WINDOW < 0.7 * snap.WINDOW < steady.delay < snap.WINDOW
 
 
 def test_onset_at_uneven_times():

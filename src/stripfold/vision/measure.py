@@ -32,7 +32,10 @@ MAX_NO_SNAP_RATIO = 1.3
 """Peak of the speed over that of following from which a snap cannot be ruled out."""
 LEVEL_ERROR = 0.07
 """Standard deviation of the onset's level, as a share of its height: at the peak the layers hide each other."""
-FRAME_SHIFT, FRAME_SD = 0.2, 0.4
+WINDOW_SHIFT, WINDOW_SD = 0.2, 0.12
+"""By how much the onset of a slow snap is measured too late, and the standard deviation of that, in
+:attr:`.Speed.delay`: 0 if the speed rises exponentially, 0.25 if it rises steadily."""
+FRAME_SHIFT, FRAME_SD = 0.35, 0.28
 """By how much the onset is measured too early, since the snap ends between two frames, and the standard deviation of
 that, in the usual distance of the frames."""
 GAP_SHIFT, GAP_SD = 0.25, 0.1
@@ -95,8 +98,11 @@ def _evaluate(
     time_sd = {} if manual is None else {"manual": manual.sd}
     if snapped and manual is None:
         period, excess = tracks.timing.period, _missing(tracks, motion)
-        time += FRAME_SHIFT * period + GAP_SHIFT * excess
-        time_sd = {"level": _level_sd(motion), "frames": hypot(FRAME_SD * period, GAP_SD * excess)}
+        time += FRAME_SHIFT * period + GAP_SHIFT * excess - WINDOW_SHIFT * motion.delay
+        time_sd = {
+            "level": hypot(_level_sd(motion), WINDOW_SD * motion.delay),
+            "frames": hypot(FRAME_SD * period, GAP_SD * excess),
+        }
         flags += _event_flags(motion, excess, GAP_SHIFT * excess > hypot(*time_sd.values()))
     x, velocity, gripper_sd = _gripper_at(tracks, time)
     speed = abs(velocity)

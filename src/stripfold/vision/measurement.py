@@ -21,7 +21,7 @@ from stripfold.vision.tracking import Tracks
 FREEDOM = 5.0
 """Degrees of freedom of Student's t by which errors are distributed: few recordings have much larger ones than most."""
 PARTS = ("level", "frames", "mapping", "gripper", "clock", "manual")
-"""Causes of uncertainty: peak of the strip's speed, time between frames, calibration, noise of the marker,
+"""Causes of uncertainty: peak and rise of the strip's speed, time between frames, calibration, noise of the marker,
 synchronisation of the clocks, onset set by hand."""
 WARNING, NOTE = "warning", "note"
 """Severities of a flag: the value or its interval is affected; for information."""

@@ -7,7 +7,8 @@ the gripper's speed (docs/physics.md, section 7).
 
 The definition depends on neither frame rate nor scale.  In a film u is estimated from the displacements within a fixed
 window of time before each moment.  The snap accelerates and ends abruptly in the touch: of a speed that grows
-exponentially up to its peak such a window shifts no relative level, a centred one shifts all by half its length.
+exponentially up to its peak such a window shifts no relative level, a centred one shifts all by half its length.  Of
+one that rises steadily it shifts them, too: see :attr:`Speed.delay`.
 """
 
 from __future__ import annotations
@@ -27,6 +28,8 @@ LEVEL = 0.5
 """Share of the way to the peak at which the onset is, by its definition."""
 SLOPE_SHARE = 0.4
 """Share of the onset's level, to either side, over which the slope of the speed is taken there."""
+SLOW_RISE = 0.3
+"""Time around the onset's level, within :data:`SLOPE_SHARE`, above which the window shifts the onset, s."""
 STEP = 0.005
 """Spacing of the times at which the speed is evaluated, s."""
 REFERENCE_SHARE = 0.4
@@ -104,8 +107,22 @@ class Speed:
 
         From the mean slope around the onset: at a single level a disturbance may have made the speed jump.
         """
+        return 0.5 * self._rise_time * error / SLOPE_SHARE
+
+    @property
+    def delay(self) -> float:
+        """The window, s, as far as the rise takes longer than it.
+
+        Of a speed that rises steadily the window delays all levels by half its length and lowers the peak and, half as
+        much, the level of the onset: together a quarter of it.  Of a rise within the window only the end counts.
+        """
+        return WINDOW / (1.0 + (SLOW_RISE / self._rise_time) ** 2)
+
+    @property
+    def _rise_time(self) -> float:
+        """For how long the speed is around the onset's level, s; nan where it starts above."""
         low, high = (self.crossing(self.level(LEVEL * (1.0 + sign * SLOPE_SHARE))) for sign in (-1.0, 1.0))
-        return 0.5 * (high - low) * error / SLOPE_SHARE
+        return high - low
 
     @property
     def several(self) -> bool:
