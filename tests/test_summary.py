@@ -157,7 +157,8 @@ def datasets() -> dict[str, xr.Dataset]:
             "closing": ("case", np.full(6, 1e-12)), "distance": ("case", np.full(6, 1e-5)),
             "handed_over": ("case", [1e-4] * 5 + [np.nan])},
             {"case": ["base", "half the step", "other sign", "coarse mesh", "fine mesh", "no damping"]}),
-        "commands": ({"files": ("command", [1.0] * 13), "differs": ("command", texts(*[""] * 13))},
+        "commands": ({"files": ("command", [1.0] * (len(COMMANDS) + 1))}
+            | {"differs": ("command", texts(*[""] * (len(COMMANDS) + 1)))},
             {"command": texts(*(f"{name} x" for name in COMMANDS), "critical y")}, {"repeats": 2}),
         "sweeps": ({
             "scenes": ("model", [100000, 1024]), "results": ("model", [100000, 1024]), "snaps": ("model", [9e4, 1e3]),
@@ -266,6 +267,9 @@ def datasets() -> dict[str, xr.Dataset]:
             "message": ("case", texts(*np.where(OUTCOME == "undecided", "NewtonError: no", ""))),
             "spurious_limit_points": ("case", np.where(np.isin(OUTCOME, ["undecided", "refused"]), np.nan, 0.0))},),
         "assess_benchmark": ({"wall": ("repeat", [3.0]), "memory": 150.0, "error": 1e-3},),
+        "robot_log_benchmark": ({
+            "smooth_wall": ("repeat", [2.0]), "noisy_wall": ("repeat", [2.4]), "smooth_memory": 200.0,
+            "noisy_memory": 210.0, "apart": 3e-4},),
         "calibration": ({
             "rms": ("way", [0.18, 0.4]), "view_rms": (("way", "view"), np.full((2, 13), 0.18)), "charuco_rms": 0.21,
             "charuco_corners": 24.0}, {"way": ["scaled", "fixed"]}),
@@ -455,6 +459,8 @@ def test_a_sample_is_named_by_its_seed() -> None:
         ("hard_cases", "failed", np.nan, "hard_cases_failed"),
         ("assess_benchmark", "wall", 31.0, "time_assess"),
         ("assess_benchmark", "error", 6e-3, "time_assess"),
+        ("robot_log_benchmark", "noisy_wall", 3.1, "robot_log_cost"),
+        ("robot_log_benchmark", "apart", 2e-3, "robot_log_cost"),
         ("calibration", "rms", 0.26, "calibration_rms"),
         ("calibration", "charuco_rms", 0.26, "charuco_rms"),
         ("strip_looks", "event", np.nan, "strip_looks"),

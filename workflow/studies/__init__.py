@@ -85,6 +85,9 @@ STUDIES = {
         "assess_benchmark",
     ),
     "assess_benchmark": Study("studies.benchmark:run_assess", "time and memory of one assessment", files=COMMAND),
+    "robot_log_benchmark": Study(
+        "studies.benchmark:run_log", "time of a robot's log with noise", "assess_benchmark", files=COMMAND
+    ),
     "fall_benchmark": Study(
         "studies.benchmark:run_fall", "time and memory of one collapse", "benchmark", files=COMMAND
     ),

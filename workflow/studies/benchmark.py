@@ -13,6 +13,7 @@ import xarray as xr
 
 from stripfold.analysis import critical_point
 from stripfold.analysis.verdict import assess_path
+from stripfold.arrays import Array
 from stripfold.inputs import Scene
 from stripfold.material import Material
 from stripfold.paths.table import read
@@ -23,6 +24,8 @@ ETA_B = 3780.0
 """Of the strip whose R-path is assessed, m^-4 s^2."""
 STRIP = ("critical", "--length", "0.6", "--eta-b", "3780", "--height", "0.09")
 """The paper's material in the middle of the range."""
+LOG_ROWS, LOG_SECONDS, LOG_NOISE, LOG_TOLERANCE, LOG_SEED = 1201, 12.0, 2e-4, 1e-3, 20261123
+"""Of a robot's log: rows, s, standard deviation and tolerance of the smoothing, m."""
 SOLID = (*STRIP, "--accuracy", "5e-3", "--json")
 ROD = (*STRIP, "--model", "rod", "--json")
 
@@ -79,6 +82,37 @@ def run_assess(repeats: int, length: float) -> xr.Dataset:
     error = _apart(found["critical"][0], found["touch_x"], finer) / length
     values = {"wall": ("repeat", walls), "memory": ((), peak), "error": ((), error)}
     return dataset("assess_benchmark", values, {"command": "stripfold assess r-path.csv --fall " + " ".join(strip)})
+
+
+def run_log(repeats: int, length: float) -> xr.Dataset:
+    """One ``stripfold assess`` of a robot's log of an R-path, without noise and with, smoothed: ``repeats`` of each.
+
+    ``length`` of the strip in m.
+    """
+    strip = ("--length", f"{length:g}", "--eta-b", f"{ETA_B:g}")
+    smoothing = ("--smooth", f"{LOG_TOLERANCE:g}")
+    values: dict[str, Any] = {}
+    found = []
+    with tempfile.TemporaryDirectory() as folder:
+        for name, noise, more in (("smooth", 0.0, ()), ("noisy", LOG_NOISE, smoothing)):
+            path = str(Path(folder) / f"{name}.csv")
+            np.savetxt(path, robot_log(length, noise), delimiter=",", header="t,x,z", comments="")
+            walls, answers, peak = timed_process(command("assess", path, *strip, *more, "--json"), repeats)
+            values |= {f"{name}_wall": ("repeat", walls), f"{name}_memory": ((), peak)}
+            found.append(json.loads(answers[0])["critical"][0])
+    apart = float(np.hypot(*(found[0][axis] - found[1][axis] for axis in "xz")))
+    attrs = {"command": " ".join(("stripfold assess log.csv", *strip, *smoothing)), "noise": LOG_NOISE}
+    return dataset("robot_log_benchmark", values | {"apart": ((), apart)}, attrs)
+
+
+def robot_log(length: float, noise: float) -> Array:
+    """An R-path as a robot logs it that starts and stops smoothly, shape (rows, 3): s and m, with noise of this sd."""
+    unit = Material(ETA_B).gravity_length
+    path = path_of("r-path", length / unit)
+    share = np.linspace(0.0, 1.0, LOG_ROWS)
+    places = np.array([unit * path.position(float(s)) for s in path.length * share**2 * (3.0 - 2.0 * share)])
+    places += noise * np.random.default_rng(LOG_SEED).standard_normal(places.shape)
+    return np.column_stack([LOG_SECONDS * share, places])
 
 
 def run_rod(repeats: int, length: float) -> xr.Dataset:

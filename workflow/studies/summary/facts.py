@@ -35,6 +35,11 @@ def process(d: xr.Dataset) -> Facts:
     return {"seconds": d["wall"].median(), "memory": d.memory, "error": d.get("error", np.nan)}
 
 
+def robot_log(d: xr.Dataset) -> Facts:
+    smooth, noisy = float(d.smooth_wall.median()), float(d.noisy_wall.median())
+    return {"cost": noisy / smooth, "smooth": smooth, "noisy": noisy, "mb": d.noisy_memory, "apart": 1e3 * d.apart}
+
+
 def points(d: xr.Dataset) -> Facts:
     unit, found = d.gravity_length, np.isfinite(d.lambda_c)
     return {

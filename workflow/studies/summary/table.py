@@ -540,6 +540,12 @@ SOURCES = (
             "{memory:.0f} MB, difference {error:.1e} of the length from half the elements",
             lambda f: f.error <= 5e-3),
     )),
+    Source("robot_log_benchmark", facts.robot_log, (
+        Number("robot_log_cost", "cost", "factor", 3, "<= 1.5, critical points at most 1 mm apart",
+            "time of one `stripfold assess --smooth` of a robot's log, 1201 rows with 0.2 mm of noise, over that of "
+            "the log without noise ({noisy:.2f} s over {smooth:.2f} s, {mb:.0f} MB); critical point {apart:.2f} mm off",
+            lambda f: f.apart <= 1.0),
+    )),
     # Pictures and recordings.
     Source("calibration", facts_paths.calibration, (
         Number("calibration_rms", "rms", "pixel", 3, "< 0.25 pixel, no view over 3 times the median",
