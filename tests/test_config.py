@@ -26,6 +26,7 @@ from studies import (
     disturbed_rpath,
     fabrics,
     fall_accuracy,
+    folding_plans,
     friction_delay,
     friction_touch,
     lag,
@@ -154,6 +155,7 @@ def test_recordings_that_cannot_be(change: dict[str, Any], key: str):
         ("profiling", profiling.run),
         ("commands", commands.run),
         ("sweeps", sweeps.run),
+        ("folding_plans", folding_plans.run),
         ("second_gripper", second_gripper.run),
     ],
 )

@@ -164,6 +164,10 @@ def datasets() -> dict[str, xr.Dataset]:
             "scenes": ("model", [100000, 1024]), "results": ("model", [100000, 1024]), "snaps": ("model", [9e4, 1e3]),
             "wall": ("model", [5.0, 12.0]), "cost": ("model", [1e-4, 0.02]), "memory": ("model", [140.0, 90.0]),
             "apart": ("model", [1e-12, 0.0])}, {"model": ["elastica", "rod"]}, {"cores": 2, "checked": 40}),
+        "folding_plans": ({
+            "path": ("case", texts(*["low"] * 200, *["triangular"] * 40, *["r-path"] * 10, *["none"] * 50)),
+            "safe": ("case", [1.0] * 250 + [np.nan] * 50), "confirmed": ("case", [np.nan] * 250 + [1.0] * 50),
+            "seconds": ("case", np.full(300, 1.1))}, {"case": np.arange(300)}),
         "fall_benchmark": ({"wall": ("repeat", [1.9]), "memory": 150.0},),
         "rod": ({
             "model_error": (MODEL[1:], [[5e-3, 4e-5]]), "mesh_error": (MODEL, np.full((2, 1, 2), 1e-4)),
@@ -536,6 +540,10 @@ def test_a_criterion_that_is_broken_does_not_hold(dataset: str, name: str, value
         ("sweeps", "apart", {"model": "elastica"}, 1e-8, "sweep_scenes"),
         ("sweeps", "wall", {"model": "elastica"}, 201.0, "sweep_rate"),
         ("sweeps", "cost", {"model": "elastica"}, 0.005, "sweep_cost"),
+        ("folding_plans", "path", {"case": 7}, "failed", "plan_cases"),
+        ("folding_plans", "safe", {"case": 7}, 0.0, "plan_safe"),
+        ("folding_plans", "confirmed", {"case": 299}, 0.0, "plan_none"),
+        ("folding_plans", "seconds", {"case": slice(0, 200)}, 2.1, "plan_seconds"),
         ("random_paths", "outcome", {"case": slice(3, 5)}, "undecided", "random_paths_undecided"),
         ("hard_cases", "failed", {"case": 7}, 1.0, "hard_cases_failed"),
         ("branches", "spurious_limit_points", {"case": 7}, 1.0, "spurious_limit_points"),
@@ -576,6 +584,7 @@ def test_one_bad_value_is_enough(dataset: str, name: str, where: dict, value: fl
     [
         ("falls", 5, "falls"),
         ("hard_cases", 24, "hard_cases"),
+        ("folding_plans", 299, "plan_cases"),
         ("random_paths", 199, "random_paths"),
         ("estimates", 299, "estimate_coverage"),
         ("branches", 1999, "branch_cases"),

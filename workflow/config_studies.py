@@ -376,6 +376,13 @@ class Sweeps(Input):
     seed: Seed
 
 
+class FoldingPlans(Input):
+    """Plans for random strips."""
+
+    cases: Cases
+    seed: Seed
+
+
 class Commands(Input):
     """All commands, each several times."""
 
@@ -425,6 +432,7 @@ class Studies(Input):
     assess_benchmark: AssessBenchmark | None = None
     commands: Commands | None = None
     sweeps: Sweeps | None = None
+    folding_plans: FoldingPlans | None = None
     fall_accuracy: FallAccuracy | None = None
     schemes: Schemes | None = None
     modes: Modes | None = None

@@ -93,6 +93,7 @@ STUDIES = {
     ),
     "commands": Study("studies.commands:run", "all commands twice, compared bit for bit", files=COMMAND),
     "sweeps": Study("studies.sweeps:run", "rate, cost and memory of sweeps on all cores", files=COMMAND),
+    "folding_plans": Study("studies.folding_plans:run", "plans for random strips of uncertain eta_b, checked"),
     "accuracy": Study("studies.accuracy:run", "error of the end of the advance against run time"),
     "fall_accuracy": Study("studies.fall_accuracy:run", "error of the first touch of a fall against run time"),
     "profiling": Study("studies.profiling:run", "run time of one solid lambda_c and one rod R-path by part"),

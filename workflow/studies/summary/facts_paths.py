@@ -8,6 +8,7 @@ import xarray as xr
 from stripfold.arrays import Array
 from stripfold.vision.camera_motion import MOVED_BY
 from stripfold.vision.measurement import WARNING, half_width
+from studies import folding_plans as of_plans
 from studies import peers as of_peers
 from studies.peers import CRITICAL, EQUILIBRIUM
 from studies.random_paths import CONTRADICTED
@@ -274,6 +275,24 @@ def sweeps(d: xr.Dataset) -> Facts:
         "elastica": one.results / one.wall,
         "cost": rod.cost,
         "elastica_cost": one.cost,
+    }
+
+
+def folding_plans(d: xr.Dataset) -> Facts:
+    path, none = d.path.values, d.path.values == of_plans.REFUSED
+    safe = d.safe.values[np.isfinite(d.safe.values)]
+    kinds = [name for name in np.unique(path) if name not in (of_plans.REFUSED, of_plans.FAILED)]
+    return {
+        "cases": len(path),
+        "failed": (path == of_plans.FAILED).sum(),
+        "planned": safe.size,
+        "kinds": ", ".join(f"{(path == name).sum()} {name}" for name in kinds),
+        "paths": len(kinds),
+        "safe": share(safe == 1.0),
+        "none": none.sum(),
+        "unconfirmed": (none & (d.confirmed.values != 1.0)).sum(),
+        "seconds": np.median(d.seconds.values),
+        "longest": d.seconds.values.max(),
     }
 
 

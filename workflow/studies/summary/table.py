@@ -357,6 +357,18 @@ SOURCES = (
             "processor time per strip of the rod's sweep, the start of all processes included; of the elastica's "
             "{elastica_cost:.1e} s", lambda f: f.elastica_cost < 0.004),
     )),
+    Source("folding_plans", facts_paths.folding_plans, (
+        Number("plan_cases", "cases", "count", 3, ">= 300, none ended in an error",
+            "random strips with an eta_b known to 20% that `stripfold plan` was asked for: {planned} plans ({kinds}), "
+            "{none} refused, {failed} errors", lambda f: f.failed == 0),
+        Number("plan_safe", "safe", "1", 4, "= 1",
+            "share of the {planned} planned paths that the rod on finer elements follows with the least, the given and "
+            "the largest eta_b"),
+        Number("plan_none", "none", "count", 3, "a scan confirms all reasons of each",
+            "strips for which there is no path; reasons not confirmed: {unconfirmed}", lambda f: f.unconfirmed == 0),
+        Number("plan_seconds", "seconds", "s", 2, "<= 2 s",
+            "median time of a plan or a refusal, one core, warm process; the longest {longest:.2g} s"),
+    )),
     Source("fall_benchmark", facts.process, (
         Number("time_fall", "seconds", "s", 3, "<= 2 s",
             "median time of one `stripfold simulate` (statics, fall to rest, statics again), one core, new process"),

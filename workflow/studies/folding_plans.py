@@ -1,0 +1,170 @@
+"""Plans for random strips whose eta_b is uncertain: are the paths safe, are the refusals right, what do they cost.
+
+A plan's rod is assessed once more on finer elements, with the least, the given and the largest eta_b.  Where the
+plan says that there is none, each reason is checked without the planner: a scan of heights has no low path, a scan of
+critical points is nearer to the triangular path than the margin, and a strip is lost on the R-path with the friction
+that there is, less what is to spare.  Source: docs/plan.md.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from stripfold import elastica, paths
+from stripfold.analysis.friction_needed import NARROW, SPARE
+from stripfold.analysis.path_choice import ACCURATE, DELAY, FREE, GIVING, LAID, LOWEST, SHARPEST, choose, scaled
+from stripfold.analysis.path_friction import STEP
+from stripfold.analysis.verdict import Verdict, assess_path
+from stripfold.errors import NoPathError
+from stripfold.inputs import FoldingPlan, Strip
+from stripfold.paths import FoldPath
+from studies.common import Progress, attempted, pooled, table
+
+LENGTH, ETA_B, MARGIN = (8.5, 30.0), (820.0, 30200.0), (0.1, 0.6)
+"""What is drawn: strip length, L*, evenly; eta_b, m^-4 s^2, evenly in its logarithm; margin, L*, evenly."""
+SLIDES, HAS_FRICTION = 0.5, 0.12
+"""Shares of strips whose layers may slide, and of those with a friction moment known."""
+MOMENT, YIELD = (0.005, 0.3), (0.05, 0.5)
+"""M_0, rho_a g L*^2, evenly in its logarithm, and kappa_y, 1/L*."""
+UNCERTAINTY = 0.2
+REFINEMENT = 0.7
+"""Factor on the elements' lengths and on the steps with friction of the second assessment."""
+REFUSED, FAILED = "none", "failed"
+SCANNED = 40
+"""Heights that are scanned."""
+
+
+def case(number: int, seed: int) -> FoldingPlan:
+    """A random strip, the same for the same numbers."""
+    random = np.random.default_rng([seed, number])
+    eta_b = float(np.exp(random.uniform(*np.log(ETA_B))))
+    unit = Strip(length=1.0, eta_b=eta_b).gravity_length
+    length, margin = unit * random.uniform(*LENGTH), unit * random.uniform(*MARGIN)
+    slides, has = random.uniform(size=2) < (SLIDES, HAS_FRICTION)
+    asked = {"length": length, "eta_b": eta_b, "margin": margin, "eta_b_uncertainty": UNCERTAINTY}
+    moment, kappa_y = np.exp(random.uniform(*np.log(MOMENT))), random.uniform(*YIELD)
+    if has and not slides:
+        material = Strip(length=length, eta_b=eta_b).material
+        friction = {"friction_moment": moment * material.force_scale * unit, "yield_curvature": kappa_y / unit}
+        asked |= {name: float(value) for name, value in friction.items()}
+    return FoldingPlan(**asked, layers_may_slide=bool(slides))
+
+
+def run(cases: int, seed: int, threads: int = 1, progress: Progress | None = None) -> xr.Dataset:
+    """Plan for the first random strips of the sequence that ``seed`` starts, and check each.
+
+    Returns
+    -------
+    Dataset over ``case``: the path, "none" or "failed"; ``safe``: whether it is stable on finer elements with all three
+    eta_b, nan where there is none; ``confirmed``: whether all reasons against a path are confirmed, nan where there is
+    one; what the plan cost; reasons and messages.
+    """
+    rows = pooled(partial(numbered, seed=seed), range(cases), threads, progress)
+    return table("folding_plans", "case", rows, {"seed": seed})
+
+
+def numbered(number: int, seed: int) -> dict[str, Any]:
+    """The case of this number."""
+    asked = case(number, seed)
+    began = perf_counter()
+    unit = asked.gravity_length
+    row: dict[str, Any] = {"case": number, "length": asked.length / unit, "asked_margin": asked.margin / unit}
+    row |= {"slides": float(asked.layers_may_slide), "moment": 0.0, "safe": np.nan, "confirmed": np.nan}
+    if asked.friction_moment is not None:
+        row["moment"] = asked.friction_moment / (asked.material.force_scale * unit)
+    found, message = attempted(lambda: _chosen(asked))
+    row["seconds"] = perf_counter() - began
+    row |= {"path": FAILED, "margin": np.nan, "reason": "", "message": message}
+    if isinstance(found, NoPathError):
+        wrong, message = attempted(lambda: unconfirmed(asked, found))
+        confirmed = wrong == () and not message
+        message = message or ", ".join(wrong or ())
+        return row | {"path": REFUSED, "reason": str(found), "confirmed": float(confirmed), "message": message}
+    if found is not None:
+        bad, message = attempted(lambda: unsafe(asked, found.path, found.friction_needed is not None))
+        row |= {"path": found.path.name, "margin": found.margin / unit, "reason": found.reason}
+        return row | {"safe": float(bad == "" and not message), "message": message or bad}
+    return row
+
+
+def _chosen(asked: FoldingPlan) -> Any:
+    try:
+        return choose(asked)
+    except NoPathError as error:
+        return error
+
+
+def unsafe(asked: FoldingPlan, path: FoldPath, friction: bool) -> str:
+    """What is wrong on finer elements with one of the three eta_b; empty if nothing is."""
+    moment = asked.friction_moment if friction else None
+    lost = [strip.eta_b for strip in asked.strips if not follows(asked, strip, path, moment)]
+    return f"lost with eta_b = {lost[0]:.4g}" if lost else ""
+
+
+def follows(asked: FoldingPlan, strip: Strip, path: FoldPath, moment: float | None = None) -> bool:
+    """Whether the rod follows a path on finer elements, with this M_0, N: it is not lost before its layer is down."""
+    found = _verdict(asked, strip, path, moment)
+    return found.stable or (moment is not None and found.critical[0]["z"] < LAID * strip.gravity_length)
+
+
+def _verdict(asked: FoldingPlan, strip: Strip, path: FoldPath, moment: float | None) -> Verdict:
+    unit = strip.gravity_length
+    more: dict[str, Any] = {}
+    if moment is not None:
+        more = {"hysteresis": moment, "yield_curvature": asked.yield_curvature, "step": STEP * REFINEMENT * unit}
+    curve = scaled(path, unit)
+    return assess_path(strip.material, strip.length, curve, model="rod", refinement=REFINEMENT, **more)
+
+
+def unconfirmed(asked: FoldingPlan, error: NoPathError) -> tuple[str, ...]:
+    """The paths refused whose reasons are not confirmed."""
+    checks = {"low": _no_low, "triangular": _no_triangular, "r-path": _no_r_path}
+    return tuple(one.path for one in error.refused if not checks[one.path](asked))
+
+
+def _no_low(asked: FoldingPlan) -> bool:
+    """Whether layers must not slide, or no height has the margin with the softest strip and bends all gently."""
+    if not asked.layers_may_slide:
+        return True
+    stiffest, given, softest = (strip.gravity_length for strip in asked.strips)
+    thickness, lies = asked.strips[0].material.thickness, asked.length + FREE * stiffest
+    heights = given * np.linspace(0.3, 2.0, SCANNED)
+    snaps = np.array([elastica.critical(float(height / softest)).snap for height in heights])
+    margin = heights[snaps][0] - heights
+    bent = (thickness <= SHARPEST * heights) & (heights**3 >= GIVING * lies * thickness**2)
+    return not np.any((margin >= asked.margin + heights[1] - heights[0]) & bent & (heights >= LOWEST * stiffest))
+
+
+def _no_triangular(asked: FoldingPlan) -> bool:
+    """Whether its second edge comes within the margin of critical points of the softest strip, before the touch."""
+    unit = asked.strips[-1].gravity_length
+    length, limit = asked.length / unit, elastica.touch_limit()
+    ends = [elastica.critical(float(z)).state for z in np.linspace(limit + 1e-3, 0.5 * length, SCANNED)]
+    wall = np.array([(end.advance, end.gripper[1]) for end in ends if end.length < length])
+    z = np.linspace(0.5 * length, 0.0, 1000)
+    edge = np.column_stack([length - z, z])
+    low = np.linspace(0.5, limit - 1e-3, SCANNED)
+    lands = edge[:, 0] > np.interp(z, low, [elastica.critical(float(height)).state.advance for height in low])
+    edge = edge[: int(np.argmax(lands & (z < limit)))]
+    beyond = edge[:, 0] > np.interp(edge[:, 1], wall[:, 1], wall[:, 0], left=np.inf, right=np.inf)
+    away = np.linalg.norm(edge[:, None] - wall, axis=2).min()
+    return bool(beyond.any() or away <= asked.margin / unit + wall[1, 1] - wall[0, 1])
+
+
+def _no_r_path(asked: FoldingPlan) -> bool:
+    """Whether one strip is lost on it without friction, or with so much less that nothing is to spare."""
+    path, moment = paths.r_path(asked), asked.friction_moment
+    if moment is not None:
+        given, kept = moment, asked.margin * asked.material.force_scale / DELAY
+        moment = min(given - kept, given / SPARE) / NARROW
+        if moment <= 0.0:
+            return True
+        off = [_verdict(asked, strip, path, given).shape_error / strip.gravity_length for strip in asked.strips]
+        if max(off) > ACCURATE:
+            return True
+    return any(not follows(asked, strip, path, moment) for strip in asked.strips)
