@@ -245,7 +245,8 @@ def margin_on(path: GripperPath, places: GripperMap) -> float:
     Negative where a path leaves the places of hanging strips above the touch limit: by how much above.
     """
     _, positions = path.sampled(SPACING)
-    advance, z = positions[:, 0] + places.length / 2.0, positions[:, 1]
+    # The end of a path may lie below the floor by rounding.
+    advance, z = positions[:, 0] + places.length / 2.0, np.maximum(positions[:, 1], 0.0)
     beyond = advance > places.hanging(z)[1]
     end = int(np.argmax(beyond)) if beyond.any() else len(z)
     if end < len(z) and z[end] > places.snap.z[0]:
