@@ -8,7 +8,8 @@ STAMP := $(VENV)/.complete
 BIN := $(CURDIR)/$(VENV)/bin
 # What a rule's `script:` or `shell:` finds first must be the locked environment.
 IN_VENV := PATH="$(BIN):$$PATH"
-SNAKEMAKE = $(IN_VENV) snakemake
+# A run that was killed leaves its lock behind.
+SNAKEMAKE = $(IN_VENV) python workflow/unlock.py && $(IN_VENV) snakemake
 COMPILE := from stripfold.kernels import band, bending, coverage, elements, step
 
 # The systems solved are small and banded: threads inside BLAS only cost time, the parallelism is between runs.
@@ -23,7 +24,7 @@ unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: all studies peers explorer cold time-ci readme docs test starts lint quick env lock clean help
+.PHONY: all studies peers explorer cold time-ci readme docs test starts lint quick unlock env lock clean help
 
 all: $(STAMP) ## Redo every run, figure and number of the paper (set CORES=n to use fewer cores)
 	$(SNAKEMAKE) all --cores $(CORES)
@@ -97,6 +98,9 @@ main(['--lint'])
 endef
 export SNAKEMAKE_LINT
 
+unlock: $(STAMP) ## Remove the lock of a run that was killed; all other targets do so by themselves
+	@$(IN_VENV) python workflow/unlock.py
+
 lint: $(STAMP) ## Check style, formatting, types and the workflow
 	$(IN_VENV) ruff check
 	$(IN_VENV) ruff format --check
@@ -119,10 +123,10 @@ $(STAMP): environment.lock pyproject.toml
 	@rm -f $@
 	@cmp -s environment.lock $(VENV)/environment.lock || rm -rf $(VENV)
 	@test -d $(VENV) || $(MAKE) --no-print-directory -f $(firstword $(MAKEFILE_LIST)) locked-packages
-	$(BIN)/python -m pip install --quiet --no-deps --no-build-isolation --editable .
-	$(BIN)/python -c '$(COMPILE)'
+	$(VENV)/bin/python -m pip install --quiet --no-deps --no-build-isolation --editable .
+	$(VENV)/bin/python -c '$(COMPILE)'
 	@touch $@
-	@echo "environment complete: $(VENV), $$($(BIN)/python --version)"
+	@echo "environment complete: $(VENV), $$($(VENV)/bin/python --version)"
 
 # The build tools come first, from the lock like the rest: one dependency is published as source only, and pip
 # would otherwise fetch unpinned tools to build it.
@@ -131,8 +135,8 @@ $(STAMP): environment.lock pyproject.toml
 locked-packages:
 	$(PYTHON) -m venv $(VENV)
 	awk '/^[^ ]/ { keep = /^(packaging|setuptools|wheel)==/ } keep' environment.lock > $(VENV)/build-tools.lock
-	$(BIN)/python -m pip install --quiet --require-hashes --no-deps -r $(VENV)/build-tools.lock
-	$(BIN)/python -m pip install --quiet --require-hashes --no-build-isolation --no-compile -r environment.lock
+	$(VENV)/bin/python -m pip install --quiet --require-hashes --no-deps -r $(VENV)/build-tools.lock
+	$(VENV)/bin/python -m pip install --quiet --require-hashes --no-build-isolation --no-compile -r environment.lock
 	cp environment.lock $(VENV)/environment.lock
 
 # Pins already in the lock are kept where they still fit. To move to newest versions: make lock LOCK_ARGS=--upgrade

@@ -308,6 +308,7 @@ def datasets() -> dict[str, xr.Dataset]:
         "recordings": ({
             "snapped": ("recording", np.ones(40)), "lambda_event": ("recording", np.full(40, 0.31)),
             "lambda_zero": ("recording", np.full(40, 0.305)), "lambda_model": ("recording", np.full(40, 0.3))},),
+        "conventions": ({"cf_errors": ("file", [0, 0]), "acdd_omissions": ("file", [0, 1])}, {"file": ["a", "b"]}),
         "video_benchmark": ({
             "rate": (("length", "run"), [[100.0] * 3, [161.0, 20.0, 175.0]]), "memory": ("length", [500.0, 501.0]),
             "motion_seconds": ((), 4.0), "render_seconds": ((), 2.0), "measure_seconds": ((), 3.0)},
@@ -553,6 +554,7 @@ def test_a_criterion_that_is_broken_does_not_hold(dataset: str, name: str, value
         ("low_paths", "rod", {"case": 7}, "failed", "low_path_cases"),
         ("low_paths", "time_error", {"mu": 0.6}, np.nan, "fold_error_low"),
         ("order", "order", {"model": "solid"}, 2.9, "order_lambda_c"),
+        ("conventions", "cf_errors", {"file": "b"}, 1, "cf_errors"),
         ("knocks", "fell", {"distance": 0.02}, 1.2, "knock_threshold"),
         ("knocks", "away", {"distance": 0.1}, 0.5, "knock_return"),
         ("knocks", "away", {"distance": 0.02}, 1e-4, "knock_return"),

@@ -20,10 +20,11 @@ from typing import Any
 
 import xarray as xr
 
+from stripfold.errors import InvalidInputError
 from studies import STUDIES, parameters
 
 ROOT = Path(__file__).parents[1]
-PACKAGES = ("stripfold", "plots", "second_generator", "studies", "tasks")
+PACKAGES = ("stripfold", "conventions", "plots", "second_generator", "studies", "tasks")
 """First parts of the names of the project's modules."""
 LIBRARIES = (
     "av",
@@ -114,9 +115,13 @@ def stale_studies(config: Mapping[str, Any]) -> dict[str, str]:
         if not path.is_file():
             found[name] = "it is missing"
             continue
-        with xr.open_dataset(path) as dataset:
-            if reason := why_stale(dataset, parameters(name, config)):
-                found[name] = reason
+        try:
+            dataset = xr.Dataset(attrs=_attributes(path))
+        except InvalidInputError:
+            found[name] = f"it is damaged: delete {path}"
+            continue
+        if reason := why_stale(dataset, parameters(name, config)):
+            found[name] = reason
     return found
 
 
@@ -166,16 +171,23 @@ def source_digest(path: Path) -> str:
 def input_digest(path: str | Path) -> str:
     """Digest of an input file; of a folder, that of all its files."""
     path = Path(path)
-    if path.suffix == ".nc":
-        with xr.open_dataset(path) as dataset:
-            found = dataset.attrs.get(ATTRIBUTE)
-        if found:
-            return digest(json.loads(found))
+    if path.suffix == ".nc" and (found := _attributes(path).get(ATTRIBUTE)):
+        return digest(json.loads(found))
     if path.is_dir():
         return _hash(
             "".join(f"{p.relative_to(path)} {_hash(p.read_bytes())}" for p in sorted(path.rglob("*")) if p.is_file())
         )
     return _hash(path.read_bytes())
+
+
+def _attributes(path: Path) -> dict[str, Any]:
+    """Global attributes of a netCDF file."""
+    try:
+        with xr.open_dataset(path) as dataset:
+            return dict(dataset.attrs)
+    except (OSError, ValueError, RuntimeError) as error:
+        advice = f"damaged ({error}): delete it, and make it anew"
+        raise InvalidInputError("file", str(path), "a whole netCDF-4 file", advice) from error
 
 
 @cache

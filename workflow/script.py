@@ -35,13 +35,13 @@ def main(snakemake):
     given = dict(snakemake.params.items())
     call, title, files = given.pop("call"), given.pop("title", ""), given.pop("files", ())
     code = given.pop("evidence", None)
-    found = evidence(call, given, [str(path) for path in snakemake.input], files, code)
     with open(snakemake.log[0], "w", encoding="utf-8") as log:
 
         def progress(line):
             print(line, file=log, flush=True)
 
         try:
+            found = evidence(call, given, [str(path) for path in snakemake.input], files, code)
             module, _, name = call.partition(":")
             function = getattr(import_module(module), name)
             extra = {"progress": progress, "threads": snakemake.threads, "output": snakemake.output}

@@ -4,17 +4,41 @@
 CLAIMS = ("workflow/claims.yaml",)
 
 
+SUMMARISED = {
+    **STUDY_FILES,
+    "points": rules.critical_points.output[0],
+    "master": rules.master_curve.output[0],
+    "collapse": rules.collapse.output[0],
+    "plans": rules.plans.output[0],
+    "printed_law": rules.printed_law.output[0],
+    "assessment": rules.assessment.output[0],
+    "friction": rules.friction_table.output[0],
+    "recordings": rules.recordings.output[0],
+}
+
+
+rule conventions:
+    input:
+        list(SUMMARISED.values()),
+    output:
+        f"{RESULTS}/conventions.nc",
+    log:
+        f"{LOGS}/conventions.log",
+    benchmark:
+        f"{BENCHMARKS}/conventions/all.tsv"
+    threads: workflow.cores
+    params:
+        **calls("conventions:run"),
+        title="stored files by the CF and ACDD conventions",
+        paths=lambda wildcards, input: list(input),
+    script:
+        "../script.py"
+
+
 rule summary:
     input:
-        **STUDY_FILES,
-        points=rules.critical_points.output[0],
-        master=rules.master_curve.output[0],
-        collapse=rules.collapse.output[0],
-        plans=rules.plans.output[0],
-        printed_law=rules.printed_law.output[0],
-        assessment=rules.assessment.output[0],
-        friction=rules.friction_table.output[0],
-        recordings=rules.recordings.output[0],
+        **SUMMARISED,
+        conventions=rules.conventions.output[0],
     output:
         f"{RESULTS}/summary.json",
     log:

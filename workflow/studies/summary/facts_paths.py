@@ -318,6 +318,17 @@ def peers(d: xr.Dataset) -> list[Facts]:
     return out
 
 
+def conventions(d: xr.Dataset) -> Facts:
+    """Stored files that do not conform."""
+    wrong = d.file.values[d.cf_errors.values > 0]
+    return {
+        "errors": d.cf_errors.sum(),
+        "files": d.sizes["file"],
+        "which": ", ".join(map(str, wrong)) or "none",
+        "omissions": d.acdd_omissions.sum(),
+    }
+
+
 def project(d: xr.Dataset) -> Facts:
     """From attributes: ``stale`` (names with commas between) and numbers that are counted elsewhere."""
     stale = [name.strip() for name in d.attrs["stale"].split(",") if name.strip()]

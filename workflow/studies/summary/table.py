@@ -62,6 +62,11 @@ SOURCES = (
             "blocks of Python or commands in the README and docs that `tests/test_docs_examples.py` runs"),
         Number("ci_seconds", "ci_seconds", "s", 3, "<= 480 s", "time of one run of the checks, `.ci/run`, two cores"),
     )),
+    Source("conventions", facts_paths.conventions, (
+        Number("cf_errors", "errors", "count", 4, "= 0",
+            "errors by the conventions CF 1.11 that compliance-checker finds in {files} stored files (in: {which}); of "
+            "what ACDD 1.3 highly recommends of a whole file {omissions} are missing"),
+    )),
     # The x-axis study.
     Source("points", facts.points, (
         Number("critical_points", "found", "count", 4, ">= 40", "critical points of the x-axis study, all materials"),
