@@ -27,7 +27,7 @@ from studies.common import Progress, attempted, pooled, table
 
 LENGTH, ETA_B, MARGIN = (8.5, 30.0), (820.0, 30200.0), (0.1, 0.6)
 """What is drawn: strip length, L*, evenly; eta_b, m^-4 s^2, evenly in its logarithm; margin, L*, evenly."""
-SLIDES, HAS_FRICTION = 0.5, 0.12
+SLIDES, HAS_FRICTION = 0.5, 0.08
 """Shares of strips whose layers may slide, and of those with a friction moment known."""
 MOMENT, YIELD = (0.005, 0.3), (0.05, 0.5)
 """M_0, rho_a g L*^2, evenly in its logarithm, and kappa_y, 1/L*."""
