@@ -160,6 +160,8 @@ def datasets() -> dict[str, xr.Dataset]:
         "commands": ({"files": ("command", [1.0] * (len(COMMANDS) + 1))}
             | {"differs": ("command", texts(*[""] * (len(COMMANDS) + 1)))},
             {"command": texts(*(f"{name} x" for name in COMMANDS), "critical y")}, {"repeats": 2}),
+        "slurm_run": ({"same": ("file", np.ones(22))}, {"file": texts(*(f"{k}.nc" for k in range(22)))},
+            {"jobs": 20, "wall_here": 60.0, "wall_there": 300.0}),
         "sweeps": ({
             "scenes": ("model", [100000, 1024]), "results": ("model", [100000, 1024]), "snaps": ("model", [9e4, 1e3]),
             "wall": ("model", [5.0, 12.0]), "cost": ("model", [1e-4, 0.02]), "memory": ("model", [140.0, 90.0]),

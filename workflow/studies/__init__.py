@@ -26,8 +26,9 @@ COMMAND = ("src/stripfold/**/*.py",)
 """Dependencies of a study that runs the command line in a process of its own."""
 
 EVERYTHING = ("src/stripfold/**/*.py", "workflow/*.py", "workflow/[st]*/**/*.py", "workflow/plots/*.py")
-FRESH_CLONE = ("cold_run", "ci_run")
-"""Studies of a whole run in a fresh clone, which no rule can make: ``workflow/fresh_clone.py`` does."""
+PLUMBING = ("profiles/*/config.yaml", "workflow/config/quick.yaml", "workflow/rules/*.smk", "workflow/script.py")
+FRESH_CLONE = ("cold_run", "ci_run", "slurm_run")
+"""Studies of whole runs, which no rule can make: ``workflow/fresh_clone.py`` and ``workflow/slurm.py`` do."""
 
 APART = ("peers", "explorer")
 """Studies that need what the environment does not have: other programs, a browser."""
@@ -117,6 +118,7 @@ STUDIES = {
     ),
     "cold_run": Study("studies.cold_run:of_benchmarks", "a whole run from cold", files=EVERYTHING),
     "ci_run": Study("studies.cold_run:of_sections", "a run of all checks", files=EVERYTHING),
+    "slurm_run": Study("studies.slurm_run:compare", "the small run of everything on Slurm and here", files=PLUMBING),
 }
 
 

@@ -7,6 +7,15 @@ import xarray as xr
 from studies.summary.facts import Facts
 
 
+def slurm_run(d: xr.Dataset) -> Facts:
+    different = d.file.values[d.same.values == 0]
+    return {
+        "share": d.same.mean(),
+        "files": d.sizes["file"],
+        "different": f"; not: {', '.join(different)}" if different.size else "",
+    }
+
+
 def commands(d: xr.Dataset) -> Facts:
     same = d.differs == ""
     differing = d.command.values[~same.values]

@@ -343,6 +343,12 @@ SOURCES = (
         Number("handed_over", "rest", "L*", 2, "< 0.01 L*",
             "largest distance between a state at rest and the equilibrium that the static solver finds from it"),
     )),
+    Source("slurm_run", facts_tool.slurm_run, (
+        Number("slurm_equal", "share", "1", 4, "= 1, of 20 or more",
+            "share of {files} results of the small run that are the same bit for bit when Slurm runs its jobs, run "
+            "times apart: {d.attrs[jobs]} jobs, {d.attrs[wall_there]:.0f} s, without Slurm {d.attrs[wall_here]:.0f} "
+            "s{different}", lambda f: f.files >= 20),
+    )),
     # The command line.
     Source("commands", facts_tool.commands, (
         Number("repeat_bitwise", "share", "1", 4, "= 1, all commands among them",
