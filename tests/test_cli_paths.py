@@ -242,10 +242,11 @@ def test_a_lost_strip_is_a_verdict(coarse: None) -> None:
 def test_units_of_friction(monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[tuple[str, float, float]] = []
 
-    def followed(strip: StripModel, path: object, law: str, strength: float, size: float, refinement: float) -> Any:
-        asked.append((law, strength, size))
+    def followed(strip: StripModel, path: object, law: tuple[str, float], size: float, refinement: float) -> Any:
+        asked.append((*law, size))
         raise RuntimeError
 
+    monkeypatch.setattr(verdict, "effects_of", lambda law, strength, *_: (law, strength))
     monkeypatch.setattr(verdict, "_with_friction", followed)
     material = Material(3780.0, rho_a=0.2)
     path = geometric.triangular(15.0)
