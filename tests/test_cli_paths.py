@@ -257,6 +257,22 @@ def test_units_of_friction(monkeypatch: pytest.MonkeyPatch) -> None:
     assert asked[1] == ("hysteresis", pytest.approx(1e-5 / (0.2 * 9.81 * UNIT**2)), 0.1)
 
 
+def test_unit_of_the_yield_curvature(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[float] = []
+
+    def effects_of(law: str, strength: float, yield_curvature: float) -> None:
+        asked.append(yield_curvature)
+        raise RuntimeError
+
+    monkeypatch.setattr(verdict, "effects_of", effects_of)
+    for kappa_y in (None, 8.0):
+        with pytest.raises(RuntimeError):
+            verdict.assess_path(
+                Material(3780.0), 15.0 * UNIT, geometric.triangular(15.0), hysteresis=1e-5, yield_curvature=kappa_y
+            )
+    assert asked == [0.05, pytest.approx(8.0 * UNIT)]
+
+
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
