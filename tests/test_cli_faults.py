@@ -6,16 +6,22 @@ import os
 import signal
 import subprocess
 import sys
+from collections.abc import Callable
+from contextlib import suppress
 from io import BytesIO
 from pathlib import Path
 
 import netCDF4
 import pytest
+import xarray as xr
 from PIL import Image
 
+import made_up
 from stripfold import cli, cli_commands, store
 from stripfold.cli import main
 from stripfold.errors import InvalidInputError, SolveError
+from stripfold.plots.readers import collapse
+from stripfold.vision.camera import read_camera
 from stripfold.vision.pictures import MAX_SCANS, read_grey
 
 STRIP = ["critical", "--length", "0.4", "--eta-b", "3780", "--height", "0.09", "--model", "elastica"]
@@ -130,3 +136,67 @@ def test_the_output_may_have_no_name_but_not_an_empty_one(tmp_path: Path, monkey
     assert cli_commands._output(None, "some/scene.v2.yaml", ".nc") == Path("scene.v2.nc")
     with pytest.raises(InvalidInputError, match=r"ends in \.nc"):
         cli_commands._output("", "scene.yaml", ".nc")
+
+
+@pytest.mark.parametrize(
+    "value", ["!!int ''", "!!timestamp 1", "!!bool x", "!!binary 1", "!!set {a}", "!mine 3", "! 3"]
+)
+def test_yaml_with_tags_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str], value: str) -> None:
+    """What a tag converts may end in an error of any type."""
+    path = tmp_path / "scene.yaml"
+    path.write_text(f"length: {value}\n")
+    code, said = refused(capsys, "simulate", str(path))
+    assert (code, "without tags" in said) == (2, True)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"), [("rows: 3", "rows: .inf"), ("[400.0,", f"[{10**400},"), ("rows: 3", "rows: [3]"), ("cols: 3", "")]
+)
+def test_the_matrix_of_a_camera_with_numbers_that_are_none(tmp_path: Path, old: str, new: str) -> None:
+    matrix = "{rows: 3, cols: 3, data: [400.0, 0.0, 160.0, 0.0, 400.0, 120.0, 0.0, 0.0, 1.0]}"
+    lens = "{rows: 1, cols: 4, data: [0.0, 0.0, 0.0, 0.0]}"
+    path, side = tmp_path / "camera.yaml", "image_width: 320\nimage_height: 240\n"
+    path.write_text(f"{side}camera_matrix: {matrix}\ndistortion_coefficients: {lens}\n")
+    assert read_camera(path).size == (320, 240)
+    path.write_text(path.read_text().replace(old, new))
+    with pytest.raises(InvalidInputError):
+        read_camera(path)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda data: data.assign(x=data["x"].astype(str)),
+        lambda data: data.assign(x=data["x"].isel(node=0)),
+        lambda data: data.assign(time=("other", [0.0, 1.0])),
+        lambda data: data.assign(phase=((), "fall")),
+        lambda data: data.assign(touch_x="here"),
+        lambda data: data.assign(lambda_c=("other", [1.0, 2.0])),
+    ],
+)
+def test_data_of_other_shapes_and_types_are_no_collapse(change: Callable[[xr.Dataset], xr.Dataset]) -> None:
+    data = made_up.collapse()
+    collapse(data)
+    with pytest.raises(InvalidInputError):
+        collapse(change(data))
+
+
+def test_only_the_error_is_said_of_a_damaged_picture(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """libtiff prints by itself, and Pillow warns of metadata."""
+    written, path = BytesIO(), tmp_path / "strip.tif"
+    Image.linear_gradient("L").save(written, "TIFF", compression="tiff_adobe_deflate")
+    whole = written.getvalue()
+    path.write_bytes(whole)
+    assert read_grey(path).shape == (256, 256)
+    for damaged in (whole[:8] + b"\xff" * 40 + whole[48:], whole[:-40], whole[:-3]):
+        path.write_bytes(damaged)
+        with suppress(InvalidInputError):
+            read_grey(path)
+    assert capfd.readouterr().err == ""
+
+
+def test_an_argument_with_line_ends_is_refused_in_one_line(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main([*STRIP, "a\nb\x1ec"])
+    assert ended.value.code == 2
+    assert capsys.readouterr().err.splitlines()[-1] == "stripfold: error: unrecognized arguments: a b c"

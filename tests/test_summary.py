@@ -50,6 +50,7 @@ PRESET = ("asked", "accuracy", "gripper_height")
 SCENE = ("scene", "effect")
 MODEL = ("model", "gripper_height", "thickness")
 ENERGIES = ("barrier", "work")
+FUZZED = {"answered": 1000, "followed": 2000, "refused": 7000, "failed": 0}
 LOW_PATH = {"height": 0.6, "length": 14.0, "thickness": 0.05, "hold": 7.5, "slide": 6.0, "error": 0.01}
 LOW_CURVE = {"height": [0.3, 1.0, 1.58], "compliance": [0.01, 0.4, 0.0], "push": [30.0, 2.8, 1.2]}
 LOW_TIME = {"kinetic": 0.02, "error": 0.01, "grip": 12.0}
@@ -162,6 +163,8 @@ def datasets() -> dict[str, xr.Dataset]:
             {"command": texts(*(f"{name} x" for name in COMMANDS), "critical y")}, {"repeats": 2}),
         "slurm_run": ({"same": ("file", np.ones(22))}, {"file": texts(*(f"{k}.nc" for k in range(22)))},
             {"jobs": 20, "wall_here": 60.0, "wall_there": 300.0}),
+        "fuzz": ({name: ("kind", [count, 0]) for name, count in FUZZED.items()}, {"kind": texts("yaml", "data")},
+            {"seed": 3, "failures": ""}),
         "sweeps": ({
             "scenes": ("model", [100000, 1024]), "results": ("model", [100000, 1024]), "snaps": ("model", [9e4, 1e3]),
             "wall": ("model", [5.0, 12.0]), "cost": ("model", [1e-4, 0.02]), "memory": ("model", [140.0, 90.0]),
@@ -539,6 +542,8 @@ def test_a_criterion_that_is_broken_does_not_hold(dataset: str, name: str, value
         ("effects", "needed", {"scene": "calm", "effect": "self_contact"}, np.nan, "effects_undetected"),
         ("effects", "reported", {"scene": "wild", "effect": "self_contact"}, 0.0, "effects_undetected"),
         ("commands", "differs", {"command": "film x"}, "film.mp4", "repeat_bitwise"),
+        ("fuzz", "failed", {"kind": "data"}, 1, "fuzz_failures"),
+        ("fuzz", "refused", {"kind": "yaml"}, 6999, "fuzz_inputs"),
         ("sweeps", "results", {"model": "rod"}, 1023, "sweep_scenes"),
         ("sweeps", "apart", {"model": "elastica"}, 1e-8, "sweep_scenes"),
         ("sweeps", "wall", {"model": "elastica"}, 201.0, "sweep_rate"),

@@ -389,6 +389,13 @@ class Commands(Input):
     repeats: Annotated[Whole, quantity("times that each runs", ge=2)]
 
 
+class Fuzz(Input):
+    """Generated inputs of all commands."""
+
+    inputs: Annotated[Whole, quantity("inputs", ge=10)]
+    seed: Seed
+
+
 class Studies(Input):
     """Benchmarks, verification, other programs; of a study that is left out the stored result is used."""
 
@@ -431,6 +438,7 @@ class Studies(Input):
     benchmark: Benchmark | None = None
     assess_benchmark: AssessBenchmark | None = None
     commands: Commands | None = None
+    fuzz: Fuzz | None = None
     sweeps: Sweeps | None = None
     folding_plans: FoldingPlans | None = None
     fall_accuracy: FallAccuracy | None = None

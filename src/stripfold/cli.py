@@ -193,8 +193,15 @@ def _in_si(said: str, arguments: argparse.Namespace) -> str:
     return Material(eta_b, gravity=getattr(arguments, "gravity", GRAVITY)).in_si(said) if eta_b > 0.0 else said
 
 
+class _Parser(argparse.ArgumentParser):
+    """Its errors are one line, also of arguments with line ends in them."""
+
+    def error(self, message: str) -> NoReturn:
+        super().error(" ".join(message.split()))
+
+
 def _parser(argv: Sequence[str]) -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = _Parser(
         prog="stripfold",
         description="Static stability of fabric strip folding. All numbers in SI units.",
         allow_abbrev=False,

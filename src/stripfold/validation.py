@@ -129,7 +129,7 @@ def read_yaml(
     Raises
     ------
     InvalidInputError
-        Not readable, too large, with aliases, too deeply nested, with a key twice, or not a mapping.
+        Not readable, too large, with aliases or tags, too deeply nested, with a key twice, or not a mapping.
     """
     import yaml
 
@@ -171,6 +171,9 @@ def _check_plain(text: str, key: str, path: Path) -> None:
     for event in yaml.parse(text, yaml.SafeLoader):
         if isinstance(event, yaml.AliasEvent):
             raise InvalidInputError(key, str(path), "a file without aliases (*name)", "write the entries out")
+        # A tag makes YAML convert what may not be of that type, and that ends in errors of any kind.
+        if (tag := getattr(event, "tag", None)) is not None:
+            raise InvalidInputError(key, str(path), f"a file without tags ({tag[:40]})", "leave the tag out")
         depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
         if depth > DEEPEST:
             raise InvalidInputError(key, str(path), f"entries at most {DEEPEST} levels deep")

@@ -93,6 +93,12 @@ STUDIES = {
         "studies.benchmark:run_fall", "time and memory of one collapse", "benchmark", files=COMMAND
     ),
     "commands": Study("studies.commands:run", "all commands twice, compared bit for bit", files=COMMAND),
+    "fuzz": Study(
+        "studies.fuzz:run",
+        "malformed and odd inputs of all commands",
+        memory=3000,
+        files=(*COMMAND, "workflow/studies/fuzz_inputs.py"),
+    ),
     "sweeps": Study("studies.sweeps:run", "rate, cost and memory of sweeps on all cores", files=COMMAND),
     "folding_plans": Study("studies.folding_plans:run", "plans for random strips of uncertain eta_b, checked"),
     "accuracy": Study("studies.accuracy:run", "error of the end of the advance against run time"),

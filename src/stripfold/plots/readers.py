@@ -14,6 +14,12 @@ from stripfold.arrays import Array, Index
 from stripfold.errors import InvalidInputError
 
 _SCALARS = ("gripper_height", "lambda_0", "lambda_c", "touch_time", "touch_x", "settle_time")
+_LAYOUT: dict[str, tuple[str, ...]] = {
+    "phase": ("state",),
+    **dict.fromkeys(("time", "advance", "deflection"), ("state",)),
+    **dict.fromkeys(("x", "z"), ("state", "node")),
+    **dict.fromkeys(_SCALARS, ()),
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +67,12 @@ def collapse(data: xr.Dataset) -> Collapse:
     """
     allowed = f"one collapse: finite states of the phases {', '.join(PHASES)} in this order, the last may be missing"
     advice = "use a result of `stripfold simulate`"
-    require(data, ("phase", "time", "advance", "deflection", "x", "z", "arc", *_SCALARS), allowed, advice)
+    require(data, (*_LAYOUT, "arc"), allowed, advice)
+    for name, dims in _LAYOUT.items():
+        kind = data[name].dtype.kind
+        if data[name].dims != dims or (kind not in "fiu" and name != "phase"):
+            found = f"{name} over {', '.join(map(str, data[name].dims)) or 'nothing'}, of kind {kind}"
+            raise InvalidInputError("data", found, allowed, advice)
     phase, time, states = data["phase"].values.astype(str), data["time"].values, states_of(data)
     runs = [str(phase[i]) for i in range(len(phase)) if i == 0 or phase[i] != phase[i - 1]]
     if runs not in (list(PHASES), list(PHASES[:2])):

@@ -89,7 +89,7 @@ def read_camera(path: Path) -> Camera:
         distortion = _matrix(table["distortion_coefficients"]).ravel()
         if len(distortion) < 4 or np.any(distortion[5:] != 0.0):
             raise ValueError(f"distortion_coefficients has {len(distortion)} numbers, and only 4 or 5 are supported")
-    except (KeyError, TypeError, ValueError) as error:
+    except (KeyError, TypeError, ValueError, OverflowError) as error:
         reason = f"{error.args[0]} is missing" if isinstance(error, KeyError) else str(error)
         raise InvalidInputError("intrinsics", str(path), ALLOWED, reason) from error
     return Camera(matrix, np.append(distortion, 0.0)[:5], (width, height))

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -39,23 +41,34 @@ def read_grey(path: str | os.PathLike[str], upright: bool = True) -> Picture:
     if not Path(path).is_file():
         raise InvalidInputError("image", str(path), "an existing file")
     try:
-        # Pillow has a warning of its own for large pictures; the limit here is stricter.
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", Image.DecompressionBombWarning)
-            opened = Image.open(path, formats=FORMATS)
-        with opened as picture:
+        # Pillow warns of metadata that it cannot read, and of large pictures; the limit here is stricter.
+        with warnings.catch_warnings(action="ignore"), Image.open(path, formats=FORMATS) as picture:
             width, height = picture.size
             if width * height > MAX_PIXELS or min(width, height) < SIDES[0] or max(width, height) > SIDES[1]:
                 raise InvalidInputError("image", str(path), ALLOWED, f"it has {width} x {height}")
             if picture.format == "JPEG" and (scans := Path(path).read_bytes().count(b"\xff\xda")) > MAX_SCANS:
                 raise InvalidInputError("image", str(path), ALLOWED, f"it has {scans} scans")
-            picture.load()
+            with _quiet():
+                picture.load()
             upright_picture = ImageOps.exif_transpose(picture) if upright else picture
             return np.ascontiguousarray(_eight_bit(upright_picture).convert("L"))
     except InvalidInputError:
         raise
     except (Image.DecompressionBombError, OSError, SyntaxError, ValueError) as error:
         raise InvalidInputError("image", str(path), ALLOWED, f"reading it failed: {error}") from error
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """What libtiff prints of a damaged file by itself is dropped; its error is raised."""
+    known, nothing = os.dup(2), os.open(os.devnull, os.O_WRONLY)
+    try:
+        os.dup2(nothing, 2)
+        yield
+    finally:
+        os.dup2(known, 2)
+        os.close(known)
+        os.close(nothing)
 
 
 def _eight_bit(picture: Image.Image) -> Image.Image:

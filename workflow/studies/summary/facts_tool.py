@@ -26,3 +26,14 @@ def commands(d: xr.Dataset) -> Facts:
         "files": d["files"].sum(),
         "different": f"; not: {', '.join(differing)}" if differing.size else "",
     }
+
+
+def fuzz(d: xr.Dataset) -> Facts:
+    counts = {name: d[name].sum() for name in ("answered", "followed", "refused", "failed")}
+    by_kind = {kind: sum(int(d[name].sel(kind=kind)) for name in counts) for kind in d.kind.values}
+    return {
+        **counts,
+        "inputs": sum(by_kind.values()),
+        "by_kind": ", ".join(f"{kind} {count}" for kind, count in by_kind.items()),
+        "failures": f": {d.attrs['failures']}" if d.attrs["failures"] else "",
+    }

@@ -356,6 +356,14 @@ SOURCES = (
             "always print the same, the run time apart, and write the same bytes, {files} files{different}",
             lambda f: f.commands >= 12),
     )),
+    Source("fuzz", facts_tool.fuzz, (
+        Number("fuzz_inputs", "inputs", "count", 6, ">= 10000",
+            "malformed and odd inputs of all commands, drawn by Hypothesis (seed {d.attrs[seed]}): {by_kind}; "
+            "{refused} end in an error, {answered} in a result, {followed} in a computation that is left out here"),
+        Number("fuzz_failures", "failed", "count", 4, "= 0",
+            "of them that end otherwise than in a result or in one line and an exit code for bad input, print what is "
+            "not finite as a result, take more than 1 GB or 30 s{failures}"),
+    )),
     Source("sweeps", facts_paths.sweeps, (
         Number("sweep_scenes", "scenes", "count", 6, ">= 100000, each with its result",
             "strips in one `stripfold sweep` of the elastica: {wall:.2g} s on {d.attrs[cores]} cores, {snaps} snaps, "

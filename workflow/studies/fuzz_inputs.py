@@ -1,0 +1,484 @@
+"""Malformed and odd inputs of the command line, as Hypothesis draws them: arguments, scenes, tables, data, pictures."""
+
+from __future__ import annotations
+
+import argparse
+import copy
+import io
+import json
+import struct
+import zlib
+from collections.abc import Callable, Iterator
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any, NamedTuple
+
+import netCDF4
+import numpy as np
+from hypothesis import HealthCheck, Phase, given, seed, settings
+from hypothesis import strategies as st
+from PIL import Image
+
+from stripfold import cli
+
+Draw = Callable[[st.SearchStrategy[Any]], Any]
+
+GOOD = "@"
+"""Begins a word that names one of the files that can be used."""
+PIPE, FOLDER = b"a pipe", b"a folder"
+"""Contents that stand for something else than a file."""
+
+
+class Case(NamedTuple):
+    """A command line, and files in the folder in which it is called."""
+
+    words: tuple[str, ...]
+    files: dict[str, bytes]
+
+
+_STRIP = {"--length": "0.5", "--eta-b": "3780"}
+_BOARD = {"--board": "chessboard", "--columns": "8", "--rows": "5", "--square": "0.024"}
+# Of each command a call that it accepts, as far as it is followed: the words without a name, and the options.
+CALLS: dict[str, tuple[tuple[str, ...], dict[str, str | None]]] = {
+    "critical": ((), {**_STRIP, "--height": "0.09", "--model": "elastica"}),
+    "sweep": (("@grid.yaml",), {"--cores": "1", "--output": "sweep.nc"}),
+    "eta": ((), {"--fold-height": "0.0272"}),
+    "simulate": (("@scene.yaml",), {"--output": "scene.nc"}),
+    "film": (("@scene.nc",), {"--output": "film.mp4"}),
+    "path": (("triangular",), {**_STRIP}),
+    "plan": ((), {**_STRIP, "--margin": "0.01"}),
+    "map": ((), {**_STRIP, "--output": "map.nc"}),
+    "assess": (("@path.csv",), {**_STRIP, "--model": "rod", "--fall": None}),
+    "record": (("@filmed.yaml",), {"--output": "filmed"}),
+    "calibrate": (("@views",), {**_BOARD, "--output": "camera.yaml"}),
+    "measure": (("@recording",), {"--json": None}),
+}
+SCENES: dict[str, tuple[str, dict[str, Any]]] = {
+    "simulate": (
+        "scene.yaml",
+        {"length": 0.5, "height": 0.09, "eta_b": 3780, "eta_m": 1e-3, "model": "rod", "until": "touch"}
+        | {"air": 2.0, "effects": {"self_contact": "off", "solid": "auto"}},
+    ),
+    "sweep": (
+        "grid.yaml",
+        {"length": 0.6, "model": "rod", "height": [0.06, 0.09], "eta_b": {"from": 2000.0, "to": 4000.0, "count": 3}},
+    ),
+    "record": (
+        "filmed.yaml",
+        {
+            "strip": {"length": 0.45, "eta_b": 3780.0, "colour": [0.1, 0.2, 0.3]},
+            "gripper": {"height": 0.1, "speed": 0.01, "direction": 1, "offset": [0.0, -0.03]},
+            "filming": {"size": [320, 240], "frame_rate": 30.0, "codec": "mjpeg", "container": "avi"},
+            "motion": {"law": "cubic", "before": 0.02, "after": 1.0},
+            "generator": "shapes",
+            "seed": 3,
+        },
+    ),
+}
+_MATRIX = {"rows": 3, "cols": 3, "dt": "d", "data": [400.0, 0.0, 160.0, 0.0, 400.0, 120.0, 0.0, 0.0, 1.0]}
+RECORDING: dict[str, dict[str, Any]] = {
+    "recording.yaml": {
+        "title": "a strip",
+        "strip": {"length": 0.45, "eta_b": 3780.0, "width": 0.03, "material": "cotton"},
+        "gripper": {"height": 0.1, "speed": 0.02, "flat_end": -0.225, "direction": 1}
+        | {"marker": {"dictionary": "4x4_50", "id": 7, "size": 0.024, "offset": [0.0, -0.032]}},
+        "video": "video.mkv",
+        "robot_log": "robot.csv",
+        "camera": {"intrinsics": "camera.yaml", "rolling_shutter": 0.0},
+        "plane": {
+            "image": "plane.png",
+            "board": {"type": "chessboard", "columns": 8, "rows": 5, "square": 0.024},
+        },
+        "robot": {"grid": "grid.csv"},
+    },
+    "override.yaml": {"event_time": 1.5},
+    "camera.yaml": {
+        "image_width": 320,
+        "image_height": 240,
+        "camera_matrix": _MATRIX,
+        "distortion_coefficients": {"rows": 1, "cols": 5, "dt": "d", "data": [-0.1, 0.01, 0.0, 0.0, 0.0]},
+        "avg_reprojection_error": 0.2,
+    },
+}
+TABLES = {
+    "robot.csv": [["t", "x", "z"], *([f"{0.1 * i:.1f}", f"{-0.225 + 0.002 * i:.4f}", "0.1"] for i in range(12))],
+    "grid.csv": [
+        ["image", "x", "z"],
+        *([f"stop-{i}.png", f"{0.05 * i:.2f}", f"{0.1 + 0.01 * i:.2f}"] for i in range(9)),
+    ],
+}
+PATH = [["t", "x", "z"], ["0", "-0.25", "0"], ["1", "-0.2", "0.05"], ["2", "-0.1", "0.1"], ["3", "0.1", "0.1"]]
+
+ODD_WORDS = (
+    *("", " ", "nan", "-nan", "inf", "-inf", "1e400", "-1e400", "1e300", "1e-320", "-0.0", "0", "-1", "9" * 400, "1e"),
+    *("10%", "-5%", "nan%", "%", "1_000", "0x10", "１２", "1,5", "1.5.2", "auto", "on", "null", "~", "true", "--", "-"),
+    *("../x", "/", ".", "..", "\udcff", "a\tb", "a\nb", "é", "\u202e", "x" * 300, "%s", "{0}", "{length}", "~root"),
+    *("@missing", "@", "@scene.nc", "@pipe", "@views", "@fold.png", "@scene.yaml", "out.png", "/dev/null"),
+)
+ODD_YAML = (
+    *(
+        "[" * 60 + "]" * 60,
+        "{a: " * 40 + "1" + "}" * 40,
+        "!!python/object/apply:os.getcwd []",
+        "!!binary 1",
+        "2001-01-01",
+    ),
+    *("1:30:00", "0o17", ".inf", "-.inf", ".nan", "1e400", "9" * 5000, "1.0e400", "!!float 9" + "9" * 400),
+    *(
+        "[0.5, .nan]",
+        "{}",
+        "[]",
+        "!!set {a, b}",
+        "!!omap [a: 1]",
+        "? [a, b]",
+        "*a",
+        "&a [*a]",
+        "<<: 1",
+        "=",
+        "!!int '0b'",
+    ),
+    *("!!timestamp 1", "!!null x", "!!bool x", "2001-99-99", "9999-12-31 25:61:61", "!!int x", "!!float x", "!!int ''"),
+    *("0b", "0x", "+", "-", "-0x_", "1__2", "190:20:30.15", "999999999:59:59", "0b2", "1e+", ".", "._", "+.inf"),
+)
+ALIASES = "a0: &a0 [x, x, x, x, x, x, x, x, x]\n" + "".join(
+    f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 9)}]\n" for i in range(1, 10)
+)
+WHOLE_YAML = (
+    ALIASES,
+    "",
+    "- 1",
+    "a",
+    "\t",
+    "a: b: c",
+    "%YAML 9.9\n---\na: 1",
+    "--- 1\n--- 2",
+    "[" * 20_000,
+    "{" * 5000,
+)
+LONGEST_INT = 10**400
+
+plain_text = st.text(st.characters(exclude_categories=["Cs"], exclude_characters="\0"), max_size=12)
+words = st.one_of(
+    st.sampled_from(ODD_WORDS), st.floats().map(repr), st.integers().map(str), st.floats(0.0, 1.0).map(repr), plain_text
+)
+leaves = st.one_of(
+    st.none(),
+    st.booleans(),
+    st.integers(),
+    st.floats(),
+    plain_text,
+    st.sampled_from((LONGEST_INT, -LONGEST_INT, 1e300)),
+)
+values = st.recursive(
+    leaves, lambda inner: st.lists(inner, max_size=3) | st.dictionaries(plain_text, inner, max_size=3), max_leaves=5
+)
+
+
+@cache
+def options_of(command: str) -> tuple[str, ...]:
+    """Names of all options of a command."""
+    parser = cli._parser([command])
+    (commands,) = (action for action in parser._actions if isinstance(action, argparse._SubParsersAction))
+    return tuple(name for action in commands.choices[command]._actions for name in action.option_strings)
+
+
+@st.composite
+def of_arguments(draw: Draw) -> Case:
+    """A call with words replaced, added or left out."""
+    command = draw(st.sampled_from(sorted(CALLS)))
+    first, options = CALLS[command]
+    unnamed, named = list(first), dict(options)
+    for _ in range(draw(st.integers(1, 3))):
+        change = draw(st.integers(0, 9))
+        if change == 0 and unnamed:
+            unnamed[0] = draw(words)
+        elif change == 1 and named:
+            del named[draw(st.sampled_from(sorted(named)))]
+        elif change == 2:
+            unnamed.append(draw(words))
+        elif change < 6:
+            named[draw(st.sampled_from(options_of(command)))] = draw(st.none() | words)
+        elif named:
+            named[draw(st.sampled_from(sorted(named)))] = draw(words)
+    given_words = [word for name, value in named.items() for word in ((name,) if value is None else (name, value))]
+    return Case((command, *unnamed, *given_words), {})
+
+
+def _places(tree: Any, at: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
+    items = tree.items() if isinstance(tree, dict) else enumerate(tree) if isinstance(tree, list) else ()
+    for key, item in items:
+        yield (*at, key)
+        yield from _places(item, (*at, key))
+
+
+def _changed(draw: Draw, tree: dict[str, Any]) -> dict[str, Any]:
+    """A tree of keys and values with one to three entries replaced, renamed or left out."""
+    tree = copy.deepcopy(tree)
+    for _ in range(draw(st.integers(1, 3))):
+        places = list(_places(tree))
+        if not places:
+            break
+        *way, key = draw(st.sampled_from(places))
+        inside: Any = tree
+        for step in way:
+            inside = inside[step]
+        change = draw(st.integers(0, 5))
+        if change == 0:
+            del inside[key]
+        elif change == 1 and isinstance(inside, dict):
+            inside[draw(plain_text)] = inside.pop(key)
+        elif change == 2:
+            inside[key] = f"\0{draw(st.sampled_from(ODD_YAML))}\0"
+        else:
+            inside[key] = draw(values)
+    return tree
+
+
+def _as_yaml(tree: Any) -> str:
+    """JSON is YAML; what stands between two zeros is put in as it is."""
+    return json.dumps(tree).replace('"\\u0000', "").replace('\\u0000"', "")
+
+
+def _yaml(draw: Draw, tree: dict[str, Any]) -> bytes:
+    kind = draw(st.integers(0, 19))
+    if kind == 0:
+        return bytes(draw(st.binary(max_size=60)))
+    if kind == 1:
+        return str(draw(st.sampled_from(WHOLE_YAML))).encode()
+    if kind == 2:
+        return bytes(draw(st.sampled_from((PIPE, FOLDER))))
+    text = _as_yaml(_changed(draw, tree)).encode()
+    return _damaged(draw, text) if kind == 3 else text
+
+
+@st.composite
+def of_yaml(draw: Draw) -> Case:
+    """A scene, a grid or the description of a recording with entries changed, or what is no YAML."""
+    if draw(st.booleans()):
+        command = draw(st.sampled_from(sorted(SCENES)))
+        name, tree = SCENES[command]
+        return Case((command, name), {name: _yaml(draw, tree)})
+    changed = draw(st.sampled_from(sorted(RECORDING)))
+    return Case(("measure", "."), recording() | {changed: _yaml(draw, RECORDING[changed])})
+
+
+def recording() -> dict[str, bytes]:
+    """The files of a recording that is described and not filmed."""
+    files = {name: _as_yaml(tree).encode() for name, tree in RECORDING.items()}
+    del files["override.yaml"]
+    return files | {name: as_csv(rows) for name, rows in TABLES.items()} | {"video.mkv": b"", "plane.png": b""}
+
+
+def as_csv(rows: list[list[str]]) -> bytes:
+    """A table in UTF-8."""
+    return "\n".join(",".join(row) for row in rows).encode("utf-8", "surrogateescape")
+
+
+def _table(draw: Draw, table: list[list[str]]) -> bytes:
+    rows = copy.deepcopy(table)
+    kind = draw(st.integers(0, 14))
+    if kind == 0:
+        return bytes(draw(st.binary(max_size=60)))
+    if kind == 1:
+        return bytes(
+            draw(st.sampled_from((PIPE, FOLDER, b"", b"\n" * 100, b'"' + b"x," * 200_000, b"t,x,z\n" * 30_000)))
+        )
+    for _ in range(draw(st.integers(1, 3))):
+        row = draw(st.integers(0, len(rows) - 1))
+        change = draw(st.integers(0, 5))
+        if change == 0 and len(rows) > 1:
+            del rows[row]
+        elif change == 1:
+            rows.insert(row, rows[draw(st.integers(0, len(rows) - 1))])
+        elif change == 2:
+            rows[row] = draw(st.lists(words, max_size=4))
+        elif rows[row]:
+            rows[row] = [*rows[row]]
+            rows[row][draw(st.integers(0, len(rows[row]) - 1))] = draw(words)
+    return _damaged(draw, as_csv(rows)) if kind == 2 else as_csv(rows)
+
+
+@st.composite
+def of_tables(draw: Draw) -> Case:
+    """A gripper path or a table of a recording with cells or rows changed, or what is no table."""
+    if draw(st.booleans()):
+        strip = ("--length", "0.5", "--eta-b", "3780")
+        return Case(("assess", "path.csv", *strip), {"path.csv": _table(draw, PATH)})
+    changed = draw(st.sampled_from(sorted(TABLES)))
+    return Case(("measure", "."), recording() | {changed: _table(draw, TABLES[changed])})
+
+
+def _damaged(draw: Draw, content: bytes) -> bytes:
+    """Cut, with bytes changed, put in, or doubled."""
+    kind, at = draw(st.integers(0, 3)), draw(st.integers(0, max(len(content) - 1, 0)))
+    if kind == 0:
+        return content[:at]
+    if kind == 1:
+        return content[:at] + bytes(draw(st.binary(min_size=1, max_size=8))) + content[at:]
+    changed = bytearray(content)
+    for _ in range(draw(st.integers(1, 8)) if content else 0):
+        changed[draw(st.integers(0, len(content) - 1))] = draw(st.integers(0, 255))
+    return bytes(changed) + (content[at:] if kind == 2 else b"")
+
+
+@cache
+def _stored(result: Path) -> tuple[dict[str, Any], dict[str, tuple[tuple[str, ...], Any]], bytes]:
+    """Global attributes and variables of a result, and its bytes."""
+    with netCDF4.Dataset(result) as file:
+        attrs = {name: file.getncattr(name) for name in file.ncattrs()}
+        variables = {
+            name: (var.dimensions, var[...].filled()) for name, var in file.variables.items() if var.dtype != str
+        }
+        texts = {name: (var.dimensions, var[...]) for name, var in file.variables.items() if var.dtype == str}
+    return attrs, variables | texts, result.read_bytes()
+
+
+_NUMBERS = (np.nan, np.inf, -np.inf, 1e300, -1.0, 0.0)
+
+
+def of_data(result: Path) -> st.SearchStrategy[Case]:
+    """The result of a simulation with its bytes damaged, or without, or with other variables and attributes."""
+
+    @st.composite
+    def drawn(draw: Draw) -> Case:
+        attrs, variables, content = _stored(result)
+        kind = draw(st.integers(0, 9))
+        if kind == 0:
+            content = bytes(draw(st.sampled_from((b"", PIPE, FOLDER, b"CDF\x01" + b"\xff" * 60, b"\x89HDF\r\n\x1a\n"))))
+        elif kind < 7:
+            content = _damaged(draw, content)
+        else:
+            content = _rewritten(draw, dict(attrs), dict(variables))
+        return Case(("film", "result.nc"), {"result.nc": content})
+
+    return drawn()
+
+
+def _rewritten(draw: Draw, attrs: dict[str, Any], variables: dict[str, tuple[tuple[str, ...], Any]]) -> bytes:
+    sizes = {dim: length for dims, data in variables.values() for dim, length in zip(dims, np.shape(data), strict=True)}
+    for _ in range(draw(st.integers(1, 3))):
+        change, name = draw(st.integers(0, 6)), draw(st.sampled_from(sorted(variables)))
+        dims, data = variables[name]
+        if change == 0:
+            attrs[draw(st.sampled_from(sorted(attrs)))] = draw(st.sampled_from(("", "x", 0, np.nan, 1e300, [1.0, 2.0])))
+        elif change == 1:
+            del attrs[draw(st.sampled_from(sorted(attrs)))]
+        elif change == 2 and len(variables) > 1:
+            del variables[name]
+        elif change == 3:
+            sizes["large"] = draw(st.sampled_from((0, 1, 3, 10**11)))
+            variables[name] = (("large",), None)
+        elif change == 4 and data is not None:
+            variables[name] = (dims, np.full(np.shape(data), draw(st.sampled_from(("", "fall", "x"))), dtype=object))
+        elif data is not None and np.asarray(data).dtype.kind == "f" and np.size(data):
+            changed = np.array(data)
+            changed.flat[draw(st.integers(0, changed.size - 1))] = draw(st.sampled_from(_NUMBERS))
+            variables[name] = (dims, changed)
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "changed.nc"
+        with netCDF4.Dataset(path, "w") as file:
+            for dim, length in sizes.items():
+                # None is unlimited; netCDF has no other dimension without a length.
+                file.createDimension(dim, length or None)
+            for name, (dims, data) in variables.items():
+                text = data is not None and np.asarray(data).dtype.kind in "OUS"
+                kind: Any = str if text else "f8"
+                parts = (1000,) if data is None and sizes["large"] > 1000 else None
+                var = file.createVariable(name, kind, dims, zlib=parts is not None, chunksizes=parts)
+                var.setncatts({"units": "1", "long_name": name})
+                if data is not None:
+                    var[...] = np.asarray(data, dtype=object) if text else data
+            file.setncatts(attrs)
+        return path.read_bytes()
+
+
+@cache
+def _pictures() -> tuple[bytes, ...]:
+    """Small pictures of all formats and kinds of pixels."""
+    grey = Image.linear_gradient("L").resize((80, 60))
+    found = []
+    for mode, kind, more in (
+        ("L", "PNG", {}),
+        ("RGBA", "PNG", {}),
+        ("P", "PNG", {}),
+        ("1", "PNG", {}),
+        ("LA", "PNG", {}),
+        ("I;16", "PNG", {}),
+        ("RGB", "JPEG", {}),
+        ("L", "JPEG", {"progressive": True}),
+        ("CMYK", "JPEG", {}),
+        ("F", "TIFF", {}),
+        ("I;16", "TIFF", {}),
+        ("RGB", "TIFF", {"compression": "tiff_lzw"}),
+        ("RGB", "TIFF", {"compression": "tiff_adobe_deflate"}),
+        ("L", "BMP", {}),
+        ("RGB", "WEBP", {}),
+        ("L", "GIF", {}),
+    ):
+        written = io.BytesIO()
+        picture = Image.fromarray(np.asarray(grey, dtype=np.uint16) * 200) if mode == "I;16" else grey.convert(mode)
+        picture.save(written, kind, **more)
+        found.append(written.getvalue())
+    return tuple(found)
+
+
+def _png(width: int, height: int, depth: int, colour: int, data: bytes) -> bytes:
+    """A PNG whose header says anything, with right check sums."""
+
+    def chunk(name: bytes, content: bytes) -> bytes:
+        return struct.pack(">I", len(content)) + name + content + struct.pack(">I", zlib.crc32(name + content))
+
+    header = struct.pack(">IIBBBBB", width, height, depth, colour, 0, 0, 0)
+    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(data)) + chunk(b"IEND", b"")
+
+
+def _scans(count: int) -> bytes:
+    written = _pictures()[7]
+    scan = written[written.rindex(b"\xff\xda") : -2]
+    return written[:-2] + count * scan + written[-2:]
+
+
+@st.composite
+def of_pictures(draw: Draw) -> Case:
+    """A picture of a fold, or of a board, that is damaged, or declares what is not in it."""
+    kind, sides = (
+        draw(st.integers(0, 9)),
+        st.sampled_from((0, 1, 31, 32, 80, 7000, 32_000, 65_535, 2**31 - 1, 2**32 - 1)),
+    )
+    if kind == 0:
+        content = bytes(draw(st.sampled_from((b"", PIPE, FOLDER, b"GIF89a", b"RIFF\xff\xff\xff\xffWEBPVP8 "))))
+    elif kind == 1:
+        content = _scans(draw(st.sampled_from((1, 20, 2000))))
+    elif kind < 4:
+        depth, colour = draw(st.sampled_from((1, 8, 16, 3))), draw(st.integers(0, 7))
+        content = _png(draw(sides), draw(sides), depth, colour, b"\0" * draw(st.sampled_from((0, 100, 10**6))))
+    elif kind == 4:
+        content = bytes(draw(st.sampled_from(_pictures())))
+    else:
+        content = _damaged(draw, bytes(draw(st.sampled_from(_pictures()))))
+    if draw(st.integers(0, 3)) == 0:
+        options = tuple(word for item in _BOARD.items() for word in item)
+        return Case(("calibrate", "views", *options), {f"views/{i}.png": content for i in range(2)})
+    method = draw(st.sampled_from(("fold", "cantilever")))
+    return Case(("eta", "--image", "fold.png", "--scale", "3e-4", "--method", method), {"fold.png": content})
+
+
+def drawn(strategy: st.SearchStrategy[Case], count: int, number: int) -> list[Case]:
+    """``count`` cases, the same for the same seed ``number``."""
+    found: list[Case] = []
+
+    @seed(number)
+    @settings(
+        max_examples=count,
+        database=None,
+        deadline=None,
+        phases=[Phase.generate],
+        suppress_health_check=list(HealthCheck),
+    )
+    @given(strategy)
+    def collect(case: Case) -> None:
+        found.append(case)
+
+    collect()
+    return found[:count]
