@@ -1,6 +1,6 @@
-"""Time `snakemake all` from cold, or the checks of `.ci/run`, in a fresh clone of what is committed.
+"""Time `snakemake all` from cold, or the checks of `.ci/run`, in a fresh clone of what is committed; try its wheel.
 
-``python workflow/fresh_clone.py cold_run|ci_run CORES`` stores the times in ``results/studies``.
+``python workflow/fresh_clone.py cold_run|ci_run|wheels CORES`` stores what it finds in ``results/studies``.
 """
 
 import json
@@ -11,19 +11,21 @@ import tempfile
 from pathlib import Path
 from time import perf_counter
 
+import xarray as xr
+
 from evidence import ATTRIBUTE, ROOT, evidence
 from stripfold import store
-from studies import STUDIES, cold_run
+from studies import STUDIES, cold_run, wheels
 
 name, cores = sys.argv[1], int(sys.argv[2])
 study = STUDIES[name]
 # Before the run: what is committed meanwhile is not what ran.
 found = evidence(study.call, {}, [], study.files)
 commands = {"cold_run": ["snakemake", "all", "--cores", str(cores)], "ci_run": ["bash", ".ci/run"]}
-# Beside this clone, so that what lies beside it is found.
-with tempfile.TemporaryDirectory(dir=ROOT.parent) as folder:
-    clone = Path(folder)
-    subprocess.run(["git", "clone", "--quiet", str(ROOT), str(clone)], check=True)
+
+
+def timed(clone: Path) -> xr.Dataset:
+    """Time a whole run or the checks."""
     environment = os.environ | ({"PYTHONPATH": str(clone / "src")} if name == "cold_run" else {})
     began = perf_counter()
     with (clone / "printed").open("w+", encoding="utf-8") as printed:
@@ -32,8 +34,14 @@ with tempfile.TemporaryDirectory(dir=ROOT.parent) as folder:
         printed.seek(0)
         sections = printed.read()
     if name == "cold_run":
-        data = cold_run.of_benchmarks(clone / "results" / "benchmarks", wall, cores)
-    else:
-        data = cold_run.of_sections(sections, wall, cores)
+        return cold_run.of_benchmarks(clone / "results" / "benchmarks", wall, cores)
+    return cold_run.of_sections(sections, wall, cores)
+
+
+# Beside this clone, so that what lies beside it is found.
+with tempfile.TemporaryDirectory(dir=ROOT.parent) as folder, tempfile.TemporaryDirectory() as outside:
+    clone = Path(folder)
+    subprocess.run(["git", "clone", "--quiet", str(ROOT), str(clone)], check=True)
+    data = wheels.run(clone, Path(outside)) if name == "wheels" else timed(clone)
     stamped = data.assign_attrs({ATTRIBUTE: json.dumps(found, sort_keys=True)})
     store.write(stamped, ROOT / f"results/studies/{name}.nc", title=study.title, config={"cores": cores})

@@ -8,6 +8,7 @@ import re
 import subprocess
 import sys
 import tempfile
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
@@ -81,20 +82,35 @@ def differences(outcomes: list[Outcome]) -> str:
 def _once(parent: Path, number: int) -> list[Outcome]:
     folder = parent / str(number)
     folder.mkdir()
+    return run_all(folder, [sys.executable, "-m", "stripfold"], os.environ | ONE_CORE, LONGEST)
+
+
+def run_all(folder: Path, program: list[str], environment: Mapping[str, str], longest: int) -> list[Outcome]:
+    """All commands in an empty folder.
+
+    Parameters
+    ----------
+    folder
+        Where they run.
+    program
+        Words with which a command begins.
+    environment
+        Variables of the processes.
+    longest
+        Seconds that a command may take.
+    """
     for name, text in INPUTS.items():
         (folder / name).write_text(text, encoding="utf-8")
     cv2.imwrite(str(folder / "fold.png"), drawn(_FOLD))
-    return [_outcome(command, folder) for command in COMMANDS]
-
-
-def _outcome(command: str, folder: Path) -> Outcome:
-    before = _files(folder)
-    words = [sys.executable, "-m", "stripfold", *command.split()]
-    done = subprocess.run(
-        words, cwd=folder, env=os.environ | ONE_CORE, capture_output=True, text=True, timeout=LONGEST, check=False
-    )
-    said = _RUN_TIME.sub("", done.stdout + done.stderr)
-    return Outcome(said, done.returncode, {name: d for name, d in _files(folder).items() if before.get(name) != d})
+    outcomes = []
+    for command in COMMANDS:
+        before, line = _files(folder), [*program, *command.split()]
+        done = subprocess.run(
+            line, cwd=folder, env=environment, capture_output=True, text=True, timeout=longest, check=False
+        )
+        written = {name: digest for name, digest in _files(folder).items() if before.get(name) != digest}
+        outcomes.append(Outcome(_RUN_TIME.sub("", done.stdout + done.stderr), done.returncode, written))
+    return outcomes
 
 
 def _files(folder: Path) -> dict[str, str]:

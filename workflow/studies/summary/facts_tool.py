@@ -37,3 +37,13 @@ def fuzz(d: xr.Dataset) -> Facts:
         "by_kind": ", ".join(f"{kind} {count}" for kind, count in by_kind.items()),
         "failures": f": {d.attrs['failures']}" if d.attrs["failures"] else "",
     }
+
+
+def wheels(d: xr.Dataset) -> Facts:
+    ran = (d.failed == "").all("environment")
+    failed = d.command.values[~ran.values]
+    return {
+        "ran": ran.sum(),
+        "calls": d.sizes["command"],
+        "failed": f"; not: {', '.join(failed)}" if failed.size else "",
+    }

@@ -364,6 +364,12 @@ SOURCES = (
             "of them that end otherwise than in a result or in one line and an exit code for bad input, print what is "
             "not finite as a result, take more than 1 GB or 30 s{failures}"),
     )),
+    Source("wheels", facts_tool.wheels, (
+        Number("wheel_commands", "ran", "count", 4, "all {calls}",
+            "calls of all commands by the wheel that run outside of the repository, both with the lowest versions of "
+            "the direct dependencies ({d.attrs[lowest]}) and with the newest ({d.attrs[newest]}){failed}",
+            lambda f: f.ran == f.calls),
+    )),
     Source("sweeps", facts_paths.sweeps, (
         Number("sweep_scenes", "scenes", "count", 6, ">= 100000, each with its result",
             "strips in one `stripfold sweep` of the elastica: {wall:.2g} s on {d.attrs[cores]} cores, {snaps} snaps, "
