@@ -195,6 +195,20 @@ def test_only_the_error_is_said_of_a_damaged_picture(tmp_path: Path, capfd: pyte
     assert capfd.readouterr().err == ""
 
 
+def test_a_picture_with_a_part_that_declares_too_much_is_refused(tmp_path: Path) -> None:
+    written, path = BytesIO(), tmp_path / "strip.png"
+    Image.linear_gradient("L").save(written, "PNG")
+    whole = written.getvalue()
+    at = whole.index(b"IDAT") - 4
+    path.write_bytes(whole[:at] + b"\xf0\0\0\0" + whole[at + 4 :])
+    limit = "import resource; resource.setrlimit(resource.RLIMIT_AS, (3_000_000_000, -1))"
+    code = f"{limit}\nfrom stripfold.cli import main\nmain(['eta', '--image', {str(path)!r}"
+    code += ", '--scale', '3e-4', '--method', 'fold'])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.stderr.startswith("stripfold: error: image = ")
+    assert "declares more than the memory" in done.stderr
+
+
 def test_an_argument_with_line_ends_is_refused_in_one_line(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as ended:
         main([*STRIP, "a\nb\x1ec"])

@@ -169,7 +169,7 @@ def _call_all(cases: Sequence[Case], good: Path, sender: Connection) -> None:
     signal.signal(signal.SIGALRM, signal.SIG_DFL)
     with tempfile.TemporaryDirectory() as folder, stopped():
         # What is imported takes half a gigabyte of the space that a limit is set to.
-        space = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+        space = _space()
         resource.setrlimit(resource.RLIMIT_AS, (space + int(1.5 * MEMORY), resource.RLIM_INFINITY))
         os.chdir(folder)
         for number, case in enumerate(cases):
@@ -179,8 +179,14 @@ def _call_all(cases: Sequence[Case], good: Path, sender: Connection) -> None:
             if taken > MEMORY:
                 ending = Ending("failed", f"takes {taken:.1e} bytes")
             sender.send(ending)
-            if taken > 0.2 * MEMORY:
+            # What libraries keep would be missed by the next case.
+            if taken > 0.2 * MEMORY or _space() > space + 0.2 * MEMORY:
                 return
+
+
+def _space() -> int:
+    """Bytes of the addresses that the process has."""
+    return int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
 
 
 def call(case: Case, folder: Path, good: Path) -> Ending:

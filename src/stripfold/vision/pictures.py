@@ -56,6 +56,9 @@ def read_grey(path: str | os.PathLike[str], upright: bool = True) -> Picture:
         raise
     except (Image.DecompressionBombError, OSError, SyntaxError, ValueError) as error:
         raise InvalidInputError("image", str(path), ALLOWED, f"reading it failed: {error}") from error
+    except MemoryError as error:
+        # A damaged file declares parts of any length, which are read at once.
+        raise InvalidInputError("image", str(path), ALLOWED, "a part of it declares more than the memory") from error
 
 
 @contextmanager
