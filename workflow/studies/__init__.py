@@ -97,7 +97,7 @@ STUDIES = {
         "studies.fuzz:run",
         "malformed and odd inputs of all commands",
         memory=3000,
-        files=(*COMMAND, "workflow/studies/fuzz_inputs.py"),
+        files=COMMAND,
     ),
     "sweeps": Study("studies.sweeps:run", "rate, cost and memory of sweeps on all cores", files=COMMAND),
     "folding_plans": Study("studies.folding_plans:run", "plans for random strips of uncertain eta_b, checked"),

@@ -18,7 +18,7 @@ from functools import partial
 from io import TextIOWrapper
 from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import xarray as xr
 
@@ -27,11 +27,12 @@ from stripfold.results import StripCollapse
 from stripfold.simulation import Simulation
 from studies.common import Progress, dataset, pooled
 
-if TYPE_CHECKING:
-    from studies.fuzz_inputs import Case
-
 SHARES = {"arguments": 0.4, "yaml": 0.3, "tables": 0.1, "data": 0.1, "pictures": 0.1}
 """Kinds of inputs, with their shares."""
+GOOD = "@"
+"""Begins a word that names one of the files that can be used."""
+PIPE, FOLDER = b"a pipe", b"a folder"
+"""Contents that stand for something else than a file."""
 BATCH = 250
 """Cases of one process."""
 LONGEST = 30
@@ -57,6 +58,13 @@ _STOPS = (
 # A recording's table is read after a picture of a board.
 _SKIPPED = ("stripfold.vision.calibration:read_calibration_picture", "stripfold.vision.calibration:detect")
 _NO_NUMBER = re.compile(r"(?<![\w-])-?(nan|inf|NaN|Infinity)(?![\w-])")
+
+
+class Case(NamedTuple):
+    """A command line, and files in the folder in which it is called."""
+
+    words: tuple[str, ...]
+    files: dict[str, bytes]
 
 
 class Ending(NamedTuple):
@@ -191,8 +199,6 @@ def _space() -> int:
 
 def call(case: Case, folder: Path, good: Path) -> Ending:
     """How one case ends, in a new folder that is removed then."""
-    from studies.fuzz_inputs import FOLDER, GOOD, PIPE
-
     for name, content in case.files.items():
         path = folder / name
         path.parent.mkdir(parents=True, exist_ok=True)

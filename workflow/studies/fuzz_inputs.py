@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, NamedTuple
+from typing import Any
 
 import netCDF4
 import numpy as np
@@ -21,21 +21,9 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from stripfold import cli
+from studies.fuzz import FOLDER, PIPE, Case
 
 Draw = Callable[[st.SearchStrategy[Any]], Any]
-
-GOOD = "@"
-"""Begins a word that names one of the files that can be used."""
-PIPE, FOLDER = b"a pipe", b"a folder"
-"""Contents that stand for something else than a file."""
-
-
-class Case(NamedTuple):
-    """A command line, and files in the folder in which it is called."""
-
-    words: tuple[str, ...]
-    files: dict[str, bytes]
-
 
 _STRIP = {"--length": "0.5", "--eta-b": "3780"}
 _BOARD = {"--board": "chessboard", "--columns": "8", "--rows": "5", "--square": "0.024"}
