@@ -218,7 +218,7 @@ def read(path: str | os.PathLike[str], require: Iterable[str] = ()) -> xr.Datase
             if opened.nbytes > MOST_BYTES:
                 raise ValueError(f"it declares {opened.nbytes:.2g} bytes, at most {MOST_BYTES:.2g} can be read")
             dataset = opened.load()
-    except (OSError, ValueError, RuntimeError, KeyError, MemoryError, RecursionError, OverflowError) as error:
+    except (OSError, ArithmeticError, AttributeError, LookupError, MemoryError, RuntimeError, ValueError) as error:
         advice = f"damaged ({error}): delete it, and make it anew"
         raise InvalidInputError("file", str(path), "a whole netCDF-4 file", advice) from error
     # Files of former versions have no digest.

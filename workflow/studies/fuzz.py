@@ -54,6 +54,7 @@ _STOPS = (
     "stripfold.vision.intrinsics:find_views",
     "stripfold.vision.robot_grid:read_calibration_picture",
     "stripfold.analysis.critical_point:solve_height",
+    "stripfold.cli_doctor:_findings",
 )
 # A recording's table is read after a picture of a board.
 _SKIPPED = ("stripfold.vision.calibration:read_calibration_picture", "stripfold.vision.calibration:detect")

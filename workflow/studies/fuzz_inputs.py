@@ -41,6 +41,7 @@ CALLS: dict[str, tuple[tuple[str, ...], dict[str, str | None]]] = {
     "record": (("@filmed.yaml",), {"--output": "filmed"}),
     "calibrate": (("@views",), {**_BOARD, "--output": "camera.yaml"}),
     "measure": (("@recording",), {"--json": None}),
+    "doctor": ((), {"--json": None}),
 }
 SCENES: dict[str, tuple[str, dict[str, Any]]] = {
     "simulate": (
@@ -315,11 +316,9 @@ def _stored(result: Path) -> tuple[dict[str, Any], dict[str, tuple[tuple[str, ..
     """Global attributes and variables of a result, and its bytes."""
     with netCDF4.Dataset(result) as file:
         attrs = {name: file.getncattr(name) for name in file.ncattrs()}
-        variables = {
-            name: (var.dimensions, var[...].filled()) for name, var in file.variables.items() if var.dtype != str
-        }
-        texts = {name: (var.dimensions, var[...]) for name, var in file.variables.items() if var.dtype == str}
-    return attrs, variables | texts, result.read_bytes()
+        file.set_auto_mask(False)
+        variables = {name: (var.dimensions, var[...]) for name, var in file.variables.items()}
+    return attrs, variables, result.read_bytes()
 
 
 _NUMBERS = (np.nan, np.inf, -np.inf, 1e300, -1.0, 0.0)
