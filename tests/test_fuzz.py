@@ -95,8 +95,4 @@ def test_the_same_seed_draws_the_same_inputs() -> None:
     first, again, other = (fuzz_inputs.drawn(fuzz_inputs.of_arguments(), 20, seed) for seed in (1, 1, 2))
     assert len(first) == 20
     assert first == again != other
-    assert (
-        {case.words[0] for case in fuzz_inputs.drawn(fuzz_inputs.of_arguments(), 300, 1)}
-        == set(fuzz_inputs.CALLS)
-        == set(COMMANDS)
-    )
+    assert set(fuzz_inputs.CALLS) == set(COMMANDS)

@@ -36,6 +36,7 @@ COMMANDS = (
     "calibrate filmed/calibration/camera --board chessboard --columns 8 --rows 5 --square 0.024",
     "measure filmed",
     "doctor",
+    "completion bash",
 )
 INPUTS = {
     "grid.yaml": "{length: 0.6, model: rod, height: [0.06, 0.09], eta_b: [2000, 3780]}",
