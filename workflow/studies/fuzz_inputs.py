@@ -43,6 +43,7 @@ CALLS: dict[str, tuple[tuple[str, ...], dict[str, str | None]]] = {
     "calibrate": (("@views",), {**_BOARD, "--output": "camera.yaml"}),
     "measure": (("@recording",), {"--json": None}),
     "doctor": ((), {"--json": None}),
+    "completion": (("bash",), {}),
 }
 SCENES: dict[str, tuple[str, dict[str, Any]]] = {
     "simulate": (

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import xarray as xr
 
+from stripfold.cli import COMMANDS
 from studies.summary.facts import Facts
 
 
@@ -23,6 +24,7 @@ def commands(d: xr.Dataset) -> Facts:
         "share": same.mean(),
         "cases": d.sizes["command"],
         "commands": len({line.split()[0] for line in d.command.values}),
+        "known": len(COMMANDS),
         "files": d["files"].sum(),
         "different": f"; not: {', '.join(differing)}" if differing.size else "",
     }
