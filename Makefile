@@ -33,7 +33,7 @@ all: $(STAMP) ## Redo every run, figure and number of the paper (set CORES=n to 
 studies: $(STAMP) ## Redo the studies that are stale, and the numbers and tables made from them
 	@$(IN_VENV) python -c '$(COMPILE)'
 	@stale=$$($(IN_VENV) PYTHONPATH=workflow python workflow/evidence.py) || exit 1; \
-	set -- $$(printf '%s\n' $$stale | grep -v -e peers -e explorer -e cold_run -e ci_run -e wheels); \
+	set -- $$(printf '%s\n' $$stale | grep -v -e peers -e explorer -e cold_run -e ci_run -e slurm_run -e wheels); \
 	$(SNAKEMAKE) studies summary readme --keep-going --cores $(CORES) $${1:+--forcerun "$$@"}
 
 # Other programs, in an environment of their own beside ours. AUTO-07p is Debian's: apt-get install auto-07p gfortran.
