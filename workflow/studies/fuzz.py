@@ -234,16 +234,14 @@ def call(case: Case, folder: Path, good: Path) -> Ending:
 def judged(code: int | str, said: str, errors: str) -> Ending:
     """How a call ended, from its exit code or the text of what it raised, and what it printed."""
     lines = errors.splitlines()
-    if code == "followed":
-        return Ending("failed", f"says {lines[-1]}") if lines else Ending("followed")
-    if isinstance(code, str):
-        return Ending("failed", code)
-    if code == 0:
+    if code in (0, "followed"):
         if found := _NO_NUMBER.search(said):
             return Ending("failed", f"prints {found[0]}")
         if any(not line.startswith("stripfold: warning: ") for line in lines):
             return Ending("failed", f"says {lines[-1]}")
-        return Ending("answered")
+        return Ending("followed" if code else "answered")
+    if isinstance(code, str):
+        return Ending("failed", code)
     # The parser of the arguments says how the command is used before what is wrong.
     usage = code == 2 and errors.startswith("usage: ") and re.match(r"stripfold( \w+)?: error: ", lines[-1])
     if usage or (code in (2, 3, 4, 6) and len(lines) == 1 and errors.startswith("stripfold: error: ")):
