@@ -44,10 +44,12 @@ def test_a_stale_lock_is_removed(locked: Path):
 def test_a_lock_is_kept_while_a_run_works_there(locked: Path, name: str):
     program = locked / name
     program.parent.mkdir(parents=True, exist_ok=True)
-    program.write_text("import time; time.sleep(60)")
+    program.write_text("import time; print(flush=True); time.sleep(60)")
     elsewhere = locked / "elsewhere"
     elsewhere.mkdir()
-    holder = subprocess.Popen([sys.executable, str(program)], cwd=locked)
+    holder = subprocess.Popen([sys.executable, str(program)], cwd=locked, stdout=subprocess.PIPE)
+    assert holder.stdout is not None
+    holder.stdout.readline()  # it runs
     try:
         with pytest.raises(RuntimeError, match=rf"process {holder.pid}\)"):
             unlock.unlock(locked)
@@ -58,7 +60,7 @@ def test_a_lock_is_kept_while_a_run_works_there(locked: Path, name: str):
         assert unlock.running(elsewhere) == []
     finally:
         holder.kill()
-        holder.wait()
+        holder.communicate()
     assert "removed" in unlock.unlock(locked)
 
 
