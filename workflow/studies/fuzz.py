@@ -25,6 +25,7 @@ import xarray as xr
 from stripfold.cli import main
 from stripfold.results import StripCollapse
 from stripfold.simulation import Simulation
+from stripfold.vision.threads import one_thread
 from studies.common import Progress, dataset, pooled
 
 SHARES = {"arguments": 0.4, "yaml": 0.3, "tables": 0.1, "data": 0.1, "pictures": 0.1}
@@ -147,6 +148,7 @@ def _batch(good: Path, task: tuple[str, int, int]) -> list[tuple[str, Ending]]:
     return list(zip((" ".join(case.words)[:200] for case in cases), endings_of(cases, good), strict=True))
 
 
+@one_thread()  # OpenCV's threads do not survive a fork
 def endings_of(cases: Sequence[Case], good: Path) -> list[Ending]:
     """How cases end, in processes of their own; ``good`` is the folder of :func:`write_good`."""
     found: list[Ending] = []
