@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import os
-import re
 import subprocess
 import sys
 from importlib.metadata import distributions
 from pathlib import Path
 
 import xarray as xr
+from packaging.requirements import Requirement
 
 from studies.commands import COMMANDS, Outcome, run_all
 from studies.common import ONE_CORE, dataset
@@ -33,6 +33,7 @@ def run(clone: Path, folder: Path) -> xr.Dataset:
     line = ["-m", "pip", "wheel", "--quiet", "--no-deps", "--no-build-isolation", "--wheel-dir", str(folder)]
     subprocess.run([sys.executable, *line, str(clone)], check=True, env=clean)
     (wheel,) = folder.glob("*.whl")
+    needs = dependencies(wheel)
     tools = folder / "tools"
     subprocess.run([sys.executable, "-m", "venv", str(tools)], check=True, env=clean)
     subprocess.run([str(tools / "bin/python"), "-m", "pip", "install", "--quiet", "uv"], check=True, env=clean)
@@ -41,9 +42,10 @@ def run(clone: Path, folder: Path) -> xr.Dataset:
         place = folder / name
         subprocess.run([sys.executable, "-m", "venv", "--without-pip", str(place)], check=True, env=clean)
         install = ["pip", "install", "--quiet", "--python", str(place / "bin/python"), "--resolution", resolution]
-        uv = [str(tools / "bin/uv"), *install, f"stripfold[vision] @ {wheel.as_uri()}"]
+        # Named beside the wheel: as its dependencies they would not be direct ones, and get the newest versions.
+        uv = [str(tools / "bin/uv"), *install, str(wheel), *map(str, needs)]
         subprocess.run(uv, check=True, env=clean, cwd=folder)
-        versions[name] = installed(place)
+        versions[name] = installed(place, [need.name for need in needs])
         (folder / f"{name}-runs").mkdir()
         outcomes = run_all(folder / f"{name}-runs", [str(place / "bin/stripfold")], clean | ONE_CORE, COMPILING)
         failed.append([reason(outcome) for outcome in outcomes])
@@ -60,13 +62,21 @@ def reason(outcome: Outcome) -> str:
     return (outcome.said.strip() or f"exit code {outcome.code}") if outcome.code else ""
 
 
-def installed(place: Path) -> str:
-    """Names and versions of the wheel's direct dependencies in an environment."""
+def dependencies(wheel: Path) -> list[Requirement]:
+    """What a wheel needs, with its optional part for pictures and films, whose needs are direct ones, too."""
+    (found,) = distributions(path=[str(wheel)])
+    needs = [Requirement(line) for line in found.requires or []]
+    extras = ("", "plot", "vision")
+    wanted = [n for n in needs if n.marker is None or any(n.marker.evaluate({"extra": extra}) for extra in extras)]
+    # Without the markers, which name the extra.
+    return [Requirement(f"{need.name}{need.specifier}") for need in wanted if need.name != "stripfold"]
+
+
+def installed(place: Path, names: list[str]) -> str:
+    """Versions of packages in an environment."""
     (packages,) = place.glob("lib/python*/site-packages")
-    there = {_plain(found.name): found for found in distributions(path=[str(packages)])}
-    needs = [need for need in there["stripfold"].requires or [] if "extra" not in need or "'vision'" in need]
-    names = [_plain(re.split(r"[^\w.-]", need)[0]) for need in needs]
-    return ", ".join(f"{name} {there[name].version}" for name in names)
+    there = {_plain(found.name): found.version for found in distributions(path=[str(packages)])}
+    return ", ".join(f"{name} {there[_plain(name)]}" for name in names)
 
 
 def _plain(name: str) -> str:
