@@ -42,9 +42,12 @@ def fuzz(d: xr.Dataset) -> Facts:
 
 
 def wheels(d: xr.Dataset) -> Facts:
+    # Where both environments have the same versions the lowest were not tried.
+    versions = {name: d.attrs[name] for name in ("lowest", "newest")}
     ran = (d.failed == "").all("environment")
     failed = d.command.values[~ran.values]
     return {
+        **versions,
         "ran": ran.sum(),
         "calls": d.sizes["command"],
         "failed": f"; not: {', '.join(failed)}" if failed.size else "",
