@@ -44,7 +44,7 @@ def draw(data: xr.Dataset) -> Figure:
         of_time = j < count
         ax.set(xscale="log" if of_time else "linear", yscale="log", xlabel="run time [s]" if of_time else "memory [MB]")
         what = r"$\lambda_c$" if one["snaps"] else "first touch"
-        note(ax, f"({'abcdefgh'[j]}) $z = {float(one['height']):g}\\,L^*$, {what}", loc="upper right")
+        note(ax, f"({'abcdefgh'[j]}) $z = {float(one['gripper_height']):g}\\,L^*$, {what}", loc="upper right")
     for ax in panels[count + 1 :]:
         ax.set_axis_off()
     for ax in panels[1:count]:
