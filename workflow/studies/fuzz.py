@@ -249,7 +249,8 @@ def judged(code: int | str, said: str, errors: str) -> Ending:
     if usage or (code in (2, 3, 4, 6) and len(lines) == 1 and errors.startswith("stripfold: error: ")):
         memory = "the memory does not suffice" in errors
         return Ending("failed", lines[-1]) if memory else Ending("refused")
-    return Ending("failed", f"exit code {code}, {len(lines)} lines: {' | '.join(lines)[-400:]}")
+    said = re.sub(r"\S*/", "", " | ".join(lines))  # folders are of one machine
+    return Ending("failed", f"exit code {code}, {len(lines)} lines: {said[-400:]}")
 
 
 @contextmanager
