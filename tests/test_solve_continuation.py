@@ -16,6 +16,7 @@ from oracles.toys import NONE, Toy, Truss, branches, breaking, opening
 from stripfold.errors import ContinuationError, NewtonError
 from stripfold.solve import continuation
 from stripfold.solve.continuation import StepOptions
+from stripfold.solve.critical import critical_point
 from stripfold.solve.newton import NewtonOptions
 from stripfold.solve.problem import Point, Problem, Tangent, inner
 
@@ -194,6 +195,30 @@ class TestGuards:
         landed = continuation.step(problem, start, 1.0, replace(options, max_inertia_change=2))
         assert landed.negatives == 0
         assert landed.q == pytest.approx([0.05, 0.05], abs=1e-8)
+
+    def test_an_unfolded_pitchfork_has_no_critical_point(self):
+        """Truth: (q^2 - lam) q = eps has a stable branch for all lam; a long step lands on the unstable one near q = 0.
+
+        Neither the tangent's turn nor the distance from the prediction tells; the bracket of the change of stability
+        does: it narrows to a gap between two branches.
+        """
+        eps = 1e-3
+
+        def function(q: np.ndarray, lam: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+            return q * (q**2 - lam) - eps, np.diag(3.0 * q**2 - lam), -q
+
+        problem, options = Toy(1, function), StepOptions(first=0.5, largest=0.5)
+        first = continuation.start(problem, np.zeros(1), -0.6, NONE, 1.0, options)
+        second = continuation.step(problem, first, 0.5, options)
+        assert continuation.step(problem, second, 0.5, options).negatives == 1
+        points = []
+        for item in continuation.follow(problem, first, options, [critical_point(1e-6)]):
+            assert isinstance(item, Point)
+            points.append(item)
+            if item.lam > 1.0:
+                break
+        assert {p.negatives for p in points} == {0}
+        assert points[-1].q[0] > 1.0
 
     def test_a_double_crossing_is_not_passed_in_silence(self):
         """Two eigenvalues vanish at the same point: no step is short enough, and the error says where and why."""

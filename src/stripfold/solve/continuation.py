@@ -129,6 +129,7 @@ def follow(
     for _ in range(options.max_attempts):
         try:
             new = step(problem, point, ds, options)
+            crossings = _crossings(problem, point, new, pending, options)
         except NewtonError as error:
             ds, shortened = ds / 2.0, True
             if ds >= options.smallest:
@@ -143,13 +144,14 @@ def follow(
                     advice="refine the mesh or allow smaller steps",
                 ) from error
             new, ds, contact_switched = beyond, options.kink, True
+            crossings = _crossings(problem, point, new, pending, options)
         else:
             iterations = max(len(new.state.residuals) - 1, 1)
             # Where a step had to be shortened, the next would have to be as well.
             growth = 1.0 if shortened else 2.0
             ds = min(ds * min(growth, max(0.5, options.target_iterations / iterations)), options.largest)
             contact_switched = shortened = False
-        yield from _crossings(problem, point, new, pending, options)
+        yield from crossings
         pending = [event for event in events if not event.passed(new, point)]
         point = new
         yield point
@@ -182,6 +184,8 @@ def locate(problem: Problem, crossing: Crossing, options: StepOptions, max_evalu
 
     Raises
     ------
+    NewtonError
+        The points lie on different branches.
     SolveError
         The bracket cannot be made that narrow.
     """
@@ -190,6 +194,7 @@ def locate(problem: Problem, crossing: Crossing, options: StepOptions, max_evalu
 
     def point_between(at: Crossing, ds: float) -> Point:
         nonlocal longest
+        _check_one_branch(problem, at, options)
         ds = min(ds, longest)
         point = _point_between(problem, at, ds, options)
         taken = point.arc - at.before.arc
@@ -201,7 +206,19 @@ def locate(problem: Problem, crossing: Crossing, options: StepOptions, max_evalu
     if event.directly is not None and event.width(crossing.before, crossing.after) > event.tolerance:
         with suppress(SolveError):
             return Crossing(event, *event.directly(problem, crossing.before, crossing.after, options))
-    return narrow(crossing, point_between, max_evaluations)
+    found = narrow(crossing, point_between, max_evaluations)
+    _check_one_branch(problem, found, options)
+    return found
+
+
+def _check_one_branch(problem: Problem, at: Crossing, options: StepOptions) -> None:
+    """Where two branches nearly meet, a step can lead from one to the other without a turn of the tangent.
+
+    A bracket of an event narrows then to the gap between them: its ends stay apart, however small their arc length.
+    """
+    apart, width = Tangent(at.after.q - at.before.q, at.after.lam - at.before.lam), at.after.arc - at.before.arc
+    if sqrt(inner(problem.metric, apart, apart)) > (1.0 + options.max_correction) * width + options.kink:
+        raise NewtonError("guard: the step leads to another branch", parameter=at.before.lam, step=width)
 
 
 def _point_between(problem: Problem, crossing: Crossing, ds: float, options: StepOptions) -> Point:
