@@ -161,7 +161,8 @@ def test_constants_are_counted(tmp_path: Path) -> None:
     (tmp_path / "solve" / "newton.py").write_text("TOLERANCE = 1e-8\n", encoding="utf-8")
     (tmp_path / "solver.py").write_text("N = 3\n", encoding="utf-8")
     assert list(constants.of_packages(tmp_path, ["solve"])) == [("solve.newton", "TOLERANCE", "1e-08", "")]
-    data = constants.run(["solve"], 121)
+    data = constants.run(["solve"], 121, ["solve.newton"])
+    assert 0 < data.attrs["later"] == int((data["module"] == "solve.newton").sum()) < data.sizes["constant"]
     assert constants.markdown(data).count("\n") == 2 + data.sizes["constant"]
     assert data.sizes["constant"] > 3
     assert data.attrs["before"] == 121

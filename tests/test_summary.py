@@ -86,7 +86,7 @@ def datasets() -> dict[str, xr.Dataset]:
         "order": ({
             "order": ("model", [4.0, 3.2]), "cost_order": ("model", [0.9, 1.0]),
             "elements": (("model", "parts"), [[33.0, 10032.0]] * 2)}, {"model": ["rod", "solid"]}),
-        "solver_constants": ({"constant": ("constant", texts("A", "B"))}, None, {"before": 3}),
+        "solver_constants": ({"constant": ("constant", texts("A", "B"))}, None, {"before": 3, "later": 0}),
         "low_paths": ({
             **{name: ("case", texts(*["stable"] * 200)) for name in ("solid", "finer", "rod")},
             **{name: ("case", np.full(200, value)) for name, value in LOW_PATH.items()},

@@ -306,6 +306,7 @@ class SolverConstants(Input):
 
     packages: AtLeastOne[Text]
     before: Annotated[Whole, quantity("number before the lift-off was an unknown", ge=0)]
+    later: list[Text]
 
 
 class HardCases(Input):

@@ -13,7 +13,7 @@ from studies.common import dataset
 SOURCE = Path(__file__).parents[2] / "src" / "stripfold"
 
 
-def run(packages: Sequence[str], before: int) -> xr.Dataset:
+def run(packages: Sequence[str], before: int, later: Sequence[str]) -> xr.Dataset:
     """Constants over ``constant``: module, name, value as written, and reason as documented.
 
     Parameters
@@ -22,10 +22,13 @@ def run(packages: Sequence[str], before: int) -> xr.Dataset:
         Packages and modules of :mod:`stripfold`.
     before
         Their number before the lift-off was an unknown.
+    later
+        Modules of what did not exist then.
     """
     found = list(of_packages(SOURCE, packages))
     columns = zip(("module", "constant", "value", "reason"), zip(*found, strict=True), strict=True)
-    return dataset("solver_constants", {name: ("constant", values) for name, values in columns}, {"before": before})
+    attrs = {"before": before, "later": sum(module in later for module, *_ in found)}
+    return dataset("solver_constants", {name: ("constant", values) for name, values in columns}, attrs)
 
 
 def markdown(data: xr.Dataset) -> str:
