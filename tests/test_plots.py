@@ -299,6 +299,7 @@ class TestRecordings:
         }
         data = xr.Dataset({name: ("case", values) for name, values in columns.items()})
         top, bottom = recordings_accuracy.draw(data).axes
-        assert notes(top) == ["95 % intervals: 95.0 % of 20 hold the truth\nchain: 100.0 % of 5\nshapes: 93.3 % of 15"]
+        said = "95 % intervals: 95.0 % of 20 hold the truth\n(chain: 100.0 % of 5, shapes: 93.3 % of 15)"
+        assert top.get_title(loc="left") == said
         assert sum(patch.get_height() for patch in bottom.patches) == pytest.approx(20.0)
         recordings_accuracy.draw(data.isel(case=slice(20, None)))

@@ -8,7 +8,6 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 from scipy import stats
 
-from plots.pieces import note
 from stripfold.arrays import Mask
 from stripfold.plots.colours import BLACK, BLUE, GREY, SKY, VERMILLION
 from stripfold.plots.style import MILLI, figure, styled
@@ -44,8 +43,9 @@ def draw(data: xr.Dataset) -> Figure:
     top.set(ylim=(-limit, limit), ylabel=r"error of $\lambda$ [mm]", xlabel="recordings, ordered by standard deviation")
     generator = data["generator"].values[measured][order]
     shares = {name: _share(inside[generator == name]) for name in np.unique(generator)}
-    apart = "".join(f"\n{name}: {share}" for name, share in shares.items())
-    note(top, f"95 % intervals: {_share(inside)} hold the truth{apart}" if len(off) else "nothing was measured")
+    apart = ", ".join(f"{name}: {share}" for name, share in shares.items())
+    said = f"95 % intervals: {_share(inside)} hold the truth\n({apart})" if len(off) else "nothing was measured"
+    top.set_title(said, loc="left", fontsize=7)
     z, bins = off / sd, np.linspace(-5.0, 5.0, 41)
     shown = np.clip(z, bins[0], bins[-1])  # beyond: in the outermost bin
     bottom.hist([shown[~warned], shown[warned]], bins, stacked=True, color=[BLUE, SKY], label=["no warning", "warning"])
