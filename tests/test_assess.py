@@ -24,7 +24,7 @@ from stripfold.analysis.static import StripModel
 from stripfold.errors import InvalidInputError, SolveError, TimeStepError
 from stripfold.material import Material
 from stripfold.paths import geometric, low_path, rpath, table
-from stripfold.paths.curve import GripperPath
+from stripfold.paths.curve import GripperPath, pieces_through
 from stripfold.paths.rpath import RPath
 from stripfold.solve.schemes import Damping
 from tasks import assess_data, post_critical
@@ -674,6 +674,16 @@ class TestTwoWays:
         monkeypatch.setattr(post_critical, "solved", lambda *_: stable.points[0])
         with pytest.raises(SolveError, match="not an unstable one"):
             post_critical.planned_unstable(strip, plan, travelled)
+
+
+def test_a_pushed_strip_buckles_where_its_elements_are_to_be_planned_anew() -> None:
+    """A gripper that rises by 6 degrees pushes the strip until it snaps; coarse elements are 0.02 L* late."""
+    strip = StripModel(9.43299, 0.0950411, kind="solid")
+    start = np.array([-0.5 * strip.length, 0.0])
+    path = GripperPath("line", pieces_through([("line", np.array([start, start + [3.0, 0.3149]]))]))
+    found, finer = (assess_strip(strip, path, refinement=refinement) for refinement in (1.0, 0.7))
+    assert [event.kind for event in found.events] == [SNAP]
+    assert found.events[0].travelled == pytest.approx(finer.events[0].travelled, abs=0.05)
 
 
 def test_a_pushed_strip_is_laid_down_without_a_snap() -> None:

@@ -24,6 +24,7 @@ from stripfold.analysis.contact_events import (
     zero,
 )
 from stripfold.arrays import Array
+from stripfold.errors import NewtonError
 from stripfold.models.contact_mesh import ContactMesh, Topology
 from stripfold.models.model import Model
 from stripfold.moving_contact import MovingContact
@@ -253,7 +254,11 @@ def follow(
             at = BranchPoint(problem, item)
             yield at
             if problem.mesh.drifted(at.contact):
-                moved = transferred(at)
+                try:
+                    moved = transferred(at)
+                except NewtonError:
+                    # The critical point can lie a little before, too: there is no such state on them then.
+                    continue
                 # Between other nodes an event can lie a little before.  It is located on the elements it is ahead on.
                 both = zip(events, with_changes(moved.problem)[1], strict=True)
                 if all(here.passed(at.point, None) or not there.passed(moved.point, None) for here, there in both):
