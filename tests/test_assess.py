@@ -680,7 +680,7 @@ def test_a_pushed_strip_buckles_where_its_elements_are_to_be_planned_anew() -> N
     """A gripper that rises by 6 degrees pushes the strip until it snaps; coarse elements are 0.02 L* late."""
     strip = StripModel(9.43299, 0.0950411, kind="solid")
     start = np.array([-0.5 * strip.length, 0.0])
-    path = GripperPath("line", pieces_through([("line", np.array([start, start + [3.0, 0.3149]]))]))
+    path = GripperPath("line", pieces_through([("line", np.array([start, start + np.array([3.0, 0.3149])]))]))
     found, finer = (assess_strip(strip, path, refinement=refinement) for refinement in (1.0, 0.7))
     assert [event.kind for event in found.events] == [SNAP]
     assert found.events[0].travelled == pytest.approx(finer.events[0].travelled, abs=0.05)
