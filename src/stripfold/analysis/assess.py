@@ -150,7 +150,8 @@ def assess_strip(
 ) -> Assessment:
     """Follow a path; at critical points the strip is released as ``fall`` says; without it the first one is the end.
 
-    Where the fall is not to rest, its first touch is the end.  After :data:`MAX_FALLS` falls the next critical point is.
+    Where the fall is not to rest, its first touch is the end.  After :data:`MAX_FALLS` falls the next critical point is
+    the end.
 
     Raises
     ------
