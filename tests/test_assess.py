@@ -387,6 +387,16 @@ class TestFallen:
         assert len(endless.events) == len(endless.segments) == 6
         assert not endless.at_end
 
+    def test_without_rest_the_first_touch_is_the_end(self, stored: tuple[xr.Dataset, Assessment]):
+        _, found = stored
+        strip = StripModel(SHORT, MATERIAL.relative_thickness)
+        ended = assess_strip(strip, found.path, replace(FALL, to_rest=False), 2.0).complete()
+        assert ended.touch is not None
+        assert found.touch is not None
+        assert ended.touch.x == pytest.approx(found.touch.x, abs=1e-3)
+        assert len(ended.segments) == len(ended.motions) == 1
+        assert ended.motions[0].touch == len(ended.motions[0].states) - 1
+
     def test_a_touch_before_the_fall_is_the_first(
         self, stored: tuple[xr.Dataset, Assessment], monkeypatch: pytest.MonkeyPatch
     ):

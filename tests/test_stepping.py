@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
-from math import inf
+from math import inf, nan
 
 import numpy as np
 import pytest
@@ -319,20 +319,43 @@ class TestFriction:
             return Run(law, strength, step, (), iter(()), x)
 
         monkeypatch.setattr(friction, "follow", follow)
-        fails, found = friction.smallest(None, plan, law, 0.25)  # type: ignore[arg-type]
+        fails, found = friction.smallest(MESH, plan, law, 0.25)  # type: ignore[arg-type]
         suffices = found.strength
         assert fails < threshold <= suffices
         assert suffices <= friction.NARROW * fails
-        assert tried[0] == (0.04 if law == "pull" else 0.01)
         assert len(tried) < 20
         assert {fails, suffices} <= set(tried)
+
+    @pytest.mark.parametrize("law", friction.LAWS)
+    @pytest.mark.parametrize("off", [0.92, 1.0, 1.08])
+    def test_a_good_guess_takes_two_trials(self, monkeypatch: pytest.MonkeyPatch, law: str, off: float):
+        plan, step = plan_r_path(LENGTH), 0.25
+        tried: list[float] = []
+        threshold = off * friction.first_guess(MESH, law, step)
+
+        def follow(model, plan, law, strength, step):  # type: ignore[no-untyped-def]
+            tried.append(strength)
+            return Run(law, strength, step, (), iter(()), plan.first_touch if strength >= threshold else nan)
+
+        monkeypatch.setattr(friction, "follow", follow)
+        friction.smallest(MESH, plan, law, step)  # type: ignore[arg-type]
+        assert len(tried) == 2
+
+    @pytest.mark.parametrize(
+        ("length", "thickness", "pull", "moment"), [(12.0, 0.0766, 0.0324, 0.00595), (40.0, 0.042, 0.0913, 0.00913)]
+    )
+    def test_the_first_guess_is_near(self, length: float, thickness: float, pull: float, moment: float):
+        """Truth: the smallest sufficient friction of strips of 0.6 m in steps of 0.1 L*, found from other guesses."""
+        mesh = StripModel(length, thickness).contact_mesh()
+        assert friction.first_guess(mesh, "pull", 0.1) == pytest.approx(pull, rel=0.15)
+        assert friction.first_guess(mesh, "hysteresis", 0.1) == pytest.approx(moment, rel=0.15)
 
     @pytest.mark.parametrize("x", [float("nan"), 5.0])
     def test_none_suffices(self, monkeypatch: pytest.MonkeyPatch, x: float):
         plan = plan_r_path(LENGTH)
         monkeypatch.setattr(friction, "follow", lambda m, p, law, k, step: Run(law, k, step, (), iter(()), x))
         with pytest.raises(SolveError, match="pull friction"):
-            friction.smallest(None, plan, "pull", 0.25)  # type: ignore[arg-type]
+            friction.smallest(MESH, plan, "pull", 0.25)  # type: ignore[arg-type]
 
     def test_bracket(self, stored: tuple[xr.Dataset, list[Run]]):
         """Truth: the strip followed with either end, to the planned touch or elsewhere."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -93,7 +94,8 @@ def run(
     strip = StripModel(length / unit, material.relative_thickness, material.nu)
     path = path_of(name, strip.length)
     found = assess_strip(strip, path, fall, refinement, progress).complete()
-    fine = assess_strip(strip, path, fall, 0.5 * refinement, progress).complete()
+    to_touch = replace(fall, to_rest=False)
+    fine = assess_strip(strip, path, to_touch, 0.5 * refinement, progress).complete()
     rows = []
     for i, segment in enumerate(found.segments):
         rows += rows_of_segment(segment, 2 * i)
@@ -105,7 +107,7 @@ def run(
 
 
 def numbers(found: Assessment, fine: Assessment, strip: StripModel, name: str, refinement: float) -> dict[str, float]:
-    """:data:`NUMBERS` in solver units; ``fine`` is the same on elements half as long."""
+    """:data:`NUMBERS` in solver units; ``fine`` is the same up to the first touch, on elements half as long."""
     nan = float("nan")
     first = found.events[0] if found.events else None
     plan = plan_r_path(strip.length)

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from itertools import chain
-from math import inf, nan, sqrt
+from math import exp, inf, nan, sqrt
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -38,10 +38,13 @@ LAWS = ("pull", "hysteresis")
 """The paper's pull towards the state before, and the bending hysteresis."""
 FOLLOWED = 0.1
 """Largest distance of the first touch from the planned one for a strip that follows its plan, L*."""
-FIRST_GUESS = {"pull": 0.01, "hysteresis": 0.01}
-"""Strength to begin the search with: k_f times the step, g; M_0, rho_a g L*^2."""
+FIRST_GUESS = {"pull": (2.45, 33.5), "hysteresis": (1.62, 21.5)}
+"""Strength to begin the search with, ``a h^1.5 exp(-b / length)``, fitted to found ones: a of k_f times the step, g, or
+of M_0, rho_a g L*^2, and b, L*."""
 NARROW = 1.1
 """Ratio of the bracket's ends at which the search ends."""
+FIRST_RATIO = 1.095
+"""Ratio of the second strength tried to the first: with a good guess both are the bracket."""
 MOST_TRIALS = 30
 
 
@@ -116,6 +119,12 @@ def follow(mesh: Planned, plan: RPath, law: str, strength: float, step: float) -
     raise SolveError("the strip has come to the end of the path without a touch")
 
 
+def first_guess(mesh: Planned, law: str, step: float) -> float:
+    """Strength to begin the search with."""
+    model, (factor, decay) = mesh(np.ones(1)).model, FIRST_GUESS[law]
+    return factor * model.thickness**1.5 * exp(-decay / model.length) / (step if law == "pull" else 1.0)
+
+
 def smallest(mesh: Planned, plan: RPath, law: str, step: float) -> tuple[float, Run]:
     """A strength too weak for the plan to be followed to its first touch, and a run with one that suffices.
 
@@ -124,8 +133,8 @@ def smallest(mesh: Planned, plan: RPath, law: str, step: float) -> tuple[float, 
     SolveError
         When none does.
     """
-    strength = FIRST_GUESS[law] / (step if law == "pull" else 1.0)
-    fails, suffices, found = 0.0, inf, None
+    strength = first_guess(mesh, law, step)
+    fails, suffices, found, ratio = 0.0, inf, None, FIRST_RATIO
     for _ in range(MOST_TRIALS):
         tried = follow(mesh, plan, law, strength, step)
         if tried.followed(plan):
@@ -134,12 +143,11 @@ def smallest(mesh: Planned, plan: RPath, law: str, step: float) -> tuple[float, 
             fails = strength
         if found and suffices <= NARROW * fails:
             return fails, found
-        if fails == 0.0:
-            strength /= 2.0
-        elif suffices == inf:
-            strength *= 2.0
-        else:
+        if fails and found:
             strength = sqrt(fails * suffices)
+        else:
+            strength = strength / ratio if found else strength * ratio
+            ratio *= ratio
     raise SolveError(
         f"no {law} friction between {fails:.3g} and {suffices:.3g} was found with which the plan is followed"
     )

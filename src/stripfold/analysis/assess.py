@@ -150,7 +150,8 @@ def assess_strip(
 ) -> Assessment:
     """Follow a path; at critical points the strip is released as ``fall`` says; without it the first one is the end.
 
-    After :data:`MAX_FALLS` falls the next critical point is the end.
+    Where the fall is not to rest, its first touch is the end.  After :data:`MAX_FALLS` falls the next critical point is
+    the end.
 
     Raises
     ------
@@ -173,6 +174,8 @@ def assess_strip(
             motions.append(motion)
             if touch is None and motion.touch is not None:
                 touch = Touchdown(found.lam, motion.touch_x, True)
+            if touch is not None and not fall.to_rest:
+                break
             say("following the path from the state at rest")
             rest = at_rest(mesh, motion)
             segments.append(follow(mesh, path, strip.length, rest, segment.pieces[-1], options))

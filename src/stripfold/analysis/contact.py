@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from stripfold.arrays import Index
+from stripfold.arrays import Index, Mask
 from stripfold.models.model import Model
 from stripfold.solve.dynamics import TimeState
 from stripfold.solve.problem import Point
@@ -15,16 +15,22 @@ APART = 1.0
 
 def columns_on_floor(model: Model, point: Point | TimeState) -> Index:
     """Numbers of the nodes on the floor, ascending; the held end counts as one."""
-    on_floor = np.isin(model.middle[:, 1], point.active)
+    is_active = np.zeros(model.size, dtype=bool)
+    is_active[point.active] = True
+    on_floor = is_active[model.middle[:, 1]]
     on_floor[-1] = True
     return np.flatnonzero(on_floor)
+
+
+def _are_apart(model: Model, columns: Index, apart: float = APART) -> Mask:
+    """Whether there is a free part between neighbours on the floor, shape (len(columns) - 1,)."""
+    return (np.diff(columns) > 1) & (np.diff(model.s[columns]) > apart)
 
 
 def lying_parts(model: Model, point: Point | TimeState, apart: float = APART) -> list[Index]:
     """The nodes on the floor, part by part: between two parts a node farther than ``apart`` from both is free."""
     columns = columns_on_floor(model, point)
-    gaps = (np.diff(columns) > 1) & (np.diff(model.s[columns]) > apart)
-    return np.split(columns, np.flatnonzero(gaps) + 1)
+    return np.split(columns, np.flatnonzero(_are_apart(model, columns, apart)) + 1)
 
 
 def lies_apart(model: Model, point: Point | TimeState) -> bool:
@@ -32,7 +38,7 @@ def lies_apart(model: Model, point: Point | TimeState) -> bool:
 
     So ends the fall of a strip that was lifted: one that is tossed may land in front of what lies.
     """
-    return len(lying_parts(model, point)) > 1
+    return bool(_are_apart(model, columns_on_floor(model, point)).any())
 
 
 def touches(model: Model, point: Point | TimeState) -> bool:

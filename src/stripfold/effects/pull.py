@@ -70,7 +70,7 @@ class Pull:
         for share, column in zip(growth, columns.T, strict=True):
             moves = np.append(0.0, np.cumsum(share[::per_end] * np.diff(model.ends)))
             change = MOVE * np.interp(model.s, model.ends, moves)
-            ahead, back = (before.resampled(q_prev, model.s + by) for by in (change, -change))
+            ahead, back = before.resampled(q_prev, np.append(model.s + change, model.s - change)).reshape(2, -1)
             by_length = np.bincount(unknowns.ravel(), (share[:, None] * stretched).ravel(), model.size)
             column += self.k_f * (by_length - mass @ ((ahead - back) / (2.0 * MOVE)))
 
