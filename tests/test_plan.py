@@ -215,7 +215,7 @@ class TestFriction:
 
     def test_a_layer_that_is_down_but_for_a_hair_is_laid(self, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(path_choice, "shape_error", lambda *_: 0.05)
-        monkeypatch.setattr(path_choice, "plan_r_path", lambda _: None)
+        monkeypatch.setattr(path_choice, "half_fold", lambda _: None)
         unit, path = star(ETA_B), triangular(14.0)
         model = SimpleNamespace(length=14.0)
         states = ((SimpleNamespace(model=model), None),)

@@ -22,7 +22,7 @@ from stripfold.inputs import FoldingPlan
 from stripfold.paths import FoldPath
 from stripfold.paths.curve import GripperPath
 from stripfold.paths.low_path import HIGHEST
-from stripfold.paths.rpath import LONGEST, plan_r_path, shortest_half_fold
+from stripfold.paths.rpath import LONGEST, half_fold, shortest_half_fold
 
 USUAL, LOWEST = 1.0, 0.6
 """Height of a low path where nothing else decides, and the least, L*: lower, wrinkles of half a millimetre grow."""
@@ -144,7 +144,7 @@ class _Chooser:
         path = paths.r_path(asked)
         strips = [(strip.material, strip.length, scaled(path, strip.gravity_length)) for strip in asked.strips]
         try:
-            found = needed(strips, asked.friction_moment, asked.yield_curvature)
+            found = needed(strips, asked.yield_curvature)
         except SolveError as error:
             return Refusal("r-path", f"what friction it needs could not be found: {error}")
         if isinstance(found, str):
@@ -199,7 +199,7 @@ def _laid(verdict: Verdict, path: GripperPath, unit: float) -> Verdict:
     if not (event["z"] <= LAID * unit and abs(event["x"] - end[0]) <= LAID * unit):
         return verdict
     problem, last = verdict.states[-1]
-    off = unit * shape_error(problem, last, plan_r_path(problem.model.length))
+    off = unit * shape_error(problem, last, half_fold(problem.model.length))
     return replace(verdict, stable=True, critical=(), completed=True, shape_error=off)
 
 
