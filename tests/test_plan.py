@@ -99,11 +99,11 @@ class TestMargin:
         away = np.linalg.norm(edge[:, None] - wall, axis=2).min()
         assert found == pytest.approx(away, abs=0.03)
 
-    def test_of_a_long_strip_is_negative(self) -> None:
-        found = path_choice.margin_on(triangular(14.0), gripper_map(14.0))
-        # Its second edge, x = length - z, meets the boundary lambda_c(z) above the touch limit.
-        z = LIMIT - found
-        assert elastica.critical(z).state.advance == pytest.approx(14.0 - z, abs=0.05)
+    def test_long_strips_snap(self) -> None:
+        """The second edge, x = length - z, meets the boundary lambda_c(z) above the touch limit, or does not."""
+        z = LIMIT + path_choice.snaps_above(14.0)
+        assert elastica.critical(z).state.advance == pytest.approx(14.0 - z, abs=1e-3)
+        assert path_choice.snaps_above(9.4) == 0.0
 
 
 class TestChoice:
@@ -198,18 +198,22 @@ class TestChoice:
 class TestFriction:
     """A path that friction has to hold, with the solver."""
 
-    def test_what_is_needed(self) -> None:
-        """The search on coarse elements, against verdicts on finer ones."""
-        strip = asked(length=0.36, eta_b_uncertainty=0.05).strips[2]
-        path = path_choice.scaled(sf.paths.r_path(asked(length=0.36)), strip.gravity_length)
-        found = needed([(strip.material, strip.length, path)], 5e-4, 10.0)
+    @pytest.mark.parametrize(
+        ("length", "uncertainty", "which", "kappa_y"), [(0.36, 0.05, 2, 10.0), (0.562, 0.2, 0, 7.2)]
+    )
+    def test_what_is_needed(self, length: float, uncertainty: float, which: int, kappa_y: float) -> None:
+        """The search against verdicts: a strip that the path pushes too far, and one that touches too late."""
+        strip = asked(length=length, eta_b_uncertainty=uncertainty).strips[which]
+        path = path_choice.scaled(sf.paths.r_path(asked(length=length)), strip.gravity_length)
+        followed = (strip.material, strip.length, path)
+        found = needed([followed], kappa_y)
         assert isinstance(found, Needed)
         assert found.fails < found.moment <= 1.15 * found.fails
         stable = [
             assess_path(
-                strip.material, strip.length, path, hysteresis=share * found.moment, yield_curvature=10.0, model="rod"
+                *followed, hysteresis=share * found.moment, yield_curvature=kappa_y, model="rod", refinement=0.7
             ).stable
-            for share in (0.8, 1.25)
+            for share in (0.75, 1.25)
         ]
         assert stable == [False, True]
 
