@@ -37,7 +37,7 @@ def found() -> GripperMap:
 @pytest.fixture(autouse=True)
 def small_grid(monkeypatch) -> None:
     """To save time."""
-    monkeypatch.setattr(stability_map, "GRID", (30, 5))
+    monkeypatch.setattr("stripfold.analysis.gripper_map.GRID", (30, 5))
 
 
 def test_boundaries_against_states_found_alone(found: GripperMap) -> None:
