@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -22,6 +23,7 @@ from stripfold.errors import InvalidInputError, NoPathError
 from stripfold.folding_plan import FoldingPlan
 from stripfold.paths.geometric import triangular
 from stripfold.paths.motion import times
+from stripfold.plots.plan import distances_along
 
 ETA_B = 3780.0
 LIMIT = 1.5861708
@@ -271,3 +273,44 @@ class TestFiles:
         (ax,) = plan.plot().axes
         assert len(ax.lines) == 14  # with the floor
         assert "low" in str(plan)
+
+
+class TestReport:
+    def test_distances_are_those_from_critical_points(self, plan: FoldingPlan) -> None:
+        """Up to the touch, nowhere nearer than the margin with the worst eta_b."""
+        distances = distances_along(plan)
+        assert np.nanmin(distances) == np.nanmin(distances[2])
+        assert plan.margin < np.nanmin(distances) < 1.3 * plan.margin
+        unit, length = star(1.2 * ETA_B), 0.36
+        wall = np.array([(elastica.critical(z).state.advance, z) for z in np.linspace(LIMIT + 1e-6, 7.0, 400)]) * unit
+        for i in (30, 80):
+            x, z = plan.waypoints[i, 1:3]
+            away = np.hypot(x + length / 2.0 - wall[:, 0], z - wall[:, 1]).min()
+            assert distances[2, i] == pytest.approx(away, abs=1e-4)
+        # It ends where the sag of a thin strip touches.
+        for eta_b, distance in zip((0.8 * ETA_B, ETA_B, 1.2 * ETA_B), distances, strict=True):
+            touch = star(eta_b) * elastica.critical(star(ETA_B) / star(eta_b)).state.advance - length / 2.0
+            first = int(np.argmax(np.isnan(distance)))
+            assert plan.waypoints[first, 1] == pytest.approx(touch, abs=2e-3)
+            assert np.isnan(distance[first:]).all()
+
+    def test_a_page_in_one_file(self, plan: FoldingPlan, tmp_path: Path) -> None:
+        plan.report(tmp_path / "plan.html")
+        page = (tmp_path / "plan.html").read_text(encoding="utf-8")
+        assert page.count("<svg") == 3
+        assert plan.choice.reason in page
+        assert all(f"{strip.eta_b:.4g}</td>" in page for strip in plan.asked.strips)
+        assert f"{plan.margin:.4g} m" in page
+        assert page.count('class="worst"') == 1
+        # Nothing is loaded from elsewhere.
+        assert not re.search(r"""(src|href)\s*=\s*["'](?!#|data:)|url\((?!#)|<script|@import""", page)
+
+    def test_option(self, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+        page = tmp_path / "plan.html"
+        command = ["plan", "--length", "0.26", "--eta-b", "3780", "--report"]
+        assert main([*command, str(tmp_path / "plan.pdf")]) == 2
+        assert main([*command, str(page), "--margin", "0.05"]) == 6
+        assert not any(tmp_path.iterdir())
+        assert main([*command, str(page)]) == 0
+        assert str(page) in capsys.readouterr().out
+        assert "Not chosen" in page.read_text(encoding="utf-8")

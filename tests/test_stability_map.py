@@ -11,7 +11,7 @@ import xarray as xr
 
 import stripfold as sf
 from plots import stability_map as figure
-from stripfold import elastica, stability_map
+from stripfold import elastica
 from stripfold.analysis.gripper_map import GripperMap, gripper_map
 from stripfold.analysis.path_statics import follow
 from stripfold.analysis.static import StripModel, solve_height

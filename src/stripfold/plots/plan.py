@@ -15,6 +15,7 @@ from stripfold.analysis.gripper_map import gripper_map
 from stripfold.arrays import Array
 from stripfold.elastica.boundary import snap_boundary
 from stripfold.folding_plan import FRAME, GRASP, FoldingPlan
+from stripfold.inputs import Strip
 from stripfold.plots.colours import BLACK, BLUE, FRICTION, GREEN, GREY, GRIPPER, TOUCHING
 from stripfold.plots.stability_map import LEVELS, draw_map
 from stripfold.plots.style import CM, MILLI, around, equal_panels, figure, legend_above, styled
@@ -35,17 +36,19 @@ def html(plan: FoldingPlan) -> str:
     text = files("stripfold.plots").joinpath("templates/plan.html").read_text(encoding="utf-8")
     template = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined).from_string(text)
     choice, asked, distances = plan.choice, plan.asked, distances_along(plan)
+    worst = int(np.nanargmin(np.nanmin(distances, axis=1)))
     return template.render(
-        title=f"{plan.path.name} path for a strip of {asked.length:g} m",
+        title=f"A gripper path for a strip of {asked.length:g} m",
         plan=plan,
         asked=asked,
         duration=float(plan.waypoints[-1, 0]),
         highest=float(plan.waypoints[:, 2].max()),
         with_friction=choice.friction_needed is not None,
+        worst=worst,
         cases=list(zip(asked.strips, choice.verdicts, [_nearest(plan, one) for one in distances], strict=True)),
         frame=FRAME,
         grasp=GRASP,
-        map=_svg(draw_places(plan)),
+        map=_svg(draw_places(plan, asked.strips[worst])),
         strip=_svg(plan.plot()),
         along=_svg(draw_along(plan, distances)),
         version=stripfold.__version__,
@@ -76,11 +79,10 @@ def _nearest(plan: FoldingPlan, distance: Array) -> dict[str, float]:
 
 
 @styled
-def draw_places(plan: FoldingPlan) -> Figure:
-    """The path on the stability map of the largest eta_b, the worst one."""
-    softest = plan.asked.strips[-1]
-    unit = CM * softest.gravity_length
-    found = gripper_map(softest.length / softest.gravity_length)
+def draw_places(plan: FoldingPlan, strip: Strip) -> Figure:
+    """The path on the stability map of one of its strips."""
+    unit = CM * strip.gravity_length
+    found = gripper_map(strip.length / strip.gravity_length)
     curves = {name: unit * curve for name, curve in found.curves.items()}
     fig, (ax,) = equal_panels([around(np.vstack(list(curves.values())))], above=0.7)
     advance, z = found.grid
