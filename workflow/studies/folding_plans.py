@@ -168,15 +168,15 @@ def _critical_points() -> tuple[Array, Array, Array]:
 
 
 def _no_r_path(asked: FoldingPlan) -> bool:
-    """Whether one strip is lost on it without friction, or with so much less that nothing is to spare."""
-    path, moment = paths.r_path(asked), asked.friction_moment
-    if moment is not None:
-        given, kept = moment, asked.margin * asked.material.force_scale / DELAY
+    """Whether one strip is lost on it without friction, or with so much less that nothing is to spare, or folds badly."""
+    path, given, moment = paths.r_path(asked), asked.friction_moment, None
+    if given is not None:
+        kept = asked.margin * asked.material.force_scale / DELAY
         moment = min(given - kept, given / SPARE) / NARROW
         if moment <= 0.0:
             return True
-        off = [_verdict(asked, strip, path, given).shape_error / strip.gravity_length for strip in asked.strips]
-        if max(off) > ACCURATE:
-            return True
     # The softest strip is usually lost, and early.
-    return any(not follows(asked, strip, path, moment) for strip in reversed(asked.strips))
+    if any(not follows(asked, strip, path, moment) for strip in reversed(asked.strips)):
+        return True
+    off = [_verdict(asked, strip, path, given).shape_error / strip.gravity_length for strip in asked.strips]
+    return max(off) > ACCURATE

@@ -23,6 +23,9 @@ NARROW = 1.15
 """Ratio of the bracket's ends at which the search ends."""
 START = 0.03
 """M_0 from which to search, rho_a g L*^2 for each L* by which the longest strip is longer than the shortest."""
+SHORT = 13.0
+"""Length, L*, of strips of which the softest needs most, as it is pushed too far; of longer ones it is the stiffest,
+whose sag comes down too late."""
 MOST, LEAST = 2.0, 1e-3
 """Largest and least M_0 tried, rho_a g L*^2: beyond those of fabrics."""
 STEPS = {"lift": 1.0, "carry": 0.25, "roll": 0.05, "lay": 0.25}
@@ -46,7 +49,7 @@ def needed(strips: Sequence[Followed], yield_curvature: float | None) -> Needed 
     Parameters
     ----------
     strips
-        Of one width and weight, the given one in the middle.
+        Of one width and weight, the stiffest first, the given one in the middle.
     yield_curvature
         kappa_y, 1/m.
 
@@ -60,7 +63,8 @@ def needed(strips: Sequence[Followed], yield_curvature: float | None) -> Needed 
     in_star = [length / material.gravity_length for material, length, _ in strips]
     start = scale * max(START * (max(in_star) - min(in_star)), 10.0 * LEAST)
     fails, suffices = 0.0, 0.0
-    for strip in strips:
+    # The one that needs most comes first: the others then hold with what it needs.
+    for strip in strips if min(in_star) > SHORT else reversed(strips):
         if suffices and _holds(strip, suffices, yield_curvature):
             continue
         # What the strips before need is too little for this one.

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -164,7 +165,7 @@ class _Chooser:
             unit = strip.gravity_length
             with_it = f"with eta_b = {strip.eta_b:.4g} the rod"
             curve = scaled(candidate.path, unit)
-            friction: dict[str, float | None] = {}
+            friction: dict[str, Any] = {}
             if candidate.needed is not None:
                 friction = {"hysteresis": asked.friction_moment, "yield_curvature": asked.yield_curvature}
                 friction["step"] = STEP * unit
