@@ -168,8 +168,9 @@ def _critical_points() -> tuple[Array, Array, Array]:
 
 
 def _no_r_path(asked: FoldingPlan) -> bool:
-    """Whether one strip is lost on it without friction, or with so much less that nothing is to spare, or folds badly."""
-    path, given, moment = paths.r_path(asked), asked.friction_moment, None
+    """Whether one strip is lost without friction, or with so much less that nothing is to spare, or folded off."""
+    path, given = paths.r_path(asked), asked.friction_moment
+    moment: float | None = None
     if given is not None:
         kept = asked.margin * asked.material.force_scale / DELAY
         moment = min(given - kept, given / SPARE) / NARROW
