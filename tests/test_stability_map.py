@@ -11,7 +11,7 @@ import xarray as xr
 
 import stripfold as sf
 from plots import stability_map as figure
-from stripfold import elastica, stability_map
+from stripfold import elastica
 from stripfold.analysis.gripper_map import GripperMap, gripper_map
 from stripfold.analysis.path_statics import follow
 from stripfold.analysis.static import StripModel, solve_height
@@ -37,7 +37,7 @@ def found() -> GripperMap:
 @pytest.fixture(autouse=True)
 def small_grid(monkeypatch) -> None:
     """To save time."""
-    monkeypatch.setattr(stability_map, "GRID", (30, 5))
+    monkeypatch.setattr("stripfold.analysis.gripper_map.GRID", (30, 5))
 
 
 def test_boundaries_against_states_found_alone(found: GripperMap) -> None:

@@ -6,7 +6,11 @@ import argparse
 
 from stripfold.cli_commands import STRIP, Say, _given, _lines, _options, _output
 from stripfold.errors import InvalidInputError
+from stripfold.extras import require
 from stripfold.json_output import as_json
+
+FILES = {"csv": ".csv", "json": ".json", "report": ".html"}
+"""Options that name a file, and how its name ends."""
 
 
 def options(parser: argparse.ArgumentParser) -> None:
@@ -21,21 +25,25 @@ def options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--csv", metavar="PATH.csv", help="write the path there: t,x,z,angle in s, m, m and degrees")
     text = "the plan with the path as one JSON object: printed, or written there"
     parser.add_argument("--json", nargs="?", const=True, metavar="PLAN.json", help=text)
+    text = "write a page there: map, path, margin along the path, worst case, reasons"
+    parser.add_argument("--report", metavar="PLAN.html", help=text)
 
 
 def plan(arguments: argparse.Namespace, say: Say) -> str:
     from stripfold.inputs import FoldingPlan as Asked
 
     # Checked before anything is computed.
-    given = {kind: getattr(arguments, kind) for kind in ("csv", "json")}
-    targets = {kind: _output(name, "", f".{kind}") for kind, name in given.items() if isinstance(name, str)}
+    given = {suffix: getattr(arguments, kind) for kind, suffix in FILES.items()}
+    targets = {suffix: _output(name, "", suffix) for suffix, name in given.items() if isinstance(name, str)}
+    if arguments.report is not None:
+        require("plot")
     asked = Asked(**_given(arguments, Asked) | _friction(arguments.friction_moment))
     from stripfold.folding_plan import FoldingPlan
 
     found = FoldingPlan.of(asked, say)
-    writers = {"csv": found.to_csv, "json": found.to_json}
-    for kind, target in targets.items():
-        writers[kind](target)
+    writers = {".csv": found.to_csv, ".json": found.to_json, ".html": found.report}
+    for suffix, target in targets.items():
+        writers[suffix](target)
     if arguments.json is True:
         return as_json(found.to_dict())
     return f"{found}\n{_lines([('written', str(target)) for target in targets.values()])}".rstrip()

@@ -6,7 +6,7 @@ from importlib.util import find_spec
 
 from stripfold.errors import MissingExtraError
 
-MODULES = {"plot": ("matplotlib",), "vision": ("av", "cv2", "jinja2", "matplotlib", "PIL", "skimage")}
+MODULES = {"plot": ("jinja2", "matplotlib"), "vision": ("av", "cv2", "jinja2", "matplotlib", "PIL", "skimage")}
 """Modules by the extra that installs them."""
 
 

@@ -85,6 +85,11 @@ class FoldingPlan(Result):
         return self.choice.path
 
     @property
+    def travelled(self) -> Array:
+        """Length travelled at the waypoints, m."""
+        return self.path.gravity_length * self.path.curve.sampled(SPACING)[0]
+
+    @property
     def margin(self) -> float:
         """Least distance of the gripper from where the strip snaps with the worst eta_b, m."""
         return self.choice.margin
@@ -133,6 +138,12 @@ class FoldingPlan(Result):
             ("motion", f"{self.waypoints[-1, 0]:.3g} s, {len(self.waypoints)} waypoints"),
             ("time", f"{self.seconds:.2f} s"),
         ]
+
+    def report(self, file: str | os.PathLike[str]) -> None:
+        """Write a page with map, path, margin along it, worst case and reasons: one HTML file (docs/plan.md)."""
+        from stripfold.plots import plan
+
+        store.write_text(plan.html(self), file)
 
     def to_dict(self) -> dict[str, Any]:
         names = ("touch_x", "shape_error", "peak_force", "peak_hold")

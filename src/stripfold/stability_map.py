@@ -20,9 +20,6 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-GRID = 64, 24
-"""Numbers of places of the stored grid along x and z: less than L* apart for a strip of 20 L*."""
-
 
 @dataclass(frozen=True, eq=False)
 class StabilityMap(Result):
@@ -57,7 +54,7 @@ class StabilityMap(Result):
         say = progress or (lambda _: None)
         say("boundaries")
         found = gripper_map(strip.length_star)
-        advance, heights = _grid(found)
+        advance, heights = found.grid
         rows = []
         for z in heights:
             say(f"height {z * strip.gravity_length:.3g} m")
@@ -118,7 +115,7 @@ class StabilityMap(Result):
 
     def to_dataset(self) -> xr.Dataset:
         found, material = self.in_star, self.strip.material
-        advance, heights = _grid(found)
+        advance, heights = found.grid
         places = np.meshgrid(advance, heights)
         grid, half = ("map_z", "map_x"), found.length / 2.0
         width = found.snap.advance - found.touch.at(found.snap.z)
@@ -133,14 +130,8 @@ class StabilityMap(Result):
             "bistable_width": ("snap", width),
             "largest_barrier": ("snap", found.coefficient * np.maximum(width, 0.0) ** 1.5),
         }
-        curves = {
-            "snap": (found.snap.advance, found.snap.z),
-            "sag_touch": (found.touch.advance, found.touch.z),
-            "lifted": tuple(found.lifted.T),
-            "lifted_landed": tuple(found.lifted_landed.T),
-        }
-        for name, (place, z) in curves.items():
-            values |= {f"{name}_x": (name, place - half), f"{name}_z": (name, z)}
+        for name, curve in found.curves.items():
+            values |= {f"{name}_x": (name, curve[:, 0]), f"{name}_z": (name, curve[:, 1])}
         attrs = {**material.attributes, "length": self.strip.length, "touch_limit": self.touch_limit}
         return schema.dataset(values, attrs, material.scales)
 
@@ -161,10 +152,3 @@ class StabilityMap(Result):
 
     def _places(self, rows: Array) -> Array:
         return (rows - (self.in_star.length / 2.0, 0.0)) * self.strip.gravity_length
-
-
-def _grid(found: GripperMap) -> tuple[Array, Array]:
-    """Advances and heights of the grid, L*: all places of the map but the floor and the highest."""
-    columns, rows = GRID
-    heights = found.lifted[:, 1].max() * np.arange(1, rows + 1) / (rows + 1)
-    return np.linspace(0.0, found.lifted_landed[-1, 0], columns), heights

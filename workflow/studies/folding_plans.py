@@ -8,7 +8,7 @@ that there is, less what is to spare.  Source: docs/plan.md.
 
 from __future__ import annotations
 
-from functools import partial
+from functools import cache, partial
 from time import perf_counter
 from typing import Any
 
@@ -20,6 +20,7 @@ from stripfold.analysis.friction_needed import NARROW, SPARE
 from stripfold.analysis.path_choice import ACCURATE, DELAY, FREE, GIVING, LAID, LOWEST, SHARPEST, choose, scaled
 from stripfold.analysis.path_friction import STEP
 from stripfold.analysis.verdict import Verdict, assess_path
+from stripfold.arrays import Array
 from stripfold.errors import NoPathError
 from stripfold.inputs import FoldingPlan, Strip
 from stripfold.paths import FoldPath
@@ -36,7 +37,9 @@ REFINEMENT = 0.7
 """Factor on the elements' lengths and on the steps with friction of the second assessment."""
 REFUSED, FAILED = "none", "failed"
 SCANNED = 40
-"""Heights that are scanned."""
+"""Heights that are scanned for a low path."""
+SPACING = 0.05
+"""Of the heights of critical points scanned, L*."""
 
 
 def case(number: int, seed: int) -> FoldingPlan:
@@ -144,27 +147,37 @@ def _no_triangular(asked: FoldingPlan) -> bool:
     """Whether its second edge comes within the margin of critical points of the softest strip, before the touch."""
     unit = asked.strips[-1].gravity_length
     length, limit = asked.length / unit, elastica.touch_limit()
-    ends = [elastica.critical(float(z)).state for z in np.linspace(limit + 1e-3, 0.5 * length, SCANNED)]
-    wall = np.array([(end.advance, end.gripper[1]) for end in ends if end.length < length])
+    heights, advance, free = _critical_points()
+    snaps = (heights > limit) & (heights <= 0.5 * length) & (free < length)
+    wall = np.column_stack([advance, heights])[snaps]
     z = np.linspace(0.5 * length, 0.0, 1000)
     edge = np.column_stack([length - z, z])
-    low = np.linspace(0.5, limit - 1e-3, SCANNED)
-    lands = edge[:, 0] > np.interp(z, low, [elastica.critical(float(height)).state.advance for height in low])
+    lands = edge[:, 0] > np.interp(z, heights[heights < limit], advance[heights < limit])
     edge = edge[: int(np.argmax(lands & (z < limit)))]
     beyond = edge[:, 0] > np.interp(edge[:, 1], wall[:, 1], wall[:, 0], left=np.inf, right=np.inf)
     away = np.linalg.norm(edge[:, None] - wall, axis=2).min()
     return bool(beyond.any() or away <= asked.margin / unit + wall[1, 1] - wall[0, 1])
 
 
+@cache
+def _critical_points() -> tuple[Array, Array, Array]:
+    """Heights, and advances and free lengths where a strip snaps or touches: those of a long one, for all strips."""
+    heights = np.arange(0.5, 0.6 * LENGTH[1], SPACING)
+    ends = [elastica.critical(float(z)).state for z in heights]
+    return heights, np.array([end.advance for end in ends]), np.array([end.length for end in ends])
+
+
 def _no_r_path(asked: FoldingPlan) -> bool:
-    """Whether one strip is lost on it without friction, or with so much less that nothing is to spare."""
-    path, moment = paths.r_path(asked), asked.friction_moment
-    if moment is not None:
-        given, kept = moment, asked.margin * asked.material.force_scale / DELAY
+    """Whether one strip is lost without friction, or with so much less that nothing is to spare, or folded off."""
+    path, given = paths.r_path(asked), asked.friction_moment
+    moment: float | None = None
+    if given is not None:
+        kept = asked.margin * asked.material.force_scale / DELAY
         moment = min(given - kept, given / SPARE) / NARROW
         if moment <= 0.0:
             return True
-        off = [_verdict(asked, strip, path, given).shape_error / strip.gravity_length for strip in asked.strips]
-        if max(off) > ACCURATE:
-            return True
-    return any(not follows(asked, strip, path, moment) for strip in asked.strips)
+    # The softest strip is usually lost, and early.
+    if any(not follows(asked, strip, path, moment) for strip in reversed(asked.strips)):
+        return True
+    off = [_verdict(asked, strip, path, given).shape_error / strip.gravity_length for strip in asked.strips]
+    return max(off) > ACCURATE

@@ -28,7 +28,7 @@ from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
 from stripfold.errors import SolveError
 from stripfold.paths.curve import GripperPath
-from stripfold.paths.rpath import RPath
+from stripfold.paths.rpath import HalfFold
 from stripfold.problem import StripProblem
 from stripfold.solve.continuation import StepOptions
 from stripfold.solve.critical import CriticalPoint
@@ -247,12 +247,12 @@ def peak_forces(states: Sequence[Followed]) -> tuple[float, float]:
     return max(float(np.linalg.norm(grip)) for grip, _ in forces), max(abs(hold) for _, hold in forces)
 
 
-def shape_error(problem: StripProblem, point: Point | TimeState, plan: RPath) -> float:
-    """Largest distance of a state from the folded state that an R-path ends in, L*.
+def shape_error(problem: StripProblem, point: Point | TimeState, fold: HalfFold) -> float:
+    """Largest distance of a state from the folded one, L*.
 
-    The plan may be that of the part of a longer strip that is folded: from the gripped end on.
+    The fold may be that of the part of a longer strip that is folded: from the gripped end on.
     """
-    model, folded = problem.model, plan.states[-1]
+    model, folded = problem.model, fold.folded
     s = nodes(folded.length)
     apart = model.resampled_mid_surface(point.q, s) - folded.at(s)
     apart[:, 0] -= 0.5 * (folded.length - model.length)

@@ -1,20 +1,19 @@
-"""The least friction moment with which strips of several eta_b follow one path.
-
-A search on coarse elements; what is chosen by it is to be checked on finer ones.  Source: docs/plan.md.
-"""
+"""The least friction moment with which strips of several eta_b follow one R-path.  Source: docs/plan.md."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from math import sqrt
 
-from stripfold.analysis.path_friction import effects_of, load_incrementally
+from stripfold.analysis.path_friction import effects_of, load_incrementally_from, steps_on, with_effects
+from stripfold.analysis.path_statics import from_flat
 from stripfold.analysis.static import StripModel
 from stripfold.effects.hysteresis import YIELD_CURVATURE
 from stripfold.errors import LostStabilityError
 from stripfold.material import Material
 from stripfold.paths.curve import GripperPath
+from stripfold.problem import Motion
 
 Followed = tuple[Material, float, GripperPath]
 """A strip, its length, m, and the path in its L*."""
@@ -22,10 +21,18 @@ SPARE = 1.25
 """Friction that is there over what is needed, at least: the search is accurate to a tenth, M_0 seldom known better."""
 NARROW = 1.15
 """Ratio of the bracket's ends at which the search ends."""
+START = 0.03
+"""M_0 from which to search, rho_a g L*^2 for each L* by which the longest strip is longer than the shortest."""
+SHORT = 13.0
+"""Length, L*, of strips of which the softest needs most, as it is pushed too far; of longer ones it is the stiffest,
+whose sag comes down too late."""
 MOST, LEAST = 2.0, 1e-3
 """Largest and least M_0 tried, rho_a g L*^2: beyond those of fabrics."""
-COARSE, STEP = 2.0, 0.25
-"""Factor on the elements' lengths, and size of the steps, L*."""
+STEPS = {"lift": 1.0, "carry": 0.25, "roll": 0.05, "lay": 0.25}
+"""Size of the steps in the phases of an R-path, L*: where the sag of a stiff strip comes down, a tenth of L* decides
+between a touch and a snap."""
+REFINEMENT = 0.7
+"""Factor on the elements' lengths: with longer ones what is needed is a fifth off."""
 
 
 @dataclass(frozen=True)
@@ -36,38 +43,48 @@ class Needed:
     fails: float
 
 
-def needed(strips: Sequence[Followed], moment: float, yield_curvature: float | None) -> Needed | str:
+def needed(strips: Sequence[Followed], yield_curvature: float | None) -> Needed | str:
     """The least M_0, N, with which all strips follow their paths, or why none was found.
 
     Parameters
     ----------
     strips
-        Of one width and weight, the given one in the middle.
-    moment, yield_curvature
-        M_0 from which to search, N, and kappa_y, 1/m.
+        Of one width and weight, the stiffest first, the given one in the middle.
+    yield_curvature
+        kappa_y, 1/m.
 
     Raises
     ------
     SolveError
         A path could not be followed.
     """
-    order = list(strips)
     given, _, _ = strips[len(strips) // 2]
     scale = given.force_scale * given.gravity_length
-    fails, suffices, tried = 0.0, 0.0, min(moment, MOST * scale)
-    while True:
-        if tried > MOST * scale:
-            return f"no friction moment up to {fails:.3g} N holds the strip"
-        # One that is lost is tried first next time: it is likely to decide again.
-        lost = next((strip for strip in order if not _holds(strip, tried, yield_curvature)), None)
-        if lost is None:
-            suffices = tried
-        else:
-            fails = tried
-            order.sort(key=lambda strip: strip is not lost)
-        if suffices and (suffices <= NARROW * fails or suffices <= LEAST * scale):
-            return Needed(suffices, fails)
-        tried = 2.0 * tried if not suffices else tried / 2.0 if not fails else sqrt(fails * suffices)
+    in_star = [length / material.gravity_length for material, length, _ in strips]
+    start = scale * max(START * (max(in_star) - min(in_star)), 10.0 * LEAST)
+    fails, suffices = 0.0, 0.0
+    # The one that needs most comes first: the others then hold with what it needs.
+    for strip in strips if min(in_star) > SHORT else reversed(strips):
+        if suffices and _holds(strip, suffices, yield_curvature):
+            continue
+        # What the strips before need is too little for this one.
+        fails, suffices = suffices, 0.0
+        while not (suffices and (suffices <= NARROW * fails or suffices <= LEAST * scale)):
+            tried = _next(fails, suffices) or start
+            if tried > MOST * scale:
+                return f"no friction moment up to {fails:.3g} N holds the strip"
+            if _holds(strip, tried, yield_curvature):
+                suffices = tried
+            else:
+                fails = tried
+    return Needed(suffices, fails)
+
+
+def _next(fails: float, suffices: float) -> float:
+    """The next one to try: two bisections narrow a bracket; 0 where nothing is known yet."""
+    if fails and suffices:
+        return sqrt(fails * suffices)
+    return NARROW**4 * fails or suffices / NARROW**4
 
 
 def _holds(strip: Followed, moment: float, yield_curvature: float | None) -> bool:
@@ -76,11 +93,18 @@ def _holds(strip: Followed, moment: float, yield_curvature: float | None) -> boo
     unit = material.gravity_length
     kappa_y = YIELD_CURVATURE if yield_curvature is None else yield_curvature * unit
     effects = effects_of("hysteresis", moment / (material.force_scale * unit), kappa_y)
-    mesh = StripModel(length / unit, material.relative_thickness, kind="rod").contact_mesh(COARSE, memory=True)
+    model = StripModel(length / unit, material.relative_thickness, kind="rod")
+    first = with_effects(from_flat(model.contact_mesh(REFINEMENT, memory=True), path, model.length), effects)
     try:
-        for step in load_incrementally(mesh, path, effects, STEP):
+        for step in load_incrementally_from(first, _places(path, model.length)):
             if step.touches:
-                return True
+                break
     except LostStabilityError:
         return False
     return True
+
+
+def _places(path: GripperPath, length: float) -> Iterator[tuple[Motion, float]]:
+    """Where the steps end, with the gripper's motion there."""
+    for piece in path.pieces:
+        yield from steps_on(replace(path, pieces=(piece,)), length, STEPS[piece.name])

@@ -22,10 +22,8 @@ from stripfold.elastica.branch import points
 from stripfold.elastica.second_variation import smallest_eigenvalue
 from stripfold.elastica.state import State
 
-SAMPLES = 500
-"""Places on the snap boundary among which the nearest one is looked for; Newton's method makes it exact."""
-NEWTON_STEPS = 4
-"""Steps of that Newton's method: the samples are so dense that it converges in two."""
+GRID = 64, 24
+"""Numbers of places of the grid along x and z: less than L* apart for a strip of 20 L*."""
 MAX_STEP = 0.15
 """Largest step along a branch whose eigenvalues are interpolated, in arc length: they are then within 3e-3."""
 
@@ -55,6 +53,24 @@ class GripperMap:
         """C of the law of the energy barrier (:class:`.BistableRange`) at the states of the snap boundary."""
         return np.array([barrier_coefficient(state) for state in self.snap.states])
 
+    @property
+    def curves(self) -> dict[str, Array]:
+        """The boundaries by name, shape (n, 2) each: x with its origin mid-strip, and z."""
+        rows = {
+            "snap": np.column_stack([self.snap.advance, self.snap.z]),
+            "sag_touch": np.column_stack([self.touch.advance, self.touch.z]),
+            "lifted": self.lifted,
+            "lifted_landed": self.lifted_landed,
+        }
+        return {name: row - (self.length / 2.0, 0.0) for name, row in rows.items()}
+
+    @property
+    def grid(self) -> tuple[Array, Array]:
+        """Advances and heights of a grid of :data:`GRID`: all places of the map but the floor and the highest."""
+        columns, rows = GRID
+        heights = self.lifted[:, 1].max() * np.arange(1, rows + 1) / (rows + 1)
+        return np.linspace(0.0, self.lifted_landed[-1, 0], columns), heights
+
     def hanging(self, z: Array) -> tuple[Array, Array]:
         """Least and largest advance of a hanging strip at heights of any shape, nan where it cannot hang."""
         top = int(np.argmax(self.lifted[:, 1]))
@@ -71,16 +87,7 @@ class GripperMap:
 
     def margin(self, advance: Array, z: Array) -> Array:
         """Distance of places to the snap boundary, arrays of one shape; nan where the strip cannot hang."""
-        samples = np.linspace(self.snap.z[0], self.snap.z[-1], SAMPLES)
-        place, height = np.ravel(advance), np.ravel(z)
-        away = np.hypot(place[:, None] - self.snap.at(samples), height[:, None] - samples)
-        nearest = samples[np.argmin(away, axis=1)]
-        for _ in range(NEWTON_STEPS):
-            on, slope = self.snap.at(nearest), self.snap.slope_at(nearest)
-            nearest = nearest - ((on - place) * slope + nearest - height) / (1.0 + slope**2)
-            nearest = np.clip(nearest, samples[0], samples[-1])
-        distance = np.hypot(place - self.snap.at(nearest), height - nearest).reshape(np.shape(advance))
-        return np.where(self.hangs(advance, z), distance, np.nan)
+        return np.where(self.hangs(advance, z), self.snap.distance(advance, z), np.nan)
 
     def hangs(self, advance: Array, z: Array) -> Array:
         """Whether the strip can hang at places."""

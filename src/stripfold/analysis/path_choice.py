@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -22,7 +23,8 @@ from stripfold.inputs import FoldingPlan
 from stripfold.paths import FoldPath
 from stripfold.paths.curve import GripperPath
 from stripfold.paths.low_path import HIGHEST
-from stripfold.paths.rpath import LONGEST, plan_r_path, shortest_half_fold
+from stripfold.paths.rpath import LONGEST, half_fold, shortest_half_fold
+from stripfold.roots import root
 
 USUAL, LOWEST = 1.0, 0.6
 """Height of a low path where nothing else decides, and the least, L*: lower, wrinkles of half a millimetre grow."""
@@ -34,10 +36,12 @@ FREE = 5.8
 """Free length at the touch, L*, which gives beside what lies."""
 SPACING = 0.02
 """Spacing of places on a path at which its margin is taken, L*: half of it is a margin's error, at most."""
+HEIGHT = 1e-4
+"""Accuracy of the height at which a path snaps, L*."""
 ACCURATE = 0.1
 """Largest distance of the finished fold from the accurate one, L*: a millimetre or two of the strip's edge."""
-
-
+STEP = 0.25
+"""Size of the steps with friction, L*: the finished fold is then within 2e-4 L* of that with steps of a tenth."""
 LAID = 0.02
 """Height, L*, from which on a layer that comes down by itself at the end of its path counts as laid down."""
 DELAY = 8.0
@@ -100,11 +104,6 @@ class _Chooser:
         stiffest, given, softest = (strip.gravity_length for strip in self.asked.strips)
         return stiffest, given, softest
 
-    @cached_property
-    def map(self) -> GripperMap:
-        """That of the softest strip, which snaps at the lowest height and after the shortest way."""
-        return gripper_map(self.asked.length / self.units[-1])
-
     def low(self) -> _Candidate | Refusal:
         """As high as usual, within the limits for every eta_b."""
         asked, (stiffest, given, softest) = self.asked, self.units
@@ -125,15 +124,15 @@ class _Chooser:
 
     def triangular(self) -> _Candidate | Refusal:
         """Where the softest strip, relative to L* the longest, touches before it can snap."""
-        path, unit = paths.triangular(self.asked), self.units[-1]
-        margin = unit * margin_on(scaled(path, unit), self.map)
-        if margin < self.asked.margin:
-            shortfall = self.asked.margin - margin
-            if margin < 0.0:
-                why = f"it leaves the stable places {-1e3 * margin:.0f} mm above the touch limit"
-            else:
-                why = f"its margin is {1e3 * margin:.1f} mm"
-            return Refusal("triangular", why, shortfall)
+        asked, unit = self.asked, self.units[-1]
+        above = unit * snaps_above(asked.length / unit)
+        if above > 0.0:
+            why = f"it leaves the stable places {1e3 * above:.0f} mm above the touch limit"
+            return Refusal("triangular", why, asked.margin + above)
+        path = paths.triangular(asked)
+        margin = unit * margin_on(scaled(path, unit), gripper_map(asked.length / unit))
+        if margin < asked.margin:
+            return Refusal("triangular", f"its margin is {1e3 * margin:.1f} mm", asked.margin - margin)
         return _Candidate(path, margin, "the strip is so short that its sag lands before it can snap")
 
     def r_path(self) -> _Candidate | Refusal:
@@ -144,7 +143,7 @@ class _Chooser:
         path = paths.r_path(asked)
         strips = [(strip.material, strip.length, scaled(path, strip.gravity_length)) for strip in asked.strips]
         try:
-            found = needed(strips, asked.friction_moment, asked.yield_curvature)
+            found = needed(strips, asked.yield_curvature)
         except SolveError as error:
             return Refusal("r-path", f"what friction it needs could not be found: {error}")
         if isinstance(found, str):
@@ -161,20 +160,20 @@ class _Chooser:
 
     def checked(self, candidate: _Candidate) -> tuple[Verdict, ...] | str:
         """The rod's verdicts with the three eta_b, or what is wrong with one of them."""
-        found = []
-        for strip in self.asked.strips:
+        asked, found = self.asked, []
+        for strip in asked.strips:
             unit = strip.gravity_length
             with_it = f"with eta_b = {strip.eta_b:.4g} the rod"
             curve = scaled(candidate.path, unit)
-            moment = None if candidate.needed is None else self.asked.friction_moment
-            kappa_y = self.asked.yield_curvature
+            friction: dict[str, Any] = {}
+            if candidate.needed is not None:
+                friction = {"hysteresis": asked.friction_moment, "yield_curvature": asked.yield_curvature}
+                friction["step"] = STEP * unit
             try:
-                verdict = assess_path(
-                    strip.material, strip.length, curve, model="rod", hysteresis=moment, yield_curvature=kappa_y
-                )
+                verdict = assess_path(strip.material, strip.length, curve, model="rod", **friction)
             except SolveError as error:
                 return f"{with_it} cannot be followed: {error}"
-            if not verdict.stable and moment is not None:
+            if not verdict.stable and friction:
                 verdict = _laid(verdict, curve, unit)
             if not verdict.stable:
                 event = verdict.critical[0]
@@ -199,7 +198,7 @@ def _laid(verdict: Verdict, path: GripperPath, unit: float) -> Verdict:
     if not (event["z"] <= LAID * unit and abs(event["x"] - end[0]) <= LAID * unit):
         return verdict
     problem, last = verdict.states[-1]
-    off = unit * shape_error(problem, last, plan_r_path(problem.model.length))
+    off = unit * shape_error(problem, last, half_fold(problem.model.length))
     return replace(verdict, stable=True, critical=(), completed=True, shape_error=off)
 
 
@@ -239,16 +238,24 @@ def scaled(path: FoldPath, unit: float) -> GripperPath:
     return path.curve.scaled(path.gravity_length / unit)
 
 
-def margin_on(path: GripperPath, places: GripperMap) -> float:
-    """Least distance of a path from the snap boundary up to where the sag lands, L*.
+def snaps_above(length: float) -> float:
+    """Height over the touch limit at which a strip snaps on its triangular path, L*; 0 where it lands before."""
 
-    Negative where a path leaves the places of hanging strips above the touch limit: by how much above.
-    """
+    def beyond(z: float) -> float:
+        """How far the second edge is past the snap boundary at a height."""
+        return length - z - elastica.critical(z).state.advance
+
+    limit = elastica.touch_limit()
+    # At the limit itself the critical state is as near to a snap as to a touch.
+    lowest = limit * (1.0 + 1e-9)
+    return root(beyond, lowest, length / 2.0, HEIGHT) - limit if beyond(lowest) > 0.0 else 0.0
+
+
+def margin_on(path: GripperPath, places: GripperMap) -> float:
+    """Least distance of a path, which lands, from the snap boundary up to there, L*."""
     _, positions = path.sampled(SPACING)
     # The end of a path may lie below the floor by rounding.
     advance, z = positions[:, 0] + places.length / 2.0, np.maximum(positions[:, 1], 0.0)
     beyond = advance > places.hanging(z)[1]
     end = int(np.argmax(beyond)) if beyond.any() else len(z)
-    if end < len(z) and z[end] > places.snap.z[0]:
-        return float(places.snap.z[0] - z[end])
     return float(np.nanmin(places.margin(advance[:end], z[:end])))

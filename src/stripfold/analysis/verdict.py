@@ -28,7 +28,7 @@ from stripfold.effects.hysteresis import YIELD_CURVATURE
 from stripfold.errors import InvalidInputError, SolveError
 from stripfold.material import Material
 from stripfold.paths.curve import GripperPath
-from stripfold.paths.rpath import RPath, plan_r_path
+from stripfold.paths.rpath import HalfFold, half_fold
 from stripfold.problem import StripProblem
 from stripfold.simulation import Release
 from stripfold.solve.problem import Point
@@ -202,12 +202,12 @@ def _verdict(
     problem, last = states[-1]
     peak_force, peak_hold = peak_forces(states)
     completed = abs(last.lam - path.length) < 1e-6
-    plan, fold_line = _plan(folded_length), 0.5 * (folded_length - strip.length)
-    planned, landing = (plan.first_touch, plan.landing) if plan else (float("nan"), float("nan"))
+    fold, fold_line = _fold(folded_length), 0.5 * (folded_length - strip.length)
+    planned, landing = (fold.first_touch, fold.landing) if fold else (float("nan"), float("nan"))
     planned, landing = planned + fold_line, landing + fold_line
     end = np.array([fold_line + folded_length / 2.0, 0.0])
     ends_folded = np.linalg.norm(path.position(path.length) - end) <= AT_END * strip.length
-    folded = plan if completed and ends_folded else None
+    reached = fold if completed and ends_folded else None
     critical = []
     for event in events:
         x, z = unit * path.position(event["travelled"])
@@ -220,7 +220,7 @@ def _verdict(
         planned_touch_x=unit * planned,
         touch_error=unit * (touch - planned),
         landing_x=unit * landing,
-        shape_error=unit * (shape_error(problem, last, folded) if folded else float("nan")),
+        shape_error=unit * (shape_error(problem, last, reached) if reached else float("nan")),
         lying_length=unit * lying_length(problem, last),
         peak_force=force * peak_force,
         peak_hold=force * peak_hold,
@@ -231,9 +231,9 @@ def _verdict(
     )
 
 
-def _plan(length: float) -> RPath | None:
+def _fold(length: float) -> HalfFold | None:
     """The accurate fold of a strip of this length, L*; none of one too short or too long for it."""
     try:
-        return plan_r_path(length)
+        return half_fold(length)
     except InvalidInputError:
         return None

@@ -31,6 +31,10 @@ STEP = 0.03
 """Largest step along a boundary, in arc length: the cubics between its points are then within 1e-7 L* of it."""
 TAUT = 200.0
 """Horizontal force, rho_a g L*, from which a strip counts as a string without stiffness: within 1e-5 L*."""
+SAMPLES = 500
+"""Places on a boundary among which the nearest one is looked for; Newton's method makes it exact."""
+NEWTON_STEPS = 4
+"""Steps of that Newton's method: the samples are so dense that it converges in two."""
 LENGTHS = 7.0, 100.0
 """Tested lengths of the whole strip, L*: longer than the shortest that can be folded in half."""
 LOWEST = 1e-3
@@ -78,6 +82,19 @@ class Boundary:
     def slope_at(self, z: Array) -> Array:
         """Its derivative over the height, greater than 0; nan outside."""
         return np.asarray(self._curve(z**0.25, 1) / (4.0 * z**0.75))
+
+    def distance(self, advance: Array, z: Array) -> Array:
+        """Distance of places, two arrays of one shape, from it; negative behind it, at a larger advance."""
+        samples = np.linspace(self.z[0], self.z[-1], SAMPLES)
+        place, height = np.ravel(advance), np.ravel(z)
+        away = np.hypot(place[:, None] - self.at(samples), height[:, None] - samples)
+        nearest = samples[np.argmin(away, axis=1)]
+        for _ in range(NEWTON_STEPS):
+            on, slope = self.at(nearest), self.slope_at(nearest)
+            nearest = nearest - ((on - place) * slope + nearest - height) / (1.0 + slope**2)
+            nearest = np.clip(nearest, samples[0], samples[-1])
+        distance = np.hypot(place - self.at(nearest), height - nearest)
+        return np.where(place > self.at(height), -distance, distance).reshape(np.shape(advance))
 
 
 def snap_boundary(length: float) -> Boundary:

@@ -93,8 +93,32 @@ class PlannedState:
 
 
 @dataclass(frozen=True, eq=False)
-class RPath:
-    """A planned R-path.
+class HalfFold:
+    """The accurate half fold of a strip, and where its sag first touches on the way there; lengths in L*.
+
+    Parameters
+    ----------
+    folded
+        The folded state.
+    lying_length
+        Length that lies in it, from the held end to the lift-off.
+    first_touch, landing
+        x of the first contact of layers, and of the landing point of the folded state.
+    free
+        States with this lying length and the sag off the lower layer, from the one without horizontal force to the
+        first touch.
+    """
+
+    folded: PlannedState
+    lying_length: float
+    first_touch: float
+    landing: float
+    free: tuple[State, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class RPath(HalfFold):
+    """A planned R-path to a half fold.
 
     Parameters
     ----------
@@ -102,18 +126,11 @@ class RPath:
         The gripper's path; its pieces are the phases.
     states, travelled
         The planned states, in order, and the length travelled at each.
-    lying_length
-        Length that lies from the end of the first phase on, L*.
-    first_touch, landing
-        x of the first contact of layers, and of the landing point of the folded state.
     """
 
     path: GripperPath
     states: tuple[PlannedState, ...]
     travelled: Array
-    lying_length: float
-    first_touch: float
-    landing: float
 
     def mid_surface(self, travelled: float, s: Array) -> Array:
         """Planned positions (x, z), shape (m, 2), at the distances ``s``, shape (m,), from the grasped end.
@@ -140,8 +157,8 @@ def check_half_fold(length: float) -> None:
 
 
 @lru_cache(maxsize=4)
-def plan_r_path(length: float) -> RPath:
-    """Plan for a strip of the given length, L*.
+def half_fold(length: float) -> HalfFold:
+    """The half fold of a strip of the given length, L*.
 
     Raises
     ------
@@ -152,14 +169,37 @@ def plan_r_path(length: float) -> RPath:
 
     Examples
     --------
-    >>> plan = plan_r_path(20.0)
-    >>> round(plan.lying_length, 6), round(plan.landing, 6)
+    >>> fold = half_fold(20.0)
+    >>> round(fold.lying_length, 6), round(fold.landing, 6)
     (8.900575, 3.584045)
     """
     check_half_fold(length)
-    loop, half = elastica.folded_loop(), length / 2.0
-    free = length - elastica.half_fold_lying_length(length)
-    lift_off = free - half
+    loop, half, lying = elastica.folded_loop(), length / 2.0, elastica.half_fold_lying_length(length)
+    lift_off = half - lying
+    free = tuple(states_fixed_lift_off(length - lying))
+    sag = free[-1].sag
+    assert sag is not None  # it is in contact
+    return HalfFold(
+        folded=PlannedState((Part(loop.state, lift_off, -1.0),), (half, 0.0), length),
+        lying_length=lying,
+        first_touch=lift_off - float(free[-1].at(sag.s).x),
+        landing=lift_off + loop.offset,
+        free=free,
+    )
+
+
+@lru_cache(maxsize=4)
+def plan_r_path(length: float) -> RPath:
+    """Plan for a strip of the given length, L*; errors are those of :func:`half_fold`.
+
+    Examples
+    --------
+    >>> [piece.name for piece in plan_r_path(20.0).path.pieces]
+    ['lift', 'carry', 'roll', 'lay']
+    """
+    fold, half = half_fold(length), length / 2.0
+    lift_off = half - fold.lying_length
+    free = length - fold.lying_length
 
     def planned(*parts: Part) -> PlannedState:
         return PlannedState.of(length, *parts)
@@ -167,27 +207,21 @@ def plan_r_path(length: float) -> RPath:
     flat = PlannedState((), (-half, 0.0), length)
     lifted = states_no_horizontal_force(free)
     lift = [flat, *(planned(Part(state, state.length - half, -1.0)) for state in lifted)]
-    free_states = list(states_fixed_lift_off(free))
-    carry = [planned(Part(state, lift_off, -1.0)) for state in free_states]
-    contacts = states_point_contact(free_states[-1])
+    carry = [planned(Part(state, lift_off, -1.0)) for state in fold.free]
+    contacts = states_point_contact(fold.free[-1])
     roll = [planned(Part(c.loop, lift_off, -1.0), Part(c.upper, lift_off, -1.0)) for c in contacts]
-    folded = Part(loop.state, lift_off, -1.0)
-    upper = [Part(state, half - state.length, 1.0) for state in states_no_horizontal_force(free - loop.arc)]
+    (loop,) = fold.folded.parts
+    upper = [Part(state, half - state.length, 1.0) for state in states_no_horizontal_force(free - loop.state.length)]
     # Each phase begins with the last state of the one before: here of `roll`, with the longest upper part.
-    lay = [roll[-1], *(planned(folded, part) for part in upper[-2::-1])]
-    lay.append(PlannedState((folded,), (half, 0.0), length))
+    lay = [roll[-1], *(planned(loop, part) for part in upper[-2::-1]), fold.folded]
     phases = {"lift": lift, "carry": carry, "roll": roll, "lay": lay}
     points = {name: np.array([state.gripper for state in states]) for name, states in phases.items()}
     pieces = pieces_through(points.items())
-    sag = free_states[-1].sag
-    assert sag is not None  # it is in contact
     at_states = np.concatenate([polygon_length(points[piece.name], piece.start) for piece in pieces])
     at_states.flags.writeable = False  # the plan is cached
     return RPath(
-        GripperPath("r-path", pieces),
-        tuple(state for states in phases.values() for state in states),
-        at_states,
-        lying_length=half - lift_off,
-        first_touch=lift_off - float(free_states[-1].at(sag.s).x),
-        landing=lift_off + loop.offset,
+        **vars(fold),
+        path=GripperPath("r-path", pieces),
+        states=tuple(state for states in phases.values() for state in states),
+        travelled=at_states,
     )
