@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import diags_array
+from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 from skimage.filters import apply_hysteresis_threshold, threshold_otsu
 from skimage.graph import pixel_graph
@@ -161,6 +161,9 @@ def _strip_path(skeleton: Mask, least: float) -> Index:
     layer below, the loop behind: off that path and at least ``least`` long.
     """
     graph, nodes = pixel_graph(skeleton, connectivity=2)
+    # dijkstra needs indices of 32 bits, and old versions of SciPy do not convert them.
+    indices, starts = graph.indices.astype(np.int32), graph.indptr.astype(np.int32)
+    graph = csr_array((graph.data, indices, starts), graph.shape)
     places = np.column_stack(np.unravel_index(nodes, skeleton.shape))
     end = 0
     for _ in range(3):
@@ -176,7 +179,8 @@ def _strip_path(skeleton: Mask, least: float) -> Index:
     one = _back(back, far)
     # The other way round the loop avoids the first one.
     used = np.where(np.isin(np.arange(len(places)), one), REUSED, 1.0)
-    detour = diags_array(used) @ graph @ diags_array(used)
+    row = np.repeat(np.arange(len(places)), np.diff(starts))
+    detour = csr_array((graph.data * used[row] * used[indices], indices, starts), graph.shape)
     _, back, _ = dijkstra(detour, directed=False, indices=path, return_predecessors=True, min_only=True)
     other = _back(back, far)
     if np.isin(other, one).mean() > 0.5:
