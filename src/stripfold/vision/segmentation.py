@@ -20,7 +20,7 @@ from skimage.measure import label, regionprops
 from skimage.morphology import skeletonize
 
 from stripfold.arrays import Array, Index, Mask, Picture
-from stripfold.vision.cross_sections import arc_length, cutoff_of
+from stripfold.vision.cross_sections import arc_length, cutoff_of, normals
 from stripfold.vision.smoothing import smoothed
 
 WORKING_SIZE = 1300
@@ -33,6 +33,8 @@ HAIR = 1.5
 """Largest half width of a hair, pixels."""
 MIN_LOOP = 2.0
 """Least distance of a loop's far end from the rest of a strip, in its widths."""
+OUTSIDE = 3.0
+"""How far beside a band the background is looked at, pixels of the picture that is segmented."""
 REUSED = 10.0
 """Factor on the length of a way that has been gone already."""
 
@@ -103,6 +105,24 @@ def foreground(image: Picture, bright: bool) -> tuple[Mask, Array]:
 def closed(mask: Mask) -> NDArray[np.uint8]:
     """The mask without holes of a pixel or two."""
     return np.asarray(cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8)), np.uint8)
+
+
+def enclosed_share(image: Picture, points: Array, widths: Array, bright: bool) -> float:
+    """Share of a line's points, shape (n, 2), that have different pieces of the background on their two sides.
+
+    It is 0 along a strip with a free end, around which both sides are connected, and large along a closed outline.
+    ``widths``, shape (n,), are those of the band; pixels of ``image``, shape (h, w).
+    """
+    small, scale = reduced(image)
+    pieces = label(closed(foreground(small, bright)[0]) == 0, connectivity=1)
+    away = (0.5 * widths + OUTSIDE * scale.mean())[:, None] * normals(points)
+    sides = []
+    for place in (points - away, points + away):
+        column, row = np.rint((place + 0.5) / scale - 0.5).astype(int).T
+        inside = (row >= 0) & (row < pieces.shape[0]) & (column >= 0) & (column < pieces.shape[1])
+        sides.append(np.where(inside, pieces[row * inside, column * inside], 0))
+    left, right = sides
+    return float(np.mean((left != right) & (left > 0) & (right > 0)))
 
 
 def _background(image: Picture) -> Array:
