@@ -182,6 +182,17 @@ def test_a_jump(film: list[Picture]) -> None:
         np.testing.assert_allclose(grip.centre, position(TIMES)[k] + border, atol=0.03)
 
 
+def test_frames_that_repeat_the_one_before_differ_from_it_by_their_coding(film: list[Picture]) -> None:
+    rng = np.random.default_rng(6)
+    repeats = [5, 14, 20, 21, 36]
+    shown = list(film)
+    for k in repeats:
+        noise = rng.normal(0.0, 1.0, film[k].shape)
+        shown[k] = np.clip(np.rint(shown[k - 1] + noise), 0, 255).astype(np.uint8)
+    assert np.flatnonzero(gripper.repeated(follow(shown))).tolist() == repeats
+    assert not gripper.repeated(follow(film)).any()
+
+
 def test_lost(film: list[Picture]) -> None:
     with pytest.raises(TrackingError, match="first frame") as caught:
         follow([PLAIN, *film[1:]])

@@ -35,11 +35,11 @@ from studies.recordings_common import event_of
 Made = tuple[Recording, Calibration, Tracks]
 
 
-def made(folder: Path, **motion: Any) -> Made:
+def made(folder: Path, filming: dict[str, Any] | None = None, **motion: Any) -> Made:
     scene = Scene(
         strip={"length": 0.45, "eta_b": 3780.0},
         gripper={"height": 0.1, "speed": 0.005},
-        filming={"size": [320, 240], "frame_rate": 25.0, "codec": "mjpeg", "log_offset": 0.3},
+        filming={"size": [320, 240], "frame_rate": 25.0, "codec": "mjpeg", "log_offset": 0.3} | (filming or {}),
         motion={"law": "parabolic", "before": 0.012, "after": 0.5} | motion,
         seed=4,
     )
@@ -104,6 +104,17 @@ def test_frames_that_repeat_the_one_before_do_not_move_the_clock(snapping: Made,
     assert clock is not None
     assert found.clock is not None
     assert clock.offset == pytest.approx(found.clock.offset, abs=found.clock.sd)
+
+
+def test_repeated_frames_of_a_film_that_codes_changes_are_noticed(tmp_path: Path):
+    asked, _, tracks = made(tmp_path / "recording", {"codec": "mpeg4", "container": "mp4", "doubled": 0.1})
+    shown = np.array(json.loads((asked.folder / "truth.json").read_text(encoding="utf-8"))["frames"]["shown"])
+    first, last = snap.steady_advance(tracks.grip_time, tracks.gripped_end[:, 0])
+    moving = (tracks.timing.time > first) & (tracks.timing.time < last)
+    repeated = moving & (np.diff(shown, prepend=-1.0) <= 0.0)
+    assert repeated.sum() > 5
+    np.testing.assert_array_equal(tracks.timing.doubled[moving], repeated[moving])
+    assert any("frames repeat the one before" in text for text in tracks.timing.problems)
 
 
 def test_video_and_log_agree_and_without_a_log_the_video_serves(

@@ -133,7 +133,6 @@ def test_doubled_frames(tmp_path: Path) -> None:
     path = write_video(tmp_path / "d.mkv", "ffv1", shown, range(5), Fraction(1, 25))
     with video.read(path) as reader:
         assert [frame.doubled for frame in reader] == [False, False, True, False, False]
-    assert reader.report.doubled == 1
 
 
 @pytest.mark.parametrize("suffix", ["png", "jpg"])
@@ -379,9 +378,6 @@ def test_regular_frames() -> None:
     found = timing.timing(np.arange(100) / 30.0, np.zeros(100, dtype=bool))
     assert found.period == pytest.approx(1 / 30)
     assert found.problems == ()
-    assert found.spacing(0.51) == pytest.approx(1 / 30)
-    assert found.spacing(99 / 30) == pytest.approx(1 / 30)
-    assert found.spacing(5.0) == found.spacing(-1.0) == float("inf")
 
 
 def test_dropped_and_doubled_frames() -> None:
@@ -391,9 +387,7 @@ def test_dropped_and_doubled_frames() -> None:
     found = timing.timing(time, doubled)
     assert found.dropped.tolist() == [40, 68]
     assert not found.variable
-    assert found.spacing(40.5 / 30) == pytest.approx(3 / 30)
-    assert found.spacing(9.5 / 30) == pytest.approx(2 / 30)
-    assert found.problems == ("frames are missing in 2 places",)
+    assert found.problems == ("1 frames repeat the one before", "frames are missing in 2 places")
 
 
 def test_a_rate_that_varies() -> None:

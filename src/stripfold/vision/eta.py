@@ -20,6 +20,7 @@ from stripfold.vision.cantilever import Cantilever
 from stripfold.vision.centreline import Centreline, find
 from stripfold.vision.cross_sections import normals
 from stripfold.vision.fold import Fold
+from stripfold.vision.segmentation import enclosed_share
 
 SCALE = (1e-7, 1e-2)
 """Allowed metres per pixel."""
@@ -29,6 +30,9 @@ MAX_INTERVAL_RATIO = 30.0
 MIN_SAG = 0.0075
 """Least distance of a hanging strip from the straight line through its ends, relative to its length: what is straighter
 can be the edge of anything."""
+MAX_ENCLOSED = 0.25
+"""Largest share of a hanging strip along which its two sides are different pieces of the background: a clamp may close
+off some of it, but both are connected around the free end."""
 METHODS = ("fold", "cantilever")
 
 
@@ -167,6 +171,10 @@ def _from_cantilever(image: Picture, scale: float, source: str, slope: float | N
     if line.open_ends[1]:
         found = "the strip's lower end is cut by the picture's border"
         raise TrackingError(source, found, cantilever.NEEDED, "show all of the strip that hangs")
+    enclosed = enclosed_share(image, line.points, line.width, line.bright)
+    if enclosed > MAX_ENCLOSED:
+        found = f"a closed outline: {enclosed:.0%} of the line divide what is enclosed from what is not"
+        raise TrackingError(source, found, cantilever.NEEDED, "let nothing touch the free end, nor the strip itself")
     chord = line.points - line.points[0]
     sag = float(np.abs(chord @ normals(line.points[[0, -1]])[0]).max())
     if sag < MIN_SAG * line.length:

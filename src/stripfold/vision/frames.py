@@ -47,7 +47,6 @@ class VideoReport:
     duration: float = 0.0
     end: float = 0.0
     decoded: int = 0
-    doubled: int = 0
     damaged: int = 0
     interlaced: int = 0
     coloured: bool = False
@@ -67,7 +66,6 @@ class VideoReport:
             ),
             f"{self.errors} packets could not be decoded": self.errors > 0,
             f"{self.damaged} frames are damaged": self.damaged > 0,
-            f"{self.doubled} frames repeat the one before": self.doubled > 0,
             f"{self.interlaced} frames are interlaced: their odd rows were taken at another time": self.interlaced > 0,
         }
         return tuple(text for text, holds in found.items() if holds)

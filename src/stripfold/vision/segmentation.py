@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import diags_array
+from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 from skimage.filters import apply_hysteresis_threshold, threshold_otsu
 from skimage.graph import pixel_graph
@@ -20,7 +20,7 @@ from skimage.measure import label, regionprops
 from skimage.morphology import skeletonize
 
 from stripfold.arrays import Array, Index, Mask, Picture
-from stripfold.vision.cross_sections import arc_length, cutoff_of
+from stripfold.vision.cross_sections import arc_length, cutoff_of, normals
 from stripfold.vision.smoothing import smoothed
 
 WORKING_SIZE = 1300
@@ -33,6 +33,8 @@ HAIR = 1.5
 """Largest half width of a hair, pixels."""
 MIN_LOOP = 2.0
 """Least distance of a loop's far end from the rest of a strip, in its widths."""
+OUTSIDE = 3.0
+"""How far beside a band the background is looked at, pixels of the picture that is segmented."""
 REUSED = 10.0
 """Factor on the length of a way that has been gone already."""
 
@@ -105,6 +107,24 @@ def closed(mask: Mask) -> NDArray[np.uint8]:
     return np.asarray(cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((3, 3), np.uint8)), np.uint8)
 
 
+def enclosed_share(image: Picture, points: Array, widths: Array, bright: bool) -> float:
+    """Share of a line's points, shape (n, 2), that have different pieces of the background on their two sides.
+
+    It is 0 along a strip with a free end, around which both sides are connected, and large along a closed outline.
+    ``widths``, shape (n,), are those of the band; pixels of ``image``, shape (h, w).
+    """
+    small, scale = reduced(image)
+    pieces = label(closed(foreground(small, bright)[0]) == 0, connectivity=1)
+    away = (0.5 * widths + OUTSIDE * scale.mean())[:, None] * normals(points)
+    sides = []
+    for place in (points - away, points + away):
+        column, row = np.rint((place + 0.5) / scale - 0.5).astype(int).T
+        inside = (row >= 0) & (row < pieces.shape[0]) & (column >= 0) & (column < pieces.shape[1])
+        sides.append(np.where(inside, pieces[row * inside, column * inside], 0))
+    left, right = sides
+    return float(np.mean((left != right) & (left > 0) & (right > 0)))
+
+
 def _background(image: Picture) -> Array:
     """Local median, grey levels, shape (h, w); its window is wide against a strip, small against the picture."""
     h, w = image.shape
@@ -161,6 +181,9 @@ def _strip_path(skeleton: Mask, least: float) -> Index:
     layer below, the loop behind: off that path and at least ``least`` long.
     """
     graph, nodes = pixel_graph(skeleton, connectivity=2)
+    # dijkstra needs indices of 32 bits, and old versions of SciPy do not convert them.
+    indices, starts = graph.indices.astype(np.int32), graph.indptr.astype(np.int32)
+    graph = csr_array((graph.data, indices, starts), graph.shape)
     places = np.column_stack(np.unravel_index(nodes, skeleton.shape))
     end = 0
     for _ in range(3):
@@ -176,7 +199,8 @@ def _strip_path(skeleton: Mask, least: float) -> Index:
     one = _back(back, far)
     # The other way round the loop avoids the first one.
     used = np.where(np.isin(np.arange(len(places)), one), REUSED, 1.0)
-    detour = diags_array(used) @ graph @ diags_array(used)
+    row = np.repeat(np.arange(len(places)), np.diff(starts))
+    detour = csr_array((graph.data * used[row] * used[indices], indices, starts), graph.shape)
     _, back, _ = dijkstra(detour, directed=False, indices=path, return_predecessors=True, min_only=True)
     other = _back(back, far)
     if np.isin(other, one).mean() > 0.5:

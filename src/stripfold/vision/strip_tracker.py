@@ -42,8 +42,9 @@ MIN_COMPLETE = 0.88
 MAX_EXCESS, SAME_WIDTH, MIN_ALIKE = 0.05, 0.25, 0.7
 """Share of the described length by which a first line may be longer; from there on most of it must look like the strip:
 within this factor of its width (a logarithm), in this share of the points."""
-REFINEMENTS = 2
-"""How often the line in the first frame is measured again."""
+MAX_REFINEMENTS, SETTLED = 12, 1.0
+"""How often the line in the first frame is measured again at most, and the motion of its points, pixels, below which it
+is not: where the layers touch, a line that was taken for the wrong one comes off it a few points at a time."""
 MAX_END_ERROR = 0.5
 """How far a line may begin from where the gripper holds the strip, in widths."""
 MARKER_RIM = 1.6
@@ -118,10 +119,12 @@ class StripTracker:
             self._check_excess(line, arc)
             line = line.between(0.0, float(np.interp(arc[-1] - excess, arc, line.arc)))
         # Measured as in the frames to come, whose lines are compared with it.
-        for _ in range(REFINEMENTS):
-            line = with_appearance(frame.image, line)
-            found = follow(frame.image, line, line.points[[0, -1]], float(np.median(line.width)))
-            line = line if found is None else found.line
+        for _ in range(MAX_REFINEMENTS):
+            before = with_appearance(frame.image, line)
+            found = follow(frame.image, before, before.points[[0, -1]], float(np.median(before.width)))
+            line = before if found is None else found.line
+            if np.hypot(*(line.points - before.points).T).max() < SETTLED:
+                break
         self._first_length = self._metric_length(line)
         self._max_shortening += BEND_SHORTENING * float(np.median(line.width)) / line.length
         self._lengths = [(frame.time, self._first_length)]

@@ -38,21 +38,12 @@ class Timing:
     dropped: Index
     variable: bool
 
-    def spacing(self, moment: float) -> float:
-        """Time, s, between the last picture before ``moment`` and the first after it; infinite outside the video.
-
-        A doubled frame is not a picture of its own time.
-        """
-        seen = self.time[~self.doubled]
-        after = int(np.searchsorted(seen, moment, side="right"))
-        if moment == seen[-1]:
-            after -= 1
-        return float(seen[after] - seen[after - 1]) if 0 < after < len(seen) else float("inf")
-
     @property
     def problems(self) -> tuple[str, ...]:
         """Each in words."""
+        repeated = int(self.doubled.sum())
         found = {
+            f"{repeated} frames repeat the one before": repeated > 0,
             f"frames are missing in {len(self.dropped)} places": len(self.dropped) > 0,
             "the frame rate varies": self.variable,
         }

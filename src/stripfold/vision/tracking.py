@@ -17,7 +17,7 @@ from stripfold.vision.centreline import Centreline
 from stripfold.vision.cross_sections import arc_length
 from stripfold.vision.decoding import CHANNELS
 from stripfold.vision.frames import Frame, VideoReport
-from stripfold.vision.gripper import Grip, GripperTracker, Track, interpolate_gaps
+from stripfold.vision.gripper import Grip, GripperTracker, Track, interpolate_gaps, repeated
 from stripfold.vision.mapping import Mapping
 from stripfold.vision.recording import Recording
 from stripfold.vision.strip_tracker import StripTracker
@@ -157,7 +157,7 @@ def track(recording: Recording, calibration: Calibration, progress: Callable[[st
     shutter = recording.entries.camera.rolling_shutter
     stations, points, visible_length = material_points(lines, mapping)
     return Tracks(
-        timing=timing(gripper.time, np.array(doubled)),
+        timing=timing(gripper.time, np.array(doubled) | repeated(gripper)),
         report=report,
         gripper=gripper,
         grip_time=row_time(gripper.time, gripper.centre[:, 1], size[1], shutter),

@@ -195,7 +195,6 @@ class Reader(Iterator[Frame]):
         report.decoded += 1
         report.coloured = report.coloured or message.get("coloured", False)
         report.end = time
-        report.doubled += doubled
         report.damaged += message["damaged"]
         report.interlaced += message["interlaced"]
         return Frame(index, time, image, doubled, message["damaged"])
