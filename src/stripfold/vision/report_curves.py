@@ -130,7 +130,7 @@ def _panel(
     for value, text, colour in panel.levels:
         y = up * (high - value)
         parts.append(f'<path d="M0 {y:.1f}H{right:g}" stroke="{colour}" stroke-width=".8" stroke-dasharray="4 2"/>')
-        parts.append(_text(4.0, y - 3.0, text, "start"))
+        parts.append(_text(4.0, y - 3.0 if y > 14.0 else y + 11.0, text, "start"))
     for k, (t, values, colour, name) in enumerate(panel.lines):
         seen = np.isfinite(values)
         places = np.column_stack([scale * (t[seen] - start), up * (high - values[seen])])
