@@ -66,16 +66,16 @@ def panels(found: Measurement) -> tuple[Panel, ...]:
     tracks, motion, gripper = found.tracks, found.motion, found.recording.entries.gripper
     advance, z = gripper.direction * (tracks.gripped_end[:, 0] - gripper.flat_end), tracks.gripped_end[:, 1]
     event = ((1e3 * found.event, f"{1e3 * found.event:.2f} mm", BLACK),) if found.snapped else ()
-    levels, dot = ((1e3 * motion.following, "following the gripper", GREY),), None
+    levels, dot = [(1e3 * motion.following, "following the gripper", GREY)], None
     if found.snapped and not found.manual:
-        levels += ((1e3 * motion.level(snap.LEVEL), "level of the onset", BLACK),)
+        levels.append((1e3 * motion.level(snap.LEVEL), "level of the onset", BLACK))
         dot = (float(motion.t[motion.peak]), 1e3 * float(motion.u[motion.peak]))
     described = ((1e3 * gripper.height, "as described", GREY),)
     scores = (tracks.gripper.score, BLUE, "marker"), (tracks.score, RED, "strip")
     return (
         Panel("λ [mm]", ((tracks.grip_time, 1e3 * advance, BLACK, ""),), event),
         Panel("z [mm]", ((tracks.grip_time, 1e3 * z, BLACK, ""),), described, margin=0.2),
-        Panel("speed [mm/s]", ((motion.t, 1e3 * motion.u, RED, ""),), levels, dot),
+        Panel("speed [mm/s]", ((motion.t, 1e3 * motion.u, RED, ""),), tuple(levels), dot),
         Panel("confidence", tuple((tracks.timing.time, *score) for score in scores), limits=(0.0, 1.05)),
     )
 
