@@ -10,7 +10,7 @@ BIN := $(CURDIR)/$(VENV)/bin
 IN_VENV := PATH="$(BIN):$$PATH"
 # A run that was killed leaves its lock behind.
 SNAKEMAKE = $(IN_VENV) python workflow/unlock.py && $(IN_VENV) snakemake
-COMPILE := from stripfold.kernels import band, bending, coverage, elements, step
+COMPILE := from stripfold.kernels import band, bending, coverage, elements, lines, marker, step
 
 # The systems solved are small and banded: threads inside BLAS only cost time, the parallelism is between runs.
 export OMP_NUM_THREADS := 1

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import pytest
-from matplotlib.figure import Figure
 
 from stripfold.cli import COMMANDS
-from stripfold.vision import report
 from studies import commands
 from studies.commands import Outcome
 
@@ -40,15 +38,3 @@ def test_of_what_is_printed_the_run_time_may_differ(tmp_path, monkeypatch) -> No
     data = commands.run(repeats=2)
     assert data["differs"].values.tolist() == ["", ""]
     assert commands._RUN_TIME.sub("", "a\ntime         0.12 s\nb") == "a\n\nb"
-
-
-def test_the_curves_of_a_report_are_the_same_in_every_run() -> None:
-    """Ids in an SVG are random without a salt."""
-
-    def drawn() -> str:
-        fig = Figure()
-        ax = fig.add_subplot()
-        ax.plot([0.0, 1.0], [0.0, 2.0], clip_on=True)
-        return report._svg(fig)
-
-    assert drawn() == drawn()

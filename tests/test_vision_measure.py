@@ -10,6 +10,7 @@ from collections.abc import Callable
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import cv2
 import numpy as np
@@ -23,7 +24,17 @@ from stripfold.material import GRAVITY, Material
 from stripfold.measured import RecordingMeasurement
 from stripfold.synthetic.recording import history_of, write_recording
 from stripfold.synthetic.scene import Scene
-from stripfold.vision import measure, measurement, recording, report, report_pictures, snap, video
+from stripfold.vision import (
+    measure,
+    measurement,
+    measurement_figure,
+    recording,
+    report,
+    report_curves,
+    report_pictures,
+    snap,
+    video,
+)
 from stripfold.vision.calibration import Calibration, calibrate_folder
 from stripfold.vision.camera_motion import Shift
 from stripfold.vision.measurement import Measurement
@@ -308,7 +319,7 @@ def test_strip_without_a_snap_gives_a_bound(snapping: Made):
     end[:, 0] = np.minimum(end[:, 0], end[-8, 0])
     stopped = evaluated(snapping, replace(early, gripped_end=end), robot_log=None)
     assert not any("the gripper moves at" in flag for flag in stopped.flags)
-    assert "level of the onset" not in {text.get_text() for text in report_pictures.curves(stopped).axes[2].texts}
+    assert "level of the onset" not in {text for _, text, _ in report_curves.panels(stopped)[2].levels}
 
 
 def test_unclear_snap_is_refused(snapping: Made, monkeypatch: pytest.MonkeyPatch):
@@ -443,7 +454,7 @@ def test_montage_shows_the_strip_at_its_times(snapping: Made, found: Measurement
 
 
 def test_curves_show_lambda_and_the_level_of_the_onset(found: Measurement):
-    lam, _, speed, _ = report_pictures.curves(found).axes
+    lam, _, speed, _ = measurement_figure.draw(found).axes
     levels = [
         {float(line.get_ydata()[0]) for line in ax.lines if len(set(line.get_ydata())) == 1} for ax in (lam, speed)
     ]
@@ -451,6 +462,22 @@ def test_curves_show_lambda_and_the_level_of_the_onset(found: Measurement):
     assert 1e3 * found.motion.level(snap.LEVEL) in levels[1]
     onset = np.interp(found.event_time, lam.lines[0].get_xdata(), lam.lines[0].get_ydata())
     assert onset == pytest.approx(1e3 * found.by_video, abs=0.2)
+
+
+def test_the_drawing_of_a_report_has_the_curves_to_scale(found: Measurement):
+    """Each panel's curve, clipped, runs through the crossing of the onset where lambda has its level."""
+    drawing = ElementTree.fromstring(report_curves.svg(found))
+    space = "{http://www.w3.org/2000/svg}"
+    lam = drawing.find(f"{space}svg")
+    points = np.array([place.split(",") for place in lam.find(f"{space}polyline").get("points").split()], float)
+    level, onset = (path.get("d") for path in lam.findall(f"{space}path")[2:0:-1])
+    x, y = float(onset[1:].split()[0]), float(level.split()[1].split("H")[0])
+    assert np.interp(x, *points.T) == pytest.approx(y, abs=1.0)
+    assert len(points) == len(found.tracks.grip_time)
+    speed = drawing.findall(f"{space}svg")[2]
+    dot = speed.find(f"{space}circle")
+    curve = np.array([place.split(",") for place in speed.find(f"{space}polyline").get("points").split()], float)
+    assert np.hypot(*(curve - [float(dot.get("cx")), float(dot.get("cy"))]).T).min() < 0.2
 
 
 def test_title_is_escaped_in_the_page(snapping: Made):

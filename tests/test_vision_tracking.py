@@ -11,6 +11,8 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
+from oracles import following as oracle
+from stripfold import kernels
 from stripfold.arrays import Array, Picture
 from stripfold.errors import TrackingError
 from stripfold.synthetic.recording import history_of
@@ -309,6 +311,30 @@ def test_marker_is_removed_from_the_picture(film: Film) -> None:
     assert cleared[40:80, 300:340].max() < 200
     changed = np.argwhere(cleared != image)
     assert np.abs(changed - [60, 320]).max() <= 33
+
+
+def test_the_kernel_agrees_with_its_numpy_reference(film: Film, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also where a bar hides a part of the strip, where layers touch, and where nothing is seen."""
+    compiled, compared = kernels.lines.follow, []
+
+    def both(image, curve, offset, ends, width, contrast, sizes, score, bright, layers, cutoff, limits):
+        given = (value.copy() for value in (curve, offset, ends, width, contrast))
+        expected = oracle.follow(image, *given, layers, cutoff, limits)
+        share, gap = compiled(image, curve, offset, ends, width, contrast, sizes, score, bright, layers, cutoff, limits)
+        compared.append(expected is None)
+        if expected is None:
+            assert share < 0.0
+        else:
+            assert (share, gap) == pytest.approx(expected[:2], abs=1e-12)
+            for found, value in zip((curve, width, contrast, score), expected[2:], strict=True):
+                np.testing.assert_allclose(found, value, rtol=0.0, atol=1e-6)
+        return share, gap
+
+    monkeypatch.setattr(kernels.lines, "follow", both)
+    x = float(film.curves[0][30, 0])
+    film.track(film.behind_bar({2: x, 3: x + 8.0}, 20, 10) | film.blank(range(5, 6)))
+    assert compared.count(False) > 5
+    assert any(compared)
 
 
 def test_places_nearer_to_another_layer_are_rejected() -> None:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import json
+import mmap
+import multiprocessing
 import os
 import random
 import struct
@@ -9,6 +12,7 @@ import sys
 import tracemalloc
 from fractions import Fraction
 from pathlib import Path
+from threading import Thread
 
 import av
 import cv2
@@ -412,3 +416,28 @@ def test_small_frames_are_thinned_out(monkeypatch: pytest.MonkeyPatch) -> None:
     assert kept.size == (640, 360)
     assert [int(picture[0, 0]) for picture in kept.pictures] == list(range(0, 11, kept.every)) == [0, 4, 8]
     assert kept.pictures[0].shape == (360, 640)
+
+
+def test_pictures_stay_until_the_reader_has_copied_them(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Room for two pictures only, and for more than one batch of small ones."""
+    sizes = [40, 40, 40, 90, 10, 10, *[5] * 20, 90]
+    monkeypatch.setattr(decoding, "MEMORY", 100)
+    ours, theirs = multiprocessing.Pipe()
+    with mmap.mmap(-1, 100) as shared, ours, theirs:
+        seen: list[bytes] = []
+
+        def read() -> None:
+            while len(seen) < len(sizes):
+                batch = json.loads(ours.recv_bytes())
+                assert len(batch) <= decoding.BATCH
+                seen.extend(shared[m["start"] : m["start"] + m["size"]] for m in batch)
+                ours.send_bytes(b"copied")
+
+        reader = Thread(target=read)
+        reader.start()
+        sent = decoding._Batches(theirs, shared)
+        for k, size in enumerate(sizes):
+            sent.add({"kind": "frame", "size": size}, memoryview(bytes([k]) * size))
+        sent.flush()
+        reader.join(10.0)
+    assert seen == [bytes([k]) * size for k, size in enumerate(sizes)]

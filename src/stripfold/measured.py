@@ -252,9 +252,9 @@ class RecordingMeasurement(Result):
 
     def plot(self) -> Figure:
         """Gripper, speed of the strip and confidence over time."""
-        from stripfold.vision import report_pictures
+        from stripfold.vision import measurement_figure
 
-        return report_pictures.curves(self.details)
+        return measurement_figure.draw(self.details)
 
     def to_netcdf(self, file: str | os.PathLike[str]) -> None:
         entries = self.details.recording.entries

@@ -17,12 +17,13 @@ if TYPE_CHECKING:
     from stripfold.kernels import coverage as coverage
     from stripfold.kernels import curves as curves
     from stripfold.kernels import elements as elements
+    from stripfold.kernels import lines as lines
     from stripfold.kernels import marker as marker
     from stripfold.kernels import sections as sections
     from stripfold.kernels import solid as solid
     from stripfold.kernels import step as step
 
-MODULES = ("band", "bending", "coverage", "curves", "elements", "marker", "sections", "solid", "step")
+MODULES = ("band", "bending", "coverage", "curves", "elements", "lines", "marker", "sections", "solid", "step")
 
 
 def __getattr__(name: str) -> ModuleType:

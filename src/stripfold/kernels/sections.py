@@ -8,6 +8,8 @@ import numpy as np
 from stripfold.kernels.compiler import compiled, mask, matrix, vector
 
 grey = numba.float32[:, ::1]
+THIRD = np.array([-1.0, 3.0, -3.0, 1.0])
+"""Coefficients of a third difference."""
 
 
 @compiled()
@@ -100,18 +102,29 @@ def responses(profiles, width):
     return out
 
 
+@compiled()
+def longest_step(curve):
+    """Between neighbouring points."""
+    longest = 0.0
+    for i in range(1, len(curve)):
+        longest = max(longest, np.hypot(curve[i, 0] - curve[i - 1, 0], curve[i, 1] - curve[i - 1, 1]))
+    return longest
+
+
 @compiled(numba.boolean[::1](matrix, matrix, numba.int64))
 def on_own_layer(places, curve, layer):
     """See :func:`.cross_sections.on_own_layer`."""
-    out = np.empty(len(places), dtype=np.bool_)
+    out, spacing = np.empty(len(places), dtype=np.bool_), longest_step(curve)
     for i in range(len(places)):
-        nearest, least = i, (curve[i, 0] - places[i, 0]) ** 2 + (curve[i, 1] - places[i, 1]) ** 2
+        nearest, least, j = i, np.hypot(curve[i, 0] - places[i, 0], curve[i, 1] - places[i, 1]), 0
         # Those within a pixel of their own point are: to ask only for the others takes half the time.
-        if least >= 1.0:
-            for j in range(len(curve)):
-                distance = (curve[j, 0] - places[i, 0]) ** 2 + (curve[j, 1] - places[i, 1]) ** 2
-                if distance < least:
-                    nearest, least = j, distance
+        while least >= 1.0 and j < len(curve):
+            x, y = curve[j, 0] - places[i, 0], curve[j, 1] - places[i, 1]
+            distance = np.sqrt(x * x + y * y)
+            if distance < least:
+                nearest, least = j, distance
+            # So many points on it cannot be nearer yet.
+            j += 1 + max(int((distance - least) / spacing), 0)
         out[i] = abs(nearest - i) <= layer
     return out
 
@@ -119,9 +132,7 @@ def on_own_layer(places, curve, layer):
 @compiled(vector(matrix, matrix, vector, numba.int64, numba.float64))
 def free_side(curve, across, width, layer, margin):
     """See :func:`.cross_sections.free_side`."""
-    out, spacing, widest = np.zeros(len(curve)), 0.0, np.max(width)
-    for i in range(1, len(curve)):
-        spacing = max(spacing, np.hypot(curve[i, 0] - curve[i - 1, 0], curve[i, 1] - curve[i - 1, 1]))
+    out, spacing, widest = np.zeros(len(curve)), longest_step(curve), np.max(width)
     for i in range(len(curve)):
         least, j = margin, 0
         while j < len(curve):
@@ -139,18 +150,19 @@ def free_side(curve, across, width, layer, margin):
     return out
 
 
-@compiled(matrix(vector, vector, numba.float64))
-def factor(weights, difference, scale):
+@compiled(matrix(vector, numba.float64))
+def factor(weights, cutoff):
     """L and D of the matrix L D L^T of :mod:`stripfold.vision.smoothing`: D and the diagonals below it, shape (n, 4).
 
-    ``difference``, shape (4,), are the coefficients of a third difference, ``scale`` the weight of its square.
+    A wave of length ``cutoff``, in spacings, is halved.
     """
     n = len(weights)
+    scale = (cutoff / (2.0 * np.pi)) ** 6
     out = np.zeros((n, 4))
     for r in range(n - 3):
         for a in range(4):
             for b in range(a + 1):
-                out[r + a, a - b] += scale * difference[a] * difference[b]
+                out[r + a, a - b] += scale * THIRD[a] * THIRD[b]
     for i in range(n):
         out[i, 0] += weights[i] + 1e-9
         for k in range(min(3, i), 0, -1):
@@ -180,23 +192,23 @@ def substitute(factors, right):
                 right[i, c] -= factors[i + k, k] * right[i + k, c]
 
 
-@compiled(matrix(matrix, vector, vector, numba.float64))
-def smoothed(values, weights, difference, scale):
+@compiled(matrix(matrix, vector, numba.float64))
+def smoothed(values, weights, cutoff):
     """Least squares with a penalty on third differences: :func:`.smoothing.smoothed`, for values of shape (n, k)."""
     out = np.empty_like(values)
     for i in range(len(values)):
         for k in range(values.shape[1]):
             out[i, k] = weights[i] * values[i, k]
-    substitute(factor(weights, difference, scale), out)
+    substitute(factor(weights, cutoff), out)
     return out
 
 
-@compiled(vector(matrix, vector, mask, matrix, vector, numba.float64))
-def robust(centres, base, good, across, difference, scale):
-    """Cauchy weights by the offsets from the smoothed centres: :func:`.cross_sections.smooth_centres`."""
+@compiled(vector(matrix, vector, mask, matrix, numba.float64))
+def robust(centres, base, good, across, cutoff):
+    """Cauchy weights by the offsets from the smoothed centres."""
     weights, scaled = base.copy(), np.zeros(len(base))
     for _ in range(3):
-        smooth = smoothed(centres, weights, difference, scale)
+        smooth = smoothed(centres, weights, cutoff)
         for i in range(len(base)):
             if good[i]:
                 away = (centres[i, 0] - smooth[i, 0]) * across[i, 0] + (centres[i, 1] - smooth[i, 1]) * across[i, 1]

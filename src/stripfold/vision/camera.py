@@ -54,8 +54,7 @@ class Camera:
 
     def _directions(self, undistorted: Array) -> Array:
         """Of pixels of the camera without its distortion."""
-        pixels = np.reshape(undistorted, (-1, 2))
-        return np.column_stack([pixels, np.ones(len(pixels))]) @ self._inverse.T
+        return np.reshape(undistorted, (-1, 2)) @ self._inverse[:, :2].T + self._inverse[:, 2]
 
     @cached_property
     def _inverse(self) -> Array:

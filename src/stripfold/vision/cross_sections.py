@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from stripfold import kernels
 from stripfold.arrays import Array, Mask, Picture
-from stripfold.vision.smoothing import median, penalty, smoothed
 
 Grey = NDArray[np.float32]
 
@@ -191,9 +190,8 @@ def score_of(edges: Edges, width: Array | float, contrast: Array | float, tolera
 
     ``tolerance`` is the standard deviation of the logarithm of the width.
     """
-    clear = np.clip(edges.contrast / (0.7 * contrast), 0.0, 1.0)
-    wider = np.log(np.maximum(edges.width, 0.1) / width) / tolerance
-    return np.asarray(np.where(edges.found, clear * np.exp(-0.5 * wider**2), 0.0))
+    width, contrast = (np.full(len(edges.width), value, dtype=np.float64) for value in (width, contrast))
+    return np.asarray(kernels.lines.score(edges.width, edges.contrast, edges.found, width, contrast, tolerance))
 
 
 def strip_offset(edges: Edges, width: Array | float, good: Mask, cutoff: float) -> tuple[Array, Mask]:
@@ -202,27 +200,14 @@ def strip_offset(edges: Edges, width: Array | float, good: Mask, cutoff: float) 
     There one edge is the strip's own, the one that agrees with the smooth curve through the other sections (cut-off
     in spacings); the centre is half a width from it.
     """
-    merged = good & (edges.width > MERGED * width)
-    clean = good & ~merged
-    if not merged.any() or clean.sum() < 0.3 * len(clean):
-        return edges.offset, np.zeros_like(merged)
-    expected = smoothed(edges.offset, clean.astype(np.float64), 2.0 * cutoff)
-    slack = 0.5 * (edges.width - width)
-    lower, upper = edges.offset - slack, edges.offset + slack
-    own = np.where(np.abs(lower - expected) < np.abs(upper - expected), lower, upper)
-    return np.where(merged, own, edges.offset), merged
+    width = np.full(len(good), width, dtype=np.float64)
+    offset, merged = kernels.lines.strip_offset(edges.offset, edges.width, width, good, cutoff, MERGED)
+    return np.asarray(offset), np.asarray(merged)
 
 
 def smooth_offsets(offset: Array, score: Array, cutoff: float) -> Array:
     """Offsets as smooth as the motion of a strip, shape (n,): outliers count little, gaps move as their neighbours."""
-    good = score >= GOOD
-    index = np.arange(len(offset))
-    offset = np.where(good, offset, np.interp(index, index[good], offset[good]))
-    weights = base = np.where(good, score, 0.05)
-    for _ in range(3):
-        smooth = smoothed(offset, weights, cutoff)
-        weights = base / (1.0 + ((offset - smooth) / 2.0) ** 2)
-    return smooth
+    return np.asarray(kernels.lines.smooth_offsets(offset, score, cutoff, GOOD))
 
 
 def smooth_centres(
@@ -233,10 +218,6 @@ def smooth_centres(
     ``noise`` is that of :class:`Edges`, ``across`` are the normals, ``cutoff`` is in spacings, and ``expected`` the
     weight of a centre that was not measured, relative to that of a measured one.
     """
-    good = score >= GOOD
-    spread = np.clip(noise / median(noise[good]), 0.5, 3.0)
-    base = np.where(good, score / spread**2, 0.0)
-    base /= base[good].mean()
-    base[~good] = expected
-    weights = kernels.sections.robust(centres, base, good, np.ascontiguousarray(across), *penalty(cutoff))
-    return smoothed(centres, weights, cutoff), weights
+    across = np.ascontiguousarray(across)
+    smooth, weights = kernels.lines.smooth_centres(centres, noise, score, across, cutoff, expected, GOOD)
+    return np.asarray(smooth), np.asarray(weights)

@@ -3,8 +3,9 @@
 A picture of a few megabytes can occupy a decoder for minutes inside one call (a progressive JPEG with many scans takes
 1 ms per 31 bytes), which nothing in the same process could interrupt.  :mod:`stripfold.vision.video` therefore starts
 ``python -m stripfold.vision.decoding FD MEMORY PATH`` and receives messages in JSON through the connection ``FD``, a
-file descriptor.  The grey picture of a ``frame``, one byte per pixel, is in the shared memory ``MEMORY``, its rows
-``stride`` bytes apart, until the reader answers that it has copied it.
+file descriptor: lists of several, since two processes that take turns at each frame find their caches filled by the
+other.  The grey picture of a ``frame``, one byte per pixel, is in the shared memory ``MEMORY``, from the byte ``start``
+on, its rows ``stride`` bytes apart, until the reader answers that it has copied all of a list.
 """
 
 from __future__ import annotations
@@ -14,8 +15,10 @@ import mmap
 import resource
 import sys
 from collections.abc import Iterator
+from contextlib import suppress
 from multiprocessing.connection import Connection
 from pathlib import Path
+from time import monotonic
 from typing import Any
 
 import av
@@ -27,6 +30,8 @@ MAX_PIXELS = 36_000_000
 """Pixels of a frame: 8K fits."""
 MEMORY = MAX_PIXELS + (1 << 24)
 """Bytes of the shared memory: a frame whose rows a decoder has padded."""
+BATCH, BATCH_SECONDS = 8, 0.2
+"""Most frames sent at a time, and for how long they are collected, s."""
 MAX_FRAMES = 200_000
 """Frames of a recording: nearly an hour at 60 per second."""
 MAX_ERRORS = 100
@@ -191,13 +196,11 @@ def main(descriptor: int, memory: int, channel: int, path: Path) -> None:
     resource.setrlimit(resource.RLIMIT_CPU, (MAX_SECONDS, MAX_SECONDS + 5))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     with Connection(descriptor) as connection, mmap.mmap(memory, MEMORY) as shared:
+        sent = _Batches(connection, shared)
         try:
             for message, picture in messages(path, channel):
-                if picture is not None:
-                    # The next frame is decoded meanwhile.
-                    connection.recv_bytes()
-                    shared[: len(picture)] = picture
-                connection.send_bytes(json.dumps(message).encode())
+                sent.add(message, picture)
+            sent.flush()
             return
         except (BrokenPipeError, EOFError, ConnectionResetError):
             return  # the reader has stopped
@@ -208,7 +211,41 @@ def main(descriptor: int, memory: int, channel: int, path: Path) -> None:
         except Exception as error:
             # Malformed files raise errors of many types in the libraries.
             reason = f"decoding failed ({error!r:.200})"
-        connection.send_bytes(json.dumps({"kind": "refused", "reason": reason}).encode())
+        with suppress(BrokenPipeError, EOFError, ConnectionResetError):
+            sent.add({"kind": "refused", "reason": reason}, None)
+            sent.flush()
+
+
+class _Batches:
+    """Collects messages and their pictures, and sends them when there is no more room or time."""
+
+    def __init__(self, connection: Connection, shared: mmap.mmap) -> None:
+        self._connection, self._shared = connection, shared
+        self._waiting: list[Message] = []
+        self._used, self._read, self._began = 0, True, 0.0
+
+    def add(self, message: Message, picture: memoryview | None) -> None:
+        if picture is not None:
+            if self._used + len(picture) > MEMORY:
+                self.flush()
+            if not self._read:
+                self._connection.recv_bytes()
+                self._used, self._read = 0, True
+            self._shared[self._used : self._used + len(picture)] = picture
+            message["start"] = self._used
+            self._used += len(picture)
+        if not self._waiting:
+            self._began = monotonic()
+        self._waiting.append(message)
+        late = monotonic() - self._began > BATCH_SECONDS
+        if late or len(self._waiting) == BATCH or message["kind"] == "start":
+            self.flush()
+
+    def flush(self) -> None:
+        if self._waiting:
+            self._connection.send_bytes(json.dumps(self._waiting).encode())
+            self._read = self._read and self._used == 0
+            self._waiting = []
 
 
 if __name__ == "__main__":

@@ -13,29 +13,25 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stripfold.arrays import Array, Mask, Picture
+from stripfold import kernels
+from stripfold.arrays import Array, Picture
 from stripfold.vision.centreline import Centreline
 from stripfold.vision.cross_sections import (
+    CLEAR,
     GOOD,
+    MERGED,
+    THIN,
     WIDEST,
-    Edges,
     arc_length,
     cutoff_of,
     edges_at,
     end_direction,
-    free_side,
-    inside,
     layer_distance,
     locate,
     normals,
-    on_own_layer,
     resampled,
     respaced,
     rounded,
-    score_of,
-    smooth_centres,
-    smooth_offsets,
-    strip_offset,
 )
 from stripfold.vision.smoothing import median, smoothed
 
@@ -95,57 +91,25 @@ def follow(image: Picture, guess: Centreline, ends: Array, reach: float) -> Foll
     width, contrast = np.interp(s, arc, guess.width), np.interp(s, arc, guess.contrast)
     sizes = rounded(width)
 
-    def scored(curve: Array, centres: Array, edges: Edges) -> Array:
-        return score_of(edges, width, contrast, WIDTH_TOLERANCE) * on_own_layer(centres, curve, layer)
-
     curve = resampled(guess.points, s)
-    across = normals(curve)
-    offset = locate(image, curve, across, sizes, reach, guess.bright, max(round(typical / h), 2), DECAY)
-    centres = curve + offset[:, None] * across
-    own = layer_distance(typical, 0.0, h)
-    side = free_side(curve, across, width, own)
-    score = scored(curve, centres, edges_at(image, centres, across, sizes, guess.bright, side))
-    score *= inside(centres, image.shape)
-    if np.sum(score >= GOOD) < 6:
+    offset = locate(image, curve, normals(curve), sizes, reach, guess.bright, max(round(typical / h), 2), DECAY)
+    layers, score = np.array([layer, layer_distance(typical, 0.0, h)]), np.empty(len(s))
+    limits = GOOD, MERGED, CLEAR, THIN, WIDTH_TOLERANCE, GAP_WEIGHT, CONVERGED, LEARNING_RATE, WIDEST * typical
+    share, gap = kernels.lines.follow(
+        image, curve, offset, ends, width, contrast, sizes, score, guess.bright, layers, cutoff, limits
+    )
+    if share < 0.0:
         return None
-    offset[[0, -1]], score[[0, -1]] = _end_offsets(curve, across, ends), 1.0
-    curve = curve + smooth_offsets(offset, score, 2.0 * cutoff)[:, None] * across
-    # Where the strip bends sharply the first smooth curve cuts the corner: measured again from the second.
-    for _ in range(2):
-        across = normals(curve)
-        side = free_side(curve, across, width, own)
-        edges = edges_at(image, curve, across, np.where(side != 0.0, width, sizes), guess.bright, side)
-        seen = inside(curve, image.shape)
-        score = scored(curve, curve + edges.offset[:, None] * across, edges) * seen
-        score[np.abs(edges.offset) > 0.5 * width + 1.0] = 0.0
-        good = score >= GOOD
-        if good.sum() < 6:
-            return None
-        offset, merged = strip_offset(edges, width, good, cutoff)
-        offset = np.where(good, offset, 0.0)
-        converged = float(np.abs(offset).max()) < CONVERGED
-        # The gripper hides the end that it holds, and something may hide the other.
-        offset[[0, -1]], score[[0, -1]] = _end_offsets(curve, across, ends), 1.0
-        centres = curve + offset[:, None] * across
-        curve, _ = smooth_centres(centres, edges.noise, score, across, cutoff, GAP_WEIGHT)
-        if converged:
-            break
-
     points, places = between_ends(curve, ends, len(guess.points))
-    # Layers that are seen as one must not become the usual width.
-    rate = np.where((score > GOOD) & ~merged & (side == 0.0), LEARNING_RATE, 0.0)
-    width = width + _denoised(rate * (np.clip(edges.width, 0.7 * width, 1.4 * width) - width))
-    width = np.minimum(width, WIDEST * typical)
-    contrast = contrast + _denoised(rate * (edges.contrast - contrast))
     line = replace(
         guess,
         points=points,
         sd=np.full(len(points), np.nan),
-        width=np.interp(places, s, np.maximum(width, 1.0)),
-        contrast=np.interp(places, s, np.maximum(contrast, 1.0)),
+        width=np.interp(places, s, width),
+        contrast=np.interp(places, s, contrast),
         score=np.interp(places, s, score),
     )
-    return Followed(line, float(good[seen].mean()), _longest_run(~good & seen) / len(good))
+    return Followed(line, share, gap)
 
 
 def between_ends(curve: Array, ends: Array, count: int) -> tuple[Array, Array]:
@@ -154,16 +118,6 @@ def between_ends(curve: Array, ends: Array, count: int) -> tuple[Array, Array]:
     first = -float((ends[0] - curve[0]) @ end_direction(curve[::-1]))
     last = length + float((ends[1] - curve[-1]) @ end_direction(curve))
     return respaced(curve, min(first, 0.5 * length), max(last, 0.5 * length), count)
-
-
-def _end_offsets(curve: Array, across: Array, ends: Array) -> Array:
-    """Offsets of the known ends, shape (2,)."""
-    return np.einsum("ij,ij->i", ends - curve[[0, -1]], across[[0, -1]])
-
-
-def _longest_run(hidden: Mask) -> int:
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], hidden, [0]])))
-    return int((edges[1::2] - edges[::2]).max(initial=0))
 
 
 def _denoised(values: Array) -> Array:

@@ -47,7 +47,7 @@ class Mapping:
 
 def transform(homography: NDArray[np.floating[Any]], points: Array) -> Array:
     """Apply a homography, shape (3, 3), to points, shape (n, 2)."""
-    homogeneous = np.column_stack([points, np.ones(len(points))]) @ homography.T
+    homogeneous = points @ homography[:, :2].T + homography[:, 2]
     return np.asarray(homogeneous[:, :2] / homogeneous[:, 2:])
 
 

@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-import io
 from importlib.resources import files
 from math import isfinite
 from typing import Any, NamedTuple
 
 import jinja2
 import numpy as np
-from matplotlib.figure import Figure
 
 import stripfold
 from stripfold.errors import MeasurementError
-from stripfold.plots.style import styled
 from stripfold.store import running_commit
 from stripfold.vision import intrinsics, robot_grid
 from stripfold.vision.calibration import MAX_PLANE_RMS, MAX_SCALE_ERROR, MAX_SIDE_ERROR
 from stripfold.vision.measurement import Measurement
-from stripfold.vision.report_pictures import curves, pictures
+from stripfold.vision.report_curves import svg
+from stripfold.vision.report_pictures import pictures
 from stripfold.vision.threads import one_thread
 
 
@@ -78,7 +76,7 @@ def html(found: Measurement) -> str:
         rows=rows(found),
         calibration=calibration_rows(found.calibration.quality),
         pictures=pictures(found),
-        curves=_svg(curves(found)),
+        curves=svg(found),
         version=stripfold.__version__,
         commit=running_commit(),
     )
@@ -148,11 +146,3 @@ def calibration_rows(quality: dict[str, Any]) -> list[tuple[str, str, str]]:
         text = f"{entry.factor * value:.4g}" if isinstance(value, float) else str(value)
         shown.append((entry.words, f"{text} {entry.unit}".strip(), entry.mark))
     return shown
-
-
-@styled
-def _svg(fig: Figure) -> str:
-    text = io.StringIO()
-    fig.savefig(text, format="svg", metadata={"Date": None, "Creator": None})
-    # Inside a page there is no XML declaration.
-    return text.getvalue()[text.getvalue().index("<svg") :]

@@ -1,25 +1,19 @@
-"""The pictures of a report: the film with what was detected, frames around the snap, and curves over time."""
+"""The pictures of a report: the film with what was detected, and frames around the snap."""
 
 from __future__ import annotations
 
 import base64
 import io
 from fractions import Fraction
-from math import hypot
 from typing import NamedTuple
 
 import av
 import cv2
 import numpy as np
 from av.video.stream import VideoStream
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from stripfold.arrays import Array, Index, Picture
-from stripfold.plots.colours import BLACK, BLUE, GREY, RED
-from stripfold.plots.style import figure, styled
-from stripfold.vision import snap
-from stripfold.vision.measurement import Measurement, half_width
+from stripfold.vision.measurement import Measurement
 
 WIDTH, TILE = 480, 400
 """Largest width of the film, and width of a frame in the montage, pixels."""
@@ -116,46 +110,3 @@ def _annotated(found: Measurement, frame: int, small: Picture, box: Box, size: t
 def _jpeg(picture: Picture) -> str:
     _, data = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, 85])
     return base64.b64encode(data.tobytes()).decode()
-
-
-@styled
-def curves(found: Measurement) -> Figure:
-    """lambda, height of the gripped end, speed of the strip with the onset's level, and confidence over time."""
-    tracks, motion, entries = found.tracks, found.motion, found.recording.entries
-    fig = figure(6.0, 7.5)
-    axes = lam, z, speed, score = fig.subplots(4, 1, sharex=True)
-    advance = entries.gripper.direction * (tracks.gripped_end[:, 0] - entries.gripper.flat_end)
-    lam.plot(tracks.grip_time, 1e3 * advance, color=BLACK)
-    lam.set_ylabel(r"$\lambda$ [mm]")
-    if found.snapped:
-        _level(lam, 1e3 * found.event, f"{1e3 * found.event:.2f} mm", BLACK)
-    z.plot(tracks.grip_time, 1e3 * tracks.gripped_end[:, 1], color=BLACK)
-    z.set_ylabel("$z$ [mm]")
-    z.margins(y=0.2)
-    _level(z, 1e3 * entries.gripper.height, "as described", GREY)
-    speed.plot(motion.t, 1e3 * motion.u, color=RED)
-    speed.set_ylabel("speed [mm/s]")
-    _level(speed, 1e3 * motion.following, "following the gripper", GREY)
-    if found.snapped and not found.manual:
-        _level(speed, 1e3 * motion.level(snap.LEVEL), "level of the onset", BLACK)
-        speed.plot(motion.t[motion.peak], 1e3 * motion.u[motion.peak], "o", color=RED, markersize=4)
-    score.plot(tracks.timing.time, tracks.gripper.score, color=BLUE, label="marker")
-    score.plot(tracks.timing.time, tracks.score, color=RED, label="strip")
-    score.set(ylabel="confidence", ylim=(0.0, 1.05), xlabel="time [s]")
-    score.legend(loc="lower left", ncols=2)
-    for ax in axes:
-        # Mathematical text takes longer than all the rest of the figure.
-        ax.ticklabel_format(useMathText=False, useOffset=False)
-    if found.snapped:
-        sd = hypot(*(found.parts[name] for name in ("level", "frames", "manual")))
-        half = half_width(0.95) * sd / max(found.speed, 1e-9)
-        for ax in axes:
-            ax.axvline(found.event_time, color=BLACK, linewidth=0.8)
-            ax.axvspan(found.event_time - half, found.event_time + half, color=GREY, alpha=0.3, linewidth=0.0)
-    return fig
-
-
-def _level(ax: Axes, value: float, text: str, color: str) -> None:
-    """A horizontal line with its meaning at its left end."""
-    ax.axhline(value, color=color, linewidth=0.8, linestyle="--")
-    ax.annotate(text, (0.01, value), (0, 2), xycoords=("axes fraction", "data"), textcoords="offset points", fontsize=7)

@@ -7,8 +7,6 @@ import numpy as np
 from stripfold import kernels
 from stripfold.arrays import Array
 
-_THIRD = np.array([-1.0, 3.0, -3.0, 1.0])
-
 
 def median(values: Array) -> float:
     """Median of some hundred finite numbers; ``numpy.median`` takes several times as long, which adds up in a film."""
@@ -24,7 +22,7 @@ def smoothed(values: Array, weights: Array, cutoff: float) -> Array:
     shape (n,), zero) are bridged with the least change of curvature.
     """
     columns = np.ascontiguousarray(values).reshape(len(values), -1)
-    return kernels.sections.smoothed(columns, weights, *penalty(cutoff)).reshape(values.shape)
+    return kernels.sections.smoothed(columns, weights, cutoff).reshape(values.shape)
 
 
 def variances(weights: Array, cutoff: float) -> Array:
@@ -33,10 +31,5 @@ def variances(weights: Array, cutoff: float) -> Array:
     It grows where nothing was measured.
     """
     inverse = np.eye(len(weights))
-    kernels.sections.substitute(kernels.sections.factor(weights, *penalty(cutoff)), inverse)
+    kernels.sections.substitute(kernels.sections.factor(weights, cutoff), inverse)
     return np.diag(inverse)
-
-
-def penalty(cutoff: float) -> tuple[Array, float]:
-    """Coefficients of a third difference, and the weight of its square."""
-    return _THIRD, float((cutoff / (2.0 * np.pi)) ** 6)

@@ -65,6 +65,7 @@ class Reader(Iterator[Frame]):
         self._path, self._channel = path, channel
         self._times = None if timestamps is None else read_timestamps(timestamps)
         self._last: Frame | None = None
+        self._received: list[Message] = []
         self._check_source()
         connection, theirs = multiprocessing.Pipe()
         memory = os.memfd_create("stripfold", os.MFD_ALLOW_SEALING)
@@ -92,8 +93,6 @@ class Reader(Iterator[Frame]):
             )
         finally:
             os.close(memory)
-        # Before the other end is closed here: a decoder that crashes at once is told of below.
-        connection.send_bytes(_COPIED)
         theirs.close()
         self._connection = connection
         self._finalizer = weakref.finalize(self, _end, self._process, connection)
@@ -159,10 +158,18 @@ class Reader(Iterator[Frame]):
 
     def _receive(self) -> Message:
         """The next message."""
+        if not self._received:
+            self._received = self._batch()
+        message = self._received.pop(0)
+        if message["kind"] == "refused":
+            raise self._refused(message["reason"])
+        return message
+
+    def _batch(self) -> list[Message]:
         if not self._connection.poll(TIMEOUT):
             raise self._refused(f"the decoder was silent for {TIMEOUT:g} s")
         try:
-            message: Message = json.loads(self._connection.recv_bytes(10_000))
+            batch: list[Message] = json.loads(self._connection.recv_bytes(10_000))
         except (EOFError, OSError) as error:
             with suppress(subprocess.TimeoutExpired):
                 self._process.wait(1.0)
@@ -171,9 +178,7 @@ class Reader(Iterator[Frame]):
                 raise self._refused(f"decoding needs more than {MAX_SECONDS} s of CPU time") from error
             reason = signal.Signals(-code).name if code < 0 else code
             raise self._refused(f"the decoder crashed ({reason})") from error
-        if message["kind"] == "refused":
-            raise self._refused(message["reason"])
-        return message
+        return batch
 
     def _frame(self, message: Message) -> Frame:
         report, index, last = self.report, self.report.decoded, self._last
@@ -202,13 +207,14 @@ class Reader(Iterator[Frame]):
     def _upright(self, message: Message) -> Picture:
         """The picture with full range, rotated as the file asks for; read-only."""
         (width, height), stride = message["plane"], message["stride"]
-        shared = self._memory[: stride * height].reshape(height, stride)[:, :width]
+        shared = self._memory[message["start"] :][: stride * height].reshape(height, stride)[:, :width]
         if self._channel:
             image = np.asarray(cv2.LUT(shared, _DIFFERENCES), dtype=np.uint8)
         else:
             image = full_range(shared) if message["limited_range"] else shared.copy()
-        with suppress(OSError):  # at the end the decoder does not wait for it
-            self._connection.send_bytes(_COPIED)
+        if not self._received:
+            with suppress(OSError):  # at the end the decoder does not wait for it
+                self._connection.send_bytes(_COPIED)
         if message["plane"] != message["size"]:
             image = cv2.resize(image, message["size"], interpolation=cv2.INTER_LINEAR)
         rotation = message["rotation"] % 360
