@@ -9,16 +9,14 @@ import signal
 import sys
 import threading
 import traceback
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple, NoReturn
 
 from stripfold import __version__, cli_doctor, cli_plan
 from stripfold import cli_commands as commands
-from stripfold.cli_commands import Say
+from stripfold.cli_messages import Say, in_si, messages, verbosity_options
 from stripfold.errors import StripfoldError
-from stripfold.material import GRAVITY, Material
 
 
 class Command(NamedTuple):
@@ -151,7 +149,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     gc.set_threshold(10_000)
     arguments = _parser(argv).parse_args(argv)
     try:
-        with _progress() as say:
+        with messages(arguments) as say:
             answer = COMMANDS[arguments.command].run(arguments, say)
         said, code = answer if isinstance(answer, tuple) else (answer, 0)
         print(said, flush=True)
@@ -165,7 +163,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 130
     except Exception as error:
         said, code = _in_words(error)
-        print(f"stripfold: error: {_in_si(said, arguments)}", file=sys.stderr)
+        print(f"stripfold: error: {in_si(said, arguments)}", file=sys.stderr)
         return code
 
 
@@ -185,12 +183,6 @@ def _in_words(error: Exception) -> tuple[str, int]:
     *_, at = traceback.extract_tb(error.__traceback__)
     place = f"{Path(at.filename).name}, line {at.lineno}"
     return f"{type(error).__name__} in {place}: {error}; this is a fault of the program: please report it", 5
-
-
-def _in_si(said: str, arguments: argparse.Namespace) -> str:
-    """A message on one line, with metres and seconds for the solvers' units where the strip is known."""
-    said, eta_b = " ".join(said.split()), getattr(arguments, "eta_b", None) or 0.0
-    return Material(eta_b, gravity=getattr(arguments, "gravity", GRAVITY)).in_si(said) if eta_b > 0.0 else said
 
 
 class _Parser(argparse.ArgumentParser):
@@ -213,16 +205,5 @@ def _parser(argv: Sequence[str]) -> argparse.ArgumentParser:
         # The models are imported for the command that is called, not for `--help`.
         if name in argv:
             command.options(options)
+            verbosity_options(options)
     return parser
-
-
-@contextmanager
-def _progress() -> Iterator[Say]:
-    """A function that shows what is being done, on a terminal only."""
-    if not sys.stderr.isatty():
-        yield lambda _: None
-        return
-    from tqdm import tqdm
-
-    with tqdm(leave=False, file=sys.stderr, bar_format="{desc} [{elapsed}]") as bar:
-        yield bar.set_description_str

@@ -10,7 +10,7 @@ from importlib import metadata
 from typing import Any, NamedTuple
 
 from stripfold import __version__
-from stripfold.cli_commands import Say
+from stripfold.cli_messages import Say
 from stripfold.errors import StripfoldError
 from stripfold.extras import MODULES
 from stripfold.json_output import as_json
