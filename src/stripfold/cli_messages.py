@@ -10,6 +10,7 @@ import logging
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from shutil import get_terminal_size
 from time import monotonic
 
 from stripfold.material import GRAVITY, Material
@@ -71,7 +72,10 @@ class _Handler(logging.Handler):
         """Say what is being done, on a terminal."""
         self.clear()
         minutes, seconds = divmod(int(monotonic() - self.began), 60)
-        sys.stderr.write(f"{in_si(said, self.arguments)} [{minutes:02d}:{seconds:02d}]")
+        clock = f" [{minutes:02d}:{seconds:02d}]"
+        # A line that wraps could not be removed.
+        room = get_terminal_size().columns - len(clock) - 1
+        sys.stderr.write(f"{in_si(said, self.arguments)[:room]}{clock}")
         sys.stderr.flush()
         self.shown = True
 
