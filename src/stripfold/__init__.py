@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from stripfold.simulation import Release
     from stripfold.strip import Hysteresis, Pull, Strip, eta_b, measure
 
-__version__ = "0.1.0"
+    __version__: str
 
 __all__ = [
     "Hysteresis",
@@ -64,6 +64,8 @@ _MODULES = {
 
 
 def __getattr__(name: str) -> object:
+    if name == "__version__":
+        return _version()
     if name == "paths":
         return import_module("stripfold.paths")
     for module, names in _MODULES.items():
@@ -72,6 +74,16 @@ def __getattr__(name: str) -> object:
             globals()[name] = found
             return found
     raise AttributeError(f"module 'stripfold' has no attribute {name!r}")
+
+
+def _version() -> str:
+    """Of the installed package: that of its tag."""
+    from importlib.metadata import PackageNotFoundError, version
+
+    try:
+        return version("stripfold")
+    except PackageNotFoundError:
+        return "unknown"
 
 
 def __dir__() -> list[str]:

@@ -13,8 +13,9 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple, NoReturn
 
-from stripfold import __version__, cli_doctor, cli_plan
+import stripfold
 from stripfold import cli_commands as commands
+from stripfold import cli_doctor, cli_plan
 from stripfold.cli_messages import Say, in_si, messages, verbosity_options
 from stripfold.errors import StripfoldError
 
@@ -36,6 +37,9 @@ def _completion_options(parser: argparse.ArgumentParser) -> None:
 
 
 def _completion(arguments: argparse.Namespace, _: Say) -> str:
+    from stripfold.extras import require
+
+    require("completion")
     import shtab
 
     return str(shtab.complete(_parser(list(COMMANDS)), arguments.shell))
@@ -192,13 +196,21 @@ class _Parser(argparse.ArgumentParser):
         super().error(" ".join(message.split()))
 
 
+class _Version(argparse.Action):
+    """Looked up only where it is asked for."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> NoReturn:
+        print(f"{parser.prog} {stripfold.__version__}")
+        parser.exit()
+
+
 def _parser(argv: Sequence[str]) -> argparse.ArgumentParser:
     parser = _Parser(
         prog="stripfold",
         description="Static stability of fabric strip folding. All numbers in SI units.",
         allow_abbrev=False,
     )
-    parser.add_argument("--version", action="version", version=f"%(prog)s {__version__}")
+    parser.add_argument("--version", action=_Version, nargs=0, help="show the program's version number and exit")
     added = parser.add_subparsers(dest="command", required=True, metavar="command")
     for name, command in COMMANDS.items():
         options = added.add_parser(name, help=command.help, description=command.description, allow_abbrev=False)
