@@ -9,7 +9,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
 
-from stripfold.cli_messages import LOG, Say
+from stripfold.cli_messages import Say, logger
 from stripfold.errors import MISSING, InvalidInputError, SolveError, TimeStepError
 from stripfold.json_output import as_json, document
 
@@ -224,7 +224,7 @@ def simulate(arguments: argparse.Namespace, say: Say) -> str:
     found.to_netcdf(path)
     _draw(found, target)
     for warning in found.warnings:
-        LOG.warning(warning)
+        logger.warning(warning)
     if arguments.json:
         return as_json(document({**found.to_dict(), "written": str(path)}, found.config()))
     return _lines([*found.rows(), ("written", str(path))])
@@ -286,7 +286,7 @@ def path(arguments: argparse.Namespace, say: Say) -> str:
     fold_at = arguments.fold_at
     planned = PLANS[arguments.kind](strip, fold_at) if height is None else low(strip, height, fold_at)
     if arguments.kind == "r-path":
-        LOG.info(safe_side(strip.gravity_length))
+        logger.info(safe_side(strip.gravity_length))
     _draw(planned, drawing)
     if target is not None:
         planned.to_csv(target)
@@ -362,7 +362,7 @@ def assess(arguments: argparse.Namespace, say: Say) -> tuple[str, int]:
     path, target = paths.read(arguments.path, asked, **log), _plot_file(arguments.plot)
     film = None if arguments.film is None else _film_file(arguments.film, arguments.film)
     for warning in path.curve.warnings:
-        LOG.warning(warning)
+        logger.warning(warning)
     data = None if arguments.output is None else _output(arguments.output, arguments.output, ".nc")
     found = PathAssessment.of(asked, path, began, say)
     if data is not None:

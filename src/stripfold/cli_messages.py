@@ -16,7 +16,7 @@ from time import monotonic
 from stripfold.material import GRAVITY, Material
 
 Say = Callable[[str], None]
-LOG = logging.getLogger("stripfold")
+logger = logging.getLogger("stripfold")
 PREFIX = {logging.WARNING: "stripfold: warning: ", logging.INFO: "stripfold: note: "}
 
 
@@ -32,22 +32,22 @@ def messages(arguments: argparse.Namespace) -> Iterator[Say]:
     """Send what is logged to standard error; yields a function that says what is being done."""
     level = logging.DEBUG if arguments.verbose else logging.ERROR if arguments.quiet else logging.INFO
     handler = _Handler(arguments)
-    before = LOG.level
-    LOG.addHandler(handler)
-    LOG.setLevel(level)
-    LOG.propagate = False
+    before = logger.level
+    logger.addHandler(handler)
+    logger.setLevel(level)
+    logger.propagate = False
     try:
         if arguments.verbose:
-            yield LOG.debug
+            yield logger.debug
         elif sys.stderr.isatty() and not arguments.quiet:
             yield handler.show
         else:
             yield lambda _: None
     finally:
         handler.clear()
-        LOG.removeHandler(handler)
-        LOG.setLevel(before)
-        LOG.propagate = True
+        logger.removeHandler(handler)
+        logger.setLevel(before)
+        logger.propagate = True
 
 
 def in_si(said: str, arguments: argparse.Namespace) -> str:

@@ -23,7 +23,7 @@ from stripfold.solve.events import Crossing, Event, narrow
 from stripfold.solve.problem import Equilibrium, Point, Problem, Tangent, inner
 from stripfold.solve.stability import nearest_eigenvalues
 
-LOG = logging.getLogger(__name__)
+logger = logging.getLogger(__name__)
 CONTACT_CHANGE_RANGE = 1e-4
 """Arc length within which a contact must change for a branch to be continued with it switched."""
 
@@ -155,7 +155,7 @@ def follow(
         pending = [event for event in events if not event.passed(new, point)]
         point = new
         iterations = len(point.state.residuals) - 1
-        LOG.debug("state at lambda = %.6g L*, %d unknowns, %d iterations", point.lam, problem.size, iterations)
+        logger.debug("state at lambda = %.6g L*, %d unknowns, %d iterations", point.lam, problem.size, iterations)
         yield point
     raise ContinuationError(
         f"the branch was not followed to its end in {options.max_attempts} steps; it is at lambda = {point.lam:.9g}",

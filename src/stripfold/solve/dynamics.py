@@ -19,7 +19,7 @@ from stripfold.solve.drive import Drive
 from stripfold.solve.newton import NewtonOptions, rounding
 from stripfold.solve.schemes import Damping, DynamicProblem, EnergyMomentum, Scheme, StepStart
 
-LOG = logging.getLogger(__name__)
+logger = logging.getLogger(__name__)
 SAME_VELOCITY = 1e-12
 """Difference of velocities below which there is no impact."""
 
@@ -225,7 +225,7 @@ def march(
         share = 0.9 * (options.tolerance / max(error, 1e-300)) ** (1.0 / 3.0)
         dt = min(dt * min(max(share, 0.5), 1.5), options.largest)
         state, problem = new, problem.accepted(new.q)
-        LOG.debug("state at %.5g sqrt(L*/g), next step %.2g sqrt(L*/g)", state.t, dt)
+        logger.debug("state at %.5g sqrt(L*/g), next step %.2g sqrt(L*/g)", state.t, dt)
         yield state
 
 

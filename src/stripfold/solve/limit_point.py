@@ -22,7 +22,7 @@ from stripfold.errors import NewtonError, SolveError
 from stripfold.solve.newton import Linearised, NewtonOptions
 from stripfold.solve.problem import Equilibrium, Problem, Tangent, inner
 
-LOG = logging.getLogger(__name__)
+logger = logging.getLogger(__name__)
 DIFFERENCE = 5e-5
 """Arc length of the second differences."""
 SLOPE_TOLERANCE = 1e-4
@@ -115,7 +115,7 @@ def solve(
                 if abs(tangent.lam) <= tolerance and at.is_balanced(options):
                     state = Equilibrium(q, lam, active, tuple(history), at.force)
                     done = len(history) - 1
-                    LOG.debug("limit point at lambda = %.9g L*, %d unknowns, %d iterations", lam, problem.size, done)
+                    logger.debug("limit point at lambda = %.9g L*, %d unknowns, %d iterations", lam, problem.size, done)
                     return _limit_point(state, tangent, bend, inner(problem.metric, tangent, tangent), slopes)
                 if bend.lam == 0.0:
                     raise SolveError("the slope of lambda does not change along the branch")
