@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 import tomllib
@@ -13,7 +14,8 @@ import pytest
 import yaml
 
 from stripfold import cli, extras, store
-from stripfold.errors import MissingExtraError
+from stripfold.errors import InvalidInputError, MissingExtraError
+from stripfold.vision import video
 
 ROOT = Path(__file__).parents[1]
 
@@ -122,3 +124,24 @@ def test_other_packages_need_the_same():
     )
     cited = yaml.safe_load((ROOT / "CITATION.cff").read_text())["version"]
     assert recipe["context"]["version"] == cited
+
+
+def test_every_module_can_be_imported_on_other_systems_than_linux():
+    """In a process without the modules that Windows lacks."""
+    code = """
+import importlib, pkgutil, sys
+sys.modules |= dict.fromkeys(("fcntl", "grp", "pwd", "resource", "termios"))
+import stripfold
+for module in pkgutil.walk_packages(stripfold.__path__, "stripfold."):
+    if module.name != "stripfold.__main__":
+        importlib.import_module(module.name)
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+
+
+def test_a_film_elsewhere_than_on_linux_is_refused(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
+    (tmp_path / "film.mp4").write_bytes(b"")
+    monkeypatch.delattr(os, "memfd_create")
+    with pytest.raises(InvalidInputError, match="Linux"):
+        video.read(tmp_path / "film.mp4")
