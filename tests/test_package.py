@@ -141,7 +141,7 @@ for module in pkgutil.walk_packages(stripfold.__path__, "stripfold."):
 
 
 def test_a_film_elsewhere_than_on_linux_is_refused(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
-    (tmp_path / "film.mp4").write_bytes(b"")
+    (tmp_path / "film.mp4").write_bytes(b"film")
     monkeypatch.delattr(os, "memfd_create")
     with pytest.raises(InvalidInputError, match="Linux"):
         video.read(tmp_path / "film.mp4")
