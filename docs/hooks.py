@@ -1,9 +1,15 @@
-"""What the site needs beside the pages: the README as its first page, figures and examples under the same links."""
+"""What the site needs beside the pages: the README as its first page, figures and examples under the same links.
+
+Notebooks become pages, with the outputs that are stored in them.
+"""
 
 from __future__ import annotations
 
+import json
 import re
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
@@ -19,13 +25,31 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     for pattern in SHOWN:
         for path in sorted(ROOT.glob(pattern)):
             files.append(File.generated(config, path.relative_to(ROOT).as_posix(), abs_src_path=str(path)))
+    for path in sorted(ROOT.glob("examples/*.ipynb")):
+        cells = json.loads(path.read_text(encoding="utf-8"))["cells"]
+        content = "\n\n".join(block for cell in cells for block in _blocks(cell))
+        files.append(File.generated(config, f"examples/{path.stem}.md", content=content))
     return files
+
+
+def _blocks(cell: dict[str, Any]) -> Iterator[str]:
+    """A cell of a notebook and its outputs as Markdown."""
+    source = "".join(cell["source"])
+    yield source if cell["cell_type"] == "markdown" else f"```python\n{source}\n```"
+    for output in cell.get("outputs", ()):
+        data = output.get("data", {"text/plain": output.get("text", ())})
+        if picture := data.get("image/png"):
+            yield f"![what the cell draws](data:image/png;base64,{picture})"
+        else:
+            yield f"```text\n{''.join(data['text/plain']).rstrip()}\n```"
 
 
 def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:
     """Links as they are in the site, whose root is docs."""
+    if page.file.src_uri.startswith("examples/"):
+        return markdown.replace("](../docs/", "](../")
     outside = "docs/" if page.file.src_uri == "index.md" else r"\.\./(?=figures/|examples/)"
-    return re.sub(rf"\]\({outside}", "](", markdown)
+    return re.sub(r"\]\((examples/\w+)\.ipynb\)", r"](\1.md)", re.sub(rf"\]\({outside}", "](", markdown))
 
 
 def on_page_content(html: str, page: Page, config: MkDocsConfig, files: Files) -> str:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import logging
 import os
+import re
 import subprocess
 import sys
 import termios
@@ -344,7 +346,38 @@ def test_progress_goes_to_a_terminal_on_standard_error():
     os.close(theirs)
     os.close(ours)
     assert json.loads(done.stdout)["snap"] is True
-    assert "[00:00]" in shown
+    assert re.search(r"model elastica \[00:\d\d\]\r", shown)
+
+
+def test_verbose_says_model_mesh_and_steps_in_si(capsys):
+    code, out, err = run(capsys, *STRIP, "--model", "rod", "--verbose")
+    assert (code, out.count("lambda_c ")) == (0, 1)
+    for said in ("model rod", "elements 1.5 times", r"limit point at lambda = 0\.295 m, \d+ unknowns, \d+ iterations"):
+        assert re.search(rf"^ +\d+\.\d{{3}} s  {said}", err, re.M), err
+    assert "L*" not in err
+
+
+def test_quiet_leaves_errors_only(capsys):
+    line = ["path", "r-path", "--length", "0.5", "--eta-b", "3780"]
+    noisy, quiet = run(capsys, *line), run(capsys, *line, "--quiet")
+    assert noisy[2].startswith("stripfold: note: plan an R-path for the largest eta_b")
+    assert quiet == (0, noisy[1], "")
+    code, out, err = run(capsys, *line[:-1], "-1", "--quiet")
+    assert (code, out) == (2, "")
+    assert err.startswith("stripfold: error: eta_b = -1")
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_all_commands_can_be_quiet_or_verbose(capsys, name):
+    said = run(capsys, name, "--help")[1]
+    assert "--quiet" in said
+    assert "--verbose" in said
+
+
+def test_what_is_logged_goes_nowhere_after_a_command(capsys):
+    run(capsys, *STRIP, "--model", "elastica", "--verbose")
+    log = logging.getLogger("stripfold")
+    assert (log.handlers, log.level, log.propagate) == ([], logging.NOTSET, True)
 
 
 def test_bad_input_for_real():

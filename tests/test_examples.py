@@ -1,15 +1,26 @@
-"""Every example runs, alone and in a folder of its own, and stays short."""
+"""Every example and notebook runs, alone and in a folder of its own, and stays short."""
 
 from __future__ import annotations
 
+import base64
+import json
 import os
+import re
+import shutil
 import subprocess
 import sys
+from itertools import zip_longest
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-EXAMPLES = sorted((Path(__file__).parents[1] / "examples").glob("*.py"))
+from test_docs_examples import compare
+
+ROOT = Path(__file__).parents[1]
+EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
+NOTEBOOKS = sorted((ROOT / "examples").glob("*.ipynb"))
+QUIET = {"MPLBACKEND": "Agg", "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
 
 
 def test_there_are_nine_short_ones():
@@ -20,8 +31,52 @@ def test_there_are_nine_short_ones():
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
 def test_it_runs(path: Path, tmp_path: Path):
-    given = os.environ | {"MPLBACKEND": "Agg", "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    given = os.environ | QUIET
     done = subprocess.run([sys.executable, str(path)], cwd=tmp_path, env=given, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     assert done.stdout
     assert done.stderr == ""
+
+
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_a_notebook_shows_what_its_cells_print(path: Path, tmp_path: Path):
+    copy = Path(shutil.copy(path, tmp_path))
+    line = [sys.executable, str(ROOT / "workflow/notebooks.py"), copy.name]
+    done = subprocess.run(line, cwd=tmp_path, env=os.environ | QUIET, capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")
+    pairs = zip_longest(cells(copy), cells(path))
+    for now, stored in pairs:
+        assert now["source"] == stored["source"]
+        for output, shown in zip_longest(now.get("outputs", []), stored.get("outputs", []), fillvalue={}):
+            where = f"{path.name}: python workflow/notebooks.py examples/{path.name}\n{''.join(now['source'])}"
+            compare(text(output), text(shown), where)
+            assert ("image/png" in output.get("data", {})) == ("image/png" in shown.get("data", {})), where
+
+
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_a_notebook_is_small(path: Path):
+    outputs = [output.get("data", {}) for cell in cells(path) for output in cell.get("outputs", [])]
+    pictures = [base64.b64decode(data["image/png"]) for data in outputs if "image/png" in data]
+    assert pictures
+    assert max(map(len, pictures)) < 6000
+    assert path.stat().st_size < 20_000
+
+
+def test_all_notebooks_are_shown_and_their_links_lead_somewhere():
+    assert len(NOTEBOOKS) == 3
+    site = (ROOT / "mkdocs.yml").read_text(encoding="utf-8")
+    for path in NOTEBOOKS:
+        assert f"- examples/{path.stem}.md" in site
+        words = "".join("".join(cell["source"]) for cell in cells(path) if cell["cell_type"] == "markdown")
+        links = re.findall(r"\]\(([^)#]+)\)", words)
+        assert links
+        assert all((path.parent / link).exists() for link in links)
+
+
+def cells(path: Path) -> list[dict[str, Any]]:
+    found: list[dict[str, Any]] = json.loads(path.read_text(encoding="utf-8"))["cells"]
+    return found
+
+
+def text(output: dict[str, Any]) -> str:
+    return "".join(output.get("text", output.get("data", {}).get("text/plain", [])))

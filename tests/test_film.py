@@ -12,11 +12,14 @@ from av.video.reformatter import ColorRange, Colorspace
 from matplotlib.colors import to_rgb
 
 import made_up
+import stripfold as sf
+from stripfold.cli import main
 from stripfold.errors import InvalidInputError
 from stripfold.plots import colours, readers
 from stripfold.plots import film as module
 from stripfold.plots.film import clock, film, frames, slowdown_of
 from stripfold.plots.style import styled
+from stripfold.results import PathAssessment
 
 FPS, SLOW, STATIC = 10, 0.5, 1.2
 """A short film: 1.2 s of statics and 2 s of fall at double speed, 2.2 s in all."""
@@ -118,13 +121,13 @@ class TestFilm:
         luma = np.frombuffer(frame.planes[0], np.uint8).reshape(frame.height, -1)[:, : frame.width]
         assert luma[0, 0] == 235  # white
         expected = np.array(to_rgb(colours.PURPLE)) @ [0.2126, 0.7152, 0.0722]
-        stage = module._Stage(FOUND, SLOW)
+        stage = module._Stage(FOUND, SLOW, "𝜆 =")
         x, z = stage.gripper.axes.transData.transform((100.0 * (made_up.LAMBDA_0 - made_up.LENGTH / 2.0), 15.0))
         assert luma[frame.height - int(z), int(x)] == pytest.approx(16.0 + 219.0 * expected, abs=2.0)
 
     @styled
     def test_what_a_frame_shows(self):
-        stage = module._Stage(FOUND, 2.0)
+        stage = module._Stage(FOUND, 2.0, "𝜆 =")
         first = made_up.COUNTS["before"]
         frame = stage.frame(first + 9.5)
         assert frame.shape == (stage.size[1], stage.size[0], 4)
@@ -155,7 +158,7 @@ class TestFilm:
             again = film(made_up.collapse(), tmp_path / "again.mp4", progress=said.append)
             assert dict(mpl.rcParams) == before
         assert again.read_bytes() == made.read_bytes()
-        assert said == [f"drawing frame {i} of 23" for i in range(1, 24)]
+        assert said == [f"drawing: {100 * i // 23} %" for i in range(23)]
 
     def test_to_the_touch_only(self, tmp_path):
         path = film(made_up.collapse(after=False), tmp_path / "touch.mp4")
@@ -181,10 +184,57 @@ class TestErrors:
 
         def stop(text: str) -> None:
             # Late: the encoder looks ahead, and before it has written something there is nothing to spoil.
-            if text == "drawing frame 67 of 67":
+            if text == "drawing: 98 %":
                 raise KeyboardInterrupt
 
         with pytest.raises(KeyboardInterrupt):
             film(made_up.collapse(), path, progress=stop)
         assert path.read_bytes() == b"old"
         assert [one.name for one in tmp_path.iterdir()] == ["film.mp4"]
+
+
+@pytest.fixture(scope="module")
+def assessed() -> PathAssessment:
+    strip = sf.Strip(length=0.36, eta_b=3780)
+    return strip.assess(sf.paths.triangular(strip), fall=True, model="rod")
+
+
+class TestOfAPath:
+    """A film of an assessment."""
+
+    def test_the_fall_is_between_the_static_states(self, assessed, tmp_path, monkeypatch):
+        drawn = []
+        monkeypatch.setattr(module, "draw", lambda found, *_, **__: drawn.append(found))
+        assessed.film(tmp_path / "path.mp4")
+        (found,) = drawn
+        runs = [phase for i, phase in enumerate(found.phase) if i == 0 or phase != found.phase[i - 1]]
+        assert runs == ["before", "fall", "after"]
+        fall = found.part("fall")
+        assert np.all(np.isnan(found.time) == (found.phase != "fall"))
+        assert found.time[fall[0]] == 0.0
+        assert np.all(np.diff(found.time[fall]) > 0.0)
+        # One motion: no jump from the last static state into the fall, nor from rest to the next static one.
+        moved = np.linalg.norm(np.diff(found.states, axis=0), axis=2).max(axis=1)
+        assert max(moved[fall[0] - 1], moved[fall[-1]]) < 3e-3
+        np.testing.assert_allclose(found.states[-1, 0], [0.18, 0.0], atol=1e-6)
+
+    def test_it_can_be_watched(self, assessed, tmp_path):
+        assessed.film(tmp_path / "path.mp4")
+        seen = decode(tmp_path / "path.mp4")
+        assert has(seen[0], colours.BLACK)
+        assert not has(seen[0], colours.FALLING)
+        assert any(has(frame, colours.FALLING) for frame in seen)
+        assert has(seen[-1], colours.SETTLED)
+
+    def test_without_a_fall(self, tmp_path):
+        strip = sf.Strip(length=0.3, eta_b=3780)
+        strip.assess(sf.paths.low(strip, 0.036), model="rod").film(tmp_path / "path.mp4")
+        assert not any(has(frame, colours.FALLING) for frame in decode(tmp_path / "path.mp4"))
+
+    def test_a_wrong_name_is_found_before_anything_is_computed(self, tmp_path, monkeypatch, capsys):
+        monkeypatch.chdir(tmp_path)
+        line = ["--length", "0.36", "--eta-b", "3780"]
+        assert main(["path", "triangular", *line, "--csv", "path.csv"]) == 0
+        monkeypatch.setattr(PathAssessment, "of", None)
+        assert main(["assess", "path.csv", *line, "--film", "path.avi"]) == 2
+        assert "a name that ends in .mp4" in capsys.readouterr().err

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 import tomllib
@@ -12,8 +13,9 @@ from pathlib import Path
 import pytest
 import yaml
 
-from stripfold import cli, extras
-from stripfold.errors import MissingExtraError
+from stripfold import cli, extras, store
+from stripfold.errors import InvalidInputError, MissingExtraError
+from stripfold.vision import video
 
 ROOT = Path(__file__).parents[1]
 
@@ -28,10 +30,56 @@ def test_every_file_of_the_package_is_in_the_wheel(tmp_path: Path):
         if name.startswith("src/") or "/" not in name:
             (copy / name).parent.mkdir(parents=True, exist_ok=True)
             (copy / name).write_bytes((ROOT / name).read_bytes())
+    commit = committed(copy, "v9.8.7")
     subprocess.run([sys.executable, *line, str(copy)], check=True, cwd=tmp_path)
     (wheel,) = tmp_path.glob("*.whl")
-    there = {name for name in zipfile.ZipFile(wheel).namelist() if name.startswith("stripfold/")}
-    assert there == {name.removeprefix("src/") for name in files if name.startswith("src/stripfold/")}
+    assert wheel.name.startswith("stripfold-9.8.7-")
+    with zipfile.ZipFile(wheel) as found:
+        there = {name for name in found.namelist() if name.startswith("stripfold/")}
+        assert found.read("stripfold/commit.txt").decode() == f"{commit}\n"
+    expected = {name.removeprefix("src/") for name in files if name.startswith("src/stripfold/")}
+    assert there == expected | {"stripfold/commit.txt"}
+
+
+def committed(folder: Path, tag: str = "") -> str:
+    """Commit all of a folder, as a repository of its own; the commit."""
+    who = ["-c", "user.name=a", "-c", "user.email=a@example.org", "-c", "commit.gpgsign=false"]
+    for line in (["init", "-q"], ["add", "."], [*who, "commit", "-qm", "all", "--allow-empty"], ["tag", tag])[
+        : 3 + bool(tag)
+    ]:
+        subprocess.run(["git", "-C", str(folder), *line], check=True)
+    head = subprocess.run(["git", "-C", str(folder), "rev-parse", "HEAD"], capture_output=True, text=True, check=True)
+    return head.stdout.strip()
+
+
+def version_of(folder: Path) -> str:
+    line = [sys.executable, "setup.py", "--quiet", "--version"]
+    return subprocess.run(line, cwd=folder, capture_output=True, text=True, check=True).stdout.split()[-1]
+
+
+def test_the_version_is_that_of_the_tag(tmp_path: Path):
+    (tmp_path / "pyproject.toml").write_text('[project]\nname = "x"\ndynamic = ["version"]\n')
+    (tmp_path / "setup.py").write_bytes((ROOT / "setup.py").read_bytes())
+    assert version_of(tmp_path) == "0.1.0.dev0"
+    committed(tmp_path)
+    assert version_of(tmp_path) == "0.1.0.dev1"
+    committed(tmp_path, "v3.2.1")
+    assert version_of(tmp_path) == "3.2.1"
+    later = committed(tmp_path)
+    assert version_of(tmp_path) == f"3.2.1.post1+g{later[:7]}"
+    # Unpacked in the checkout of something else.
+    sdist = tmp_path / "sdist"
+    sdist.mkdir()
+    (sdist / "PKG-INFO").write_text("Metadata-Version: 2.4\nName: x\nVersion: 5.0\n")
+    (sdist / "setup.py").write_bytes((ROOT / "setup.py").read_bytes())
+    assert version_of(sdist) == "5.0"
+
+
+def test_an_installed_copy_knows_its_commit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(store, "__file__", str(tmp_path / "store.py"))
+    assert store.git_commit(tmp_path) == "unknown"
+    (tmp_path / "commit.txt").write_text("abc123\n")
+    assert store.git_commit(tmp_path) == "abc123"
 
 
 def test_a_missing_extra_is_named(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
@@ -71,5 +119,29 @@ def test_other_packages_need_the_same():
     assert set(recipe["requirements"]["run"]) == there(project["dependencies"]) | {
         f"python {project['requires-python']}"
     }
-    assert set(recipe["requirements"]["run_constraints"]) == there(extras_["plot"] + extras_["vision"])
-    assert recipe["context"]["version"] == project["version"]
+    assert set(recipe["requirements"]["run_constraints"]) == there(
+        [line for name in extras.MODULES for line in extras_[name]]
+    )
+    cited = yaml.safe_load((ROOT / "CITATION.cff").read_text())["version"]
+    assert recipe["context"]["version"] == cited
+
+
+def test_every_module_can_be_imported_on_other_systems_than_linux():
+    """In a process without the modules that Windows lacks."""
+    code = """
+import importlib, pkgutil, sys
+sys.modules |= dict.fromkeys(("fcntl", "grp", "pwd", "resource", "termios"))
+import stripfold
+for module in pkgutil.walk_packages(stripfold.__path__, "stripfold."):
+    if module.name != "stripfold.__main__":
+        importlib.import_module(module.name)
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+
+
+def test_a_film_elsewhere_than_on_linux_is_refused(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
+    (tmp_path / "film.mp4").write_bytes(b"film")
+    monkeypatch.delattr(os, "memfd_create")
+    with pytest.raises(InvalidInputError, match="Linux"):
+        video.read(tmp_path / "film.mp4")

@@ -5,8 +5,26 @@
 >>> strip.critical(height=0.09, model="rod").snap
 True
 
-All numbers are in SI units.  :class:`Strip` is where to start; ``stripfold.paths`` makes gripper paths,
-:func:`eta_b` and :func:`measure` measure.  Names are imported when they are first used.
+All numbers are in SI units: lengths in m, eta_b in m^-4 s^2, forces in N per m of width.
+
+=====================================  ===============================================================================
+where it snaps                         Strip.critical(height)
+how it falls                           Strip.collapse(height, release=Release(...))
+which places of the gripper are safe   Strip.map()
+a path that keeps a margin             Strip.plan()
+paths: planned, or your own            paths.r_path, triangular, circular, low (strip), paths.read(file, strip)
+what a path does to it                 Strip.assess(path, fall=True), friction=Hysteresis(M_0) or Pull(k_f)
+how stiff a fabric is                  eta_b(fold_height=...), eta_b(image=..., scale=..., method=...)
+where a filmed strip snaps             measure(folder)
+thousands of strips                    stripfold.sweep.run(grid, file)
+=====================================  ===============================================================================
+
+Results print as a table; each has ``to_dict()``, ``to_dataset()`` (xarray), ``to_netcdf(file)`` and ``plot()``.
+Errors are StripfoldError: InvalidInputError for what cannot be used, SolveError for what could not be computed,
+MeasurementError for a recording that cannot be measured, NoPathError where no path has the margin.  What a computation
+does goes to the logger "stripfold"; a function of one line, ``progress=print``, is told how far it is.
+
+The command line has the same: ``stripfold --help``.  Names are imported when they are first used.
 """
 
 from __future__ import annotations
@@ -20,7 +38,7 @@ if TYPE_CHECKING:
     from stripfold.simulation import Release
     from stripfold.strip import Hysteresis, Pull, Strip, eta_b, measure
 
-__version__ = "0.1.0"
+    __version__: str
 
 __all__ = [
     "Hysteresis",
@@ -46,6 +64,8 @@ _MODULES = {
 
 
 def __getattr__(name: str) -> object:
+    if name == "__version__":
+        return _version()
     if name == "paths":
         return import_module("stripfold.paths")
     for module, names in _MODULES.items():
@@ -54,6 +74,16 @@ def __getattr__(name: str) -> object:
             globals()[name] = found
             return found
     raise AttributeError(f"module 'stripfold' has no attribute {name!r}")
+
+
+def _version() -> str:
+    """Of the installed package: that of its tag."""
+    from importlib.metadata import PackageNotFoundError, version
+
+    try:
+        return version("stripfold")
+    except PackageNotFoundError:
+        return "unknown"
 
 
 def __dir__() -> list[str]:

@@ -9,16 +9,15 @@ import signal
 import sys
 import threading
 import traceback
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple, NoReturn
 
-from stripfold import __version__, cli_doctor, cli_plan
+import stripfold
 from stripfold import cli_commands as commands
-from stripfold.cli_commands import Say
+from stripfold import cli_doctor, cli_plan
+from stripfold.cli_messages import Say, in_si, messages, verbosity_options
 from stripfold.errors import StripfoldError
-from stripfold.material import GRAVITY, Material
 
 
 class Command(NamedTuple):
@@ -38,6 +37,9 @@ def _completion_options(parser: argparse.ArgumentParser) -> None:
 
 
 def _completion(arguments: argparse.Namespace, _: Say) -> str:
+    from stripfold.extras import require
+
+    require("completion")
     import shtab
 
     return str(shtab.complete(_parser(list(COMMANDS)), arguments.shell))
@@ -151,7 +153,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     gc.set_threshold(10_000)
     arguments = _parser(argv).parse_args(argv)
     try:
-        with _progress() as say:
+        with messages(arguments) as say:
             answer = COMMANDS[arguments.command].run(arguments, say)
         said, code = answer if isinstance(answer, tuple) else (answer, 0)
         print(said, flush=True)
@@ -165,7 +167,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 130
     except Exception as error:
         said, code = _in_words(error)
-        print(f"stripfold: error: {_in_si(said, arguments)}", file=sys.stderr)
+        print(f"stripfold: error: {in_si(said, arguments)}", file=sys.stderr)
         return code
 
 
@@ -187,17 +189,19 @@ def _in_words(error: Exception) -> tuple[str, int]:
     return f"{type(error).__name__} in {place}: {error}; this is a fault of the program: please report it", 5
 
 
-def _in_si(said: str, arguments: argparse.Namespace) -> str:
-    """A message on one line, with metres and seconds for the solvers' units where the strip is known."""
-    said, eta_b = " ".join(said.split()), getattr(arguments, "eta_b", None) or 0.0
-    return Material(eta_b, gravity=getattr(arguments, "gravity", GRAVITY)).in_si(said) if eta_b > 0.0 else said
-
-
 class _Parser(argparse.ArgumentParser):
     """Its errors are one line, also of arguments with line ends in them."""
 
     def error(self, message: str) -> NoReturn:
         super().error(" ".join(message.split()))
+
+
+class _Version(argparse.Action):
+    """Looked up only where it is asked for."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> NoReturn:
+        print(f"{parser.prog} {stripfold.__version__}")
+        parser.exit()
 
 
 def _parser(argv: Sequence[str]) -> argparse.ArgumentParser:
@@ -206,23 +210,12 @@ def _parser(argv: Sequence[str]) -> argparse.ArgumentParser:
         description="Static stability of fabric strip folding. All numbers in SI units.",
         allow_abbrev=False,
     )
-    parser.add_argument("--version", action="version", version=f"%(prog)s {__version__}")
+    parser.add_argument("--version", action=_Version, nargs=0, help="show the program's version number and exit")
     added = parser.add_subparsers(dest="command", required=True, metavar="command")
     for name, command in COMMANDS.items():
         options = added.add_parser(name, help=command.help, description=command.description, allow_abbrev=False)
         # The models are imported for the command that is called, not for `--help`.
         if name in argv:
             command.options(options)
+            verbosity_options(options)
     return parser
-
-
-@contextmanager
-def _progress() -> Iterator[Say]:
-    """A function that shows what is being done, on a terminal only."""
-    if not sys.stderr.isatty():
-        yield lambda _: None
-        return
-    from tqdm import tqdm
-
-    with tqdm(leave=False, file=sys.stderr, bar_format="{desc} [{elapsed}]") as bar:
-        yield bar.set_description_str

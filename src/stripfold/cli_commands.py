@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import argparse
 import os
-import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
 
+from stripfold.cli_messages import Say, logger
 from stripfold.errors import MISSING, InvalidInputError, SolveError, TimeStepError
 from stripfold.json_output import as_json, document
 
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from stripfold.reporting import Result
     from stripfold.validation import Input
 
-Say = Callable[[str], None]
 STRIP = ("length", "eta_b")
 SHEET = ("eta_m", "nu")
 
@@ -103,6 +102,14 @@ def _plot_file(given: str | None) -> Path | None:
 
     require("plot")
     return _output(given, given, ".png")
+
+
+def _film_file(given: str | None, source: str) -> Path:
+    """Where to write a film, checked before anything is computed."""
+    from stripfold.extras import require
+
+    require("vision")
+    return _output(given, source, ".mp4")
 
 
 def _draw(result: Result | FoldPath, target: Path | None) -> None:
@@ -217,7 +224,7 @@ def simulate(arguments: argparse.Namespace, say: Say) -> str:
     found.to_netcdf(path)
     _draw(found, target)
     for warning in found.warnings:
-        print(f"stripfold: warning: {warning}", file=sys.stderr)
+        logger.warning(warning)
     if arguments.json:
         return as_json(document({**found.to_dict(), "written": str(path)}, found.config()))
     return _lines([*found.rows(), ("written", str(path))])
@@ -229,10 +236,7 @@ def film_options(parser: argparse.ArgumentParser) -> None:
 
 
 def film(arguments: argparse.Namespace, say: Say) -> str:
-    from stripfold.extras import require
-
-    require("vision")
-    path = _output(arguments.output, arguments.result, ".mp4")
+    path = _film_file(arguments.output, arguments.result)
     from stripfold import store
     from stripfold.plots.film import film
 
@@ -282,7 +286,7 @@ def path(arguments: argparse.Namespace, say: Say) -> str:
     fold_at = arguments.fold_at
     planned = PLANS[arguments.kind](strip, fold_at) if height is None else low(strip, height, fold_at)
     if arguments.kind == "r-path":
-        print(f"stripfold: note: {safe_side(strip.gravity_length)}", file=sys.stderr)
+        logger.info(safe_side(strip.gravity_length))
     _draw(planned, drawing)
     if target is not None:
         planned.to_csv(target)
@@ -338,6 +342,7 @@ def assess_options(parser: argparse.ArgumentParser) -> None:
     text = "write the verdict with all states there"
     parser.add_argument("--output", metavar="RESULT.nc", help=text)
     _plot_option(parser, "the strip along the path")
+    parser.add_argument("--film", metavar="FILM.mp4", help="where to draw it as a film, with the falls")
     text = "exit with code 1 where the strip does not follow all of the path"
     parser.add_argument("--check", action="store_true", help=text)
     _json_option(parser)
@@ -355,13 +360,16 @@ def assess(arguments: argparse.Namespace, say: Say) -> tuple[str, int]:
 
     log = {name: getattr(arguments, name) for name in ("columns", "unit", "frame", "smooth", "fold_at")}
     path, target = paths.read(arguments.path, asked, **log), _plot_file(arguments.plot)
+    film = None if arguments.film is None else _film_file(arguments.film, arguments.film)
     for warning in path.curve.warnings:
-        print(f"stripfold: warning: {warning}", file=sys.stderr)
+        logger.warning(warning)
     data = None if arguments.output is None else _output(arguments.output, arguments.output, ".nc")
     found = PathAssessment.of(asked, path, began, say)
     if data is not None:
         found.to_netcdf(data)
     _draw(found, target)
+    if film is not None:
+        found.film(film, say)
     return _said(found, arguments), 1 if arguments.check and not (found.stable and found.completed) else 0
 
 
@@ -380,8 +388,7 @@ def record(arguments: argparse.Namespace, say: Say) -> str:
     _writable(folder)
     say("motion")
     history = recording.history_of(asked)
-    say("film")
-    recording.write_recording(history, asked, folder)
+    recording.write_recording(history, asked, folder, progress=say)
     critical = history.lambda_c
     known = "-" if critical is None else f"{critical:.6g} m  (static, known)"
     length = f"{history.t[-1]:.4g} s"

@@ -9,8 +9,8 @@ from collections.abc import Iterator
 from importlib import metadata
 from typing import Any, NamedTuple
 
-from stripfold import __version__
-from stripfold.cli_commands import Say
+import stripfold
+from stripfold.cli_messages import Say
 from stripfold.errors import StripfoldError
 from stripfold.extras import MODULES
 from stripfold.json_output import as_json
@@ -49,7 +49,7 @@ def doctor(arguments: argparse.Namespace, say: Say) -> tuple[str, int]:
 
 
 def _findings() -> Iterator[Finding]:
-    yield Finding("stripfold", __version__)
+    yield Finding("stripfold", stripfold.__version__)
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
     yield Finding("python", f"{platform.python_version()}, {platform.system()} {platform.machine()}, {cores} cores")
     yield from _packages()

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import argparse
 
-from stripfold.cli_commands import STRIP, Say, _given, _lines, _options, _output
+from stripfold.cli_commands import STRIP, _given, _lines, _options, _output
+from stripfold.cli_messages import Say
 from stripfold.errors import InvalidInputError
 from stripfold.extras import require
 from stripfold.json_output import as_json

@@ -6,7 +6,11 @@ from importlib.util import find_spec
 
 from stripfold.errors import MissingExtraError
 
-MODULES = {"plot": ("jinja2", "matplotlib"), "vision": ("av", "cv2", "jinja2", "matplotlib", "PIL", "skimage")}
+MODULES = {
+    "completion": ("shtab",),
+    "plot": ("jinja2", "matplotlib"),
+    "vision": ("av", "cv2", "jinja2", "matplotlib", "PIL", "skimage"),
+}
 """Modules by the extra that installs them."""
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, Self
 
@@ -50,7 +50,7 @@ GRASP = {
 }
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class FoldingPlan(Result):
     """A path that keeps a margin for every eta_b of an interval and ends in the accurate fold; SI.
 
@@ -66,11 +66,12 @@ class FoldingPlan(Result):
         The inputs, and the run time.
     """
 
-    choice: Choice = field(repr=False)
-    waypoints: Array = field(repr=False)
+    choice: Choice
+    waypoints: Array
     asked: Asked
     seconds: float
     title = "a gripper path for a strip whose eta_b is not well known"
+    shown = ("path", "margin")
 
     @classmethod
     def of(cls, asked: Asked, progress: Progress | None = None) -> Self:

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from math import isfinite
 from typing import Any
 
-from stripfold import __version__
+import stripfold
 
 OTHER = {
     "acceleration": "m s-2",
@@ -79,7 +79,7 @@ def document(numbers: Mapping[str, Any], inputs: Mapping[str, Any]) -> dict[str,
         **numbers,
         "inputs": dict(inputs),
         "units": dict(sorted((asked | units).items())),
-        "stripfold_version": __version__,
+        "stripfold_version": stripfold.__version__,
     }
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from math import degrees, isnan, nan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
@@ -27,7 +27,7 @@ KES_B, KES_HB = GRAM_FORCE * 1e-2, GRAM_FORCE
 """1 gf cm^2/cm in N m, and 1 gf cm/cm in N."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class EtaB(Result):
     """A measured weight-to-bending-stiffness ratio.
 
@@ -49,9 +49,10 @@ class EtaB(Result):
     gravity_length: float
     interval: tuple[float, float] = (nan, nan)
     friction: float = nan
-    fit: PictureEtaB | None = field(default=None, repr=False)
-    image: Any = field(default=None, repr=False)
+    fit: PictureEtaB | None = None
+    image: Any = None
     title = "a weight-to-bending-stiffness ratio"
+    shown = ("eta_b", "gravity_length")
 
     @classmethod
     def of(cls, asked: EtaRequest) -> Self:
@@ -145,7 +146,7 @@ def _of_numbers(asked: EtaRequest) -> tuple[float, float]:
     return eta_b, 0.5 * KES_HB * asked.kes_2hb / (rho_a * GRAVITY * (eta_b * GRAVITY) ** (-2.0 / 3.0))
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class RecordingMeasurement(Result):
     """lambda at the onset of the snap in a recording, with its uncertainty.
 
@@ -158,6 +159,7 @@ class RecordingMeasurement(Result):
     """
 
     details: Measurement
+    shown = ("snap", "lambda_event", "interval")
 
     @classmethod
     def of(cls, folder: str | os.PathLike[str], progress: Progress | None = None) -> Self:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import os
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from math import isfinite
-from typing import TYPE_CHECKING, Any
+from math import isfinite, isnan
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from stripfold import store
 
@@ -24,6 +24,8 @@ class Result(ABC):
     """Base of all results."""
 
     title = ""
+    shown: ClassVar[tuple[str, ...]] = ()
+    """Attributes in the :func:`repr`."""
 
     @abstractmethod
     def rows(self) -> Rows:
@@ -49,8 +51,20 @@ class Result(ABC):
         """Store :meth:`to_dataset` with the inputs, the code's version and those of the libraries."""
         store.write(self.to_dataset(), file, title=self.title, config=self.config())
 
+    def __repr__(self) -> str:
+        """One line: the class and what matters most; numbers that do not exist are left out."""
+        values = {name: getattr(self, name) for name in self.shown}
+        there = {name: value for name, value in values.items() if not (isinstance(value, float) and isnan(value))}
+        return f"{type(self).__name__}({', '.join(f'{name}={_short(value)}' for name, value in there.items())})"
+
     def __str__(self) -> str:
         return "\n".join(f"{name:<{WIDTH}} {text}" for name, text in self.rows())
+
+
+def _short(value: Any) -> str:
+    if isinstance(value, tuple):
+        return f"({', '.join(map(_short, value))})"
+    return f"{value:.6g}" if isinstance(value, float) else repr(value)
 
 
 def metres(value: float, what: str) -> str:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, fields
-from math import isfinite
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, fields
+from math import isfinite, nan
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, Self
 
@@ -13,7 +13,9 @@ import numpy as np
 
 from stripfold import schema
 from stripfold.analysis import critical_point, verdict
+from stripfold.analysis.assess import Followed
 from stripfold.analysis.critical_point import CriticalResult
+from stripfold.analysis.phases import AFTER, BEFORE, FALL, SLOW
 from stripfold.analysis.second_gripper import SecondGripper, second_gripper
 from stripfold.analysis.uncertain_eta_b import EtaBRange, over_eta_b
 from stripfold.analysis.verdict import Verdict
@@ -22,6 +24,7 @@ from stripfold.inputs import Scene
 from stripfold.paths import FoldPath
 from stripfold.reporting import Progress, Result, Rows, metres
 from stripfold.simulation import Simulation
+from stripfold.solve.dynamics import TimeState
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -32,8 +35,8 @@ NODES = 201
 """Nodes along the strip at which states on a path are stored: their own meshes differ."""
 
 
-@dataclass(frozen=True, eq=False)
-class CriticalPoint(CriticalResult, Result):
+@dataclass(frozen=True, eq=False, repr=False)
+class CriticalPoint(Result, CriticalResult):
     """The critical point of a strip whose gripper advances at constant height; lengths in m, nan where there is none.
 
     Source: the paper's section III; docs/physics.md, sections 4 and 5.
@@ -73,8 +76,9 @@ class CriticalPoint(CriticalResult, Result):
 
     eta_b_range: EtaBRange | None
     second_gripper: SecondGripper | None
-    scene: Scene = field(repr=False)
+    scene: Scene
     title = "a critical point"
+    shown = ("model", "snap", "lambda_c", "lambda_touch", "error")
 
     @classmethod
     def of(cls, scene: Scene, progress: Progress | None = None) -> Self:
@@ -165,8 +169,8 @@ class CriticalPoint(CriticalResult, Result):
         return self.scene.model_dump()
 
 
-@dataclass(frozen=True, eq=False)
-class PathAssessment(Verdict, Result):
+@dataclass(frozen=True, eq=False, repr=False)
+class PathAssessment(Result, Verdict):
     """A gripper path assessed for a strip; lengths in m, forces in N per m of width, nan where there is no such thing.
 
     Source: the paper's section IV; docs/physics.md, sections 5, 8 and 9.
@@ -202,9 +206,10 @@ class PathAssessment(Verdict, Result):
     """
 
     path: FoldPath
-    asked: Asked = field(repr=False)
+    asked: Asked
     seconds: float
     title = "a gripper path assessed"
+    shown = ("stable", "completed", "touch_x", "touch_error")
 
     @classmethod
     def of(cls, asked: Asked, path: FoldPath, began: float, progress: Progress | None = None) -> Self:
@@ -258,7 +263,7 @@ class PathAssessment(Verdict, Result):
         return "no: the statics end at the critical point" if self.critical and not self.asked.fall else "no"
 
     def to_dict(self) -> dict[str, Any]:
-        names = [item.name for item in fields(Verdict) if item.name != "states"]
+        names = [item.name for item in fields(Verdict) if item.name not in ("states", "falls")]
         values = {name: getattr(self, name) for name in (*names, "seconds")}
         return values | {"critical": [dict(event) for event in self.critical]}
 
@@ -280,11 +285,12 @@ class PathAssessment(Verdict, Result):
         flags = {"stable": int(self.stable), "completed": int(self.completed)}
         return schema.dataset(values, flags | {"contact": self.contact, "failure": self.failure})
 
-    def _mid_surfaces(self) -> np.ndarray[Any, np.dtype[np.float64]]:
+    def _mid_surfaces(self, states: Sequence[Followed] | None = None) -> np.ndarray[Any, np.dtype[np.float64]]:
         """Shape (states, nodes, 2), m."""
         unit = self.asked.gravity_length
         arc = np.linspace(0.0, self.states[0][0].model.length, NODES)
-        return np.stack([unit * problem.model.resampled_mid_surface(point.q, arc) for problem, point in self.states])
+        states = self.states if states is None else states
+        return np.stack([unit * problem.model.resampled_mid_surface(point.q, arc) for problem, point in states])
 
     def plot(self) -> Figure:
         """The strip along the path, the last static state black; critical points are crosses."""
@@ -295,11 +301,34 @@ class PathAssessment(Verdict, Result):
         marks = np.array([(event["x"], event["z"]) for event in self.critical]).reshape(-1, 2)
         return draw_strip(list(states[chosen]), self.path.places[:, 1:], marks)
 
+    def film(self, file: str | os.PathLike[str], progress: Progress | None = None) -> None:
+        """Draw it as an MP4 film, with the falls that were followed."""
+        from stripfold.extras import require
+
+        require("vision")
+        from stripfold.plots import film, readers
+
+        ordered = [(SLOW if isinstance(state[1], TimeState) else BEFORE, state) for state in self.states]
+        if self.falls:
+            first = self.falls[0][0]
+            ordered[first:] = [(AFTER, state) for _, state in ordered[first:]]
+        for before, motion in reversed(self.falls):
+            ordered[before:before] = [(FALL, (motion.problem, state)) for state in motion.states]
+        phase, states = (list(part) for part in zip(*ordered, strict=True))
+        second = self.asked.material.scales["s"]
+        followed = readers.Followed(
+            phase=np.array(phase),
+            time=np.array([second * state.t if isinstance(state, TimeState) else nan for _, state in states]),
+            advance=self.asked.gravity_length * np.array([state.lam for _, state in states]),
+            states=self._mid_surfaces(states),
+        )
+        film.draw(followed, file, "way", progress=progress)
+
     def config(self) -> dict[str, Any]:
         return {**self.asked.model_dump(), "path": self.path.name, "fold_at": self.path.fold_at}
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class StripCollapse(Result):
     """A strip through its collapse: statics to lambda_c, the fall, statics again.
 
@@ -313,9 +342,10 @@ class StripCollapse(Result):
         The inputs.
     """
 
-    dataset: xr.Dataset = field(repr=False)
+    dataset: xr.Dataset
     simulation: Simulation
     title = "a strip through its collapse"
+    shown = ("lambda_c", "touch", "rest_time")
 
     @classmethod
     def of(cls, simulation: Simulation, progress: Progress | None = None) -> Self:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, Self
 
@@ -14,6 +14,7 @@ from stripfold.arrays import Array
 from stripfold.elastica.boundary import LENGTHS
 from stripfold.errors import InvalidInputError
 from stripfold.inputs import Strip
+from stripfold.percent import Percent
 from stripfold.reporting import Progress, Result, Rows, metres
 
 if TYPE_CHECKING:
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class StabilityMap(Result):
     """The gripper places that a frictionless strip follows from the flat state; x and z with the origin mid-strip, m.
 
@@ -37,11 +38,12 @@ class StabilityMap(Result):
         The inputs, and the run time.
     """
 
-    in_star: GripperMap = field(repr=False)
-    eigenvalues: Array = field(repr=False)
+    in_star: GripperMap
+    eigenvalues: Array
     strip: Strip
     seconds: float
     title = "stability map of the gripper's places"
+    shown = ("strip", "touch_limit")
 
     @classmethod
     def of(cls, strip: Strip, progress: Progress | None = None) -> Self:
@@ -56,8 +58,7 @@ class StabilityMap(Result):
         found = gripper_map(strip.length_star)
         advance, heights = found.grid
         rows = []
-        for z in heights:
-            say(f"height {z * strip.gravity_length:.3g} m")
+        for z in Percent(say, "eigenvalues").each(heights, len(heights)):
             rows.append(found.eigenvalues(advance, float(z)))
         return cls(found, np.array(rows), strip, perf_counter() - began)
 

@@ -241,14 +241,23 @@ def running_commit() -> str:
 def git_commit(folder: Path = Path(__file__).parent) -> str:
     """Commit of the source tree that ``folder`` belongs to, with "-dirty" when its sources were changed.
 
-    "unknown" where this is no checkout, or git is missing.
+    Where this is no checkout, or git is missing, that of the wheel; "unknown" of one built without git.
     """
+    return _of_checkout(folder) or _of_wheel()
+
+
+def _of_wheel() -> str:
+    file = Path(__file__).with_name("commit.txt")
+    return file.read_text(encoding="utf-8").strip() if file.is_file() else "unknown"
+
+
+def _of_checkout(folder: Path) -> str | None:
     # An installed copy may lie inside somebody else's checkout: only one that tracks this file counts.
     if _git(folder, "ls-files", "--error-unmatch", Path(__file__).name) is None:
-        return "unknown"
+        return None
     commit, top = _git(folder, "rev-parse", "HEAD"), _git(folder, "rev-parse", "--show-toplevel")
     if not commit or not top:
-        return "unknown"
+        return None
     changed = _git(Path(top), "status", "--porcelain", "--", *_SOURCES)
     return commit if changed == "" else f"{commit}-dirty"
 

@@ -27,6 +27,7 @@ from stripfold.analysis.static import End
 from stripfold.errors import InvalidInputError, StripfoldError
 from stripfold.inputs import Scene
 from stripfold.models.model_error import model_error
+from stripfold.percent import Percent
 from stripfold.reporting import Progress
 from stripfold.validation import Input, Number, Whole, within
 
@@ -204,14 +205,15 @@ def _values(key: str, given: Any) -> list[Any]:
 
 def _solve_all(grid: Grid, left: list[tuple[range, Path]], cores: int, say: Progress) -> None:
     finished = grid.count - sum(len(chunk) for chunk, _ in left)
-    say(f"{finished / grid.count:.0%}")
+    solved = Percent(say, "solved")
+    solved(finished / grid.count)
     pool = ProcessPoolExecutor(cores, initializer=_end_at_once)
     try:
         running = {pool.submit(_solve, grid, chunk, part): len(chunk) for chunk, part in left}
         for done in as_completed(running):
             done.result()
             finished += running[done]
-            say(f"{finished / grid.count:.0%}")
+            solved(finished / grid.count)
     except BrokenProcessPool as error:
         raise StripfoldError("a process of the sweep was ended from outside; run it again to go on") from error
     finally:

@@ -11,6 +11,7 @@ from pathlib import Path
 import xarray as xr
 from packaging.requirements import Requirement
 
+from stripfold.extras import MODULES
 from studies.commands import COMMANDS, Outcome, run_all
 from studies.common import ONE_CORE, dataset
 
@@ -63,10 +64,10 @@ def reason(outcome: Outcome) -> str:
 
 
 def dependencies(wheel: Path) -> list[Requirement]:
-    """What a wheel needs, with its optional part for pictures and films, whose needs are direct ones, too."""
+    """What a wheel needs, with the optional parts that commands have, whose needs are direct ones, too."""
     (found,) = distributions(path=[str(wheel)])
     needs = [Requirement(line) for line in found.requires or []]
-    extras = ("", "plot", "vision")
+    extras = ("", *MODULES)
     wanted = [n for n in needs if n.marker is None or any(n.marker.evaluate({"extra": extra}) for extra in extras)]
     # Without the markers, which name the extra.
     return [Requirement(f"{need.name}{need.specifier}") for need in wanted if need.name != "stripfold"]

@@ -125,9 +125,12 @@ def examples_markdown() -> str:
     """The page ``docs/examples.md``: the programs of ``examples``, in the order of their own page."""
     blocks = [
         "# Examples\n\n<!-- Made by `snakemake readme` from `examples/`. -->\n\n"
-        "Each program runs alone and in seconds, in any folder; those that need an extra say so."
+        "Each program runs alone and in seconds, in any folder; those that need an extra say so.\n\n"
+        "Notebooks, shown with what they print and draw:"
     ]
     listed = (ROOT / "examples/README.md").read_text(encoding="utf-8")
+    shown = re.findall(r"^\| \[(\w+)\.ipynb\]\(\1\.ipynb\) \| (.+) \|$", listed, re.M)
+    blocks.append("\n".join(f"* [{name}](../examples/{name}.ipynb): {use}" for name, use in shown))
     for name, question in re.findall(r"^\| \[(\w+\.py)\]\(\1\) \| (.+) \|$", listed, re.M):
         code = (ROOT / "examples" / name).read_text(encoding="utf-8")
         blocks.append(f"## {question}\n\n[{name}](../examples/{name})\n\n```python\n{code}```")

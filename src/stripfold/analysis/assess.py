@@ -160,8 +160,7 @@ def assess_strip(
     """
     say = progress or (lambda _: None)
     mesh = strip.contact_mesh(refinement)
-    say("following the path")
-    segments, motions, events = [follow(mesh, path, strip.length, options=options)], [], []
+    segments, motions, events = [follow(mesh, path, strip.length, options=options, progress=say)], [], []
     touch, failure = _static_touch(segments[0]), None
     while (found := segments[-1].critical) is not None:
         segment = segments[-1]
@@ -178,7 +177,7 @@ def assess_strip(
                 break
             say("following the path from the state at rest")
             rest = at_rest(mesh, motion)
-            segments.append(follow(mesh, path, strip.length, rest, segment.pieces[-1], options))
+            segments.append(follow(mesh, path, strip.length, rest, segment.pieces[-1], options, say))
         except SolveError as error:
             # What statics say of the path holds without the fall.
             failure = error

@@ -143,6 +143,7 @@ def _model_error(scene: Scene) -> float:
 
 def _find(scene: Scene, prediction: ElasticaPrediction, progress: Progress) -> _Found:
     """The end of the advance by the scene's model."""
+    progress(f"model {scene.model}")
     first, last = prediction.first, prediction.last
     length, thickness = scene.length_star, scene.material.relative_thickness
     end = prediction.end(length)

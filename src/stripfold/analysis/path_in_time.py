@@ -6,6 +6,7 @@ sqrt(L*/g) and rho_a g L*.  Source: docs/physics.md, section 8.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import ceil
 
@@ -20,6 +21,7 @@ from stripfold.arrays import Array
 from stripfold.effects import Hysteresis, LayerFriction
 from stripfold.effects.self_contact import SelfContact
 from stripfold.paths.curve import GripperPath
+from stripfold.percent import Percent
 from stripfold.problem import AlongPath, Opened, StripProblem
 from stripfold.solve import dynamics, newton
 from stripfold.solve.drive import Moving
@@ -81,6 +83,7 @@ def follow_in_time(
     speed: float = SPEED,
     refinement: float = 1.0,
     options: TimeOptions = TIME_OPTIONS,
+    progress: Callable[[str], None] | None = None,
 ) -> PathInTime:
     """Follow a path to its end and wait for rest.
 
@@ -98,6 +101,8 @@ def follow_in_time(
         Of the gripper, sqrt(g L*).
     refinement
         Factor on the element lengths.
+    progress
+        Called with a line on how much of the path is done.
 
     Raises
     ------
@@ -116,7 +121,8 @@ def follow_in_time(
     on_floor = problem.bounded[q[problem.bounded] <= 0.0]
     first = dynamics.start(problem, q, np.zeros(model.size), FIRST, on_floor)
     drive = Moving(FIRST, speed, path.length)
-    return _followed(problem, first, drive, damping, options, (path.length - FIRST) / speed)
+    moving, moved = (path.length - FIRST) / speed, Percent(progress, "following the path in time")
+    return _followed(problem, first, drive, damping, options, moving, moved)
 
 
 def opened(found: PathInTime, damping: Damping, options: TimeOptions = TIME_OPTIONS) -> PathInTime:
@@ -127,12 +133,20 @@ def opened(found: PathInTime, damping: Damping, options: TimeOptions = TIME_OPTI
 
 
 def _followed(
-    problem: StripProblem, first: TimeState, drive: Moving, damping: Damping, options: TimeOptions, moving: float
+    problem: StripProblem,
+    first: TimeState,
+    drive: Moving,
+    damping: Damping,
+    options: TimeOptions,
+    moving: float,
+    moved: Percent | None = None,
 ) -> PathInTime:
     """To rest after the gripper has moved for some time."""
     states: list[tuple[StripProblem, TimeState]] = []
     touch: int | None = None
     for state in to_rest(problem, [first], drive, damping, options, moving=moving):
+        if moved is not None:
+            moved(min(state.t / moving, 1.0))
         if touch is None and touches(problem.model, state):
             touch = len(states)
         states.append((problem, state))

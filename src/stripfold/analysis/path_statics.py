@@ -6,6 +6,7 @@ followed to the corner, and from there with the direction of the next piece.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 
@@ -20,6 +21,7 @@ from stripfold.errors import SolveError
 from stripfold.models.contact_mesh import Topology
 from stripfold.moving_contact import MovingContact
 from stripfold.paths.curve import GripperPath, Piece
+from stripfold.percent import Percent
 from stripfold.problem import AlongPath, StripProblem
 from stripfold.solve import continuation, critical
 from stripfold.solve.continuation import StepOptions
@@ -95,6 +97,7 @@ def follow(
     first: BranchPoint | State | None = None,
     piece: int = 0,
     options: StepOptions = STEPS,
+    progress: Callable[[str], None] | None = None,
 ) -> StaticSegment:
     """Follow a path from the flat strip, or from a state on one of its pieces.
 
@@ -108,6 +111,8 @@ def follow(
         The state to begin with, and the index of its piece.
     options
         Of the steps.
+    progress
+        Called with a line on how much of the path is done.
 
     Raises
     ------
@@ -115,7 +120,7 @@ def follow(
         When a state or the branch cannot be computed.
     """
     at: BranchPoint | State = first or from_flat(mesh, path, length)
-    follower = _Follower(mesh, path, length, options, at, piece)
+    follower = _Follower(mesh, path, length, options, at, piece, Percent(progress, "following the path"))
     while follower.critical is None and follower.lam < path.length:
         follower.advance()
     last = follower.at if isinstance(follower.at, BranchPoint) else None
@@ -133,6 +138,7 @@ class _Follower:
     options: StepOptions
     at: BranchPoint | State
     piece: int
+    followed: Percent
     states: list[State] = field(default_factory=list)
     pieces: list[int] = field(default_factory=list)
     critical: CriticalPoint | None = None
@@ -147,6 +153,7 @@ class _Follower:
         self.at = at
         self.states.append(at.problem.on_mesh(at.point) if isinstance(at, BranchPoint) else at)
         self.pieces.append(self.piece)
+        self.followed(self.lam / self.path.length)
 
     @property
     def lam(self) -> float:

@@ -1,5 +1,9 @@
-"""Phases of a simulated collapse, as its dataset names them: statics to lambda_c, the fall, statics from rest on."""
+"""Phases of a strip that is followed: statics, a fall, statics from rest on; or all in time, with a slow gripper.
+
+The dataset of a collapse names the first three.
+"""
 
 from __future__ import annotations
 
 BEFORE, FALL, AFTER = PHASES = "before", "fall", "after"
+SLOW = "slow"

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from itertools import accumulate
 from typing import Any
 
 import numpy as np
@@ -20,15 +21,17 @@ from stripfold.analysis.assess import (
 )
 from stripfold.analysis.collapse import in_solver_units
 from stripfold.analysis.contact import touch_position, touches
-from stripfold.analysis.path_friction import STEP, Effects, effects_of, load_incrementally, until_lost
+from stripfold.analysis.path_friction import STEP, Effects, Step, effects_of, load_incrementally, until_lost
 from stripfold.analysis.path_in_time import follow_in_time
 from stripfold.analysis.path_statics import MOVING, NODAL
+from stripfold.analysis.release import Motion
 from stripfold.analysis.static import StripModel
 from stripfold.effects.hysteresis import YIELD_CURVATURE
 from stripfold.errors import InvalidInputError, SolveError
 from stripfold.material import Material
 from stripfold.paths.curve import GripperPath
 from stripfold.paths.rpath import HalfFold, half_fold
+from stripfold.percent import Percent
 from stripfold.problem import StripProblem
 from stripfold.simulation import Release
 from stripfold.solve.problem import Point
@@ -43,7 +46,7 @@ class Verdict:
     """The assessment of a path; lengths in m, forces in N per m of width, nan where undefined.
 
     :class:`.results.PathAssessment` describes the attributes; ``states`` are the states followed, static or in time, in
-    L*, each with the problem that it solves.
+    L*, each with the problem that it solves; ``falls`` are those between them, each with the states before counted.
     """
 
     stable: bool
@@ -60,6 +63,7 @@ class Verdict:
     contact: str
     failure: str
     states: tuple[Followed, ...] = field(repr=False)
+    falls: tuple[tuple[int, Motion], ...] = field(default=(), repr=False, kw_only=True)
 
 
 def assess_path(
@@ -119,6 +123,8 @@ def assess_path(
         events, failure = _events(found, material), found.failure
         touch = found.touch.x if found.touch else float("nan")
         states, contact = list[Followed](found.states), found.contact
+        ends = accumulate(len(segment.states) for segment in found.segments)
+        falls = tuple(zip(ends, found.motions, strict=False))
     else:
         law, strength = "pull", (friction or 0.0) * unit / material.gravity
         if hysteresis is not None:
@@ -128,10 +134,11 @@ def assess_path(
             raise InvalidInputError("step", step, allowed)
         size = STEP if step is None else step / unit
         kappa_y = YIELD_CURVATURE if yield_curvature is None else yield_curvature * unit
-        stepped, lost = _with_friction(strip, path, effects_of(law, strength, kappa_y), size, refinement)
+        stepped, lost = _with_friction(strip, path, effects_of(law, strength, kappa_y), size, refinement, progress)
         touch = next((touch_position(p.model, point) for p, point in stepped if touches(p.model, point)), float("nan"))
         events = [_event(lost, SNAP, float("nan"))] if lost is not None else []
         states, contact, failure = list[Followed](stepped), MOVING, None
+        falls = ()
     if layer_friction is not None:
         if not np.isnan(touch):
             # These statics know no friction between the layers.
@@ -139,14 +146,17 @@ def assess_path(
         damping = in_solver_units(Release(), material).damping
         moment = 0.0 if hysteresis is None else strength
         try:
-            moved = follow_in_time(strip, path, layer_friction, moment, damping=damping, refinement=refinement)
+            moved = follow_in_time(
+                strip, path, layer_friction, moment, damping=damping, refinement=refinement, progress=progress
+            )
         except SolveError as error:
             failure = error
         else:
             states, touch, contact = list(moved.states), moved.touch_x, NODAL
+            falls = ()
     said = "" if failure is None else material.in_si(" ".join(str(failure).split()))
     folded = strip.length if fold_at is None else 2.0 * fold_at / unit
-    return _verdict(strip, material, path, events, touch, states, contact, said, folded)
+    return _verdict(strip, material, path, events, touch, states, falls, contact, said, folded)
 
 
 def _events(found: Assessment, material: Material) -> list[dict[str, Any]]:
@@ -179,11 +189,23 @@ def _event(
 
 
 def _with_friction(
-    strip: StripModel, path: GripperPath, effects: Effects, size: float, refinement: float
+    strip: StripModel,
+    path: GripperPath,
+    effects: Effects,
+    size: float,
+    refinement: float,
+    progress: Callable[[str], None] | None,
 ) -> tuple[list[tuple[StripProblem, Point]], float | None]:
     """The states with friction, and the length travelled at which the strip was lost, if it was."""
     mesh = strip.contact_mesh(refinement, memory=True)
-    steps, lost = until_lost(load_incrementally(mesh, path, effects, size))
+    loaded = Percent(progress, "following the path with friction")
+
+    def told() -> Iterator[Step]:
+        for step in load_incrementally(mesh, path, effects, size):
+            loaded(step.lam / path.length)
+            yield step
+
+    steps, lost = until_lost(told())
     return [step.on_mesh for step in steps], lost
 
 
@@ -194,6 +216,7 @@ def _verdict(
     events: list[dict[str, Any]],
     touch: float,
     states: list[Followed],
+    falls: tuple[tuple[int, Motion], ...],
     contact: str,
     failure: str,
     folded_length: float,
@@ -228,6 +251,7 @@ def _verdict(
         contact=contact,
         failure=failure,
         states=tuple(states),
+        falls=falls,
     )
 
 

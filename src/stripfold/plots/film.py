@@ -1,4 +1,4 @@
-"""A film of a collapse: statics quickly, the fall in real time or slowed down, statics again; H.264 in MP4."""
+"""Films of a strip: statics quickly, the fall in real time or slowed down, statics again; H.264 in MP4."""
 
 from __future__ import annotations
 
@@ -15,11 +15,12 @@ from av.video.reformatter import ColorPrimaries, ColorRange, Colorspace, ColorTr
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from numpy.typing import NDArray
 
-from stripfold.analysis.phases import AFTER, BEFORE, FALL
+from stripfold.analysis.phases import AFTER, BEFORE, FALL, SLOW
 from stripfold.arrays import Array
 from stripfold.errors import InvalidInputError
+from stripfold.percent import Percent
 from stripfold.plots.colours import BLACK, FALLING, GREY, GRIPPER, SETTLED
-from stripfold.plots.readers import Collapse, collapse
+from stripfold.plots.readers import Followed, collapse
 from stripfold.plots.style import CM, around, draw_held_end, equal_panels, styled
 from stripfold.store import atomic
 
@@ -43,13 +44,15 @@ Frame = NDArray[np.uint8]
 Progress = Callable[[str], None]
 
 
-def slowdown_of(found: Collapse) -> float:
+def slowdown_of(found: Followed) -> float:
     """The first of :data:`SLOWDOWNS` with which the fall lasts :data:`LEAST_SECONDS`, or the last."""
-    lasts = float(np.ptp(found.time[found.part(FALL)]))
+    if not len(fall := found.part(FALL)):
+        return SLOWDOWNS[0]
+    lasts = float(np.ptp(found.time[fall]))
     return next((one for one in SLOWDOWNS if one * lasts >= LEAST_SECONDS), SLOWDOWNS[-1])
 
 
-def clock(found: Collapse, slowdown: float) -> Array:
+def clock(found: Followed, slowdown: float) -> Array:
     """Time of each state in the film, s: the fall at a constant rate, statics at a constant speed of the gripper."""
     same = found.phase[1:] == found.phase[:-1]
     falling = same & (found.phase[1:] == FALL)
@@ -64,34 +67,53 @@ def frames(times: Array) -> Array:
     return np.interp(np.arange(count) / FPS, times, np.arange(len(times)))
 
 
-@styled
 def film(data: xr.Dataset, path: str | os.PathLike[str], *, progress: Progress | None = None) -> Path:
-    """Draw a collapse frame by frame into an MP4 file that browsers play, atomically.
-
-    The same data give the same bytes with the same versions of the libraries.
+    """Draw a collapse as a film: :func:`draw`.
 
     Parameters
     ----------
     data
         From :func:`stripfold.analysis.collapse.run`.
-    path
-        Output file with the suffix .mp4.  Missing folders are made.
-    progress
-        Called with a line of text before each frame.
+    path, progress
+        As there.
 
     Raises
     ------
     InvalidInputError
         Other data, or another suffix.
     """
+    return draw(collapse(data), path, "𝜆 =", progress=progress)
+
+
+@styled
+def draw(found: Followed, path: str | os.PathLike[str], way: str, *, progress: Progress | None = None) -> Path:
+    """Draw a strip frame by frame into an MP4 file that browsers play, atomically.
+
+    The same data give the same bytes with the same versions of the libraries.
+
+    Parameters
+    ----------
+    found
+        The states.
+    path
+        Output file with the suffix .mp4.  Missing folders are made.
+    way
+        What the way of the gripper is called.
+    progress
+        Called with a line on how much is done.
+
+    Raises
+    ------
+    InvalidInputError
+        Another suffix.
+    """
     path = Path(path)
     if path.suffix.lower() != ".mp4":
         raise InvalidInputError("film", os.fspath(path), "a file name with the suffix .mp4")
-    found = collapse(data)
     slowdown = slowdown_of(found)
     shown = frames(clock(found, slowdown))
     with atomic(path) as temporary, av.open(os.fspath(temporary), "w", format="mp4", options=_CONTAINER) as container:
-        stage = _Stage(found, slowdown)
+        stage = _Stage(found, slowdown, way)
         stream = container.add_stream("libx264", rate=FPS, options=_ENCODER)
         stream.width, stream.height = stage.size
         stream.pix_fmt = "yuv420p"
@@ -102,9 +124,7 @@ def film(data: xr.Dataset, path: str | os.PathLike[str], *, progress: Progress |
         context.color_primaries, context.color_trc = ColorPrimaries.BT709, ColorTrc.BT709
         reformatter = VideoReformatter()
         # One frame at a time: memory does not grow with the length of the film.
-        for i, position in enumerate(shown):
-            if progress:
-                progress(f"drawing frame {i + 1} of {len(shown)}")
+        for i, position in enumerate(Percent(progress, "drawing").each(shown, len(shown))):
             picture = reformatter.reformat(
                 av.VideoFrame.from_numpy_buffer(stage.frame(float(position)), format="rgba"),
                 format="yuv420p",
@@ -117,14 +137,14 @@ def film(data: xr.Dataset, path: str | os.PathLike[str], *, progress: Progress |
     return path
 
 
-_LOOKS = {BEFORE: (BLACK, "static"), FALL: (FALLING, "fall"), AFTER: (SETTLED, "static")}
+_LOOKS = {BEFORE: (BLACK, "static"), FALL: (FALLING, "fall"), AFTER: (SETTLED, "static"), SLOW: (BLACK, "slow")}
 
 
 class _Stage:
     """A figure whose background is drawn once; only the strip, the gripper and the texts are drawn for each frame."""
 
-    def __init__(self, found: Collapse, slowdown: float) -> None:
-        self.found, self.slowdown = found, slowdown
+    def __init__(self, found: Followed, slowdown: float, way: str) -> None:
+        self.found, self.slowdown, self.way = found, slowdown, way
         fig, (ax,) = equal_panels([around(CM * found.states)], above=0.3)
         fig.set_dpi(DPI)
         # An even number of dots for the encoder.
@@ -165,7 +185,7 @@ class _Stage:
         self.said.set_text(text)
         self.said.set_color(colour)
         # Letters in italics: parsing mathematics in the text took longer than drawing the frame.
-        self.position.set_text(f"𝜆 = {CM * float(between(found.advance)):.1f} cm")
+        self.position.set_text(f"{self.way} {CM * float(between(found.advance)):.1f} cm")
         self.canvas.restore_region(self.background)  # type: ignore[attr-defined]
         for artist in (self.critical, self.strip, self.gripper, self.said, self.position):
             self.canvas.figure.draw_artist(artist)

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from stripfold.analysis.phases import BEFORE, FALL, PHASES
+from stripfold.analysis.phases import FALL, PHASES
 from stripfold.arrays import Array, Index
 from stripfold.errors import InvalidInputError
 
@@ -23,22 +23,15 @@ _LAYOUT: dict[str, tuple[str, ...]] = {
 
 
 @dataclass(frozen=True, eq=False)
-class Collapse:
-    """Statics before lambda_c, the fall and statics after it at one gripper height: m states of shape (n, 2), x and z.
+class Followed:
+    """A strip followed, state by state: m states of shape (n, 2), x and z.
 
-    Times count from the start of the fall; they are nan in statics and where nothing touches or comes to rest.
+    ``advance`` is the way of the gripper.  Times count from the start of a fall; they are nan in statics.
     """
 
-    gripper_height: float
-    lambda_0: float
-    lambda_c: float
-    touch_time: float
-    settle_time: float
-    touch_x: float
     phase: NDArray[np.str_]
     time: Array
     advance: Array
-    deflection: Array
     states: Array
 
     def part(self, phase: str) -> Index:
@@ -47,8 +40,25 @@ class Collapse:
 
     @property
     def critical(self) -> int:
-        """Index of the state at lambda_c: the last before the fall."""
-        return int(self.part(BEFORE)[-1])
+        """Index of the last state before the first fall; the last of all without one."""
+        fall = self.part(FALL)
+        return int(fall[0] if len(fall) else len(self.phase)) - 1
+
+
+@dataclass(frozen=True, eq=False)
+class Collapse(Followed):
+    """Statics before lambda_c, the fall and statics after it at one gripper height.
+
+    Times are nan where nothing touches or comes to rest.
+    """
+
+    gripper_height: float
+    lambda_0: float
+    lambda_c: float
+    touch_time: float
+    settle_time: float
+    touch_x: float
+    deflection: Array
 
     @property
     def touch(self) -> int:

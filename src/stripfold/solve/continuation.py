@@ -6,6 +6,7 @@ another branch are yielded; ``docs/method.md`` says what can still be missed.
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
@@ -22,6 +23,7 @@ from stripfold.solve.events import Crossing, Event, narrow
 from stripfold.solve.problem import Equilibrium, Point, Problem, Tangent, inner
 from stripfold.solve.stability import nearest_eigenvalues
 
+logger = logging.getLogger(__name__)
 CONTACT_CHANGE_RANGE = 1e-4
 """Arc length within which a contact must change for a branch to be continued with it switched."""
 
@@ -154,6 +156,8 @@ def follow(
         yield from crossings
         pending = [event for event in events if not event.passed(new, point)]
         point = new
+        iterations = len(point.state.residuals) - 1
+        logger.debug("state at lambda = %.6g L*, %d unknowns, %d iterations", point.lam, problem.size, iterations)
         yield point
     raise ContinuationError(
         f"the branch was not followed to its end in {options.max_attempts} steps; it is at lambda = {point.lam:.9g}",

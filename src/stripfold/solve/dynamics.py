@@ -6,6 +6,7 @@ there is no penetration and no adhesion.  Impacts are inelastic.  Source: docs/p
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from math import inf, sqrt
@@ -18,6 +19,7 @@ from stripfold.solve.drive import Drive
 from stripfold.solve.newton import NewtonOptions, rounding
 from stripfold.solve.schemes import Damping, DynamicProblem, EnergyMomentum, Scheme, StepStart
 
+logger = logging.getLogger(__name__)
 SAME_VELOCITY = 1e-12
 """Difference of velocities below which there is no impact."""
 
@@ -223,6 +225,7 @@ def march(
         share = 0.9 * (options.tolerance / max(error, 1e-300)) ** (1.0 / 3.0)
         dt = min(dt * min(max(share, 0.5), 1.5), options.largest)
         state, problem = new, problem.accepted(new.q)
+        logger.debug("state at %.5g sqrt(L*/g), next step %.2g sqrt(L*/g)", state.t, dt)
         yield state
 
 

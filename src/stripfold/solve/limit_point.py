@@ -10,6 +10,7 @@ Source: Govaerts, Numerical Methods for Bifurcations of Dynamical Equilibria (SI
 
 from __future__ import annotations
 
+import logging
 from dataclasses import dataclass
 from math import sqrt
 from typing import Any
@@ -21,6 +22,7 @@ from stripfold.errors import NewtonError, SolveError
 from stripfold.solve.newton import Linearised, NewtonOptions
 from stripfold.solve.problem import Equilibrium, Problem, Tangent, inner
 
+logger = logging.getLogger(__name__)
 DIFFERENCE = 5e-5
 """Arc length of the second differences."""
 SLOPE_TOLERANCE = 1e-4
@@ -112,6 +114,8 @@ def solve(
                 bend = Tangent(*bordered(-at.free(_second(problem, q, lam, tangent)), 0.0))
                 if abs(tangent.lam) <= tolerance and at.is_balanced(options):
                     state = Equilibrium(q, lam, active, tuple(history), at.force)
+                    done = len(history) - 1
+                    logger.debug("limit point at lambda = %.9g L*, %d unknowns, %d iterations", lam, problem.size, done)
                     return _limit_point(state, tangent, bend, inner(problem.metric, tangent, tangent), slopes)
                 if bend.lam == 0.0:
                     raise SolveError("the slope of lambda does not change along the branch")

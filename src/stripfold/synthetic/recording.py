@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ import yaml
 from stripfold import schema, store
 from stripfold.arrays import Array
 from stripfold.errors import InvalidInputError
+from stripfold.percent import Percent
 from stripfold.synthetic.calibration import Calibration, board_of
 from stripfold.synthetic.history import History
 from stripfold.synthetic.render import DICTIONARY, Renderer
@@ -53,12 +55,17 @@ def _write_calibration(renderer: Renderer, folder: Path) -> None:
 
 
 def write_recording(
-    history: History, scene: Scene, folder: str | os.PathLike[str], calibration: Path | None = None
+    history: History,
+    scene: Scene,
+    folder: str | os.PathLike[str],
+    calibration: Path | None = None,
+    progress: Callable[[str], None] | None = None,
 ) -> None:
     """Render a motion as a recording in a new folder, whole or not at all.
 
     ``calibration`` is a folder from :func:`write_calibration` with the same camera; it is rendered anew if not given.
-    The seed of the scene decides noise, jitter and the poses of the boards.
+    The seed of the scene decides noise, jitter and the poses of the boards.  ``progress`` is called with a line on how
+    much is done.
 
     Raises
     ------
@@ -83,6 +90,7 @@ def write_recording(
         else:
             shutil.copytree(calibration, temporary / "calibration")
         film = Sensor(renderer, end, rng).film(history, frames.shown)
+        film = Percent(progress, "filming").each(film, len(frames.t))
         encode(temporary / config["video"], film, stamps.tolist(), filming, scene.strip.colour is not None)
         log = robot_log(history, scene, rng)
         np.savetxt(temporary / "robot.csv", log, "%.6f,%.6f,%.6f", header="t,x,z", comments="")

@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import json
 import mmap
-import resource
 import sys
 from collections.abc import Iterator
 from contextlib import suppress
@@ -191,6 +190,8 @@ def _frame(frame: VideoFrame, damaged: bool, channel: int) -> tuple[Message, mem
 
 def main(descriptor: int, memory: int, channel: int, path: Path) -> None:
     """Send a channel of ``path``; errors are sent as the message ``refused``."""
+    import resource  # not on Windows
+
     av.logging.set_level(av.logging.ERROR)
     resource.setrlimit(resource.RLIMIT_AS, (MAX_MEMORY, MAX_MEMORY))
     resource.setrlimit(resource.RLIMIT_CPU, (MAX_SECONDS, MAX_SECONDS + 5))

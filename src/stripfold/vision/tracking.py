@@ -10,6 +10,7 @@ import numpy as np
 
 from stripfold.arrays import Array, Mask
 from stripfold.errors import MeasurementError, TrackingError
+from stripfold.percent import Percent
 from stripfold.vision import camera_motion, video
 from stripfold.vision.calibration import Calibration, holder
 from stripfold.vision.camera_motion import Shift
@@ -103,6 +104,7 @@ def track(recording: Recording, calibration: Calibration, progress: Callable[[st
     doubled: list[bool] = []
     size = mapping.camera.size
     thumbnails = Thumbnails(size)
+    tracked = Percent(progress, "tracking")
     with ExitStack() as stack:
         shown = frames = stack.enter_context(video.read(path, recording.timestamps))
         for frame in frames:
@@ -130,8 +132,8 @@ def track(recording: Recording, calibration: Calibration, progress: Callable[[st
                         raise
                     lost = error
             doubled.append(frame.doubled)
-            if progress and frame.index % 30 == 0:
-                progress(f"frame {frame.index}, {frame.time:.2f} s")
+            if frames.report.duration:
+                tracked(min(frame.time / frames.report.duration, 1.0))
         report = frames.report
     gripper = interpolate_gaps(grips, path.name)
     if (knock := camera_motion.knock(gripper, thumbnails)) is not None:

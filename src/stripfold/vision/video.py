@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import fcntl
 import json
 import mmap
 import multiprocessing
@@ -67,6 +66,10 @@ class Reader(Iterator[Frame]):
         self._last: Frame | None = None
         self._received: list[Message] = []
         self._check_source()
+        if not hasattr(os, "memfd_create"):
+            raise InvalidInputError("video", str(path), "films on Linux only, whose sealed memory the decoder needs")
+        import fcntl
+
         connection, theirs = multiprocessing.Pipe()
         memory = os.memfd_create("stripfold", os.MFD_ALLOW_SEALING)
         try:

@@ -1,0 +1,45 @@
+"""Progress in per cent."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from math import floor
+from typing import TypeVar
+
+T = TypeVar("T")
+
+
+class Percent:
+    """Says how much of a part is done, each whole per cent once.
+
+    Parameters
+    ----------
+    progress
+        Called with a line; None says nothing.
+    what
+        What is being done.
+
+    Examples
+    --------
+    >>> list(Percent(print, "drawing").each("abc", 3))
+    drawing: 0 %
+    drawing: 33 %
+    drawing: 66 %
+    ['a', 'b', 'c']
+    """
+
+    def __init__(self, progress: Callable[[str], None] | None, what: str) -> None:
+        self.progress, self.what, self.last = progress, what, -1
+
+    def __call__(self, share: float) -> None:
+        """Say it where a further per cent is done; ``share`` is from 0 to 1."""
+        whole = floor(100.0 * share + 1e-9)
+        if self.progress is not None and whole > self.last:
+            self.last = whole
+            self.progress(f"{self.what}: {whole} %")
+
+    def each(self, items: Iterable[T], count: int) -> Iterator[T]:
+        """The items, of which there are ``count``; before each it says how many are done."""
+        for done, item in enumerate(items):
+            self(done / count)
+            yield item
