@@ -43,13 +43,14 @@ def compare(here: Path, there: Path, wall_here: float, wall_there: float, jobs: 
 def _same(one: Path, other: Path) -> bool:
     if not (one.is_file() and other.is_file()):
         return False
-    first, second = (_untimed(store.read(path)) for path in (one, other))
+    first, second = (untimed(store.read(path)) for path in (one, other))
     if set(first.variables) != set(second.variables):
         return False
     return all(_equal(first[name].variable, second[name].variable) for name in first.variables)
 
 
-def _untimed(data: xr.Dataset) -> xr.Dataset:
+def untimed(data: xr.Dataset) -> xr.Dataset:
+    """A dataset without the variables that hold run times."""
     return data.drop_vars([str(name) for name in data.variables if TIMED in str(name)])
 
 
