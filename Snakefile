@@ -1,6 +1,4 @@
 # The paper's runs, figures and numbers. `snakemake all` makes everything; any single file or rule can be asked for.
-import shutil
-
 from snakemake.utils import min_version
 
 min_version("9.0")
@@ -25,10 +23,7 @@ include: "workflow/rules/summary.smk"
 
 
 onstart:
-    # Snakemake's lock is held: nothing else writes there. What a killed run left half written has no other use.
-    for made in (RESULTS, FIGURES):
-        for half_written in Path(made).rglob(".stripfold-*"):
-            shutil.rmtree(half_written, ignore_errors=True)
+    remove_half_written(RESULTS, FIGURES)  # Snakemake holds its lock: nobody else writes there
     stale = stale_studies(config)
     if stale:
         logger.warning("Stale studies (`make studies` redoes them):")

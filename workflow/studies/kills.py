@@ -136,13 +136,19 @@ def start(
         seconds = perf_counter() - began
         text = printed.read_text(encoding="utf-8", errors="replace")
         if code is None:
-            _end(process, number)
+            end(process, number)
     left = sum(1 for made in MADE for _ in (folder / made).rglob(HALF_WRITTEN))
     return Start(code, seconds, under_way(text), left, " | ".join(text.splitlines()[-5:])[-500:])
 
 
-def _end(process: subprocess.Popen[bytes], number: signal.Signals) -> None:
-    """Send a signal to a group of processes, and wait until none of them is left."""
+def end(process: subprocess.Popen[bytes], number: signal.Signals) -> None:
+    """Send a signal to the group of processes that one leads, and wait until none of them is left.
+
+    Raises
+    ------
+    RuntimeError
+        Some are left after :data:`LONGEST`; they have been killed.
+    """
     os.killpg(process.pid, number)
     until = monotonic() + LONGEST
     while monotonic() < until:
