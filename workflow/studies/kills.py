@@ -21,6 +21,7 @@ import xarray as xr
 import yaml
 
 from stripfold import store
+from stripfold.errors import InvalidInputError
 from studies.common import Progress, table
 from studies.slurm_run import untimed
 
@@ -179,9 +180,12 @@ def contents(folder: Path) -> dict[str, str]:
 
 
 def _digest(path: Path) -> str:
-    if path.suffix != ".nc":
+    try:
+        data = untimed(store.read(path)) if path.suffix == ".nc" else None
+    except InvalidInputError:  # damaged
+        data = None
+    if data is None:
         return hashlib.sha256(path.read_bytes()).hexdigest()
-    data = untimed(store.read(path))
     data.attrs.pop("seconds", None)
     return store.content_digest(data)
 

@@ -345,7 +345,7 @@ SOURCES = (
     )),
     Source("kills", facts_tool.kills, (
         Number("kills", "kills", "count", 4, ">= 50",
-            "times that all processes of `make all` were killed at a random moment ({d.attrs[seed]}), {terminated} by "
+            "times that all processes of `make all` were killed at a random moment (seed {d.attrs[seed]}), {terminated} by "
             "SIGTERM, the others by SIGKILL; jobs were under way at {in_jobs}; an undisturbed run takes "
             "{d.attrs[wall]:.0f} s"),
         Number("kills_recovered", "recovered", "count", 4, "all of them; nothing half written left by SIGTERM",
