@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import signal
 import subprocess
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +26,18 @@ Finished jobid: 3 (Rule: x_axis)
 GOES_ON = "\t@mkdir -p results figures; test -e figures/a.txt || { sleep 0.4; echo a > figures/a.txt; }\n"
 STUCK = "\t@mkdir -p results figures; test ! -e begun || { echo it is locked; exit 1; }; touch begun\n\t@sleep 0.4\n"
 OTHERWISE = "\t@mkdir -p results figures; test ! -e begun || echo b > results/b.txt; touch begun\n\t@sleep 0.4\n"
+
+
+def begun_first(start: Callable[..., kills.Start]) -> Callable[..., kills.Start]:
+    """Kills that wait until the recipe has begun, whatever else the machine does."""
+
+    def started(command: list[str], folder: Path, moment: float | None = None, *signals: signal.Signals) -> kills.Start:
+        if moment is None:
+            return start(command, folder)
+        (folder / "begun").touch()
+        return start(command, folder, 0.0, *signals)
+
+    return started
 
 
 def made_up(folder: Path, recipe: str) -> Path:
@@ -62,7 +75,10 @@ def test_a_chain_that_goes_on(tmp_path: Path) -> None:
     ("recipe", "went_on", "differs"),
     [(STUCK, 0.0, "it is locked"), (OTHERWISE, 1.0, "results/b.txt")],
 )
-def test_a_chain_that_does_not_recover(tmp_path: Path, recipe: str, went_on: float, differs: str) -> None:
+def test_a_chain_that_does_not_recover(
+    tmp_path: Path, recipe: str, went_on: float, differs: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(kills, "start", begun_first(kills.start))
     clone = made_up(tmp_path, recipe)
 
     def told(line: str) -> None:
