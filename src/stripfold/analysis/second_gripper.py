@@ -115,7 +115,7 @@ def before_snap(strip: StripModel, height: float, before: float = BEFORE, refine
 
 
 def hold(unheld: Unheld, s: float) -> XRun:
-    """The end of the advance of a strip held at ``s`` as well, :data:`NEAREST` or more from the ends of the free length.
+    """The end of the advance of a strip held at ``s`` too, :data:`NEAREST` or more from the free length's ends.
 
     Raises
     ------

@@ -345,9 +345,9 @@ SOURCES = (
     )),
     Source("kills", facts_tool.kills, (
         Number("kills", "kills", "count", 4, ">= 50",
-            "times that all processes of `make all` were killed at a random moment (seed {d.attrs[seed]}), {terminated} by "
-            "SIGTERM, the others by SIGKILL; jobs were under way at {in_jobs}; an undisturbed run takes "
-            "{d.attrs[wall]:.0f} s"),
+            "times that all processes of `make all` were killed at a random moment (seed {d.attrs[seed]}), "
+            "{terminated} by SIGTERM, the others by SIGKILL; jobs were under way at {in_jobs}; an undisturbed run "
+            "takes {d.attrs[wall]:.0f} s"),
         Number("kills_recovered", "recovered", "count", 4, "all of them; nothing half written left by SIGTERM",
             "of them after which the next `make all` went on by itself, and the chain ended with the same "
             "{d.attrs[files]} files, run times and logs apart, bit for bit as undisturbed; {left} half-written files "
