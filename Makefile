@@ -24,7 +24,7 @@ unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: all studies peers explorer cold time-ci wheels readme docs test starts lint quick unlock env lock clean help
+.PHONY: all studies peers explorer cold time-ci kills wheels readme docs test starts lint quick unlock env lock clean help
 
 all: $(STAMP) ## Redo every run, figure and number of the paper (set CORES=n to use fewer cores)
 	$(SNAKEMAKE) all --cores $(CORES)
@@ -33,7 +33,7 @@ all: $(STAMP) ## Redo every run, figure and number of the paper (set CORES=n to 
 studies: $(STAMP) ## Redo the studies that are stale, and the numbers and tables made from them
 	@$(IN_VENV) python -c '$(COMPILE)'
 	@stale=$$($(IN_VENV) PYTHONPATH=workflow python workflow/evidence.py) || exit 1; \
-	set -- $$(printf '%s\n' $$stale | grep -v -e peers -e explorer -e cold_run -e ci_run -e slurm_run -e wheels); \
+	set -- $$(printf '%s\n' $$stale | grep -v -e peers -e explorer -e cold_run -e ci_run -e kills -e slurm_run -e wheels); \
 	$(SNAKEMAKE) studies summary readme --keep-going --cores $(CORES) $${1:+--forcerun "$$@"}
 
 # Other programs, in an environment of their own beside ours. AUTO-07p is Debian's: apt-get install auto-07p gfortran.
@@ -55,6 +55,9 @@ cold: $(STAMP) ## Time `make all` from cold, in a fresh clone of what is committ
 
 time-ci: $(STAMP) ## Time the checks of .ci/run in a fresh clone of what is committed (idle machine)
 	$(IN_VENV) PYTHONPATH=workflow python workflow/fresh_clone.py ci_run $(CORES:all=$(shell nproc))
+
+kills: $(STAMP) ## Kill `make all` again and again in a fresh clone, and compare its results (ten minutes, idle machine)
+	$(IN_VENV) PYTHONPATH=workflow python workflow/fresh_clone.py kills $(CORES:all=$(shell nproc))
 
 wheels: $(STAMP) ## Run all commands by the wheel in clean environments, lowest and newest versions (ten minutes)
 	$(IN_VENV) PYTHONPATH=workflow python workflow/fresh_clone.py wheels $(CORES:all=$(shell nproc))

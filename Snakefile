@@ -23,6 +23,7 @@ include: "workflow/rules/summary.smk"
 
 
 onstart:
+    remove_half_written(RESULTS, FIGURES)  # Snakemake holds its lock: nobody else writes there
     stale = stale_studies(config)
     if stale:
         logger.warning("Stale studies (`make studies` redoes them):")

@@ -10,6 +10,9 @@ import time
 import pytest
 
 from stripfold.cli import COMMANDS
+from stripfold.errors import InvalidInputError
+from stripfold.vision import recording
+from stripfold.vision.recording import ManualOnset
 from studies import fuzz
 from studies.fuzz import Case, Ending, Followed
 
@@ -22,6 +25,7 @@ USAGE = "usage: stripfold eta [-h]\n  more\nstripfold eta: error: argument --len
     [
         (0, "lambda_c 0.3 m", "", "answered"),
         (0, "lambda_c 0.3 m", "stripfold: warning: contact is off\n", "answered"),
+        (0, "s,x,z", "stripfold: note: an eta_b 5 % too low moves the first touch by 13 mm\n", "answered"),
         (0, "nanometre inflow --inf-x", "", "answered"),
         (0, "lambda_c nan m", "", "failed"),
         (0, "between -inf and 3", "", "failed"),
@@ -96,4 +100,19 @@ def test_the_same_seed_draws_the_same_inputs() -> None:
     first, again, other = (fuzz_inputs.drawn(fuzz_inputs.of_arguments(), 20, seed) for seed in (1, 1, 2))
     assert len(first) == 20
     assert first == again != other
-    assert set(fuzz_inputs.CALLS) == set(COMMANDS)
+    assert {command for command, *_ in fuzz_inputs.CALLS} == set(COMMANDS)
+
+
+def test_the_files_of_a_recording_are_those_that_are_read(tmp_path) -> None:
+    pytest.importorskip("hypothesis", reason="the environment is older than its lock")
+    from studies import fuzz_inputs
+
+    for name, content in (fuzz_inputs.recording() | {"manual_onset.yaml": b"sd: 1"}).items():
+        (tmp_path / name).write_bytes(content)
+    with pytest.raises(InvalidInputError, match="event_time"):
+        recording.read(tmp_path)
+    for name, tree in fuzz_inputs.RECORDING.items():
+        (tmp_path / name).write_text(fuzz_inputs._as_yaml(tree), encoding="utf-8")
+    found = recording.read(tmp_path)
+    assert found.manual_onset() is not None
+    assert set(fuzz_inputs.RECORDING) == {recording.NAME, ManualOnset.file_name, found.entries.camera.intrinsics}

@@ -165,6 +165,8 @@ def test_own_path_with_times_and_a_pause(tmp_path: Path) -> None:
         (("0,-0.3,0", "1,0"), "t,x,z", "numbers"),
         (("0,-0.3,0", "1,zero,0.2"), "t,x,z", "numbers"),
         (("0,-0.3,0", "1,nan,0.2"), "t,x,z", "finite numbers.*row 2"),
+        (("0,-0.3,0", "1,0,5e156", "2,0.1,0.1"), "t,x,z", r"finite numbers from -1e\+30 to 1e\+30.*row 2"),
+        (("-1.7e308,-0.3,0", "1.7e308,0,0.2"), "t,x,z", "row 1"),
         (("0,-0.3,0", "1,0,0.2", "1,0.1,0.1"), "t,x,z", "row 3"),
         (("0,-0.2,0", "1,0,0.2"), "t,x,z", r"start at \(-0.3, 0\) m"),
         (("0,-0.3,0", "1,0,0.2", "2,0.1,-0.01"), "t,x,z", "the floor"),

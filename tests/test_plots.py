@@ -34,6 +34,7 @@ from plotted import colours, drawn, labelled, legend_texts, lines, named, notes
 from stripfold.errors import InvalidInputError
 from stripfold.plots import colours as palette
 from stripfold.plots.save import save, save_as
+from stripfold.plots.style import figure
 
 USERS = {"svg.hashsalt": "other", "savefig.dpi": 50, "svg.fonttype": "none", "font.size": 33.0, "axes.edgecolor": "red"}
 """Settings of a user, which must not matter."""
@@ -100,6 +101,17 @@ class TestSave:
         runs = [save(fig, tmp_path / "first"), save(fig, tmp_path / "again")]
         for files in zip(*runs, strict=True):
             assert len({path.read_bytes() for path in files}) == 1
+
+    def test_a_figure_drawn_anew(self, tmp_path):
+        """Unrounded, places of axes differ in their last digits from one figure to the next, and ids with them."""
+        seen = set()
+        for number in range(25):
+            fig = figure(6.6)
+            for ax in fig.subplots(3, 1, height_ratios=(1.2, 1.0, 1.0)):
+                ax.plot([0, 1], [0, 3])
+                ax.set(xlabel="x", ylabel="y")
+            seen.add(save_as(fig, tmp_path / f"{number}.svg").read_bytes())
+        assert len(seen) == 1
 
     def test_a_failure_leaves_the_old_file(self, tmp_path, monkeypatch):
         fig = motion.draw(made_up.x_axis())

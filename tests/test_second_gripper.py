@@ -114,7 +114,7 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     assert float(store.read(tmp_path / "point.nc")["second_gain"]) == pytest.approx(given["gain"], rel=1e-3)
 
 
-@pytest.mark.parametrize("place", [0.0, -0.01, 0.4, "middle", True, float("nan")])
+@pytest.mark.parametrize("place", [0.0, -0.01, 1.27e-61, 1e-6, 0.4, "middle", True, float("nan")])
 def test_no_such_place(place: object) -> None:
     with pytest.raises(InvalidInputError) as refused:
         sf.Strip(length=0.6, eta_b=3780.0).critical(0.09, model="rod", second_gripper=place)  # type: ignore[arg-type]

@@ -36,6 +36,17 @@ def test_values_count_and_run_times_do_not(tmp_path: Path) -> None:
     assert compared(tmp_path) == {"same.nc": 1.0, "other.nc": 0.0, "shorter.nc": 0.0, "sub/only.nc": 0.0}
 
 
+def test_memory_and_times_by_any_name_do_not_count(tmp_path: Path) -> None:
+    """The small run's benchmarks store these."""
+    names = {"accuracy": "way_memory", "benchmark": "wall", "cli_benchmark": "solving", "order": "cost_order"}
+    names |= {"effects": "clocked", "fall_benchmark": "memory"}
+    for study, name in names.items():
+        for number, side in enumerate(("here", "there")):
+            data = dataset(study, {name: ("x", np.array([1.0 + number]))})
+            store.write(data, tmp_path / side / f"{study}.nc", title="made up")
+    assert set(compared(tmp_path).values()) == {1.0}
+
+
 def test_the_profile_groups_rules_that_exist() -> None:
     profile = yaml.safe_load((ROOT / "profiles/slurm/config.yaml").read_text(encoding="utf-8"))
     rules = "\n".join(path.read_text(encoding="utf-8") for path in (ROOT / "workflow/rules").glob("*.smk"))

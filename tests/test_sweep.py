@@ -147,6 +147,7 @@ def test_a_killed_process_is_one_error_and_the_sweep_goes_on(tmp_path, monkeypat
             {"height": {"from": 0.05, "to": 0.1, "count": 150_000}, "nu": [0.0, 0.1]},
             r"'300000 cases' .* at most 200000",
         ),
+        ({"height": {"from": -1.7e308, "to": 1.7e308, "count": 3}}, r"height.from = -1.7e\+308 .* from 0 to 1e\+09"),
         ({"height": [90, 120]}, r"height = 90.0 .* less than the length, 0.6 m"),
     ],
 )

@@ -15,6 +15,7 @@ import yaml
 import evidence
 import unlock
 from stripfold.errors import InvalidInputError
+from studies import kills
 
 ROOT = Path(__file__).parents[1]
 PROFILE = ROOT / "profiles" / "default"
@@ -92,6 +93,52 @@ def test_every_run_of_the_makefile_unlocks_first():
     assert "SNAKEMAKE = $(IN_VENV) python workflow/unlock.py && $(IN_VENV) snakemake" in lines
     assert [line for line in lines if "snakemake " in line and line.startswith("\t")] == []
     assert yaml.safe_load((PROFILE / "config.yaml").read_text())["rerun-incomplete"] is True
+
+
+def test_what_a_killed_run_left_half_written_is_removed(tmp_path: Path):
+    for name in ("results/x/.stripfold-1/y.nc", "figures/.stripfold-2/y.png", "results/y.nc"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).touch()
+    unlock.remove_half_written(tmp_path / "results", tmp_path / "figures", tmp_path / "none")
+    assert [str(path.relative_to(tmp_path)) for path in tmp_path.rglob("*") if path.is_file()] == ["results/y.nc"]
+    assert list(tmp_path.rglob(".stripfold-*")) == []
+    begun = (ROOT / "Snakefile").read_text().partition("onstart:\n")[2]
+    assert begun.startswith("    remove_half_written(RESULTS, FIGURES)")
+
+
+SCRIPTED = """
+rule whole:
+    output: "made/whole.txt"
+    log: "whole.log"
+    params: call="task:write", evidence="0"
+    script: "{script}"
+"""
+TASK = """
+import time
+from stripfold import store
+
+def write(output):
+    with store.atomic(output[0]):
+        open("begun", "w").close()
+        time.sleep(60)
+"""
+
+
+@pytest.mark.parametrize(("number", "left"), [(signal.SIGTERM, 0), (signal.SIGKILL, 1)])
+def test_a_terminated_job_leaves_nothing_half_written(
+    tmp_path: Path, number: signal.Signals, left: int, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    (tmp_path / "Snakefile").write_text(SCRIPTED.format(script=ROOT / "workflow/script.py"))
+    (tmp_path / "task.py").write_text(TASK)
+    command = [sys.executable, "-m", "snakemake", "whole", "--cores", "1"]
+    run = subprocess.Popen(command, cwd=tmp_path, start_new_session=True, stderr=subprocess.DEVNULL)
+    end = monotonic() + 60.0
+    while not (tmp_path / "begun").exists() and monotonic() < end and run.poll() is None:
+        sleep(0.1)
+    assert len(list(tmp_path.rglob(".stripfold-*"))) == 1
+    kills.end(run, number)
+    assert len(list(tmp_path.rglob(".stripfold-*"))) == left
 
 
 def test_a_damaged_file_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):

@@ -77,6 +77,7 @@ def test_folder_is_read_with_defaults(tmp_path: Path) -> None:
     ("path", "value", "key", "words"),
     [
         ("gripper.hight", 0.1, "gripper.hight", "did you mean height"),
+        ("gripper.flat_end", 1e300, "gripper.flat_end", "from -1000 to 1000 m"),
         ("gripper.height", -0.1, "gripper.height", "greater than 0 m"),
         ("gripper.height", 12.0, "gripper.height", "less than strip.length = 0.3 m; the unit is m: is a decimal"),
         ("gripper.height", float("nan"), "gripper.height", "a number"),
@@ -141,3 +142,13 @@ def test_yaml_aliases_are_refused(tmp_path: Path) -> None:
     (folder / recording.NAME).write_text("\n".join(lines), encoding="utf-8")
     with pytest.raises(InvalidInputError):
         recording.read(folder)
+
+
+@pytest.mark.parametrize(("key", "value"), [("event_time", 1e300), ("sd", 1e300), ("sd", 0.0)])
+def test_impossible_onset_by_hand(tmp_path: Path, key: str, value: float) -> None:
+    folder = write(tmp_path / "one", ENTRIES)
+    onset = {"event_time": 1.5, "sd": 0.01, "reason": "seen"} | {key: value}
+    (folder / recording.ManualOnset.file_name).write_text(yaml.safe_dump(onset), encoding="utf-8")
+    with pytest.raises(InvalidInputError) as caught:
+        recording.read(folder)
+    assert caught.value.key == key

@@ -1,6 +1,6 @@
-"""Time `snakemake all` from cold, or the checks of `.ci/run`, in a fresh clone of what is committed; try its wheel.
+"""Whole runs in a fresh clone of what is committed: timed from cold, the checks, killed; and the clone's wheel.
 
-``python workflow/fresh_clone.py cold_run|ci_run|wheels CORES`` stores what it finds in ``results/studies``.
+``python workflow/fresh_clone.py cold_run|ci_run|kills|wheels CORES`` stores what it finds in ``results/studies``.
 """
 
 import json
@@ -15,7 +15,7 @@ import xarray as xr
 
 from evidence import ATTRIBUTE, ROOT, evidence
 from stripfold import store
-from studies import STUDIES, cold_run, wheels
+from studies import STUDIES, cold_run, kills, wheels
 
 name, cores = sys.argv[1], int(sys.argv[2])
 study = STUDIES[name]
@@ -42,6 +42,11 @@ def timed(clone: Path) -> xr.Dataset:
 with tempfile.TemporaryDirectory(dir=ROOT.parent) as folder, tempfile.TemporaryDirectory() as outside:
     clone = Path(folder)
     subprocess.run(["git", "clone", "--quiet", str(ROOT), str(clone)], check=True)
-    data = wheels.run(clone, Path(outside)) if name == "wheels" else timed(clone)
+    if name == "wheels":
+        data = wheels.run(clone, Path(outside))
+    elif name == "kills":
+        data = kills.run(clone, cores, print)
+    else:
+        data = timed(clone)
     stamped = data.assign_attrs({ATTRIBUTE: json.dumps(found, sort_keys=True)})
     store.write(stamped, ROOT / f"results/studies/{name}.nc", title=study.title, config={"cores": cores})

@@ -7,6 +7,7 @@ the rule's log, ``threads``, and ``output``, the rule's outputs, which it then w
 """
 
 import os
+import signal
 import sys
 
 # One core per process: Snakemake tells the numerical libraries to use all of the rule's threads, which on systems as
@@ -18,6 +19,10 @@ os.environ["OPENCV_FOR_THREADS_NUM"] = "1"
 WORKFLOW = os.path.dirname(os.path.abspath(__file__))
 sys.path.insert(0, WORKFLOW)
 os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, (WORKFLOW, os.environ.get("PYTHONPATH"))))
+
+
+def terminated(number, _):
+    sys.exit(128 + number)
 
 
 def main(snakemake):
@@ -72,4 +77,6 @@ def _content(value):
     return store.read(value) if value.endswith(".nc") else Path(value)
 
 
+# As an exception, so that what is half written is removed.
+signal.signal(signal.SIGTERM, terminated)
 main(snakemake)

@@ -46,6 +46,13 @@ def unlock(folder: Path) -> str:
     return f"removed the lock of a run that was killed in {folder}"
 
 
+def remove_half_written(*folders: str | Path) -> None:
+    """Remove the temporary files that a killed run left in folders, in which nothing else may be writing."""
+    for folder in folders:
+        for half_written in Path(folder).rglob(".stripfold-*"):
+            shutil.rmtree(half_written)
+
+
 if __name__ == "__main__":
     try:
         if done := unlock(Path(sys.argv[1] if len(sys.argv) > 1 else os.curdir)):

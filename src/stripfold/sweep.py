@@ -29,7 +29,7 @@ from stripfold.inputs import Scene
 from stripfold.models.model_error import model_error
 from stripfold.percent import Percent
 from stripfold.reporting import Progress
-from stripfold.validation import Input, Number, Whole, within
+from stripfold.validation import Input, Number, Whole, quantity, within
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -38,6 +38,8 @@ KEYS = ("eta_b", "height", "length", "eta_m", "nu", "model", "accuracy")
 """Keys of a grid, the slowest first: cases in a row share the elastica at their height, which those of one L* have."""
 NAMES = {"height": "gripper_height"}
 """Names of keys in the dataset, where they are others: CF reserves ``height``."""
+LARGEST = 1e9
+"""Largest end of a range: the limits of no key are wider."""
 NUMBERS = ("lambda_c", "lambda_touch", "error", "model_error", "free_length")
 MOST_CASES = 200_000
 """Most cases of a grid: on the solid a night's work, and with a text for each 100 MB in memory."""
@@ -55,8 +57,8 @@ _Case: Any = create_model(
 class Range(Input):
     """Numbers at equal distances, both ends included."""
 
-    start: Annotated[Number, Field(alias="from", description="the first")]
-    to: Annotated[Number, Field(description="the last")]
+    start: Annotated[Number, quantity("the first", ge=0.0, le=LARGEST), Field(alias="from")]
+    to: Annotated[Number, quantity("the last", ge=0.0, le=LARGEST)]
     count: Annotated[Whole, Field(description="how many", ge=2, le=MOST_CASES)]
 
 

@@ -15,6 +15,8 @@ from stripfold.errors import InvalidInputError
 
 _LONGEST = 200
 """Bytes of a row, on average."""
+LARGEST = 1e30
+"""Largest number in a table, so that no power of it that is needed overflows: time stamps in ns are 1e18."""
 _DECIMAL, _COMMA = re.compile(r"\s*[-+]?\d*,\d+(?:[eE][-+]?\d+)?\s*"), re.compile(",")
 """A number with a decimal comma."""
 
@@ -116,12 +118,12 @@ def _places(key: str, path: Path, header: str, columns: Sequence[str], first: li
 
 
 def to_numbers(key: str, path: Path, rows: list[list[str]], columns: int) -> Array:
-    """Finite numbers, shape (n, columns), from the text of ``rows``.
+    """Numbers of at most :data:`LARGEST`, shape (n, columns), from the text of ``rows``.
 
     Raises
     ------
     InvalidInputError
-        An entry that is not a finite number, or a row of another length; the message names the row.
+        An entry that is not such a number, or a row of another length; the message names the row.
     """
     values = np.empty((len(rows), columns))
     for number, row in enumerate(rows, start=1):
@@ -130,13 +132,14 @@ def to_numbers(key: str, path: Path, rows: list[list[str]], columns: int) -> Arr
         except ValueError as error:
             allowed = f"{columns} numbers in each row"
             raise InvalidInputError(key, ",".join(row)[:80], allowed, f"row {number} of {path.name}") from error
-        if not np.all(np.isfinite(values[number - 1])):
-            raise InvalidInputError(key, ",".join(row)[:80], "finite numbers", f"row {number} of {path.name}")
+        if not np.all(np.abs(values[number - 1]) <= LARGEST):
+            allowed = f"finite numbers from {-LARGEST:g} to {LARGEST:g}"
+            raise InvalidInputError(key, ",".join(row)[:80], allowed, f"row {number} of {path.name}")
     return values
 
 
 def read_table(key: str, path: Path, header: str, limits: tuple[int, int], columns: Sequence[str] = ()) -> Array:
-    """A table of finite numbers, shape (n, columns); see :func:`read_rows` and :func:`to_numbers`."""
+    """A table of numbers, shape (n, columns); see :func:`read_rows` and :func:`to_numbers`."""
     return to_numbers(key, path, read_rows(key, path, header, limits, columns), len(header.split(",")))
 
 

@@ -8,6 +8,7 @@ from configuration import load
 from evidence import code_digest, stale_studies
 from snakemake.logging import logger
 from studies import APART, FRESH_CLONE, STUDIES, configured, parameters
+from unlock import remove_half_written
 
 # Checked and completed first: an unknown key or a value that cannot be used ends here. Stored with every result.
 config.update(load(dict(config)))

@@ -27,7 +27,7 @@ COMMAND = ("src/stripfold/**/*.py",)
 
 EVERYTHING = ("src/stripfold/**/*.py", "workflow/*.py", "workflow/[st]*/**/*.py", "workflow/plots/*.py")
 PLUMBING = ("profiles/*/config.yaml", "workflow/config/quick.yaml", "workflow/rules/*.smk", "workflow/script.py")
-FRESH_CLONE = ("cold_run", "ci_run", "slurm_run", "wheels")
+FRESH_CLONE = ("cold_run", "ci_run", "kills", "slurm_run", "wheels")
 """Studies of whole runs, which no rule can make: ``workflow/fresh_clone.py`` and ``workflow/slurm.py`` do."""
 
 APART = ("peers", "explorer")
@@ -124,6 +124,11 @@ STUDIES = {
     ),
     "cold_run": Study("studies.cold_run:of_benchmarks", "a whole run from cold", files=EVERYTHING),
     "ci_run": Study("studies.cold_run:of_sections", "a run of all checks", files=EVERYTHING),
+    "kills": Study(
+        "studies.kills:run",
+        "the small run of everything killed at random moments",
+        files=(*PLUMBING, "Makefile", "Snakefile", "workflow/unlock.py"),
+    ),
     "slurm_run": Study("studies.slurm_run:compare", "the small run of everything on Slurm and here", files=PLUMBING),
     "wheels": Study(
         "studies.wheels:run", "all commands by the wheel in clean environments", files=(*COMMAND, "pyproject.toml")

@@ -239,7 +239,7 @@ def judged(code: int | str, said: str, errors: str) -> Ending:
     if code in (0, "followed"):
         if found := _NO_NUMBER.search(said):
             return Ending("failed", f"prints {found[0]}")
-        if any(not line.startswith("stripfold: warning: ") for line in lines):
+        if any(not line.startswith(("stripfold: note: ", "stripfold: warning: ")) for line in lines):
             return Ending("failed", f"says {lines[-1]}")
         return Ending("followed" if code else "answered")
     if isinstance(code, str):

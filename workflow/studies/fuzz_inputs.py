@@ -28,23 +28,37 @@ Draw = Callable[[st.SearchStrategy[Any]], Any]
 
 _STRIP = {"--length": "0.5", "--eta-b": "3780"}
 _BOARD = {"--board": "chessboard", "--columns": "8", "--rows": "5", "--square": "0.024"}
-# Of each command a call that it accepts, as far as it is followed: the words without a name, and the options.
-CALLS: dict[str, tuple[tuple[str, ...], dict[str, str | None]]] = {
-    "critical": ((), {**_STRIP, "--height": "0.09", "--model": "elastica"}),
-    "sweep": (("@grid.yaml",), {"--cores": "1", "--output": "sweep.nc"}),
-    "eta": ((), {"--fold-height": "0.0272"}),
-    "simulate": (("@scene.yaml",), {"--output": "scene.nc"}),
-    "film": (("@scene.nc",), {"--output": "film.mp4"}),
-    "path": (("triangular",), {**_STRIP}),
-    "plan": ((), {**_STRIP, "--margin": "0.01"}),
-    "map": ((), {**_STRIP, "--output": "map.nc"}),
-    "assess": (("@path.csv",), {**_STRIP, "--model": "rod", "--fall": None}),
-    "record": (("@filmed.yaml",), {"--output": "filmed"}),
-    "calibrate": (("@views",), {**_BOARD, "--output": "camera.yaml"}),
-    "measure": (("@recording",), {"--json": None}),
-    "doctor": ((), {"--json": None}),
-    "completion": (("bash",), {}),
-}
+# Calls that are accepted, as far as they are followed: the command, words without a name, and the options.
+CALLS: tuple[tuple[str, tuple[str, ...], dict[str, str | None]], ...] = (
+    ("critical", (), {**_STRIP, "--height": "0.09", "--model": "elastica"}),
+    ("critical", (), {**_STRIP, "--height": "0.09", "--model": "elastica", "--second-gripper": "0.1"}),
+    ("critical", (), {**_STRIP, "--height": "0.09", "--model": "elastica", "--eta-b-uncertainty": "20%"}),
+    ("sweep", ("@grid.yaml",), {"--cores": "1", "--output": "sweep.nc"}),
+    ("eta", (), {"--fold-height": "0.0272"}),
+    ("eta", (), {"--loop": "heart", "--length": "0.2", "--height": "0.05"}),
+    ("eta", (), {"--kes-b": "0.05", "--kes-2hb": "0.03", "--gsm": "150"}),
+    ("eta", (), {"--rigidity": "1e-5", "--gsm": "150"}),
+    ("simulate", ("@scene.yaml",), {"--output": "scene.nc"}),
+    ("film", ("@scene.nc",), {"--output": "film.mp4"}),
+    ("path", ("triangular",), {**_STRIP}),
+    ("path", ("r-path",), {**_STRIP, "--csv": "path.csv"}),
+    ("plan", (), {**_STRIP, "--margin": "0.01"}),
+    (
+        "plan",
+        (),
+        {**_STRIP, "--eta-b-uncertainty": "10%", "--friction-moment": "1e-4", "--yield-curvature": "10"}
+        | {"--speed": "0.1", "--acceleration": "0.5", "--csv": "plan.csv"},
+    ),
+    ("map", (), {**_STRIP, "--output": "map.nc"}),
+    ("assess", ("@path.csv",), {**_STRIP, "--model": "rod", "--fall": None}),
+    ("assess", ("@path.csv",), {**_STRIP, "--friction": "1.0", "--step": "0.01"}),
+    ("assess", ("@path.csv",), {**_STRIP, "--columns": "t,x,z", "--unit": "m", "--frame": "0,0", "--smooth": "1e-3"}),
+    ("record", ("@filmed.yaml",), {"--output": "filmed"}),
+    ("calibrate", ("@views",), {**_BOARD, "--output": "camera.yaml"}),
+    ("measure", ("@recording",), {"--json": None}),
+    ("doctor", (), {"--json": None}),
+    ("completion", ("bash",), {}),
+)
 SCENES: dict[str, tuple[str, dict[str, Any]]] = {
     "simulate": (
         "scene.yaml",
@@ -83,7 +97,7 @@ RECORDING: dict[str, dict[str, Any]] = {
         },
         "robot": {"grid": "grid.csv"},
     },
-    "override.yaml": {"event_time": 1.5},
+    "manual_onset.yaml": {"event_time": 1.5, "sd": 0.01, "reason": "the video shows it"},
     "camera.yaml": {
         "image_width": 320,
         "image_height": 240,
@@ -150,8 +164,15 @@ WHOLE_YAML = (
 LONGEST_INT = 10**400
 
 plain_text = st.text(st.characters(exclude_categories=["Cs"], exclude_characters="\0"), max_size=12)
+# Of any size, which a limit alone keeps out.
+magnitudes = st.builds(lambda sign, power: sign * 10.0**power, st.sampled_from((1.0, -1.0)), st.integers(-320, 300))
 words = st.one_of(
-    st.sampled_from(ODD_WORDS), st.floats().map(repr), st.integers().map(str), st.floats(0.0, 1.0).map(repr), plain_text
+    st.sampled_from(ODD_WORDS),
+    magnitudes.map(repr),
+    st.floats().map(repr),
+    st.integers().map(str),
+    st.floats(0.0, 1.0).map(repr),
+    plain_text,
 )
 leaves = st.one_of(
     st.none(),
@@ -177,8 +198,7 @@ def options_of(command: str) -> tuple[str, ...]:
 @st.composite
 def of_arguments(draw: Draw) -> Case:
     """A call with words replaced, added or left out."""
-    command = draw(st.sampled_from(sorted(CALLS)))
-    first, options = CALLS[command]
+    command, first, options = draw(st.sampled_from(CALLS))
     unnamed, named = list(first), dict(options)
     for _ in range(draw(st.integers(1, 3))):
         change = draw(st.integers(0, 9))
@@ -219,6 +239,8 @@ def _changed(draw: Draw, tree: dict[str, Any]) -> dict[str, Any]:
             del inside[key]
         elif change == 1 and isinstance(inside, dict):
             inside[draw(plain_text)] = inside.pop(key)
+        elif change == 3 and isinstance(inside[key], float):
+            inside[key] = draw(magnitudes)
         elif change == 2:
             inside[key] = f"\0{draw(st.sampled_from(ODD_YAML))}\0"
         else:
@@ -257,7 +279,7 @@ def of_yaml(draw: Draw) -> Case:
 def recording() -> dict[str, bytes]:
     """The files of a recording that is described and not filmed."""
     files = {name: _as_yaml(tree).encode() for name, tree in RECORDING.items()}
-    del files["override.yaml"]
+    del files["manual_onset.yaml"]
     return files | {name: as_csv(rows) for name, rows in TABLES.items()} | {"video.mkv": b"", "plane.png": b""}
 
 

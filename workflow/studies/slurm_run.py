@@ -10,8 +10,8 @@ import xarray as xr
 from stripfold import store
 from studies.common import table
 
-TIMED = "seconds"
-"""In the names of variables that hold how long something took."""
+MEASURED = ("clocked", "cost", "memory", "seconds", "solving", "wall")
+"""In the names of variables that hold how long something took, or how much memory."""
 APART = ("benchmarks", "logs", "recordings")
 """Folders of times, of texts, and of films, whose measured results are compared."""
 
@@ -19,7 +19,7 @@ APART = ("benchmarks", "logs", "recordings")
 def compare(here: Path, there: Path, wall_here: float, wall_there: float, jobs: int) -> xr.Dataset:
     """Which files of two folders of results hold the same, over ``file``.
 
-    Values are compared bit for bit, with their dimensions and coordinates; computing times and attributes are left out.
+    Values are compared bit for bit, with their dimensions and coordinates; computing times, memory and attributes are left out.
 
     Parameters
     ----------
@@ -43,14 +43,15 @@ def compare(here: Path, there: Path, wall_here: float, wall_there: float, jobs: 
 def _same(one: Path, other: Path) -> bool:
     if not (one.is_file() and other.is_file()):
         return False
-    first, second = (_untimed(store.read(path)) for path in (one, other))
+    first, second = (untimed(store.read(path)) for path in (one, other))
     if set(first.variables) != set(second.variables):
         return False
     return all(_equal(first[name].variable, second[name].variable) for name in first.variables)
 
 
-def _untimed(data: xr.Dataset) -> xr.Dataset:
-    return data.drop_vars([str(name) for name in data.variables if TIMED in str(name)])
+def untimed(data: xr.Dataset) -> xr.Dataset:
+    """A dataset without the variables that hold run times and memory."""
+    return data.drop_vars([str(name) for name in data.variables if any(word in str(name) for word in MEASURED)])
 
 
 def _equal(one: xr.Variable, other: xr.Variable) -> bool:

@@ -29,6 +29,9 @@ from stripfold.solve.problem import Point
 
 BEFORE = 0.05
 """Distance before lambda_c at which the second gripper takes the strip, L*: 1 to 2 mm, which a robot can keep."""
+NEAREST = 0.01
+"""Least distance of the second gripper from the first, and from where the strip lies, L*: less than 1 mm, and less than
+any gripper is wide.  A rod a hundred times as short is too stiff for the solver."""
 REFINEMENTS = (1.0, 0.7, 0.5)
 """Meshes with contact at nodes, in turn: where it jumps lambda has small maxima, which another mesh has elsewhere."""
 
@@ -112,7 +115,7 @@ def before_snap(strip: StripModel, height: float, before: float = BEFORE, refine
 
 
 def hold(unheld: Unheld, s: float) -> XRun:
-    """The end of the advance of a strip held at ``s`` as well, which is between 0 and the free length.
+    """The end of the advance of a strip held at ``s`` too, :data:`NEAREST` or more from the free length's ends.
 
     Raises
     ------
@@ -175,9 +178,10 @@ def second_gripper(scene: Scene, place: float | Literal["auto"]) -> SecondGrippe
     refinement = select_model.refinement("rod", scene.accuracy)
     unheld = before_snap(strip, scene.height_star, refinement=refinement)
     s = unheld.place if place == "auto" else place / unit
-    if not 0.0 < s < unheld.free_length:
-        allowed = f"auto, or more than 0 and less than {unit * unheld.free_length:.4g} m, the free length"
-        raise InvalidInputError("second_gripper", place, allowed)
+    lowest, highest = NEAREST, unheld.free_length - NEAREST
+    if not lowest <= s <= highest:
+        allowed = f"auto, or from {unit * lowest:.3g} to {unit * highest:.4g} m, on the part that hangs free"
+        raise InvalidInputError("second_gripper", place, allowed, "it is a distance along the strip from the first one")
     lam, end = stable_advance(hold(unheld, s))
     x, z = unheld.at.mid_surface(np.array([s]))[0]
     return SecondGripper(

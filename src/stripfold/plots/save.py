@@ -17,9 +17,6 @@ _METADATA: dict[str, dict[str, None]] = {"png": {"Software": None}, "svg": {"Dat
 @styled
 def save(fig: Figure, stem: str | os.PathLike[str]) -> tuple[Path, Path]:
     """Write ``fig`` as ``stem``.png and ``stem``.svg, each atomically; missing folders are made."""
-    # Arranged once: doing so again for each format would move things by a rounding error.
-    fig.draw_without_rendering()
-    fig.set_layout_engine(None)
     stem = os.fspath(stem)
     return save_as(fig, f"{stem}.png"), save_as(fig, f"{stem}.svg")
 
@@ -27,8 +24,23 @@ def save(fig: Figure, stem: str | os.PathLike[str]) -> tuple[Path, Path]:
 @styled
 def save_as(fig: Figure, path: str | os.PathLike[str]) -> Path:
     """Write ``fig`` as one file, atomically; its suffix is .png or .svg."""
+    if fig.get_layout_engine() is not None:
+        _arrange(fig)
     path = Path(path)
     kind = path.suffix[1:]
     with atomic(path) as temporary:
         fig.savefig(temporary, format=kind, metadata=_METADATA[kind])
     return path
+
+
+def _arrange(fig: Figure) -> None:
+    """Lay out a figure once and for all.
+
+    The solver of the layout takes its unknowns in the order of their addresses: what it finds differs by rounding
+    errors, of which matplotlib makes other names in an SVG.
+    """
+    fig.draw_without_rendering()
+    fig.set_layout_engine(None)
+    for ax in fig.axes:
+        left, bottom, width, height = (round(float(share), 6) for share in ax.get_position(original=True).bounds)
+        ax.set_position((left, bottom, width, height))

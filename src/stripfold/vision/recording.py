@@ -81,7 +81,9 @@ class GripperEntry(Input):
 
     height: Annotated[Number, quantity("z of the gripped end", "m", gt=0.0)]
     speed: Annotated[Number, quantity("speed along x", "m s^-1", gt=0.0, le=1.0)]
-    flat_end: Annotated[Number, quantity("x of the gripped end while the strip lay flat: lambda = 0", "m")]
+    flat_end: Annotated[
+        Number, quantity("x of the gripped end while the strip lay flat: lambda = 0", "m", ge=-1e3, le=1e3)
+    ]
     direction: Annotated[Literal[1, -1], Field(description="1 where x grows as the gripper advances")] = 1
     marker: Marker | None = None
     template: Template | None = None
@@ -183,8 +185,8 @@ class ManualOnset(Input):
     """The onset of the snap, set by hand."""
 
     file_name: ClassVar[str] = "manual_onset.yaml"
-    event_time: Annotated[Number, quantity("onset of the snap by the video's clock", "s")]
-    sd: Annotated[Number, quantity("its standard deviation", "s", gt=0.0)]
+    event_time: Annotated[Number, quantity("onset of the snap by the video's clock", "s", ge=-1e6, le=1e6)]
+    sd: Annotated[Number, quantity("its standard deviation", "s", gt=0.0, le=1e3)]
     reason: Annotated[Text, Field(description="why it was set by hand")]
 
 

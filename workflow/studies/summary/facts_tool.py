@@ -17,6 +17,20 @@ def slurm_run(d: xr.Dataset) -> Facts:
     }
 
 
+def kills(d: xr.Dataset) -> Facts:
+    recovered = (d.went_on == 1.0) & (d.differs == "")
+    terminated = d.signal == "SIGTERM"
+    differs = sorted(set(d.differs.values[~recovered.values]))
+    return {
+        "kills": d.sizes["kill"],
+        "recovered": recovered.sum(),
+        "terminated": terminated.sum(),
+        "in_jobs": (d.running != "no job").sum(),
+        "left": d.left.where(terminated, 0.0).sum(),
+        "differs": f"; not: {', '.join(differs)}"[:500] if differs else "",
+    }
+
+
 def commands(d: xr.Dataset) -> Facts:
     same = d.differs == ""
     differing = d.command.values[~same.values]

@@ -18,7 +18,7 @@ from studies.summary.table import SOURCES, Number, Source
 Entry = dict[str, Any]
 
 BOUNDS = {"<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge, "=": operator.eq}
-OPTIONAL = ("peers", "project", "slurm_run", "wheels")
+OPTIONAL = ("kills", "peers", "project", "slurm_run", "wheels")
 """Datasets that may be missing; without them their numbers are left out."""
 
 

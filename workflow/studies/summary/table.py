@@ -344,6 +344,16 @@ SOURCES = (
         Number("handed_over", "rest", "L*", 2, "< 0.01 L*",
             "largest distance between a state at rest and the equilibrium that the static solver finds from it"),
     )),
+    Source("kills", facts_tool.kills, (
+        Number("kills", "kills", "count", 4, ">= 50",
+            "times that all processes of `make all` were killed at a random moment (seed {d.attrs[seed]}), "
+            "{terminated} by SIGTERM, the others by SIGKILL; jobs were under way at {in_jobs}; an undisturbed run "
+            "takes {d.attrs[wall]:.0f} s"),
+        Number("kills_recovered", "recovered", "count", 4, "all of them; nothing half written left by SIGTERM",
+            "of them after which the next `make all` went on by itself, and the chain ended with the same "
+            "{d.attrs[files]} files, run times and logs apart, bit for bit as undisturbed; {left} half-written files "
+            "left by SIGTERM{differs}", lambda f: f.recovered == f.kills and f.left == 0),
+    )),
     Source("slurm_run", facts_tool.slurm_run, (
         Number("slurm_equal", "share", "1", 4, "= 1, of 20 or more",
             "share of {files} results of the small run that are the same bit for bit when Slurm runs its jobs, run "
