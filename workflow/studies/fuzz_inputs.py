@@ -46,8 +46,15 @@ CALLS: tuple[tuple[str, tuple[str, ...], dict[str, str | None]], ...] = (
     (
         "plan",
         (),
-        {**_STRIP, "--eta-b-uncertainty": "10%", "--friction-moment": "1e-4", "--yield-curvature": "10"}
-        | {"--speed": "0.1", "--acceleration": "0.5", "--csv": "plan.csv"},
+        {
+            **_STRIP,
+            "--eta-b-uncertainty": "10%",
+            "--friction-moment": "1e-4",
+            "--yield-curvature": "10",
+            "--speed": "0.1",
+            "--acceleration": "0.5",
+            "--csv": "plan.csv",
+        },
     ),
     ("map", (), {**_STRIP, "--output": "map.nc"}),
     ("assess", ("@path.csv",), {**_STRIP, "--model": "rod", "--fall": None}),
