@@ -19,8 +19,8 @@ APART = ("benchmarks", "logs", "recordings")
 def compare(here: Path, there: Path, wall_here: float, wall_there: float, jobs: int) -> xr.Dataset:
     """Which files of two folders of results hold the same, over ``file``.
 
-    Values are compared bit for bit, with their dimensions and coordinates, but for computing times, memory and
-    attributes.
+    Values are compared bit for bit, with their dimensions and coordinates; run times, memory and attributes are left
+    out.
 
     Parameters
     ----------
