@@ -404,7 +404,7 @@ class TestFallen:
         segments = iter(found.segments)
         pieces = []
 
-        def follow(*given: object, options: object = None) -> path_statics.StaticSegment:
+        def follow(*given: object, options: object = None, progress: object = None) -> path_statics.StaticSegment:
             # After the mesh, the path and the length: the first state and its piece.
             pieces.append(given[4] if len(given) > 4 else 0)
             return next(segments)

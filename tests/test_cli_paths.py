@@ -242,7 +242,7 @@ def test_a_lost_strip_is_a_verdict(coarse: None) -> None:
 def test_units_of_friction(monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[tuple[str, float, float]] = []
 
-    def followed(strip: StripModel, path: object, law: tuple[str, float], size: float, refinement: float) -> Any:
+    def followed(strip: StripModel, path: object, law: tuple[str, float], size: float, *_: object) -> Any:
         asked.append((*law, size))
         raise RuntimeError
 

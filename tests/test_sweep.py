@@ -100,8 +100,8 @@ def test_an_interrupted_sweep_goes_on_and_gives_the_same_file(tmp_path, interrup
 
     sweep.run(HEIGHTS, interrupted, cores=2, progress=say)
     assert kept.items() >= before.items()
-    assert told[0] == f"{5 * len(before)}%"
-    assert told[-1] == "100%"
+    assert told[0] == f"solved: {5 * len(before)} %"
+    assert told[-1] == "solved: 100 %"
     sweep.run(HEIGHTS, tmp_path / "whole.nc", cores=1)
     assert interrupted.read_bytes() == (tmp_path / "whole.nc").read_bytes()
     assert sorted(os.listdir(tmp_path)) == ["sweep.nc", "whole.nc"]
