@@ -254,13 +254,10 @@ def test_the_sag_flattens_where_it_does_on_finer_elements():
     assert last[0] == pytest.approx(last[1], abs=0.01)
 
 
-def test_no_event_is_lost_where_elements_are_planned_anew(monkeypatch: pytest.MonkeyPatch):
+def test_no_event_is_lost_where_elements_are_planned_anew():
     """0.001 L* before the touch of this strip its elements are due to be planned anew; on the new ones it is past."""
     strip_drawn, height = static.StripModel(17.593802, 0.094148), 0.6188235
-    # Which steps end there depends on the steps before.
-    monkeypatch.setattr(static, "LIFT_STEPS", static.STEPS)
-    ((_, start),) = static.lift(strip_drawn.contact_mesh(), [height])
-    run = static.along_x(start, height, past=0.0, options=static.STEPS)
+    run = static.solve_height(strip_drawn, height)
     assert run.end is static.End.TOUCH
     mesh = run.last.problem.mesh
     assert mesh.drifted(run.last.contact), "its elements are not due, and the test shows nothing"

@@ -34,7 +34,7 @@ from tasks.friction import Run, Sample
 ROD = StripModel(12.0, 0.06, kind="rod")
 MESH = ROD.contact_mesh(2.0, memory=True)
 CORNERS = [(-6.0, 0.0), (-5.2, 1.2), (5.0, 1.2), (6.0, 0.0)]
-STEP = 0.5
+STEP = 0.25
 MATERIAL = Material(3780.0)
 OTHER = Material(8.0 * 3780.0, eta_m=2e-3, rho_a=3.0)
 """L* half as long, and the same thickness / L*: in solver units the same strip."""

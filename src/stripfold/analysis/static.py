@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import StrEnum
 from math import inf
 
@@ -40,10 +40,6 @@ LAMBDA_TOLERANCE = 1e-6
 """Width of the bracket of lambda_c, L*."""
 FIRST_HEIGHT = 1e-3
 """Height of the gripper at the first state of a lift, L*: the lifted part is a beam then."""
-LIFT_STEPS = replace(STEPS, largest=1.4)
-"""While it is lifted a strip cannot become critical."""
-X_STEPS = replace(STEPS, first=0.3)
-"""Where the gripper starts along x the branch is smooth."""
 LIMIT = Event("limit point", critical.is_past, located=never)
 
 
@@ -158,7 +154,7 @@ def lift(plan: Planned, heights: Sequence[float]) -> Iterator[tuple[float, Branc
 
 def _lifted_to(first: BranchPoint, height: float) -> BranchPoint:
     above = Event("height", lambda point, _: point.lam >= height, located=never)
-    for item in follow(first, LIFT_STEPS, lambda at: [lift_off_of_all(at), above, LIMIT], through_contact=False):
+    for item in follow(first, STEPS, lambda at: [lift_off_of_all(at), above, LIMIT], through_contact=False):
         if isinstance(item, BranchCrossing):
             if item.event.name == LIFTED:
                 raise SolveError(f"the whole strip leaves the floor below a height of {height:.4g} L*")
@@ -177,7 +173,7 @@ def at_lambda(near: BranchPoint, lam: float) -> BranchPoint:
 
 
 def along_x(
-    start: BranchPoint, height: float, plan: Planned | None = None, past: float = 1.0, options: StepOptions = X_STEPS
+    start: BranchPoint, height: float, plan: Planned | None = None, past: float = 1.0, options: StepOptions = STEPS
 ) -> XRun:
     """Follow the x-axis branch from a state without horizontal force to its end, and after a snap past it.
 
