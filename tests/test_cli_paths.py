@@ -187,7 +187,7 @@ def test_a_fall_that_does_not_come_is_part_of_the_verdict(
 def test_a_long_fall_of_a_thin_strip_keeps_the_verdict(length: float) -> None:
     """On these R-paths the strip moves on by less than a millimetre, and what follows could not be computed."""
     strip = sf.Strip(length=length * UNIT, eta_b=3780.0, eta_m=1e-5)
-    found = strip.assess(sf.paths.r_path(strip), fall=True)
+    found = strip.assess(sf.paths.r_path(strip), model="rod", fall=True)
     assert not found.stable
     assert found.critical[0]["kind"] == "bifurcation"
     assert found.completed != bool(found.failure)

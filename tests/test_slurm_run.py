@@ -54,7 +54,7 @@ def test_the_profile_groups_rules_that_exist() -> None:
         name = group.partition("=")[0]
         assert re.search(rf'^(rule {name}:|    "{name}": )', rules, re.M), name
     # A rule that takes all cores would ask for those of all jobs together.
-    greedy = re.findall(r"^rule (\w+):\n(?:(?!rule ).*\n)*?    threads: workflow.cores$", rules, re.M)
+    greedy = re.findall(r"^rule (\w+):\n(?:(?!rule ).*\n)*?    threads: ALL_CORES$", rules, re.M)
     assert greedy
     assert profile["cores"] >= 1
     assert {name.partition("=")[0] for name in profile["set-threads"]} == set(greedy)

@@ -1,3 +1,4 @@
+import os
 import sys
 from itertools import product
 from pathlib import Path
@@ -21,7 +22,9 @@ LABELS = {name: material["label"] for name, material in MATERIALS.items()}
 # The material whose single runs are drawn: the second, or the only one.
 SHOWN = list(MATERIALS)[min(1, len(MATERIALS) - 1)]
 # A study has all cores; where no run is repeated, nothing is measured, and short studies run side by side.
-ALONE = workflow.cores if config["studies"].get("benchmark", {}).get("repeats", 1) > 1 else 1
+# Snakemake gives a rule no more than `--cores`, which nothing needs that only lists or draws the rules.
+ALL_CORES = os.cpu_count()
+ALONE = ALL_CORES if config["studies"].get("benchmark", {}).get("repeats", 1) > 1 else 1
 
 FILMED = config["recordings"]
 # Name of a synthetic recording, and what it shows.

@@ -26,7 +26,7 @@ rule conventions:
         f"{LOGS}/conventions.log",
     benchmark:
         f"{BENCHMARKS}/conventions/all.tsv"
-    threads: workflow.cores
+    threads: ALL_CORES
     params:
         **calls("conventions:run"),
         title="stored files by the CF and ACDD conventions",
