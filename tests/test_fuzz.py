@@ -26,6 +26,8 @@ USAGE = "usage: stripfold eta [-h]\n  more\nstripfold eta: error: argument --len
         (0, "lambda_c 0.3 m", "", "answered"),
         (0, "lambda_c 0.3 m", "stripfold: warning: contact is off\n", "answered"),
         (0, "s,x,z", "stripfold: note: an eta_b 5 % too low moves the first touch by 13 mm\n", "answered"),
+        (0, "lambda_c 0.3 m", "   0.082 s  model rod\n", "answered"),
+        (2, "", "   0.082 s  model rod\n" + ERROR, "refused"),
         (0, "nanometre inflow --inf-x", "", "answered"),
         (0, "lambda_c nan m", "", "failed"),
         (0, "between -inf and 3", "", "failed"),

@@ -59,6 +59,8 @@ _STOPS = (
 )
 # A recording's table is read after a picture of a board.
 _SKIPPED = ("stripfold.vision.calibration:read_calibration_picture", "stripfold.vision.calibration:detect")
+_STEP = re.compile(r"^ *\d+\.\d{3} s  .*\n", re.M)
+"""A line of `--verbose`."""
 _NO_NUMBER = re.compile(r"(?<![\w-])-?(nan|inf|NaN|Infinity)(?![\w-])")
 
 
@@ -235,6 +237,7 @@ def call(case: Case, folder: Path, good: Path) -> Ending:
 
 def judged(code: int | str, said: str, errors: str) -> Ending:
     """How a call ended, from its exit code or the text of what it raised, and what it printed."""
+    errors = _STEP.sub("", errors)
     lines = errors.splitlines()
     if code in (0, "followed"):
         if found := _NO_NUMBER.search(said):
