@@ -152,3 +152,15 @@ def test_every_result_says_units_and_source():
             text = inspect.getdoc(kind) or ""
             assert "Source:" in text, kind
             assert "Attributes" in text, kind
+
+
+@pytest.mark.parametrize(
+    ("height", "there", "gone"), [(0.09, "lambda_c", "lambda_touch"), (0.03, "lambda_touch", "lambda_c")]
+)
+def test_a_result_is_shown_on_one_line_without_what_it_has_not(height: float, there: str, gone: str) -> None:
+    found = STRIP.critical(height=height, model="elastica")
+    shown = repr(found)
+    assert "\n" not in shown
+    assert shown.startswith("CriticalPoint(model='elastica', ")
+    assert f"{there}={getattr(found, there):.6g}" in shown
+    assert gone not in shown
