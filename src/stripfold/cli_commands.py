@@ -298,23 +298,23 @@ def path(arguments: argparse.Namespace, say: Say) -> str:
 
 
 def map_options(parser: argparse.ArgumentParser) -> None:
-    from stripfold.inputs import Strip
+    from stripfold.inputs import StabilityMap
 
-    _options(parser, Strip, (*STRIP, "rho_a"))
+    _options(parser, StabilityMap, (*STRIP, "rho_a", "friction_moment"))
     parser.add_argument("--output", metavar="MAP.nc", help="write it there")
     _plot_option(parser, "the map")
     _json_option(parser)
 
 
 def map_places(arguments: argparse.Namespace, say: Say) -> str:
-    from stripfold.inputs import UNSTRETCHED, Strip
+    from stripfold import inputs
 
     data = None if arguments.output is None else _output(arguments.output, arguments.output, ".nc")
     target = _plot_file(arguments.plot)
-    strip = Strip(**_given(arguments, Strip), eta_m=UNSTRETCHED)
+    asked = inputs.StabilityMap(**_given(arguments, inputs.StabilityMap), eta_m=inputs.UNSTRETCHED)
     from stripfold.stability_map import StabilityMap
 
-    found = StabilityMap.of(strip, say)
+    found = StabilityMap.of(asked, say)
     if data is not None:
         found.to_netcdf(data)
     _draw(found, target)

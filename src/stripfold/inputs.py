@@ -220,6 +220,14 @@ class PathAssessment(Strip):
         return self
 
 
+class StabilityMap(Strip):
+    """A strip whose gripper's places are mapped, and its friction."""
+
+    friction_moment: Annotated[
+        Number | None, quantity("M_0 of the fabric's bending hysteresis, per width", "N", gt=0.0, le=1e3)
+    ] = None
+
+
 class FoldingPlan(Strip):
     """A strip to be folded, how well it is known, and what the robot may do."""
 

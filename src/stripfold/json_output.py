@@ -34,6 +34,8 @@ OTHER = {
     "fold_at": "m",
     "fold_height": "m",
     "friction": "1",
+    "friction_boundary": "m",
+    "friction_moment": "N",
     "gain": "m",
     "gravity": "m s-2",
     "gsm": "g m-2",

@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from stripfold import schema
+from stripfold.analysis.friction_boundary import HISTORY, MOST, FrictionBoundary, friction_boundary
 from stripfold.analysis.gripper_map import GripperMap, gripper_map
 from stripfold.arrays import Array
 from stripfold.elastica.boundary import LENGTHS
 from stripfold.errors import InvalidInputError
-from stripfold.inputs import Strip
+from stripfold.inputs import StabilityMap as Asked
 from stripfold.percent import Percent
 from stripfold.reporting import Progress, Result, Rows, metres
 
@@ -34,25 +35,34 @@ class StabilityMap(Result):
         The same map in units of L*, over the advance in place of x.
     eigenvalues
         Shape (z, x): smallest eigenvalue at the places of the grid, g/L*; nan where the strip cannot hang.
+    with_friction
+        The ends of the advance with friction, in units of L*; None where no friction is given.
     strip, seconds
         The inputs, and the run time.
     """
 
     in_star: GripperMap
     eigenvalues: Array
-    strip: Strip
+    with_friction: FrictionBoundary | None
+    strip: Asked
     seconds: float
     title = "stability map of the gripper's places"
     shown = ("strip", "touch_limit")
 
     @classmethod
-    def of(cls, strip: Strip, progress: Progress | None = None) -> Self:
+    def of(cls, strip: Asked, progress: Progress | None = None) -> Self:
         """Compute it."""
         began = perf_counter()
         low, high = (limit * strip.gravity_length for limit in LENGTHS)
         if not low <= strip.length <= high:
             allowed = f"from {low:.3g} to {high:.3g} m with eta_b = {strip.eta_b:g} m^-4 s^2"
             raise InvalidInputError("length", strip.length, allowed, "a shorter strip cannot be folded in half")
+        moment, most = strip.friction_moment, MOST * strip.material.scales["N"]
+        if moment is not None and moment > most:
+            allowed = f"at most {most:.3g} N with rho_a = {strip.rho_a:g} kg m^-2, {MOST:g} rho_a g L*^2"
+            raise InvalidInputError(
+                "friction_moment", moment, allowed, "give rho_a too: friction counts against weight"
+            )
         say = progress or (lambda _: None)
         say("boundaries")
         found = gripper_map(strip.length_star)
@@ -60,7 +70,10 @@ class StabilityMap(Result):
         rows = []
         for z in Percent(say, "eigenvalues").each(heights, len(heights)):
             rows.append(found.eigenvalues(advance, float(z)))
-        return cls(found, np.array(rows), strip, perf_counter() - began)
+        friction = None
+        if moment is not None:
+            friction = friction_boundary(strip.length_star, moment / strip.material.scales["N"], say)
+        return cls(found, np.array(rows), friction, strip, perf_counter() - began)
 
     @property
     def touch_limit(self) -> float:
@@ -108,11 +121,32 @@ class StabilityMap(Result):
                 "highest",
                 metres(float(self.in_star.lifted[:, 1].max()) * unit, "above this height all is lifted"),
             ),
+            *self._friction_rows(),
             ("time", f"{self.seconds:.2f} s"),
         ]
 
+    def _friction_rows(self) -> Rows:
+        if (found := self.with_friction) is None:
+            return []
+        unit = self.strip.gravity_length
+        ends = [
+            f"{what} {unit * z[0]:.4g} to {unit * z[-1]:.4g} m"
+            for what, z in (
+                ("the sag touches at heights of", found.z[~found.snaps]),
+                ("snaps at", found.z[found.snaps]),
+            )
+            if len(z)
+        ]
+        return [("friction", "; ".join(ends)), ("  history", HISTORY)]
+
     def to_dict(self) -> dict[str, Any]:
-        return {"touch_limit": self.touch_limit, "snap_boundary": self.snap_boundary.tolist(), "seconds": self.seconds}
+        names = ("touch_limit", "seconds")
+        numbers = {name: getattr(self, name) for name in names} | {"snap_boundary": self.snap_boundary.tolist()}
+        if (found := self.with_friction) is None:
+            return numbers
+        places = self._places(np.stack([found.advance, found.z], axis=1)).tolist()
+        friction = {"friction_boundary": places, "friction_snap": found.snaps.tolist()}
+        return numbers | friction | {"friction_history": HISTORY}
 
     def to_dataset(self) -> xr.Dataset:
         found, material = self.in_star, self.strip.material
@@ -133,7 +167,11 @@ class StabilityMap(Result):
         }
         for name, curve in found.curves.items():
             values |= {f"{name}_x": (name, curve[:, 0]), f"{name}_z": (name, curve[:, 1])}
-        attrs = {**material.attributes, "length": self.strip.length, "touch_limit": self.touch_limit}
+        attrs: dict[str, Any] = {**material.attributes, "length": self.strip.length, "touch_limit": self.touch_limit}
+        if (friction := self.with_friction) is not None:
+            values |= {"friction_x": ("friction", friction.advance - half), "friction_z": ("friction", friction.z)}
+            values |= {"friction_snap": ("friction", friction.snaps.astype(int))}
+            attrs |= {"friction_moment": self.strip.friction_moment, "friction_history": HISTORY}
         return schema.dataset(values, attrs, material.scales)
 
     def plot(self) -> Figure:

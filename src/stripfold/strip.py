@@ -267,20 +267,22 @@ class Strip:
 
         return PathAssessment.of(asked, path, began, progress)
 
-    def map(self, *, progress: Progress | None = None) -> StabilityMap:
+    def map(self, *, friction: Hysteresis | None = None, progress: Progress | None = None) -> StabilityMap:
         """The stability map: gripper places that the strip follows, and their distance to those where it snaps.
 
         For a frictionless strip on the elastica, which has neither thickness nor stretch (docs/map.md).
 
         Parameters
         ----------
+        friction
+            Adds where the strip snaps or lands with this friction, on the rod, for one history; takes longer.
         progress
             Called with a line on what is being done.
 
         Raises
         ------
         InvalidInputError
-            A strip shorter than 7 or longer than 100 L*.
+            A strip shorter than 7 or longer than 100 L*, or more friction than 0.25 rho_a g L*^2.
         SolveError
             A boundary or a state could not be computed.
 
@@ -294,7 +296,8 @@ class Strip:
         from stripfold import inputs
         from stripfold.stability_map import StabilityMap
 
-        return StabilityMap.of(inputs.Strip(**asdict(self)), progress)
+        moment = None if friction is None else friction.moment
+        return StabilityMap.of(inputs.StabilityMap(**asdict(self), friction_moment=moment), progress)
 
     def plan(
         self,

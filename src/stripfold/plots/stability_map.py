@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from stripfold.arrays import Array
-from stripfold.plots.colours import GREY, HANGING, LYING, SHADE, TOUCHING
+from stripfold.plots.colours import FRICTION, GREY, HANGING, LYING, SHADE, TOUCHING
 from stripfold.plots.style import CM, around, equal_panels, legend_above, styled
 
 LEVELS = (0.03, 0.1, 0.2, 0.3)
@@ -31,8 +31,20 @@ def draw(data: xr.Dataset) -> Figure:
     fig, (ax,) = equal_panels([around(np.vstack(list(curves.values())))], above=0.5)
     levels = [CM * data.attrs["length"] * share for share in LEVELS]
     draw_map(ax, curves, CM * data["map_x"].values, CM * data["map_z"].values, CM * data["margin"].values, levels)
+    if "friction_x" in data:
+        _draw_friction(ax, data)
     legend_above(fig, ax.get_legend_handles_labels()[0], fontsize=7)
     return fig
+
+
+def _draw_friction(ax: Axes, data: xr.Dataset) -> None:
+    """The ends of the advance with friction, and for which history they are."""
+    x, z, snaps = CM * data["friction_x"].values, CM * data["friction_z"].values, data["friction_snap"].values == 1
+    ax.plot(x, z, color=FRICTION, lw=1.2, zorder=4)
+    for which, label, face in ((snaps, "snap", FRICTION), (~snaps, "sag touches", "white")):
+        ax.plot(x[which], z[which], "o", color=FRICTION, mfc=face, ms=3.0, zorder=4, label=f"with friction, {label}")
+    text = f"friction {data.attrs['friction_moment']:.3g} N:\n" + data.attrs["friction_history"].replace(", ", ",\n")
+    ax.text(0.01, 0.98, text, transform=ax.transAxes, va="top", fontsize=5)
 
 
 def draw_map(ax: Axes, curves: Mapping[str, Array], x: Array, z: Array, margin: Array, levels: list[float]) -> None:

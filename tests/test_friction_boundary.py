@@ -1,0 +1,95 @@
+"""The ends of the advance with friction: the law for little of it, another discretisation, assess, the command."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stripfold import elastica, store
+from stripfold.analysis import friction_boundary as module
+from stripfold.analysis.friction_boundary import THICKNESS, friction_boundary
+from stripfold.analysis.verdict import assess_path
+from stripfold.cli import main
+from stripfold.elastica.half_fold import states_no_horizontal_force
+from stripfold.material import Material
+from stripfold.paths.curve import GripperPath, pieces_through
+from studies.motion_with_friction import TOUCH, Case, limit
+
+LENGTH = 9.0
+COMMAND = ["map", "--length", "0.24", "--eta-b", "3780", "--rho-a", "0.2"]
+
+
+@pytest.fixture(autouse=True)
+def few(monkeypatch: pytest.MonkeyPatch) -> None:
+    """To save time."""
+    monkeypatch.setattr(module, "RATIO", 2.2)
+    monkeypatch.setattr("stripfold.analysis.gripper_map.GRID", (8, 3))
+
+
+def test_little_friction_delays_by_the_law() -> None:
+    """Truth: lambda_c of the elastica and its delay to first order, of which kappa_y takes up to a tenth."""
+    moment = 0.005
+    found = friction_boundary(LENGTH, moment)
+    assert found.snaps.tolist() == (found.z > elastica.touch_limit()).tolist()
+    assert found.snaps.any()
+    for z, advance in zip(found.z[found.snaps], found.advance[found.snaps], strict=True):
+        delay = advance - elastica.critical(z).state.advance
+        assert 0.85 < delay / (moment * elastica.friction_delay(z)) < 1.02
+
+
+def test_the_friction_of_a_fabric_against_other_elements() -> None:
+    """The study's strip has elements that are not planned anew, and is lifted free along x."""
+    found = friction_boundary(LENGTH, 0.22)
+    assert not found.snaps.any()
+    z, advance = found.z[1], found.advance[1]
+    outcome, other, _, _ = limit(Case(LENGTH, THICKNESS, 0.05, 0.1), float(z), 0.22)
+    assert outcome == TOUCH
+    assert advance == pytest.approx(other, abs=0.03)
+    without = [elastica.critical(z).state.advance for z in found.z]
+    assert np.all(found.advance > without)
+
+
+def test_assess_along_the_same_way() -> None:
+    material = Material(3780.0)
+    thin = Material(3780.0, eta_m=3780.0 * (THICKNESS * material.gravity_length) ** 2 / 12.0)
+    moment = 0.02
+    found = friction_boundary(12.0, moment)
+    (z, advance), half = (found.z[-1], found.advance[-1]), 6.0
+    assert found.snaps[-1]
+    line = [(s.advance - half, s.gripper[1]) for s in states_no_horizontal_force(11.0) if s.gripper[1] < z - 0.05]
+    line.append((elastica.state_no_horizontal_force(z).advance - half, z))
+    carry = np.array([line[-1], (line[-1][0] + 12.0, z)])
+    path = GripperPath("lift and carry", pieces_through([("lift", np.array([(-half, 0.0), *line])), ("carry", carry)]))
+    in_si = moment * thin.scales["N"]
+    verdict = assess_path(thin, 12.0 * thin.gravity_length, path, hysteresis=in_si, model="rod")
+    (event,) = verdict.critical
+    assert event["x"] / thin.gravity_length + half == pytest.approx(advance, abs=0.005)
+
+
+def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    data, picture = tmp_path / "map.nc", tmp_path / "map.png"
+    asked = [*COMMAND, "--friction-moment", "1e-5", "--json", "--output", str(data), "--plot", str(picture)]
+    assert main(asked) == 0
+    said = json.loads(capsys.readouterr().out)
+    assert "lifted on the line" in said["friction_history"]
+    assert len(said["friction_boundary"]) == len(said["friction_snap"]) >= 2
+    assert said["units"]["friction_moment"] == "N"
+    stored = store.read(data)
+    assert stored.attrs["friction_moment"] == 1e-5
+    places = np.stack([stored["friction_x"], stored["friction_z"]], axis=1)
+    np.testing.assert_allclose(places, said["friction_boundary"], rtol=1e-9)
+    unit = Material(3780.0).gravity_length
+    alone = friction_boundary(0.24 / unit, 1e-5 / (0.2 * 9.81 * unit**2))
+    np.testing.assert_allclose(places[:, 0] + 0.12, unit * alone.advance, rtol=1e-6)
+    assert picture.is_file()
+
+
+@pytest.mark.parametrize("moment", ["-1e-3", "0", "0.1", "nan"])
+def test_no_such_friction(moment: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([*COMMAND, f"--friction-moment={moment}"]) == 2
+    told = capsys.readouterr().err
+    assert "friction_moment" in told
+    assert told.count("\n") == 1
