@@ -16,7 +16,7 @@ from stripfold.analysis.static import End, StripModel, XRun
 from stripfold.arrays import Array
 from stripfold.cli import main
 from stripfold.errors import InvalidInputError
-from stripfold.problem import TwoAlongX
+from stripfold.problem import AlongX, TwoGrippers
 from studies import second_gripper
 
 ASKED = ["critical", "--length", "0.6", "--eta-b", "3780", "--model", "rod", "--json", "--height"]
@@ -28,7 +28,9 @@ def advance(run: XRun, free: float) -> float:
     A span is angle, curvature, X and Z over the arc length, from lift-off to the held place and from there on.
     """
     motion = run.last.problem.motion
-    assert isinstance(motion, TwoAlongX)
+    assert isinstance(motion, TwoGrippers)
+    assert isinstance(motion.first, AlongX)
+    height = motion.first.height
     spans = (free - motion.s, motion.s)
 
     def rates(t: Array, y: Array, p: Array) -> Array:
@@ -42,7 +44,7 @@ def advance(run: XRun, free: float) -> float:
 
     def ends(a: Array, b: Array, p: Array) -> Array:
         lam = p[4]
-        held, grasped = (free - lam - motion.ahead - motion.s, motion.up), (free - lam, motion.height)
+        held, grasped = (free - lam - motion.ahead - motion.s, height + motion.up), (free - lam, height)
         return np.array([*a[:4], *(b[2:4] - held), *(a[4:] - b[:4]), *(b[6:] - grasped), b[5]])
 
     t, arc = np.linspace(0.0, 1.0, 100), np.linspace(0.0, run.free_length, 2000)

@@ -123,10 +123,16 @@ def critical_options(parser: argparse.ArgumentParser) -> None:
     from stripfold.inputs import Scene
 
     _options(parser, Scene, (*STRIP, "height", *SHEET, "model", "accuracy", "eta_b_uncertainty"))
-    text = f"{Scene.model_fields['second_gripper'].description}, m"
-    parser.add_argument("--second-gripper", type=place_or_auto, metavar="M|auto", help=text)
+    _second_gripper_option(parser)
     _plot_option(parser, "the strip there")
     _json_option(parser)
+
+
+def _second_gripper_option(parser: argparse.ArgumentParser) -> None:
+    from stripfold.inputs import Scene
+
+    text = f"{Scene.model_fields['second_gripper'].description}, m"
+    parser.add_argument("--second-gripper", type=place_or_auto, metavar="M|auto", help=text)
 
 
 def place_or_auto(text: str) -> float | str:
@@ -339,6 +345,7 @@ def assess_options(parser: argparse.ArgumentParser) -> None:
     _option(law, PathAssessment, "friction")
     _option(law, PathAssessment, "hysteresis")
     _options(parser, PathAssessment, ("layer_friction", "step"))
+    _second_gripper_option(parser)
     text = "write the verdict with all states there"
     parser.add_argument("--output", metavar="RESULT.nc", help=text)
     _plot_option(parser, "the strip along the path")

@@ -154,6 +154,12 @@ class AtHeight(Strip):
             )
 
 
+SecondPlace = Annotated[
+    Number | Literal["auto"] | None,
+    quantity("place along the strip that a second gripper holds; auto: where the critical mode moves most", "m"),
+]
+
+
 class Scene(AtHeight):
     """A strip and a gripper height, for a critical point.
 
@@ -175,10 +181,7 @@ class Scene(AtHeight):
     eta_b_uncertainty: Annotated[
         Number | None, quantity("relative uncertainty of eta_b, as 0.2 or 20%: the range of the result", ge=0.0, le=0.9)
     ] = None
-    second_gripper: Annotated[
-        Number | Literal["auto"] | None,
-        quantity("place along the strip that a second gripper holds; auto: where the critical mode moves most", "m"),
-    ] = None
+    second_gripper: SecondPlace = None
 
     def with_eta_b(self, eta_b: float) -> Scene:
         """The same scene with another eta_b."""
@@ -205,6 +208,15 @@ class PathAssessment(Strip):
         quantity("coefficient of friction between the layers and on the floor; followed in time", ge=0.0, le=MAX_MU),
     ] = None
     step: Annotated[Number | None, quantity("step size with friction; by default 0.1 L*", "m", ge=1e-9, le=1e6)] = None
+
+    second_gripper: SecondPlace = None
+
+    @model_validator(mode="after")
+    def _check_second_gripper(self) -> Self:
+        laws = self.friction, self.hysteresis, self.layer_friction
+        if self.second_gripper is not None and any(law is not None for law in laws):
+            raise InvalidInputError("second_gripper", self.second_gripper, "no friction together with it")
+        return self
 
     @model_validator(mode="after")
     def _check_friction(self) -> Self:

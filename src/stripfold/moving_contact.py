@@ -20,7 +20,7 @@ from stripfold.effects import MovableEffect
 from stripfold.errors import NewtonError
 from stripfold.models.contact_mesh import ContactMesh, Topology
 from stripfold.models.model import Model
-from stripfold.problem import Motion, StripProblem, TwoAlongX
+from stripfold.problem import Motion, StripProblem, TwoGrippers
 from stripfold.solve.linear import Band, Bordered
 from stripfold.solve.problem import Equilibrium, Point, Tangent
 
@@ -135,7 +135,7 @@ class MovingContact:
     @property
     def _at_point(self) -> bool:
         """Whether the first contact coordinate is a point contact."""
-        return self.mesh.topology is Topology.POINT and not isinstance(self.motion, TwoAlongX)
+        return self.mesh.topology is Topology.POINT and not isinstance(self.motion, TwoGrippers)
 
     @cached_property
     def _upright(self) -> Array:
@@ -215,7 +215,7 @@ class MovingContact:
         equations = force[self._released]
         if self._at_point:
             equations[0] = self._upright @ q[: self.n]
-        elif isinstance(self.motion, TwoAlongX):
+        elif isinstance(self.motion, TwoGrippers):
             equations[0] = q[self.n] - self.motion.s
         return np.concatenate([force, self._sign * equations])
 
@@ -236,7 +236,7 @@ class MovingContact:
         signs = np.where(is_rod, -1.0, lies_behind)
         if self._at_point:
             signs[0] = 1.0 if is_rod else -1.0
-        elif isinstance(self.motion, TwoAlongX):
+        elif isinstance(self.motion, TwoGrippers):
             signs[0] = 1.0
         return signs
 
@@ -263,7 +263,7 @@ class MovingContact:
         rows, corner = np.array([tangent.row(j) for j in self._released]), columns[self._released]
         if self._at_point:
             rows[0], corner[0] = self._upright, 0.0
-        elif isinstance(self.motion, TwoAlongX):
+        elif isinstance(self.motion, TwoGrippers):
             rows[0], corner[0] = 0.0, (1.0, 0.0)
         sign = self._sign[:, None]
         return self._with_equations(q, force), Bordered(tangent, columns, sign * rows, sign * corner)

@@ -56,29 +56,6 @@ class AlongX:
 
 
 @dataclass(frozen=True)
-class TwoAlongX:
-    """As :class:`AlongX`, with a second gripper: a hinge in the strip that moves along at its distance from the first.
-
-    ``s`` is its place in the strip, from the grasped end; ``ahead`` its displacement along x less lambda; ``up`` its
-    height, L*.
-    """
-
-    height: float
-    s: float
-    ahead: float
-    up: float
-
-    def grasped(self, model: Model) -> Index:
-        return np.concatenate([model.middle[0], model.middle[np.argmin(np.abs(model.s - self.s))]])
-
-    def values(self, lam: float) -> Array:
-        return np.array([lam, self.height, lam + self.ahead, self.up])
-
-    def rates(self, lam: float) -> Array:
-        return np.array([1.0, 0.0, 1.0, 0.0])
-
-
-@dataclass(frozen=True)
 class AlongPath:
     """The gripper follows a smooth piece of a path, or in time a whole path: lambda is the length travelled."""
 
@@ -97,6 +74,30 @@ class AlongPath:
 
 
 @dataclass(frozen=True)
+class TwoGrippers:
+    """The gripper moves as ``first`` says, with a second one: a hinge in the strip that keeps its distance from it.
+
+    ``s`` is its place in the strip, from the grasped end; ``ahead`` its displacement along x less the first one's, and
+    ``up`` its height less the first one's, L*.
+    """
+
+    first: AlongX | AlongPath
+    s: float
+    ahead: float
+    up: float
+
+    def grasped(self, model: Model) -> Index:
+        return np.concatenate([model.middle[0], model.middle[np.argmin(np.abs(model.s - self.s))]])
+
+    def values(self, lam: float) -> Array:
+        place = self.first.values(lam)
+        return np.concatenate([place, place + np.array([self.ahead, self.up])])
+
+    def rates(self, lam: float) -> Array:
+        return np.tile(self.first.rates(lam), 2)
+
+
+@dataclass(frozen=True)
 class Opened:
     """The gripper has opened: nothing is grasped."""
 
@@ -110,7 +111,7 @@ class Opened:
         return np.zeros(0)
 
 
-Motion = Lift | AlongX | TwoAlongX | AlongPath | Opened
+Motion = Lift | AlongX | AlongPath | TwoGrippers | Opened
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,7 @@ from stripfold.analysis.assess import Followed
 from stripfold.analysis.critical_point import CriticalResult
 from stripfold.analysis.phases import AFTER, BEFORE, FALL, SLOW
 from stripfold.analysis.second_gripper import SecondGripper, second_gripper
+from stripfold.analysis.second_on_path import SecondOnPath, second_on_path
 from stripfold.analysis.uncertain_eta_b import EtaBRange, over_eta_b
 from stripfold.analysis.verdict import Verdict
 from stripfold.inputs import PathAssessment as Asked
@@ -201,10 +202,13 @@ class PathAssessment(Result, Verdict):
         node by node in some.
     failure
         Why the fall, or what comes after it, could not be followed; empty where it could or was not asked for.
+    second_gripper
+        How far the strip follows with a second gripper; None where none is asked for or there is no critical point.
     path, asked, seconds
         The path, the other inputs, and the run time.
     """
 
+    second_gripper: SecondOnPath | None
     path: FoldPath
     asked: Asked
     seconds: float
@@ -228,7 +232,10 @@ class PathAssessment(Result, Verdict):
             progress=progress,
         )
         values = {item.name: getattr(found, item.name) for item in fields(found)}
-        return cls(**values, path=path, asked=asked, seconds=perf_counter() - began)
+        second, place = None, asked.second_gripper
+        if place is not None:
+            second = second_on_path(asked.material, asked.length, path.curve, place)
+        return cls(**values, second_gripper=second, path=path, asked=asked, seconds=perf_counter() - began)
 
     def rows(self) -> Rows:
         return [
@@ -244,7 +251,20 @@ class PathAssessment(Result, Verdict):
             ("peak force", f"{self.peak_force:.4g} N/m  (gripper, per width)"),
             ("peak hold", f"{self.peak_hold:.4g} N/m  (horizontal, at the held end)"),
             ("completed", self._completed()),
+            *([] if self.asked.second_gripper is None else self._second_rows(self.second_gripper)),
             ("time", f"{self.seconds:.1f} s"),
+        ]
+
+    @staticmethod
+    def _second_rows(second: SecondOnPath | None) -> Rows:
+        if second is None:
+            return [("2nd gripper", "none is needed: a rod follows the path without a critical point")]
+        taken = f"at t = {second.t:.4g}, x = {second.x:.4g} m, z = {second.z:.4g} m"
+        end = f"t = {second.end_t:.4g}, gripper at x = {second.end_x:.4g} m, z = {second.end_z:.4g} m"
+        return [
+            ("2nd gripper", metres(second.s, f"along the strip from the first, taken {taken}")),
+            ("  snap", f"{'yes' if second.snap else 'no'}: {second.reason}"),
+            ("  stable to", f"{end}, {second.gain:.4g} m farther than with one gripper"),
         ]
 
     @staticmethod
@@ -265,7 +285,8 @@ class PathAssessment(Result, Verdict):
     def to_dict(self) -> dict[str, Any]:
         names = [item.name for item in fields(Verdict) if item.name not in ("states", "falls")]
         values = {name: getattr(self, name) for name in (*names, "seconds")}
-        return values | {"critical": [dict(event) for event in self.critical]}
+        second = {} if self.second_gripper is None else {"second_gripper": asdict(self.second_gripper)}
+        return values | {"critical": [dict(event) for event in self.critical]} | second
 
     def to_dataset(self) -> xr.Dataset:
         touches = ("touch_x", "planned_touch_x", "touch_error", "landing_x")
@@ -282,6 +303,9 @@ class PathAssessment(Result, Verdict):
             f"critical_{key}": ("event", np.array([event[key] for event in self.critical], dtype=float))
             for key in ("t", "x", "z", "angle", "drop", "energy")
         }
+        if (second := self.second_gripper) is not None:
+            given = {f"second_{key}": getattr(second, key) for key in ("s", "x", "z", "snap")}
+            values |= {name: ((), float(value)) for name, value in given.items()}
         flags = {"stable": int(self.stable), "completed": int(self.completed)}
         return schema.dataset(values, flags | {"contact": self.contact, "failure": self.failure})
 

@@ -214,6 +214,7 @@ class Strip:
         friction: Hysteresis | Pull | None = None,
         layer_friction: float | None = None,
         step: float | None = None,
+        second_gripper: float | Literal["auto"] | None = None,
         model: MovingModel = "solid",
         progress: Progress | None = None,
     ) -> PathAssessment:
@@ -234,6 +235,9 @@ class Strip:
             its end; the critical points are those of statics before the first touch.
         step
             Size of the steps with friction, m; 0.1 L* where it is not given.
+        second_gripper
+            Place along the strip, from the first gripper, m, that a second one holds from shortly before the first
+            critical point on, or "auto": the result then has a ``second_gripper``; without friction.
         model
             "solid" or "rod".
         progress
@@ -262,6 +266,7 @@ class Strip:
             hysteresis=moment,
             layer_friction=layer_friction,
             step=step,
+            second_gripper=second_gripper,
         )
         from stripfold.results import PathAssessment
 

@@ -23,7 +23,7 @@ from stripfold.arrays import Array
 from stripfold.errors import InvalidInputError, SolveError
 from stripfold.inputs import Scene
 from stripfold.models.contact_mesh import Topology
-from stripfold.problem import AlongX, TwoAlongX
+from stripfold.problem import AlongPath, AlongX, TwoGrippers
 from stripfold.solve import continuation
 from stripfold.solve.problem import Point
 
@@ -122,12 +122,33 @@ def hold(unheld: Unheld, s: float) -> XRun:
     SolveError
         The branch could not be followed.
     """
-    at, one = unheld.at, unheld.at.problem.motion
-    assert isinstance(one, AlongX)
-    x, up = (float(value) for value in at.mid_surface(np.array([s]))[0])
-    two = TwoAlongX(one.height, s, x + 0.5 * at.model.length - s - at.point.lam, up)
-    contact, same_lam = np.array([s, unheld.free_length]), (np.zeros(2), 1.0)
-    return to_the_end(contact_branch.transferred(at, contact, Topology.POINT, same_lam, two))
+    return to_the_end(held(unheld.at, s))
+
+
+def held(at: BranchPoint, s: float) -> BranchPoint:
+    """The same state with a second gripper at ``s`` that has taken the strip where it is."""
+    first = at.problem.motion
+    assert isinstance(first, AlongX | AlongPath)
+    ahead, up = at.mid_surface(np.array([s]))[0] + (0.5 * at.model.length - s, 0.0) - first.values(at.point.lam)
+    two = TwoGrippers(first, s, float(ahead), float(up))
+    contact, same_lam = np.array([s, at.contact[-1]]), (np.zeros(2), 1.0)
+    return contact_branch.transferred(at, contact, Topology.POINT, same_lam, two)
+
+
+def checked_place(place: float | Literal["auto"], auto: float, free_length: float, unit: float) -> float:
+    """The place to hold, L*, from one in m or the one that the mode tells, on a part of ``free_length`` that hangs free.
+
+    Raises
+    ------
+    InvalidInputError
+        There is no such place.
+    """
+    s = auto if place == "auto" else place / unit
+    lowest, highest = NEAREST, free_length - NEAREST
+    if not lowest <= s <= highest:
+        allowed = f"auto, or from {unit * lowest:.3g} to {unit * highest:.4g} m, on the part that hangs free"
+        raise InvalidInputError("second_gripper", place, allowed, "it is a distance along the strip from the first one")
+    return s
 
 
 def stable_advance(run: XRun) -> tuple[float, End]:
@@ -177,11 +198,7 @@ def second_gripper(scene: Scene, place: float | Literal["auto"]) -> SecondGrippe
     strip = StripModel(scene.length_star, scene.material.relative_thickness, kind="rod")
     refinement = select_model.refinement("rod", scene.accuracy)
     unheld = before_snap(strip, scene.height_star, refinement=refinement)
-    s = unheld.place if place == "auto" else place / unit
-    lowest, highest = NEAREST, unheld.free_length - NEAREST
-    if not lowest <= s <= highest:
-        allowed = f"auto, or from {unit * lowest:.3g} to {unit * highest:.4g} m, on the part that hangs free"
-        raise InvalidInputError("second_gripper", place, allowed, "it is a distance along the strip from the first one")
+    s = checked_place(place, unheld.place, unheld.free_length, unit)
     lam, end = stable_advance(hold(unheld, s))
     x, z = unheld.at.mid_surface(np.array([s]))[0]
     return SecondGripper(
