@@ -25,7 +25,7 @@ from stripfold.models.contact_mesh import ContactMesh, Sizes, Topology
 from stripfold.models.rod import Rod
 from stripfold.models.solid import Solid
 from stripfold.moving_contact import MovingContact
-from stripfold.problem import AlongX, TwoAlongX
+from stripfold.problem import AlongX, TwoGrippers
 
 MODELS = ("rod", "solid")
 LENGTH, HEIGHT = 20.0, 3.0
@@ -56,7 +56,7 @@ class TestEquations:
         # A point that touches, or is held by a second gripper.
         self.check(MovingContact(mesh, AlongX(1.0)))
         if topology is Topology.POINT:
-            self.check(MovingContact(mesh, TwoAlongX(1.0, CONTACT[topology][0], 0.1, 0.4)))
+            self.check(MovingContact(mesh, TwoGrippers(AlongX(1.0), CONTACT[topology][0], 0.1, 0.4 - 1.0)))
 
     def check(self, problem: MovingContact) -> None:
         mesh, rng = problem.mesh, np.random.default_rng(3)

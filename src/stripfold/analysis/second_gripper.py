@@ -136,7 +136,7 @@ def held(at: BranchPoint, s: float) -> BranchPoint:
 
 
 def checked_place(place: float | Literal["auto"], auto: float, free_length: float, unit: float) -> float:
-    """The place to hold, L*, from one in m or the one that the mode tells, on a part of ``free_length`` that hangs free.
+    """The place to hold, L*, from one in m or the one of the mode, on the part of ``free_length`` that hangs free.
 
     Raises
     ------
