@@ -23,7 +23,7 @@ from stripfold.errors import InvalidInputError, NoPathError, SolveError
 from stripfold.inputs import FoldingPlan
 from stripfold.paths import FoldPath
 from stripfold.paths.curve import GripperPath
-from stripfold.paths.low_path import HIGHEST
+from stripfold.paths.low_path import HIGHEST, layer_slide
 from stripfold.paths.rpath import LONGEST, half_fold, shortest_half_fold
 from stripfold.roots import root
 
@@ -118,8 +118,10 @@ class _Chooser:
             why = f"the gripper would have to be between {1e3 * lowest:.1f} and {1e3 * highest:.1f} mm high"
             return Refusal("low", why, lowest - highest)
         if not asked.layers_may_slide:
-            why = "the upper layer slides over the lower one, which is not allowed"
-            return Refusal("low", why)
+            highest_touch = elastica.touch_limit() * (1.0 - 1e-9)
+            least = softest * layer_slide(asked.length / softest, highest_touch)
+            bound = f": without friction by at least {1e3 * least:.0f} mm on any path" if least > 0.0 else ""
+            return Refusal("low", f"the upper layer slides over the lower one, which is not allowed{bound}")
         height = float(np.clip(USUAL * given, lowest, highest))
         why = f"{1e3 * height:.1f} mm high, below {1e3 * limit:.1f} mm nothing snaps with any eta_b of the interval"
         return _Candidate(paths.low(asked, height), limit - height, why)
