@@ -39,6 +39,7 @@ rule all:
         rules.collapse.output,
         rules.plans.output,
         rules.film.output,
+        rules.low_path_film.output,
         rules.assessment.output,
         rules.friction_table.output,
         rules.recordings.output,

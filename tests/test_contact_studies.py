@@ -117,7 +117,7 @@ def test_low_paths_and_their_figure(monkeypatch: pytest.MonkeyPatch) -> None:
     assert np.flatnonzero(on_solid).tolist() == np.flatnonzero(inside)[:2].tolist() != [0, 1]
     assert data["time_error"].values.tolist() == [[0.0, 0.0], [0.4, 0.4]]
     assert float(data["slow_kinetic"]) == pytest.approx(0.01)
-    assert 0.01 < float(data["snap_energy"]) < 0.1
+    assert 1e-3 < float(data["snap_energy"]) < 1e-2
     assert low_paths.markdown(data).count("\n") == 6
     limits, _ = low_figure.draw(data).axes
     drawn = [line for line in limits.get_lines() if line.get_label() in {"_stable", "_limit point"}]

@@ -14,15 +14,16 @@ import pytest
 
 import stripfold as sf
 from stripfold import elastica
-from stripfold.analysis import path_choice
+from stripfold.analysis import path_choice, planned_motion
 from stripfold.analysis.friction_needed import Needed, needed
 from stripfold.analysis.gripper_map import gripper_map
 from stripfold.analysis.verdict import Verdict, assess_path
 from stripfold.cli import main
 from stripfold.errors import InvalidInputError, NoPathError
 from stripfold.folding_plan import FoldingPlan
+from stripfold.paths.curve import polygon_length
 from stripfold.paths.geometric import triangular
-from stripfold.paths.motion import times
+from stripfold.paths.motion import timed
 from stripfold.plots.plan import distances_along
 
 ETA_B = 3780.0
@@ -60,6 +61,10 @@ def asked(**given: Any) -> path_choice.FoldingPlan:
     return path_choice.FoldingPlan(**{"length": 0.5, "eta_b": ETA_B, **given})
 
 
+def times(places: Any, speed: float, acceleration: float) -> Any:
+    return timed(polygon_length(places), places, speed, acceleration).t
+
+
 class TestMotion:
     def test_speed_rises_and_falls_linearly_on_a_line(self) -> None:
         line = np.linspace([0.0, 0.0], [0.0, 0.3], 61)
@@ -84,6 +89,16 @@ class TestMotion:
         along = np.diff(speed) / (0.5 * (found[2:] - found[:-2]))
         acceleration = np.hypot(along, speed[1:] * speed[:-1] / 0.05)
         assert acceleration.max() == pytest.approx(0.5, rel=1e-2)
+
+    def test_length_travelled_over_time(self) -> None:
+        """On a line with 0.2 m/s^2 up to 0.1 m/s; a later start shifts the time only."""
+        z = np.linspace(0.0, 0.3, 61)
+        found = timed(z, np.column_stack([0.0 * z, z]), 0.1, 0.2)
+        assert [found.lam(t) for t in (0.3, 1.5, 9.0)] == pytest.approx([0.1 * 0.3**2, 0.125, 0.3], abs=1e-12)
+        assert [found.rate(t) for t in (0.3, 1.5, 9.0)] == pytest.approx([0.06, 0.1, 0.0], abs=1e-12)
+        later = found.starting_at(0.004)
+        assert later.lam(0.0) == pytest.approx(0.004, abs=1e-12)
+        assert later.lam(1.0) == pytest.approx(found.lam(1.0 + np.sqrt(2.0 * 0.004 / 0.2)), abs=1e-12)
 
 
 class TestMargin:
@@ -197,6 +212,66 @@ class TestChoice:
             path_choice.choose(asked(length=0.22))
 
 
+class TestInTime:
+    def test_slow_motion_is_quasi_static(self, strip: sf.Strip) -> None:
+        """The deviation vanishes with the speed; the kinetic energy is at least that of what is carried."""
+        fast, slow = (strip.plan(layers_may_slide=True, speed=speed) for speed in (0.08, 0.02))
+        assert fast.choice.in_time is not None
+        assert slow.choice.in_time is not None
+        for one, other in zip(fast.choice.in_time.motions, slow.choice.in_time.motions, strict=True):
+            assert 1.2 * other.deviation < one.deviation < 0.6 * star(ETA_B)
+            assert max(one.shape_error, other.shape_error) < 0.02 * star(ETA_B)
+            # A free part of five L* is moved, with at least a third of the energy as if all had the gripper's speed.
+            assert one.kinetic > 5.0 * star(1.2 * ETA_B) * 0.08**2 / 6.0
+            assert 4.0 * other.kinetic < one.kinetic
+        found = fast.choice.in_time
+        assert found.motions[found.worst].deviation == max(moved.deviation for moved in found.motions)
+        assert "stays with its static states" in str(fast)
+        assert len(fast.to_dict()["in_time"]["motions"]) == fast.to_dataset()["planned_kinetic"].size == 3
+
+    def test_the_share_is_of_the_energy_of_a_snap(self) -> None:
+        """What the strip loses at rest with the gripper held: no energy where the sag lands without a snap."""
+        from stripfold.analysis.static import StripModel
+
+        assert np.isnan(
+            planned_motion.snap_energy(StripModel(9.0, 0.06, kind="rod"), planned_motion.Damping(0.1, 0.06))
+        )
+        freed = planned_motion.snap_energy(StripModel(14.0, 0.06, kind="rod"), planned_motion.Damping(0.1, 0.06))
+        assert 1e-3 < freed < 1e-2
+
+    def test_deviations_are_taken_at_the_same_place_of_the_gripper(self, plan: FoldingPlan) -> None:
+        states = plan.choice.verdicts[1].states
+        travelled = np.array([point.lam for _, point in states])
+        assert planned_motion.deviations(states, states, travelled).max() < 1e-9
+        # Half a state behind: half of the way that the gripper makes between states, at least.
+        late = travelled + 0.5 * np.gradient(travelled)
+        assert planned_motion.deviations(states[5:-5], states, late).max() > 0.2 * np.diff(travelled).max()
+
+    def test_what_happens_instead(self, strip: sf.Strip) -> None:
+        """A gripper that jerks away throws the strip off its static states."""
+        with pytest.raises(NoPathError, match=r"at 3 m/s with eta_b = 3024 the rod is .* off .*: move slower"):
+            strip.plan(layers_may_slide=True, speed=3.0, acceleration=50.0)
+
+    def test_refusals(self, monkeypatch: pytest.MonkeyPatch, plan: FoldingPlan) -> None:
+        unit, good = star(ETA_B), planned_motion.PlannedMotion(1e-3, 0.1, 0.2, 1e-4, 1e-4)
+        given = asked(speed=0.1)
+        moved = {1.2 * ETA_B: replace(good, shape_error=0.11 * unit)}
+        monkeypatch.setattr(planned_motion, "_moved", lambda _, one, *__: moved.get(one.eta_b, good))
+        monkeypatch.setattr(planned_motion, "snap_energy", lambda *_: 2e-3)
+
+        def said() -> Any:
+            return planned_motion.in_time(given, [None] * 3, [()] * 3, 0.0)  # type: ignore[list-item]
+
+        assert re.search(r"eta_b = 4536 the rod comes to rest .* mm off", said())
+        moved[1.2 * ETA_B] = replace(good, deviation=unit)
+        assert re.search(r"off its static state at x = 0.1 m, z = 0.2 m", said())
+        moved[1.2 * ETA_B] = replace(good, deviation=0.8 * star(1.2 * ETA_B))
+        found = said()
+        assert found.worst == 2
+        scale = given.strips[2].material.scales["J m-1"]
+        assert found.kinetic_share == pytest.approx(1e-4 / (2e-3 * scale))
+
+
 class TestFriction:
     """A path that friction has to hold, with the solver."""
 
@@ -255,7 +330,10 @@ class TestFiles:
         assert "no path keeps 50 mm" in capsys.readouterr().err
         assert main([*command[:-1], str(tmp_path / "a.yaml")]) == 2
         assert not any(tmp_path.iterdir())
-        assert main([*command, "--speed", "0.2", "--acceleration", "1"]) == 0
+        drawing = tmp_path / "a.png"
+        assert main([*command, "--speed", "0.2", "--acceleration", "1", "--plot", str(drawing)]) == 0
+        assert drawing.stat().st_size > 10_000
+        assert "in time" in capsys.readouterr().out
         found = json.loads(out.read_text(encoding="utf-8"))
         assert found["path"] == "triangular"
         assert found["units"]["angle"] == "degree"

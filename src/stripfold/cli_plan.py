@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from stripfold.cli_commands import STRIP, _given, _lines, _options, _output
+from stripfold.cli_commands import STRIP, _draw, _given, _lines, _options, _output, _plot_file, _plot_option
 from stripfold.cli_messages import Say
 from stripfold.errors import InvalidInputError
 from stripfold.extras import require
@@ -28,6 +28,7 @@ def options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", nargs="?", const=True, metavar="PLAN.json", help=text)
     text = "write a page there: map, path, margin along the path, worst case, reasons"
     parser.add_argument("--report", metavar="PLAN.html", help=text)
+    _plot_option(parser, "the strip along the path")
 
 
 def plan(arguments: argparse.Namespace, say: Say) -> str:
@@ -38,6 +39,7 @@ def plan(arguments: argparse.Namespace, say: Say) -> str:
     targets = {suffix: _output(name, "", suffix) for suffix, name in given.items() if isinstance(name, str)}
     if arguments.report is not None:
         require("plot")
+    drawing = _plot_file(arguments.plot)
     asked = Asked(**_given(arguments, Asked) | _friction(arguments.friction_moment))
     from stripfold.folding_plan import FoldingPlan
 
@@ -45,6 +47,7 @@ def plan(arguments: argparse.Namespace, say: Say) -> str:
     writers = {".csv": found.to_csv, ".json": found.to_json, ".html": found.report}
     for suffix, target in targets.items():
         writers[suffix](target)
+    _draw(found, drawing)
     if arguments.json is True:
         return as_json(found.to_dict())
     return f"{found}\n{_lines([('written', str(target)) for target in targets.values()])}".rstrip()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import asdict, dataclass
+from math import isfinite
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, Self
 
@@ -15,7 +16,7 @@ from stripfold.analysis.path_choice import Choice, choose
 from stripfold.arrays import Array
 from stripfold.inputs import FoldingPlan as Asked
 from stripfold.paths import FoldPath
-from stripfold.paths.motion import times
+from stripfold.paths.motion import timed
 from stripfold.paths.table import SPACING
 from stripfold.reporting import Progress, Result, Rows, metres
 
@@ -42,6 +43,7 @@ UNITS = {
     "eta_b": "m^-4 s^2",
     "peak_force": "N/m",
     "peak_hold": "N/m",
+    "kinetic": "J/m",
     "friction_needed": "N",
 }
 GRASP = {
@@ -137,7 +139,21 @@ class FoldingPlan(Result):
                 for strip, verdict in zip(asked.strips, choice.verdicts, strict=True)
             ),
             ("motion", f"{self.waypoints[-1, 0]:.3g} s, {len(self.waypoints)} waypoints"),
+            *self._in_time_rows(),
             ("time", f"{self.seconds:.2f} s"),
+        ]
+
+    def _in_time_rows(self) -> Rows:
+        """What the strip does in time that deviates most."""
+        if (found := self.choice.in_time) is None:
+            return []
+        worst, eta_b = found.motions[found.worst], self.asked.strips[found.worst].eta_b
+        place = f"with eta_b = {eta_b:.4g}, gripper at x = {worst.x:.4g} m, z = {worst.z:.4g} m"
+        share = f", {found.kinetic_share:.3g} times what its snap on the triangular path frees"
+        return [
+            ("in time", f"stays with its static states: at most {1e3 * worst.deviation:.1f} mm off, {place}"),
+            ("  kinetic", f"energy at most {worst.kinetic:.3g} J/m{share if isfinite(found.kinetic_share) else ''}"),
+            ("  at rest", f"fold {1e3 * worst.shape_error:.2f} mm off"),
         ]
 
     def report(self, file: str | os.PathLike[str]) -> None:
@@ -162,11 +178,19 @@ class FoldingPlan(Result):
                 {"eta_b": strip.eta_b} | {name: float(getattr(verdict, name)) for name in names}
                 for strip, verdict in zip(self.asked.strips, self.choice.verdicts, strict=True)
             ],
+            "in_time": self._in_time(),
             "frame": FRAME,
             "grasp": GRASP,
             "units": UNITS,
             "waypoints": {"t": t, "x": x, "z": z, "angle": angle},
         }
+
+    def _in_time(self) -> dict[str, Any] | None:
+        if (found := self.choice.in_time) is None:
+            return None
+        share = found.kinetic_share if isfinite(found.kinetic_share) else None
+        pairs = zip(self.asked.strips, found.motions, strict=True)
+        return {"motions": [{"eta_b": strip.eta_b} | asdict(moved) for strip, moved in pairs], "kinetic_share": share}
 
     def to_dataset(self) -> xr.Dataset:
         t, x, z, angle = self.waypoints.T
@@ -180,6 +204,9 @@ class FoldingPlan(Result):
             "planned_touch": ("planned_eta_b", [verdict.touch_x for verdict in verdicts]),
             "planned_error": ("planned_eta_b", [verdict.shape_error for verdict in verdicts]),
         }
+        if (moved := self.choice.in_time) is not None:
+            values["planned_deviation"] = ("planned_eta_b", [motion.deviation for motion in moved.motions])
+            values["planned_kinetic"] = ("planned_eta_b", [motion.kinetic for motion in moved.motions])
         attrs = {"path": self.path.name, "reason": self.choice.reason, "path_margin": self.margin}
         return schema.dataset(values, attrs)
 
@@ -207,4 +234,4 @@ def _waypoints(choice: Choice, asked: Asked) -> Array:
     direction = np.diff(grip, axis=1)[:, 0] @ [1.0, -1j]
     angle = np.degrees(np.unwrap(np.angle([1.0, *direction])))
     angles = np.interp(travelled, [0.0, *(point.lam for _, point in states)], angle)
-    return np.column_stack([times(places, asked.speed, asked.acceleration), places, angles])
+    return np.column_stack([timed(unit * travelled, places, asked.gripper_speed, asked.acceleration).t, places, angles])

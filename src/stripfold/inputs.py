@@ -254,7 +254,12 @@ class FoldingPlan(Strip):
     yield_curvature: Annotated[Number | None, quantity("its kappa_y; by default 0.05 / L*", "1/m", ge=1e-3, le=1e6)] = (
         None
     )
-    speed: Annotated[Number, quantity("largest speed of the gripper", "m s^-1", ge=1e-4, le=10.0)] = 0.1
+    speed: Annotated[
+        Number | None,
+        quantity(
+            "largest speed of the gripper, checked in time; 0.1 and unchecked if left out", "m s^-1", ge=1e-4, le=10.0
+        ),
+    ] = None
     acceleration: Annotated[Number, quantity("largest acceleration of it", "m s^-2", ge=1e-3, le=100.0)] = 0.5
 
     @model_validator(mode="after")
@@ -262,6 +267,11 @@ class FoldingPlan(Strip):
         if self.yield_curvature is not None and self.friction_moment is None:
             raise InvalidInputError("yield_curvature", self.yield_curvature, "this together with friction_moment")
         return self
+
+    @property
+    def gripper_speed(self) -> float:
+        """The speed, or the usual one, m/s."""
+        return 0.1 if self.speed is None else self.speed
 
     @cached_property
     def strips(self) -> tuple[Strip, Strip, Strip]:

@@ -312,7 +312,7 @@ class Strip:
         layers_may_slide: bool = False,
         friction_moment: float | None = None,
         yield_curvature: float | None = None,
-        speed: float = 0.1,
+        speed: float | None = None,
         acceleration: float = 0.5,
         progress: Progress | None = None,
     ) -> FoldingPlan:
@@ -329,7 +329,8 @@ class Strip:
         friction_moment, yield_curvature
             M_0, N, and kappa_y, 1/m, of the fabric's bending hysteresis, which an R-path needs.
         speed, acceleration
-            Largest ones of the gripper, m/s and m/s^2.
+            Largest ones of the gripper, m/s and m/s^2.  With a speed the path is followed in time, too; without one it
+            is timed for 0.1 m/s.
         progress
             Called with a line on what is being done.
 
@@ -338,7 +339,7 @@ class Strip:
         InvalidInputError
             A value that cannot be used, or a strip that cannot be folded in half.
         NoPathError
-            No known path has the margin; it says by how much each fails.
+            No known path has the margin, or is followed at that speed; it says by how much each fails.
 
         Examples
         --------

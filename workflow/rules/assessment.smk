@@ -39,6 +39,22 @@ rule assess:
         "../script.py"
 
 
+rule low_path_film:
+    output:
+        f"{FIGURES}/low_path.mp4",
+    log:
+        f"{LOGS}/low_path_film.log",
+    benchmark:
+        f"{BENCHMARKS}/low_path_film/all.tsv"
+    resources:
+        mem_mb=1000,
+        runtime=10,
+    params:
+        **calls("tasks.folding:low_path_film", material=MATERIALS[SHOWN], gravity=config["gravity"]),
+    script:
+        "../script.py"
+
+
 rule assessment:
     input:
         runs=expand(f"{RESULTS}/assess/{{material}}_{{path}}.nc", material=MATERIALS, path=PATHS),

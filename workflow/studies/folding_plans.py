@@ -17,8 +17,9 @@ import xarray as xr
 
 from stripfold import elastica, paths
 from stripfold.analysis.friction_needed import NARROW, SPARE
-from stripfold.analysis.path_choice import ACCURATE, DELAY, FREE, GIVING, LAID, LOWEST, SHARPEST, choose, scaled
+from stripfold.analysis.path_choice import DELAY, FREE, GIVING, LAID, LOWEST, SHARPEST, choose, scaled
 from stripfold.analysis.path_friction import STEP
+from stripfold.analysis.planned_motion import ACCURATE
 from stripfold.analysis.verdict import Verdict, assess_path
 from stripfold.arrays import Array
 from stripfold.errors import NoPathError

@@ -22,11 +22,10 @@ from stripfold.analysis.assess import assess_strip, peak_forces, shape_error
 from stripfold.analysis.contact import columns_on_floor, touches
 from stripfold.analysis.path_in_time import follow_in_time
 from stripfold.analysis.path_statics import MOVING
-from stripfold.analysis.release import Fall
+from stripfold.analysis.planned_motion import snap_energy
 from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
 from stripfold.errors import SolveError
-from stripfold.paths.geometric import triangular
 from stripfold.paths.low_path import low
 from stripfold.paths.rpath import plan_r_path
 from stripfold.solve.schemes import Damping
@@ -107,7 +106,7 @@ def run(
         "mu": ("mu", list(coefficients)),
         "time_height": ("time_height", list(heights)),
         "slow_kinetic": ((), slow["kinetic"]),
-        "snap_energy": ((), snap_energy(length_star, thickness)),
+        "snap_energy": ((), snap_energy(StripModel(length_star, thickness, kind="rod"), DAMPING)),
     }
     for name in TIME_NUMBERS:
         values[f"time_{name}"] = (("mu", "time_height"), np.reshape([row[name] for row in timed], shape))
@@ -210,14 +209,6 @@ def in_time(at: tuple[tuple[float, float], float], length: float, thickness: flo
         "error": shape_error(found.problem, found.last, plan_r_path(length)),
         "dissipated": float(found.dissipated[-1]),
     }
-
-
-def snap_energy(length: float, thickness: float) -> float:
-    """Energy of bending and weight that the snap of this strip on the triangular path sets free, rho_a g L*^2."""
-    strip = StripModel(length, thickness, kind="rod")
-    found = assess_strip(strip, triangular(length), Fall(damping=DAMPING)).complete()
-    first, last = (found.motions[0].states[i].energy for i in (0, -1))
-    return first.elastic + first.gravity - last.elastic - last.gravity
 
 
 def markdown(data: xr.Dataset) -> str:

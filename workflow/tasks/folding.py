@@ -8,7 +8,10 @@ from typing import Any
 
 import xarray as xr
 
+from stripfold import Strip
 from stripfold.analysis import collapse
+from stripfold.errors import SolveError
+from stripfold.paths import low
 from stripfold.simulation import Release
 from tasks import assess_data, post_critical
 from tasks import friction as needed_friction
@@ -41,6 +44,20 @@ def assess(
 def assessment(runs: Sequence[xr.Dataset], labels: Mapping[str, str], paths: Sequence[str]) -> xr.Dataset:
     """The table of all assessments."""
     return assess_data.table(dict(zip(product(labels, paths), runs, strict=True)), labels)
+
+
+def low_path_film(
+    material: Mapping[str, Any], gravity: float, output: Sequence[str], progress: Callable[[str], None]
+) -> None:
+    """A material carried over on the low path at the height of L*, as a film."""
+    known = {
+        name: getattr(material_of(material, gravity), name) for name in ("eta_b", "eta_m", "nu", "rho_a", "gravity")
+    }
+    strip = Strip(length=material["length"], **known)
+    found = strip.assess(low(strip, strip.gravity_length), model="rod", progress=progress)
+    if not (found.stable and found.completed):
+        raise SolveError("the strip does not follow its low path")
+    found.film(output[0], progress)
 
 
 def friction(

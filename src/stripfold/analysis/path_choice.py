@@ -17,12 +17,13 @@ from stripfold import elastica, paths
 from stripfold.analysis.assess import shape_error
 from stripfold.analysis.friction_needed import SPARE, needed
 from stripfold.analysis.gripper_map import GripperMap, gripper_map
+from stripfold.analysis.planned_motion import ACCURATE, InTime, in_time
 from stripfold.analysis.verdict import Verdict, assess_path
 from stripfold.errors import InvalidInputError, NoPathError, SolveError
 from stripfold.inputs import FoldingPlan
 from stripfold.paths import FoldPath
 from stripfold.paths.curve import GripperPath
-from stripfold.paths.low_path import HIGHEST
+from stripfold.paths.low_path import HIGHEST, layer_slide
 from stripfold.paths.rpath import LONGEST, half_fold, shortest_half_fold
 from stripfold.roots import root
 
@@ -38,8 +39,6 @@ SPACING = 0.02
 """Spacing of places on a path at which its margin is taken, L*: half of it is a margin's error, at most."""
 HEIGHT = 1e-4
 """Accuracy of the height at which a path snaps, L*."""
-ACCURATE = 0.1
-"""Largest distance of the finished fold from the accurate one, L*: a millimetre or two of the strip's edge."""
 STEP = 0.25
 """Size of the steps with friction, L*: the finished fold is then within 2e-4 L* of that with steps of a tenth."""
 LAID = 0.02
@@ -75,6 +74,8 @@ class Choice:
         The rod's, with the least, the given and the largest eta_b.
     friction_needed
         M_0 that the path needs with the worst eta_b, N; None where it needs none.
+    in_time
+        The rod in time; None where no speed is given.
     """
 
     path: FoldPath
@@ -83,6 +84,7 @@ class Choice:
     refused: tuple[Refusal, ...]
     verdicts: tuple[Verdict, ...]
     friction_needed: float | None = None
+    in_time: InTime | None = None
 
 
 @dataclass(frozen=True)
@@ -116,8 +118,10 @@ class _Chooser:
             why = f"the gripper would have to be between {1e3 * lowest:.1f} and {1e3 * highest:.1f} mm high"
             return Refusal("low", why, lowest - highest)
         if not asked.layers_may_slide:
-            why = "the upper layer slides over the lower one, which is not allowed"
-            return Refusal("low", why)
+            highest_touch = elastica.touch_limit() * (1.0 - 1e-9)
+            least = softest * layer_slide(asked.length / softest, highest_touch)
+            bound = f": without friction by at least {1e3 * least:.0f} mm on any path" if least > 0.0 else ""
+            return Refusal("low", f"the upper layer slides over the lower one, which is not allowed{bound}")
         height = float(np.clip(USUAL * given, lowest, highest))
         why = f"{1e3 * height:.1f} mm high, below {1e3 * limit:.1f} mm nothing snaps with any eta_b of the interval"
         return _Candidate(paths.low(asked, height), limit - height, why)
@@ -226,9 +230,18 @@ def choose(asked: FoldingPlan, progress: Callable[[str], None] | None = None) ->
             continue
         say(f"{tried.path.name} path, statics")
         verdicts = chooser.checked(tried)
-        if not isinstance(verdicts, str):
-            return Choice(tried.path, tried.margin, tried.reason, tuple(refused), verdicts, tried.needed)
-        refused.append(Refusal(tried.path.name, verdicts))
+        if isinstance(verdicts, str):
+            refused.append(Refusal(tried.path.name, verdicts))
+            continue
+        choice = Choice(tried.path, tried.margin, tried.reason, tuple(refused), verdicts, tried.needed)
+        if asked.speed is None:
+            return choice
+        curves = [scaled(tried.path, unit) for unit in chooser.units]
+        moment = 0.0 if tried.needed is None else asked.friction_moment or 0.0
+        moved = in_time(asked, curves, [verdict.states for verdict in verdicts], moment, say)
+        if not isinstance(moved, str):
+            return replace(choice, in_time=moved)
+        refused.append(Refusal(tried.path.name, moved))
     least, _, largest = (strip.eta_b for strip in asked.strips)
     raise NoPathError(f"keeps {1e3 * asked.margin:g} mm for eta_b from {least:.4g} to {largest:.4g}", refused)
 

@@ -19,12 +19,14 @@ from stripfold.analysis.rest import to_rest
 from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
 from stripfold.effects import Hysteresis, LayerFriction
+from stripfold.effects.hysteresis import YIELD_CURVATURE
 from stripfold.effects.self_contact import SelfContact
 from stripfold.paths.curve import GripperPath
+from stripfold.paths.motion import TimedPath
 from stripfold.percent import Percent
 from stripfold.problem import AlongPath, Opened, StripProblem
 from stripfold.solve import dynamics, newton
-from stripfold.solve.drive import Moving
+from stripfold.solve.drive import Drive, Moving
 from stripfold.solve.dynamics import TimeOptions, TimeState
 from stripfold.solve.newton import NewtonOptions
 from stripfold.solve.schemes import Damping
@@ -80,7 +82,8 @@ def follow_in_time(
     moment: float = 0.0,
     *,
     damping: Damping,
-    speed: float = SPEED,
+    yield_curvature: float = YIELD_CURVATURE,
+    speed: float | TimedPath = SPEED,
     refinement: float = 1.0,
     options: TimeOptions = TIME_OPTIONS,
     progress: Callable[[str], None] | None = None,
@@ -97,8 +100,10 @@ def follow_in_time(
         M_0 of the bending hysteresis, rho_a g L*^2.
     damping
         Physical damping.
+    yield_curvature
+        kappa_y of that hysteresis, 1/L*.
     speed
-        Of the gripper, sqrt(g L*).
+        Of the gripper, sqrt(g L*), or where it is when.
     refinement
         Factor on the element lengths.
     progress
@@ -115,14 +120,17 @@ def follow_in_time(
     problem = StripProblem(model, AlongPath(path, strip.length), self_contact=SelfContact.of(model, strip.thickness))
     lies = np.setdiff1d(problem.bounded, model.middle[model.s < 1.0, 1])
     q = newton.solve(problem, np.zeros(model.size), FIRST, lies, options=ROBUST_NEWTON).q
-    hysteresis = (Hysteresis.of(model, moment, slack=q),) if moment else ()
+    hysteresis = (Hysteresis.of(model, moment, yield_curvature=yield_curvature, slack=q),) if moment else ()
     layers = (LayerFriction.of(model, mu, q, problem.reaction),) if mu else ()
     problem = replace(problem, effects=(*hysteresis, *layers))
     on_floor = problem.bounded[q[problem.bounded] <= 0.0]
     first = dynamics.start(problem, q, np.zeros(model.size), FIRST, on_floor)
-    drive = Moving(FIRST, speed, path.length)
-    moving, moved = (path.length - FIRST) / speed, Percent(progress, "following the path in time")
-    return _followed(problem, first, drive, damping, options, moving, moved)
+    if isinstance(speed, TimedPath):
+        drive: Drive = (timing := speed.starting_at(FIRST))
+        moving = float(timing.t[-1])
+    else:
+        drive, moving = Moving(FIRST, speed, path.length), (path.length - FIRST) / speed
+    return _followed(problem, first, drive, damping, options, moving, Percent(progress, "following the path in time"))
 
 
 def opened(found: PathInTime, damping: Damping, options: TimeOptions = TIME_OPTIONS) -> PathInTime:
@@ -135,7 +143,7 @@ def opened(found: PathInTime, damping: Damping, options: TimeOptions = TIME_OPTI
 def _followed(
     problem: StripProblem,
     first: TimeState,
-    drive: Moving,
+    drive: Drive,
     damping: Damping,
     options: TimeOptions,
     moving: float,

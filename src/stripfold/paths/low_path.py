@@ -43,3 +43,22 @@ def low(length: float, height: float) -> GripperPath:
     lay = lift[::-1] * (-1.0, 1.0)
     carry = np.array([lift[-1], lay[0]])
     return GripperPath("low", pieces_through([("lift", lift), ("carry", carry), ("lay", lay)]))
+
+
+def layer_slide(length: float, height: float) -> float:
+    """Way of the upper layer over the lower one from its touch to the fold, L*, where it touches without friction.
+
+    What touches at the distance s from the grasped end lies in the fold at length/2 - s.  All of it is given by the
+    height of the gripper at the touch, below :func:`.elastica.touch_limit`, whatever its way there; negative where the
+    layer is drawn back.  Source: docs/plan.md.
+
+    Examples
+    --------
+    >>> round(layer_slide(12.0, 1.2), 4)
+    2.9464
+    """
+    state = elastica.critical(height).state
+    sag = state.sag
+    assert sag is not None  # it touches
+    from_end, to_sag = state.length - sag.s, state.length - float(state.at(sag.s).x)
+    return length - from_end - to_sag

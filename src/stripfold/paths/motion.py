@@ -2,33 +2,70 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
+from math import sqrt
+
 import numpy as np
 
 from stripfold.arrays import Array
-from stripfold.paths.curve import polygon_length
 from stripfold.paths.table import CORNER
 
 
-def times(places: Array, speed: float, acceleration: float) -> Array:
-    """Times, shape (n,), at which a gripper that starts and ends at rest is at ``places``, shape (n, 2).
+@dataclass(frozen=True, eq=False)
+class TimedPath:
+    """The length travelled over time, a :class:`.Drive`: between two places the speed is linear in time.
+
+    Attributes
+    ----------
+    t, travelled, speed
+        Times, lengths travelled and speeds at places of a path, shape (n,) each.
+    """
+
+    t: Array
+    travelled: Array
+    speed: Array
+
+    def lam(self, t: float) -> float:
+        i, since = self._since(t)
+        return float(self.travelled[i] + since * 0.5 * (self.speed[i] + self.rate(t)))
+
+    def rate(self, t: float) -> float:
+        i, since = self._since(t)
+        rise = (self.speed[i + 1] - self.speed[i]) / (self.t[i + 1] - self.t[i])
+        return float(self.speed[i] + rise * since)
+
+    def _since(self, t: float) -> tuple[int, float]:
+        """The interval of a time, and the time since its begin."""
+        i = int(np.clip(np.searchsorted(self.t, t, side="right") - 1, 0, len(self.t) - 2))
+        return i, min(t, float(self.t[-1])) - float(self.t[i])
+
+    def starting_at(self, travelled: float) -> TimedPath:
+        """The same motion, with the time at which it has come that far within its first interval as zero."""
+        return replace(self, t=self.t - self.t[1] * sqrt(travelled / self.travelled[1]))
+
+
+def timed(travelled: Array, places: Array, speed: float, acceleration: float) -> TimedPath:
+    """The motion of a gripper that starts and ends at rest.
 
     On a straight line the speed rises and falls linearly.  In bends the acceleration is that along the path together
     with that towards the centre.  Where the polygon turns by more than :data:`.table.CORNER` the gripper stops.
 
     Parameters
     ----------
-    places
-        A polygon with at least two edges between two corners; any unit of length.
+    travelled, places
+        Lengths travelled from 0 on, shape (n,), and places, shape (n, 2), with at least two edges between two corners;
+        any unit of length.
     speed, acceleration
         Largest ones, in that unit and s.
 
     Examples
     --------
-    >>> line = np.linspace([0.0, 0.0], [3.0, 0.0], 301)
-    >>> round(float(times(line, speed=1.0, acceleration=1.0)[-1]), 6)  # 1 s up, 2 s at full speed, 1 s down
-    4.0
+    >>> s = np.linspace(0.0, 3.0, 301)
+    >>> line = timed(s, np.column_stack([s, 0.0 * s]), speed=1.0, acceleration=1.0)
+    >>> round(float(line.t[-1]), 6), round(line.lam(1.0), 6)  # 1 s up, 2 s at full speed, 1 s down
+    (4.0, 0.5)
     """
-    steps = np.diff(polygon_length(places))
+    steps = np.diff(travelled)
     direction = np.diff(places, axis=0) @ [1.0, 1j]
     turn = np.abs(np.angle(direction[1:] / direction[:-1]))
     bend = np.zeros(len(places))
@@ -41,7 +78,8 @@ def times(places: Array, speed: float, acceleration: float) -> Array:
     forward = _risen(largest, steps, bend, acceleration)
     backward = _risen(forward[::-1], steps[::-1], bend[::-1], acceleration)[::-1]
     reached = np.sqrt(backward)
-    return np.concatenate([[0.0], np.cumsum(2.0 * steps / (reached[1:] + reached[:-1]))])
+    t = np.concatenate([[0.0], np.cumsum(2.0 * steps / (reached[1:] + reached[:-1]))])
+    return TimedPath(t, travelled, reached)
 
 
 def _risen(largest: Array, steps: Array, bend: Array, acceleration: float) -> Array:

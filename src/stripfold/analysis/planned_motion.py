@@ -1,0 +1,186 @@
+"""A planned path followed by the rod in time, at the speed asked for, beside its quasi-static branch; in SI.
+
+Source: docs/plan.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from math import nan, sqrt
+
+import numpy as np
+
+from stripfold.analysis.assess import Followed, assess_strip, shape_error, size_of_fall
+from stripfold.analysis.collapse import in_solver_units, nodes
+from stripfold.analysis.path_in_time import follow_in_time
+from stripfold.analysis.release import Fall
+from stripfold.analysis.static import StripModel
+from stripfold.arrays import Array
+from stripfold.effects.hysteresis import YIELD_CURVATURE
+from stripfold.elastica import folded_loop
+from stripfold.errors import SolveError
+from stripfold.inputs import FoldingPlan, Strip
+from stripfold.paths.curve import GripperPath
+from stripfold.paths.geometric import triangular
+from stripfold.paths.motion import timed
+from stripfold.paths.rpath import half_fold
+from stripfold.paths.table import SPACING
+from stripfold.simulation import Release
+from stripfold.solve.schemes import Damping
+
+ACCURATE = 0.1
+"""Largest distance of the finished fold from the accurate one, L*: a millimetre or two of the strip's edge."""
+
+
+@dataclass(frozen=True)
+class PlannedMotion:
+    """How a strip with one eta_b moves along a planned path.
+
+    Attributes
+    ----------
+    deviation, x, z
+        Largest distance of the strip in time from its static state at the same place of the gripper, and that place, m.
+    kinetic
+        Largest kinetic energy, J per m of width.
+    shape_error
+        Distance of the strip at rest from the accurate fold, m.
+    """
+
+    deviation: float
+    x: float
+    z: float
+    kinetic: float
+    shape_error: float
+
+
+@dataclass(frozen=True)
+class InTime:
+    """Planned motions that stay with the static states, and the one that deviates most.
+
+    Attributes
+    ----------
+    motions
+        With the least, the given and the largest eta_b.
+    worst
+        Index of the one with the largest deviation.
+    kinetic_share
+        Its kinetic energy over the energy that the snap of the same strip on its triangular path frees; nan where it
+        lands there without one, or where that cannot be followed.
+    """
+
+    motions: tuple[PlannedMotion, ...]
+    worst: int
+    kinetic_share: float
+
+
+def in_time(
+    asked: FoldingPlan,
+    curves: Sequence[GripperPath],
+    static: Sequence[Sequence[Followed]],
+    moment: float,
+    progress: Callable[[str], None] | None = None,
+) -> InTime | str:
+    """Follow a path in time with the three eta_b, or say what happens with one of them instead.
+
+    Parameters
+    ----------
+    asked
+        The strips, their kappa_y, and speed and acceleration of the gripper.
+    curves, static
+        For each eta_b the path and the static states on it, L*.
+    moment
+        M_0 of the bending hysteresis, N; 0 for none.
+    progress
+        Called with a line on how much is done.
+    """
+    found: list[PlannedMotion] = []
+    for strip, curve, states in zip(asked.strips, curves, static, strict=True):
+        unit, at_speed = strip.gravity_length, f"at {asked.gripper_speed:g} m/s with eta_b = {strip.eta_b:.4g} the rod"
+        try:
+            moved = _moved(asked, strip, curve, states, moment, progress)
+        except SolveError as error:
+            return f"{at_speed} cannot be followed: {error}"
+        # A strip that has left its static state, as in a snap, is farther from it than its fold is high.
+        if moved.deviation > folded_loop().height * unit:
+            place = f"x = {moved.x:.4g} m, z = {moved.z:.4g} m"
+            return f"{at_speed} is {1e3 * moved.deviation:.0f} mm off its static state at {place}: move slower"
+        if not moved.shape_error <= ACCURATE * unit:
+            return f"{at_speed} comes to rest {1e3 * moved.shape_error:.1f} mm off its fold: move slower"
+        found.append(moved)
+    worst = max(range(len(found)), key=lambda i: found[i].deviation)
+    return InTime(tuple(found), worst, _kinetic_share(asked.strips[worst], found[worst].kinetic))
+
+
+def _rod(strip: Strip) -> StripModel:
+    return StripModel(strip.length_star, strip.material.relative_thickness, strip.nu, kind="rod")
+
+
+def _kinetic_share(strip: Strip, kinetic: float) -> float:
+    try:
+        freed = snap_energy(_rod(strip), in_solver_units(Release(), strip.material).damping)
+    except SolveError:
+        return nan
+    return kinetic / (strip.material.scales["J m-1"] * freed)
+
+
+def _moved(
+    asked: FoldingPlan,
+    strip: Strip,
+    path: GripperPath,
+    states: Sequence[Followed],
+    moment: float,
+    progress: Callable[[str], None] | None,
+) -> PlannedMotion:
+    """One of them.  Errors are those of :func:`.follow_in_time`."""
+    material, unit = strip.material, strip.gravity_length
+    per_time = sqrt(unit * strip.gravity)
+    found = follow_in_time(
+        _rod(strip),
+        path,
+        0.0,
+        moment / (material.force_scale * unit),
+        damping=in_solver_units(Release(), material).damping,
+        yield_curvature=YIELD_CURVATURE if asked.yield_curvature is None else asked.yield_curvature * unit,
+        speed=timed(*path.sampled(SPACING), asked.gripper_speed / per_time, asked.acceleration / strip.gravity),
+        progress=progress,
+    )
+    # Up to the end of the path, where the strip goes on to rest.
+    travelled = np.array([state.lam for _, state in found.states])
+    count = int(np.argmax(travelled >= path.length)) + 1
+    away = deviations(states, found.states[:count], travelled[:count])
+    farthest = int(np.argmax(away))
+    x, z = unit * path.position(states[farthest][1].lam)
+    kinetic = max(state.energy.kinetic for _, state in found.states)
+    error = shape_error(found.problem, found.last, half_fold(strip.length_star))
+    return PlannedMotion(
+        unit * float(away[farthest]), float(x), float(z), material.scales["J m-1"] * kinetic, unit * error
+    )
+
+
+def deviations(static: Sequence[Followed], moving: Sequence[Followed], travelled: Array) -> Array:
+    """Largest distance of a strip in time from each of its static states, L*, shape (number of static states,).
+
+    ``travelled``, shape (n,), are the lengths travelled at the states in time, which are close to each other: between
+    them the shape is linear.
+    """
+    s = nodes(moving[0][0].model.length)
+    shapes = np.array([problem.model.resampled_mid_surface(state.q, s) for problem, state in moving])
+    at = np.interp([point.lam for _, point in static], travelled, np.arange(len(travelled)))
+    before = np.minimum(at.astype(int), len(shapes) - 2)
+    share = (at - before)[:, None, None]
+    between = (1.0 - share) * shapes[before] + share * shapes[before + 1]
+    apart = between - [problem.model.resampled_mid_surface(point.q, s) for problem, point in static]
+    return np.asarray(np.linalg.norm(apart, axis=2).max(axis=1))
+
+
+def snap_energy(strip: StripModel, damping: Damping) -> float:
+    """Energy that the snap of a strip on its triangular path frees, rho_a g L*^2; nan where it lands without one.
+
+    Raises
+    ------
+    SolveError
+        The path or the fall cannot be followed.
+    """
+    found = assess_strip(strip, triangular(strip.length), Fall(damping=damping)).complete()
+    return size_of_fall(found.motions[0])[1] if found.motions else nan
