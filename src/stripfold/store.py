@@ -270,7 +270,9 @@ def _of_checkout(folder: Path) -> str | None:
 def _git(folder: Path, *arguments: str) -> str | None:
     """Output of git, None when it fails; on a full disk git would leave the lock of its index behind."""
     try:
-        done = subprocess.run(["git", "--no-optional-locks", "-C", str(folder), *arguments], capture_output=True, text=True, timeout=30)
+        done = subprocess.run(
+            ["git", "--no-optional-locks", "-C", str(folder), *arguments], capture_output=True, text=True, timeout=30
+        )
     except (OSError, subprocess.TimeoutExpired):
         return None
     return done.stdout.strip() if done.returncode == 0 else None
