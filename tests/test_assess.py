@@ -308,16 +308,16 @@ class TestFallen:
     """A path with a snap, to its end."""
 
     def test_size(self, stored: tuple[xr.Dataset, Assessment]):
-        """Truth: what the motion lost on its way, and the fall of one node over a fine grid."""
+        """Truth: what the motion lost on its way but for the start, and the fall of one node over a fine grid."""
         _, found = stored
-        (motion,) = found.motions
-        drop, energy = assessing.size_of_fall(motion)
-        first, last = (motion.states[i].energy for i in (0, -1))
-        # The disturbance is not freed by the strip.
-        assert energy == pytest.approx(last.lost + last.kinetic - first.kinetic, rel=1e-3)
-        assert energy > 0.005
+        (motion,), (before, _) = found.motions, found.segments
+        drop, energy = assessing.size_of_fall(before.states[-1], motion)
+        lost = motion.states[-1].energy.lost
+        # The gripper's start gives a little more.
+        assert 0.5 * lost < energy < lost
         s = np.linspace(0.0, SHORT, 400)
-        z = [motion.problem.model.resampled_mid_surface(motion.states[i].q, s)[:, 1] for i in (0, -1)]
+        states = before.states[-1], (motion.problem, motion.states[-1])
+        z = [problem.model.resampled_mid_surface(state.q, s)[:, 1] for problem, state in states]
         assert drop == pytest.approx((z[0] - z[1]).max(), rel=1e-2)
         assert found.failure is None
         assert found.complete() is found

@@ -103,6 +103,22 @@ def test_a_terminated_process_leaves_no_temporary_file(tmp_path: Path) -> None:
     assert os.listdir(tmp_path) == []
 
 
+def test_a_full_disk_is_one_line_and_leaves_nothing(tmp_path: Path) -> None:
+    """A file that may not grow is what a full disk is."""
+    limit = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (4096, -1))"
+    data = "xr.Dataset({'x': ('node', np.random.default_rng(1).random(9999), {'units': 'm', 'long_name': 'x'})})"
+    code = (
+        f"{limit}\nimport sys\nimport numpy as np\nimport xarray as xr\nfrom stripfold import cli, store\n"
+        f"run = lambda *_: store.write({data}, 'out.nc', title='x')\n"
+        "cli.COMMANDS['critical'] = cli.COMMANDS['critical']._replace(run=run)\n"
+        f"sys.exit(cli.main({STRIP!r}))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True)
+    assert (done.returncode, done.stdout, os.listdir(tmp_path)) == (2, "", [])
+    assert done.stderr.startswith("stripfold: error: out.nc: could not be written")
+    assert done.stderr.count("\n") == 1
+
+
 def test_a_pipe_for_a_scene_does_not_block(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "scene.yaml")
     line = [sys.executable, "-m", "stripfold", "sweep", "scene.yaml"]

@@ -327,14 +327,14 @@ def test_a_stable_state_at_nodes_is_not_taken_for_the_unstable_one_beside_it(x_r
         contact_set.from_nodes(ROD.contact_mesh(), problem, point)
 
 
-def test_too_many_contacts_are_refused(x_run: static.XRun) -> None:
+def test_contacts_that_no_state_has_are_refused(x_run: static.XRun) -> None:
     problem, point = x_run.points[0].problem.on_mesh(x_run.points[0].point)
     model = problem.model
     three = StripProblem(ROD.model(48), problem.motion)
     lying = three.model.middle[[10, 40, -2], 1]
     q = model.resampled(point.q, three.model.s)
     state = replace(point, state=replace(point.state, q=q, active=lying))
-    with pytest.raises(SolveError, match="too many parts"):
+    with pytest.raises(SolveError):
         contact_set.from_nodes(ROD.contact_mesh(), three, state)
 
 

@@ -23,6 +23,7 @@ OTHER = {
     "curvature": "m-1",
     "distortion_coefficients": "1",
     "disturbance": "m s-1",
+    "change": "m",
     "drop": "m",
     "end": "m",
     "end_t": "1",

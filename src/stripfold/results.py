@@ -15,6 +15,7 @@ from stripfold import schema
 from stripfold.analysis import critical_point, verdict
 from stripfold.analysis.assess import Followed
 from stripfold.analysis.critical_point import CriticalResult
+from stripfold.analysis.mesh_comparison import WHERE
 from stripfold.analysis.phases import AFTER, BEFORE, FALL, SLOW
 from stripfold.analysis.second_gripper import SecondGripper, second_gripper
 from stripfold.analysis.second_on_path import SecondOnPath, second_on_path
@@ -183,7 +184,8 @@ class PathAssessment(Result, Verdict):
     critical
         Its critical points: ``t``, ``x``, ``z`` of the gripper, ``kind``, the ``angle`` with the stability boundary in
         degrees, and how large the event is: ``drop``, the largest height that a point of the strip loses, m, and
-        ``energy`` freed, J per m of width; nan without a fall.  ``outcome`` says in words what the strip did.
+        ``energy`` freed, J per m of width; nan without a fall.  ``outcome`` says in words what the strip did;
+        ``change`` is by how much farther along the path it lies on another mesh, m; nan where that mesh has none.
     touch_x, planned_touch_x, touch_error
         Where the upper layer first touches, where that of the strip's planned R-path does (the accurate fold), and the
         difference.  The fold line is at x = 0, for a half fold.
@@ -204,6 +206,9 @@ class PathAssessment(Result, Verdict):
         Why the fall, or what comes after it, could not be followed; empty where it could or was not asked for.
     second_gripper
         How far the strip follows with a second gripper; None where none is asked for or there is no critical point.
+    touch_change, mesh_dependence
+        By how much farther the first touch lies on another mesh, with elements half as long again; and in words what
+        else is different there, empty where the verdict is the same.  A motion in time is of one mesh.
     path, asked, seconds
         The path, the other inputs, and the run time.
     """
@@ -252,8 +257,18 @@ class PathAssessment(Result, Verdict):
             ("peak hold", f"{self.peak_hold:.4g} N/m  (horizontal, at the held end)"),
             ("completed", self._completed()),
             *([] if self.asked.second_gripper is None else self._second_rows(self.second_gripper)),
+            ("mesh", self._mesh()),
             ("time", f"{self.seconds:.1f} s"),
         ]
+
+    def _mesh(self) -> str:
+        """What another mesh says."""
+        if self.mesh_dependence:
+            return f"the verdict depends on it: {self.mesh_dependence}"
+        far = max((abs(event["change"]) for event in self.critical if isfinite(event["change"])), default=0.0)
+        points = f"; critical points within {far:.2g} m" if self.critical else ""
+        touch = f"; first touch within {abs(self.touch_change):.2g} m" if isfinite(self.touch_change) else ""
+        return f"{WHERE} the verdict is the same{points}{touch}"
 
     @staticmethod
     def _second_rows(second: SecondOnPath | None) -> Rows:
@@ -290,7 +305,7 @@ class PathAssessment(Result, Verdict):
 
     def to_dataset(self) -> xr.Dataset:
         touches = ("touch_x", "planned_touch_x", "touch_error", "landing_x")
-        numbers = (*touches, "shape_error", "lying_length", "peak_force", "peak_hold")
+        numbers = (*touches, "touch_change", "shape_error", "lying_length", "peak_force", "peak_hold")
         values: dict[str, Any] = {name: ((), getattr(self, name)) for name in numbers}
         states = self._mid_surfaces()
         values |= {
@@ -301,13 +316,14 @@ class PathAssessment(Result, Verdict):
         }
         values |= {
             f"critical_{key}": ("event", np.array([event[key] for event in self.critical], dtype=float))
-            for key in ("t", "x", "z", "angle", "drop", "energy")
+            for key in ("t", "x", "z", "angle", "drop", "energy", "change")
         }
         if (second := self.second_gripper) is not None:
             given = {f"second_{key}": getattr(second, key) for key in ("s", "x", "z", "snap")}
             values |= {name: ((), float(value)) for name, value in given.items()}
         flags = {"stable": int(self.stable), "completed": int(self.completed)}
-        return schema.dataset(values, flags | {"contact": self.contact, "failure": self.failure})
+        said = {"contact": self.contact, "failure": self.failure, "mesh_dependence": self.mesh_dependence}
+        return schema.dataset(values, flags | said)
 
     def _mid_surfaces(self, states: Sequence[Followed] | None = None) -> np.ndarray[Any, np.dtype[np.float64]]:
         """Shape (states, nodes, 2), m."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import json
 import os
@@ -148,7 +149,11 @@ def write(
         if name in stamped.coords and var.dtype.kind == "f":
             encoding[name]["_FillValue"] = None  # CF: a coordinate has no gaps
     with atomic(path) as temporary:
-        stamped.to_netcdf(temporary, engine="netcdf4", format="NETCDF4", encoding=encoding)
+        try:
+            stamped.to_netcdf(temporary, engine="netcdf4", format="NETCDF4", encoding=encoding)
+        except RuntimeError as error:
+            # Of a full disk the library says no more than that it failed.
+            raise OSError(errno.EIO, f"could not be written ({error})", str(path)) from error
 
 
 def content_digest(dataset: xr.Dataset) -> str:
@@ -263,9 +268,11 @@ def _of_checkout(folder: Path) -> str | None:
 
 
 def _git(folder: Path, *arguments: str) -> str | None:
-    """Output of git, None when it fails."""
+    """Output of git, None when it fails; on a full disk git would leave the lock of its index behind."""
     try:
-        done = subprocess.run(["git", "-C", str(folder), *arguments], capture_output=True, text=True, timeout=30)
+        done = subprocess.run(
+            ["git", "--no-optional-locks", "-C", str(folder), *arguments], capture_output=True, text=True, timeout=30
+        )
     except (OSError, subprocess.TimeoutExpired):
         return None
     return done.stdout.strip() if done.returncode == 0 else None

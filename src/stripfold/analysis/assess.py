@@ -14,7 +14,7 @@ import numpy as np
 
 from stripfold.analysis.collapse import nodes
 from stripfold.analysis.contact import lift_off, touch_position, touches
-from stripfold.analysis.contact_branch import STEPS
+from stripfold.analysis.contact_branch import STEPS, BranchPoint
 from stripfold.analysis.path_statics import MOVING, NODAL, State, StaticSegment, follow
 from stripfold.analysis.release import (
     Fall,
@@ -147,11 +147,13 @@ def assess_strip(
     refinement: float = 1.0,
     progress: Progress | None = None,
     options: StepOptions = STEPS,
+    first: BranchPoint | None = None,
+    piece: int = 0,
 ) -> Assessment:
-    """Follow a path; at critical points the strip is released as ``fall`` says; without it the first one is the end.
+    """Follow a path, from a state on one of its pieces or from the flat strip.
 
-    Where the fall is not to rest, its first touch is the end.  After :data:`MAX_FALLS` falls the next critical point is
-    the end.
+    At critical points the strip is released as ``fall`` says; without it the first one is the end.  Where the fall is
+    not to rest, its first touch is the end.  After :data:`MAX_FALLS` falls the next critical point is the end.
 
     Raises
     ------
@@ -160,7 +162,7 @@ def assess_strip(
     """
     say = progress or (lambda _: None)
     mesh = strip.contact_mesh(refinement)
-    segments, motions, events = [follow(mesh, path, strip.length, options=options, progress=say)], [], []
+    segments, motions, events = [follow(mesh, path, strip.length, first, piece, options, say)], [], []
     touch, failure = _static_touch(segments[0]), None
     while (found := segments[-1].critical) is not None:
         segment = segments[-1]
@@ -186,15 +188,18 @@ def assess_strip(
     return Assessment(path, tuple(segments), tuple(motions), tuple(events), touch, failure)
 
 
-def size_of_fall(motion: Motion) -> tuple[float, float]:
+def size_of_fall(before: State, motion: Motion) -> tuple[float, float]:
     """The largest height that a point of the strip loses in a fall, L*, and the energy that it frees, rho_a g L*^2.
 
-    That energy is what weight, elasticity and gripper gave to the motion: it was dissipated.
+    From the critical state ``before`` to that at rest.  The energy is by the motion's mesh, on which the error of both
+    states is the same; the gripper's way to the critical point and past it, which starts the motion, frees none.
     """
-    problem, first, last = motion.problem, motion.states[0], motion.states[-1]
-    begin, end = (problem.model.mid_surface(state.q)[:, 1] for state in (first, last))
-    stored = [state.energy.elastic + state.energy.gravity for state in (first, last)]
-    return float((begin - end).max()), float(stored[0] - stored[1] + last.energy.work - first.energy.work)
+    (critical, point), (first, last) = before, (motion.states[i] for i in (0, -1))
+    problem, s = motion.problem, motion.problem.model.s
+    drop = critical.model.resampled_mid_surface(point.q, s) - problem.model.mid_surface(last.q)
+    pushes = [float(grip_and_hold(problem, at)[0] @ problem.motion.rates(at.lam)) for at in (first, last)]
+    work = pushes[0] * (point.lam - first.lam) + pushes[1] * (last.lam - point.lam)
+    return float(drop[:, 1].max()), sum(problem.energies(first.q)) - sum(problem.energies(last.q)) + work
 
 
 def _event(state: State, path: GripperPath, found: CriticalPoint) -> CriticalEvent:

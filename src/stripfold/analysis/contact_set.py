@@ -6,9 +6,10 @@ Lengths in L*.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -89,13 +90,10 @@ def from_nodes(plan: Callable[[Array], ContactMesh], problem: StripProblem, poin
         Its contact is none of :class:`.Topology`, or no such state is near.
     """
     model = problem.model
-    *others, (lift_off, _) = [model.s[part[[0, -1]]].tolist() for part in lying_parts(model, point, SAME_PART)]
-    guesses = _guesses(others, lift_off, folded=bool(point.q[model.middle[0, 1]] <= 0.0))
-    mesh = plan(np.array([lift_off]))
-    if not guesses:
-        raise SolveError("the contact with the floor has too many parts", parameter=point.lam)
+    parts = [model.s[part[[0, -1]]].tolist() for part in lying_parts(model, point, SAME_PART)]
+    mesh = plan(np.array([parts[-1][0]]))
     error = SolveError("no such state with contact coordinates is near", parameter=point.lam)
-    for topology, contact in guesses:
+    for topology, contact in _guesses(parts, folded=bool(point.q[model.middle[0, 1]] <= 0.0)):
         new = MovingContact(mesh.replanned(contact, topology), problem.motion)
         q = np.concatenate([model.resampled(point.q, new.mesh.model.s), contact])
         try:
@@ -115,19 +113,25 @@ def _near(problem: MovingContact, q: Array, lam: float, stress: Array) -> Branch
     return BranchPoint(problem, continuation.evaluate(problem, state, Tangent(np.zeros(problem.size), 1.0)))
 
 
-def _guesses(others: list[list[float]], lift_off: float, folded: bool) -> list[tuple[Topology, Array]]:
-    """The kinds of contact to try, with guesses of their coordinates; ``folded``: the gripper is on the floor."""
-    if not others:
-        return [(Topology.LYING, np.array([lift_off]))]
-    if len(others) > 1:
-        return []
-    ((begin, end),) = others
-    if folded:
-        return [(Topology.FOLDED, np.array([end, lift_off]))]
-    middle, half = 0.5 * (begin + end), 0.5 * max(end - begin, 0.1)
-    point = (Topology.POINT, np.array([middle, lift_off]))
-    interval = (Topology.INTERVAL, np.array([middle - half, middle + half, lift_off]))
-    return [point, interval] if end - begin < SHORT else [interval, point]
+def _guesses(parts: list[list[float]], folded: bool) -> Iterator[tuple[Topology, Array]]:
+    """The kinds of contact to try, with guesses of their coordinates; ``folded``: the gripper is on the floor.
+
+    Behind its lift-off a strip on nodes waves by less than an element, and lies in more parts than it has: the nearest
+    ones are taken for one, until one is left.
+    """
+    while len(parts) > 1:
+        if len(parts) == 2:
+            (begin, end), (lift_off, _) = parts
+            if folded:
+                yield Topology.FOLDED, np.array([end, lift_off])
+                return
+            middle, half = 0.5 * (begin + end), 0.5 * max(end - begin, 0.1)
+            point = (Topology.POINT, np.array([middle, lift_off]))
+            interval = (Topology.INTERVAL, np.array([middle - half, middle + half, lift_off]))
+            yield from (point, interval) if end - begin < SHORT else (interval, point)
+        i = int(np.argmin([after[0] - before[1] for before, after in pairwise(parts)]))
+        parts = [*parts[:i], [parts[i][0], parts[i + 1][1]], *parts[i + 2 :]]
+    yield Topology.LYING, np.array([parts[0][0]])
 
 
 def _admissible(at: BranchPoint) -> bool:

@@ -147,6 +147,8 @@ class _Follower:
     returns: int = 0
 
     def __post_init__(self) -> None:
+        if not isinstance(self.at, BranchPoint):
+            self.nodal = "the contact at rest is none of the known kinds"
         self.add(self.at)
 
     def add(self, at: BranchPoint | State) -> None:

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import accumulate
 from typing import Any
 
 import numpy as np
 
+from stripfold.analysis import select_model
 from stripfold.analysis.assess import (
     SNAP,
     Assessment,
@@ -21,10 +24,12 @@ from stripfold.analysis.assess import (
 )
 from stripfold.analysis.collapse import in_solver_units
 from stripfold.analysis.contact import touch_position, touches
+from stripfold.analysis.contact_set import from_nodes
+from stripfold.analysis.mesh_comparison import Events, MeshComparison, another_mesh, compared
 from stripfold.analysis.path_friction import STEP, Effects, Step, effects_of, load_incrementally, until_lost
 from stripfold.analysis.path_in_time import follow_in_time
 from stripfold.analysis.path_statics import MOVING, NODAL
-from stripfold.analysis.release import Motion
+from stripfold.analysis.release import Fall, Motion
 from stripfold.analysis.static import StripModel
 from stripfold.effects.hysteresis import YIELD_CURVATURE
 from stripfold.errors import InvalidInputError, SolveError
@@ -38,6 +43,8 @@ from stripfold.solve.problem import Point
 
 AT_END = 1e-3
 """Largest distance of a path's end from the folded strip's end at which their shapes are compared, L*."""
+BEFORE = 1.0
+"""Length of the path before the first event from which on a strip with a critical point is followed again, L*."""
 NOT_FOLLOWED = "not followed: the statics end here"
 
 
@@ -64,6 +71,8 @@ class Verdict:
     failure: str
     states: tuple[Followed, ...] = field(repr=False)
     falls: tuple[tuple[int, Motion], ...] = field(default=(), repr=False, kw_only=True)
+    touch_change: float = field(default=float("nan"), kw_only=True)
+    mesh_dependence: str = field(default="", kw_only=True)
 
 
 def assess_path(
@@ -117,10 +126,12 @@ def assess_path(
     """
     unit = material.gravity_length
     strip = StripModel(length / unit, material.relative_thickness, material.nu, kind=model)
+    coarser = select_model.COARSER * refinement
     if friction is None and hysteresis is None:
         released = in_solver_units(Release(), material) if fall else None
         found = assess_strip(strip, path, released, refinement, progress)
         events, failure = _events(found, material), found.failure
+        other = another_mesh(partial(_again, found, strip, path, released, coarser), progress)
         touch = found.touch.x if found.touch else float("nan")
         states, contact = list[Followed](found.states), found.contact
         ends = accumulate(len(segment.states) for segment in found.segments)
@@ -134,11 +145,18 @@ def assess_path(
             raise InvalidInputError("step", step, allowed)
         size = STEP if step is None else step / unit
         kappa_y = YIELD_CURVATURE if yield_curvature is None else yield_curvature * unit
-        stepped, lost = _with_friction(strip, path, effects_of(law, strength, kappa_y), size, refinement, progress)
-        touch = next((touch_position(p.model, point) for p, point in stepped if touches(p.model, point)), float("nan"))
+        effects = effects_of(law, strength, kappa_y)
+        stepped, lost, touch = _with_friction(strip, path, effects, size, refinement, progress)
         events = [_event(lost, SNAP, float("nan"))] if lost is not None else []
+
+        def again() -> Events:
+            _, lost, touch = _with_friction(strip, path, effects, size, coarser, None)
+            return Events(() if lost is None else (lost,), touch)
+
+        other = another_mesh(again, progress)
         states, contact, failure = list[Followed](stepped), MOVING, None
         falls = ()
+    mesh = compared(Events(tuple(event["travelled"] for event in events), touch, failure is not None), other)
     if layer_friction is not None:
         if not np.isnan(touch):
             # These statics know no friction between the layers.
@@ -154,9 +172,11 @@ def assess_path(
         else:
             states, touch, contact = list(moved.states), moved.touch_x, NODAL
             falls = ()
+            # Of the motion in time there is one run.
+            mesh = replace(mesh, touch=float("nan"))
     said = "" if failure is None else material.in_si(" ".join(str(failure).split()))
     folded = strip.length if fold_at is None else 2.0 * fold_at / unit
-    return _verdict(strip, material, path, events, touch, states, falls, contact, said, folded)
+    return _verdict(strip, material, path, events, touch, states, falls, contact, said, folded, mesh)
 
 
 def _events(found: Assessment, material: Material) -> list[dict[str, Any]]:
@@ -166,7 +186,7 @@ def _events(found: Assessment, material: Material) -> list[dict[str, Any]]:
         given = event.travelled, event.kind, event.angle
         if number < len(found.motions):
             motion = found.motions[number]
-            drop, energy = size_of_fall(motion)
+            drop, energy = size_of_fall(found.segments[number].states[-1], motion)
             outcome = "at rest without a touch" if motion.touch is None else "fell to a touch"
             events.append(_event(*given, outcome, material.gravity_length * drop, material.scales["J m-1"] * energy))
         elif number == len(found.motions) and found.failure is not None:
@@ -195,8 +215,8 @@ def _with_friction(
     size: float,
     refinement: float,
     progress: Callable[[str], None] | None,
-) -> tuple[list[tuple[StripProblem, Point]], float | None]:
-    """The states with friction, and the length travelled at which the strip was lost, if it was."""
+) -> tuple[list[tuple[StripProblem, Point]], float | None, float]:
+    """The states with friction, the length travelled at which the strip was lost, if it was, and x of the touch."""
     mesh = strip.contact_mesh(refinement, memory=True)
     loaded = Percent(progress, "following the path with friction")
 
@@ -206,7 +226,27 @@ def _with_friction(
             yield step
 
     steps, lost = until_lost(told())
-    return [step.on_mesh for step in steps], lost
+    states = [step.on_mesh for step in steps]
+    touch = next((touch_position(p.model, point) for p, point in states if touches(p.model, point)), float("nan"))
+    return states, lost, touch
+
+
+def _again(found: Assessment, strip: StripModel, path: GripperPath, fall: Fall | None, refinement: float) -> Events:
+    """The events on another mesh; of a path with a critical point from :data:`BEFORE` the first event on."""
+    segment, first, piece = found.segments[0], None, 0
+    if found.events:
+        begin = min(event.travelled for event in (*found.events, found.touch) if event is not None) - BEFORE
+        near = [number for number, point in enumerate(segment.points) if point.lam < begin]
+        with suppress(SolveError):
+            if near:
+                first = from_nodes(strip.contact_mesh(refinement), *segment.states[near[-1]])
+                piece = segment.pieces[near[-1]]
+    other = assess_strip(strip, path, fall, refinement, first=first, piece=piece)
+    return Events(
+        tuple(event.travelled for event in other.events),
+        other.touch.x if other.touch else float("nan"),
+        other.failure is not None,
+    )
 
 
 def _verdict(
@@ -220,6 +260,7 @@ def _verdict(
     contact: str,
     failure: str,
     folded_length: float,
+    mesh: MeshComparison,
 ) -> Verdict:
     unit, force = material.gravity_length, material.force_scale
     problem, last = states[-1]
@@ -232,10 +273,11 @@ def _verdict(
     ends_folded = np.linalg.norm(path.position(path.length) - end) <= AT_END * strip.length
     reached = fold if completed and ends_folded else None
     critical = []
-    for event in events:
+    for number, event in enumerate(events):
         x, z = unit * path.position(event["travelled"])
         place = {"t": path.pseudo_time(event["travelled"]), "x": float(x), "z": float(z)}
-        critical.append(place | {key: value for key, value in event.items() if key != "travelled"})
+        known = {key: value for key, value in event.items() if key != "travelled"}
+        critical.append(place | known | {"change": unit * mesh.critical[number]})
     return Verdict(
         stable=not events,
         critical=tuple(critical),
@@ -250,6 +292,8 @@ def _verdict(
         completed=completed,
         contact=contact,
         failure=failure,
+        touch_change=unit * mesh.touch,
+        mesh_dependence=material.in_si(mesh.said),
         states=tuple(states),
         falls=falls,
     )
