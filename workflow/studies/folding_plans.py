@@ -122,7 +122,7 @@ def _verdict(asked: FoldingPlan, strip: Strip, path: FoldPath, moment: float | N
     if moment is not None:
         more = {"hysteresis": moment, "yield_curvature": asked.yield_curvature, "step": STEP * REFINEMENT * unit}
     curve = scaled(path, unit)
-    return assess_path(strip.material, strip.length, curve, model="rod", refinement=REFINEMENT, **more)
+    return assess_path(strip.material, strip.length, curve, model="rod", refinement=REFINEMENT, compare=False, **more)
 
 
 def unconfirmed(asked: FoldingPlan, error: NoPathError) -> tuple[str, ...]:

@@ -177,6 +177,8 @@ class _Chooser:
                 verdict = assess_path(strip.material, strip.length, curve, model="rod", **friction)
             except SolveError as error:
                 return f"{with_it} cannot be followed: {error}"
+            if verdict.stable and verdict.mesh_dependence:
+                return f"{with_it} has no certain verdict: {verdict.mesh_dependence}"
             if not verdict.stable and friction:
                 verdict = _laid(verdict, curve, unit)
             if not verdict.stable:

@@ -183,4 +183,4 @@ def snap_energy(strip: StripModel, damping: Damping) -> float:
         The path or the fall cannot be followed.
     """
     found = assess_strip(strip, triangular(strip.length), Fall(damping=damping)).complete()
-    return size_of_fall(found.motions[0])[1] if found.motions else nan
+    return size_of_fall(found.segments[0].states[-1], found.motions[0])[1] if found.motions else nan

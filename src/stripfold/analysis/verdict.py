@@ -89,6 +89,7 @@ def assess_path(
     refinement: float = 1.0,
     model: str = "solid",
     fold_at: float | None = None,
+    compare: bool = True,
     progress: Callable[[str], None] | None = None,
 ) -> Verdict:
     """Assess a path; with friction in steps, without along the branch; with friction between the layers in time, too.
@@ -118,6 +119,8 @@ def assess_path(
         "solid" or "rod".
     fold_at
         Distance of the fold line from the gripped end, m; by default half the length.
+    compare
+        Whether to follow the path on another mesh, too.
 
     Raises
     ------
@@ -131,7 +134,7 @@ def assess_path(
         released = in_solver_units(Release(), material) if fall else None
         found = assess_strip(strip, path, released, refinement, progress)
         events, failure = _events(found, material), found.failure
-        other = another_mesh(partial(_again, found, strip, path, released, coarser), progress)
+        again: Callable[[], Events] = partial(_again, found, strip, path, released, coarser)
         touch = found.touch.x if found.touch else float("nan")
         states, contact = list[Followed](found.states), found.contact
         ends = accumulate(len(segment.states) for segment in found.segments)
@@ -149,14 +152,15 @@ def assess_path(
         stepped, lost, touch = _with_friction(strip, path, effects, size, refinement, progress)
         events = [_event(lost, SNAP, float("nan"))] if lost is not None else []
 
-        def again() -> Events:
+        def stepped_again() -> Events:
             _, lost, touch = _with_friction(strip, path, effects, size, coarser, None)
             return Events(() if lost is None else (lost,), touch)
 
-        other = another_mesh(again, progress)
+        again = stepped_again
         states, contact, failure = list[Followed](stepped), MOVING, None
         falls = ()
-    mesh = compared(Events(tuple(event["travelled"] for event in events), touch, failure is not None), other)
+    here = Events(tuple(event["travelled"] for event in events), touch, failure is not None)
+    mesh = compared(here, another_mesh(again, progress) if compare else here)
     if layer_friction is not None:
         if not np.isnan(touch):
             # These statics know no friction between the layers.
