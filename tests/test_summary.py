@@ -5,6 +5,7 @@ from __future__ import annotations
 import doctest
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -517,6 +518,10 @@ def test_a_criterion_that_is_broken_does_not_hold(dataset: str, name: str, value
     assert numbers_of(dataset, data)[key]["holds"] is False
 
 
+def test_half_written_files_are_a_whole_number() -> None:
+    assert "; 0 half-written files left" in numbers_of("kills", datasets()["kills"])["kills_recovered"]["statement"]
+
+
 @pytest.mark.parametrize(
     ("dataset", "name", "where", "value", "key"),
     [
@@ -702,7 +707,9 @@ def test_a_stale_number_is_printed_as_stale_and_holds_nothing(tmp_path, monkeypa
     data["branches"].attrs["changed"] = "the code has changed"
     sources = {name: f"{name}.nc" for name in data}
     path = tmp_path / "summary.json"
-    numbers.summary(sources, {"branches": {}, "limit": {}}, [path], lambda line: None, **data)
+    output = SimpleNamespace(data=path, page=tmp_path / "summary.html")
+    numbers.summary(sources, {"branches": {}, "limit": {}}, output, lambda line: None, **data)
+    assert output.page.read_text(encoding="utf-8").count("<td>stale</td>") == 4
     summary = json.loads(path.read_text(encoding="utf-8"))
     assert {key for key, item in summary.items() if not item["fresh"]} == {
         "branch_cases",

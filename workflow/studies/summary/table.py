@@ -351,8 +351,8 @@ SOURCES = (
             "takes {d.attrs[wall]:.0f} s"),
         Number("kills_recovered", "recovered", "count", 4, "all of them; nothing half written left by SIGTERM",
             "of them after which the next `make all` went on by itself, and the chain ended with the same "
-            "{d.attrs[files]} files, run times and logs apart, bit for bit as undisturbed; {left} half-written files "
-            "left by SIGTERM{differs}", lambda f: f.recovered == f.kills and f.left == 0),
+            "{d.attrs[files]} files, run times and logs apart, bit for bit as undisturbed; {left:.0f} half-written "
+            "files left by SIGTERM{differs}", lambda f: f.recovered == f.kills and f.left == 0),
     )),
     Source("slurm_run", facts_tool.slurm_run, (
         Number("slurm_equal", "share", "1", 4, "= 1, of 20 or more",
