@@ -176,7 +176,8 @@ def datasets() -> dict[str, xr.Dataset]:
         "sweeps": ({
             "scenes": ("model", [100000, 1024]), "results": ("model", [100000, 1024]), "snaps": ("model", [9e4, 1e3]),
             "wall": ("model", [5.0, 12.0]), "cost": ("model", [1e-4, 0.02]), "memory": ("model", [140.0, 90.0]),
-            "apart": ("model", [1e-12, 0.0])}, {"model": ["elastica", "rod"]}, {"cores": 2, "checked": 40}),
+            "apart": ("model", [1e-12, 0.0])}, {"model": ["elastica", "rod"]},
+            {"cores": 2, "checked": 40, "dry_run": 5.0}),
         "folding_plans": ({
             "path": ("case", texts(*["low"] * 200, *["triangular"] * 40, *["r-path"] * 10, *["none"] * 50)),
             "safe": ("case", [1.0] * 250 + [np.nan] * 50), "confirmed": ("case", [np.nan] * 250 + [1.0] * 50),
@@ -516,6 +517,13 @@ def test_a_criterion_that_is_broken_does_not_hold(dataset: str, name: str, value
     data = datasets()[dataset]
     data[name] = xr.full_like(data[name], value)
     assert numbers_of(dataset, data)[key]["holds"] is False
+
+
+def test_a_slow_dry_run_breaks_its_criterion() -> None:
+    data = datasets()["sweeps"].assign_attrs(dry_run=61.0)
+    found = numbers_of("sweeps", data)
+    assert found["dry_run_seconds"]["holds"] is False
+    assert "million strips: 5.6 h and 0.028 h" in found["sweep_cost"]["statement"]
 
 
 def test_half_written_files_are_a_whole_number() -> None:

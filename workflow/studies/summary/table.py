@@ -391,7 +391,11 @@ SOURCES = (
             "cores; of the elastica {elastica:.0f}", lambda f: f.elastica >= 500.0),
         Number("sweep_cost", "cost", "s", 2, "< 0.04 s on the rod, < 0.004 s on the elastica",
             "processor time per strip of the rod's sweep, the start of all processes included; of the elastica's "
-            "{elastica_cost:.1e} s", lambda f: f.elastica_cost < 0.004),
+            "{elastica_cost:.1e} s; a million strips: {million:.2g} h and {elastica_million:.2g} h",
+            lambda f: f.elastica_cost < 0.004),
+        Number("dry_run_seconds", "dry_run", "s", 2, "< 60 s, of 100000 strips or more",
+            "time of `snakemake -n` for a sweep of {jobs_scenes} strips of the rod, a job for each chunk",
+            lambda f: f.jobs_scenes >= 1e5),
     )),
     Source("folding_plans", facts_paths.folding_plans, (
         Number("plan_cases", "cases", "count", 3, ">= 300, none ended in an error",
