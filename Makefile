@@ -24,7 +24,7 @@ unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: all studies peers explorer cold time-ci kills wheels readme docs test starts lint quick unlock env lock clean help
+.PHONY: all studies peers explorer cold time-ci kills wheels readme report docs test starts lint quick unlock env lock clean help
 
 all: $(STAMP) ## Redo every run, figure and number of the paper (set CORES=n to use fewer cores)
 	$(SNAKEMAKE) all --cores $(CORES)
@@ -65,6 +65,9 @@ wheels: $(STAMP) ## Run all commands by the wheel in clean environments, lowest 
 readme: $(STAMP) ## Bring the tables of the README and of docs in line with what is stored
 	$(SNAKEMAKE) readme --cores 1
 
+report: $(STAMP) ## Put all figures with their captions and all numbers into one page, report.html
+	$(SNAKEMAKE) --report report.html
+
 # The generator reads the sources without importing them: it needs nothing of the project's own environment.
 DOCS := .venv-docs
 docs: $(DOCS)/.complete ## Build the documentation into site/; a broken link is an error
@@ -94,8 +97,7 @@ quick: $(STAMP) ## Run the whole chain small, in minutes, into a temporary folde
 	then rm -rf "$$out"; \
 	else status=$$?; echo "quick run failed; what it wrote is kept in $$out" >&2; exit $$status; fi
 
-# All of `snakemake --lint` but one check: that each rule names a conda environment or a container. Here one locked
-# environment serves every rule.
+# All of `snakemake --lint` but one check: see docs/architecture.md.
 define SNAKEMAKE_LINT
 from snakemake.cli import main
 from snakemake.linting.rules import RuleLinter

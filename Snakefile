@@ -10,6 +10,22 @@ configfile: "workflow/config/paper.yaml"
 include: "workflow/rules/common.smk"
 
 
+# What takes a second or two is not worth a job of a cluster.
+localrules:
+    all,
+    assessment,
+    critical_points,
+    explorer_page,
+    frames,
+    friction_table,
+    master_curve,
+    plans,
+    printed_law,
+    readme,
+    recordings,
+    studies,
+
+
 wildcard_constraints:
     material="|".join(MATERIALS),
 
@@ -32,6 +48,7 @@ onstart:
 
 
 rule all:
+    """Everything of the paper: runs, tables, figures, film and numbers."""
     default_target: True
     input:
         rules.critical_points.output,
@@ -46,3 +63,9 @@ rule all:
         rules.summary.output,
         FIGURE_FILES,
         rules.explorer_page.output,
+
+
+# Each rule says once what it does: in its docstring, those made in a loop in their message. It is both.
+for made in workflow.rules:
+    made.docstring = made.docstring or made.message
+    made.message = f"{{rule}}{' {wildcards}' if made.has_wildcards() else ''}: {made.docstring}"

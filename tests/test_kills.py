@@ -16,11 +16,11 @@ from studies import kills
 from studies.common import dataset
 
 PRINTED = """Building DAG of jobs...
-localrule x_axis:
+Job 3: x_axis: Critical points.
     input: a
-rule friction:
+Job 2: friction eta820: Smallest internal friction.
     output: b
-localrule x_axis:
+Job 3: x_axis: Critical points.
 Finished jobid: 3 (Rule: x_axis)
 """
 GOES_ON = "\t@mkdir -p results figures; test -e figures/a.txt || { sleep 0.4; echo a > figures/a.txt; }\n"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import doctest
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -175,7 +176,8 @@ def datasets() -> dict[str, xr.Dataset]:
         "sweeps": ({
             "scenes": ("model", [100000, 1024]), "results": ("model", [100000, 1024]), "snaps": ("model", [9e4, 1e3]),
             "wall": ("model", [5.0, 12.0]), "cost": ("model", [1e-4, 0.02]), "memory": ("model", [140.0, 90.0]),
-            "apart": ("model", [1e-12, 0.0])}, {"model": ["elastica", "rod"]}, {"cores": 2, "checked": 40}),
+            "apart": ("model", [1e-12, 0.0])}, {"model": ["elastica", "rod"]},
+            {"cores": 2, "checked": 40, "dry_run": 5.0}),
         "folding_plans": ({
             "path": ("case", texts(*["low"] * 200, *["triangular"] * 40, *["r-path"] * 10, *["none"] * 50)),
             "safe": ("case", [1.0] * 250 + [np.nan] * 50), "confirmed": ("case", [np.nan] * 250 + [1.0] * 50),
@@ -517,6 +519,17 @@ def test_a_criterion_that_is_broken_does_not_hold(dataset: str, name: str, value
     assert numbers_of(dataset, data)[key]["holds"] is False
 
 
+def test_a_slow_dry_run_breaks_its_criterion() -> None:
+    data = datasets()["sweeps"].assign_attrs(dry_run=61.0)
+    found = numbers_of("sweeps", data)
+    assert found["dry_run_seconds"]["holds"] is False
+    assert "million strips: 5.6 h and 0.028 h" in found["sweep_cost"]["statement"]
+
+
+def test_half_written_files_are_a_whole_number() -> None:
+    assert "; 0 half-written files left" in numbers_of("kills", datasets()["kills"])["kills_recovered"]["statement"]
+
+
 @pytest.mark.parametrize(
     ("dataset", "name", "where", "value", "key"),
     [
@@ -702,7 +715,9 @@ def test_a_stale_number_is_printed_as_stale_and_holds_nothing(tmp_path, monkeypa
     data["branches"].attrs["changed"] = "the code has changed"
     sources = {name: f"{name}.nc" for name in data}
     path = tmp_path / "summary.json"
-    numbers.summary(sources, {"branches": {}, "limit": {}}, [path], lambda line: None, **data)
+    output = SimpleNamespace(data=path, page=tmp_path / "summary.html")
+    numbers.summary(sources, {"branches": {}, "limit": {}}, output, lambda line: None, **data)
+    assert output.page.read_text(encoding="utf-8").count("<td>stale</td>") == 4
     summary = json.loads(path.read_text(encoding="utf-8"))
     assert {key for key, item in summary.items() if not item["fresh"]} == {
         "branch_cases",

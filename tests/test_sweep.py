@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import subprocess
+import sys
 from itertools import product
 from pathlib import Path
 
@@ -178,3 +180,28 @@ def test_study():
     assert found.apart.values == pytest.approx([0.0, 0.0], abs=1e-10)
     assert (found.cost > 0.0).all()
     assert (found.wall > 0.1).all()
+    assert found.attrs["dry_run"] > 0.1
+
+
+def test_a_job_for_each_chunk(tmp_path, monkeypatch):
+    """The workflow of a sweep goes on from finished chunks, and its file is that of the command."""
+    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
+        monkeypatch.delenv(name, raising=False)
+    # With more threads in BLAS lambda_c at the second height has another last digit.
+    grid, file = STRIP | {"height": [0.03, 0.03 + 0.09 * 10 / 39]}, tmp_path / "sweep.nc"
+    Path(tmp_path / "grid.yaml").write_text(yaml.safe_dump(grid), encoding="utf-8")
+    first, second = sweep.chunk_files(sweep.Grid.of(grid), file).items()
+    sweep.solve(sweep.Grid.of(grid), first[1], first[0])
+    before = first[0].stat().st_ino
+    workflow = Path(__file__).parents[1] / "workflow" / "sweep.smk"
+    command = [sys.executable, "-m", "snakemake", "-s", str(workflow), "--cores", "1", "--config", f"output={file}"]
+    subprocess.run([*command, "--until", "chunk"], cwd=tmp_path, check=True, capture_output=True)
+    assert first[0].stat().st_ino == before
+    assert second[0].is_file()
+    subprocess.run(command, cwd=tmp_path, check=True, capture_output=True)
+    alone = subprocess.run(
+        [sys.executable, "-m", "stripfold", "sweep", "grid.yaml", "--output", "alone.nc"], cwd=tmp_path
+    )
+    assert alone.returncode == 0
+    assert file.read_bytes() == (tmp_path / "alone.nc").read_bytes()
+    assert not first[0].parent.exists()

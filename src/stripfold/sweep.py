@@ -176,20 +176,32 @@ def run(
     cores = os.cpu_count() or 1 if cores is None else cores
     if cores < 1:
         raise InvalidInputError("cores", cores, "a whole number of at least 1")
-    folder, chunks = file.with_name(f"{file.name}.parts"), grid.chunks
+    parts = chunk_files(grid, file)
+    left = [(chunk, part) for part, chunk in parts.items() if not part.is_file()]
+    _solve_all(grid, left, cores, progress or (lambda _: None))
+    found = _gathered(grid, parts)
+    store.write(found, file, title="critical points of a grid of strips", config=grid.config())
+    shutil.rmtree(next(iter(parts)).parent)
+    return found
+
+
+def chunk_files(grid: Grid, file: Path) -> dict[Path, range]:
+    """The files of the chunks of a sweep into ``file``, and the numbers of the cases in each.
+
+    Raises
+    ------
+    InvalidInputError
+        The parts of another sweep stand beside the file.
+    """
+    folder = file.with_name(f"{file.name}.parts")
     # Parts of another version are of another sweep: one file has one origin.
     origin = [grid.config(), CHUNK, CHUNKS, stripfold.__version__, store.running_commit()]
     digest = sha256(json.dumps(origin).encode()).hexdigest()[:16]
-    parts = [folder / f"{digest}-{number:05d}.nc" for number in range(len(chunks))]
+    parts = {folder / f"{digest}-{number:05d}.nc": chunk for number, chunk in enumerate(grid.chunks)}
     if any(part not in parts for part in folder.glob("*.nc")):
         advice = f"give another output, or remove {folder}"
         raise InvalidInputError("output", str(file), "a file without the parts of another sweep beside it", advice)
-    left = [(chunk, part) for chunk, part in zip(chunks, parts, strict=True) if not part.is_file()]
-    _solve_all(grid, left, cores, progress or (lambda _: None))
-    found = _gathered(grid, chunks, parts)
-    store.write(found, file, title="critical points of a grid of strips", config=grid.config())
-    shutil.rmtree(folder)
-    return found
+    return parts
 
 
 def _values(key: str, given: Any) -> list[Any]:
@@ -211,7 +223,7 @@ def _solve_all(grid: Grid, left: list[tuple[range, Path]], cores: int, say: Prog
     solved(finished / grid.count)
     pool = ProcessPoolExecutor(cores, initializer=_end_at_once)
     try:
-        running = {pool.submit(_solve, grid, chunk, part): len(chunk) for chunk, part in left}
+        running = {pool.submit(solve, grid, chunk, part): len(chunk) for chunk, part in left}
         for done in as_completed(running):
             done.result()
             finished += running[done]
@@ -228,8 +240,8 @@ def _end_at_once() -> None:
         signal.signal(number, signal.SIG_DFL)
 
 
-def _solve(grid: Grid, chunk: range, part: Path) -> None:
-    """Solve the cases of a chunk and store them."""
+def solve(grid: Grid, chunk: range, part: Path) -> None:
+    """Solve the cases of a chunk and store them in one of :func:`chunk_files`."""
     rows = [_of(grid.case(number)) for number in chunk]
     found = schema.dataset({name: ("case", [row[name] for row in rows]) for name in (*NUMBERS, "reason")})
     store.write(found, part, title="part of a sweep")
@@ -267,11 +279,11 @@ def _of_elastica(scene: Scene) -> dict[str, Any]:
 _predicted = lru_cache(maxsize=1)(ElasticaPrediction.at)
 
 
-def _gathered(grid: Grid, chunks: list[range], parts: list[Path]) -> xr.Dataset:
+def _gathered(grid: Grid, parts: Mapping[Path, range]) -> xr.Dataset:
     """The dataset, part by part."""
     found: dict[str, Any] = {name: np.empty(grid.count) for name in NUMBERS}
     found["reason"], texts = np.empty(grid.count, dtype=object), dict[str, str]()
-    for chunk, part in zip(chunks, parts, strict=True):
+    for part, chunk in parts.items():
         data = store.read(part, (*NUMBERS, "reason"))
         where = slice(chunk.start, chunk.stop)
         for name in NUMBERS:

@@ -4,6 +4,7 @@ PATHS = ["r-path", "triangular", "circular"]
 
 
 rule plans:
+    """Planned paths of the gripper for the material that is shown."""
     output:
         f"{RESULTS}/plans.nc",
     log:
@@ -17,6 +18,7 @@ rule plans:
 
 
 rule assess:
+    """Folding paths of one material, followed to their ends."""
     output:
         expand(f"{RESULTS}/assess/{{{{material}}}}_{{path}}.nc", path=PATHS),
     log:
@@ -56,6 +58,7 @@ rule low_path_film:
 
 
 rule assessment:
+    """Table of the folding paths of all materials."""
     input:
         runs=expand(f"{RESULTS}/assess/{{material}}_{{path}}.nc", material=MATERIALS, path=PATHS),
     output:
@@ -71,6 +74,7 @@ rule assessment:
 
 
 rule friction:
+    """Smallest internal friction that keeps one material on the R-path."""
     output:
         f"{RESULTS}/friction/{{material}}.nc",
     log:
@@ -94,6 +98,7 @@ rule friction:
 
 
 rule two_ways:
+    """The two ways out of the R-path of one material without friction."""
     output:
         f"{RESULTS}/two_ways/{{material}}.nc",
     log:
@@ -115,6 +120,7 @@ rule two_ways:
 
 
 rule friction_table:
+    """Table of the friction that the R-path needs, all materials."""
     input:
         runs=expand(f"{RESULTS}/friction/{{material}}.nc", material=MATERIALS),
         ways=expand(f"{RESULTS}/two_ways/{{material}}.nc", material=MATERIALS),

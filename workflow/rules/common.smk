@@ -7,6 +7,7 @@ sys.path.insert(0, str(Path(workflow.basedir, "workflow")))
 
 from configuration import load
 from evidence import code_digest, stale_studies
+from plots import SECTIONS
 from snakemake.logging import logger
 from studies import APART, FRESH_CLONE, STUDIES, configured, parameters
 from unlock import remove_half_written
@@ -40,6 +41,20 @@ SYNTHETIC = {
     )
 }
 REAL = sorted(path.parent.name for path in Path("data/recordings").glob("*/recording.yaml"))
+
+
+# Where a figure stands in the report.
+CATEGORIES = {name: section for section, names in SECTIONS.items() for name in names}
+
+
+def in_report(path, caption, category):
+    """An output that `snakemake --report` shows."""
+    return report(
+        path,
+        caption=f"../plots/captions/{caption}.rst",
+        category=category,
+        labels={"result": caption.replace("_", " ")},
+    )
 
 
 def calls(call, files=(), **params):

@@ -2,6 +2,7 @@
 
 
 rule x_axis:
+    """Critical points and branches of one material as the gripper moves along x."""
     output:
         f"{RESULTS}/xaxis/{{material}}.nc",
     log:
@@ -23,6 +24,7 @@ rule x_axis:
 
 
 rule critical_points:
+    """Table of the critical points of all materials."""
     input:
         runs=expand(f"{RESULTS}/xaxis/{{material}}.nc", material=MATERIALS),
     output:
@@ -38,6 +40,7 @@ rule critical_points:
 
 
 rule master_curve:
+    """Critical points of the elastica in units of L*."""
     output:
         f"{RESULTS}/master_curve.nc",
     log:
@@ -55,6 +58,7 @@ rule master_curve:
 
 
 rule printed_law:
+    """The paper's printed law beside St Venant-Kirchhoff."""
     output:
         f"{RESULTS}/printed_law.nc",
     log:
@@ -68,6 +72,7 @@ rule printed_law:
 
 
 rule collapse:
+    """One strip through its collapse, statically and in time."""
     input:
         scene=config["collapse"],
     output:
@@ -86,10 +91,11 @@ rule collapse:
 
 
 rule film:
+    """The collapse as a film."""
     input:
         data=rules.collapse.output[0],
     output:
-        f"{FIGURES}/collapse.mp4",
+        in_report(f"{FIGURES}/collapse.mp4", "film", CATEGORIES["collapse"]),
     log:
         f"{LOGS}/film.log",
     benchmark:

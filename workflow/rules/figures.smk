@@ -77,10 +77,11 @@ FIGURE_FILES = expand(
 
 
 rule explorer_page:
+    """The page in which a reader drags the gripper."""
     input:
         tables=STUDY_FILES["explorer"],
     output:
-        f"{FIGURES}/explorer.html",
+        in_report(f"{FIGURES}/explorer.html", "explorer", "Explorer"),
     log:
         f"{LOGS}/explorer_page.log",
     params:
@@ -98,7 +99,7 @@ for rule_name, figures in SOURCES.items():
             sorted({file for files in figures.values() for file in files}),
         output:
             png=expand(f"{FIGURES}/{{name}}.png", name=figures),
-            svg=expand(f"{FIGURES}/{{name}}.svg", name=figures),
+            svg=[in_report(f"{FIGURES}/{name}.svg", name, CATEGORIES[name]) for name in figures],
         log:
             f"{LOGS}/{rule_name}.log",
         benchmark:
@@ -115,5 +116,7 @@ for rule_name, figures in SOURCES.items():
                 }
                 for name, files in figures.items()
             ],
+        message:
+            f"Figures {', '.join(figures)}."
         script:
             "../script.py"

@@ -31,6 +31,8 @@ for material in BATCHES:
                 friction=FILMED["friction"][FILMED["materials"].index(material)],
                 length=FILMED["length_star"],
             ),
+        message:
+            "Synthetic recordings of one material."
         script:
             "../script.py"
 
@@ -59,11 +61,14 @@ for batch, names in BATCHES.items():
             runtime=60,
         params:
             **calls("tasks.recordings:measure"),
+        message:
+            "lambda measured in recordings."
         script:
             "../script.py"
 
 
 rule recordings:
+    """Table of lambda measured in all recordings."""
     input:
         measured=expand(f"{RESULTS}/measured/{{recording}}.nc", recording=[*SYNTHETIC, *REAL]),
     output:
@@ -88,6 +93,7 @@ FRAMED = next((name for name in SYNTHETIC if SYNTHETIC[name]["material"] == SHOW
 
 
 rule frames:
+    """Three frames of one synthetic recording."""
     input:
         folder=FOLDERS[FRAMED],
         measured=f"{RESULTS}/measured/{FRAMED}.nc",

@@ -25,6 +25,8 @@ for study_name, study in STUDIES.items():
             call=study.call,
             title=study.title,
             files=study.files,
+        message:
+            f"Study: {study.title}."
         script:
             "../script.py"
 
@@ -37,5 +39,6 @@ STUDY_FILES = {
 
 
 rule studies:
+    """All studies that the configuration asks for."""
     input:
         [file for name, file in STUDY_FILES.items() if name not in APART and configured(name, config)],

@@ -18,6 +18,7 @@ SUMMARISED = {
 
 
 rule conventions:
+    """What compliance-checker finds in the stored files."""
     input:
         list(SUMMARISED.values()),
     output:
@@ -36,11 +37,13 @@ rule conventions:
 
 
 rule summary:
+    """All numbers that the text quotes, each with its criterion."""
     input:
         **SUMMARISED,
         conventions=rules.conventions.output[0],
     output:
-        f"{RESULTS}/summary.json",
+        data=f"{RESULTS}/summary.json",
+        page=in_report(f"{RESULTS}/summary.html", "summary", "Numbers"),
     log:
         f"{LOGS}/summary.log",
     benchmark:
@@ -54,6 +57,7 @@ rule summary:
 
 
 rule readme:
+    """The generated tables of the README and of docs."""
     input:
         **{
             name: STUDY_FILES[name]
@@ -76,7 +80,7 @@ rule readme:
             )
             if name in STUDY_FILES
         },
-        summary=rules.summary.output[0],
+        summary=rules.summary.output.data,
     log:
         f"{LOGS}/readme.log",
     params:

@@ -99,7 +99,9 @@ STUDIES = {
         memory=3000,
         files=COMMAND,
     ),
-    "sweeps": Study("studies.sweeps:run", "rate, cost and memory of sweeps on all cores", files=COMMAND),
+    "sweeps": Study(
+        "studies.sweeps:run", "rate, cost and memory of sweeps on all cores", files=(*COMMAND, "workflow/sweep.smk")
+    ),
     "folding_plans": Study("studies.folding_plans:run", "plans for random strips of uncertain eta_b, checked"),
     "accuracy": Study("studies.accuracy:run", "error of the end of the advance against run time"),
     "fall_accuracy": Study("studies.fall_accuracy:run", "error of the first touch of a fall against run time"),

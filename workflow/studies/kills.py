@@ -36,7 +36,7 @@ MADE = ("results", "figures")
 APART = ("benchmarks", "logs")
 """Folders in them of run times, and of texts with what a run did."""
 HALF_WRITTEN = ".stripfold-*"
-_STARTED = re.compile(r"^(?:local)?rule (\w+):$", re.M)
+_STARTED = re.compile(r"^Job \d+: (\w+)", re.M)
 _FINISHED = re.compile(r"^Finished jobid: \d+ \(Rule: (\w+)\)$", re.M)
 
 

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
 import tempfile
 from math import isnan
 from pathlib import Path
+from time import perf_counter
 
 import numpy as np
 import xarray as xr
@@ -37,17 +40,32 @@ def run(elastica: int, rod: int, checked: int, seed: int, threads: int = 1) -> x
     return dataset(
         "sweeps",
         {"model": ("model", ["elastica", "rod"]), **values},
-        {"cores": threads, "checked": checked, "seed": seed},
+        {"cores": threads, "checked": checked, "seed": seed, "dry_run": _dry_run(elastica)},
     )
 
 
-def _sweep(model: str, count: int, checked: int, rng: np.random.Generator, cores: int) -> dict[str, float]:
+def _dry_run(count: int) -> float:
+    """Time in which Snakemake plans a job for each chunk of the rod's sweep over the elastica's grid, s."""
+    workflow = Path(__file__).parents[1] / "sweep.smk"
+    with tempfile.TemporaryDirectory() as folder:
+        Path(folder, "grid.yaml").write_text(_grid("rod", count), encoding="utf-8")
+        began = perf_counter()
+        planned = [sys.executable, "-m", "snakemake", "-n", "-s", str(workflow), "--directory", folder]
+        subprocess.run(planned, check=True, capture_output=True)
+        return perf_counter() - began
+
+
+def _grid(model: str, count: int) -> str:
+    """A grid; JSON is YAML."""
     ranges = (("height", HEIGHT), ("eta_b", ETA_B))
     axes = {key: {"from": low, "to": high, "count": count} for key, (low, high) in ranges}
+    return json.dumps({"length": LENGTH, "model": model, **axes})
+
+
+def _sweep(model: str, count: int, checked: int, rng: np.random.Generator, cores: int) -> dict[str, float]:
     with tempfile.TemporaryDirectory() as folder:
         grid, file = Path(folder) / "grid.yaml", Path(folder) / "sweep.nc"
-        # JSON is YAML.
-        grid.write_text(json.dumps({"length": LENGTH, "model": model, **axes}), encoding="utf-8")
+        grid.write_text(_grid(model, count), encoding="utf-8")
         before = processor_time()
         (wall,), _, memory = timed_process(command("sweep", str(grid), "--output", str(file), "--cores", str(cores)))
         used = processor_time() - before

@@ -25,7 +25,7 @@ def summary(
     progress: Callable[[str], None],
     **data: xr.Dataset,
 ) -> None:
-    """Evaluate all numbers and store them as JSON, each with the commit that made it and whether it is fresh.
+    """Evaluate all numbers and store them, each with the commit that made it and whether it is fresh.
 
     A number is fresh when the code, the configuration and the libraries that made it are today's; a stale one meets no
     criterion.
@@ -36,6 +36,8 @@ def summary(
         The files of ``data``, by the same names.
     studies
         Today's parameters of the studies among them.
+    output
+        ``data`` is the name of the JSON file, ``page`` that of the same for readers.
     """
     stale = {name: why_stale(dataset, studies.get(name)) for name, dataset in data.items()}
     lines = sum(len(path.read_text(encoding="utf-8").splitlines()) for path in (ROOT / "src").rglob("*.py"))
@@ -66,7 +68,8 @@ def summary(
     found |= {key: {**item, "commit": project["git_commit"]} for key, item in counted.items()}
     for key, item in found.items():
         progress(f"{key}: {run.quoted(item)}; {item['criterion']}: {run.verdict(item)}")
-    store.write_json(found, output[0])
+    store.write_json(found, output.data)
+    store.write_text(run.page(found), output.page)
 
 
 HEADLINES = (

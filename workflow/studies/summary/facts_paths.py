@@ -275,6 +275,10 @@ def sweeps(d: xr.Dataset) -> Facts:
         "elastica": one.results / one.wall,
         "cost": rod.cost,
         "elastica_cost": one.cost,
+        "million": rod.cost * 1e6 / 3600.0,
+        "elastica_million": one.cost * 1e6 / 3600.0,
+        "dry_run": d.attrs.get("dry_run", np.nan),
+        "jobs_scenes": one.scenes,
     }
 
 

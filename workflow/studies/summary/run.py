@@ -5,6 +5,7 @@ from __future__ import annotations
 import operator
 import re
 from collections.abc import Iterator, Mapping
+from html import escape
 from types import SimpleNamespace
 from typing import Any
 
@@ -97,13 +98,29 @@ def quoted(item: Entry) -> str:
     return f"{item['value']:g}{error}" + ("" if item["unit"] in ("1", "count") else f" {item['unit']}")
 
 
+COLUMNS = ("key", "value", "what", "criterion", "holds")
+
+
+def _rows(summary: Mapping[str, Entry]) -> list[tuple[str, ...]]:
+    return [(key, quoted(i), i["statement"], i["criterion"], verdict(i)) for key, i in summary.items()]
+
+
 def markdown(summary: Mapping[str, Entry]) -> str:
     """The summary as a table in Markdown."""
-    rows = ["| key | value | what | criterion | holds |", "|---|---|---|---|---|"]
-    for key, item in summary.items():
-        statement, criterion = (item[part].replace("|", "\\|") for part in ("statement", "criterion"))
-        rows.append(f"| `{key}` | {quoted(item)} | {statement} | {criterion} | {verdict(item)} |")
-    return "\n".join(rows) + "\n"
+    lines = ["".join(f"| {name} " for name in COLUMNS) + "|", "|---" * len(COLUMNS) + "|"]
+    for key, *cells in _rows(summary):
+        lines.append("| " + " | ".join([f"`{key}`", *(cell.replace("|", "\\|") for cell in cells)]) + " |")
+    return "\n".join(lines) + "\n"
+
+
+def page(summary: Mapping[str, Entry]) -> str:
+    """The summary as a page in HTML."""
+    style = "body {font-family: sans-serif} td, th {padding: 0.3em; text-align: left; vertical-align: top}"
+    head = f'<!doctype html>\n<meta charset="utf-8">\n<title>Numbers</title>\n<style>{style}</style>\n'
+    lines = ["".join(f"<th>{name}</th>" for name in COLUMNS)]
+    lines += ["".join(f"<td>{escape(cell)}</td>" for cell in row) for row in _rows(summary)]
+    rows = "".join(f"<tr>{line}</tr>\n" for line in lines)
+    return f"{head}<table>\n{rows}</table>\n"
 
 
 def markers(name: str) -> tuple[str, str]:

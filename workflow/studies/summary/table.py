@@ -351,8 +351,8 @@ SOURCES = (
             "takes {d.attrs[wall]:.0f} s"),
         Number("kills_recovered", "recovered", "count", 4, "all of them; nothing half written left by SIGTERM",
             "of them after which the next `make all` went on by itself, and the chain ended with the same "
-            "{d.attrs[files]} files, run times and logs apart, bit for bit as undisturbed; {left} half-written files "
-            "left by SIGTERM{differs}", lambda f: f.recovered == f.kills and f.left == 0),
+            "{d.attrs[files]} files, run times and logs apart, bit for bit as undisturbed; {left:.0f} half-written "
+            "files left by SIGTERM{differs}", lambda f: f.recovered == f.kills and f.left == 0),
     )),
     Source("slurm_run", facts_tool.slurm_run, (
         Number("slurm_equal", "share", "1", 4, "= 1, of 20 or more",
@@ -391,7 +391,11 @@ SOURCES = (
             "cores; of the elastica {elastica:.0f}", lambda f: f.elastica >= 500.0),
         Number("sweep_cost", "cost", "s", 2, "< 0.04 s on the rod, < 0.004 s on the elastica",
             "processor time per strip of the rod's sweep, the start of all processes included; of the elastica's "
-            "{elastica_cost:.1e} s", lambda f: f.elastica_cost < 0.004),
+            "{elastica_cost:.1e} s; a million strips: {million:.2g} h and {elastica_million:.2g} h",
+            lambda f: f.elastica_cost < 0.004),
+        Number("dry_run_seconds", "dry_run", "s", 2, "< 60 s, of 100000 strips or more",
+            "time of `snakemake -n` for a sweep of {jobs_scenes} strips of the rod, a job for each chunk",
+            lambda f: f.jobs_scenes >= 1e5),
     )),
     Source("folding_plans", facts_paths.folding_plans, (
         Number("plan_cases", "cases", "count", 3, ">= 300, none ended in an error",
