@@ -17,7 +17,7 @@ from functools import cache
 from math import nan
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
+from scipy.interpolate import CubicSpline
 from scipy.optimize import least_squares
 
 from stripfold import elastica
@@ -215,7 +215,7 @@ def _unit_at_snap(height: float, advance: float) -> float:
     if not ratio[0] <= advance / height <= ratio[-1]:
         found = f"a snap at an advance of {advance / height:.3g} times the gripper's height"
         raise MeasurementError("video", found, "one at which a strip snaps without friction")
-    return height / float(np.exp(PchipInterpolator(ratio, log_star)(advance / height)))
+    return height / float(np.exp(CubicSpline(ratio, log_star)(advance / height)))
 
 
 @cache
