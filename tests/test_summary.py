@@ -16,7 +16,6 @@ import stripfold.material
 from plots import gallery_markdown
 from stripfold import store
 from stripfold.cli import COMMANDS
-from stripfold.vision.measurement import FREEDOM
 from studies import physics_tables
 from studies.accuracy import presets
 from studies.schemes import CONSERVING, DEFAULT
@@ -58,7 +57,7 @@ LOW_TIME = {"kinetic": 0.02, "error": 0.01, "grip": 12.0}
 NEEDED = np.array([[0.0, 1.0, 0.0], [1.0, 1.0, 0.0]])
 OUTCOME = texts(*["stable"] * 117, *["critical"] * 83, *["refused"] * 15, *["undecided"] * 2)
 FOUND = np.where(OUTCOME == "critical", 10.0, np.nan)
-QUANTILES = stats.t.ppf((np.arange(201) + 0.5) / 201, FREEDOM) * np.sqrt(1.0 - 2.0 / FREEDOM)
+QUANTILES = stats.norm.ppf((np.arange(201) + 0.5) / 201)
 """Errors in standard deviations that are distributed as stated."""
 
 

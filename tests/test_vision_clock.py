@@ -57,6 +57,23 @@ def test_stated_sd_is_the_true_error(start: float, stop: float, least: float, mo
     assert all(clocks.correlation > 0.9999 for _, clocks in pairs)
 
 
+@pytest.mark.parametrize("stop", [8.0, 5.0], ids=["starts and stops", "starts"])
+def test_a_marker_that_lags_while_it_moves_is_within_the_interval(stop: float) -> None:
+    """As in films compressed by prediction: without its own term the offset takes the lag for a delay."""
+    times, z = np.arange(0.0, stop, 1.0 / 30.0), {}
+    moving = np.gradient(advance(times), times) / 0.02
+    for predicted in (False, True):
+        errors = []
+        for seed in range(60):
+            rng = np.random.default_rng(seed)
+            lag = clock.LAG_SD * PIXEL * rng.standard_normal()
+            x = advance(times) - lag * moving + rng.normal(0.0, 1e-6, len(times))
+            clocks = clock.synchronise(times, x, 1e-6, log(3.0), 5e-4, PIXEL, predicted)
+            errors.append((clocks.offset - 3.0) / clocks.sd)
+        z[predicted] = np.sqrt(np.mean(np.square(errors)))
+    assert z[True] < 1.2 < z[False]
+
+
 def test_what_hides_the_marker_for_a_while_hardly_shifts_the_clock() -> None:
     times = np.arange(0.0, 8.0, 1.0 / 30.0)
     x = advance(times) + np.random.default_rng(0).normal(0.0, 2e-5, len(times))
@@ -147,7 +164,7 @@ def test_correlated_noise_widens_the_sd() -> None:
 def test_motions_that_differ(x, robot: clock.RobotLog, message: str) -> None:  # type: ignore[no-untyped-def]
     times = np.arange(0.0, 8.0, 1.0 / 30.0)
     with pytest.raises(SynchronisationError, match=message) as caught:
-        clock.synchronise(times, x(times), 1e-4, robot, 1e-3, PIXEL, "robot.csv")
+        clock.synchronise(times, x(times), 1e-4, robot, 1e-3, PIXEL, source="robot.csv")
     assert str(caught.value).startswith("robot.csv: ")
 
 

@@ -174,3 +174,9 @@ def test_the_result_of_a_measurement_has_it():
         "eta_b_motion_high": 3850.0,
         "friction_motion": 0.01,
     }
+
+
+@pytest.mark.parametrize("z", [1.8, 2.9, 4.1, 11.0, 52.0])
+def test_the_start_of_the_fit_is_the_strip_that_snaps_there(z: float) -> None:
+    advance = 0.1 / z * elastica.critical(z).advance
+    assert eta_motion._unit_at_snap(0.1, advance) == pytest.approx(0.1 / z, rel=1e-3)

@@ -11,7 +11,7 @@ from scipy import stats
 from stripfold.arrays import Mask
 from stripfold.plots.colours import BLACK, BLUE, GREY, SKY, VERMILLION
 from stripfold.plots.style import MILLI, figure, styled
-from stripfold.vision.measurement import FREEDOM, WARNING, half_width
+from stripfold.vision.measurement import WARNING, half_width
 from studies.recordings_accuracy import MEASURED, error
 
 LINEAR = 0.3
@@ -51,8 +51,7 @@ def draw(data: xr.Dataset) -> Figure:
     bottom.hist([shown[~warned], shown[warned]], bins, stacked=True, color=[BLUE, SKY], label=["no warning", "warning"])
     x = np.linspace(-5.0, 5.0, 201)
     area = len(z) * (bins[1] - bins[0])
-    stated = stats.t.pdf(x, FREEDOM, scale=np.sqrt(1.0 - 2.0 / FREEDOM))
-    bottom.plot(x, area * stated, color=BLACK, lw=1.0, label=rf"Student's $t$, $\nu$ = {FREEDOM:g}, as stated")
+    bottom.plot(x, area * stats.norm.pdf(x), color=BLACK, lw=1.0, label="normal, as stated")
     bottom.set(xlabel="error / standard deviation", ylabel="recordings", xlim=(-5.0, 5.0))
     bottom.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, fontsize=7)
     return fig

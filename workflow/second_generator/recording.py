@@ -207,9 +207,9 @@ def truth(motion: Motion, height: float) -> dict[str, float]:
     return {"onset": float(onset), "landing": motion.landing, "following": following, "peak": float(speed[peak])}
 
 
-def write_calibration(number: int, kept: Path, tones: tuple[float, float] = (0.4, 0.3)) -> None:
+def write_calibration(number: int, seed: int, kept: Path, tones: tuple[float, float] = (0.4, 0.3)) -> None:
     """Render the calibration of a camera into a new folder; ``tones`` are those of table and wall."""
-    camera, rng = Camera(**CAMERAS[number]), np.random.default_rng([number, 3])
+    camera, rng = Camera(**CAMERAS[number]), np.random.default_rng([seed, number, 3])
     look = Look(0.8, *tones, (0.3, -0.6, 0.75), 0.0, 0.0, 0.03, 1e-3, 0.0, 0.0, 0.0, 0, **_marker())
     studio, sign, origin = Studio(camera, look, rng), *ROBOTS[number]
     wide, tall = CAMERAS[number]["field"], CAMERAS[number]["field"] * 0.75

@@ -64,7 +64,7 @@ class ChainCase(NamedTuple):
         """The calibration of the camera, rendered into its place in a folder unless it is there."""
         kept = calibrations / self.camera
         if not kept.exists():
-            write_calibration(Design(*self).factors["camera"], kept)
+            write_calibration(Design(*self).factors["camera"], self.seed, kept)
         return kept
 
     def write(self, folder: Path, calibrations: Path) -> None:

@@ -65,5 +65,5 @@ def write_still(number: int, seed: int, folder: Path, chain: bool) -> None:
         return
     design = Design(number, seed)
     with tempfile.TemporaryDirectory() as calibration:
-        write_chain_calibration(design.factors["camera"], Path(calibration), design.tones)
+        write_chain_calibration(design.factors["camera"], seed, Path(calibration), design.tones)
         design.write(folder, Path(calibration))

@@ -27,7 +27,7 @@ CAMERAS: tuple[dict[str, Any], ...] = (
     {"size": [480, 360], "distortion": [0.0, 0.0, 0.0, 0.0], "tilt": 3.0, "yaw": 4.0, "board": "charuco"},
     {"size": [480, 360], "distortion": [-0.08, 0.01, 0.0, 1e-3], "tilt": 7.0, "roll": 1.0, "behind": True},
 )
-"""Each is calibrated once."""
+"""Each is calibrated once in a design."""
 _TONES = (
     ({"grey": 0.85, "edge": 0.95}, {"background": 0.22, "table": 0.32}),
     ({"grey": 0.1, "edge": 0.14}, {"background": 0.75, "table": 0.65}),
@@ -90,10 +90,11 @@ FACTORS: Mapping[str, Sequence[Any]] = {
 
 
 class Case(NamedTuple):
-    """One recording of the design: its scene, and the value of each of :data:`FACTORS`."""
+    """One recording of the design of a seed: its scene, and the value of each of :data:`FACTORS`."""
 
     scene: Scene
     factors: Mapping[str, Any]
+    seed: int
 
     @property
     def sound(self) -> bool:
@@ -116,7 +117,9 @@ class Case(NamedTuple):
         kept = calibrations / self.camera
         if not kept.exists():
             camera = self.factors["camera"]
-            recording.write_calibration(Scene.of({"filming": CAMERAS[camera], "seed": camera}), kept)
+            # Anew for each design: the errors of a calibration are those of all recordings of its camera.
+            drawn = int(np.random.default_rng([self.seed, camera]).integers(2**31))
+            recording.write_calibration(Scene.of({"filming": CAMERAS[camera], "seed": drawn}), kept)
         return kept
 
     def write(self, folder: Path, calibrations: Path) -> None:
@@ -176,4 +179,4 @@ def case(number: int, seed: int, dynamics: float = 0.0) -> Case:
         "seed": int(rng.integers(2**31)),
         "title": f"synthetic recording {number} of design {seed}",
     }
-    return Case(Scene.of(scene), factors)
+    return Case(Scene.of(scene), factors, seed)

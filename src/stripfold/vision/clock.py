@@ -43,6 +43,9 @@ REPEATED = 0.4
 a compressed film repeats the picture of a marker at rest with its noise."""
 SMOOTHING = 0.06
 """Half the time over which the log is averaged, s."""
+LAG_SD = 0.035
+"""Standard deviation of the distance by which a moving marker is shown behind its place where a film is compressed by
+prediction from frame to frame, pixels: changes too small for the encoder's quantiser are left out."""
 _RANGE, _POINTS, _PASSES = 6.0, 121, 6
 """Offsets at which the probability is evaluated: half their range in standard deviations, their number, and how often
 range and weights are improved."""
@@ -95,7 +98,14 @@ def read_log(path: Path) -> RobotLog:
 
 
 def synchronise(
-    time: Array, x: Array, sd: float, log: RobotLog, mapping_sd: float, pixel: float, source: str = "robot_log"
+    time: Array,
+    x: Array,
+    sd: float,
+    log: RobotLog,
+    mapping_sd: float,
+    pixel: float,
+    predicted: bool = False,
+    source: str = "robot_log",
 ) -> Clock:
     """The offset between the clocks.
 
@@ -114,6 +124,8 @@ def synchronise(
         Standard deviation of an error of x that all frames share, m.
     pixel
         Width of a pixel at the gripper, m.
+    predicted
+        Whether frames are compressed, with loss, by prediction from others: moving things then lag in them.
     source
         Name of the log, for errors.
 
@@ -142,7 +154,9 @@ def synchronise(
         raise SynchronisationError(source, found, f"{MIN_CORRELATION}", _ADVICE)
     # A log of another origin must stay one: no offset may explain what the mapping cannot.
     mapping_sd = max(mapping_sd, abs(float(np.mean(x - place))) / PLAUSIBLE)
-    offset, offset_sd, shift = _fine_offset(time, x, sd, smooth, mapping_sd, REPEATED * pixel, offset, step)
+    offset, offset_sd, shift = _fine_offset(
+        time, x, sd, smooth, mapping_sd, LAG_SD * pixel * predicted, REPEATED * pixel, offset, step
+    )
     return Clock(offset, offset_sd, shift, correlation)
 
 
@@ -194,21 +208,34 @@ def _rough_offset(time: Array, x: Array, log: RobotLog, ratio: float) -> tuple[f
 
 
 def _fine_offset(
-    time: Array, x: Array, sd: float, log: RobotLog, mapping_sd: float, same: float, offset: float, step: float
+    time: Array,
+    x: Array,
+    sd: float,
+    log: RobotLog,
+    mapping_sd: float,
+    lag_sd: float,
+    same: float,
+    offset: float,
+    step: float,
 ) -> tuple[float, float, float]:
     """Mean and standard deviation of the offset, s, and the shift, m, from a rough offset known within ``step``.
 
-    Frames whose x differ by less than ``same``, m, count as one.
+    ``lag_sd`` is the standard deviation of the distance by which a moving marker lags, m.  Frames whose x differ by
+    less than ``same``, m, count as one.
     """
     # By how much smoothing rounds the log's sudden starts and stops.
     twice = _smoothed(log)
     ordered = np.sort(x)
     repeats = np.searchsorted(ordered, x + 0.5 * same, "right") - np.searchsorted(ordered, x - 0.5 * same)
     along = 2.0 * (x - x.min()) / np.ptp(x) - 1.0
-    errors = np.column_stack([np.ones_like(x), along, 1.5 * along**2 - 0.5])
-    known = 1.0 / (mapping_sd * np.array([1.0, SLOPE_SHARE, BEND_SHARE])) ** 2
+    errors = np.column_stack([np.ones_like(x), along, 1.5 * along**2 - 0.5, np.zeros_like(x)])
+    known = 1.0 / (mapping_sd * np.array([1.0, SLOPE_SHARE, BEND_SHARE, 1.0])) ** 2
+    speed = np.gradient(twice.x, twice.time)
+    speed /= np.abs(speed).max()
     offset_sd = step
     for _ in range(_PASSES):
+        # In units of the mapping's error, so that a lag of 0 is one that changes nothing.
+        errors[:, 3] = lag_sd / mapping_sd * np.interp(time + offset, twice.time, speed)
         residual = x - np.interp(time + offset, log.time, log.x)
         weight, noise = _weights(residual, errors, known, sd)
         rounded = np.interp(time + offset, log.time, log.x) - np.interp(time + offset, twice.time, twice.x)

@@ -138,9 +138,14 @@ def _stream(container: av.container.InputContainer) -> VideoStream:
 
 
 def _declared(container: av.container.InputContainer, stream: VideoStream, files: int) -> Message:
-    """What the header says, or the number of ``files``: frames, and length in s; 0 where it does not say."""
+    """What the header says, or the number of ``files``: frames, and length in s; 0 where it does not say.
+
+    ``predicted``: whether frames are compressed, with loss, by prediction from others.
+    """
+    codec = stream.codec_context.codec
+    predicted = codec.lossy and not codec.intra_only
     if files:
-        return {"declared": files, "duration": 0.0}
+        return {"declared": files, "duration": 0.0, "predicted": predicted}
     if stream.duration is not None and stream.time_base is not None:
         duration = float(stream.duration * stream.time_base)
     else:
@@ -148,7 +153,7 @@ def _declared(container: av.container.InputContainer, stream: VideoStream, files
     # Of an avi that was cut off the length is estimated from its size.
     if stream.average_rate:
         duration = max(duration, stream.frames / float(stream.average_rate))
-    return {"declared": max(stream.frames, 0), "duration": max(duration, 0.0)}
+    return {"declared": max(stream.frames, 0), "duration": max(duration, 0.0), "predicted": predicted}
 
 
 def _coloured(frame: VideoFrame) -> bool:

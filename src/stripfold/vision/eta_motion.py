@@ -13,9 +13,11 @@ of ln L* in the first frames, and by 10 L* near the snap.  Beside L* are fitted
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from math import nan
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 from scipy.optimize import least_squares
 
 from stripfold import elastica
@@ -23,7 +25,6 @@ from stripfold.arrays import Array
 from stripfold.elastica import with_friction
 from stripfold.errors import MeasurementError, SolveError
 from stripfold.material import GRAVITY, Material
-from stripfold.roots import root
 from stripfold.vision import snap
 from stripfold.vision.mapping import Mapping
 from stripfold.vision.recording import Recording, StripEntry
@@ -210,16 +211,18 @@ def _measure(
 
 def _unit_at_snap(height: float, advance: float) -> float:
     """L*, m, of the strip that without friction snaps at this advance, m: with more stiffness it snaps later."""
-
-    def later(log_star: float) -> float:
-        star = float(np.exp(log_star))
-        return elastica.critical(star).advance / star - advance / height
-
-    low, high = np.log(STARS)
-    if later(low) * later(high) > 0.0:
+    ratio, log_star = _snaps()
+    if not ratio[0] <= advance / height <= ratio[-1]:
         found = f"a snap at an advance of {advance / height:.3g} times the gripper's height"
         raise MeasurementError("video", found, "one at which a strip snaps without friction")
-    return height / float(np.exp(root(later, low, high, 1e-3)))
+    return height / float(np.exp(CubicSpline(ratio, log_star)(advance / height)))
+
+
+@cache
+def _snaps() -> tuple[Array, Array]:
+    """Advance over height at the snap, ascending, and the logarithm of the height, L*; between them to 1e-3."""
+    stars = np.geomspace(*STARS[::-1], 16)
+    return np.array([elastica.critical(star).advance / star for star in stars]), np.log(stars)
 
 
 def camera_place(mapping: Mapping) -> Array:

@@ -40,11 +40,13 @@ class VideoReport:
     """Statistics of the reading: numbers of frames, and packets that could not be decoded.
 
     ``declared`` is the number of frames by the header, ``duration`` its length, s; 0 where it does not say.
-    ``end`` is the time of the last frame, s; ``coloured`` whether the first one has colours.
+    ``predicted`` says whether frames are compressed, with loss, by prediction from others, ``end`` is the time of the
+    last one, s; ``coloured`` whether the first one has colours.
     """
 
     declared: int = 0
     duration: float = 0.0
+    predicted: bool = False
     end: float = 0.0
     decoded: int = 0
     damaged: int = 0

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import hypot, sqrt
+from math import hypot
 from typing import NamedTuple
 
-from scipy.special import stdtrit
+from scipy.special import ndtri
 
 from stripfold.errors import MeasurementError
 from stripfold.vision import eta_motion
@@ -18,8 +18,6 @@ from stripfold.vision.recording import Recording
 from stripfold.vision.snap import Speed
 from stripfold.vision.tracking import Tracks
 
-FREEDOM = 5.0
-"""Degrees of freedom of Student's t by which errors are distributed: few recordings have much larger ones than most."""
 PARTS = ("level", "frames", "mapping", "gripper", "clock", "manual")
 """Causes of uncertainty: peak and rise of the strip's speed, time between frames, calibration, noise of the marker,
 synchronisation of the clocks, onset set by hand."""
@@ -38,8 +36,8 @@ class Flag(NamedTuple):
 
 
 def half_width(share: float) -> float:
-    """Half the width of the confidence interval with this probability, in standard deviations."""
-    return float(stdtrit(FREEDOM, 0.5 + 0.5 * share)) * sqrt(1.0 - 2.0 / FREEDOM)
+    """Half the width of the confidence interval with this probability, in standard deviations: errors are normal."""
+    return float(ndtri(0.5 + 0.5 * share))
 
 
 @dataclass(frozen=True, eq=False)

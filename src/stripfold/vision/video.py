@@ -103,7 +103,7 @@ class Reader(Iterator[Frame]):
             start = self._receive()
             # A table of times has a row per frame, so with one the header's length does not matter.
             known = 0.0 if self._times is not None else start["duration"]
-            self.report = VideoReport(start["declared"], known)
+            self.report = VideoReport(start["declared"], known, start["predicted"])
         except BaseException:
             self.close()
             raise

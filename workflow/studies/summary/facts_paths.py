@@ -199,6 +199,8 @@ def recordings_accuracy(d: xr.Dataset) -> Facts:
         "measured": off.size,
         "share": share(inside[0.95]),
         "half": share(inside[0.5]),
+        "share_error": np.sqrt(0.95 * 0.05 / max(off.size, 1)),
+        "half_error": np.sqrt(0.25 / max(off.size, 1)),
         "median": median,
         "mean": some.mean(),
         "rms": np.sqrt(np.mean(some**2)),

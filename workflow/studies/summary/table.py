@@ -660,10 +660,12 @@ SOURCES = (
         Number("lambda_coverage", "share", "1", 3, "0.93 to 0.97, of 200 recordings or more",
             "share of the 95 % intervals of lambda that contain the truth, {measured} measured of {cases} synthetic "
             "recordings ({seed}); {refused} refused and {unseen} without a snap have no interval and do not count; by "
-            "generator, with the root mean square error: {generators}",
+            "generator, with the root mean square error: {generators}; binomial standard deviation of such a share "
+            "{share_error:.3f}",
             lambda f: 0.93 <= f.share <= 0.97 and f.cases >= 200),
         Number("lambda_coverage_50", "half", "1", 3, "0.48 to 0.52, of 200 recordings or more",
-            "share of the 50 % intervals of lambda that contain the truth, {measured} measured ({seed})",
+            "share of the 50 % intervals of lambda that contain the truth, {measured} measured ({seed}); binomial "
+            "standard deviation of such a share {half_error:.3f}",
             lambda f: 0.48 <= f.half <= 0.52 and f.cases >= 200),
         Number("clock_coverage", "clock_share", "1", 3, "0.93 to 0.97, of 200 recordings or more",
             "share of the 95 % intervals of the offset between robot log and video that contain the truth, "
