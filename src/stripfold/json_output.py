@@ -24,6 +24,7 @@ OTHER = {
     "distortion_coefficients": "1",
     "disturbance": "m s-1",
     "drop": "m",
+    "duration": "s",
     "end": "m",
     "energy": "J m-1",
     "eta_b_secant": "m-4 s2",

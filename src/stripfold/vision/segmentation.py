@@ -166,7 +166,7 @@ def _pieces(mask: Mask, difference: Array, bright: bool) -> Iterator[RoughPath]:
         if len(path) < 10:
             continue
         contrast = float(np.median(difference[region.slice][tuple(path.T)]))
-        # Layers seen as one band lie on either side of its middle, which the path passes twice, with the upper one first.
+        # Layers seen as one band lie on either side of its middle, which the path passes twice, the upper one first.
         _, first, which, times = np.unique(path, axis=0, return_index=True, return_inverse=True, return_counts=True)
         merged = times[np.ravel(which)] > 1
         side = np.where(np.isin(np.arange(len(path)), first), -1.0, 1.0)
