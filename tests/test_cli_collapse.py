@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from pathlib import Path
 
@@ -37,7 +38,9 @@ def test_simulate_and_film(here: Path, capsys: pytest.CaptureFixture[str]) -> No
     assert list(dict.fromkeys(data["phase"].values)) == ["before", "fall"]
     assert data.attrs["end"] == "first touch"
     assert '"until": "touch"' in data.attrs["config"]
-    assert main(["film", "strip.nc", "--output", "release.mp4"]) == 0
+    assert main(["film", "strip.nc", "--output", "release.mp4", "--json"]) == 0
+    said = json.loads(capsys.readouterr().out)
+    assert (said["written"], said["inputs"]) == ("release.mp4", {"result": "strip.nc"})
     assert (here / "release.mp4").stat().st_size > 10_000
     assert sorted(os.listdir(here)) == ["release.mp4", "strip.nc", "strip.png", "strip.yaml"]
 

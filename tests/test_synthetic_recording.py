@@ -272,5 +272,13 @@ def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch
     assert (tmp_path / "own/recording.yaml").is_file()
     assert cli.main(["record", "own.yaml"]) == 2
     assert "not there yet" in capsys.readouterr().err
+    assert cli.main(["record", "own.yaml", "--output", "again", "--json"]) == 0
+    said = json.loads(capsys.readouterr().out)
+    truth = json.loads(Path("again/truth.json").read_text(encoding="utf-8"))
+    assert said["lambda_c"] == pytest.approx(truth["lambda_c"])
+    assert said["written"] == "again"
+    assert said["inputs"]["motion"]["before"] == 0.008
+    assert said["units"]["duration"] == "s"
+    assert said["stripfold_version"]
     assert cli.main(["record", "own.yaml", "--output", "no/such/folder"]) == 2
     assert cli.main(["record", "none.yaml"]) == 2

@@ -59,6 +59,28 @@ def test_window_is_proportional_to_the_spacing_of_the_corners() -> None:
     assert error(fixed.pixels, true) > 0.5
 
 
+def test_blurred_charuco_board() -> None:
+    """Markers that cannot be read are found by those that can, and no corner's window is within the blur."""
+    far = np.array([-0.08, -0.06, 0.65])
+    board = seen.CHARUCO.model_copy(update={"marker": 0.0234})
+    image = seen.board_picture(board, TURN, far, np.random.default_rng(1), 1.2)
+    true = seen.LENS.project(board.points, TURN, far)
+    found = detect(image, board)
+    assert found is not None
+    assert len(found.ids) == len(true)
+    assert error(found.pixels, true) < 0.12
+
+
+def test_chessboard_is_found_in_noise() -> None:
+    random = np.random.default_rng(1)
+    far = np.array([-0.1, -0.06, 0.75])
+    image = seen.board_picture(seen.CHESS, TURN, far, random, 1.2)
+    dark = np.clip(np.round(0.1 * image + random.normal(0.0, 4.0, image.shape)), 0, 255).astype(np.uint8)
+    found = detect(dark, seen.CHESS)
+    assert found is not None
+    assert error(found.pixels, seen.LENS.project(seen.CHESS.points, TURN, far)) < 1.0
+
+
 def test_part_of_a_charuco_board() -> None:
     image = seen.board_picture(seen.CHARUCO, TURN, SHIFT, np.random.default_rng(2))
     true = seen.LENS.project(seen.CHARUCO.points, TURN, SHIFT)

@@ -322,6 +322,15 @@ def test_strip_without_a_snap_gives_a_bound(snapping: Made):
     assert "level of the onset" not in {text for _, text, _ in report_curves.panels(stopped)[2].levels}
 
 
+def test_film_that_begins_after_the_snap_is_refused(tmp_path: Path):
+    """It shows no snap, but lambda_c is not beyond the farthest place of the gripper."""
+    longer = made(tmp_path / "longer", after=3.0)
+    truth = json.loads((longer[0].folder / "truth.json").read_text(encoding="utf-8"))
+    late = some_frames(longer[2], longer[2].timing.time > truth["events"]["touch"]["t"] + 0.3)
+    with pytest.raises(MeasurementError, match="a film that begins before the snap"):
+        evaluated(longer, late, robot_log=None)
+
+
 def test_unclear_snap_is_refused(snapping: Made, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(snap, "MIN_RATIO", 50.0)
     with pytest.raises(MeasurementError, match="move the gripper more slowly"):

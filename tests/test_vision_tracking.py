@@ -144,6 +144,18 @@ def test_wide_strip_whose_sag_hides_the_gap_to_the_lying_part(dark: bool) -> Non
         assert line.width[2] < 0.7 * middle
 
 
+def test_loop_behind_the_sag_is_found_across_a_gap_in_its_bend() -> None:
+    wide = filmed(1, {"width": 0.08})
+    column, row = wide.curves[0][np.argmin(wide.curves[0][:, 0])].astype(int)
+    image = wide.frames[0].image.copy()
+    image[row - 9 : row + 3, column - 25 : column + 25] = image[row, column - 40]
+    (line,) = wide.track({0: image})
+    assert line is not None
+    # Seen is the middle of the band, inside of the loop; on the short way, over the touch, most of it was missing.
+    assert line.points[:, 0].min() < column + np.median(line.width)
+    assert cKDTree(wide.curves[0]).query(line.points[:-4])[0].max() < 0.5 * np.median(line.width) + 5.0
+
+
 def test_first_line_is_measured_until_it_is_on_its_own_layer_where_they_touch() -> None:
     wide = filmed(5, {"width": 0.08})
     lengths = []

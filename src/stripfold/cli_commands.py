@@ -239,6 +239,7 @@ def simulate(arguments: argparse.Namespace, say: Say) -> str:
 def film_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("result", metavar="RESULT.nc", help="from stripfold simulate")
     parser.add_argument("--output", metavar="FILM.mp4", help="where to write [the result's name with .mp4, here]")
+    _json_option(parser)
 
 
 def film(arguments: argparse.Namespace, say: Say) -> str:
@@ -247,6 +248,8 @@ def film(arguments: argparse.Namespace, say: Say) -> str:
     from stripfold.plots.film import film
 
     film(store.read(arguments.result), path, progress=say)
+    if arguments.json:
+        return as_json(document({"written": str(path)}, {"result": arguments.result}))
     return _lines([("written", str(path))])
 
 
@@ -384,6 +387,7 @@ def assess(arguments: argparse.Namespace, say: Say) -> tuple[str, int]:
 def record_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scene", metavar="SCENE.yaml", help="strip, gripper, filming, and the source of the motion")
     parser.add_argument("--output", metavar="FOLDER", help="where to write [the scene's name, here]")
+    _json_option(parser)
 
 
 def record(arguments: argparse.Namespace, say: Say) -> str:
@@ -398,6 +402,9 @@ def record(arguments: argparse.Namespace, say: Say) -> str:
     history = recording.history_of(asked)
     recording.write_recording(history, asked, folder, progress=say)
     critical = history.lambda_c
+    if arguments.json:
+        numbers = {"lambda_c": critical, "duration": float(history.t[-1]), "written": str(folder)}
+        return as_json(document(numbers, asked.as_config()))
     known = "-" if critical is None else f"{critical:.6g} m  (static, known)"
     length = f"{history.t[-1]:.4g} s"
     return _lines([("written", f"{folder} (synthetic)"), ("length", length), ("lambda_c", known)])

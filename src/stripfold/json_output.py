@@ -25,6 +25,7 @@ OTHER = {
     "disturbance": "m s-1",
     "change": "m",
     "drop": "m",
+    "duration": "s",
     "end": "m",
     "end_t": "1",
     "end_x": "m",

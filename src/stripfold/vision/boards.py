@@ -21,6 +21,8 @@ MIN_CORNERS = 8
 """Corners of a ChArUco board that must be visible, at least two of them off any line: fewer hardly fix its pose."""
 DETECTION_SIZE = 1600
 """Longest side, pixels, of the picture in which corners are detected; they are refined in the full picture."""
+NOISE = 1.0
+"""Standard deviation of the smoothing of a picture in which no board was found as it is, pixels."""
 WINDOW = 0.3
 """Half-window of the sub-pixel refinement over the distance between corners.
 
@@ -108,14 +110,16 @@ def detect(picture: Picture, board: Board, refinement: Refinement | None = None)
     scale = max(1.0, max(picture.shape) / DETECTION_SIZE)
     size = (round(picture.shape[1] / scale), round(picture.shape[0] / scale))
     small = picture if scale == 1.0 else np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA))
-    found = _chessboard(small, board) if board.type == "chessboard" else _charuco(small, board)
+    search = _chessboard if board.type == "chessboard" else _charuco
+    # In the dark noise hides squares: then they are found in a smoothed picture.
+    found = search(small, board) or search(np.asarray(cv2.GaussianBlur(small, (0, 0), NOISE), dtype=np.uint8), board)
     if found is None:
         return None
     ids, rough = found
     # Pixel centres are at integers: half a pixel is added before scaling and subtracted after it.
     rough = (rough + 0.5) * (np.array(picture.shape[::-1]) / np.array(size)) - 0.5
     if refinement is None:
-        refinement = Refinement(max(2, int(board.window * spacing(rough))))
+        refinement = Refinement(max(3, int(board.window * spacing(rough))))
     return Corners(ids, board.points[ids], refine(picture, rough, refinement))
 
 
@@ -144,7 +148,10 @@ def _chessboard(picture: Picture, board: Board) -> tuple[Index, Array] | None:
 
 
 def _charuco(picture: Picture, board: Board) -> tuple[Index, Array] | None:
-    corners, ids, _, _ = cv2.aruco.CharucoDetector(board.charuco).detectBoard(picture)
+    # Markers that are too blurred to be read are found by where those that are read say that they must be.
+    asked = cv2.aruco.CharucoParameters()
+    asked.tryRefineMarkers = True
+    corners, ids, _, _ = cv2.aruco.CharucoDetector(board.charuco, asked).detectBoard(picture)
     if ids is None or len(ids) < MIN_CORNERS:
         return None
     # The shape depends on OpenCV's version.

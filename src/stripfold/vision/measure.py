@@ -95,6 +95,13 @@ def _evaluate(
     motion = snap.speed(t, points)
     mapping_sd = _mapping_sd(calibration, tracks, random)
     snapped, time = _event(motion, tracks, manual)
+    if not snapped and snap.landed(points[: snap.LAST_FRAMES], gripper.height):
+        raise MeasurementError(
+            "video",
+            "no snap, and a strip whose upper layer lies on the table in the first frames",
+            "a film that begins before the snap",
+            "film from about L* before the snap on",
+        )
     time_sd = {} if manual is None else {"manual": manual.sd}
     if snapped and manual is None:
         period, excess = tracks.timing.period, _missing(tracks, motion)

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
+from scipy.spatial import cKDTree
 from skimage.filters import apply_hysteresis_threshold, threshold_otsu
 from skimage.graph import pixel_graph
 from skimage.measure import label, regionprops
@@ -165,13 +166,20 @@ def _pieces(mask: Mask, difference: Array, bright: bool) -> Iterator[RoughPath]:
         if len(path) < 10:
             continue
         contrast = float(np.median(difference[region.slice][tuple(path.T)]))
+        # Layers seen as one band lie on either side of its middle, which the path passes twice, the upper one first.
+        _, first, which, times = np.unique(path, axis=0, return_index=True, return_inverse=True, return_counts=True)
+        merged = times[np.ravel(which)] > 1
+        side = np.where(np.isin(np.arange(len(path)), first), -1.0, 1.0)
+        if merged.any():
+            away, nearest = cKDTree(path[merged]).query(path)
+            # To and from the middle the skeleton is on neither layer.
+            kept = merged | (away > radius[merged][nearest])
+            path, radius, merged, side = path[kept], radius[kept], merged[kept], side[kept]
+        radius = np.where(merged, 0.5 * radius, radius)
+        row = path[:, 0] + np.where(merged, side * radius, 0.0)
         corner = [region.slice[1].start, region.slice[0].start]
-        yield RoughPath(
-            (path[:, ::-1] + corner).astype(np.float64),
-            np.maximum(2.0 * radius - 1.0, 1.0),
-            bright,
-            contrast,
-        )
+        points = np.column_stack([path[:, 1], row]) + corner
+        yield RoughPath(points, np.maximum(2.0 * radius - 1.0, 1.0), bright, contrast)
 
 
 def _strip_path(skeleton: Mask, least: float) -> Index:
@@ -197,18 +205,24 @@ def _strip_path(skeleton: Mask, least: float) -> Index:
     if distance[far] < least:
         return places[path]
     one = _back(back, far)
+    # The loop's other half begins next to it, or across a gap where the bend between the layers is too dim.
+    gap = np.hypot(*(places - places[far]).T)
+    gap[[*path, *one]] = np.inf
+    near = int(np.argmin(gap))
+    if gap[near] > least:
+        return places[path]  # a branch
     # The other way round the loop avoids the first one.
     used = np.where(np.isin(np.arange(len(places)), one), REUSED, 1.0)
     row = np.repeat(np.arange(len(places)), np.diff(starts))
     detour = csr_array((graph.data * used[row] * used[indices], indices, starts), graph.shape)
     _, back, _ = dijkstra(detour, directed=False, indices=path, return_predecessors=True, min_only=True)
-    other = _back(back, far)
+    other = _back(back, near)
     if np.isin(other, one).mean() > 0.5:
         return places[path]  # a branch
     # The gripper is above the strip: from it the upper layer comes first.
     upper, lower = sorted((one, other), key=lambda way: float(places[way, 0].mean()))
     first, last = path.index(upper[-1]), path.index(lower[-1])
-    return places[[*path[:first], *upper[::-1], *lower[1:], *path[last + 1 :]]]
+    return places[[*path[:first], *upper[::-1], *lower, *path[last + 1 :]]]
 
 
 def _back(before: Index, end: int) -> list[int]:
