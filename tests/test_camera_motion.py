@@ -111,3 +111,12 @@ def test_a_knock_in_the_film():
     assert camera_motion.knock(*film((0.0, 0.0), True)) is None
     # The robot jerks, the camera stands still.
     assert camera_motion.knock(*film((2.6, -2.0), False)) is None
+
+
+def test_a_knock_while_the_marker_is_hidden():
+    stops = np.array([room(seed=100 + k) for k in range(6)]).astype(np.uint8)
+    _, kept = film((6.0, -4.0), True)
+    assert not camera_motion.since_stops(stops, kept).moved
+    now = camera_motion.since_stops(stops, kept, slice(-1, None))
+    assert now.moved
+    np.testing.assert_allclose((now.x, now.y), (6.0, -4.0), atol=0.5)

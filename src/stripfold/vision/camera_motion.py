@@ -102,9 +102,13 @@ def background(pictures: NDArray[np.uint8]) -> Array:
     return np.asarray(np.sort(pictures, axis=0)[out : len(pictures) - out].mean(axis=0))
 
 
-def since_stops(stops: NDArray[np.uint8], film: Thumbnails) -> Shift:
-    """The shift from the pictures of the robot's stops, shape (n, h, w), small copies, to the beginning of the film."""
-    return between(background(stops), np.asarray(np.mean(film.pictures[:FIRST], axis=0)))
+def since_stops(stops: NDArray[np.uint8], film: Thumbnails, frames: slice = slice(FIRST)) -> Shift:
+    """The shift from the pictures of the robot's stops to some frames of the film, by default the first ones.
+
+    ``stops`` are small copies, shape (n, h, w); the shift is in pixels of the film.
+    """
+    shift = between(background(stops), np.asarray(np.mean(film.pictures[frames], axis=0)))
+    return shift.times(film.whole)
 
 
 def knock(gripper: Track, film: Thumbnails) -> tuple[float, Array] | None:

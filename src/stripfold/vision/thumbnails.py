@@ -15,12 +15,15 @@ MAX_FRAMES = 450
 
 
 class Thumbnails:
-    """Every :attr:`every`-th frame, from the first; ``size`` is that of the film's frames, width and height."""
+    """Every :attr:`every`-th frame, from the first, its sides divided by :attr:`whole`.
+
+    ``size`` is that of the film's frames, width and height.
+    """
 
     def __init__(self, size: tuple[int, int]) -> None:
         # By a whole number: any other takes ten times as long to average over.
-        whole = -(-size[0] // WIDTH)
-        self.size = size[0] // whole, size[1] // whole
+        self.whole = -(-size[0] // WIDTH)
+        self.size = size[0] // self.whole, size[1] // self.whole
         self.every = 1
         self.pictures: list[Picture] = []
 

@@ -116,7 +116,12 @@ def track(recording: Recording, calibration: Calibration, progress: Callable[[st
                     "calibrate with the very settings of the film",
                 )
             thumbnails.add(frame)
-            grip = follow_gripper(frame)
+            try:
+                grip = follow_gripper(frame)
+            except TrackingError:
+                # Nor is the marker found again where the camera was knocked while it was hidden.
+                with camera_motion.since_stops(calibration.stops.small, thumbnails, slice(-1, None)).blamed():
+                    raise
             grips.append(grip)
             end = mapping.to_pixels(mapping.to_robot(grip.centre[None]) + offset)[0]
             if frame.index == 0 and frames.report.coloured:
@@ -144,7 +149,7 @@ def track(recording: Recording, calibration: Calibration, progress: Callable[[st
             "a camera that stands still",
             "film again, or cut the film there if that was before the gripper started or after the snap",
         )
-    camera = camera_motion.since_stops(calibration.stops.small, thumbnails).times(size[0] / thumbnails.size[0])
+    camera = camera_motion.since_stops(calibration.stops.small, thumbnails)
     if lost is not None and lines.count(None) > MAX_LOST * len(lines):
         with camera.blamed():
             raise lost
