@@ -193,6 +193,21 @@ def test_frames_that_repeat_the_one_before_differ_from_it_by_their_coding(film: 
     assert not gripper.repeated(follow(film)).any()
 
 
+def test_two_repeats_in_a_row_of_a_marker_whose_motion_in_one_frame_is_not_significant() -> None:
+    noise = np.random.default_rng(8).normal(0.0, 0.004, (60, 2))
+    moving = np.column_stack([0.15 * np.arange(60.0), np.zeros(60)])
+    shown = moving.copy()
+    shown[[30, 31]] = shown[29]
+    ones = np.ones(60)
+
+    def track(centre: Array) -> gripper.Track:
+        sd = np.full((60, 2), 0.02)
+        return gripper.Track(np.arange(60) / 30.0, centre + noise, np.zeros((60, 4, 2)), sd, ones, ones > 0.0)
+
+    assert np.flatnonzero(gripper.repeated(track(shown))).tolist() == [30, 31]
+    assert not gripper.repeated(track(moving)).any()
+
+
 def test_lost(film: list[Picture]) -> None:
     with pytest.raises(TrackingError, match="first frame") as caught:
         follow([PLAIN, *film[1:]])

@@ -165,11 +165,18 @@ def repeated(track: Track) -> Mask:
 
     Such a frame repeats the one before.  In a compressed film the two differ by the errors of their coding.
     """
-    step, interval = np.hypot(*np.diff(track.centre, axis=0).T), np.diff(track.time)
-    around = sliding_window_view(np.pad(step / interval, AROUND, mode="edge"), 2 * AROUND + 1)
+    speed = np.hypot(*np.diff(track.centre, axis=0).T) / np.diff(track.time)
+    around = sliding_window_view(np.pad(speed, AROUND, mode="edge"), 2 * AROUND + 1)
     # Not where the marker starts or stops.
     before, after = (np.median(part, axis=1) for part in (around[:, :AROUND], around[:, -AROUND:]))
-    expected = np.minimum(before, after) * interval
     noise = float(np.hypot(*np.median(track.sd, axis=0)))
-    still = (step < REPEATED * expected) & (expected > MIN_SIGNIFICANT * noise)
-    return np.concatenate([[False], still])
+    still = np.zeros(len(track.time), dtype=bool)
+    # Over two frames a slow marker moves by what is significant, where over one it does not.
+    for frames in (1, 2):
+        step = np.hypot(*(track.centre[frames:] - track.centre[:-frames]).T)
+        usual = np.minimum(before[: len(step)], after[frames - 1 :])
+        expected = usual * (track.time[frames:] - track.time[:-frames])
+        rest = (frames * step < REPEATED * expected) & (expected > MIN_SIGNIFICANT * noise)
+        for back in range(frames):
+            still[frames - back : len(still) - back] |= rest
+    return still
