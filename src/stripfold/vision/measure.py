@@ -38,7 +38,7 @@ WINDOW_SHIFT, WINDOW_SD = 0.2, 0.36
 FRAME_SHIFT, FRAME_SD = 0.47, 0.15
 """By how much the onset is measured too early, since the snap ends between two frames, and the standard deviation of
 that, in the usual distance of the frames."""
-GAP_SHIFT, GAP_SD = 0.17, 0.04
+GAP_SHIFT, GAP_SD = 0.17, 0.06
 """The same for the longest distance of the frames in the snap, as shares of what it exceeds the usual one by."""
 MIN_FRAMES, MIN_STATIONS = 10, 5
 FIT_WINDOW = 0.3
