@@ -14,7 +14,12 @@ import plots
 from studies.summary import run
 
 ROOT = Path(__file__).parents[1]
-OTHERS = {"figures/collapse.mp4": "film", "figures/explorer.html": "explorer", "results/summary.html": "summary"}
+OTHERS = {
+    "figures/collapse.mp4": "film",
+    "figures/low_path.mp4": "low_path_film",
+    "figures/explorer.html": "explorer",
+    "results/summary.html": "summary",
+}
 """What the report shows beside the figures, by the name of its caption."""
 
 

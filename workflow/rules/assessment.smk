@@ -42,8 +42,9 @@ rule assess:
 
 
 rule low_path_film:
+    """The low path as a film."""
     output:
-        f"{FIGURES}/low_path.mp4",
+        in_report(f"{FIGURES}/low_path.mp4", "low_path_film", CATEGORIES["low_paths"]),
     log:
         f"{LOGS}/low_path_film.log",
     benchmark:
