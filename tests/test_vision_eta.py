@@ -412,9 +412,10 @@ def test_eta_b_of_bending_tests(capsys: pytest.CaptureFixture[str]) -> None:
         assert found.gravity_length == pytest.approx(expected)
         assert found.eta_b == pytest.approx(0.13 / rigidity)
     assert kawabata.friction == pytest.approx(0.02 * 9.80665e-3 / (weight * expected**2))
+    assert kawabata.hysteresis == pytest.approx(0.02 * 9.80665e-3)
     assert np.isnan(by_rigidity.friction)
     assert main(["eta", "--gsm", "130", "--kes-b", "0.05", "--kes-2hb", "0.04"]) == 0
-    assert "M_0" in capsys.readouterr().out
+    assert "0.0001961 N" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

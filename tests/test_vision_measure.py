@@ -462,6 +462,14 @@ def test_montage_shows_the_strip_at_its_times(snapping: Made, found: Measurement
     assert times[int(np.argmin(difference))] == pytest.approx(found.event_time, abs=0.5 / 25.0)
 
 
+def test_montage_of_a_slow_snap_reaches_its_peak(found: Measurement):
+    """Here from an onset set by hand, 0.5 s earlier."""
+    early = replace(found, event_time=found.event_time - 0.5)
+    peak = found.motion.t[found.motion.peak] - early.event_time
+    labels = [label for label, _ in report_pictures.pictures(early).montage]
+    assert float(labels[-2].removesuffix(" s")) == pytest.approx(peak, abs=0.5 / 25.0 + 0.006)
+
+
 def test_curves_show_lambda_and_the_level_of_the_onset(found: Measurement):
     lam, _, speed, _ = measurement_figure.draw(found).axes
     levels = [

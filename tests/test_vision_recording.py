@@ -86,6 +86,7 @@ def test_folder_is_read_with_defaults(tmp_path: Path) -> None:
         ("gripper.marker", None, "gripper.marker", "is missing"),
         ("gripper.template", {"box": [1, 2, 30, 40], "offset": [0.0, 0.0]}, "gripper.marker", "not both"),
         ("gripper.marker.offset", [0.0], "gripper.marker.offset", "2 entries"),
+        ("gripper.marker.offset", [0.0, -32.0], "gripper.marker.offset[1]", "from -1 to 1 m"),
         ("gripper.marker.dictionary", "7x7", "gripper.marker.dictionary", "apriltag_36h11"),
         ("strip.eta_b", 0.1, "strip.eta_b", "it is 0.0894 L*"),
         ("strip.eta_b_interval", [4000.0, 5000.0], "strip.eta_b_interval", "around eta_b = 3780"),

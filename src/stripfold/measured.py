@@ -39,8 +39,8 @@ class EtaB(Result):
         m^-4 s^2; the 95 % interval is known from a picture only, else nan.
     gravity_length
         L*, m.
-    friction
-        Friction moment in bending M_0, rho_a g L*^2; nan if it is not known.
+    friction, hysteresis
+        Friction moment in bending M_0, rho_a g L*^2 and N; nan if it is not known.
     fit
         Details of the fit to a picture; None without one.
     """
@@ -49,6 +49,7 @@ class EtaB(Result):
     gravity_length: float
     interval: tuple[float, float] = (nan, nan)
     friction: float = nan
+    hysteresis: float = nan
     fit: PictureEtaB | None = None
     image: Any = None
     title = "a weight-to-bending-stiffness ratio"
@@ -60,8 +61,8 @@ class EtaB(Result):
         from stripfold.material import Material
 
         if asked.image is None or asked.scale is None or asked.method is None:
-            eta_b, friction = _of_numbers(asked)
-            return cls(eta_b, Material(eta_b).gravity_length, friction=friction)
+            eta_b, friction, hysteresis = _of_numbers(asked)
+            return cls(eta_b, Material(eta_b).gravity_length, friction=friction, hysteresis=hysteresis)
         from stripfold.vision.eta import from_image
         from stripfold.vision.pictures import read_grey
 
@@ -74,7 +75,8 @@ class EtaB(Result):
         fit = self.fit
         if fit is None:
             rows.append(("L*", f"{self.gravity_length:.6g} m, Peirce's bending length"))
-            return rows if isnan(self.friction) else [*rows, ("M_0", f"{self.friction:.4g} rho_a g L*^2, friction")]
+            text = f"{self.friction:.4g} rho_a g L*^2, {self.hysteresis:.4g} N, friction"
+            return rows if isnan(self.friction) else [*rows, ("M_0", text)]
         low, high = self.interval
         rows += [
             ("  95 %", f"{low:.6g} to {high:.6g} m^-4 s^2, with the scale as given"),
@@ -102,7 +104,7 @@ class EtaB(Result):
     def to_dict(self) -> dict[str, Any]:
         if self.fit is not None:
             return self.fit.fields()
-        known = {} if isnan(self.friction) else {"friction": self.friction}
+        known = {} if isnan(self.friction) else {"friction": self.friction, "hysteresis": self.hysteresis}
         return {"eta_b": self.eta_b, "gravity_length": self.gravity_length} | known
 
     def to_dataset(self) -> xr.Dataset:
@@ -119,12 +121,12 @@ class EtaB(Result):
         return eta_figure.draw(self.image, self.fit)
 
 
-def _of_numbers(asked: EtaRequest) -> tuple[float, float]:
-    """eta_b, m^-4 s^2, and the friction moment, rho_a g L*^2 or nan, without a picture."""
+def _of_numbers(asked: EtaRequest) -> tuple[float, float, float]:
+    """eta_b, m^-4 s^2, and the friction moment, rho_a g L*^2 and N or nan, without a picture."""
     from stripfold import elastica
 
     if asked.fold_height is not None:
-        return elastica.eta_b_from_fold_height(asked.fold_height), nan
+        return elastica.eta_b_from_fold_height(asked.fold_height), nan, nan
     if asked.loop is not None:
         assert asked.length is not None  # the request has checked both
         assert asked.height is not None
@@ -142,8 +144,9 @@ def _of_numbers(asked: EtaRequest) -> tuple[float, float]:
         allowed = f"one that makes eta_b {ETA_B[0]:g} to {ETA_B[1]:g} m^-4 s^2; it would be {eta_b:.3g}"
         raise InvalidInputError(key, getattr(asked, key), allowed, "are the units as asked?")
     if asked.kes_2hb is None:
-        return eta_b, nan
-    return eta_b, 0.5 * KES_HB * asked.kes_2hb / (rho_a * GRAVITY * (eta_b * GRAVITY) ** (-2.0 / 3.0))
+        return eta_b, nan, nan
+    hysteresis = 0.5 * KES_HB * asked.kes_2hb
+    return eta_b, hysteresis / (rho_a * GRAVITY * (eta_b * GRAVITY) ** (-2.0 / 3.0)), hysteresis
 
 
 @dataclass(frozen=True, eq=False, repr=False)

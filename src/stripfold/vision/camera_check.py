@@ -62,7 +62,9 @@ class CameraCheck:
             shown.append(
                 ("two halves", f"{self.camera.split_half:.3f} px  (difference of cameras from half the views)")
             )
-        return shown + [(seen.name, f"{seen.rms:.3f} px" if seen.found else seen.words) for seen in self.pictures]
+        for seen in self.pictures:
+            shown.append((seen.name, f"{seen.rms:.3f} px" if np.isfinite(seen.rms) else seen.words or "found"))
+        return shown
 
     def to_dict(self) -> dict[str, Any]:
         """The numbers by name; lengths in pixels."""
@@ -106,7 +108,7 @@ def check(folder: Path, board: Board) -> CameraCheck:
     size = width, height
     seen: list[Seen] = []
     views: list[View] = []
-    latest = -1
+    latest, larger = -1, []
     for name, picture in pictures:
         if picture.shape != (height, width):
             other = f"{picture.shape[1]} x {picture.shape[0]} pixels, the others have {width} x {height}"
@@ -117,6 +119,7 @@ def check(folder: Path, board: Board) -> CameraCheck:
         words = _other_markers(numbers, board)
         if corners is not None and not words:
             views.append(View(name, corners))
+            larger += _larger(picture, board)
         seen.append(Seen(name, corners is not None and not words, words or ("" if corners else _shown(picture, board))))
     errors: dict[str, float] = {}
     rms = float("nan")
@@ -132,14 +135,16 @@ def check(folder: Path, board: Board) -> CameraCheck:
         camera = intrinsics.calibrate(views, size)
     except CalibrationError as error:
         reason = " ".join(str(error).split())
+    wrong = ""
+    if board.type == "charuco" and views and latest < board.columns * board.rows // 2 - board.columns // 2:
+        wrong = f"no marker after {latest} is in any picture: another board than {board.columns} x {board.rows} squares"
     others = [one.words for one in seen if one.words.startswith("another board")]
-    if len(others) > len(views):
-        reason = f"the pictures show {max(others, key=others.count)}"
-    elif board.type == "charuco" and views and latest < board.columns * board.rows // 2 - board.columns // 2:
-        reason = (
-            f"no marker after {latest} is in any picture: another board than {board.columns} x {board.rows} squares"
-        )
-        camera = None
+    # In single pictures a row too many is taken from what is beside the board.
+    for told, fewest in ((others, len(views)), (larger, 0.5 * len(views))):
+        if len(told) > fewest:
+            wrong = f"the pictures show {max(told, key=told.count)}"
+    if wrong:
+        camera, reason = None, wrong
     covered = intrinsics.coverage(views, size) if views else 0.0
     pictured = tuple(one._replace(rms=errors.get(one.name, float("nan"))) for one in seen)
     return CameraCheck(pictured, covered, rms, camera, reason)
@@ -147,8 +152,7 @@ def check(folder: Path, board: Board) -> CameraCheck:
 
 def _shown(picture: Picture, board: Board) -> str:
     """What a picture in which the board was not found shows instead, in words."""
-    scale = min(1.0, DETECTION_SIZE / max(picture.shape))
-    small = np.asarray(cv2.resize(picture, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA), dtype=np.uint8)
+    small = _small(picture)
     mirrored = np.ascontiguousarray(small[:, ::-1])
     # A chessboard is its own mirror image.
     if board.type == "charuco" and detect(mirrored, board) is not None:
@@ -166,6 +170,20 @@ def _shown(picture: Picture, board: Board) -> str:
     if at_border and sorted((columns, rows)) < sorted((board.columns, board.rows)):
         return f"cut by the border: {columns} x {rows} inner corners are seen"
     return f"another board: chessboard with {columns} x {rows} inner corners"
+
+
+def _larger(picture: Picture, board: Board) -> list[str]:
+    """In words, the larger chessboard of which a picture shows the described one as a part, if it does."""
+    grid = _chessboard(_small(picture)) if board.type == "chessboard" else None
+    described = max(board.columns, board.rows), min(board.columns, board.rows)
+    if grid is None or grid[:2] == described or grid[0] < described[0] or grid[1] < described[1]:
+        return []
+    return [f"another board: chessboard with {grid[0]} x {grid[1]} inner corners"]
+
+
+def _small(picture: Picture) -> Picture:
+    scale = min(1.0, DETECTION_SIZE / max(picture.shape))
+    return np.asarray(cv2.resize(picture, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA), dtype=np.uint8)
 
 
 def _markers(picture: Picture) -> dict[str, list[int]]:

@@ -212,7 +212,7 @@ def _refuse_bad_views(views: Sequence[View], whole: Fit) -> None:
         ", ".join(f"{name} ({error:.2f} px)" for name, error in bad),
         f"a reprojection error more than {OUTLIER:g} times the median of {median:.2f} px",
         "views that agree with each other",
-        "remove it if it is blurred or the board was bent or covered, and calibrate again",
+        "remove it if it is blurred, from another camera or zoom, or the board was bent or covered; calibrate again",
     )
     found = f"a reprojection error of {whole.rms:.2f} px"
     require(whole.rms <= MAX_RMS, _SOURCE, found, f"{MAX_RMS:g} px or less", "is the board flat, and in focus?")

@@ -28,7 +28,7 @@ POWER_OF_TEN = 0.03
 """How near to a power of ten, in log10, the ratio of two values is when a unit or a decimal point is wrong."""
 
 FilePath = Text
-Metres = Annotated[Number, quantity("coordinate or length", "m", ge=-1e3, le=1e3)]
+Offset = Annotated[Number, quantity("part of an offset", "m", ge=-1.0, le=1.0)]
 
 
 class StripEntry(Input):
@@ -61,7 +61,7 @@ class Marker(Input):
     id: Annotated[Whole, quantity("which marker of the dictionary", ge=0)]
     size: Annotated[Number, quantity("side of its black square", "m", gt=0.0, le=1.0)]
     offset: Annotated[
-        tuple[Metres, Metres], Field(description="from its centre to the strip's end, x and z of the robot, m")
+        tuple[Offset, Offset], Field(description="from its centre to the strip's end, x and z of the robot, m")
     ]
 
 
@@ -72,7 +72,7 @@ class Template(Input):
         tuple[Whole, Whole, Whole, Whole], Field(description="x and y of its first pixel, width, height, pixels")
     ]
     offset: Annotated[
-        tuple[Metres, Metres], Field(description="from the box's centre to the strip's end, x and z of the robot, m")
+        tuple[Offset, Offset], Field(description="from the box's centre to the strip's end, x and z of the robot, m")
     ]
 
 

@@ -18,7 +18,7 @@ from stripfold.vision.measurement import Measurement
 WIDTH, TILE = 480, 400
 """Largest width of the film, and width of a frame in the montage, pixels."""
 MONTAGE_TIMES = (-0.5, -0.2, -0.1, 0.0, 0.1, 0.2, 0.3, 0.5)
-"""Times from the onset in the montage, s."""
+"""Times from the onset in the montage, s; stretched for a slow snap, so that the last but one shows its peak."""
 MARGIN = 0.08
 """Room around the strip in the montage, as a share of its width."""
 _ENCODING = {"crf": "26", "preset": "veryfast", "threads": "1", "subq": "1", "me_method": "dia", "trellis": "0"}
@@ -41,7 +41,9 @@ def pictures(found: Measurement) -> Pictures:
     kept = found.tracks.thumbnails
     frames = np.arange(0, len(found.tracks.timing.time), kept.every)
     times = found.tracks.timing.time[frames] - found.event_time
-    chosen = sorted({int(np.argmin(np.abs(times - at))) for at in MONTAGE_TIMES})
+    peak = found.motion.t[found.motion.peak] - found.event_time
+    asked = max(1.0, peak / MONTAGE_TIMES[-2]) * np.array(MONTAGE_TIMES)
+    chosen = sorted({int(np.argmin(np.abs(times - at))) for at in asked})
     onset = int(np.argmin(np.abs(times)))
     box, montage, poster = _strip_box(found, frames[chosen]), [], ""
     tile = TILE, round(TILE * (box[3] - box[1]) / (box[2] - box[0]))
