@@ -42,6 +42,7 @@ rule assess:
 
 
 rule low_path_film:
+    """Film of the low path that the paper does not have."""
     output:
         f"{FIGURES}/low_path.mp4",
     log:
