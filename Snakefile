@@ -4,7 +4,10 @@ from snakemake.utils import min_version
 min_version("9.0")
 
 
-configfile: "workflow/config/paper.yaml"
+# Unless another is given: Snakemake would fill in from this one what another leaves out.
+if not workflow.configfiles:
+
+    configfile: "workflow/config/paper.yaml"
 
 
 include: "workflow/rules/common.smk"

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import inspect
 import json
+import subprocess
+import sys
 from collections import OrderedDict
 from copy import deepcopy
 from pathlib import Path
@@ -53,6 +55,7 @@ MINIMAL: dict[str, Any] = {
         {"name": "a", "label": "A", "source": "-", "eta_b": 3780, "length": 0.6, "heights": [2.0, 3.0]},
         {"name": "b", "label": "B", "source": "-", "eta_b": 820, "length": 0.6, "heights": [3]},
     ],
+    "recordings": {"materials": ["a"], "heights": [3.0], "speeds": [0.001], "friction": [0.0]},
     "studies": {**PAPER["studies"], "limit": {**PAPER["studies"]["limit"], "length_star": 20}},
 }
 
@@ -209,6 +212,7 @@ def test_a_misspelt_key_is_reported_before_the_missing_one():
     ("path", "named"),
     [
         ("materials", "materials"),
+        ("recordings", "recordings"),
         ("studies.branches.seed", "studies.branches.seed"),
         ("materials.0.length", "materials[0].length"),
         ("materials.0.eta_b", "materials[0].eta_b"),
@@ -330,6 +334,47 @@ def test_a_secant_and_another_eta_b_contradict_each_other():
     content = textile()
     content["materials"][0]["eta_b"] = 100.0
     assert refused(content).key == "materials[0].eta_b"
+
+
+# -- the workflow with one
+
+
+def snakemake(folder: Path, *options: str) -> subprocess.CompletedProcess[str]:
+    """Snakemake in an environment whose path has a space."""
+    (folder / "a b").symlink_to(sys.prefix)
+    command = [folder / "a b/bin/python", "-m", "snakemake", "--cores", "1", *options]
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True)
+
+
+def test_what_a_configuration_leaves_out_does_not_come_from_the_papers(tmp_path):
+    (tmp_path / "own.yaml").write_text(yaml.safe_dump(changed("recordings", ...)))
+    done = snakemake(tmp_path, "--snakefile", str(ROOT / "Snakefile"), "--list-rules", "--configfile", "own.yaml")
+    assert done.returncode != 0
+    assert "recordings is missing" in done.stdout + done.stderr
+
+
+def test_scripts_run_where_a_path_has_spaces(tmp_path):
+    (tmp_path / "workflow").symlink_to(ROOT / "workflow")
+    (tmp_path / "own.yaml").write_text(yaml.safe_dump(MINIMAL))
+    (tmp_path / "script.py").write_text("open(snakemake.output[0], 'w').close()\n")
+    (tmp_path / "Snakefile").write_text(
+        'include: "workflow/rules/common.smk"\nrule made:\n    output: "out"\n    script: "script.py"\n'
+    )
+    done = snakemake(tmp_path, "--configfile", "own.yaml")
+    assert (done.returncode, (tmp_path / "out").exists()) == (0, True), done.stderr
+
+
+def test_folders_of_recordings(tmp_path):
+    for name in ("(a) +[b", "cotton"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "recording.yaml").touch()
+    (tmp_path / "empty").mkdir()
+    assert config.recording_folders(tmp_path, ["eta820"]) == ["(a) +[b", "cotton"]
+    with pytest.raises(InvalidInputError, match=r"'cotton'.*rename"):
+        config.recording_folders(tmp_path, ["eta820", "cotton"])
+    (tmp_path / "cotton").rename(tmp_path / "{cotton")
+    with pytest.raises(InvalidInputError, match=r"'{cotton'.*rename"):
+        config.recording_folders(tmp_path, [])
 
 
 # -- the shipped ones

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stripfold import elastica, paths
+from stripfold import Strip, elastica, paths
 from stripfold.analysis.assess import SNAP, Assessment, assess_strip, peak_forces, shape_error
 from stripfold.analysis.contact import columns_on_floor, touches
 from stripfold.analysis.static import StripModel
@@ -27,6 +27,14 @@ def test_stable_up_to_the_fold_below_the_touch_limit() -> None:
     assert shape_error(*found.last, plan_r_path(strip.length)) < 2e-3
     push = -min(state.force_x for state in elastica.x_axis_branch(0.7, max_step=0.05))
     assert peak_forces(found.states)[1] == pytest.approx(push, rel=0.02)
+
+
+@pytest.mark.parametrize("eta_b", [2500.0, 3000.0, 3780.0])
+def test_no_snap_of_the_mesh_below_the_touch_limit(eta_b: float) -> None:
+    """At 1.22, 1.30 and 1.40 L*, on the default solid and its other mesh."""
+    strip = Strip(length=0.5, eta_b=eta_b)
+    found = strip.assess(paths.low(strip, 0.042))
+    assert (found.stable, found.mesh_dependence) == (True, "")
 
 
 def test_a_snap_above_the_touch_limit() -> None:

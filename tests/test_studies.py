@@ -201,6 +201,8 @@ def test_sound_branches_pass(stored: xr.Dataset) -> None:
         ("negatives", (1, 0), 1.0, "starts unstable"),
         ("negatives", (1, slice(None)), 0.0, "no unstable point"),
         ("lambda_c_upper", (1,), 1.0, "bracket"),
+        ("lambda_c_upper", (1,), 0.0, "bracket"),
+        ("lambda_c_lower", (1,), 1.0, "bracket"),
         ("advance", (1, 5), 1.0, "exceeds lambda_c"),
         ("lambda_c", (0,), 0.2, "without a snap"),
     ],
@@ -229,6 +231,15 @@ def test_find(model: str) -> None:
     assert found.error <= 5e-3 * found.lambda_c
     assert found.x_c == pytest.approx(found.lambda_c - 0.3)
     assert found.lambda_c_lower <= found.lambda_c <= found.lambda_c_upper
+
+
+@pytest.mark.parametrize("height", [1.5, 1.7])
+def test_find_far_above_the_touch_limit(height: float) -> None:
+    """The elastica's value, from which the solid's differs by the stretch under its own weight."""
+    asked = Scene(length=4.02, height=height, eta_b=3780.0, eta_m=1e-5, model="solid")
+    found, truth = find(asked), elastica.critical(asked.height_star).advance * asked.material.gravity_length
+    stretch = asked.eta_m * asked.gravity * height**2 / 2.0
+    assert abs(found.lambda_c - truth) < found.error + stretch
 
 
 @pytest.mark.parametrize("model", ["solid", "elastica"])

@@ -29,10 +29,10 @@ Friction = Annotated[Number, quantity("M_0 of the bending hysteresis", "rho_a g 
 class Recordings(Input):
     """Synthetic recordings that are made and measured."""
 
-    materials: Distinct[Text] = Field(default_factory=list)
-    heights: Distinct[HeightStar] = Field(default_factory=list)
-    speeds: Distinct[Speed] = Field(default_factory=list)
-    friction: Annotated[list[Friction], Field(description="M_0 of each of the materials")] = Field(default_factory=list)
+    materials: AtLeastOne[Text]
+    heights: AtLeastOne[HeightStar]
+    speeds: AtLeastOne[Speed]
+    friction: Annotated[list[Friction], Field(description="M_0 of each of the materials")]
     length_star: LengthStar = 20.0
 
 
@@ -91,7 +91,7 @@ class Configuration(Input):
     images: Annotated[
         Text, Field(description="folder of the public test pictures; without it the stored results are used")
     ] = "../shared/data"
-    recordings: Recordings = Recordings()
+    recordings: Recordings
     assessment: Assessment = Assessment()
     materials: Annotated[list[MaterialEntry], Field(min_length=1)]
     studies: Studies

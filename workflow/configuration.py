@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from math import isclose
 from pathlib import Path
@@ -72,6 +72,21 @@ def scene(config: Config, material: Mapping[str, Any], height: float, model: Mod
         law=config["solid"]["law"] if model == "solid" else "svk",
         gravity=config["gravity"],
     )
+
+
+def recording_folders(folder: Path, taken: Iterable[str]) -> list[str]:
+    """Names of the recordings in a folder, sorted.
+
+    Raises
+    ------
+    InvalidInputError
+        One of the names in ``taken``, or with what Snakemake takes for a wildcard.
+    """
+    names = sorted(path.parent.name for path in folder.glob("*/recording.yaml"))
+    for name in {*taken} & {*names} or [name for name in names if "{" in name or "}" in name]:
+        allowed = "a name without { and } that is none of the configuration's materials and synthetic recordings"
+        raise InvalidInputError(str(folder), name, allowed, "rename the folder")
+    return names
 
 
 def _resolve_secant(material: Config, gravity: float, root: Path, at: str) -> None:

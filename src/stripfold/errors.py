@@ -11,6 +11,8 @@ from typing import Any
 
 MISSING = "(missing)"
 """Stands for the value of an entry that was not given."""
+LONGEST_VALUE = 100
+"""Characters of a value in a message, of which most paths take less; a longer one is shown without its middle."""
 
 
 class StripfoldError(Exception):
@@ -39,8 +41,17 @@ class InvalidInputError(StripfoldError, ValueError):
     def __init__(self, key: str, value: Any, allowed: str, advice: str = "") -> None:
         self.key, self.value, self.allowed, self.advice = key, value, allowed, advice
         tail = f"; {advice}" if advice else ""
-        found = f"{key} is missing" if value is MISSING else f"{key} = {value!r} cannot be used"
+        found = f"{key} is missing" if value is MISSING else f"{key} = {_shown(value)} cannot be used"
         super().__init__(f"{found}; allowed: {allowed}{tail}")
+
+
+def _shown(value: Any) -> str:
+    try:
+        text = repr(value)
+    except ValueError:  # Python writes no whole number of more than 4300 digits
+        return "(a number of thousands of digits)"
+    half = (LONGEST_VALUE - 3) // 2
+    return text if len(text) <= LONGEST_VALUE else f"{text[:half]}...{text[-half:]}"
 
 
 class MissingExtraError(StripfoldError, ImportError):

@@ -1,11 +1,14 @@
 import os
+import shlex
 import sys
 from itertools import product
 from pathlib import Path
 
 sys.path.insert(0, str(Path(workflow.basedir, "workflow")))
+# Snakemake puts it into shell commands as it is, and the path may have spaces.
+sys.executable = shlex.quote(sys.executable)
 
-from configuration import load
+from configuration import load, recording_folders
 from evidence import code_digest, stale_studies
 from plots import SECTIONS
 from snakemake.logging import logger
@@ -40,7 +43,7 @@ SYNTHETIC = {
         product(FILMED["materials"], FILMED["heights"], FILMED["speeds"])
     )
 }
-REAL = sorted(path.parent.name for path in Path("data/recordings").glob("*/recording.yaml"))
+REAL = recording_folders(Path("data/recordings"), [*SYNTHETIC, *MATERIALS])
 
 
 # Where a figure stands in the report.

@@ -32,14 +32,15 @@ def check_branch(run: xr.Dataset) -> None:
     exists = np.isfinite(lam)
     before = exists & (np.cumsum(negatives > 0, axis=1) == 0)
     steps = np.where(before[:, 1:], np.diff(lam, axis=1), np.nan)
-    width = ((run["lambda_c_upper"] - run["lambda_c_lower"]) / unit).values
+    lower, found, upper = (run[f"lambda_c{end}"].values for end in ("_lower", "", "_upper"))
     broken = {
         "a value is missing": np.any(exists & ~np.isfinite(run["residual"].values), axis=1),
         "the floor is penetrated": np.any(run["minimal_gap"].values < -GAP * unit, axis=1),
         "a state is not in equilibrium": np.any(run["residual"].values > FORCE * force, axis=1),
         "the branch starts unstable": negatives[:, 0] > 0,
         "there is no unstable point past a snap": snap & ~np.any(negatives > 0, axis=1),
-        "lambda_c has no bracket": snap & ~(width <= 2e-6),
+        "lambda_c has no bracket around it": snap
+        & ~((lower <= found) & (found <= upper) & (upper - lower <= 2e-6 * unit)),
         "lambda exceeds lambda_c by more than its error": snap
         & (np.nanmax(lam, axis=1) > (run["lambda_end"] + run["lambda_error"]).values),
         "lambda falls by more than a contact step before the end": np.any(steps < -0.05 * unit, axis=1),

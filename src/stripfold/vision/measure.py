@@ -94,8 +94,10 @@ def _evaluate(
         raise tracks.lost
     motion = snap.speed(t, points)
     mapping_sd = _mapping_sd(calibration, tracks, random)
-    snapped, time = _event(motion, tracks, manual)
-    if not snapped and snap.landed(points[: snap.LAST_FRAMES], gripper.height):
+    landed_before = snap.landed(points[: snap.LAST_FRAMES], gripper.height)
+    landed = snap.landed(points, gripper.height) and not landed_before
+    snapped, time = _event(motion, tracks, manual, landed)
+    if not snapped and landed_before:
         raise MeasurementError(
             "video",
             "no snap, and a strip whose upper layer lies on the table in the first frames",
@@ -203,8 +205,11 @@ def _raised_part(recording: Recording, tracks: Tracks) -> tuple[Array, Array]:
     return tracks.strip_time[used], points[:, raised]
 
 
-def _event(motion: Speed, tracks: Tracks, manual: ManualOnset | None) -> tuple[bool, float]:
-    """Whether there was a snap, and the time of its onset; without a snap the end of the film, s."""
+def _event(motion: Speed, tracks: Tracks, manual: ManualOnset | None, landed: bool) -> tuple[bool, float]:
+    """Whether there was a snap, and the time of its onset; without a snap the end of the film, s.
+
+    A strip whose upper layer has ``landed`` in the film has lost stability in it, with a burst of speed or without.
+    """
     if manual is not None:
         if not tracks.grip_time[0] <= manual.event_time <= tracks.grip_time[-1]:
             found = f"an event at {manual.event_time:g} s"
@@ -212,7 +217,7 @@ def _event(motion: Speed, tracks: Tracks, manual: ManualOnset | None) -> tuple[b
         return True, manual.event_time
     if motion.ratio >= snap.MIN_RATIO and np.isfinite(motion.onset):
         return True, motion.onset
-    if motion.ratio > MAX_NO_SNAP_RATIO:
+    if motion.ratio > MAX_NO_SNAP_RATIO or landed:
         raise MeasurementError(
             "video",
             f"too fast: a strip that moves at most {motion.ratio:.1f} times as fast as it followed its gripper",
