@@ -335,6 +335,10 @@ def test_unclear_snap_is_refused(snapping: Made, monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr(snap, "MIN_RATIO", 50.0)
     with pytest.raises(MeasurementError, match="move the gripper more slowly"):
         evaluated(snapping)
+    # No burst at all, but the layer has landed.
+    monkeypatch.setattr(measure, "MAX_NO_SNAP_RATIO", 50.0)
+    with pytest.raises(MeasurementError, match="too fast"):
+        evaluated(snapping)
 
 
 def test_several_bursts_are_flagged(snapping: Made, found: Measurement):
