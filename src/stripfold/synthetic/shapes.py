@@ -142,15 +142,17 @@ def _integrate(angle: Array, change: Array, first: Array, last: Array, share: Ar
     """
     if not change.any():
         return share * np.cos(angle)[:, None], share * np.sin(angle)[:, None]
-    x, z = share.copy(), np.zeros_like(share)
-    # Most points lie on the table or beyond the piece.
-    rows, columns = np.nonzero(share > 0.0)
-    part = share[rows, columns]
-    u = first[rows, None] + (last - first)[rows, None] * part[:, None] * 0.5 * (1.0 + _NODES)
+    # Most points lie on the table or beyond the piece, where the integrals are those over the whole piece.
+    inside = np.nonzero((share > 0.0) & (share < 1.0))
+    rows = np.concatenate([np.arange(len(share)), inside[0]])
+    part = np.concatenate([np.ones(len(share)), share[inside]])[:, None]
+    u = first[rows, None] + (last - first)[rows, None] * part * 0.5 * (1.0 + _NODES)
     direction = angle[rows, None] + change[rows, None] * u * u * (3.0 - 2.0 * u)
-    x[rows, columns] = part * 0.5 * (np.cos(direction) @ _WEIGHTS)
-    z[rows, columns] = part * 0.5 * (np.sin(direction) @ _WEIGHTS)
-    return x, z
+    x, z = (0.5 * part[:, 0] * (values @ _WEIGHTS) for values in (np.cos(direction), np.sin(direction)))
+    beyond = share >= 1.0
+    dx, dz = (np.where(beyond, values[: len(share), None], 0.0) for values in (x, z))
+    dx[inside], dz[inside] = x[len(share) :], z[len(share) :]
+    return dx, dz
 
 
 def history(scene: Scene) -> History:
