@@ -188,7 +188,7 @@ def test_design() -> None:
         for value, count in Counter(values).items():
             assert abs(counts[value] - 2 * design.BLOCK * count / len(values)) <= 2 * len(values), name
     other = design.case(3, 0, dynamics=1.0).scene
-    assert other.motion == DynamicsMotion(friction=0.0, before=0.01, after=0.5, model="rod")
+    assert other.motion == DynamicsMotion(friction=0.0, before=0.01, after=0.5)
     assert other.filming == cases[3].scene.filming
 
 

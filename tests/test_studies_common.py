@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from time import sleep
 
+import cv2
 import numpy as np
 import pytest
 
@@ -51,6 +52,21 @@ def test_cases_on_several_cores_keep_their_order_and_their_errors(threads: int) 
     assert shown == ["0", "1", "4", "9", "16"]
     with pytest.raises(ValueError, match="seven"):
         common.pooled(square, range(20), threads)
+
+
+def opencv_threads(_: int) -> int:
+    return cv2.getNumThreads()
+
+
+def test_opencv_has_one_thread_in_the_processes_of_a_study() -> None:
+    """Its threads do not survive a fork: a process that asks for another number of them then waits for ever."""
+    before = cv2.getNumThreads()
+    cv2.setNumThreads(2)
+    try:
+        assert common.pooled(opencv_threads, range(4), 2) == [1, 1, 1, 1]
+        assert cv2.getNumThreads() == 2
+    finally:
+        cv2.setNumThreads(before)
 
 
 def area(height: float, width: int) -> dict[str, float]:

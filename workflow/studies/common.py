@@ -23,6 +23,7 @@ from stripfold import schema
 from stripfold.arrays import Array
 from stripfold.errors import StripfoldError
 from stripfold.schema import Values, Variable
+from stripfold.vision.threads import one_thread
 
 C = TypeVar("C")
 T = TypeVar("T")
@@ -76,6 +77,7 @@ def attempted(call: Callable[[], T]) -> tuple[T | None, str]:
         signal.signal(signal.SIGALRM, before)
 
 
+@one_thread()  # OpenCV's threads do not survive a fork
 def pooled(case: Callable[[C], T], of: Iterable[C], threads: int = 1, progress: Progress | None = None) -> list[T]:
     """``case`` of each, in order, on as many processes; ``case``, its argument and its result can be pickled."""
     if threads == 1:

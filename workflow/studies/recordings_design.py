@@ -155,7 +155,7 @@ def case(number: int, seed: int, dynamics: float = 0.0) -> Case:
         generator, motion = "shapes", {**_MOTIONS[factors["motion"]], "before": before, "after": 0.8}
     else:
         friction = FRICTIONS[number % len(FRICTIONS)]
-        generator, motion = "dynamics", {"friction": friction, "before": 0.01, "after": 0.5, "model": "rod"}
+        generator, motion = "dynamics", {"friction": friction, "before": 0.01, "after": 0.5}
     scene = {
         "strip": {"eta_b": factors["eta_b"], "hairs": factors["hairs"], **strip_grey},
         "gripper": {
