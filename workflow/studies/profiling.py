@@ -28,7 +28,7 @@ from stripfold.errors import StripfoldError
 from stripfold.inputs import Scene
 from stripfold.material import Material
 from stripfold.models.contact_mesh import ContactMesh
-from stripfold.models.integrals import CompiledIntegrals
+from stripfold.models.model import Model
 from stripfold.models.rod import Rod
 from stripfold.models.solid import Solid
 from stripfold.solve import compiled_step, continuation, dynamics, limit_point, newton
@@ -46,11 +46,11 @@ class Part(NamedTuple):
 
 
 PARTS = (
-    Part(CompiledIntegrals, "force_and_derivatives", "assembly"),
-    Part(CompiledIntegrals, "force_and_tangent", "assembly"),
+    Part(Model, "force_and_derivatives", "assembly"),
+    Part(Model, "force_and_tangent", "assembly"),
     Part(Band, "factor", "factorisation"),
-    Part(CompiledIntegrals, "force_over_step", "assembly over a time step"),
-    Part(CompiledIntegrals, "predict_stress", "stress of the next tangent"),
+    Part(Model, "force_over_step", "assembly over a time step"),
+    Part(Model, "predict_stress", "stress of the next tangent"),
     Part(Band, "with_fixed", "boundary conditions and contact"),
     Part(Band, "negatives", "count of negative eigenvalues"),
     Part(continuation, "nearest_eigenvalues", "eigenvalues"),

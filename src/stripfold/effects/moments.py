@@ -10,8 +10,7 @@ import numpy as np
 from stripfold import kernels
 from stripfold.arrays import Array
 from stripfold.models.directors import Directors
-from stripfold.models.integrals import NONE
-from stripfold.models.model import Model
+from stripfold.models.model import NONE, Model
 from stripfold.solve.linear import Band
 
 

@@ -124,15 +124,17 @@ def follow(
     SolveError
         An event could not be located.
     """
-    point, ds = first, options.first
+    point, ds, beyond = first, options.first, None
     contact_switched = shortened = False
     pending = [event for event in events if not event.passed(first, None)]
     yield point
     for _ in range(options.max_attempts):
         try:
-            new = step(problem, point, ds, options)
+            new = beyond or step(problem, point, ds, options)
             crossings = _crossings(problem, point, new, pending, options)
         except NewtonError as error:
+            if beyond is not None:
+                raise
             ds, shortened = ds / 2.0, True
             if ds >= options.smallest:
                 continue
@@ -145,18 +147,18 @@ def follow(
                     residuals=error.residuals,
                     advice="refine the mesh or allow smaller steps",
                 ) from error
-            new, ds, contact_switched = beyond, options.kink, True
-            crossings = _crossings(problem, point, new, pending, options)
-        else:
-            iterations = max(len(new.state.residuals) - 1, 1)
+            ds = options.kink
+            continue
+        iterations = len(new.state.residuals) - 1
+        if beyond is None:
             # Where a step had to be shortened, the next would have to be as well.
             growth = 1.0 if shortened else 2.0
-            ds = min(ds * min(growth, max(0.5, options.target_iterations / iterations)), options.largest)
-            contact_switched = shortened = False
+            ds = min(ds * min(growth, max(0.5, options.target_iterations / max(iterations, 1))), options.largest)
+            shortened = False
+        contact_switched, beyond = beyond is not None, None
         yield from crossings
         pending = [event for event in events if not event.passed(new, point)]
         point = new
-        iterations = len(point.state.residuals) - 1
         logger.debug("state at lambda = %.6g L*, %d unknowns, %d iterations", point.lam, problem.size, iterations)
         yield point
     raise ContinuationError(
@@ -219,6 +221,7 @@ def _check_one_branch(problem: Problem, at: Crossing, options: StepOptions) -> N
     """Where two branches nearly meet, a step can lead from one to the other without a turn of the tangent.
 
     A bracket of an event narrows then to the gap between them: its ends stay apart, however small their arc length.
+    As for a step, no other branch is within ``options.kink``.
     """
     apart, width = Tangent(at.after.q - at.before.q, at.after.lam - at.before.lam), at.after.arc - at.before.arc
     if sqrt(inner(problem.metric, apart, apart)) > (1.0 + options.max_correction) * width + options.kink:
