@@ -91,23 +91,11 @@ def run(
 ) -> xr.Dataset:
     """Errors and times of all strategies at all heights, and of the model chosen for an accuracy.
 
-    Parameters
-    ----------
-    length_star, thickness
-        Of the strip, L*.
-    heights
-        Gripper heights, L*, shape (n,).
-    strategies
-        Fields of :class:`Strategy`, each.
-    reference
-        Refinement of the solid that is the reference; its change from twice this refinement is stored too.
-    accuracies
-        Requested of each model of :data:`PRESETS`.
-    repeats
-        Calls after an uncounted one of which the median time is taken, in this process.
+    ``length_star``, ``thickness``: of the strip, L*.  ``heights``: gripper heights, L*, shape (n,).  ``strategies``:
+    fields of :class:`Strategy`, each.  ``reference``: refinement of the solid that is the reference; its change from
+    twice this refinement is stored too.  ``accuracies``: requested of each model of :data:`PRESETS`.  ``repeats``:
+    calls after an uncounted one of which the median time is taken, in this process.
 
-    Returns
-    -------
     Numbers that could not be had are nan; of the presets, ``no_result`` says why.
     """
     ways = [Strategy(**given) for given in strategies]

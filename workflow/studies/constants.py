@@ -16,14 +16,8 @@ SOURCE = Path(__file__).parents[2] / "src" / "stripfold"
 def run(packages: Sequence[str], before: int, later: Sequence[str]) -> xr.Dataset:
     """Constants over ``constant``: module, name, value as written, and reason as documented.
 
-    Parameters
-    ----------
-    packages
-        Packages and modules of :mod:`stripfold`.
-    before
-        Their number before the lift-off was an unknown.
-    later
-        Modules of what did not exist then.
+    ``packages``: packages and modules of :mod:`stripfold`; ``before``: their number before the lift-off was an unknown;
+    ``later``: modules of what did not exist then.
     """
     found = list(of_packages(SOURCE, packages))
     columns = zip(("module", "constant", "value", "reason"), zip(*found, strict=True), strict=True)

@@ -25,16 +25,10 @@ def run(
 ) -> xr.Dataset:
     """Simulate every scene with every effect on and off.
 
-    Parameters
-    ----------
-    scenes
-        Keys of :class:`.Simulation` without ``effects`` and ``model``, and a ``name``.
-    repeats
-        How often each pair is timed, with and without in turns, so that both see the same load of the machine; the
-        times are those of the processor.
+    ``scenes``: keys of :class:`.Simulation` without ``effects`` and ``model``, and a ``name``.  ``repeats``: how often
+    each pair is timed, with and without in turns, so that both see the same load of the machine; the times are those of
+    the processor.
 
-    Returns
-    -------
     Dataset over ``scene`` and ``effect``.
     """
     given = {scene["name"]: {key: value for key, value in scene.items() if key != "name"} for scene in scenes}

@@ -55,17 +55,9 @@ class Place(NamedTuple):
 def run(length_star: float, seed: int, cases: int) -> xr.Dataset:
     """Tables, and the errors of what the page draws, over ``place``.
 
-    Parameters
-    ----------
-    length_star
-        The strip on the page.
-    seed, cases
-        Of the gripper positions: so many of each kind, free below and above the touch limit, in contact, folded.
-
-    Raises
-    ------
-    SolveError
-        There is no Chromium, or the page did not answer.
+    ``length_star``: the strip on the page.  ``seed``, ``cases``: of the gripper positions: so many of each kind, free
+    below and above the touch limit, in contact, folded.  Raises SolveError: there is no Chromium, or the page did not
+    answer.
     """
     tables = make_tables()
     wanted = draw_places(length_star, np.random.default_rng(seed), cases)

@@ -70,19 +70,11 @@ def run(
 ) -> xr.Dataset:
     """The first cases of the sequence that ``seed`` starts, and a strip in time.
 
-    Parameters
-    ----------
-    cases, compared, seed
-        Random strips on the rod; those of them, inside the limits, that are on the solid, too.
-    length_star, thickness
-        The strip in time.
-    heights, coefficients
-        Its gripper's heights, and coefficients of friction between the layers.
-    moment, speed
-        M_0 of its bending hysteresis, rho_a g L*^2, and speed of its gripper, sqrt(g L*).
+    ``cases``, ``compared``, ``seed``: random strips on the rod; those of them, inside the limits, that are on the
+    solid, too.  ``length_star``, ``thickness``: the strip in time.  ``heights``, ``coefficients``: its gripper's
+    heights, and coefficients of friction between the layers.  ``moment``, ``speed``: M_0 of its bending hysteresis,
+    rho_a g L*^2, and speed of its gripper, sqrt(g L*).
 
-    Returns
-    -------
     Dataset over ``case``; over ``mu`` and ``time_height``, with ``snap_energy``, what the snap of the same strip on the
     triangular path sets free, and ``slow_kinetic`` at half the speed; and over ``curve``, the elastica at some heights.
     """
@@ -172,10 +164,7 @@ def case(asked: tuple[int, tuple[float, float, float], bool]) -> dict[str, Any]:
 def followed(strip: StripModel, height: float, refinement: float) -> tuple[str, dict[str, float]]:
     """The outcome on the low path, and the numbers of a path to its end.
 
-    Raises
-    ------
-    SolveError
-        The path cannot be followed, or its contact is not found by its coordinates.
+    Raises SolveError: the path cannot be followed, or its contact is not found by its coordinates.
     """
     found = assess_strip(strip, low(strip.length, height), refinement=refinement)
     if found.contact != MOVING:
@@ -193,10 +182,7 @@ def followed(strip: StripModel, height: float, refinement: float) -> tuple[str, 
 def in_time(at: tuple[tuple[float, float], float], length: float, thickness: float, moment: float) -> dict[str, float]:
     """One path in time, by its coefficient of friction and its height, and its speed, to rest at its end.
 
-    Raises
-    ------
-    SolveError, TimeStepError
-        It cannot be followed.
+    Raises SolveError, TimeStepError: it cannot be followed.
     """
     (mu, height), speed = at
     strip = StripModel(length, thickness, kind="rod")

@@ -36,12 +36,8 @@ TERMS = 16
 class HeldStrip(WithoutMemory):
     """A strip without a floor: some unknowns are held, and move with lambda.
 
-    Attributes
-    ----------
-    prescribed, values, direction
-        Held unknowns, what they are at lambda = 0, and their change per lambda; shape (m,).
-    gravity
-        Factor on the weight.
+    ``prescribed``, ``values``, ``direction``: held unknowns, what they are at lambda = 0, and their change per lambda;
+    shape (m,).  ``gravity``: factor on the weight.
     """
 
     model: Model
@@ -177,18 +173,8 @@ def run(
 ) -> xr.Dataset:
     """Frequencies of the clamped strip, without gravity and hanging.
 
-    Parameters
-    ----------
-    length_star, thickness
-        L*.
-    elements
-        Along the strip, all of one length.
-    modes
-        How many, from the lowest.
-    periods
-        Observed, of each mode.
-    steps
-        Time steps per period, coarse to fine.
+    ``length_star``, ``thickness``: L*; ``elements``: along the strip, all of one length; ``modes``: how many, from the
+    lowest; ``periods``: observed, of each mode; ``steps``: time steps per period, coarse to fine.
     """
     gravity = np.array([0.0, 1.0])
     truth, linear = np.empty((2, modes)), np.empty((2, modes))

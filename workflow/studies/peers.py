@@ -97,21 +97,10 @@ def run(
 ) -> xr.Dataset:
     """Run every program on every question.
 
-    Parameters
-    ----------
-    length_star, thickness
-        Of the strip, L*.
-    height, advance
-        Of the gripper in the equilibrium, L*: z and lambda; the critical point is the one at this height.
-    repeats
-        Counted runs of each setting; of one that takes longer than a second there is one.
-    folder
-        With the programs' scripts and their environment.
-
-    Raises
-    ------
-    StripfoldError
-        This package itself has no answer.
+    ``length_star``, ``thickness``: of the strip, L*.  ``height``, ``advance``: of the gripper in the equilibrium, L*: z
+    and lambda; the critical point is the one at this height.  ``repeats``: counted runs of each setting; of one that
+    takes longer than a second there is one.  ``folder``: with the programs' scripts and their environment.  Raises
+    StripfoldError: this package itself has no answer.
     """
     say = progress or (lambda _: None)
     scene = {"length": length_star, "thickness": thickness, "height": height, "lam": advance, "repeats": repeats}

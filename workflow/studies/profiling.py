@@ -150,14 +150,8 @@ LAMBDA_C, ELASTICA, R_PATH = SUBJECTS = "lambda_c", "the elastica", "R-path on t
 def run(length: float, height: float, eta_b: float, accuracy: float, path_length: float, repeats: int) -> xr.Dataset:
     """Profile one lambda_c of the solid, one of the elastica, and one R-path assessed on the rod; over ``subject``.
 
-    Parameters
-    ----------
-    length, height, eta_b, accuracy
-        The scene of the lambda_c, SI; see :class:`.Scene`.
-    path_length
-        Of the strip on the R-path, of the same eta_b, m.
-    repeats
-        See :func:`profile`.
+    ``length``, ``height``, ``eta_b``, ``accuracy``: the scene of the lambda_c, SI; see :class:`.Scene`.
+    ``path_length``: of the strip on the R-path, of the same eta_b, m.  ``repeats``: see :func:`profile`.
     """
     scene = Scene(length=length, height=height, eta_b=eta_b, accuracy=accuracy)
     material = Material(eta_b)

@@ -78,8 +78,6 @@ def _rows(random: np.random.Generator, length: float, kind: str) -> Array:
 def run(cases: int, seed: int, refinement: float, threads: int = 1, progress: Progress | None = None) -> xr.Dataset:
     """Assess the first random paths of the sequence that ``seed`` starts statically, each twice.
 
-    Returns
-    -------
     Dataset over ``case``: ``outcome`` ("stable", "critical", "close", "refused" or "undecided"), the first critical
     point of both runs, ``contact`` ("moving" or "nodal"), the message of an error, and ``spurious_limit_points``: 1
     where the first run, but not the second, is critical, nan where there are not two runs.
@@ -129,10 +127,7 @@ def outcome(asked: Case, refinement: float) -> dict[str, Any]:
 def as_table(asked: Case) -> GripperPath:
     """The path as a user would hand it in.
 
-    Raises
-    ------
-    InvalidInputError
-        When it is refused.
+    Raises InvalidInputError: when it is refused.
     """
     with TemporaryDirectory() as folder:
         path = Path(folder) / "path.csv"

@@ -177,16 +177,9 @@ def run(
 ) -> xr.Dataset:
     """Order, drift and cost of every scheme.
 
-    Parameters
-    ----------
-    length_star, thickness, height
-        L*.
-    refinement
-        Factor on the element lengths.
-    oscillator_steps, oscillator_until
-        Steps, coarse to fine, and duration; the oscillator's frequency is one.
-    swing_steps, swing_until
-        Steps, coarse to fine, and duration of the strip's swing, sqrt(L*/g).
+    ``length_star``, ``thickness``, ``height``: L*.  ``refinement``: factor on the element lengths.
+    ``oscillator_steps``, ``oscillator_until``: steps, coarse to fine, and duration; the oscillator's frequency is one.
+    ``swing_steps``, ``swing_until``: steps, coarse to fine, and duration of the strip's swing, sqrt(L*/g).
     """
     static = solve_height(StripModel(length_star, thickness), height, refinement, past=1.0)
     falls = {name: blank(len(SCHEMES)) for name in (*OF_FALL, *OF_ENERGY)}

@@ -60,10 +60,7 @@ NUMBERS = (
 def path_of(name: str, length: float) -> GripperPath:
     """One of the paper's paths, "triangular", "circular" or "r-path", for a strip of this length, L*.
 
-    Raises
-    ------
-    InvalidInputError
-        A length for which there is no such path.
+    Raises InvalidInputError: a length for which there is no such path.
     """
     if name == "r-path":
         return plan_r_path(length).path
@@ -80,15 +77,8 @@ def run(
 ) -> xr.Dataset:
     """Assess one of the paper's paths; ``length`` in m, ``fall`` in solver units.
 
-    Returns
-    -------
-    Dataset
-        As :func:`.states.dataset`, with :data:`NUMBERS` as attributes; nan where there is no such thing.
-
-    Raises
-    ------
-    InvalidInputError, SolveError
-        As in :func:`.assess_strip`.
+    As :func:`.states.dataset`, with :data:`NUMBERS` as attributes; nan where there is no such thing.  Raises
+    InvalidInputError, SolveError: as in :func:`.assess_strip`.
     """
     unit = material.gravity_length
     strip = StripModel(length / unit, material.relative_thickness, material.nu)

@@ -25,15 +25,8 @@ from stripfold.models.model import Model
 class MomentCurvature:
     """A law m(kappa), odd and monotone: a table interpolated by monotone cubics, straight on beyond its last interval.
 
-    Parameters
-    ----------
-    curvature, moment
-        Shape (n,), n >= 2: 1/L* and rho_a g L*^2, positive and increasing; no moment without curvature is implied.
-
-    Raises
-    ------
-    InvalidInputError
-        Numbers that are not finite, positive and increasing.
+    ``curvature``, ``moment``: shape (n,), n >= 2: 1/L* and rho_a g L*^2, positive and increasing; no moment without
+    curvature is implied.  Raises InvalidInputError: numbers that are not finite, positive and increasing.
     """
 
     def __init__(self, curvature: Array, moment: Array) -> None:
@@ -75,10 +68,7 @@ def split_loop(curvature: Array, loading: Array, unloading: Array) -> tuple[Mome
     The law is the mean of the moments of bending and unbending at the same curvatures, shape (n,) each, M_0 half of
     their difference, averaged over the curvature: friction that does not depend on it.
 
-    Raises
-    ------
-    InvalidInputError
-        The mean is no law, or unbending takes more moment than bending.
+    Raises InvalidInputError: the mean is no law, or unbending takes more moment than bending.
     """
     width = float(np.trapezoid(loading - unloading, curvature) / (curvature[-1] - curvature[0]))
     if width < 0.0:

@@ -78,10 +78,7 @@ class Hysteresis(ElementMoments):
         The smaller ``yield_curvature``, the closer to dry friction, and the shorter the steps have to be: Newton's
         method converges for changes of two or three yield curvatures per step.
 
-        Raises
-        ------
-        InvalidInputError
-            ``moment`` negative, ``yield_curvature`` not positive, or either not finite.
+        Raises InvalidInputError: ``moment`` negative, ``yield_curvature`` not positive, or either not finite.
         """
         if not 0.0 <= moment < np.inf:
             raise InvalidInputError("moment", moment, "a finite number >= 0 (rho_a g L*^2)")

@@ -62,17 +62,8 @@ class LayerFriction:
     def of(cls, model: Model, mu: float, q: Array, reaction: Reaction) -> Self:
         """Friction without force in the state ``q``.
 
-        Parameters
-        ----------
-        model, mu
-            The strip and the coefficient of friction.
-        q, reaction
-            A state, shape (n,), and the floor's forces.
-
-        Raises
-        ------
-        InvalidInputError
-            ``mu`` negative or not finite.
+        ``model``, ``mu``: the strip and the coefficient of friction; ``q``, ``reaction``: a state, shape (n,), and the
+        floor's forces.  Raises InvalidInputError: ``mu`` negative or not finite.
         """
         if not 0.0 <= mu < np.inf:
             raise InvalidInputError("mu", mu, "a finite number >= 0")

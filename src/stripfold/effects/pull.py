@@ -24,21 +24,9 @@ MOVE = 1e-6
 class Pull:
     """Adds ``k_f M (q - q_prev)`` to the residual, M the mass matrix of the model.
 
-    Parameters
-    ----------
-    model
-        The strip.
-    k_f
-        Force per displacement and mass, g/L*; >= 0.
-    q_prev
-        The last accepted state, shape (model.size,).
-    before
-        Of a pull on other elements than those of that state: theirs, and its unknowns on them.
-
-    Raises
-    ------
-    InvalidInputError
-        ``k_f`` negative or not finite.
+    ``model``: the strip.  ``k_f``: force per displacement and mass, g/L*; >= 0.  ``q_prev``: the last accepted state,
+    shape (model.size,).  ``before``: of a pull on other elements than those of that state: theirs, and its unknowns on
+    them.  Raises InvalidInputError: ``k_f`` negative or not finite.
     """
 
     model: Model = field(repr=False)

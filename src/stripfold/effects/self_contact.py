@@ -102,10 +102,7 @@ class SelfContact:
     def energy(self, q: Array) -> float:
         """Energy of the penalty.
 
-        Raises
-        ------
-        NewtonError
-            Layers have passed through each other: the step was too long.
+        Raises NewtonError: layers have passed through each other: the step was too long.
         """
         found = self.distances(q)
         if found is None:

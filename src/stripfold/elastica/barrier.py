@@ -52,10 +52,7 @@ class BistableRange:
     def pair(self, advance: float) -> tuple[State, State]:
         """The stable and the unstable state with this advance.
 
-        Raises
-        ------
-        InvalidInputError
-            An advance outside this range.
+        Raises InvalidInputError: an advance outside this range.
         """
         if not self.landing.advance <= advance < self.critical.advance:
             allowed = f"from {self.landing.advance:.9g} to less than {self.critical.advance:.9g} L*"
@@ -94,12 +91,7 @@ class BistableRange:
 def bistable_range(z: float) -> BistableRange | None:
     """The bistable range at gripper height ``z`` (0.1 to 100 L*), or None where the strip does not snap.
 
-    Raises
-    ------
-    InvalidInputError
-        ``z`` outside its range or not a number.
-    SolveError
-        A state was not found.
+    Raises InvalidInputError: ``z`` outside its range or not a number; SolveError: a state was not found.
 
     Examples
     --------

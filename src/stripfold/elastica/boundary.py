@@ -45,12 +45,8 @@ LOWEST = 1e-3
 class Boundary:
     """A boundary with one advance at each height.
 
-    Attributes
-    ----------
-    states
-        In the order of their heights, ascending.
-    slope
-        Shape (n,): derivative of the advance over the height at each.
+    ``states``: in the order of their heights, ascending.  ``slope``: shape (n,): derivative of the advance over the
+    height at each.
     """
 
     states: tuple[State, ...]
@@ -100,12 +96,8 @@ class Boundary:
 def snap_boundary(length: float) -> Boundary:
     """The critical states from the touch limit up to the height where a strip of ``length``, 7 to 100 L*, is lifted.
 
-    Raises
-    ------
-    InvalidInputError
-        ``length`` outside its range or not a number.
-    SolveError
-        The boundary could not be followed.
+    Raises InvalidInputError: ``length`` outside its range or not a number; SolveError: the boundary could not be
+    followed.
 
     Examples
     --------

@@ -64,12 +64,7 @@ def critical(z: float) -> CriticalPoint:
     By Newton's method on the equilibrium and the event, from a stored approximation (:mod:`._starts`). At the maximum
     the sag must be clear of the lower layer, at contact the advance must still grow.
 
-    Raises
-    ------
-    InvalidInputError
-        ``z`` outside its range or not a number.
-    SolveError
-        The event was not found.
+    Raises InvalidInputError: ``z`` outside its range or not a number; SolveError: the event was not found.
 
     Examples
     --------

@@ -34,15 +34,9 @@ MAX_STEP = 0.03
 class Row:
     """States at one height, in the order of growing advance.
 
-    Attributes
-    ----------
-    advance
-        Shape (n,).
-    lengths
-        Shape (n, parts): lengths of the parts off the floor, from the held to the grasped end.
-    angles
-        Shape (n, parts, :data:`NODES`): their angles at ``grid(NODES).nodes`` times the length, counted from the lower
-        end, rad; the X axis points from the lying part to the free one.
+    ``advance``: shape (n,).  ``lengths``: shape (n, parts): lengths of the parts off the floor, from the held to the
+    grasped end.  ``angles``: shape (n, parts, :data:`NODES`): their angles at ``grid(NODES).nodes`` times the length,
+    counted from the lower end, rad; the X axis points from the lying part to the free one.
     """
 
     advance: Array
@@ -55,10 +49,7 @@ def free_states(z: float, count: int) -> Row:
 
     The end is the maximum of the advance or, below :func:`touch_limit`, the touch of the sag.
 
-    Raises
-    ------
-    InvalidInputError, ContinuationError
-        ``z`` outside 0.1 to 100 L*; the branch could not be followed.
+    Raises InvalidInputError, ContinuationError: ``z`` outside 0.1 to 100 L*; the branch could not be followed.
     """
     z = height(z)
     event, family = (SNAP if z > touch_limit() else TOUCH), at_height(z)
@@ -79,10 +70,7 @@ def contact_states(z: float, count: int) -> Row:
 
     Two parts: the loop, and what is between the contact and the gripper, whose angles are in the loop's frame.
 
-    Raises
-    ------
-    InvalidInputError, SolveError
-        ``z`` outside 0.1 to 60 L*; a state was not found.
+    Raises InvalidInputError, SolveError: ``z`` outside 0.1 to 60 L*; a state was not found.
     """
     z = height(z)
     *_, before, after = until(points(z), TOUCH)

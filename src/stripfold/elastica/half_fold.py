@@ -81,10 +81,7 @@ def critical_state_fixed_lift_off(length: float) -> State:
 
     An independent way to lambda_c(z), and the point where the R-path meets the stability boundary.
 
-    Raises
-    ------
-    SolveError
-        The strip is stable up to contact.
+    Raises SolveError: the strip is stable up to contact.
     """
     family, points = _fixed_length_branch(length)
     for before, after in pairwise(until(points, TOUCH)):

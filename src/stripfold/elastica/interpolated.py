@@ -28,12 +28,7 @@ class EndOfAdvance(NamedTuple):
 def end_of_advance(z: float) -> EndOfAdvance:
     """What :func:`.critical` finds at gripper height ``z`` (0.1 to 100 L*), without its state.
 
-    Raises
-    ------
-    InvalidInputError
-        ``z`` outside its range or not a number.
-    SolveError
-        The elastica could not be solved.
+    Raises InvalidInputError: ``z`` outside its range or not a number; SolveError: the elastica could not be solved.
 
     Examples
     --------

@@ -181,17 +181,10 @@ class Model(ABC):
 
         The change of the stress with the lengths is that of the strain, also beside a predicted stress.
 
-        Parameters
-        ----------
-        q, predicted_stress
-            As in :meth:`force_and_tangent`.
-        growth
-            Derivatives of the logarithm of each element's length by k parameters, shape (k, n_elements).
+        ``q``, ``predicted_stress``: as in :meth:`force_and_tangent`; ``growth``: derivatives of the logarithm of each
+        element's length by k parameters, shape (k, n_elements).
 
-        Returns
-        -------
-        force, tangent, columns
-            Shape (n,), the tangent, and shape (n, k).
+        Returns ``force``, ``tangent``, ``columns``: shape (n,), the tangent, and shape (n, k).
         """
         return self._assemble(q, q, 0.0, True, predicted_stress, True, growth)
 

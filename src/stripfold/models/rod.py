@@ -107,12 +107,8 @@ class Rod(Model):
 
     A node has four unknowns: its displacement (x, z) and that one's derivative by s, (x, z).
 
-    Attributes
-    ----------
-    s
-        Shape (n_elements + 1,): the nodes, which are the elements' ends.
-    element_unknowns
-        Shape (n_elements, 8).
+    ``s``: shape (n_elements + 1,): the nodes, which are the elements' ends.  ``element_unknowns``: shape (n_elements,
+    8).
     """
 
     length: float
@@ -125,15 +121,8 @@ class Rod(Model):
     def of(cls, length: float, thickness: float, *, elements: int | Array = 100) -> Rod:
         """Discretise a strip; lengths in L*.
 
-        Parameters
-        ----------
-        elements
-            Number of elements, or their ends as distances from the grasped end, shape (m,).
-
-        Raises
-        ------
-        InvalidInputError
-            Ends that cannot be used.
+        ``elements``: number of elements, or their ends as distances from the grasped end, shape (m,).  Raises
+        InvalidInputError: ends that cannot be used.
         """
         s = np.linspace(0.0, length, elements + 1) if np.ndim(elements) == 0 else np.asarray(elements, float)
         if len(s) < 4 or np.any(np.diff(s) <= 0.0):

@@ -28,10 +28,7 @@ COLOURS = (GREEN, BLACK, TOUCHING)
 def html(plan: FoldingPlan) -> str:
     """The page of a plan.
 
-    Raises
-    ------
-    SolveError
-        A boundary could not be computed.
+    Raises SolveError: a boundary could not be computed.
     """
     text = files("stripfold.plots").joinpath("templates/plan.html").read_text(encoding="utf-8")
     template = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined).from_string(text)

@@ -77,10 +77,7 @@ def start(problem: Problem, q: Array, lam: float, active: Index, sign: float, op
 def step(problem: Problem, point: Point, ds: float, options: StepOptions) -> Point:
     """The point at distance ``ds`` along the tangent of ``point``.
 
-    Raises
-    ------
-    NewtonError
-        When Newton's method does not converge, or its result fails a guard: the step is too long.
+    Raises NewtonError: when Newton's method does not converge, or its result fails a guard: the step is too long.
     """
     t = point.tangent
     (q0, stress), lam0 = problem.stepped(point.q, ds * t.q), point.lam + ds * t.lam
@@ -117,12 +114,8 @@ def follow(
     Each event that happens in a step is yielded as a :class:`.Crossing` before the point at the end of that step, in
     the order of the branch; where it cannot be told, in that of ``events``.
 
-    Raises
-    ------
-    ContinuationError
-        When a step would have to be shorter than ``options.smallest``; carries the last residual history.
-    SolveError
-        An event could not be located.
+    Raises ContinuationError: when a step would have to be shorter than ``options.smallest``; carries the last residual
+    history; SolveError: an event could not be located.
     """
     point, ds, beyond = first, options.first, None
     contact_switched = shortened = False
@@ -188,12 +181,7 @@ def _crossings(
 def locate(problem: Problem, crossing: Crossing, options: StepOptions, max_evaluations: int = 60) -> Crossing:
     """An event located to its tolerance between two points of a branch.
 
-    Raises
-    ------
-    NewtonError
-        The points lie on different branches.
-    SolveError
-        The bracket cannot be made that narrow.
+    Raises NewtonError: the points lie on different branches; SolveError: the bracket cannot be made that narrow.
     """
 
     longest = inf
@@ -254,10 +242,7 @@ AT_VALUE = 1e-7
 def step_to(problem: Problem, point: Point, lam: float, options: StepOptions) -> Point:
     """The point at ``lam`` in guarded steps from one shortly before it.
 
-    Raises
-    ------
-    SolveError
-        It is not reached.
+    Raises SolveError: it is not reached.
     """
     for _ in range(40):
         if abs(lam - point.lam) <= AT_VALUE:

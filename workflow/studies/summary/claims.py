@@ -80,10 +80,7 @@ class Replication(Input):
 def read(path: Path = FILE) -> Replication:
     """The table of claims.
 
-    Raises
-    ------
-    InvalidInputError
-        A row that is incomplete or names an unknown figure; the key says which.
+    Raises InvalidInputError: a row that is incomplete or names an unknown figure; the key says which.
     """
     with within(path.name):
         return Replication.of(read_yaml(path, "claims", "claims: [{place: ..., claim: ...}]"))

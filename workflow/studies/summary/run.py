@@ -26,17 +26,11 @@ OPTIONAL = ("kills", "peers", "project", "slurm_run", "wheels")
 def summarise(data: Mapping[str, xr.Dataset], sources: Mapping[str, str]) -> dict[str, Entry]:
     """All numbers by key.
 
-    Parameters
-    ----------
-    data
-        The stored datasets by the names that the table gives them.
-    sources
-        The files they were read from, by the same names.
+    ``data``: the stored datasets by the names that the table gives them; ``sources``: the files they were read from, by
+    the same names.
 
-    Returns
-    -------
-    For each number ``value``, ``unit``, ``statement``, ``criterion``, ``holds``, ``source`` (the file) and ``datasets``
-    (the names of all datasets that it is from); ``error`` where one is known.  ``value`` is None where
+    Returns for each number ``value``, ``unit``, ``statement``, ``criterion``, ``holds``, ``source`` (the file) and
+    ``datasets`` (the names of all datasets that it is from); ``error`` where one is known.  ``value`` is None where
     there is no number.
     """
     out: dict[str, Entry] = {}
