@@ -21,12 +21,12 @@ import xarray as xr
 
 from stripfold import elastica
 from stripfold.arrays import Array
-from stripfold.elastica.grids import Row, contact_states, free_states, lifted_states
 from stripfold.errors import SolveError
 from stripfold.paths.rpath import Part, PlannedState, plan_r_path
 from stripfold.schema import Values
 from studies.common import dataset
 from tasks import explorer as page
+from tasks.explorer_states import Row, contact_states, free_states, lifted_states
 
 LOWEST, HIGHEST = 0.3, 25.0
 """Heights in the tables."""
