@@ -26,16 +26,7 @@ from studies import STUDIES, parameters
 ROOT = Path(__file__).parents[1]
 PACKAGES = ("stripfold", "conventions", "plots", "second_generator", "studies", "tasks")
 """First parts of the names of the project's modules."""
-LIBRARIES = (
-    "av",
-    "numba",
-    "numpy",
-    "opencv-python-headless",
-    "pillow",
-    "scikit-fem",
-    "scikit-image",
-    "scipy",
-)
+LIBRARIES = ("av", "numba", "numpy", "opencv-python-headless", "pillow", "scikit-fem", "scikit-image", "scipy")
 """Libraries whose version can change a number; those of them that the lock names."""
 ATTRIBUTE = "evidence"
 """Global attribute of a stored dataset that holds its evidence, as JSON."""

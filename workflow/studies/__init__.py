@@ -141,7 +141,6 @@ def parameters(name: str, config: Mapping[str, Any]) -> dict[str, Any]:
     if name in FRESH_CLONE:
         return {}
     found = dict(config["studies"].get(STUDIES[name].config or name) or {})
-    return found | {
-        "fall_benchmark": {"scene": config["collapse"]},
-        "eta_pictures": {"images": config["images"]},
-    }.get(name, {})
+    return found | {"fall_benchmark": {"scene": config["collapse"]}, "eta_pictures": {"images": config["images"]}}.get(
+        name, {}
+    )

@@ -150,29 +150,16 @@ def run(
 
     scene = length_star, thickness, heights[-1]
     codes = [f"from {__name__} import Strategy\n{way!r}.answer{scene!r}" for way in ways]
+    over = {"gripper_height": heights}
+    of_presets = [f"preset_{name}" for name in ("seconds", "model", "estimate", "error")]
     grids = [
-        grid(
-            of_reference,
-            ("reference", "uncertain", "state_uncertain", "snaps"),
-            {"gripper_height": heights},
-            1,
-            progress,
-        ),
-        grid(
-            of_way,
-            ("seconds", "error", "state_error"),
-            {"way": range(len(ways)), "gripper_height": heights},
-            1,
-            progress,
-        ),
-        grid(of_elastica, ("elastica_seconds", "elastica_error"), {"gripper_height": heights}, 1, progress),
-        grid(
-            of_preset,
-            [f"preset_{name}" for name in ("seconds", "model", "estimate", "error")],
-            {"asked": PRESETS, "accuracy": accuracies, "gripper_height": heights},
-            1,
-            progress,
-        ),
+        grid(case, names, axes | over, progress=progress)
+        for case, names, axes in (
+            (of_reference, ("reference", "uncertain", "state_uncertain", "snaps"), {}),
+            (of_way, ("seconds", "error", "state_error"), {"way": range(len(ways))}),
+            (of_elastica, ("elastica_seconds", "elastica_error"), {}),
+            (of_preset, of_presets, {"asked": PRESETS, "accuracy": accuracies}),
+        )
     ]
     values = {name: value for found in grids for name, value in found.items() if name != "way"}
     values |= {"way_memory": ("way", [memory_of(code) for code in codes])}

@@ -28,10 +28,7 @@ FREE_RUN = 10.0
 
 
 def run(
-    base: Mapping[str, float],
-    cases: Sequence[Mapping[str, Any]],
-    threads: int = 1,
-    progress: Progress | None = None,
+    base: Mapping[str, float], cases: Sequence[Mapping[str, Any]], threads: int = 1, progress: Progress | None = None
 ) -> xr.Dataset:
     """Let strips fall.
 

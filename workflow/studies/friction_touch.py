@@ -131,7 +131,7 @@ def in_time(case: Case, path: GripperPath, before: Step, last: Step, drive: Driv
     Raises SolveError: the strip does not touch; TimeStepError: the motion could not be followed.
     """
     problem, first = set_in_motion(before, last, case.speed, model_in_time(last, case.refinement))
-    problem = replace(problem, motion=AlongPath(_whole(path), case.length))
+    problem = replace(problem, motion=AlongPath(path, case.length))
     touch = TimeEvent(lambda state: touches(problem.model, state), TOUCH_TOLERANCE)
     damping = Damping(case.air, case.stiffness)
     for state in dynamics.march(problem, first, drive, damping, options=TIME_OPTIONS, until=[touch]):
@@ -140,15 +140,6 @@ def in_time(case: Case, path: GripperPath, before: Step, last: Step, drive: Driv
         if state.t > LONGEST_FALL:
             break
     raise SolveError("the strip does not come down", parameter=last.lam)
-
-
-def _whole(path: GripperPath) -> Piece:
-    """All pieces as one: a corner is a sudden change of the velocity."""
-
-    def rate(s: float) -> Array:
-        return next((piece for piece in path.pieces if s <= piece.end), path.pieces[-1]).rate(s)
-
-    return Piece(0.0, path.length, path.position, rate, "path")
 
 
 def run(

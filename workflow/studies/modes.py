@@ -51,14 +51,6 @@ class HeldStrip(WithoutMemory):
         return self.model.size
 
     @property
-    def bounded(self) -> Index:
-        return np.zeros(0, dtype=np.intp)
-
-    @property
-    def lower(self) -> Array:
-        return np.zeros(0)
-
-    @property
     def metric(self) -> Array:
         """Mean square of the mid-surface displacement."""
         metric = np.zeros(self.size)
@@ -135,9 +127,7 @@ def solid_modes(problem: HeldStrip, q: Array, count: int) -> tuple[Array, Array]
     stiffness, mass = problem.linearise(q, 0.0)[1].to_sparse(), problem.mass.to_sparse()
     free = np.setdiff1d(np.arange(problem.size), problem.prescribed)
     squares, vectors = scipy.linalg.eigh(
-        stiffness[np.ix_(free, free)].toarray(),
-        mass[np.ix_(free, free)].toarray(),
-        subset_by_index=[0, count - 1],
+        stiffness[np.ix_(free, free)].toarray(), mass[np.ix_(free, free)].toarray(), subset_by_index=[0, count - 1]
     )
     modes = np.zeros((count, problem.size))
     modes[:, free] = vectors.T

@@ -50,11 +50,7 @@ AUTO = {EQUILIBRIUM: (2, 3, 5, 10, 20, 40), CRITICAL: (2, 3, 5, 10, 20, 40)}
 NO_FOLDS = "solves at given displacements: it follows no branch round a fold and locates none"
 NO_STATICS = "moves in time: the strip falls somewhat behind the fold, the later the faster the gripper and the damping"
 PEERS: Mapping[str, dict[str, Any]] = {
-    "felupe": {
-        "model": "solid",
-        EQUILIBRIUM: [{"elements": n} for n in (20, 40, 80, 120, 160)],
-        CRITICAL: NO_FOLDS,
-    },
+    "felupe": {"model": "solid", EQUILIBRIUM: [{"elements": n} for n in (20, 40, 80, 120, 160)], CRITICAL: NO_FOLDS},
     "mujoco": {
         "model": "elastica",
         EQUILIBRIUM: [
@@ -202,10 +198,7 @@ def _start(height: float) -> dict[str, Any]:
     t = np.linspace(0.0, 1.0, 201)
     profile = state.at(t * state.length)
     rows = np.stack([t, profile.x, profile.z, profile.theta, profile.curvature, profile.s], axis=1)
-    return {
-        "parameters": [state.advance, state.length, state.force_x, state.force_0, height],
-        "rows": rows.tolist(),
-    }
+    return {"parameters": [state.advance, state.length, state.force_x, state.force_0, height], "rows": rows.tolist()}
 
 
 def _ask(name: str, scene: dict[str, Any], folder: Path) -> tuple[str, dict[str, Any]]:

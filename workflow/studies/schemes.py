@@ -70,12 +70,6 @@ class Oscillator(WithoutMemory):
     def prescribed(self) -> Index:
         return np.zeros(0, dtype=np.intp)
 
-    bounded = prescribed
-
-    @property
-    def lower(self) -> Array:
-        return np.zeros(0)
-
     @property
     def metric(self) -> Array:
         return np.zeros(1)  # measures steps that are capped: these are not
@@ -225,14 +219,8 @@ def run(
             **{name: ("scheme", values) for name, values in falls.items()},
             "failure": ("scheme", failures),
         },
-        {
-            "length_star": length_star,
-            "thickness": thickness,
-            "height_star": height,
-            "refinement": refinement,
-            "oscillator_until": oscillator_until,
-            "swing_until": swing_until,
-        },
+        {"length_star": length_star, "thickness": thickness, "height_star": height, "refinement": refinement}
+        | {"oscillator_until": oscillator_until, "swing_until": swing_until},
     )
 
 

@@ -9,14 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stripfold import schema
-from stripfold.analysis.assess import (
-    Assessment,
-    CriticalEvent,
-    assess_strip,
-    lying_length,
-    peak_forces,
-    shape_error,
-)
+from stripfold.analysis.assess import Assessment, CriticalEvent, assess_strip, lying_length, peak_forces, shape_error
 from stripfold.analysis.release import Fall, Progress
 from stripfold.analysis.static import StripModel, solve_height
 from stripfold.arrays import Array
@@ -68,12 +61,7 @@ def path_of(name: str, length: float) -> GripperPath:
 
 
 def run(
-    material: Material,
-    length: float,
-    name: str,
-    fall: Fall,
-    refinement: float,
-    progress: Progress | None = None,
+    material: Material, length: float, name: str, fall: Fall, refinement: float, progress: Progress | None = None
 ) -> xr.Dataset:
     """Assess one of the paper's paths; ``length`` in m, ``fall`` in solver units.
 

@@ -66,12 +66,7 @@ def summary(
     store.write_text(run.page(found), output.page)
 
 
-HEADLINES = (
-    "claims_open",
-    "branch_jumps",
-    "time_solid_1e-3",
-    "stale_studies",
-)
+HEADLINES = ("claims_open", "branch_jumps", "time_solid_1e-3", "stale_studies")
 """Numbers that the README quotes."""
 
 

@@ -23,12 +23,7 @@ from stripfold.elastica.critical_point import (
     friction_delay,
     touch_limit,
 )
-from stripfold.elastica.fold import (
-    FoldedLoop,
-    eta_b_from_fold_height,
-    folded_loop,
-    half_fold_lying_length,
-)
+from stripfold.elastica.fold import FoldedLoop, eta_b_from_fold_height, folded_loop, half_fold_lying_length
 from stripfold.elastica.hanging_loop import eta_b_from_hanging_loop
 from stripfold.elastica.state import Profile, Sag, State
 

@@ -15,16 +15,7 @@ import numpy as np
 from stripfold.arrays import Array
 from stripfold.elastica._continuation import Family, Point, between, march, point_at, until
 from stripfold.elastica._events import SNAP_AT_HEIGHT, TOUCH, Event
-from stripfold.elastica._system import (
-    FORCE_X,
-    LENGTH,
-    SCALARS,
-    evaluate,
-    fixed,
-    no_lift_off_moment,
-    refine,
-    solve,
-)
+from stripfold.elastica._system import FORCE_X, LENGTH, SCALARS, evaluate, fixed, no_lift_off_moment, refine, solve
 from stripfold.elastica.branch import LIMIT_REACTION, no_force_guess
 from stripfold.elastica.state import State
 from stripfold.errors import SolveError

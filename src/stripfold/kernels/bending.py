@@ -38,18 +38,7 @@ def turns(unknowns, factor, straight, q):
 
 @compiled(
     numba.void(
-        unknowns_type,
-        factor_type,
-        vector,
-        vector,
-        vector,
-        vector,
-        vector,
-        matrix,
-        vector,
-        matrix,
-        numba.int64,
-        matrix,
+        unknowns_type, factor_type, vector, vector, vector, vector, vector, matrix, vector, matrix, numba.int64, matrix
     )
 )
 def assemble(unknowns, factor, straight, length, q, moment, modulus, rate, force, band, top, columns):

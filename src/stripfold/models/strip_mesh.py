@@ -119,10 +119,7 @@ def build(
         raise InvalidInputError("order", order, "1 or 2")
     if across not in (1, 2) or order * across % 2:
         raise InvalidInputError(
-            "elements_across",
-            across,
-            "2, or 1 with order 2",
-            "the mid-surface needs a row of nodes of its own",
+            "elements_across", across, "2, or 1 with order 2", "the mid-surface needs a row of nodes of its own"
         )
     boundaries = np.linspace(0.0, length, elements + 1) if np.ndim(elements) == 0 else np.asarray(elements, float)
     if len(boundaries) < 4 or np.any(np.diff(boundaries) <= 0.0):

@@ -141,10 +141,7 @@ def tables(summary: Mapping[str, Entry]) -> dict[str, str]:
     rows = ["| paper | shows | here | difference |", "|---|---|---|---|"]
     for item in found.figures:
         rows.append(f"| Fig. {item.number} | {item.shows} | {_linked(item.figures)} | {item.difference} |")
-    claims = [
-        "| place | claim | test | numbers | figures | verdict | limits |",
-        "|---|---|---|---|---|---|---|",
-    ]
+    claims = ["| place | claim | test | numbers | figures | verdict | limits |", "|---|---|---|---|---|---|---|"]
     for c in found.claims:
         numbers = "<br>".join(_quoted(condition, summary) for condition in c.numbers)
         cells = (c.place, c.claim, c.test, numbers, _linked(c.figures), judged(c, summary), c.limits)
