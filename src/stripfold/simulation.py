@@ -124,9 +124,6 @@ class Simulation(AtHeight, Release):
     def read(cls, path: str | os.PathLike[str]) -> Self:
         """A simulation from a YAML file.
 
-        Raises
-        ------
-        InvalidInputError
-            Not readable, or a key or value that cannot be used.
+        Raises InvalidInputError: not readable, or a key or value that cannot be used.
         """
         return cls(**read_yaml(path, "scene", "length: 0.6"))

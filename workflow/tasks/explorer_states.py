@@ -13,7 +13,7 @@ import numpy as np
 from stripfold.arrays import Array
 from stripfold.elastica._chebyshev import grid, resample
 from stripfold.elastica._checks import height
-from stripfold.elastica._continuation import Point, at_height, between, until
+from stripfold.elastica._continuation import Point, at_height, to_event
 from stripfold.elastica._events import SNAP, TOUCH
 from stripfold.elastica._system import FORCE_X
 from stripfold.elastica.branch import points
@@ -53,8 +53,7 @@ def free_states(z: float, count: int) -> Row:
     """
     z = height(z)
     event, family = (SNAP if z > touch_limit() else TOUCH), at_height(z)
-    *branch, before, after = until(points(z, MAX_STEP), event)
-    branch += [before, between(before, after, family, event)]
+    branch = to_event(points(z, MAX_STEP), family, event)
     pulled: list[Point] = []
     for point in points(z, 3.0 * MAX_STEP, way=-1.0):
         pulled.append(point)
@@ -73,8 +72,7 @@ def contact_states(z: float, count: int) -> Row:
     Raises InvalidInputError, SolveError: ``z`` outside 0.1 to 60 L*; a state was not found.
     """
     z = height(z)
-    *_, before, after = until(points(z), TOUCH)
-    first = State._from(between(before, after, at_height(z), TOUCH).e)
+    first = State._from(to_event(points(z), at_height(z), TOUCH)[-1].e)
     found: list[PointContact] = list(states_point_contact(first, z))
     advances = [one.loop.length + one.upper.length - one.gripper[0] for one in found]
     return _row(np.linspace(0.0, 1.0, len(found)), [(one.loop, one.upper) for one in found], advances, count)

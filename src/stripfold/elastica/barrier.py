@@ -13,7 +13,7 @@ from functools import cached_property
 from itertools import pairwise
 from math import inf, sqrt
 
-from stripfold.elastica._continuation import Point, at_height, between, march, point_at, until
+from stripfold.elastica._continuation import Point, at_height, between, march, point_at, to_event, until
 from stripfold.elastica._events import TOUCH, advance_gradient, at_advance, length_gradient, slope
 from stripfold.elastica._system import FORCE_X, evaluate
 from stripfold.elastica.critical_point import critical
@@ -106,8 +106,7 @@ def bistable_range(z: float) -> BistableRange | None:
         return None
     family, e = at_height(point.z), evaluate(point.state._unknowns())
     first = point_at(e, family, length_gradient(e))
-    *_, before, after = until(march(first, family, step=FIRST_STEP, max_step=MAX_STEP), TOUCH)
-    landing = between(before, after, family, TOUCH)
+    landing = to_event(march(first, family, step=FIRST_STEP, max_step=MAX_STEP), family, TOUCH)[-1]
     return BistableRange(point.z, point.state, State._from(landing.e), barrier_coefficient(point.state))
 
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from stripfold.arrays import Array
 from stripfold.elastica._checks import number
-from stripfold.elastica._continuation import Family, Point, between, march, point_at, until
+from stripfold.elastica._continuation import Family, Point, march, point_at, to_event
 from stripfold.elastica._events import SNAP, TOUCH, Event, advance_gradient, at_length, length_gradient
 from stripfold.elastica._system import Condition, end_height, evaluate, height_of, no_lift_off_moment
 from stripfold.elastica.critical_point import touch_limit_state
@@ -151,10 +151,8 @@ def _followed(condition: Condition, end: Event, way: float) -> list[Point]:
     """The points from the touch limit to an end, ``way`` is 1 towards longer free parts and -1 towards shorter ones."""
     family = Family((no_lift_off_moment, condition), "of a boundary")
     e = evaluate(touch_limit_state()._unknowns())
-    *points, before, after = until(
-        march(point_at(e, family, way * length_gradient(e)), family, step=STEP, max_step=STEP), end
-    )
-    return [*points, before, between(before, after, family, end)]
+    points = march(point_at(e, family, way * length_gradient(e)), family, step=STEP, max_step=STEP)
+    return to_event(points, family, end)
 
 
 def _boundary(points: list[Point]) -> Boundary:
