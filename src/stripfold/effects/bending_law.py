@@ -105,17 +105,7 @@ class BendingLaw(ElementMoments):
         return -curvature * growth
 
     def on(self, before: Model, model: Model) -> Self:
-        """The same law on other elements."""
         return self.of(model, self.law)
 
-    def carried_over(self, q: Array, model: Model) -> Self:
-        """The same on other elements: it has no moments to be held."""
-        return self.on(self.model, model)
-
-    def let_go(self, q: Array) -> Self:
-        """Itself."""
-        return self
-
     def committed(self, q: Array, reaction: Reaction) -> Self:
-        """Itself: it has no memory."""
         return self
