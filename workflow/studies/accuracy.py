@@ -22,7 +22,7 @@ from stripfold.elastica._events import SNAP, TOUCH
 from stripfold.elastica._system import gripper_at, newton, refine
 from stripfold.inputs import Scene
 from stripfold.material import Material
-from studies.common import Progress, attempted, command, dataset, grid, timed, timed_process
+from studies.common import Progress, attempted, command, dataset, grid, markdown_table, timed, timed_process
 
 Shape = Callable[[Array], Array]
 """The strip's mid-surface: from distances from the grasped end, shape (n,), to places, shape (n, 2)."""
@@ -213,7 +213,8 @@ def presets(times: xr.Dataset) -> str:
 
     Times and errors are the largest over the heights with a snap.
     """
-    rows = ["| `--accuracy` | `--model` | chosen | time | estimated error | true error |", "|---|---|---|---|---|---|"]
+    header = "`--accuracy`", "`--model`", "chosen", "time", "estimated error", "true error"
+    rows = []
     snaps = times.sel(gripper_height=times["snaps"] > 0)
     for accuracy in times["accuracy"].values:
         for asked in times["asked"].values:
@@ -221,5 +222,5 @@ def presets(times: xr.Dataset) -> str:
             chosen = ", ".join(dict.fromkeys(str(name) for name in one["preset_model"].values))
             told, error = (float(np.abs(one[name]).max()) for name in ("preset_estimate", "preset_error"))
             seconds = float(one["preset_seconds"].max())
-            rows.append(f"| {accuracy:.0e} | `{asked}` | {chosen} | {seconds:.2g} s | {told:.0e} | {error:.0e} |")
-    return "\n".join(rows) + "\n"
+            rows.append((f"{accuracy:.0e}", f"`{asked}`", chosen, f"{seconds:.2g} s", f"{told:.0e}", f"{error:.0e}"))
+    return markdown_table(header, rows)

@@ -54,6 +54,12 @@ def table(
     return dataset(study, {name: (dim, [row[name] for row in rows]) for name in rows[0]}, attrs)
 
 
+def markdown_table(header: Iterable[object], rows: Iterable[Iterable[object]]) -> str:
+    """A table with these cells."""
+    first, *others = ["| " + " | ".join(map(str, cells)) + " |\n" for cells in (header, *rows)]
+    return "".join([first, "|---" * (first.count("|") - 1) + "|\n", *others])
+
+
 def blank(*shape: int) -> Array:
     """An array of nan, to be filled."""
     return np.full(shape, np.nan)

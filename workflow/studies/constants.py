@@ -8,7 +8,7 @@ from pathlib import Path
 
 import xarray as xr
 
-from studies.common import dataset
+from studies.common import dataset, markdown_table
 
 SOURCE = Path(__file__).parents[2] / "src" / "stripfold"
 
@@ -27,11 +27,11 @@ def run(packages: Sequence[str], before: int, later: Sequence[str]) -> xr.Datase
 
 def markdown(data: xr.Dataset) -> str:
     """The constants as a table."""
-    rows = ["| module | constant | value | reason |", "|---|---|---|---|"]
+    rows = []
     for one in (data.isel(constant=i) for i in range(data.sizes["constant"])):
         cells = (f"`{one['constant'].item()}`", f"`{one['value'].item()}`", one["reason"].item())
-        rows.append("| " + " | ".join((one["module"].item(), *(cell.replace("|", r"\|") for cell in cells))) + " |")
-    return "\n".join(rows) + "\n"
+        rows.append((one["module"].item(), *(cell.replace("|", r"\|") for cell in cells)))
+    return markdown_table(("module", "constant", "value", "reason"), rows)
 
 
 def of_packages(source: Path, packages: Sequence[str]) -> Iterator[tuple[str, str, str, str]]:

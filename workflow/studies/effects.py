@@ -13,7 +13,7 @@ import xarray as xr
 from stripfold.analysis import collapse
 from stripfold.analysis.needed_effects import INERTIA, MEMBRANE, SELF_CONTACT, SOLID
 from stripfold.simulation import Simulation
-from studies.common import NO_RESULT, Progress, dataset, grid, variables
+from studies.common import NO_RESULT, Progress, dataset, grid, markdown_table, variables
 
 SWITCHED = (SELF_CONTACT, INERTIA, SOLID, MEMBRANE)
 """Effects that can be on or off in a simulation: the floor is always there, and it has no internal friction."""
@@ -89,11 +89,11 @@ def _clocked(on: collapse.Clock, off: collapse.Clock) -> float:
 def markdown(data: xr.Dataset) -> str:
     """The study as a table: a scene per row, an effect per column, with the time that leaving it out saves."""
     effects = list(data["effect"].values)
-    rows = ["| scene | " + " | ".join(effects) + " |", "|---" * (len(effects) + 1) + "|"]
-    for name in data["scene"].values:
-        cells = [_cell(data.sel(scene=name, effect=effect)) for effect in effects]
-        rows.append(f"| {name} | " + " | ".join(cells) + " |")
-    return "\n".join(rows) + "\n"
+    scenes = data["scene"].values
+    return markdown_table(
+        ["scene", *effects],
+        ([name, *(_cell(data.sel(scene=name, effect=effect)) for effect in effects)] for name in scenes),
+    )
 
 
 def _cell(one: xr.Dataset) -> str:

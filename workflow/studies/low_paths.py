@@ -29,7 +29,7 @@ from stripfold.errors import SolveError
 from stripfold.paths.low_path import low
 from stripfold.paths.rpath import plan_r_path
 from stripfold.solve.schemes import Damping
-from studies.common import Progress, attempted, dataset, pooled
+from studies.common import Progress, attempted, dataset, markdown_table, pooled
 
 LENGTH, HEIGHT, THICKNESS = (8.0, 40.0), (0.3, 1.7), (0.02, 0.15)
 """What is drawn, evenly."""
@@ -199,15 +199,12 @@ def in_time(at: tuple[tuple[float, float], float], length: float, thickness: flo
 
 def markdown(data: xr.Dataset) -> str:
     """The paths in time as a table in Markdown."""
-    rows = [
-        "| z | mu | kinetic energy | gripper's force | at the held end | error of the fold | taken by friction |",
-        "|---|---|---|---|---|---|---|",
-    ]
+    header = "z", "mu", "kinetic energy", "gripper's force", "at the held end", "error of the fold", "taken by friction"
+    forms = (".3f", ".1f", ".1f", ".4f", ".2f")
+    rows = []
     for height in data["time_height"].values:
         for mu in data["mu"].values:
             one = data.sel(time_height=height, mu=mu)
-            kinetic, grip, hold, error, dissipated = (float(one[f"time_{name}"]) for name in TIME_NUMBERS)
-            rows.append(
-                f"| {height:g} | {mu:g} | {kinetic:.3f} | {grip:.1f} | {hold:.1f} | {error:.4f} | {dissipated:.2f} |"
-            )
-    return "\n".join(rows) + "\n"
+            cells = [format(float(one[f"time_{n}"]), form) for n, form in zip(TIME_NUMBERS, forms, strict=True)]
+            rows.append([f"{height:g}", f"{mu:g}", *cells])
+    return markdown_table(header, rows)

@@ -23,7 +23,7 @@ from stripfold import elastica
 from stripfold.analysis.critical_point import ELASTICA_ERROR
 from stripfold.errors import StripfoldError
 from studies import peers_ours
-from studies.common import ONE_CORE, Progress, blank, dataset, timed
+from studies.common import ONE_CORE, Progress, blank, dataset, markdown_table, timed
 
 Settings = list[dict[str, Any]]
 
@@ -247,7 +247,7 @@ def table(peers: xr.Dataset) -> str:
     """The page's table: times to each tolerance, or why there are none."""
     tolerances = [f"{tolerance:.0e}".replace("e-0", "e-") for tolerance in peers["accuracy"].values]
     columns = [f"{question}, {tolerance}" for question in QUESTIONS for tolerance in tolerances]
-    rows = ["| program | version | model | " + " | ".join(columns) + " |", "|---" * (3 + len(columns)) + "|"]
+    rows = []
     for name in peers["program"].values:
         one = peers.sel(program=name)
         cells = [TITLES.get(name, f"**{name}**, ours"), str(one["version"].item()) or "this one"]
@@ -255,7 +255,7 @@ def table(peers: xr.Dataset) -> str:
         for question in QUESTIONS:
             times = one["time"].sel(question=question).values
             cells += ["-" if np.isnan(seconds) else f"{seconds:.2g} s" for seconds in times]
-        rows.append("| " + " | ".join(cells) + " |")
+        rows.append(cells)
     reasons = [
         f"* {TITLES[name]}, {question}: {reason}."
         for name in TITLES
@@ -268,6 +268,7 @@ def table(peers: xr.Dataset) -> str:
         for run in (peers.isel(run=i) for i in range(peers.sizes["run"]))
         if run["failed"].item()
     ]
-    parts = ["\n".join(rows), "No answer, because it", "\n".join(reasons)]
+    times_to = markdown_table(["program", "version", "model", *columns], rows).rstrip()
+    parts = [times_to, "No answer, because it", "\n".join(reasons)]
     parts += ["Runs without a solution:", "\n".join(failed)] if failed else []
     return "\n\n".join(parts) + "\n"

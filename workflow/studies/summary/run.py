@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from studies.common import NO_RESULT
+from studies.common import NO_RESULT, markdown_table
 from studies.summary.facts import Facts
 from studies.summary.table import SOURCES, Number, Source
 
@@ -101,10 +101,8 @@ def _rows(summary: Mapping[str, Entry]) -> list[tuple[str, ...]]:
 
 def markdown(summary: Mapping[str, Entry]) -> str:
     """The summary as a table in Markdown."""
-    lines = ["".join(f"| {name} " for name in COLUMNS) + "|", "|---" * len(COLUMNS) + "|"]
-    for key, *cells in _rows(summary):
-        lines.append("| " + " | ".join([f"`{key}`", *(cell.replace("|", "\\|") for cell in cells)]) + " |")
-    return "\n".join(lines) + "\n"
+    rows = ([f"`{key}`", *(cell.replace("|", "\\|") for cell in cells)] for key, *cells in _rows(summary))
+    return markdown_table(COLUMNS, rows)
 
 
 def page(summary: Mapping[str, Entry]) -> str:
