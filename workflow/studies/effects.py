@@ -67,6 +67,8 @@ def compare(given: Mapping[str, Any], effect: str, repeats: int) -> dict[str, fl
     # Other load of the machine makes a run longer, never shorter.
     least = {setting: min(taken) for setting, taken in seconds.items()}
     accuracy = asked["on"].accuracy
+    # Time by the effect's own clock, with it less without it, over the time of everything else.
+    clocked = (on_clock.self_contact - off_clock.self_contact) / (on_clock.whole - on_clock.self_contact)
     return {
         "needed": float(on["needed"].sel(effect=effect)),
         "reported": float(effect in off.attrs["missing"].split(", ")),
@@ -75,15 +77,10 @@ def compare(given: Mapping[str, Any], effect: str, repeats: int) -> dict[str, fl
         "change": change,
         "touch_change": touch,
         "cost": least["on"] / least["off"] - 1.0,
-        "clocked": _clocked(on_clock, off_clock) if effect == SELF_CONTACT else np.nan,
+        "clocked": clocked if effect == SELF_CONTACT else np.nan,
         "seconds_on": least["on"],
         "seconds_off": least["off"],
     }
-
-
-def _clocked(on: collapse.Clock, off: collapse.Clock) -> float:
-    """Time by the effect's own clock, with it less without it, over the time of everything else."""
-    return (on.self_contact - off.self_contact) / (on.whole - on.self_contact)
 
 
 def markdown(data: xr.Dataset) -> str:

@@ -265,15 +265,15 @@ def _moved_by(at: BranchPoint, motion: Clamped) -> BranchPoint:
 
 def _followed(at: BranchPoint, end: float = inf) -> BranchPoint | BranchCrossing:
     """The last point of a branch up to lambda = ``end``, or what ends it before."""
-    for item in contact_branch.follow(at, STEPS, _stops, through_contact=False, end=end):
+
+    def stops(problem: MovingContact) -> list[Event]:
+        return [contact_events.touch(problem), LIMIT]
+
+    for item in contact_branch.follow(at, STEPS, stops, through_contact=False, end=end):
         if isinstance(item, BranchCrossing):
             return item
         at = item
     return at
-
-
-def _stops(problem: MovingContact) -> list[Event]:
-    return [contact_events.touch(problem), LIMIT]
 
 
 def of_elastica(scene: Scene) -> Advance:
