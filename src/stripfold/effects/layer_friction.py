@@ -33,8 +33,6 @@ class LayerFriction(Effect):
 
     Attributes
     ----------
-    model
-        The strip.
     mu
         Coefficient of friction.
     stiffness

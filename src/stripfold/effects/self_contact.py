@@ -44,8 +44,6 @@ class SelfContact:
 
     Attributes
     ----------
-    model
-        The strip.
     pairs
         Pairs that can be in contact.
     stiffness
