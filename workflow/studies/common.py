@@ -143,8 +143,8 @@ def timed(
 def timed_process(code: str, repeats: int = 1) -> tuple[list[float], list[str], float]:
     """Run Python code in processes of their own on one core, after an uncounted run where there are several.
 
-    Returns seconds and output of each counted run, and the largest peak memory, MB.  Raises StripfoldError: a process
-    failed.
+    Returns the seconds and output of each counted run, and the largest peak memory, MB.  Raises StripfoldError: a
+    process failed.
     """
     # Not from `getrusage`, whose peak includes that of the process that started it.
     told = f"import sys\n{code}\nprint(*(x for x in open('/proc/self/status') if x[:5] == 'VmHWM'), file=sys.stderr)"
