@@ -138,7 +138,7 @@ def test_eta_b():
     assert float(found.to_dataset()["gravity_length"]) == pytest.approx(0.0272 / 0.906597, rel=1e-5)
 
 
-@pytest.mark.parametrize("name", ["stripfold", "stripfold.strip", "stripfold.inputs"])
+@pytest.mark.parametrize("name", ["stripfold", "stripfold.strip", "stripfold.measured", "stripfold.inputs"])
 def test_examples_in_docstrings(name):
     found = doctest.testmod(import_module(name))
     assert found.attempted

@@ -10,10 +10,10 @@ import xarray as xr
 
 from conftest import ROOT
 from stripfold import elastica
-from stripfold.elastica.grids import NODES, contact_states, free_states, lifted_states, nodes_and_integral
 from stripfold.paths.rpath import Part, PlannedState
 from studies import explorer as study
 from tasks import explorer as page
+from tasks.explorer_states import NODES, contact_states, free_states, lifted_states, nodes_and_integral
 
 STORED = ROOT / "results" / "studies" / "explorer.nc"
 

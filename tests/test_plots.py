@@ -28,6 +28,7 @@ from plots import (
     real_paths,
     recordings_accuracy,
 )
+from plots.models import plain_numbers
 from plots.pieces import look
 from plots.readers import branch, evenly
 from plotted import colours, drawn, labelled, legend_texts, lines, named, notes
@@ -315,3 +316,15 @@ class TestRecordings:
         assert top.get_title(loc="left") == said
         assert sum(patch.get_height() for patch in bottom.patches) == pytest.approx(20.0)
         recordings_accuracy.draw(data.isel(case=slice(20, None)))
+
+
+def test_labels_over_a_decade_do_not_overlap():
+    ax = figure(2.0).subplots()
+    ax.set(xscale="log", xlim=(0.015, 0.55))
+    plain_numbers(ax.xaxis)
+    ax.figure.draw_without_rendering()
+    ticks = [text for which in (False, True) for text in ax.get_xticklabels(minor=which) if text.get_text()]
+    extents = [text.get_window_extent().extents for text in ticks if 0.015 < text.get_position()[0] < 0.55]
+    shown = sorted((left, right) for left, _, right, _ in extents)
+    assert len(shown) == 5
+    assert all(one[1] < other[0] for one, other in pairwise(shown))

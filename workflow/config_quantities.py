@@ -14,6 +14,7 @@ Refinement = Annotated[Number, quantity("element size over that of the standard 
 Step = Annotated[Number, quantity("size of the steps along the path", "L*", gt=0.0)]
 Tolerance = Annotated[Number, quantity("tolerance", "L*", gt=0.0)]
 Speed = Annotated[Number, quantity("speed of the gripper", "m s^-1", gt=0.0)]
+Share = Annotated[Number, quantity("share", ge=0.0, le=1.0)]
 Cases = Annotated[Whole, quantity("number of cases", ge=1)]
 Repeats = Annotated[Whole, quantity("runs, of which the median is reported", ge=1)]
 Seed = Annotated[Whole, quantity("seed of the random numbers", ge=0)]

@@ -6,7 +6,18 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from config_motion import AirStar, FallAccuracy, Falls, Lag, Modes, Schemes, SpeedStar, StiffnessStar
+from config_friction import (
+    DisturbedRPath,
+    Fabrics,
+    FrictionDelay,
+    FrictionSteps,
+    FrictionTouch,
+    LayerFriction,
+    Moment,
+    Mu,
+    TextileLaw,
+)
+from config_motion import FallAccuracy, Falls, Lag, Modes, Schemes, SpeedStar
 from config_quantities import (
     Cases,
     HeightStar,
@@ -17,20 +28,17 @@ from config_quantities import (
     Repeats,
     Sample,
     Seed,
-    Step,
+    Share,
     Thickness,
     Tolerance,
 )
-from stripfold.inputs import MAX_MU, Accuracy, AtHeight, EtaB, EtaM, Height, Length
+from stripfold.inputs import Accuracy, AtHeight, EtaB, EtaM, Height, Length
 from stripfold.simulation import Release
 from stripfold.validation import AtLeastOne, AtLeastTwo, Input, Number, Text, Whole, quantity
 
 Parts = Annotated[Whole, quantity("parts of each element", ge=1)]
 Distance = Annotated[Number, quantity("distance to lambda_c", "L*", gt=0.0)]
-Moment = Annotated[Number, quantity("M_0 of a bending hysteresis", "rho_a g L*^2", ge=0.0)]
-Mu = Annotated[Number, quantity("coefficient of friction", ge=0.0, le=MAX_MU)]
 PerAxis = Annotated[Whole, quantity("values of each of two keys", ge=2)]
-Share = Annotated[Number, quantity("share", ge=0.0, le=1.0)]
 
 
 class Limit(Input):
@@ -194,105 +202,6 @@ class Tangency(Input):
     lengths: AtLeastOne[LengthStar]
     thicknesses: AtLeastOne[Thickness]
     refinement: Refinement
-
-
-class FrictionSteps(Input):
-    """Smallest friction against the size of the steps."""
-
-    length: LengthStar
-    thickness: Thickness
-    steps: AtLeastOne[Step]
-    refinement: Refinement
-
-
-class Fabrics(Input):
-    """Real fabrics: L* and internal friction."""
-
-    table: Annotated[Text, Field(description="table of measured fabrics")]
-    measured: Annotated[Text, Field(description="moment-curvature table of a textile as it is first bent")]
-    areal_load: Annotated[Number, quantity("weight of the textile per area", "N m^-2", gt=0.0)]
-    height: HeightStar
-
-
-class TextileLaw(Input):
-    """The measured textile with its own bending law, against its secant."""
-
-    table: Annotated[Text, Field(description="moment-curvature table of a textile as it is first bent")]
-    areal_load: Annotated[Number, quantity("weight of the textile per area", "N m^-2", gt=0.0)]
-    height: HeightStar
-    length_star: LengthStar
-    thickness: Thickness
-    heights: AtLeastOne[HeightStar]
-    step: Step
-    refinement: Refinement
-
-
-Friction = Annotated[Number, quantity("M_0 of bending hysteresis", "rho_a g L*^2", gt=0.0)]
-YieldCurvature = Annotated[Number, quantity("kappa_y of bending hysteresis", "1/L*", gt=0.0)]
-
-
-class FrictionDelay(Input):
-    """The end of a motion along x with bending friction."""
-
-    length: LengthStar
-    thickness: Thickness
-    heights: AtLeastOne[HeightStar]
-    moments: AtLeastTwo[Friction]
-    checked: Friction
-    folded: AtLeastOne[Friction]
-    yield_curvature: YieldCurvature
-    step: Step
-
-
-class LayerFriction(Input):
-    """The finished fold over the friction between the layers."""
-
-    length_star: LengthStar
-    thickness: Thickness
-    moment: Moment
-    coefficients: AtLeastOne[Mu]
-    shown: Mu
-    band: AtLeastTwo[Mu]
-    long: LengthStar
-    fabric_moment: Moment
-
-
-class FrictionMotion(Input):
-    """How a strip with bending friction is followed: in statics, and in time where it is lost."""
-
-    yield_curvature: YieldCurvature
-    step: Step
-    speed: SpeedStar
-    air: AirStar
-    stiffness: StiffnessStar
-
-
-class FrictionTouch(Input):
-    """First touches on the triangular and the circular path with bending friction."""
-
-    lengths: AtLeastTwo[LengthStar]
-    thickness: Thickness
-    moments: AtLeastTwo[Friction]
-    checked: LengthStar
-    motion: FrictionMotion
-    uncertainty: Share
-
-
-class DisturbedRPath(Input):
-    """First touches on a disturbed R-path."""
-
-    length: LengthStar
-    thickness: Thickness
-    moments: AtLeastOne[Friction]
-    eta_b: AtLeastOne[Annotated[Number, quantity("true eta_b over that of the plan", gt=0.0)]]
-    rises: AtLeastOne[Annotated[Number, quantity("height by which the gripper is too high", "L*")]]
-    vibrations: AtLeastOne[
-        tuple[
-            Annotated[Number, quantity("amplitude", "L*", ge=0.0)],
-            Annotated[Number, quantity("angular frequency", "sqrt(g/L*)", gt=0.0)],
-        ]
-    ]
-    motion: FrictionMotion
 
 
 class RandomPaths(Sample):

@@ -23,24 +23,12 @@ def load(source: str | os.PathLike[str] | Mapping[str, Any], root: str | os.Path
 
     Loading a resolved configuration again changes nothing.
 
-    Parameters
-    ----------
-    source
-        Path of a YAML file, or its content.
-    root
-        Folder from which relative paths inside the configuration start.
+    ``source``: path of a YAML file, or its content; ``root``: folder from which relative paths inside the configuration
+    start.
 
-    Returns
-    -------
-    dict
-        A new one; plain numbers, texts, lists and dicts.
-
-    Raises
-    ------
-    InvalidInputError
-        Not readable, an unknown or missing key, or a value that cannot be used; the message names the key.
-    SolveError
-        The elastica, which tells how long a strip must be, could not be solved.
+    Returns a new one; plain numbers, texts, lists and dicts.  Raises InvalidInputError: not readable, an unknown or
+    missing key, or a value that cannot be used; the message names the key; SolveError: the elastica, which tells how
+    long a strip must be, could not be solved.
     """
     given = source if isinstance(source, Mapping) else read_yaml(source, "configuration", "gravity: 9.81")
     config: Config = Configuration.of(given).model_dump(mode="json", exclude_none=True)
@@ -58,10 +46,7 @@ def load(source: str | os.PathLike[str] | Mapping[str, Any], root: str | os.Path
 def scene(config: Config, material: Mapping[str, Any], height: float, model: Model = "solid") -> Scene:
     """The scene of one of the configuration's materials at a gripper height in L*.
 
-    Raises
-    ------
-    InvalidInputError
-        A number that cannot be used.
+    Raises InvalidInputError: a number that cannot be used.
     """
     return Scene(
         length=material["length"],
@@ -77,10 +62,7 @@ def scene(config: Config, material: Mapping[str, Any], height: float, model: Mod
 def recording_folders(folder: Path, taken: Iterable[str]) -> list[str]:
     """Names of the recordings in a folder, sorted.
 
-    Raises
-    ------
-    InvalidInputError
-        One of the names in ``taken``, or with what Snakemake takes for a wildcard.
+    Raises InvalidInputError: one of the names in ``taken``, or with what Snakemake takes for a wildcard.
     """
     names = sorted(path.parent.name for path in folder.glob("*/recording.yaml"))
     for name in {*taken} & {*names} or [name for name in names if "{" in name or "}" in name]:

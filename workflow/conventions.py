@@ -29,10 +29,7 @@ def of_file(path: str | Path) -> tuple[list[str], list[str]]:
 
     A check of CF that ends in an exception is an error, too: the file is not known to pass.
 
-    Raises
-    ------
-    InvalidInputError
-        The file cannot be read.
+    Raises InvalidInputError: the file cannot be read.
     """
     from compliance_checker.runner import CheckSuite
 
@@ -65,13 +62,8 @@ def _failed(result: Any) -> list[str]:
 def run(paths: Sequence[str], threads: int = 1, progress: Callable[[str], None] | None = None) -> xr.Dataset:
     """Check files.
 
-    Parameters
-    ----------
-    paths
-        The files.
+    ``paths``: the files.
 
-    Returns
-    -------
     Dataset over ``file``: ``cf_errors`` and ``acdd_omissions`` are numbers, ``messages`` what they say.
     """
     found = pooled(of_file, paths, threads)

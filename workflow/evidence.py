@@ -26,16 +26,7 @@ from studies import STUDIES, parameters
 ROOT = Path(__file__).parents[1]
 PACKAGES = ("stripfold", "conventions", "plots", "second_generator", "studies", "tasks")
 """First parts of the names of the project's modules."""
-LIBRARIES = (
-    "av",
-    "numba",
-    "numpy",
-    "opencv-python-headless",
-    "pillow",
-    "scikit-fem",
-    "scikit-image",
-    "scipy",
-)
+LIBRARIES = ("av", "numba", "numpy", "opencv-python-headless", "pillow", "scikit-fem", "scikit-image", "scipy")
 """Libraries whose version can change a number; those of them that the lock names."""
 ATTRIBUTE = "evidence"
 """Global attribute of a stored dataset that holds its evidence, as JSON."""
@@ -50,18 +41,9 @@ def evidence(
 ) -> dict[str, Any]:
     """Digests of everything that the result of a call depends on.
 
-    Parameters
-    ----------
-    call
-        The function, as "module:name".
-    params
-        Its parameters.
-    inputs
-        Its input files.  A dataset with evidence of its own counts by its digest.
-    files
-        Patterns, relative to the repository, of further source files.
-    code
-        The :func:`code_digest`, where it is known.
+    ``call``: the function, as "module:name".  ``params``: its parameters.  ``inputs``: its input files.  A dataset with
+    evidence of its own counts by its digest.  ``files``: patterns, relative to the repository, of further source files.
+    ``code``: the :func:`code_digest`, where it is known.
     """
     return {
         "call": call,
@@ -81,12 +63,7 @@ def digest(found: Mapping[str, Any]) -> str:
 def why_stale(dataset: xr.Dataset, params: Mapping[str, Any] | None = None) -> str:
     """The reason why a stored dataset is not what today's code would store; empty where it is fresh.
 
-    Parameters
-    ----------
-    dataset
-        As stored.
-    params
-        Today's parameters of its function; not compared where they are unknown.
+    ``dataset``: as stored.  ``params``: today's parameters of its function; not compared where they are unknown.
     """
     stored = json.loads(dataset.attrs.get(ATTRIBUTE, "{}"))
     if not stored:

@@ -6,7 +6,7 @@ import numpy as np
 
 from stripfold.arrays import Array
 from stripfold.elastica._chebyshev import grid
-from stripfold.elastica._continuation import at_height, between, until
+from stripfold.elastica._continuation import at_height, to_event
 from stripfold.elastica._events import SNAP, TOUCH
 from stripfold.elastica._starts import HEIGHTS, NODES, RANGES, TABLE
 from stripfold.elastica._system import LENGTH, SCALARS, refine
@@ -19,8 +19,7 @@ def compute() -> Array:
     rows = []
     for event, (low, high) in zip((TOUCH, SNAP), np.log(RANGES), strict=True):
         for z in np.exp(low + grid(HEIGHTS).nodes * (high - low)).tolist():
-            *_, before, after = until(points(z), event)
-            y = refine(between(before, after, at_height(z), event).e.y, NODES)
+            y = refine(to_event(points(z), at_height(z), event)[-1].e.y, NODES)
             y[:-SCALARS] /= y[LENGTH] ** 2
             rows.append(y)
     return np.array(rows)

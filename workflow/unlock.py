@@ -30,10 +30,7 @@ def running(folder: Path) -> list[int]:
 def unlock(folder: Path) -> str:
     """Remove the lock of a folder; what was done, empty where there was none.
 
-    Raises
-    ------
-    RuntimeError
-        Snakemake runs there.
+    Raises RuntimeError: Snakemake runs there.
     """
     folder = folder.resolve()
     locks = folder / LOCKS

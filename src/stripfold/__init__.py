@@ -35,8 +35,9 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from stripfold import paths
     from stripfold.errors import InvalidInputError, MeasurementError, NoPathError, SolveError, StripfoldError
+    from stripfold.measured import eta_b, measure
     from stripfold.simulation import Release
-    from stripfold.strip import Hysteresis, Pull, Strip, eta_b, measure
+    from stripfold.strip import Hysteresis, Pull, Strip
 
     __version__: str
 
@@ -58,8 +59,9 @@ __all__ = [
 
 _MODULES = {
     "errors": ("InvalidInputError", "MeasurementError", "NoPathError", "SolveError", "StripfoldError"),
+    "measured": ("eta_b", "measure"),
     "simulation": ("Release",),
-    "strip": ("Hysteresis", "Pull", "Strip", "eta_b", "measure"),
+    "strip": ("Hysteresis", "Pull", "Strip"),
 }
 
 

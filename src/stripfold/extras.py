@@ -17,10 +17,7 @@ MODULES = {
 def require(extra: str) -> None:
     """Refuse to go on without an extra.
 
-    Raises
-    ------
-    MissingExtraError
-        One of its modules is not installed.
+    Raises MissingExtraError: one of its modules is not installed.
     """
     missing = [module for module in MODULES[extra] if find_spec(module) is None]
     if missing:

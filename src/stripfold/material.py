@@ -19,18 +19,9 @@ _NUMBER = r"(?<![\w.])(-?\d+(?:\.\d+)?(?:e[-+]?\d+)?)"
 class Material:
     """A strip material.
 
-    Parameters
-    ----------
-    eta_b
-        Weight-to-bending-stiffness ratio ``rho_a / D``, m^-4 s^2.
-    eta_m
-        Weight-to-membrane-stiffness ratio ``rho_a / (E h / (1 - nu^2))``, m^-2 s^2.
-    nu
-        Poisson's ratio.
-    rho_a
-        Areal density, kg m^-2.  It cancels in statics and scales the force output only.
-    gravity
-        Gravitational acceleration, m s^-2.
+    ``eta_b``: weight-to-bending-stiffness ratio ``rho_a / D``, m^-4 s^2.  ``eta_m``: weight-to-membrane-stiffness ratio
+    ``rho_a / (E h / (1 - nu^2))``, m^-2 s^2.  ``nu``: Poisson's ratio.  ``rho_a``: areal density, kg m^-2.  It cancels
+    in statics and scales the force output only.  ``gravity``: gravitational acceleration, m s^-2.
 
     Examples
     --------

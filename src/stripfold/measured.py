@@ -1,4 +1,4 @@
-"""Results that are measured in pictures and recordings, in the form of :mod:`.reporting`."""
+"""The functions that measure in pictures and recordings, and their results in the form of :mod:`.reporting`."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import os
 from dataclasses import dataclass
 from math import degrees, isnan, nan
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, Literal, Self
 
 from stripfold import schema, store
 from stripfold.errors import InvalidInputError
@@ -271,3 +271,89 @@ class RecordingMeasurement(Result):
         from stripfold.vision import report
 
         store.write_text(report.html(self.details), file)
+
+
+def eta_b(
+    *,
+    fold_height: float | None = None,
+    image: str | os.PathLike[str] | None = None,
+    scale: float | None = None,
+    method: Literal["fold", "cantilever"] | None = None,
+    slope: float | None = None,
+    bending_length: float | None = None,
+    rigidity: float | None = None,
+    kes_b: float | None = None,
+    kes_2hb: float | None = None,
+    gsm: float | None = None,
+) -> EtaB:
+    """The weight-to-bending-stiffness ratio of a fabric.
+
+    Parameters
+    ----------
+    fold_height
+        Height of the loop of a strip folded in half, m; or
+    image
+        a picture, upright, of such a loop or of a strip that hangs out of a clamp, with
+    scale
+        m per pixel, and
+    method
+        "fold" or "cantilever".
+    slope
+        Angle of a cantilever below the horizontal at its clamp, degrees; fitted if left out.
+    bending_length
+        Peirce's bending length, m: it is L*; or
+    rigidity
+        bending stiffness per width, N m; or
+    kes_b, kes_2hb
+        B, gf cm^2/cm, of Kawabata's test and, if known, its 2HB, gf cm/cm: the friction; these or the rigidity with
+    gsm
+        weight per area, g/m^2.
+
+    Raises
+    ------
+    InvalidInputError
+        A value that cannot be used.
+    MeasurementError
+        The picture shows no such strip.
+
+    Examples
+    --------
+    >>> import stripfold as sf
+    >>> round(sf.eta_b(fold_height=0.0272).eta_b, 1)
+    3774.6
+    """
+    picture = None if image is None else os.fspath(image)
+    return EtaB.of(
+        EtaRequest(
+            fold_height=fold_height,
+            image=picture,
+            scale=scale,
+            method=method,
+            slope=slope,
+            bending_length=bending_length,
+            rigidity=rigidity,
+            kes_b=kes_b,
+            kes_2hb=kes_2hb,
+            gsm=gsm,
+        )
+    )
+
+
+def measure(folder: str | os.PathLike[str], *, progress: Progress | None = None) -> RecordingMeasurement:
+    """lambda at the onset of the snap in a recording, with its uncertainty (docs/measuring.md).
+
+    Parameters
+    ----------
+    folder
+        With recording.yaml, the film and the calibration.
+    progress
+        Called with a line on what is being done.
+
+    Raises
+    ------
+    InvalidInputError
+        A file that cannot be read, or an entry that cannot be used.
+    MeasurementError
+        The files can be read but not measured.
+    """
+    return RecordingMeasurement.of(folder, progress)

@@ -12,12 +12,7 @@ T = TypeVar("T")
 class Percent:
     """Says how much of a part is done, each whole per cent once.
 
-    Parameters
-    ----------
-    progress
-        Called with a line; None says nothing.
-    what
-        What is being done.
+    ``progress``: called with a line; None says nothing.  ``what``: what is being done.
 
     Examples
     --------

@@ -10,10 +10,7 @@ def root(function: Callable[[float], float], low: float, high: float, tolerance:
 
     Inverse quadratic interpolation or bisection, by the criterion of Chandrupatla (Adv. Eng. Software 28 (1997), 145).
 
-    Raises
-    ------
-    ValueError
-        The function has the same sign at both ends, or is not a number.
+    Raises ValueError: the function has the same sign at both ends, or is not a number.
 
     Examples
     --------

@@ -57,21 +57,10 @@ def dataset(
 ) -> xr.Dataset:
     """A dataset whose variables have the units and long names of the table.
 
-    Parameters
-    ----------
-    values
-        Dimensions and values by name.  Texts, and a variable with the name of its only dimension, become coordinates.
-    attrs
-        Global attributes.
-    scales
-        Factor to each unit, where the values are in solver units: :attr:`.Material.scales`.
-    table
-        The variables; by default those of :func:`variables`.
-
-    Raises
-    ------
-    StripfoldError
-        A name is not in the table.
+    ``values``: dimensions and values by name.  Texts, and a variable with the name of its only dimension, become
+    coordinates.  ``attrs``: global attributes.  ``scales``: factor to each unit, where the values are in solver units:
+    :attr:`.Material.scales`.  ``table``: the variables; by default those of :func:`variables`.  Raises StripfoldError:
+    a name is not in the table.
     """
     import xarray as xr
 

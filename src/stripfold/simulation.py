@@ -102,13 +102,12 @@ class Simulation(AtHeight, Release):
             if solid not in ("auto", wanted):
                 raise InvalidInputError("effects.solid", solid, f"{wanted} with model = {self.model}", "give only one")
             object.__setattr__(self, "effects", self.effects.model_copy(update={"solid": wanted}))
-        elif solid == "off" or (solid == "auto" and self._is_rod_accurate()):
+        elif solid == "off" or (
+            solid == "auto" and model_error("rod", self.material.relative_thickness, self.nu) <= self.accuracy
+        ):
             object.__setattr__(self, "model", "rod")
         self.require_long_enough()
         return self
-
-    def _is_rod_accurate(self) -> bool:
-        return model_error("rod", self.material.relative_thickness, self.nu) <= self.accuracy
 
     @property
     def time_unit(self) -> float:
@@ -124,9 +123,6 @@ class Simulation(AtHeight, Release):
     def read(cls, path: str | os.PathLike[str]) -> Self:
         """A simulation from a YAML file.
 
-        Raises
-        ------
-        InvalidInputError
-            Not readable, or a key or value that cannot be used.
+        Raises InvalidInputError: not readable, or a key or value that cannot be used.
         """
         return cls(**read_yaml(path, "scene", "length: 0.6"))

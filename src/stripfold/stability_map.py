@@ -117,10 +117,7 @@ class StabilityMap(Result):
             ("L*", f"{unit:.5g} m; length {self.strip.length_star:.4g} L*"),
             ("no snap", metres(self.touch_limit, "below this height the sag touches first")),
             ("boundary", f"x = {x0:.5g} m, z = {z0:.5g} m  to  x = {x1:.5g} m, z = {z1:.5g} m"),
-            (
-                "highest",
-                metres(float(self.in_star.lifted[:, 1].max()) * unit, "above this height all is lifted"),
-            ),
+            ("highest", metres(float(self.in_star.lifted[:, 1].max()) * unit, "above this height all is lifted")),
             *self._friction_rows(),
             ("time", f"{self.seconds:.2f} s"),
         ]

@@ -73,10 +73,7 @@ class Grid:
     def of(cls, given: Mapping[str, Any]) -> Self:
         """A grid from numbers, lists of them and ranges.
 
-        Raises
-        ------
-        InvalidInputError
-            A key or value that cannot be used, or no case with values that go together.
+        Raises InvalidInputError: a key or value that cannot be used, or no case with values that go together.
         """
         if not isinstance(given, Mapping):
             raise InvalidInputError("grid", given, "keys and values")
@@ -188,10 +185,7 @@ def run(
 def chunk_files(grid: Grid, file: Path) -> dict[Path, range]:
     """The files of the chunks of a sweep into ``file``, and the numbers of the cases in each.
 
-    Raises
-    ------
-    InvalidInputError
-        The parts of another sweep stand beside the file.
+    Raises InvalidInputError: the parts of another sweep stand beside the file.
     """
     folder = file.with_name(f"{file.name}.parts")
     # Parts of another version are of another sweep: one file has one origin.

@@ -29,21 +29,10 @@ def read_rows(
     Columns are separated by semicolons, tabs or commas; with one of the first two a comma may be the decimal mark.  A
     file without names of columns has the asked ones in their order, and no other.
 
-    Parameters
-    ----------
-    key
-        Name of the table, for errors.
-    header
-        Names of the columns, separated by commas; the file may have more, in any order.
-    limits
-        Smallest and largest number of rows.
-    columns
-        Where these columns are: their names in the file, or their numbers from 1 on.
-
-    Raises
-    ------
-    InvalidInputError
-        No such file, no such columns, or too few or too many rows.
+    ``key``: name of the table, for errors.  ``header``: names of the columns, separated by commas; the file may have
+    more, in any order.  ``limits``: smallest and largest number of rows.  ``columns``: where these columns are: their
+    names in the file, or their numbers from 1 on.  Raises InvalidInputError: no such file, no such columns, or too few
+    or too many rows.
     """
     allowed = f"a CSV file with the header {header} and {limits[0]} to {limits[1]} rows"
     try:
@@ -120,10 +109,7 @@ def _places(key: str, path: Path, header: str, columns: Sequence[str], first: li
 def to_numbers(key: str, path: Path, rows: list[list[str]], columns: int) -> Array:
     """Numbers of at most :data:`LARGEST`, shape (n, columns), from the text of ``rows``.
 
-    Raises
-    ------
-    InvalidInputError
-        An entry that is not such a number, or a row of another length; the message names the row.
+    Raises InvalidInputError: an entry that is not such a number, or a row of another length; the message names the row.
     """
     values = np.empty((len(rows), columns))
     for number, row in enumerate(rows, start=1):

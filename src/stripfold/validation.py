@@ -43,10 +43,7 @@ class Input(BaseModel):
     def of(cls, given: Any) -> Self:
         """The model from keys and values of any mapping.
 
-        Raises
-        ------
-        InvalidInputError
-            No mapping, or what the model refuses.
+        Raises InvalidInputError: no mapping, or what the model refuses.
         """
         if not isinstance(given, Mapping):
             raise InvalidInputError("", given, "keys and values")
@@ -115,21 +112,9 @@ def read_yaml(
 ) -> dict[str, Any]:
     """The keys and values in a YAML file.
 
-    Parameters
-    ----------
-    path
-        The file.
-    key
-        What the file is called in an error.
-    example
-        Keys and values as they could stand in it, for the error.
-    plain
-        Makes YAML of the text of a file that is not quite YAML.
-
-    Raises
-    ------
-    InvalidInputError
-        Not readable, too large, with aliases or tags, too deeply nested, with a key twice, or not a mapping.
+    ``path``: the file; ``key``: what the file is called in an error; ``example``: keys and values as they could stand
+    in it, for the error; ``plain``: makes YAML of the text of a file that is not quite YAML.  Raises InvalidInputError:
+    not readable, too large, with aliases or tags, too deeply nested, with a key twice, or not a mapping.
     """
     import yaml
 

@@ -30,12 +30,8 @@ def draw(r_path: xr.Dataset, triangular: xr.Dataset, circular: xr.Dataset, plans
     Marks on the floor tell where the strip first touches, where it should, by the plan of the R-path, and where the
     folded strip begins to lie.
 
-    Parameters
-    ----------
-    r_path, triangular, circular
-        From :func:`tasks.assess_data.run`.
-    plans
-        From :func:`tasks.plans.dataset`, for the same strip.
+    ``r_path``, ``triangular``, ``circular``: from :func:`tasks.assess_data.run`; ``plans``: from
+    :func:`tasks.plans.dataset`, for the same strip.
     """
     found = (r_path, triangular, circular)
     each = [parts(data) for data in found]

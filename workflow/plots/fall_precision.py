@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from plots.models import LOOKS, draw_pareto, headroom
+from plots.models import LOOKS, draw_pareto, headroom, plain_numbers
 from plots.pieces import entry, note
 from stripfold.plots.colours import GREEN, GREY, PINK
 from stripfold.plots.style import figure, legend_above, styled
@@ -48,6 +48,7 @@ def draw(data: xr.Dataset) -> Figure:
         ax.set(xscale="log", yscale="log")
         note(ax, f"({'abcdefgh'[j]}) $z = {height:g}\\,L^*$", loc="upper right")
     headroom(panels[0], 0.15)
+    plain_numbers(panels[-1].xaxis)
     panels[-1].set_xlabel("run time of the fall [s]")
     fig.supylabel(r"error of the first touch$\,/\,L^*$", fontsize=9.0)
     shown = dict.fromkeys(zip(data["model"].values, data["scheme"].values, strict=True))

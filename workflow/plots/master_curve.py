@@ -19,13 +19,9 @@ from stripfold.plots.style import figure, legend_above, styled
 def draw(data: xr.Dataset, curve: xr.Dataset) -> Figure:
     """Draw lambda_c / L* over z / L*, with the difference between solid and elastica below.
 
-    Parameters
-    ----------
-    data
-        Critical points of several materials, padded with nan, over ``material`` and ``height_index``.
-    curve
-        The elastica's critical points from :func:`tasks.x_axis.master_curve`: ``lambda_c`` over ``z``,
-        both in L*, and the attribute ``touch_limit``, the height under which the sag touches first.
+    ``data``: critical points of several materials, padded with nan, over ``material`` and ``height_index``.  ``curve``:
+    the elastica's critical points from :func:`tasks.x_axis.master_curve`: ``lambda_c`` over ``z``, both in L*, and the
+    attribute ``touch_limit``, the height under which the sag touches first.
     """
     limit = float(curve.attrs["touch_limit"])
     fig = figure(4.6)

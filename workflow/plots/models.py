@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from plots.pieces import Look
 from stripfold.arrays import Array, Index
@@ -24,6 +26,13 @@ def pareto(cost: Array, error: Array) -> Index:
     order = [int(i) for i in np.lexsort((error, cost)) if np.isfinite(cost[i])]
     least = np.minimum.accumulate([np.inf, *error[order]])
     return np.array([i for i, before in zip(order, least, strict=False) if error[i] < before], dtype=np.intp)
+
+
+def plain_numbers(axis: Axis) -> None:
+    """Label a logarithmic axis of about a decade at 1, 2 and 5; labels of minor ticks would overlap."""
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_formatter(NullFormatter())
 
 
 def headroom(ax: Axes, share: float) -> None:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import xarray as xr
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+from matplotlib.ticker import NullFormatter
 
-from plots.models import LOOKS
+from plots.models import LOOKS, plain_numbers
 from plots.pieces import note
 from stripfold.plots.colours import GREY
 from stripfold.plots.style import figure, styled
@@ -33,10 +33,8 @@ def draw(data: xr.Dataset) -> Figure:
     note(bottom, "(b)")
     for ax in (top, bottom):
         ax.set(xscale="log", yscale="log")
-        # Less than a decade would have labels at minor ticks, one over the other.
         ax.xaxis.set_minor_formatter(NullFormatter())
         ax.legend(loc="lower right", fontsize=7)
-    top.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    top.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    plain_numbers(top.xaxis)
     fig.align_ylabels()
     return fig

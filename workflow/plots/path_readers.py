@@ -72,10 +72,7 @@ class PostCriticalBranch:
 def parts(data: xr.Dataset) -> list[Part]:
     """The parts, in order, of a dataset with the layout of :func:`tasks.states.dataset`.
 
-    Raises
-    ------
-    InvalidInputError
-        It holds something else, or no states.
+    Raises InvalidInputError: it holds something else, or no states.
     """
     require(data, ("phase", "part", *_NAMES), _ALLOWED)
     phase, number = data["phase"].values.astype(str), data["part"].values
@@ -95,10 +92,7 @@ def post_critical(data: xr.Dataset) -> list[PostCriticalBranch]:
 
     ``data`` is from :func:`tasks.post_critical.two_ways`.
 
-    Raises
-    ------
-    InvalidInputError
-        It holds something else.
+    Raises InvalidInputError: it holds something else.
     """
     if data.attrs.get("reason"):
         return []

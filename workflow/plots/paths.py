@@ -17,17 +17,8 @@ from stripfold.plots.style import CM, equal_panels, legend_above, styled
 def draw(data: xr.Dataset, material: str) -> Figure:
     """Draw the paths of one material from lambda_0 to where the advance ends, in the paper's frame.
 
-    Parameters
-    ----------
-    data
-        Critical points of several materials, padded with nan, over ``material`` and ``height_index``.
-    material
-        Name of the one to draw.
-
-    Raises
-    ------
-    InvalidInputError
-        No such material.
+    ``data``: critical points of several materials, padded with nan, over ``material`` and ``height_index``;
+    ``material``: name of the one to draw.  Raises InvalidInputError: no such material.
     """
     p = critical_points(data, material)
     half, snap = 0.5 * float(p["length"]), p["snap"].values

@@ -35,10 +35,7 @@ class Branch:
 def branch(data: xr.Dataset, height: float) -> Branch:
     """The branch of the snap height nearest ``height``, L*, from :func:`tasks.x_axis.run`.
 
-    Raises
-    ------
-    InvalidInputError
-        The strip snaps at none of the heights.
+    Raises InvalidInputError: the strip snaps at none of the heights.
     """
     heights = np.where(data["snap"].values > 0, data["gripper_height"].values, np.nan)
     if np.all(np.isnan(heights)):
@@ -66,10 +63,7 @@ def critical_points(data: xr.Dataset, material: str) -> xr.Dataset:
 
     Its ``end`` is lambda_c where ``snap`` is true, elsewhere lambda where the advance ended.
 
-    Raises
-    ------
-    InvalidInputError
-        No such material.
+    Raises InvalidInputError: no such material.
     """
     one = chosen(data, "material", material).dropna("height_index", subset=["gripper_height"]).sortby("gripper_height")
     snap = one["snap"] > 0

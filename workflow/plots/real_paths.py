@@ -46,10 +46,7 @@ def draw(data: xr.Dataset, frames: xr.Dataset) -> Figure:
         note(ax, rf"$\eta_b$ = {eta:.5g} m$^{{-4}}$ s$^2$")
     for ax in axes[len(groups) :]:
         ax.set_visible(False)
-    handles = [
-        entry("gripper, by the video", GRIPPER, lw=0.8),
-        entry(r"$\lambda_c$ without friction", CRITICAL, ":"),
-    ]
+    handles = [entry("gripper, by the video", GRIPPER, lw=0.8), entry(r"$\lambda_c$ without friction", CRITICAL, ":")]
     for i, speed in enumerate(speeds):
         text = f"onset of the snap at {MILLI * speed:.2g} mm/s"
         handles.append(entry(text, BLACK, "none", marker="o", **speed_mark(i, BLACK)))

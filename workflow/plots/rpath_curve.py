@@ -43,16 +43,9 @@ def draw(r_path: xr.Dataset, ways: xr.Dataset, friction: xr.Dataset, plans: xr.D
     point the planned state, unstable, has two post-critical branches, red and blue.  Orange: with the paper's friction.
     Dotted: the plan.  (b) enlarges the critical point.  Curves that coincide have different widths.
 
-    Parameters
-    ----------
-    r_path
-        From :func:`tasks.assess_data.run`.
-    ways
-        From :func:`tasks.post_critical.two_ways`.
-    friction
-        From :func:`tasks.friction.run`; the paper's pull is drawn.
-    plans
-        From :func:`tasks.plans.dataset`, for the same strip.
+    ``r_path``: from :func:`tasks.assess_data.run`.  ``ways``: from :func:`tasks.post_critical.two_ways`.  ``friction``:
+    from :func:`tasks.friction.run`; the paper's pull is drawn.  ``plans``: from :func:`tasks.plans.dataset`, for the
+    same strip.
     """
     plan, (before, *behind), branches = planned(plans, "r-path"), parts(r_path), post_critical(ways)
     critical = before if float(r_path.attrs["critical_points"]) > 0.0 else None

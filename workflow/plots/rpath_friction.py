@@ -40,16 +40,9 @@ def draw(r_path: xr.Dataset, ways: xr.Dataset, friction: xr.Dataset, plans: xr.D
     Red is the branch that touches, blue the other, with thin static states after the falls.  In (c) states that
     without friction would be unstable are orange; dotted over them the planned ones.
 
-    Parameters
-    ----------
-    r_path
-        From :func:`tasks.assess_data.run`.
-    ways
-        From :func:`tasks.post_critical.two_ways`.
-    friction
-        From :func:`tasks.friction.run`; the paper's pull is drawn.
-    plans
-        From :func:`tasks.plans.dataset`, for the same strip.
+    ``r_path``: from :func:`tasks.assess_data.run`.  ``ways``: from :func:`tasks.post_critical.two_ways`.  ``friction``:
+    from :func:`tasks.friction.run`; the paper's pull is drawn.  ``plans``: from :func:`tasks.plans.dataset`, for the
+    same strip.
     """
     before, branches, (whole, eigenvalues) = parts(r_path)[0], post_critical(ways), with_friction(friction)
     plan = planned(plans, "r-path")

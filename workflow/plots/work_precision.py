@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-from plots.models import LOOKS, draw_pareto, headroom
+from plots.models import LOOKS, draw_pareto, headroom, plain_numbers
 from plots.pieces import entry, note
 from stripfold.plots.colours import GREY
 from stripfold.plots.style import figure, legend_above, styled
@@ -51,10 +50,7 @@ def draw(data: xr.Dataset) -> Figure:
         ax.sharex(panels[0])
     panels[0].autoscale(axis="x")  # to what all of them show
     for ax in panels[:count]:
-        # Hardly more than a decade would have labels at minor ticks, one over the other.
-        ax.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-        ax.xaxis.set_major_formatter(FuncFormatter(lambda seconds, _: f"{seconds:g}"))
-        ax.xaxis.set_minor_formatter(NullFormatter())
+        plain_numbers(ax.xaxis)
     headroom(panels[0], 0.12)
     fig.supylabel(r"error of $\lambda$, relative", fontsize=9.0)
     handles = panels[0].get_legend_handles_labels()[0]

@@ -92,9 +92,7 @@ class Chain:
     def follow(self, advance: Array, height: Array, every: int = 1, drag: float | None = None) -> Array:
         """Take the gripper through advances and heights, shape (m,), a time step apart.
 
-        Returns
-        -------
-        Every so many states, shape (m // every, n, 2).
+        Returns one in so many states, shape (m // every, n, 2).
         """
         path = np.column_stack([advance - self.length, height])
         hinges = self.hinges if drag is None else self.hinges._replace(drag=drag)

@@ -22,7 +22,7 @@ from stripfold.elastica._events import SNAP, TOUCH
 from stripfold.elastica._system import gripper_at, newton, refine
 from stripfold.inputs import Scene
 from stripfold.material import Material
-from studies.common import Progress, attempted, command, dataset, grid, timed, timed_process
+from studies.common import Progress, attempted, command, dataset, grid, markdown_table, timed, timed_process
 
 Shape = Callable[[Array], Array]
 """The strip's mid-surface: from distances from the grasped end, shape (n,), to places, shape (n, 2)."""
@@ -91,23 +91,11 @@ def run(
 ) -> xr.Dataset:
     """Errors and times of all strategies at all heights, and of the model chosen for an accuracy.
 
-    Parameters
-    ----------
-    length_star, thickness
-        Of the strip, L*.
-    heights
-        Gripper heights, L*, shape (n,).
-    strategies
-        Fields of :class:`Strategy`, each.
-    reference
-        Refinement of the solid that is the reference; its change from twice this refinement is stored too.
-    accuracies
-        Requested of each model of :data:`PRESETS`.
-    repeats
-        Calls after an uncounted one of which the median time is taken, in this process.
+    ``length_star``, ``thickness``: of the strip, L*.  ``heights``: gripper heights, L*, shape (n,).  ``strategies``:
+    fields of :class:`Strategy`, each.  ``reference``: refinement of the solid that is the reference; its change from
+    twice this refinement is stored too.  ``accuracies``: requested of each model of :data:`PRESETS`.  ``repeats``:
+    calls after an uncounted one of which the median time is taken, in this process.
 
-    Returns
-    -------
     Numbers that could not be had are nan; of the presets, ``no_result`` says why.
     """
     ways = [Strategy(**given) for given in strategies]
@@ -162,29 +150,16 @@ def run(
 
     scene = length_star, thickness, heights[-1]
     codes = [f"from {__name__} import Strategy\n{way!r}.answer{scene!r}" for way in ways]
+    over = {"gripper_height": heights}
+    of_presets = [f"preset_{name}" for name in ("seconds", "model", "estimate", "error")]
     grids = [
-        grid(
-            of_reference,
-            ("reference", "uncertain", "state_uncertain", "snaps"),
-            {"gripper_height": heights},
-            1,
-            progress,
-        ),
-        grid(
-            of_way,
-            ("seconds", "error", "state_error"),
-            {"way": range(len(ways)), "gripper_height": heights},
-            1,
-            progress,
-        ),
-        grid(of_elastica, ("elastica_seconds", "elastica_error"), {"gripper_height": heights}, 1, progress),
-        grid(
-            of_preset,
-            [f"preset_{name}" for name in ("seconds", "model", "estimate", "error")],
-            {"asked": PRESETS, "accuracy": accuracies, "gripper_height": heights},
-            1,
-            progress,
-        ),
+        grid(case, names, axes | over, progress=progress)
+        for case, names, axes in (
+            (of_reference, ("reference", "uncertain", "state_uncertain", "snaps"), {}),
+            (of_way, ("seconds", "error", "state_error"), {"way": range(len(ways))}),
+            (of_elastica, ("elastica_seconds", "elastica_error"), {}),
+            (of_preset, of_presets, {"asked": PRESETS, "accuracy": accuracies}),
+        )
     ]
     values = {name: value for found in grids for name, value in found.items() if name != "way"}
     values |= {"way_memory": ("way", [memory_of(code) for code in codes])}
@@ -238,7 +213,8 @@ def presets(times: xr.Dataset) -> str:
 
     Times and errors are the largest over the heights with a snap.
     """
-    rows = ["| `--accuracy` | `--model` | chosen | time | estimated error | true error |", "|---|---|---|---|---|---|"]
+    header = "`--accuracy`", "`--model`", "chosen", "time", "estimated error", "true error"
+    rows = []
     snaps = times.sel(gripper_height=times["snaps"] > 0)
     for accuracy in times["accuracy"].values:
         for asked in times["asked"].values:
@@ -246,5 +222,5 @@ def presets(times: xr.Dataset) -> str:
             chosen = ", ".join(dict.fromkeys(str(name) for name in one["preset_model"].values))
             told, error = (float(np.abs(one[name]).max()) for name in ("preset_estimate", "preset_error"))
             seconds = float(one["preset_seconds"].max())
-            rows.append(f"| {accuracy:.0e} | `{asked}` | {chosen} | {seconds:.2g} s | {told:.0e} | {error:.0e} |")
-    return "\n".join(rows) + "\n"
+            rows.append((f"{accuracy:.0e}", f"`{asked}`", chosen, f"{seconds:.2g} s", f"{told:.0e}", f"{error:.0e}"))
+    return markdown_table(header, rows)

@@ -40,16 +40,9 @@ def run(
 ) -> xr.Dataset:
     """Barriers over ``gripper_height`` and ``distance``, nan where the unstable state's sag would be below the floor.
 
-    Parameters
-    ----------
-    heights
-        Above the touch limit.
-    distances
-        lambda_c - lambda, each model's own.
-    length_star, thickness, refinement
-        Of the rod and the solid.
-    range_heights
-        Heights at which only the bistable range of the elastica is found.
+    ``heights``: above the touch limit; ``distances``: lambda_c - lambda, each model's own; ``length_star``,
+    ``thickness``, ``refinement``: of the rod and the solid; ``range_heights``: heights at which only the bistable range
+    of the elastica is found.
     """
     ranges = [_range(z) for z in heights]
     others = [_range(z) for z in range_heights]
@@ -120,10 +113,7 @@ def _of_model(
 ) -> dict[str, float]:
     """The barrier of the rod or the solid where the elastica has one, and its law's coefficient.
 
-    Raises
-    ------
-    SolveError
-        No such pair of states.
+    Raises SolveError: no such pair of states.
     """
     found = _limit_point(model, height, length_star, thickness, refinement)
 

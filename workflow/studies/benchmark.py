@@ -138,10 +138,7 @@ def run_rod(repeats: int, length: float) -> xr.Dataset:
             "seconds_assess": ("repeat", seconds_assess),
             "apart": ((), apart / length),
         },
-        {
-            "scene": "length 0.6 m, eta_b 3780, height 0.09 m",
-            "path": f"R-path, length {length:g} m, eta_b {ETA_B:g}",
-        },
+        {"scene": "length 0.6 m, eta_b 3780, height 0.09 m", "path": f"R-path, length {length:g} m, eta_b {ETA_B:g}"},
     )
 
 

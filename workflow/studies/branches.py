@@ -49,8 +49,6 @@ def run(
 ) -> xr.Dataset:
     """The first cases of the sequence that ``seed`` starts; ``compared`` of them are run on a finer mesh too.
 
-    Returns
-    -------
     Dataset over ``case``: what was drawn, the outcome, and ``verdict`` 0 right, 1 wrong branch, 2 error;
     ``spurious_limit_points`` is nan of cases that are not compared.
     """

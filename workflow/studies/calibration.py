@@ -34,12 +34,8 @@ WAYS = {SCALED: None, EARLY: Refinement(11, iterations=30, change=0.1)}
 def run(images: str | Path, progress: Progress | None = None) -> xr.Dataset:
     """Calibrations over ``way`` and ``view``, from the two folders of boards in ``images``.
 
-    Raises
-    ------
-    InvalidInputError
-        A picture or file is missing or cannot be read.
-    CalibrationError
-        A board is not found, or the default calibration is not accepted.
+    Raises InvalidInputError: a picture or file is missing or cannot be read; CalibrationError: a board is not found, or
+    the default calibration is not accepted.
     """
     images = Path(images)
     folder, other = images / CHESSBOARD_FOLDER, images / CHARUCO_FOLDER

@@ -34,12 +34,7 @@ SHARES = np.linspace(0.1, 1.0, 10)
 def run(images: str | Path) -> xr.Dataset:
     """Measure the picture in ``images``.
 
-    Raises
-    ------
-    InvalidInputError
-        The picture or a reference is missing.
-    TrackingError
-        The strip was not found.
+    Raises InvalidInputError: the picture or a reference is missing; TrackingError: the strip was not found.
     """
     folder = Path(images)
     found = eta.from_image(read_grey(folder / TEXTILE), SCALE, "cantilever", TEXTILE)

@@ -16,14 +16,8 @@ from studies.common import dataset
 def of_benchmarks(folder: Path, wall: float, cores: int) -> xr.Dataset:
     """A whole run, over ``rule``, the longest first.
 
-    Parameters
-    ----------
-    folder
-        Where each rule has a folder with a table per job.
-    wall
-        Time of the whole run, s.
-    cores
-        How many cores it had.
+    ``folder``: where each rule has a folder with a table per job; ``wall``: time of the whole run, s; ``cores``: how
+    many cores it had.
     """
     rows = {rule.name: [_row(job) for job in sorted(rule.glob("*.tsv"))] for rule in folder.iterdir()}
     names = sorted(rows, key=lambda name: -sum(row["s"] for row in rows[name]))

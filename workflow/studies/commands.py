@@ -90,16 +90,8 @@ def _once(parent: Path, number: int) -> list[Outcome]:
 def run_all(folder: Path, program: list[str], environment: Mapping[str, str], longest: int) -> list[Outcome]:
     """All commands in an empty folder.
 
-    Parameters
-    ----------
-    folder
-        Where they run.
-    program
-        Words with which a command begins.
-    environment
-        Variables of the processes.
-    longest
-        Seconds that a command may take.
+    ``folder``: where they run; ``program``: words with which a command begins; ``environment``: variables of the
+    processes; ``longest``: seconds that a command may take.
     """
     for name, text in INPUTS.items():
         (folder / name).write_text(text, encoding="utf-8")

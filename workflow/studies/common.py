@@ -55,6 +55,12 @@ def table(
     return dataset(study, {name: (dim, [row[name] for row in rows]) for name in rows[0]}, attrs)
 
 
+def markdown_table(header: Iterable[object], rows: Iterable[Iterable[object]]) -> str:
+    """A table with these cells."""
+    first, *others = ["| " + " | ".join(map(str, cells)) + " |\n" for cells in (header, *rows)]
+    return "".join([first, "|---" * (first.count("|") - 1) + "|\n", *others])
+
+
 def blank(*shape: int) -> Array:
     """An array of nan, to be filled."""
     return np.full(shape, np.nan)
@@ -107,9 +113,7 @@ def grid(
 ) -> dict[str, tuple[Any, Any]]:
     """``case(*values)`` for every combination of the values of ``axes``.
 
-    Returns
-    -------
-    Its numbers ``names`` over the axes, nan where it failed, and :data:`NO_RESULT`.
+    Returns its numbers ``names`` over the axes, nan where it failed, and :data:`NO_RESULT`.
     """
     shape = [len(values) for values in axes.values()]
     rows = pooled(partial(_of_grid, case), list(product(*axes.values())), threads, progress)
@@ -141,14 +145,8 @@ def timed(
 def timed_process(code: str, repeats: int = 1) -> tuple[list[float], list[str], float]:
     """Run Python code in processes of their own on one core, after an uncounted run where there are several.
 
-    Returns
-    -------
-    Seconds and output of each counted run, and the largest peak memory, MB.
-
-    Raises
-    ------
-    StripfoldError
-        A process failed.
+    Returns the seconds and output of each counted run, and the largest peak memory, MB.  Raises StripfoldError: a
+    process failed.
     """
     # Not from `getrusage`, whose peak includes that of the process that started it.
     told = f"import sys\n{code}\nprint(*(x for x in open('/proc/self/status') if x[:5] == 'VmHWM'), file=sys.stderr)"

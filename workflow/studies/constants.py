@@ -8,7 +8,7 @@ from pathlib import Path
 
 import xarray as xr
 
-from studies.common import dataset
+from studies.common import dataset, markdown_table
 
 SOURCE = Path(__file__).parents[2] / "src" / "stripfold"
 
@@ -16,14 +16,8 @@ SOURCE = Path(__file__).parents[2] / "src" / "stripfold"
 def run(packages: Sequence[str], before: int, later: Sequence[str]) -> xr.Dataset:
     """Constants over ``constant``: module, name, value as written, and reason as documented.
 
-    Parameters
-    ----------
-    packages
-        Packages and modules of :mod:`stripfold`.
-    before
-        Their number before the lift-off was an unknown.
-    later
-        Modules of what did not exist then.
+    ``packages``: packages and modules of :mod:`stripfold`; ``before``: their number before the lift-off was an unknown;
+    ``later``: modules of what did not exist then.
     """
     found = list(of_packages(SOURCE, packages))
     columns = zip(("module", "constant", "value", "reason"), zip(*found, strict=True), strict=True)
@@ -33,11 +27,11 @@ def run(packages: Sequence[str], before: int, later: Sequence[str]) -> xr.Datase
 
 def markdown(data: xr.Dataset) -> str:
     """The constants as a table."""
-    rows = ["| module | constant | value | reason |", "|---|---|---|---|"]
+    rows = []
     for one in (data.isel(constant=i) for i in range(data.sizes["constant"])):
         cells = (f"`{one['constant'].item()}`", f"`{one['value'].item()}`", one["reason"].item())
-        rows.append("| " + " | ".join((one["module"].item(), *(cell.replace("|", r"\|") for cell in cells))) + " |")
-    return "\n".join(rows) + "\n"
+        rows.append((one["module"].item(), *(cell.replace("|", r"\|") for cell in cells)))
+    return markdown_table(("module", "constant", "value", "reason"), rows)
 
 
 def of_packages(source: Path, packages: Sequence[str]) -> Iterator[tuple[str, str, str, str]]:

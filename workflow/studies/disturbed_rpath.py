@@ -76,10 +76,7 @@ def _risen(path: GripperPath, rise: float) -> GripperPath:
 def vibrated(case: Case, path: GripperPath, moment: float, vibration: Sequence[float], start: float) -> float:
     """x of the first touch under a gripper that vibrates from ``start`` on; with amplitude and angular frequency.
 
-    Raises
-    ------
-    SolveError
-        The strip is lost before ``start``, or does not touch.
+    Raises SolveError: the strip is lost before ``start``, or does not touch.
     """
     steps: list[Step] = []
     for step in statics(case, path, moment):
@@ -104,18 +101,9 @@ def run(
 ) -> xr.Dataset:
     """First touches less the planned one over ``disturbance`` and ``moment``, 0 among them.
 
-    Parameters
-    ----------
-    length, thickness, moments
-        The strip that the path is planned for; M_0, without 0.
-    eta_b
-        True eta_b over that of the plan.
-    rises
-        Heights by which the gripper is too high, L*.
-    vibrations
-        Amplitudes along the path, L*, and angular frequencies, sqrt(g/L*).
-    motion
-        As in :func:`studies.friction_touch.run`.
+    ``length``, ``thickness``, ``moments``: the strip that the path is planned for; M_0, without 0.  ``eta_b``: true
+    eta_b over that of the plan.  ``rises``: heights by which the gripper is too high, L*.  ``vibrations``: amplitudes
+    along the path, L*, and angular frequencies, sqrt(g/L*).  ``motion``: as in :func:`studies.friction_touch.run`.
     """
     case = Case(length, thickness, stiffest=STIFFEST, **motion)
     asked = {

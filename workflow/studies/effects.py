@@ -13,7 +13,7 @@ import xarray as xr
 from stripfold.analysis import collapse
 from stripfold.analysis.needed_effects import INERTIA, MEMBRANE, SELF_CONTACT, SOLID
 from stripfold.simulation import Simulation
-from studies.common import NO_RESULT, Progress, dataset, grid, variables
+from studies.common import NO_RESULT, Progress, dataset, grid, markdown_table, variables
 
 SWITCHED = (SELF_CONTACT, INERTIA, SOLID, MEMBRANE)
 """Effects that can be on or off in a simulation: the floor is always there, and it has no internal friction."""
@@ -25,16 +25,10 @@ def run(
 ) -> xr.Dataset:
     """Simulate every scene with every effect on and off.
 
-    Parameters
-    ----------
-    scenes
-        Keys of :class:`.Simulation` without ``effects`` and ``model``, and a ``name``.
-    repeats
-        How often each pair is timed, with and without in turns, so that both see the same load of the machine; the
-        times are those of the processor.
+    ``scenes``: keys of :class:`.Simulation` without ``effects`` and ``model``, and a ``name``.  ``repeats``: how often
+    each pair is timed, with and without in turns, so that both see the same load of the machine; the times are those of
+    the processor.
 
-    Returns
-    -------
     Dataset over ``scene`` and ``effect``.
     """
     given = {scene["name"]: {key: value for key, value in scene.items() if key != "name"} for scene in scenes}
@@ -73,6 +67,8 @@ def compare(given: Mapping[str, Any], effect: str, repeats: int) -> dict[str, fl
     # Other load of the machine makes a run longer, never shorter.
     least = {setting: min(taken) for setting, taken in seconds.items()}
     accuracy = asked["on"].accuracy
+    # Time by the effect's own clock, with it less without it, over the time of everything else.
+    clocked = (on_clock.self_contact - off_clock.self_contact) / (on_clock.whole - on_clock.self_contact)
     return {
         "needed": float(on["needed"].sel(effect=effect)),
         "reported": float(effect in off.attrs["missing"].split(", ")),
@@ -81,25 +77,20 @@ def compare(given: Mapping[str, Any], effect: str, repeats: int) -> dict[str, fl
         "change": change,
         "touch_change": touch,
         "cost": least["on"] / least["off"] - 1.0,
-        "clocked": _clocked(on_clock, off_clock) if effect == SELF_CONTACT else np.nan,
+        "clocked": clocked if effect == SELF_CONTACT else np.nan,
         "seconds_on": least["on"],
         "seconds_off": least["off"],
     }
 
 
-def _clocked(on: collapse.Clock, off: collapse.Clock) -> float:
-    """Time by the effect's own clock, with it less without it, over the time of everything else."""
-    return (on.self_contact - off.self_contact) / (on.whole - on.self_contact)
-
-
 def markdown(data: xr.Dataset) -> str:
     """The study as a table: a scene per row, an effect per column, with the time that leaving it out saves."""
     effects = list(data["effect"].values)
-    rows = ["| scene | " + " | ".join(effects) + " |", "|---" * (len(effects) + 1) + "|"]
-    for name in data["scene"].values:
-        cells = [_cell(data.sel(scene=name, effect=effect)) for effect in effects]
-        rows.append(f"| {name} | " + " | ".join(cells) + " |")
-    return "\n".join(rows) + "\n"
+    scenes = data["scene"].values
+    return markdown_table(
+        ["scene", *effects],
+        ([name, *(_cell(data.sel(scene=name, effect=effect)) for effect in effects)] for name in scenes),
+    )
 
 
 def _cell(one: xr.Dataset) -> str:

@@ -37,12 +37,7 @@ def run(
 ) -> xr.Dataset:
     """Eigenvalues over ``motion`` and ``step``, nan after the last, and the critical states and modes.
 
-    Parameters
-    ----------
-    height
-        Of the gripper along x.
-    length_star, thickness, refinement
-        The rod.
+    ``height``: of the gripper along x; ``length_star``, ``thickness``, ``refinement``: the rod.
     """
     strip = StripModel(length_star, thickness, kind="rod")
     s = np.linspace(0.0, length_star, round(length_star / SPACING) + 1)

@@ -35,8 +35,6 @@ TRUTH = {"solid": 0.25, "rod": 0.15}
 def run(cases: int, seed: int, threads: int = 1, progress: Progress | None = None) -> xr.Dataset:
     """The first cases of the sequence that ``seed`` starts; a solve that failed has nan.
 
-    Returns
-    -------
     Dataset over ``case``: what was drawn, the estimate, the true error, both relative, and the model used.
     """
     return table("estimates", "case", pooled(partial(case, seed=seed), range(cases), threads, progress), {"seed": seed})

@@ -205,8 +205,6 @@ def run(
 ) -> xr.Dataset:
     """Measure ``cases`` drawn folds, and ``scenes`` drawn pictures of each kind that show no strip.
 
-    Returns
-    -------
     Dataset over ``case``: eta_b of a fold relative to the truth with its interval, nan where refused; and over
     ``picture`` and ``method``: whether an eta_b was given for a picture without a strip.
     """

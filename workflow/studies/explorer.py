@@ -21,12 +21,12 @@ import xarray as xr
 
 from stripfold import elastica
 from stripfold.arrays import Array
-from stripfold.elastica.grids import Row, contact_states, free_states, lifted_states
 from stripfold.errors import SolveError
 from stripfold.paths.rpath import Part, PlannedState, plan_r_path
 from stripfold.schema import Values
 from studies.common import dataset
 from tasks import explorer as page
+from tasks.explorer_states import Row, contact_states, free_states, lifted_states
 
 LOWEST, HIGHEST = 0.3, 25.0
 """Heights in the tables."""
@@ -55,17 +55,9 @@ class Place(NamedTuple):
 def run(length_star: float, seed: int, cases: int) -> xr.Dataset:
     """Tables, and the errors of what the page draws, over ``place``.
 
-    Parameters
-    ----------
-    length_star
-        The strip on the page.
-    seed, cases
-        Of the gripper positions: so many of each kind, free below and above the touch limit, in contact, folded.
-
-    Raises
-    ------
-    SolveError
-        There is no Chromium, or the page did not answer.
+    ``length_star``: the strip on the page.  ``seed``, ``cases``: of the gripper positions: so many of each kind, free
+    below and above the touch limit, in contact, folded.  Raises SolveError: there is no Chromium, or the page did not
+    answer.
     """
     tables = make_tables()
     wanted = draw_places(length_star, np.random.default_rng(seed), cases)

@@ -25,19 +25,10 @@ MAX_ROWS = 1000
 def run(table: str, measured: str, areal_load: float, height: float) -> xr.Dataset:
     """L* of the fabrics of ``table``, over ``fabric``; friction of those with 2HB, over ``bent``, and of a textile.
 
-    Parameters
-    ----------
-    table
-        Path of the fabrics' table, with the header :data:`COLUMNS`; 2HB may be empty.
-    measured, areal_load
-        Moment-curvature table of the textile as it is first bent, and its weight per area, N m^-2.
-    height
-        Height of the gripper at whose critical state the textile's secant is taken, L*.
-
-    Raises
-    ------
-    InvalidInputError
-        A table that cannot be read, or a value that is not positive.
+    ``table``: path of the fabrics' table, with the header :data:`COLUMNS`; 2HB may be empty.  ``measured``,
+    ``areal_load``: moment-curvature table of the textile as it is first bent, and its weight per area, N m^-2.
+    ``height``: height of the gripper at whose critical state the textile's secant is taken, L*.  Raises
+    InvalidInputError: a table that cannot be read, or a value that is not positive.
     """
     path = Path(table)
     rows = tables.read_rows("table", path, COLUMNS, (1, MAX_ROWS))

@@ -51,23 +51,11 @@ def run(
 ) -> xr.Dataset:
     """Errors and times of all ways at all heights.
 
-    Parameters
-    ----------
-    length_star, thickness
-        Of the strip, L*.
-    heights
-        Gripper heights that snap, L*, shape (n,).
-    disturbance
-        As in :class:`.Fall`, sqrt(g L*).
-    ways
-        Fields of :class:`Way`, each.
-    reference
-        Two more: the reference, and a cheaper one that estimates its error.
-    repeats
-        Falls of which the median time is taken.
+    ``length_star``, ``thickness``: of the strip, L*.  ``heights``: gripper heights that snap, L*, shape (n,).
+    ``disturbance``: as in :class:`.Fall`, sqrt(g L*).  ``ways``: fields of :class:`Way`, each.  ``reference``: two
+    more: the reference, and a cheaper one that estimates its error.  ``repeats``: falls of which the median time is
+    taken.
 
-    Returns
-    -------
     Over ``way`` and ``gripper_height``: numbers, and in ``no_result`` why there are none.
     """
     all_ways = [Way(**given) for given in ways]

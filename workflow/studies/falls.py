@@ -28,23 +28,14 @@ FREE_RUN = 10.0
 
 
 def run(
-    base: Mapping[str, float],
-    cases: Sequence[Mapping[str, Any]],
-    threads: int = 1,
-    progress: Progress | None = None,
+    base: Mapping[str, float], cases: Sequence[Mapping[str, Any]], threads: int = 1, progress: Progress | None = None
 ) -> xr.Dataset:
     """Let strips fall.
 
-    Parameters
-    ----------
-    base
-        ``length``, ``thickness``, ``height`` (L*), ``disturbance`` (sqrt(g L*)), ``air`` (sqrt(g/L*)), ``stiffness``
-        (sqrt(L*/g)), ``refinement``, ``tolerance`` (of a step, L*).
-    cases
-        What each further case changes of it, and its ``name``.
+    ``base``: ``length``, ``thickness``, ``height`` (L*), ``disturbance`` (sqrt(g L*)), ``air`` (sqrt(g/L*)),
+    ``stiffness`` (sqrt(L*/g)), ``refinement``, ``tolerance`` (of a step, L*); ``cases``: what each further case changes
+    of it, and its ``name``.
 
-    Returns
-    -------
     Dataset over ``case``, the first being called "base"; a case that failed has nan and its error's message.
     """
     falls = {"base": dict(base)} | {case["name"]: {**base, **case} for case in cases}

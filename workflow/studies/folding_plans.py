@@ -62,8 +62,6 @@ def case(number: int, seed: int) -> FoldingPlan:
 def run(cases: int, seed: int, threads: int = 1, progress: Progress | None = None) -> xr.Dataset:
     """Plan for the first random strips of the sequence that ``seed`` starts, and check each.
 
-    Returns
-    -------
     Dataset over ``case``: the path, "none" or "failed"; ``safe``: whether it is stable on finer elements with all three
     eta_b, nan where there is none; ``confirmed``: whether all reasons against a path are confirmed, nan where there is
     one; what the plan cost; reasons and messages.

@@ -76,18 +76,9 @@ def run(
 ) -> xr.Dataset:
     """The end of the motion over ``gripper_height`` and ``moment``, 0 among them.
 
-    Parameters
-    ----------
-    length, thickness
-        The strip.
-    heights, moments
-        Of the gripper, the first also for the checks; M_0, without 0, the smallest first.
-    checked
-        M_0 of the checks.
-    folded
-        M_0 with which an R-path is followed to its end.
-    yield_curvature, step
-        kappa_y, 1/L*; largest step.
+    ``length``, ``thickness``: the strip.  ``heights``, ``moments``: of the gripper, the first also for the checks; M_0,
+    without 0, the smallest first.  ``checked``: M_0 of the checks.  ``folded``: M_0 with which an R-path is followed to
+    its end.  ``yield_curvature``, ``step``: kappa_y, 1/L*; largest step.
     """
     case = Case(length, thickness, yield_curvature, step)
     first, heights = heights[0], sorted(heights)

@@ -55,12 +55,8 @@ LAID, FELL = 0.0, 1.0
 def first_touch(case: Case, path: GripperPath, moment: float) -> tuple[float, float]:
     """x of the first touch, origin mid-strip, and :data:`LAID` or :data:`FELL`.
 
-    Raises
-    ------
-    SolveError
-        A state could not be computed, or the strip does not touch.
-    TimeStepError
-        The fall could not be followed.
+    Raises SolveError: a state could not be computed, or the strip does not touch; TimeStepError: the fall could not be
+    followed.
     """
     steps: list[Step] = []
     try:
@@ -78,12 +74,7 @@ def first_touch(case: Case, path: GripperPath, moment: float) -> tuple[float, fl
 def statics(case: Case, path: GripperPath, moment: float) -> Iterator[Step]:
     """Steps along a path from :data:`FIRST_HEIGHT` on, shorter where the sag is low.
 
-    Raises
-    ------
-    LostStabilityError
-        The strip did not follow.
-    SolveError
-        A state could not be computed.
+    Raises LostStabilityError: the strip did not follow; SolveError: a state could not be computed.
     """
     at = _first(case, path)
     if moment:
@@ -137,15 +128,10 @@ def _at_height(piece: Piece) -> float:
 def in_time(case: Case, path: GripperPath, before: Step, last: Step, drive: Drive) -> float:
     """x of the first touch of a strip in motion, from two static states; ``drive`` begins at the last.
 
-    Raises
-    ------
-    SolveError
-        The strip does not touch.
-    TimeStepError
-        The motion could not be followed.
+    Raises SolveError: the strip does not touch; TimeStepError: the motion could not be followed.
     """
     problem, first = set_in_motion(before, last, case.speed, model_in_time(last, case.refinement))
-    problem = replace(problem, motion=AlongPath(_whole(path), case.length))
+    problem = replace(problem, motion=AlongPath(path, case.length))
     touch = TimeEvent(lambda state: touches(problem.model, state), TOUCH_TOLERANCE)
     damping = Damping(case.air, case.stiffness)
     for state in dynamics.march(problem, first, drive, damping, options=TIME_OPTIONS, until=[touch]):
@@ -154,15 +140,6 @@ def in_time(case: Case, path: GripperPath, before: Step, last: Step, drive: Driv
         if state.t > LONGEST_FALL:
             break
     raise SolveError("the strip does not come down", parameter=last.lam)
-
-
-def _whole(path: GripperPath) -> Piece:
-    """All pieces as one: a corner is a sudden change of the velocity."""
-
-    def rate(s: float) -> Array:
-        return next((piece for piece in path.pieces if s <= piece.end), path.pieces[-1]).rate(s)
-
-    return Piece(0.0, path.length, path.position, rate, "path")
 
 
 def run(
@@ -177,18 +154,10 @@ def run(
 ) -> xr.Dataset:
     """First touches over ``path``, ``length`` and ``moment``, 0 among them.
 
-    Parameters
-    ----------
-    lengths, thickness
-        Strips, by ascending length.
-    moments
-        M_0, ascending, without 0.
-    checked
-        Length of the strips that are computed with halved elements and steps as well.
-    motion
-        kappa_y, 1/L*, steps of the statics, speed and damping: fields of :class:`.Case`.
-    uncertainty
-        Relative uncertainty of eta_b of the band.
+    ``lengths``, ``thickness``: strips, by ascending length.  ``moments``: M_0, ascending, without 0.  ``checked``:
+    length of the strips that are computed with halved elements and steps as well.  ``motion``: kappa_y, 1/L*, steps of
+    the statics, speed and damping: fields of :class:`.Case`.  ``uncertainty``: relative uncertainty of eta_b of the
+    band.
     """
     case = Case(lengths[0], thickness, stiffest=STIFFEST, **motion)
     axes: dict[str, Sequence[Any]] = {"path": list(PATHS), "length": lengths, "moment": [0.0, *moments]}

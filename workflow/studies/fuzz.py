@@ -85,8 +85,6 @@ class Followed(BaseException):
 def run(inputs: int, seed: int, threads: int = 1, progress: Progress | None = None) -> xr.Dataset:
     """Call commands with ``inputs`` generated inputs, the same for the same ``seed``.
 
-    Returns
-    -------
     Dataset over ``kind`` of the input: how many ended how; the attribute ``failures`` describes those that failed.
     """
     with tempfile.TemporaryDirectory() as folder:

@@ -26,45 +26,34 @@ from studies.fuzz import FOLDER, PIPE, Case
 
 Draw = Callable[[st.SearchStrategy[Any]], Any]
 
-_STRIP = {"--length": "0.5", "--eta-b": "3780"}
-_BOARD = {"--board": "chessboard", "--columns": "8", "--rows": "5", "--square": "0.024"}
-# Calls that are accepted, as far as they are followed: the command, words without a name, and the options.
-CALLS: tuple[tuple[str, tuple[str, ...], dict[str, str | None]], ...] = (
-    ("critical", (), {**_STRIP, "--height": "0.09", "--model": "elastica"}),
-    ("critical", (), {**_STRIP, "--height": "0.09", "--model": "elastica", "--second-gripper": "0.1"}),
-    ("critical", (), {**_STRIP, "--height": "0.09", "--model": "elastica", "--eta-b-uncertainty": "20%"}),
-    ("sweep", ("@grid.yaml",), {"--cores": "1", "--output": "sweep.nc"}),
-    ("eta", (), {"--fold-height": "0.0272"}),
-    ("eta", (), {"--loop": "heart", "--length": "0.2", "--height": "0.05"}),
-    ("eta", (), {"--kes-b": "0.05", "--kes-2hb": "0.03", "--gsm": "150"}),
-    ("eta", (), {"--rigidity": "1e-5", "--gsm": "150"}),
-    ("simulate", ("@scene.yaml",), {"--output": "scene.nc"}),
-    ("film", ("@scene.nc",), {"--output": "film.mp4"}),
-    ("path", ("triangular",), {**_STRIP}),
-    ("path", ("r-path",), {**_STRIP, "--csv": "path.csv"}),
-    ("plan", (), {**_STRIP, "--margin": "0.01"}),
-    (
-        "plan",
-        (),
-        {
-            **_STRIP,
-            "--eta-b-uncertainty": "10%",
-            "--friction-moment": "1e-4",
-            "--yield-curvature": "10",
-            "--speed": "0.1",
-            "--acceleration": "0.5",
-            "--csv": "plan.csv",
-        },
-    ),
-    ("map", (), {**_STRIP, "--output": "map.nc"}),
-    ("assess", ("@path.csv",), {**_STRIP, "--model": "rod", "--fall": None}),
-    ("assess", ("@path.csv",), {**_STRIP, "--friction": "1.0", "--step": "0.01"}),
-    ("assess", ("@path.csv",), {**_STRIP, "--columns": "t,x,z", "--unit": "m", "--frame": "0,0", "--smooth": "1e-3"}),
-    ("record", ("@filmed.yaml",), {"--output": "filmed"}),
-    ("calibrate", ("@views",), {**_BOARD, "--output": "camera.yaml"}),
-    ("measure", ("@recording",), {"--json": None}),
-    ("doctor", (), {"--json": None}),
-    ("completion", ("bash",), {}),
+_STRIP = "--length 0.5 --eta-b 3780"
+_BOARD = "--board chessboard --columns 8 --rows 5 --square 0.024"
+# Calls that are accepted, as far as they are followed.
+CALLS = (
+    f"critical {_STRIP} --height 0.09 --model elastica",
+    f"critical {_STRIP} --height 0.09 --model elastica --second-gripper 0.1",
+    f"critical {_STRIP} --height 0.09 --model elastica --eta-b-uncertainty 20%",
+    "sweep @grid.yaml --cores 1 --output sweep.nc",
+    "eta --fold-height 0.0272",
+    "eta --loop heart --length 0.2 --height 0.05",
+    "eta --kes-b 0.05 --kes-2hb 0.03 --gsm 150",
+    "eta --rigidity 1e-5 --gsm 150",
+    "simulate @scene.yaml --output scene.nc",
+    "film @scene.nc --output film.mp4",
+    f"path triangular {_STRIP}",
+    f"path r-path {_STRIP} --csv path.csv",
+    f"plan {_STRIP} --margin 0.01",
+    f"plan {_STRIP} --eta-b-uncertainty 10% --friction-moment 1e-4 --yield-curvature 10 --speed 0.1 --acceleration 0.5"
+    " --csv plan.csv",
+    f"map {_STRIP} --output map.nc",
+    f"assess @path.csv {_STRIP} --model rod --fall",
+    f"assess @path.csv {_STRIP} --friction 1.0 --step 0.01",
+    f"assess @path.csv {_STRIP} --columns t,x,z --unit m --frame 0,0 --smooth 1e-3",
+    "record @filmed.yaml --output filmed",
+    f"calibrate @views {_BOARD} --output camera.yaml",
+    "measure @recording --json",
+    "doctor --json",
+    "completion bash",
 )
 SCENES: dict[str, tuple[str, dict[str, Any]]] = {
     "simulate": (
@@ -98,10 +87,7 @@ RECORDING: dict[str, dict[str, Any]] = {
         "video": "video.mkv",
         "robot_log": "robot.csv",
         "camera": {"intrinsics": "camera.yaml", "rolling_shutter": 0.0},
-        "plane": {
-            "image": "plane.png",
-            "board": {"type": "chessboard", "columns": 8, "rows": 5, "square": 0.024},
-        },
+        "plane": {"image": "plane.png", "board": {"type": "chessboard", "columns": 8, "rows": 5, "square": 0.024}},
         "robot": {"grid": "grid.csv"},
     },
     "manual_onset.yaml": {"event_time": 1.5, "sd": 0.01, "reason": "the video shows it"},
@@ -129,44 +115,18 @@ ODD_WORDS = (
     *("@missing", "@", "@scene.nc", "@pipe", "@views", "@fold.png", "@scene.yaml", "out.png", "/dev/null"),
 )
 ODD_YAML = (
-    *(
-        "[" * 60 + "]" * 60,
-        "{a: " * 40 + "1" + "}" * 40,
-        "!!python/object/apply:os.getcwd []",
-        "!!binary 1",
-        "2001-01-01",
-    ),
-    *("1:30:00", "0o17", ".inf", "-.inf", ".nan", "1e400", "9" * 5000, "1.0e400", "!!float 9" + "9" * 400),
-    *(
-        "[0.5, .nan]",
-        "{}",
-        "[]",
-        "!!set {a, b}",
-        "!!omap [a: 1]",
-        "? [a, b]",
-        "*a",
-        "&a [*a]",
-        "<<: 1",
-        "=",
-        "!!int '0b'",
-    ),
-    *("!!timestamp 1", "!!null x", "!!bool x", "2001-99-99", "9999-12-31 25:61:61", "!!int x", "!!float x", "!!int ''"),
-    *("0b", "0x", "+", "-", "-0x_", "1__2", "190:20:30.15", "999999999:59:59", "0b2", "1e+", ".", "._", "+.inf"),
+    *("[" * 60 + "]" * 60, "{a: " * 40 + "1" + "}" * 40, "!!python/object/apply:os.getcwd []", "!!binary 1"),
+    *("2001-01-01", "1:30:00", "0o17", ".inf", "-.inf", ".nan", "1e400", "9" * 5000, "1.0e400"),
+    *("!!float 9" + "9" * 400, "[0.5, .nan]", "{}", "[]", "!!set {a, b}", "!!omap [a: 1]", "? [a, b]", "*a", "&a [*a]"),
+    *("<<: 1", "=", "!!int '0b'", "!!timestamp 1", "!!null x", "!!bool x", "2001-99-99", "9999-12-31 25:61:61"),
+    *("!!int x", "!!float x", "!!int ''", "0b", "0x", "+", "-", "-0x_", "1__2", "190:20:30.15", "999999999:59:59"),
+    *("0b2", "1e+", ".", "._", "+.inf"),
 )
 ALIASES = "a0: &a0 [x, x, x, x, x, x, x, x, x]\n" + "".join(
     f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 9)}]\n" for i in range(1, 10)
 )
 WHOLE_YAML = (
-    ALIASES,
-    "",
-    "- 1",
-    "a",
-    "\t",
-    "a: b: c",
-    "%YAML 9.9\n---\na: 1",
-    "--- 1\n--- 2",
-    "[" * 20_000,
-    "{" * 5000,
+    *(ALIASES, "", "- 1", "a", "\t", "a: b: c", "%YAML 9.9\n---\na: 1", "--- 1\n--- 2", "[" * 20_000, "{" * 5000),
 )
 LONGEST_INT = 10**400
 
@@ -202,11 +162,16 @@ def options_of(command: str) -> tuple[str, ...]:
     return tuple(name for action in commands.choices[command]._actions for name in action.option_strings)
 
 
+def _parts(call: str) -> tuple[str, list[str], dict[str, str | None]]:
+    """Of a call: the command, words without a name, and the options."""
+    (command, *unnamed), *given = (part.split() for part in call.split(" --"))
+    return command, unnamed, {f"--{name}": value[0] if value else None for name, *value in given}
+
+
 @st.composite
 def of_arguments(draw: Draw) -> Case:
     """A call with words replaced, added or left out."""
-    command, first, options = draw(st.sampled_from(CALLS))
-    unnamed, named = list(first), dict(options)
+    command, unnamed, named = _parts(draw(st.sampled_from(CALLS)))
     for _ in range(draw(st.integers(1, 3))):
         change = draw(st.integers(0, 9))
         if change == 0 and unnamed:
@@ -301,9 +266,8 @@ def _table(draw: Draw, table: list[list[str]]) -> bytes:
     if kind == 0:
         return bytes(draw(st.binary(max_size=60)))
     if kind == 1:
-        return bytes(
-            draw(st.sampled_from((PIPE, FOLDER, b"", b"\n" * 100, b'"' + b"x," * 200_000, b"t,x,z\n" * 30_000)))
-        )
+        whole = (PIPE, FOLDER, b"", b"\n" * 100, b'"' + b"x," * 200_000, b"t,x,z\n" * 30_000)
+        return bytes(draw(st.sampled_from(whole)))
     for _ in range(draw(st.integers(1, 3))):
         row = draw(st.integers(0, len(rows) - 1))
         change = draw(st.integers(0, 5))
@@ -323,8 +287,7 @@ def _table(draw: Draw, table: list[list[str]]) -> bytes:
 def of_tables(draw: Draw) -> Case:
     """A gripper path or a table of a recording with cells or rows changed, or what is no table."""
     if draw(st.booleans()):
-        strip = ("--length", "0.5", "--eta-b", "3780")
-        return Case(("assess", "path.csv", *strip), {"path.csv": _table(draw, PATH)})
+        return Case(("assess", "path.csv", *_STRIP.split()), {"path.csv": _table(draw, PATH)})
     changed = draw(st.sampled_from(sorted(TABLES)))
     return Case(("measure", "."), recording() | {changed: _table(draw, TABLES[changed])})
 
@@ -367,9 +330,8 @@ def of_data(result: Path) -> st.SearchStrategy[Case]:
         elif kind < 5:
             content = _damaged(draw, content)
         else:
-            content = _rewritten(
-                draw, {name: value for name, value in attrs.items() if name != DIGEST}, dict(variables)
-            )
+            known = {name: value for name, value in attrs.items() if name != DIGEST}
+            content = _rewritten(draw, known, dict(variables))
         return Case(("film", "result.nc"), {"result.nc": content})
 
     return drawn()
@@ -418,24 +380,10 @@ def _pictures() -> tuple[bytes, ...]:
     """Small pictures of all formats and kinds of pixels."""
     grey = Image.linear_gradient("L").resize((80, 60))
     found = []
-    for mode, kind, more in (
-        ("L", "PNG", {}),
-        ("RGBA", "PNG", {}),
-        ("P", "PNG", {}),
-        ("1", "PNG", {}),
-        ("LA", "PNG", {}),
-        ("I;16", "PNG", {}),
-        ("RGB", "JPEG", {}),
-        ("L", "JPEG", {"progressive": True}),
-        ("CMYK", "JPEG", {}),
-        ("F", "TIFF", {}),
-        ("I;16", "TIFF", {}),
-        ("RGB", "TIFF", {"compression": "tiff_lzw"}),
-        ("RGB", "TIFF", {"compression": "tiff_adobe_deflate"}),
-        ("L", "BMP", {}),
-        ("RGB", "WEBP", {}),
-        ("L", "GIF", {}),
-    ):
+    kinds = "L/PNG RGBA/PNG P/PNG 1/PNG LA/PNG I;16/PNG RGB/JPEG L/JPEG/progressive CMYK/JPEG F/TIFF I;16/TIFF"
+    kinds += " RGB/TIFF/tiff_lzw RGB/TIFF/tiff_adobe_deflate L/BMP RGB/WEBP L/GIF"
+    for mode, kind, *how in (words.split("/") for words in kinds.split()):
+        more = {"progressive": True} if how == ["progressive"] else {"compression": how[0]} if how else {}
         written = io.BytesIO()
         picture = Image.fromarray(np.asarray(grey, dtype=np.uint16) * 200) if mode == "I;16" else grey.convert(mode)
         picture.save(written, kind, **more)
@@ -462,10 +410,8 @@ def _scans(count: int) -> bytes:
 @st.composite
 def of_pictures(draw: Draw) -> Case:
     """A picture of a fold, or of a board, that is damaged, or declares what is not in it."""
-    kind, sides = (
-        draw(st.integers(0, 9)),
-        st.sampled_from((0, 1, 31, 32, 80, 7000, 32_000, 65_535, 2**31 - 1, 2**32 - 1)),
-    )
+    kind = draw(st.integers(0, 9))
+    sides = st.sampled_from((0, 1, 31, 32, 80, 7000, 32_000, 65_535, 2**31 - 1, 2**32 - 1))
     if kind == 0:
         content = bytes(draw(st.sampled_from((b"", PIPE, FOLDER, b"GIF89a", b"RIFF\xff\xff\xff\xffWEBPVP8 "))))
     elif kind == 1:
@@ -478,8 +424,7 @@ def of_pictures(draw: Draw) -> Case:
     else:
         content = _damaged(draw, bytes(draw(st.sampled_from(_pictures()))))
     if draw(st.integers(0, 3)) == 0:
-        options = tuple(word for item in _BOARD.items() for word in item)
-        return Case(("calibrate", "views", *options), {f"views/{i}.png": content for i in range(2)})
+        return Case(("calibrate", "views", *_BOARD.split()), {f"views/{i}.png": content for i in range(2)})
     method = draw(st.sampled_from(("fold", "cantilever")))
     return Case(("eta", "--image", "fold.png", "--scale", "3e-4", "--method", method), {"fold.png": content})
 

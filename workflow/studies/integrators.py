@@ -7,7 +7,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from stripfold.arrays import Array
+from stripfold.arrays import Array, Index
 from stripfold.solve.linear import Band, Sparse
 from stripfold.solve.newton import NewtonOptions
 from stripfold.solve.problem import Equilibrium, FixedUnknowns
@@ -18,7 +18,17 @@ AT_REST = 1e-12
 
 
 class WithoutMemory(FixedUnknowns):
-    """The part of a :class:`.DynamicProblem` that concerns effects with a memory or compiled code, for one without."""
+    """The part of a :class:`.DynamicProblem` that concerns a floor, effects with a memory and compiled code: none."""
+
+    @property
+    def bounded(self) -> Index:
+        """None."""
+        return np.zeros(0, dtype=np.intp)
+
+    @property
+    def lower(self) -> Array:
+        """None."""
+        return np.zeros(0)
 
     def elements_over_step(self, q0: Array, q1: Array) -> None:
         """None."""

@@ -57,15 +57,8 @@ class Start(NamedTuple):
 def run(clone: Path, cores: int, progress: Progress | None = None, kills: int = KILLS, seed: int = SEED) -> xr.Dataset:
     """Kill the chain in a clone, ``kills`` times.
 
-    Parameters
-    ----------
-    clone
-        A fresh clone; its configuration is replaced.
-    cores
-        Number of cores.
+    ``clone``: a fresh clone; its configuration is replaced.  ``cores``: number of cores.
 
-    Returns
-    -------
     Dataset over ``kill``: the moment, the signal, what was running, whether the next start went on by itself, the files
     that differed in the end from those of the undisturbed run, and the half-written files left.
     """
@@ -145,10 +138,7 @@ def start(
 def end(process: subprocess.Popen[bytes], number: signal.Signals) -> None:
     """Send a signal to the group of processes that one leads, and wait until none of them is left.
 
-    Raises
-    ------
-    RuntimeError
-        Some are left after :data:`LONGEST`; they have been killed.
+    Raises RuntimeError: some are left after :data:`LONGEST`; they have been killed.
     """
     os.killpg(process.pid, number)
     until = monotonic() + LONGEST

@@ -101,8 +101,6 @@ def run(
 ) -> xr.Dataset:
     """Knocks at ``distances`` from lambda_c, some within the bistable range and some not.
 
-    Returns
-    -------
     Dataset over ``distance``: ``held`` and ``fell``, the bracket of the least energy that makes the strip fall over the
     static barrier, nan beyond the bistable range; ``away`` and ``touched`` after a strong knock with damping.
     """

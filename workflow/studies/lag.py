@@ -194,16 +194,9 @@ def run(
 ) -> xr.Dataset:
     """Lags without damping and in air.
 
-    Parameters
-    ----------
-    length_star, thickness, height
-        L*.
-    refinement
-        Factor on the element lengths.
-    speeds, damped_speeds
-        Of the gripper, sqrt(g L*): without damping and with it.
-    air
-        Air drag per mass and velocity, sqrt(g/L*); much more than the rate of the passage, so that it decides.
+    ``length_star``, ``thickness``, ``height``: L*.  ``refinement``: factor on the element lengths.  ``speeds``,
+    ``damped_speeds``: of the gripper, sqrt(g L*): without damping and with it.  ``air``: air drag per mass and
+    velocity, sqrt(g/L*); much more than the rate of the passage, so that it decides.
     """
     asked = length_star, thickness, height, refinement
     # The processes started below have it, too.

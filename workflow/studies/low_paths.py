@@ -29,7 +29,7 @@ from stripfold.errors import SolveError
 from stripfold.paths.low_path import low
 from stripfold.paths.rpath import plan_r_path
 from stripfold.solve.schemes import Damping
-from studies.common import Progress, attempted, dataset, pooled
+from studies.common import Progress, attempted, dataset, markdown_table, pooled
 
 LENGTH, HEIGHT, THICKNESS = (8.0, 40.0), (0.3, 1.7), (0.02, 0.15)
 """What is drawn, evenly."""
@@ -70,19 +70,11 @@ def run(
 ) -> xr.Dataset:
     """The first cases of the sequence that ``seed`` starts, and a strip in time.
 
-    Parameters
-    ----------
-    cases, compared, seed
-        Random strips on the rod; those of them, inside the limits, that are on the solid, too.
-    length_star, thickness
-        The strip in time.
-    heights, coefficients
-        Its gripper's heights, and coefficients of friction between the layers.
-    moment, speed
-        M_0 of its bending hysteresis, rho_a g L*^2, and speed of its gripper, sqrt(g L*).
+    ``cases``, ``compared``, ``seed``: random strips on the rod; those of them, inside the limits, that are on the
+    solid, too.  ``length_star``, ``thickness``: the strip in time.  ``heights``, ``coefficients``: its gripper's
+    heights, and coefficients of friction between the layers.  ``moment``, ``speed``: M_0 of its bending hysteresis,
+    rho_a g L*^2, and speed of its gripper, sqrt(g L*).
 
-    Returns
-    -------
     Dataset over ``case``; over ``mu`` and ``time_height``, with ``snap_energy``, what the snap of the same strip on the
     triangular path sets free, and ``slow_kinetic`` at half the speed; and over ``curve``, the elastica at some heights.
     """
@@ -172,10 +164,7 @@ def case(asked: tuple[int, tuple[float, float, float], bool]) -> dict[str, Any]:
 def followed(strip: StripModel, height: float, refinement: float) -> tuple[str, dict[str, float]]:
     """The outcome on the low path, and the numbers of a path to its end.
 
-    Raises
-    ------
-    SolveError
-        The path cannot be followed, or its contact is not found by its coordinates.
+    Raises SolveError: the path cannot be followed, or its contact is not found by its coordinates.
     """
     found = assess_strip(strip, low(strip.length, height), refinement=refinement)
     if found.contact != MOVING:
@@ -193,10 +182,7 @@ def followed(strip: StripModel, height: float, refinement: float) -> tuple[str, 
 def in_time(at: tuple[tuple[float, float], float], length: float, thickness: float, moment: float) -> dict[str, float]:
     """One path in time, by its coefficient of friction and its height, and its speed, to rest at its end.
 
-    Raises
-    ------
-    SolveError, TimeStepError
-        It cannot be followed.
+    Raises SolveError, TimeStepError: it cannot be followed.
     """
     (mu, height), speed = at
     strip = StripModel(length, thickness, kind="rod")
@@ -213,15 +199,12 @@ def in_time(at: tuple[tuple[float, float], float], length: float, thickness: flo
 
 def markdown(data: xr.Dataset) -> str:
     """The paths in time as a table in Markdown."""
-    rows = [
-        "| z | mu | kinetic energy | gripper's force | at the held end | error of the fold | taken by friction |",
-        "|---|---|---|---|---|---|---|",
-    ]
+    header = "z", "mu", "kinetic energy", "gripper's force", "at the held end", "error of the fold", "taken by friction"
+    forms = (".3f", ".1f", ".1f", ".4f", ".2f")
+    rows = []
     for height in data["time_height"].values:
         for mu in data["mu"].values:
             one = data.sel(time_height=height, mu=mu)
-            kinetic, grip, hold, error, dissipated = (float(one[f"time_{name}"]) for name in TIME_NUMBERS)
-            rows.append(
-                f"| {height:g} | {mu:g} | {kinetic:.3f} | {grip:.1f} | {hold:.1f} | {error:.4f} | {dissipated:.2f} |"
-            )
-    return "\n".join(rows) + "\n"
+            cells = [format(float(one[f"time_{n}"]), form) for n, form in zip(TIME_NUMBERS, forms, strict=True)]
+            rows.append([f"{height:g}", f"{mu:g}", *cells])
+    return markdown_table(header, rows)

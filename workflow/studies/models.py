@@ -23,10 +23,7 @@ NUMBERS = ("lambda_c", "mesh_error")
 def lambda_c(length: float, refinement: float, model: str, height: float, thickness: float) -> dict[str, float]:
     """lambda_c on one mesh, and its change from elements twice as long.
 
-    Raises
-    ------
-    SolveError
-        A run cannot be computed, or ends without a snap.
+    Raises SolveError: a run cannot be computed, or ends without a snap.
     """
     strip, prediction = StripModel(length, thickness, kind=model), ElasticaPrediction.at(height)
     fine, coarse = (from_near_the_end(strip, prediction, r) for r in (refinement, 2.0 * refinement))

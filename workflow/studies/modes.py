@@ -36,12 +36,8 @@ TERMS = 16
 class HeldStrip(WithoutMemory):
     """A strip without a floor: some unknowns are held, and move with lambda.
 
-    Attributes
-    ----------
-    prescribed, values, direction
-        Held unknowns, what they are at lambda = 0, and their change per lambda; shape (m,).
-    gravity
-        Factor on the weight.
+    ``prescribed``, ``values``, ``direction``: held unknowns, what they are at lambda = 0, and their change per lambda;
+    shape (m,).  ``gravity``: factor on the weight.
     """
 
     model: Model
@@ -53,14 +49,6 @@ class HeldStrip(WithoutMemory):
     @property
     def size(self) -> int:
         return self.model.size
-
-    @property
-    def bounded(self) -> Index:
-        return np.zeros(0, dtype=np.intp)
-
-    @property
-    def lower(self) -> Array:
-        return np.zeros(0)
 
     @property
     def metric(self) -> Array:
@@ -139,9 +127,7 @@ def solid_modes(problem: HeldStrip, q: Array, count: int) -> tuple[Array, Array]
     stiffness, mass = problem.linearise(q, 0.0)[1].to_sparse(), problem.mass.to_sparse()
     free = np.setdiff1d(np.arange(problem.size), problem.prescribed)
     squares, vectors = scipy.linalg.eigh(
-        stiffness[np.ix_(free, free)].toarray(),
-        mass[np.ix_(free, free)].toarray(),
-        subset_by_index=[0, count - 1],
+        stiffness[np.ix_(free, free)].toarray(), mass[np.ix_(free, free)].toarray(), subset_by_index=[0, count - 1]
     )
     modes = np.zeros((count, problem.size))
     modes[:, free] = vectors.T
@@ -177,18 +163,8 @@ def run(
 ) -> xr.Dataset:
     """Frequencies of the clamped strip, without gravity and hanging.
 
-    Parameters
-    ----------
-    length_star, thickness
-        L*.
-    elements
-        Along the strip, all of one length.
-    modes
-        How many, from the lowest.
-    periods
-        Observed, of each mode.
-    steps
-        Time steps per period, coarse to fine.
+    ``length_star``, ``thickness``: L*; ``elements``: along the strip, all of one length; ``modes``: how many, from the
+    lowest; ``periods``: observed, of each mode; ``steps``: time steps per period, coarse to fine.
     """
     gravity = np.array([0.0, 1.0])
     truth, linear = np.empty((2, modes)), np.empty((2, modes))

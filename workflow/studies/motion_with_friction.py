@@ -83,10 +83,7 @@ def limit(case: Case, height: float, moment: float) -> tuple[float, float, float
 
     The speed is the fall of the sag over the advance of the gripper, the largest of all steps.
 
-    Raises
-    ------
-    SolveError
-        A step could not be computed.
+    Raises SolveError: a step could not be computed.
     """
     at = _at_start(case, height, moment)
     start = at.point.lam

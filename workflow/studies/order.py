@@ -42,10 +42,7 @@ def divided(mesh: ContactMesh, parts: int) -> ContactMesh:
 def lambda_c(strip: StripModel, prediction: ElasticaPrediction, refinement: float, parts: int) -> tuple[float, Array]:
     """lambda_c on one mesh, and the ends of its elements there.
 
-    Raises
-    ------
-    SolveError
-        The branch cannot be followed, or has no limit point near the elastica's.
+    Raises SolveError: the branch cannot be followed, or has no limit point near the elastica's.
     """
     z, plan = prediction.height, strip.contact_mesh(refinement)
     near = elastica.state_at(z, prediction.last.length - BEFORE, prediction.last)
@@ -71,16 +68,9 @@ def run(
 ) -> xr.Dataset:
     """Errors and times of both models.
 
-    Parameters
-    ----------
-    length_star, thickness, height
-        L*.
-    refinement
-        Of the planned mesh.
-    parts
-        Numbers of parts of each of its elements, ascending.
-    reference
-        One of these: the error of coarser meshes is the distance of lambda_c from that with it.
+    ``length_star``, ``thickness``, ``height``: L*.  ``refinement``: of the planned mesh.  ``parts``: numbers of parts
+    of each of its elements, ascending.  ``reference``: one of these: the error of coarser meshes is the distance of
+    lambda_c from that with it.
     """
     prediction = ElasticaPrediction.at(height)
 

@@ -23,7 +23,7 @@ from stripfold import elastica
 from stripfold.analysis.critical_point import ELASTICA_ERROR
 from stripfold.errors import StripfoldError
 from studies import peers_ours
-from studies.common import ONE_CORE, Progress, blank, dataset, timed
+from studies.common import ONE_CORE, Progress, blank, dataset, markdown_table, timed
 
 Settings = list[dict[str, Any]]
 
@@ -50,11 +50,7 @@ AUTO = {EQUILIBRIUM: (2, 3, 5, 10, 20, 40), CRITICAL: (2, 3, 5, 10, 20, 40)}
 NO_FOLDS = "solves at given displacements: it follows no branch round a fold and locates none"
 NO_STATICS = "moves in time: the strip falls somewhat behind the fold, the later the faster the gripper and the damping"
 PEERS: Mapping[str, dict[str, Any]] = {
-    "felupe": {
-        "model": "solid",
-        EQUILIBRIUM: [{"elements": n} for n in (20, 40, 80, 120, 160)],
-        CRITICAL: NO_FOLDS,
-    },
+    "felupe": {"model": "solid", EQUILIBRIUM: [{"elements": n} for n in (20, 40, 80, 120, 160)], CRITICAL: NO_FOLDS},
     "mujoco": {
         "model": "elastica",
         EQUILIBRIUM: [
@@ -97,21 +93,10 @@ def run(
 ) -> xr.Dataset:
     """Run every program on every question.
 
-    Parameters
-    ----------
-    length_star, thickness
-        Of the strip, L*.
-    height, advance
-        Of the gripper in the equilibrium, L*: z and lambda; the critical point is the one at this height.
-    repeats
-        Counted runs of each setting; of one that takes longer than a second there is one.
-    folder
-        With the programs' scripts and their environment.
-
-    Raises
-    ------
-    StripfoldError
-        This package itself has no answer.
+    ``length_star``, ``thickness``: of the strip, L*.  ``height``, ``advance``: of the gripper in the equilibrium, L*: z
+    and lambda; the critical point is the one at this height.  ``repeats``: counted runs of each setting; of one that
+    takes longer than a second there is one.  ``folder``: with the programs' scripts and their environment.  Raises
+    StripfoldError: this package itself has no answer.
     """
     say = progress or (lambda _: None)
     scene = {"length": length_star, "thickness": thickness, "height": height, "lam": advance, "repeats": repeats}
@@ -213,10 +198,7 @@ def _start(height: float) -> dict[str, Any]:
     t = np.linspace(0.0, 1.0, 201)
     profile = state.at(t * state.length)
     rows = np.stack([t, profile.x, profile.z, profile.theta, profile.curvature, profile.s], axis=1)
-    return {
-        "parameters": [state.advance, state.length, state.force_x, state.force_0, height],
-        "rows": rows.tolist(),
-    }
+    return {"parameters": [state.advance, state.length, state.force_x, state.force_0, height], "rows": rows.tolist()}
 
 
 def _ask(name: str, scene: dict[str, Any], folder: Path) -> tuple[str, dict[str, Any]]:
@@ -265,7 +247,7 @@ def table(peers: xr.Dataset) -> str:
     """The page's table: times to each tolerance, or why there are none."""
     tolerances = [f"{tolerance:.0e}".replace("e-0", "e-") for tolerance in peers["accuracy"].values]
     columns = [f"{question}, {tolerance}" for question in QUESTIONS for tolerance in tolerances]
-    rows = ["| program | version | model | " + " | ".join(columns) + " |", "|---" * (3 + len(columns)) + "|"]
+    rows = []
     for name in peers["program"].values:
         one = peers.sel(program=name)
         cells = [TITLES.get(name, f"**{name}**, ours"), str(one["version"].item()) or "this one"]
@@ -273,7 +255,7 @@ def table(peers: xr.Dataset) -> str:
         for question in QUESTIONS:
             times = one["time"].sel(question=question).values
             cells += ["-" if np.isnan(seconds) else f"{seconds:.2g} s" for seconds in times]
-        rows.append("| " + " | ".join(cells) + " |")
+        rows.append(cells)
     reasons = [
         f"* {TITLES[name]}, {question}: {reason}."
         for name in TITLES
@@ -286,6 +268,7 @@ def table(peers: xr.Dataset) -> str:
         for run in (peers.isel(run=i) for i in range(peers.sizes["run"]))
         if run["failed"].item()
     ]
-    parts = ["\n".join(rows), "No answer, because it", "\n".join(reasons)]
+    times_to = markdown_table(["program", "version", "model", *columns], rows).rstrip()
+    parts = [times_to, "No answer, because it", "\n".join(reasons)]
     parts += ["Runs without a solution:", "\n".join(failed)] if failed else []
     return "\n\n".join(parts) + "\n"

@@ -22,10 +22,7 @@ Line = tuple[Array, Array]
 def model_equilibrium(strip: StripModel, height: float, lam: float, refinement: float) -> Line:
     """The mid-surface with the gripper at ``lam``, on a mesh; solved for from the elastica's state there.
 
-    Raises
-    ------
-    SolveError
-        A state could not be computed.
+    Raises SolveError: a state could not be computed.
     """
     near = elastica.state_at_advance(height, lam)
     found = from_elastica(strip.contact_mesh(refinement), AlongX(height), lam, near)

@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 
 import numpy as np
 import xarray as xr
 
 from stripfold.arrays import Array
 from studies import variants
-
-
-def markdown(header: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
-    """A table with these cells."""
-    first, *others = ["| " + " | ".join(cells).replace("L*", r"L\*") + " |\n" for cells in (list(header), *rows)]
-    return "".join([first, "|---" * (first.count("|") - 1) + "|\n", *others])
+from studies.common import markdown_table
 
 
 def _over(data: xr.Dataset, along: str, name: str, rows: dict[str, tuple[Array, str]]) -> str:
@@ -23,7 +18,8 @@ def _over(data: xr.Dataset, along: str, name: str, rows: dict[str, tuple[Array, 
     shown = [[f"{float(x):g}" for x in data[along].values[order]]]
     shown += [[format(float(x), form) if np.isfinite(x) else "-" for x in v[order]] for v, form in rows.values()]
     (header, *cells), words = shown, list(rows)
-    return markdown([name, *header], ([word, *row] for word, row in zip(words, cells, strict=True)))
+    found = markdown_table([name, *header], ([word, *row] for word, row in zip(words, cells, strict=True)))
+    return found.replace("L*", r"L\*")
 
 
 def barrier(data: xr.Dataset) -> str:
@@ -81,7 +77,7 @@ def fabrics(data: xr.Dataset) -> str:
     known = known.sortby("friction")
     rows = zip(known.fabric.values, known.gravity_length.values, known.friction.values, strict=True)
     cells = ([str(name), f"{100.0 * length:.2f} cm", f"{moment:.2f}"] for name, length, moment in rows)
-    return markdown(["fabric", "L*", "M_0 / (rho_a g L*^2)"], cells)
+    return markdown_table(["fabric", r"L\*", r"M_0 / (rho_a g L\*^2)"], cells)
 
 
 TABLES: dict[str, tuple[str, Callable[[xr.Dataset], str]]] = {

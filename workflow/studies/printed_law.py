@@ -21,16 +21,10 @@ _LAME = Lame.from_young(1.0, 0.0)
 def run(angles: Array | None = None) -> xr.Dataset:
     """Both laws over the angle of rotation, with Young's modulus 1 and Poisson's ratio 0.
 
-    Parameters
-    ----------
-    angles
-        Angles of rotation, degrees, shape (m,); by default 0, 1, ..., 90.
+    ``angles``: angles of rotation, degrees, shape (m,); by default 0, 1, ..., 90.
 
-    Returns
-    -------
-    xarray.Dataset
-        Over ``angle``: ``stress_svk`` and ``stress_printed``, see :func:`stress`; ``stiffness_svk`` and
-        ``stiffness_printed``, see :func:`stiffness`.  The attribute ``stretch`` is that of the bar.
+    Over ``angle``: ``stress_svk`` and ``stress_printed``, see :func:`stress`; ``stiffness_svk`` and
+    ``stiffness_printed``, see :func:`stiffness`.  The attribute ``stretch`` is that of the bar.
     """
     angle = np.linspace(0.0, 90.0, 91) if angles is None else np.asarray(angles, dtype=float)
     values: dict[str, tuple[str, Array]] = {"angle": ("angle", angle)}

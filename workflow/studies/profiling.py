@@ -28,7 +28,7 @@ from stripfold.errors import StripfoldError
 from stripfold.inputs import Scene
 from stripfold.material import Material
 from stripfold.models.contact_mesh import ContactMesh
-from stripfold.models.integrals import CompiledIntegrals
+from stripfold.models.model import Model
 from stripfold.models.rod import Rod
 from stripfold.models.solid import Solid
 from stripfold.solve import compiled_step, continuation, dynamics, limit_point, newton
@@ -46,11 +46,11 @@ class Part(NamedTuple):
 
 
 PARTS = (
-    Part(CompiledIntegrals, "force_and_derivatives", "assembly"),
-    Part(CompiledIntegrals, "force_and_tangent", "assembly"),
+    Part(Model, "force_and_derivatives", "assembly"),
+    Part(Model, "force_and_tangent", "assembly"),
     Part(Band, "factor", "factorisation"),
-    Part(CompiledIntegrals, "force_over_step", "assembly over a time step"),
-    Part(CompiledIntegrals, "predict_stress", "stress of the next tangent"),
+    Part(Model, "force_over_step", "assembly over a time step"),
+    Part(Model, "predict_stress", "stress of the next tangent"),
     Part(Band, "with_fixed", "boundary conditions and contact"),
     Part(Band, "negatives", "count of negative eigenvalues"),
     Part(continuation, "nearest_eigenvalues", "eigenvalues"),
@@ -150,14 +150,8 @@ LAMBDA_C, ELASTICA, R_PATH = SUBJECTS = "lambda_c", "the elastica", "R-path on t
 def run(length: float, height: float, eta_b: float, accuracy: float, path_length: float, repeats: int) -> xr.Dataset:
     """Profile one lambda_c of the solid, one of the elastica, and one R-path assessed on the rod; over ``subject``.
 
-    Parameters
-    ----------
-    length, height, eta_b, accuracy
-        The scene of the lambda_c, SI; see :class:`.Scene`.
-    path_length
-        Of the strip on the R-path, of the same eta_b, m.
-    repeats
-        See :func:`profile`.
+    ``length``, ``height``, ``eta_b``, ``accuracy``: the scene of the lambda_c, SI; see :class:`.Scene`.
+    ``path_length``: of the strip on the R-path, of the same eta_b, m.  ``repeats``: see :func:`profile`.
     """
     scene = Scene(length=length, height=height, eta_b=eta_b, accuracy=accuracy)
     material = Material(eta_b)

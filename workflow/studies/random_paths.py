@@ -22,7 +22,7 @@ from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
 from stripfold.errors import InvalidInputError
 from stripfold.paths import table as user_table
-from stripfold.paths.curve import GripperPath
+from stripfold.paths.curve import GripperPath, polygon_length
 from studies.common import Progress, attempted, pooled, table
 
 KINDS = ("smooth", "corners")
@@ -69,7 +69,7 @@ def _rows(random: np.random.Generator, length: float, kind: str) -> Array:
         z[place] = 1.1 * top[place] + 0.1 * length
     points = np.concatenate([[[-half, 0.0]], np.stack([x, z], axis=1)])
     if kind == "smooth":
-        at = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+        at = polygon_length(points)
         fine = np.linspace(0.0, at[-1], ROWS_PER_SEGMENT * count)
         points = PchipInterpolator(at, points)(fine)
     return np.column_stack([np.arange(len(points)), points])
@@ -78,8 +78,6 @@ def _rows(random: np.random.Generator, length: float, kind: str) -> Array:
 def run(cases: int, seed: int, refinement: float, threads: int = 1, progress: Progress | None = None) -> xr.Dataset:
     """Assess the first random paths of the sequence that ``seed`` starts statically, each twice.
 
-    Returns
-    -------
     Dataset over ``case``: ``outcome`` ("stable", "critical", "close", "refused" or "undecided"), the first critical
     point of both runs, ``contact`` ("moving" or "nodal"), the message of an error, and ``spurious_limit_points``: 1
     where the first run, but not the second, is critical, nan where there are not two runs.
@@ -129,10 +127,7 @@ def outcome(asked: Case, refinement: float) -> dict[str, Any]:
 def as_table(asked: Case) -> GripperPath:
     """The path as a user would hand it in.
 
-    Raises
-    ------
-    InvalidInputError
-        When it is refused.
+    Raises InvalidInputError: when it is refused.
     """
     with TemporaryDirectory() as folder:
         path = Path(folder) / "path.csv"

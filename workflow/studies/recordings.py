@@ -95,12 +95,8 @@ def table(
 ) -> xr.Dataset:
     """The measured recordings, with the frictionless model's lambda_c at the same height.
 
-    Parameters
-    ----------
-    measured, names
-        Datasets of measured recordings, and their names.
-    materials
-        Entries of the configuration by name, for eta_m; a recording with none of their eta_b has the paper's eta_m.
+    ``measured``, ``names``: datasets of measured recordings, and their names.  ``materials``: entries of the
+    configuration by name, for eta_m; a recording with none of their eta_b has the paper's eta_m.
     """
     stored = ("eta_b", "gripper_height", "lambda_event", "lambda_low", "lambda_high", "snapped")
     columns = {name: np.array([float(data[name]) for data in measured]) for name in stored}

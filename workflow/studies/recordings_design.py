@@ -131,14 +131,8 @@ class Case(NamedTuple):
 def case(number: int, seed: int, dynamics: float = 0.0) -> Case:
     """One case of the design.
 
-    Parameters
-    ----------
-    number
-        From 0.
-    seed
-        Of the whole design.
-    dynamics
-        Share of the cases whose motion is from the project's own dynamics; the others move without mechanics.
+    ``number``: from 0.  ``seed``: of the whole design.  ``dynamics``: share of the cases whose motion is from the
+    project's own dynamics; the others move without mechanics.
     """
     block, row = divmod(number, BLOCK)
     sampler = qmc.LatinHypercube(len(FACTORS), rng=np.random.default_rng([seed, block]))

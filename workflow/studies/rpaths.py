@@ -39,10 +39,7 @@ def planned(length: float) -> dict[str, float]:
 def critical(refinement: float, length: float, thickness: float) -> dict[str, float]:
     """The solid's critical point on the R-path.
 
-    Raises
-    ------
-    SolveError
-        A part cannot be computed, or no state on the path is critical.
+    Raises SolveError: a part cannot be computed, or no state on the path is critical.
     """
     strip = StripModel(length, thickness)
     events = assess_strip(strip, plan_r_path(length).path, refinement=refinement).events

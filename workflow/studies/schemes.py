@@ -70,12 +70,6 @@ class Oscillator(WithoutMemory):
     def prescribed(self) -> Index:
         return np.zeros(0, dtype=np.intp)
 
-    bounded = prescribed
-
-    @property
-    def lower(self) -> Array:
-        return np.zeros(0)
-
     @property
     def metric(self) -> Array:
         return np.zeros(1)  # measures steps that are capped: these are not
@@ -177,16 +171,9 @@ def run(
 ) -> xr.Dataset:
     """Order, drift and cost of every scheme.
 
-    Parameters
-    ----------
-    length_star, thickness, height
-        L*.
-    refinement
-        Factor on the element lengths.
-    oscillator_steps, oscillator_until
-        Steps, coarse to fine, and duration; the oscillator's frequency is one.
-    swing_steps, swing_until
-        Steps, coarse to fine, and duration of the strip's swing, sqrt(L*/g).
+    ``length_star``, ``thickness``, ``height``: L*.  ``refinement``: factor on the element lengths.
+    ``oscillator_steps``, ``oscillator_until``: steps, coarse to fine, and duration; the oscillator's frequency is one.
+    ``swing_steps``, ``swing_until``: steps, coarse to fine, and duration of the strip's swing, sqrt(L*/g).
     """
     static = solve_height(StripModel(length_star, thickness), height, refinement, past=1.0)
     falls = {name: blank(len(SCHEMES)) for name in (*OF_FALL, *OF_ENERGY)}
@@ -232,14 +219,8 @@ def run(
             **{name: ("scheme", values) for name, values in falls.items()},
             "failure": ("scheme", failures),
         },
-        {
-            "length_star": length_star,
-            "thickness": thickness,
-            "height_star": height,
-            "refinement": refinement,
-            "oscillator_until": oscillator_until,
-            "swing_until": swing_until,
-        },
+        {"length_star": length_star, "thickness": thickness, "height_star": height, "refinement": refinement}
+        | {"oscillator_until": oscillator_until, "swing_until": swing_until},
     )
 
 

@@ -30,19 +30,10 @@ def run(
 ) -> xr.Dataset:
     """Gains of lambda by the place that the mode tells, and by others.
 
-    Parameters
-    ----------
-    heights
-        Above the touch limit.
-    places
-        Number of places at equal distances between the gripper and the lift-off.
-    distances
-        From lambda_c, at which the strip is taken at the mode's place; the scan is at the command's distance.
-    beyond, thickness
-        Length of the strip less the height, and its thickness.
+    ``heights``: above the touch limit.  ``places``: number of places at equal distances between the gripper and the
+    lift-off.  ``distances``: from lambda_c, at which the strip is taken at the mode's place; the scan is at the
+    command's distance.  ``beyond``, ``thickness``: length of the strip less the height, and its thickness.
 
-    Returns
-    -------
     Dataset over ``gripper_height`` and ``place`` or ``distance``; nan where a strip could not be followed.
     """
     case = partial(_case, places=places, distances=distances, beyond=beyond, thickness=thickness)

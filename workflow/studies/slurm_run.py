@@ -22,14 +22,8 @@ def compare(here: Path, there: Path, wall_here: float, wall_there: float, jobs: 
     Values are compared bit for bit, with their dimensions and coordinates; run times, memory and attributes are left
     out.
 
-    Parameters
-    ----------
-    here, there
-        The folders, of a run on this machine and of one on Slurm.
-    wall_here, wall_there
-        Time of each run, s.
-    jobs
-        Number of jobs that Slurm was given.
+    ``here``, ``there``: the folders, of a run on this machine and of one on Slurm; ``wall_here``, ``wall_there``: time
+    of each run, s; ``jobs``: number of jobs that Slurm was given.
     """
     found = {path.relative_to(folder) for folder in (here, there) for path in folder.rglob("*.nc")}
     rows = [

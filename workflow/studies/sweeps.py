@@ -27,12 +27,8 @@ HEIGHT, ETA_B = (0.03, 0.12), (820.0, 30200.0)
 def run(elastica: int, rod: int, checked: int, seed: int, threads: int = 1) -> xr.Dataset:
     """One sweep of each model over ``model``.
 
-    Parameters
-    ----------
-    elastica, rod
-        Numbers of heights and of values of eta_b: the square of it is the number of scenes.
-    checked, seed
-        So many random scenes of each are found again one by one.
+    ``elastica``, ``rod``: numbers of heights and of values of eta_b: the square of it is the number of scenes.
+    ``checked``, ``seed``: so many random scenes of each are found again one by one.
     """
     rng = np.random.default_rng(seed)
     rows = [_sweep(model, count, checked, rng, threads) for model, count in (("elastica", elastica), ("rod", rod))]

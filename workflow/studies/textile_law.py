@@ -43,23 +43,10 @@ def run(
 ) -> xr.Dataset:
     """The end of the advance at each height, and the end of the R-path planned with the secant, for both laws.
 
-    Parameters
-    ----------
-    table, areal_load
-        Moment-curvature table, and the weight per area, N m^-2.
-    height
-        Height at whose critical state the secant is taken, L*.
-    length_star, thickness, heights
-        Of the strip, and of the gripper, L*.  The thickness is to have no effect.
-    step
-        Steps along the R-path, L*.
-    refinement
-        Factor on the element lengths.
-
-    Raises
-    ------
-    SolveError
-        A branch that could not be followed.
+    ``table``, ``areal_load``: moment-curvature table, and the weight per area, N m^-2.  ``height``: height at whose
+    critical state the secant is taken, L*.  ``length_star``, ``thickness``, ``heights``: of the strip, and of the
+    gripper, L*.  The thickness is to have no effect.  ``step``: steps along the R-path, L*.  ``refinement``: factor on
+    the element lengths.  Raises SolveError: a branch that could not be followed.
     """
     rows = textile.read_table(table)
     secant = textile.secant(rows, areal_load, textile.largest_curvature(elastica.critical(height).state))

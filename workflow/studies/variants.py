@@ -36,7 +36,7 @@ from stripfold.paths.curve import GripperPath, Piece
 from stripfold.paths.geometric import triangular
 from stripfold.problem import AlongPath, AlongX, Motion
 from stripfold.solve.events import Event
-from studies.common import NO_RESULT, Progress, attempted, pooled, table
+from studies.common import NO_RESULT, Progress, attempted, markdown_table, pooled, table
 
 FALL = Fall(to_rest=False)
 TURN = 0.1
@@ -171,13 +171,12 @@ def markdown(data: xr.Dataset) -> str:
     def shown(value: xr.DataArray) -> str:
         return f"{float(value):+.4f}" if np.isfinite(value) else "-"
 
-    rows = [r"| changed | end of the advance / L\* | first touch / L\* |", "|---|---|---|"]
+    rows = []
     for name in data["variant"].values[data["base"].values != ""]:
         one = data.sel(variant=name)
         laid = ", no snap: the sag touches" if one["snap"] == 0.0 else ""
-        text = f"| {name} | {shown(one['lambda_end_shift'])}{laid} | {shown(one['touch_shift'])} |"
-        rows.append(text.replace("L*", "L\\*"))
-    return "\n".join(rows) + "\n"
+        rows.append((name, f"{shown(one['lambda_end_shift'])}{laid}", shown(one["touch_shift"])))
+    return markdown_table(("changed", "end of the advance / L*", "first touch / L*"), rows).replace("L*", r"L\*")
 
 
 @dataclass(frozen=True)
@@ -266,15 +265,15 @@ def _moved_by(at: BranchPoint, motion: Clamped) -> BranchPoint:
 
 def _followed(at: BranchPoint, end: float = inf) -> BranchPoint | BranchCrossing:
     """The last point of a branch up to lambda = ``end``, or what ends it before."""
-    for item in contact_branch.follow(at, STEPS, _stops, through_contact=False, end=end):
+
+    def stops(problem: MovingContact) -> list[Event]:
+        return [contact_events.touch(problem), LIMIT]
+
+    for item in contact_branch.follow(at, STEPS, stops, through_contact=False, end=end):
         if isinstance(item, BranchCrossing):
             return item
         at = item
     return at
-
-
-def _stops(problem: MovingContact) -> list[Event]:
-    return [contact_events.touch(problem), LIMIT]
 
 
 def of_elastica(scene: Scene) -> Advance:

@@ -24,8 +24,6 @@ COMPILING = 1200
 def run(clone: Path, folder: Path) -> xr.Dataset:
     """Build the wheel of a clone, install it in each environment, and run all commands there, in a new ``folder``.
 
-    Returns
-    -------
     Dataset over ``environment`` and ``command``: why a command did not run, empty where it did; the attributes name the
     versions of what was installed.
     """

@@ -9,14 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from stripfold import schema
-from stripfold.analysis.assess import (
-    Assessment,
-    CriticalEvent,
-    assess_strip,
-    lying_length,
-    peak_forces,
-    shape_error,
-)
+from stripfold.analysis.assess import Assessment, CriticalEvent, assess_strip, lying_length, peak_forces, shape_error
 from stripfold.analysis.release import Fall, Progress
 from stripfold.analysis.static import StripModel, solve_height
 from stripfold.arrays import Array
@@ -60,10 +53,7 @@ NUMBERS = (
 def path_of(name: str, length: float) -> GripperPath:
     """One of the paper's paths, "triangular", "circular" or "r-path", for a strip of this length, L*.
 
-    Raises
-    ------
-    InvalidInputError
-        A length for which there is no such path.
+    Raises InvalidInputError: a length for which there is no such path.
     """
     if name == "r-path":
         return plan_r_path(length).path
@@ -71,24 +61,12 @@ def path_of(name: str, length: float) -> GripperPath:
 
 
 def run(
-    material: Material,
-    length: float,
-    name: str,
-    fall: Fall,
-    refinement: float,
-    progress: Progress | None = None,
+    material: Material, length: float, name: str, fall: Fall, refinement: float, progress: Progress | None = None
 ) -> xr.Dataset:
     """Assess one of the paper's paths; ``length`` in m, ``fall`` in solver units.
 
-    Returns
-    -------
-    Dataset
-        As :func:`.states.dataset`, with :data:`NUMBERS` as attributes; nan where there is no such thing.
-
-    Raises
-    ------
-    InvalidInputError, SolveError
-        As in :func:`.assess_strip`.
+    As :func:`.states.dataset`, with :data:`NUMBERS` as attributes; nan where there is no such thing.  Raises
+    InvalidInputError, SolveError: as in :func:`.assess_strip`.
     """
     unit = material.gravity_length
     strip = StripModel(length / unit, material.relative_thickness, material.nu)

@@ -20,10 +20,7 @@ FORCE = 1e-4
 def check_branch(run: xr.Dataset) -> None:
     """Refuse a dataset of :func:`tasks.x_axis.run` that breaks what every branch must obey.
 
-    Raises
-    ------
-    StripfoldError
-        With the list of what is broken, and at which heights.
+    Raises StripfoldError: with the list of what is broken, and at which heights.
     """
     unit = run.attrs["gravity_length"]
     force = run.attrs["rho_a"] * run.attrs["gravity"] * unit

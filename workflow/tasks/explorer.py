@@ -13,7 +13,7 @@ import xarray as xr
 
 from stripfold import store
 from stripfold.arrays import Array
-from stripfold.elastica.grids import nodes_and_integral
+from tasks.explorer_states import nodes_and_integral
 
 SOURCES = Path(__file__).parents[1] / "explorer"
 

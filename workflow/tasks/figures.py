@@ -14,13 +14,8 @@ from stripfold.plots.save import save
 def figures(drawings: Sequence[Mapping[str, Any]], output: Any) -> None:
     """Draw figures and store them as PNG and SVG.
 
-    Parameters
-    ----------
-    drawings
-        For each figure the ``module`` whose ``draw`` draws it, the ``files`` of the datasets that this takes, and
-        ``options``.
-    output
-        Its ``png`` are the names of the files.
+    ``drawings``: for each figure the ``module`` whose ``draw`` draws it, the ``files`` of the datasets that this takes,
+    and ``options``; ``output``: its ``png`` are the names of the files.
     """
     read = cache(store.read)
     for drawing, path in zip(drawings, output.png, strict=True):

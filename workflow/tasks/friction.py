@@ -128,10 +128,7 @@ def first_guess(mesh: Planned, law: str, step: float) -> float:
 def smallest(mesh: Planned, plan: RPath, law: str, step: float) -> tuple[float, Run]:
     """A strength too weak for the plan to be followed to its first touch, and a run with one that suffices.
 
-    Raises
-    ------
-    SolveError
-        When none does.
+    Raises SolveError: when none does.
     """
     strength = first_guess(mesh, law, step)
     fails, suffices, found, ratio = 0.0, inf, None, FIRST_RATIO
@@ -162,23 +159,11 @@ def run(
 ) -> xr.Dataset:
     """The smallest friction with which an R-path is followed, by either law, and the path followed with it to its end.
 
-    Parameters
-    ----------
-    material, length
-        The strip; m.
-    step
-        Size of the steps, L*.
-    refinement
-        Factor on all element lengths.
+    ``material``, ``length``: the strip; m.  ``step``: size of the steps, L*.  ``refinement``: factor on all element
+    lengths.
 
-    Returns
-    -------
-    Dataset over ``law``, ``state`` (the steps) and ``node``.
-
-    Raises
-    ------
-    SolveError
-        No friction suffices, or the path is not followed to its end with the one that does.
+    Dataset over ``law``, ``state`` (the steps) and ``node``.  Raises SolveError: no friction suffices, or the path is
+    not followed to its end with the one that does.
     """
     say = progress or (lambda _: None)
     unit = material.gravity_length

@@ -30,14 +30,8 @@ def summary(
     A number is fresh when the code, the configuration and the libraries that made it are today's; a stale one meets no
     criterion.
 
-    Parameters
-    ----------
-    sources
-        The files of ``data``, by the same names.
-    studies
-        Today's parameters of the studies among them.
-    output
-        ``data`` is the name of the JSON file, ``page`` that of the same for readers.
+    ``sources``: the files of ``data``, by the same names; ``studies``: today's parameters of the studies among them;
+    ``output``: ``data`` is the name of the JSON file, ``page`` that of the same for readers.
     """
     stale = {name: why_stale(dataset, studies.get(name)) for name, dataset in data.items()}
     lines = sum(len(path.read_text(encoding="utf-8").splitlines()) for path in (ROOT / "src").rglob("*.py"))
@@ -72,12 +66,7 @@ def summary(
     store.write_text(run.page(found), output.page)
 
 
-HEADLINES = (
-    "claims_open",
-    "branch_jumps",
-    "time_solid_1e-3",
-    "stale_studies",
-)
+HEADLINES = ("claims_open", "branch_jumps", "time_solid_1e-3", "stale_studies")
 """Numbers that the README quotes."""
 
 

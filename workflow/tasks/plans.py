@@ -29,15 +29,7 @@ def dataset(material: Material, length: float) -> xr.Dataset:
     halves with a hinge.  R-path: the elastica's states.  The first state is the flat strip, the R-path's last one the
     folded strip.
 
-    Parameters
-    ----------
-    material, length
-        The strip; m.
-
-    Raises
-    ------
-    InvalidInputError, SolveError
-        As in :func:`.plan_r_path`.
+    ``material``, ``length``: the strip; m.  Raises InvalidInputError, SolveError: as in :func:`.plan_r_path`.
     """
     unit = material.gravity_length
     long = length / unit

@@ -58,10 +58,7 @@ def follow_both_branches(
 ) -> PostCriticalBranches:
     """Release the planned state in both directions, gripper held, and follow the path from the states at rest.
 
-    Raises
-    ------
-    SolveError
-        There is no unstable planned state, or a part could not be computed.
+    Raises SolveError: there is no unstable planned state, or a part could not be computed.
     """
     say = progress or (lambda _: None)
     mesh = strip.contact_mesh(refinement)
@@ -80,10 +77,7 @@ def follow_both_branches(
 def planned_unstable(strip: StripModel, plan: RPath, travelled: float, refinement: float = 1.0) -> BranchPoint:
     """The planned state at a length travelled, as an unstable equilibrium of the strip.
 
-    Raises
-    ------
-    SolveError
-        When there is none: the path lies outside the stability boundary there.
+    Raises SolveError: when there is none: the path lies outside the stability boundary there.
     """
     x, height = plan.path.position(travelled)
     lam = float(x) + strip.length / 2.0

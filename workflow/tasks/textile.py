@@ -25,14 +25,8 @@ MAX_ROWS = 10_000
 class Secant(NamedTuple):
     """The linear strip that has the textile's moment at the given curvature.
 
-    Parameters
-    ----------
-    stiffness
-        Bending stiffness per width ``D = M(kappa) / kappa``, N m.
-    kappa
-        Curvature at which the secant is taken, m^-1.
-    eta_b
-        Weight-to-bending-stiffness ratio, m^-4 s^2.
+    ``stiffness``: bending stiffness per width ``D = M(kappa) / kappa``, N m; ``kappa``: curvature at which the secant
+    is taken, m^-1; ``eta_b``: weight-to-bending-stiffness ratio, m^-4 s^2.
     """
 
     stiffness: float
@@ -43,10 +37,8 @@ class Secant(NamedTuple):
 def read_table(path: str | os.PathLike[str]) -> Array:
     """Moment-curvature table, shape (m, 2): curvature, m^-1, and moment per width, N.
 
-    Raises
-    ------
-    InvalidInputError
-        No such file, other columns, or numbers that are not positive and increasing in the curvature.
+    Raises InvalidInputError: no such file, other columns, or numbers that are not positive and increasing in the
+    curvature.
     """
     table = tables.read_table("table", Path(path), COLUMNS, (2, MAX_ROWS))
     if not (np.all(table > 0.0) and np.all(np.diff(table, axis=0) > 0.0)):
@@ -67,21 +59,10 @@ def largest_curvature(state: elastica.State) -> float:
 def secant(table: Array, load: float, dimensionless_curvature: float, gravity: float = GRAVITY) -> Secant:
     """The secant stiffness at ``kappa = dimensionless_curvature / L*``, where ``L* = (D / load)^(1/3)``.
 
-    Parameters
-    ----------
-    table
-        Moment-curvature table, shape (m, 2), see :func:`read_table`; straight lines between its rows.
-    load
-        Weight per area, N m^-2.
-    dimensionless_curvature
-        Largest curvature of the state that the strip is meant for, in 1 / L*.
-    gravity
-        Gravitational acceleration, m s^-2.
-
-    Raises
-    ------
-    InvalidInputError
-        The curvature would lie outside the table: nothing is extrapolated.
+    ``table``: moment-curvature table, shape (m, 2), see :func:`read_table`; straight lines between its rows.  ``load``:
+    weight per area, N m^-2.  ``dimensionless_curvature``: largest curvature of the state that the strip is meant for,
+    in 1 / L*.  ``gravity``: gravitational acceleration, m s^-2.  Raises InvalidInputError: the curvature would lie
+    outside the table: nothing is extrapolated.
 
     Examples
     --------

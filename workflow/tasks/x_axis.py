@@ -56,10 +56,7 @@ def at_heights(
 ) -> list[HeightResult]:
     """Run all heights, ascending, each lifted on from the last; lengths in L*.
 
-    Raises
-    ------
-    SolveError
-        When one of them cannot be computed: a gap is never stored in its place.
+    Raises SolveError: when one of them cannot be computed: a gap is never stored in its place.
     """
     out = []
     for height, start in lift(strip.contact_mesh(refinement), sorted(heights)):
@@ -75,14 +72,7 @@ def at_heights(
 def dataset(material: Material, length: float, results: Sequence[HeightResult]) -> xr.Dataset:
     """Collect the results of a material into one dataset, in SI; rows are padded with nan.
 
-    Parameters
-    ----------
-    material
-        Supplies the scales.
-    length
-        Length of the strip, m.
-    results
-        From :func:`at_heights`.
+    ``material``: supplies the scales; ``length``: length of the strip, m; ``results``: from :func:`at_heights`.
     """
     n_step = max(len(r.records) for r in results)
     n_node = max(len(_nodes(r.run)) for r in results)
@@ -174,18 +164,8 @@ def run(
 ) -> xr.Dataset:
     """The x-axis study of one material.
 
-    Parameters
-    ----------
-    material
-        The strip's material.
-    length
-        Length of the strip, m.
-    heights
-        Gripper heights in units of L*.
-    refinement
-        Factor on all element lengths.
-    solid
-        Further options of :class:`.StripModel`.
+    ``material``: the strip's material; ``length``: length of the strip, m; ``heights``: gripper heights in units of L*;
+    ``refinement``: factor on all element lengths; ``solid``: further options of :class:`.StripModel`.
     """
     unit = material.gravity_length
     strip = StripModel(length / unit, material.relative_thickness, material.nu, **solid)  # type: ignore[arg-type]
@@ -217,12 +197,7 @@ STAR = {
 def critical_points(runs: Mapping[str, xr.Dataset], labels: Mapping[str, str]) -> xr.Dataset:
     """Per material and height what the x-axis study found; rows padded with nan.
 
-    Parameters
-    ----------
-    runs
-        Datasets of :func:`run` by the material's name.
-    labels
-        How figures call each material.
+    ``runs``: datasets of :func:`run` by the material's name; ``labels``: how figures call each material.
     """
     names = list(runs)
     n = max(run.sizes["gripper_height"] for run in runs.values())

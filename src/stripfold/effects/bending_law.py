@@ -25,15 +25,8 @@ from stripfold.models.model import Model
 class MomentCurvature:
     """A law m(kappa), odd and monotone: a table interpolated by monotone cubics, straight on beyond its last interval.
 
-    Parameters
-    ----------
-    curvature, moment
-        Shape (n,), n >= 2: 1/L* and rho_a g L*^2, positive and increasing; no moment without curvature is implied.
-
-    Raises
-    ------
-    InvalidInputError
-        Numbers that are not finite, positive and increasing.
+    ``curvature``, ``moment``: shape (n,), n >= 2: 1/L* and rho_a g L*^2, positive and increasing; no moment without
+    curvature is implied.  Raises InvalidInputError: numbers that are not finite, positive and increasing.
     """
 
     def __init__(self, curvature: Array, moment: Array) -> None:
@@ -75,10 +68,7 @@ def split_loop(curvature: Array, loading: Array, unloading: Array) -> tuple[Mome
     The law is the mean of the moments of bending and unbending at the same curvatures, shape (n,) each, M_0 half of
     their difference, averaged over the curvature: friction that does not depend on it.
 
-    Raises
-    ------
-    InvalidInputError
-        The mean is no law, or unbending takes more moment than bending.
+    Raises InvalidInputError: the mean is no law, or unbending takes more moment than bending.
     """
     width = float(np.trapezoid(loading - unloading, curvature) / (curvature[-1] - curvature[0]))
     if width < 0.0:
@@ -115,17 +105,7 @@ class BendingLaw(ElementMoments):
         return -curvature * growth
 
     def on(self, before: Model, model: Model) -> Self:
-        """The same law on other elements."""
         return self.of(model, self.law)
 
-    def carried_over(self, q: Array, model: Model) -> Self:
-        """The same on other elements: it has no moments to be held."""
-        return self.on(self.model, model)
-
-    def let_go(self, q: Array) -> Self:
-        """Itself."""
-        return self
-
     def committed(self, q: Array, reaction: Reaction) -> Self:
-        """Itself: it has no memory."""
         return self

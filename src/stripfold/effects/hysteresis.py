@@ -38,8 +38,6 @@ class Hysteresis(ElementMoments):
 
     Attributes
     ----------
-    model
-        The strip.
     moment
         M_0, the largest friction moment, rho_a g L*^2: half of Kawabata's 2HB.
     yield_curvature
@@ -48,8 +46,6 @@ class Hysteresis(ElementMoments):
         kappa_p, 1/L*, shape (n_elements,): the curvature at which each spring is slack, as committed.
     dissipated
         Energy dissipated in all committed steps, rho_a g L*^2 per width.
-    directors
-        The geometry of the elements.
     cells
         Of friction that has been on other elements: ends of fixed cells along the strip, L*, and the integral of
         kappa_p up to them, shape (n_cells + 1, across).
@@ -78,10 +74,7 @@ class Hysteresis(ElementMoments):
         The smaller ``yield_curvature``, the closer to dry friction, and the shorter the steps have to be: Newton's
         method converges for changes of two or three yield curvatures per step.
 
-        Raises
-        ------
-        InvalidInputError
-            ``moment`` negative, ``yield_curvature`` not positive, or either not finite.
+        Raises InvalidInputError: ``moment`` negative, ``yield_curvature`` not positive, or either not finite.
         """
         if not 0.0 <= moment < np.inf:
             raise InvalidInputError("moment", moment, "a finite number >= 0 (rho_a g L*^2)")

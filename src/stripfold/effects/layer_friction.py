@@ -2,18 +2,19 @@
 
 Each mid-surface node on the floor, or on the lower layer that lies there, has a spring in series with a slider along x,
 as :mod:`.hysteresis` has in each element.  The slider holds up to mu times the node's normal reaction in the last
-accepted state: within a step the law has a potential and the tangent is symmetric.
+accepted state, which with shorter steps becomes the present one: within a step the law has a potential and the tangent
+is symmetric.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import ClassVar, Self
+from typing import Self
 
 import numpy as np
 
 from stripfold.arrays import Array, Mask
-from stripfold.effects.effect import Reaction
+from stripfold.effects.effect import Effect, Reaction
 from stripfold.effects.hysteresis import STICK_TOLERANCE
 from stripfold.errors import InvalidInputError
 from stripfold.models.model import Model
@@ -27,13 +28,11 @@ A layer under its own weight slips after mu 1e-4 L*; membranes of a strip of h =
 
 
 @dataclass(frozen=True, eq=False)
-class LayerFriction:
+class LayerFriction(Effect):
     """Friction of the nodes that lie; see :meth:`of`.
 
     Attributes
     ----------
-    model
-        The strip.
     mu
         Coefficient of friction.
     stiffness
@@ -55,24 +54,13 @@ class LayerFriction:
     normal: Array = field(repr=False)
     place: Array = field(repr=False)
     dissipated: float = 0.0
-    # With shorter steps the last step's reaction becomes the present one.
-    step_dependent: ClassVar[bool] = False
 
     @classmethod
     def of(cls, model: Model, mu: float, q: Array, reaction: Reaction) -> Self:
         """Friction without force in the state ``q``.
 
-        Parameters
-        ----------
-        model, mu
-            The strip and the coefficient of friction.
-        q, reaction
-            A state, shape (n,), and the floor's forces.
-
-        Raises
-        ------
-        InvalidInputError
-            ``mu`` negative or not finite.
+        ``model``, ``mu``: the strip and the coefficient of friction; ``q``, ``reaction``: a state, shape (n,), and the
+        floor's forces.  Raises InvalidInputError: ``mu`` negative or not finite.
         """
         if not 0.0 <= mu < np.inf:
             raise InvalidInputError("mu", mu, "a finite number >= 0")
@@ -85,7 +73,6 @@ class LayerFriction:
         return np.clip(self.stiffness * (q[self.model.middle[:, 0]] - self.slack), -limit, limit)
 
     def force(self, q: Array) -> Array:
-        """Contribution to the residual, shape (n,)."""
         force = np.zeros(self.model.size)
         force[self.model.middle[:, 0]] = self.tractions(q)
         return force

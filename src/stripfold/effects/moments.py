@@ -2,24 +2,21 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from typing import ClassVar
+from abc import abstractmethod
 
 import numpy as np
 
 from stripfold import kernels
 from stripfold.arrays import Array
+from stripfold.effects.effect import MovableEffect
 from stripfold.models.directors import Directors
-from stripfold.models.integrals import NONE
-from stripfold.models.model import Model
+from stripfold.models.model import NONE
 from stripfold.solve.linear import Band
 
 
-class ElementMoments(ABC):
-    """The methods of :class:`.Effect` that follow from the moment in each element."""
+class ElementMoments(MovableEffect):
+    """What follows from the moment in each element."""
 
-    step_dependent: ClassVar[bool] = False
-    model: Model
     directors: Directors
 
     def curvature(self, q: Array) -> Array:
@@ -32,9 +29,9 @@ class ElementMoments(ABC):
 
     @abstractmethod
     def _rate(self, curvature: Array, growth: Array) -> Array:
-        """Derivative of the curvature that the moment depends on by the elements' lengths: see :meth:`.Effect.add`.
+        """Derivative of the curvature that the moment depends on by k parameters, ``growth`` that of the lengths.
 
-        Shape (k, n_elements).
+        Shape (k, n_elements): see :meth:`.MovableEffect.add`.
         """
 
     def force(self, q: Array) -> Array:
@@ -44,13 +41,11 @@ class ElementMoments(ABC):
         return force
 
     def force_and_tangent(self, q: Array) -> tuple[Array, Band]:
-        """The force and its derivative."""
         force, tangent = np.zeros(self.model.size), Band.zeros(self.model.size, self.model.pattern.width)
         self._add(q, NONE, force, tangent.columns, NONE)
         return force, tangent
 
     def add(self, q: Array, growth: Array, force: Array, tangent: Band, columns: Array) -> None:
-        """See :meth:`.Effect.add`."""
         self._add(q, growth, force, tangent.columns, columns.T)
 
     def _add(self, q: Array, growth: Array, force: Array, band: Array, columns: Array) -> None:

@@ -26,12 +26,8 @@ MAX_GAP_RATE = 5.0
 class Pairs:
     """Pairs of a node and a segment that can be in contact; made once per mesh.
 
-    Attributes
-    ----------
-    thickness
-        h, L*: the required distance of layers.
-    separate
-        Shape (columns, columns - 1), by node and segment: whether they are far apart along the strip.
+    ``thickness``: h, L*: the required distance of layers.  ``separate``: shape (columns, columns - 1), by node and
+    segment: whether they are far apart along the strip.
     """
 
     thickness: float

@@ -11,7 +11,7 @@ from typing import ClassVar, Self
 import numpy as np
 
 from stripfold.arrays import Array
-from stripfold.effects.effect import Reaction
+from stripfold.effects.effect import MovableEffect, Reaction
 from stripfold.errors import InvalidInputError
 from stripfold.models.model import Model
 from stripfold.solve.linear import Band
@@ -21,24 +21,12 @@ MOVE = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class Pull:
+class Pull(MovableEffect):
     """Adds ``k_f M (q - q_prev)`` to the residual, M the mass matrix of the model.
 
-    Parameters
-    ----------
-    model
-        The strip.
-    k_f
-        Force per displacement and mass, g/L*; >= 0.
-    q_prev
-        The last accepted state, shape (model.size,).
-    before
-        Of a pull on other elements than those of that state: theirs, and its unknowns on them.
-
-    Raises
-    ------
-    InvalidInputError
-        ``k_f`` negative or not finite.
+    ``model``: the strip.  ``k_f``: force per displacement and mass, g/L*; >= 0.  ``q_prev``: the last accepted state,
+    shape (model.size,).  ``before``: of a pull on other elements than those of that state: theirs, and its unknowns on
+    them.  Raises InvalidInputError: ``k_f`` negative or not finite.
     """
 
     model: Model = field(repr=False)
@@ -60,7 +48,6 @@ class Pull:
         return self.force(q), self.model.mass.scaled(self.k_f)
 
     def add(self, q: Array, growth: Array, force: Array, tangent: Band, columns: Array) -> None:
-        """See :meth:`.Effect.add`."""
         model, mass = self.model, self.model.mass
         before, q_prev = self.before or (model, self.q_prev)
         unknowns, per_end = model.element_unknowns, len(model.element_unknowns) // (len(model.ends) - 1)
@@ -75,17 +62,8 @@ class Pull:
             column += self.k_f * (by_length - mass @ ((ahead - back) / (2.0 * MOVE)))
 
     def on(self, before: Model, model: Model) -> Self:
-        """The same pull on other elements of the same strip."""
         source = self.before or (before, self.q_prev)
         return replace(self, model=model, q_prev=source[0].resampled(source[1], model.s), before=source)
-
-    def carried_over(self, q: Array, model: Model) -> Self:
-        """The same on other elements: it has no moments to be held."""
-        return self.on(self.model, model)
-
-    def let_go(self, q: Array) -> Self:
-        """Itself."""
-        return self
 
     def committed(self, q: Array, reaction: Reaction) -> Self:
         """The pull towards ``q``."""

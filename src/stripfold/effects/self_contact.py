@@ -44,8 +44,6 @@ class SelfContact:
 
     Attributes
     ----------
-    model
-        The strip.
     pairs
         Pairs that can be in contact.
     stiffness
@@ -102,10 +100,7 @@ class SelfContact:
     def energy(self, q: Array) -> float:
         """Energy of the penalty.
 
-        Raises
-        ------
-        NewtonError
-            Layers have passed through each other: the step was too long.
+        Raises NewtonError: layers have passed through each other: the step was too long.
         """
         found = self.distances(q)
         if found is None:

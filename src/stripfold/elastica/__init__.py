@@ -17,18 +17,14 @@ from stripfold.elastica.barrier import BistableRange, bistable_range
 from stripfold.elastica.branch import state_at, state_at_advance, state_no_horizontal_force, x_axis_branch
 from stripfold.elastica.critical_point import (
     CriticalPoint,
+    EndOfAdvance,
     critical,
+    end_of_advance,
+    friction_delay,
     touch_limit,
 )
-from stripfold.elastica.fold import (
-    FoldedLoop,
-    eta_b_from_fold_height,
-    folded_loop,
-    half_fold_lying_length,
-)
-from stripfold.elastica.friction_delay import friction_delay
+from stripfold.elastica.fold import FoldedLoop, eta_b_from_fold_height, folded_loop, half_fold_lying_length
 from stripfold.elastica.hanging_loop import eta_b_from_hanging_loop
-from stripfold.elastica.interpolated import EndOfAdvance, end_of_advance
 from stripfold.elastica.state import Profile, Sag, State
 
 __all__ = [

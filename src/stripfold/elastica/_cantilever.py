@@ -16,12 +16,7 @@ def cantilever(length: float) -> State:
 
     Z is negative below the clamp; ``droop_angle`` is the angle of the chord.
 
-    Raises
-    ------
-    InvalidInputError
-        ``length`` outside its range or not a number.
-    SolveError
-        No convergence.
+    Raises InvalidInputError: ``length`` outside its range or not a number; SolveError: no convergence.
 
     Examples
     --------

@@ -15,10 +15,7 @@ MIN_HEIGHT, MAX_HEIGHT = 0.1, 100.0
 def number(key: str, value: Any, low: float, high: float, unit: str) -> float:
     """``value`` as a float in [low, high].
 
-    Raises
-    ------
-    InvalidInputError
-        Not a number, or out of range.
+    Raises InvalidInputError: not a number, or out of range.
     """
     return _checked(key, value, low, high, f"a finite number from {low:g} to {high:g}{unit}")
 

@@ -167,6 +167,12 @@ def until(points: Iterable[Point], event: Event) -> Iterator[Point]:
             return
 
 
+def to_event(points: Iterable[Point], family: Family, event: Event) -> list[Point]:
+    """The points of a branch before an event, and the one with it."""
+    *free, before, after = until(points, event)
+    return [*free, before, between(before, after, family, event)]
+
+
 def between(before: Point, after: Point, family: Family, event: Event) -> Point:
     """The resolved point with an event, from cubic interpolation between two successive points of the branch."""
     n, span = max(before.e.grid.n, after.e.grid.n), after.arc - before.arc

@@ -31,12 +31,8 @@ Gradient = Callable[[Evaluation], Array]
 class Event(NamedTuple):
     """A place on a branch where the advance ends, or that the user asks for.
 
-    Parameters
-    ----------
-    sign
-        Function of a state and the branch's tangent there: positive before the event, negative after it.
-    condition
-        Vanishes at the event.
+    ``sign``: function of a state and the branch's tangent there: positive before the event, negative after it.
+    ``condition``: vanishes at the event.
     """
 
     sign: Callable[[Evaluation, Array], float]

@@ -210,10 +210,7 @@ def corrected(y: Array, conditions: tuple[Condition, ...], limit: int = 25) -> C
 
     Residual and last update must be small: a small update alone also occurs where the iteration stalls.
 
-    Raises
-    ------
-    NewtonError
-        No convergence; carries the residual history.
+    Raises NewtonError: no convergence; carries the residual history.
     """
     history: list[float] = []
     update = np.inf

@@ -13,7 +13,7 @@ from functools import cached_property
 from itertools import pairwise
 from math import inf, sqrt
 
-from stripfold.elastica._continuation import Point, at_height, between, march, point_at, until
+from stripfold.elastica._continuation import Point, at_height, between, march, point_at, to_event, until
 from stripfold.elastica._events import TOUCH, advance_gradient, at_advance, length_gradient, slope
 from stripfold.elastica._system import FORCE_X, evaluate
 from stripfold.elastica.critical_point import critical
@@ -52,10 +52,7 @@ class BistableRange:
     def pair(self, advance: float) -> tuple[State, State]:
         """The stable and the unstable state with this advance.
 
-        Raises
-        ------
-        InvalidInputError
-            An advance outside this range.
+        Raises InvalidInputError: an advance outside this range.
         """
         if not self.landing.advance <= advance < self.critical.advance:
             allowed = f"from {self.landing.advance:.9g} to less than {self.critical.advance:.9g} L*"
@@ -94,12 +91,7 @@ class BistableRange:
 def bistable_range(z: float) -> BistableRange | None:
     """The bistable range at gripper height ``z`` (0.1 to 100 L*), or None where the strip does not snap.
 
-    Raises
-    ------
-    InvalidInputError
-        ``z`` outside its range or not a number.
-    SolveError
-        A state was not found.
+    Raises InvalidInputError: ``z`` outside its range or not a number; SolveError: a state was not found.
 
     Examples
     --------
@@ -114,8 +106,7 @@ def bistable_range(z: float) -> BistableRange | None:
         return None
     family, e = at_height(point.z), evaluate(point.state._unknowns())
     first = point_at(e, family, length_gradient(e))
-    *_, before, after = until(march(first, family, step=FIRST_STEP, max_step=MAX_STEP), TOUCH)
-    landing = between(before, after, family, TOUCH)
+    landing = to_event(march(first, family, step=FIRST_STEP, max_step=MAX_STEP), family, TOUCH)[-1]
     return BistableRange(point.z, point.state, State._from(landing.e), barrier_coefficient(point.state))
 
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from stripfold.arrays import Array
 from stripfold.elastica._checks import number
-from stripfold.elastica._continuation import Family, Point, between, march, point_at, until
+from stripfold.elastica._continuation import Family, Point, march, point_at, to_event
 from stripfold.elastica._events import SNAP, TOUCH, Event, advance_gradient, at_length, length_gradient
 from stripfold.elastica._system import Condition, end_height, evaluate, height_of, no_lift_off_moment
 from stripfold.elastica.critical_point import touch_limit_state
@@ -45,12 +45,8 @@ LOWEST = 1e-3
 class Boundary:
     """A boundary with one advance at each height.
 
-    Attributes
-    ----------
-    states
-        In the order of their heights, ascending.
-    slope
-        Shape (n,): derivative of the advance over the height at each.
+    ``states``: in the order of their heights, ascending.  ``slope``: shape (n,): derivative of the advance over the
+    height at each.
     """
 
     states: tuple[State, ...]
@@ -100,12 +96,8 @@ class Boundary:
 def snap_boundary(length: float) -> Boundary:
     """The critical states from the touch limit up to the height where a strip of ``length``, 7 to 100 L*, is lifted.
 
-    Raises
-    ------
-    InvalidInputError
-        ``length`` outside its range or not a number.
-    SolveError
-        The boundary could not be followed.
+    Raises InvalidInputError: ``length`` outside its range or not a number; SolveError: the boundary could not be
+    followed.
 
     Examples
     --------
@@ -159,10 +151,8 @@ def _followed(condition: Condition, end: Event, way: float) -> list[Point]:
     """The points from the touch limit to an end, ``way`` is 1 towards longer free parts and -1 towards shorter ones."""
     family = Family((no_lift_off_moment, condition), "of a boundary")
     e = evaluate(touch_limit_state()._unknowns())
-    *points, before, after = until(
-        march(point_at(e, family, way * length_gradient(e)), family, step=STEP, max_step=STEP), end
-    )
-    return [*points, before, between(before, after, family, end)]
+    points = march(point_at(e, family, way * length_gradient(e)), family, step=STEP, max_step=STEP)
+    return to_event(points, family, end)
 
 
 def _boundary(points: list[Point]) -> Boundary:

@@ -45,12 +45,7 @@ def _no_force(z: float) -> Evaluation:
 def state_no_horizontal_force(z: float) -> State:
     """The state lambda_0: gripper at height ``z`` (1e-4 to 100 L*), ``force_x`` exactly 0 (docs/physics.md, section 4).
 
-    Raises
-    ------
-    InvalidInputError
-        ``z`` outside its range or not a number.
-    SolveError
-        No convergence.
+    Raises InvalidInputError: ``z`` outside its range or not a number; SolveError: no convergence.
 
     Examples
     --------
@@ -75,19 +70,9 @@ def x_axis_branch(z: float, *, past: float = 0.5, max_step: float = 0.3) -> Iter
     Contact of the sag with the lower layer is *not* part of this model: states after the first one with
     ``clearance <= 0`` are equilibria of the free strip only.
 
-    Parameters
-    ----------
-    z
-        Gripper height in L*, from 0.1 to 100.
-    past
-        The branch ends when the advance has fallen by this much below its maximum, in L*.
-    max_step
-        Largest step, in arc length (about radians of mean rotation).
-
-    Raises
-    ------
-    InvalidInputError, ContinuationError
-        An argument out of range; the branch could not be followed.
+    ``z``: gripper height in L*, from 0.1 to 100; ``past``: the branch ends when the advance has fallen by this much
+    below its maximum, in L*; ``max_step``: largest step, in arc length (about radians of mean rotation).  Raises
+    InvalidInputError, ContinuationError: an argument out of range; the branch could not be followed.
 
     Examples
     --------
@@ -116,12 +101,8 @@ def state_at(z: float, length: float, guess: State | None = None) -> State:
     the branch have the same length. Without a guess the state *past the minimum* is found, where the critical
     point lies. With a guess Newton's method starts from it.
 
-    Raises
-    ------
-    InvalidInputError
-        ``z`` outside 0.1 to 100 L*, or no such length at this height; the message names the range.
-    SolveError
-        No convergence (as NewtonError or ContinuationError).
+    Raises InvalidInputError: ``z`` outside 0.1 to 100 L*, or no such length at this height; the message names the
+    range; SolveError: no convergence (as NewtonError or ContinuationError).
 
     Examples
     --------
@@ -155,12 +136,8 @@ def state_at(z: float, length: float, guess: State | None = None) -> State:
 def state_at_advance(z: float, advance: float) -> State:
     """The state at height ``z`` with a given advance, from lambda_0 to the critical point.
 
-    Raises
-    ------
-    InvalidInputError
-        ``z`` outside 0.1 to 100 L*, or no such advance at this height; the message names the range.
-    SolveError
-        No convergence (as NewtonError or ContinuationError).
+    Raises InvalidInputError: ``z`` outside 0.1 to 100 L*, or no such advance at this height; the message names the
+    range; SolveError: no convergence (as NewtonError or ContinuationError).
 
     Examples
     --------

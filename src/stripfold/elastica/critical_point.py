@@ -14,13 +14,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
-from stripfold.elastica._checks import height
+from stripfold.arrays import Array
+from stripfold.elastica._chebyshev import grid
+from stripfold.elastica._checks import MAX_HEIGHT, MIN_HEIGHT, height
 from stripfold.elastica._events import SNAP, SNAP_AT_HEIGHT, TOUCH
 from stripfold.elastica._starts import START_OF_SNAPS, start
 from stripfold.elastica._system import gripper_at, no_lift_off_moment, solve
+from stripfold.elastica.branch import state_at
 from stripfold.elastica.state import State
 from stripfold.errors import ContinuationError
 
@@ -64,12 +68,7 @@ def critical(z: float) -> CriticalPoint:
     By Newton's method on the equilibrium and the event, from a stored approximation (:mod:`._starts`). At the maximum
     the sag must be clear of the lower layer, at contact the advance must still grow.
 
-    Raises
-    ------
-    InvalidInputError
-        ``z`` outside its range or not a number.
-    SolveError
-        The event was not found.
+    Raises InvalidInputError: ``z`` outside its range or not a number; SolveError: the event was not found.
 
     Examples
     --------
@@ -106,3 +105,71 @@ def touch_limit() -> float:
 def touch_limit_state() -> State:
     """The critical state whose sag just touches the lower layer."""
     return State._from(solve(start(START_OF_SNAPS, True), (no_lift_off_moment, TOUCH.condition, SNAP.condition)))
+
+
+NODES = 64
+"""Solved heights on either side of the touch limit: what is between them is within 1e-10 L*, half of them would do for
+1e-8 L*."""
+
+
+class EndOfAdvance(NamedTuple):
+    """A snap or, without one, the first touch of the sag; lambda and the length of the free part then, L*."""
+
+    snap: bool
+    advance: float
+    length: float
+
+
+def end_of_advance(z: float) -> EndOfAdvance:
+    """What :func:`critical` finds, without its state, interpolated between solved heights in a hundredth of the time.
+
+    Raises InvalidInputError: ``z`` outside its range or not a number; SolveError: the elastica could not be solved.
+
+    Examples
+    --------
+    >>> end = end_of_advance(3.0)
+    >>> end.snap, round(end.advance, 9) == round(critical(3.0).advance, 9)
+    (True, True)
+    """
+    z = height(z)
+    snap = z > touch_limit()
+    low, high = _range(snap)
+    advance, length = grid(NODES).interpolate(_solved(snap), np.log(z / low) / np.log(high / low))
+    return EndOfAdvance(snap, float(advance), float(length))
+
+
+def _range(snap: bool) -> tuple[float, float]:
+    return (touch_limit(), MAX_HEIGHT) if snap else (MIN_HEIGHT, touch_limit())
+
+
+@lru_cache(maxsize=2)
+def _solved(snap: bool) -> Array:
+    """Advance and length at the nodes of the height's logarithm, shape (n, 2)."""
+    low, high = _range(snap)
+    inner = [critical(float(z)).state for z in low * (high / low) ** grid(NODES).nodes[1:-1]]
+    limit, other = touch_limit_state(), critical(high if snap else low).state
+    states = [limit, *inner, other] if snap else [other, *inner, limit]
+    return np.array([(state.advance, state.length) for state in states])
+
+
+def friction_delay(z: float, difference: float = 1e-4) -> float:
+    """Rise of lambda_c over the friction moment M_0 for small M_0, L* per rho_a g L*^2; nan without a snap.
+
+    At the maximum of lambda each section bends on as in the critical mode.  By virtual work on that mode the friction
+    shifts the maximum by M_0 times the integral of |d kappa|, at fixed places of the strip, over the change of the
+    horizontal force; both are differences of states of the branch, ``difference`` L* of free length to either side.
+
+    Examples
+    --------
+    >>> round(friction_delay(3.0), 2)
+    9.6
+    """
+    point = critical(z)
+    if not point.snap:
+        return float("nan")
+    at = point.state
+    before, after = (state_at(z, at.length + d, at) for d in (-difference, difference))
+    # From the gripper, so that places belong to the strip.
+    s = np.linspace(0.0, before.length, 4001)
+    change = after.at(after.length - s).curvature - before.at(before.length - s).curvature
+    return float(np.trapezoid(np.abs(change), s)) / abs(after.force_x - before.force_x)

@@ -47,12 +47,7 @@ class FoldedLoop:
 def folded_loop(thickness: float = 0.0) -> FoldedLoop:
     """The folded state; its upper layer lands ``thickness`` (0 to 0.5 L*) above the lower one.
 
-    Raises
-    ------
-    InvalidInputError
-        ``thickness`` outside its range or not a number.
-    SolveError
-        No convergence.
+    Raises InvalidInputError: ``thickness`` outside its range or not a number; SolveError: no convergence.
 
     Examples
     --------
@@ -98,10 +93,7 @@ def eta_b_from_fold_height(height_m: float, gravity: float = GRAVITY) -> float:
     H is the dimensionless height of :func:`folded_loop`, h = ``height_m`` that of the loop's mid-surface above that of
     the lower layer, m; ``gravity`` is in m s^-2. The relative error is three times that of h.
 
-    Raises
-    ------
-    InvalidInputError
-        A value that is not a positive finite number.
+    Raises InvalidInputError: a value that is not a positive finite number.
 
     Examples
     --------
@@ -117,10 +109,7 @@ def half_fold_lying_length(strip_length: float) -> float:
 
     The strip is at least 7.168090 L* long, where nothing is left for the upper layer.
 
-    Raises
-    ------
-    InvalidInputError
-        Not a number, or a strip too short for such a fold.
+    Raises InvalidInputError: not a number, or a strip too short for such a fold.
 
     Examples
     --------

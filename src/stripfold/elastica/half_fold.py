@@ -13,18 +13,9 @@ from itertools import pairwise
 import numpy as np
 
 from stripfold.arrays import Array
-from stripfold.elastica._continuation import Family, Point, between, march, point_at, until
+from stripfold.elastica._continuation import Family, Point, between, march, point_at, to_event, until
 from stripfold.elastica._events import SNAP_AT_HEIGHT, TOUCH, Event
-from stripfold.elastica._system import (
-    FORCE_X,
-    LENGTH,
-    SCALARS,
-    evaluate,
-    fixed,
-    no_lift_off_moment,
-    refine,
-    solve,
-)
+from stripfold.elastica._system import FORCE_X, LENGTH, SCALARS, evaluate, fixed, no_lift_off_moment, refine, solve
 from stripfold.elastica.branch import LIMIT_REACTION, no_force_guess
 from stripfold.elastica.state import State
 from stripfold.errors import SolveError
@@ -62,18 +53,14 @@ def states_fixed_lift_off(length: float) -> Iterator[State]:
     By continuation in arc length: gripper position and force have turning points on the way.
     """
     family, points = _fixed_length_branch(length)
-    *free, before, after = until(points, TOUCH)
-    for point in (*free, before, between(before, after, family, TOUCH)):
-        yield State._from(point.e)
+    return (State._from(point.e) for point in to_event(points, family, TOUCH))
 
 
 def states_drawn_taut(length: float, force: float) -> Iterator[State]:
     """States with a free part of ``length``, L*, from the one without horizontal force to a tension of ``force``."""
     family, points = _fixed_length_branch(length, -1.0)
     taut = Event(lambda e, _: force - float(e.y[FORCE_X]), fixed(FORCE_X, force))
-    *free, before, after = until(points, taut)
-    for point in (*free, before, between(before, after, family, taut)):
-        yield State._from(point.e)
+    return (State._from(point.e) for point in to_event(points, family, taut))
 
 
 def critical_state_fixed_lift_off(length: float) -> State:
@@ -81,10 +68,7 @@ def critical_state_fixed_lift_off(length: float) -> State:
 
     An independent way to lambda_c(z), and the point where the R-path meets the stability boundary.
 
-    Raises
-    ------
-    SolveError
-        The strip is stable up to contact.
+    Raises SolveError: the strip is stable up to contact.
     """
     family, points = _fixed_length_branch(length)
     for before, after in pairwise(until(points, TOUCH)):

@@ -32,17 +32,9 @@ MAX_WEIGHT = 4000.0
 def eta_b_from_hanging_loop(kind: str, length: float, height: float) -> float:
     """Weight-to-bending-stiffness ratio, m^-4 s^2, of a strip that hangs as a loop.
 
-    Parameters
-    ----------
-    kind
-        "heart" or "pear".
-    length, height
-        Of the strip between the clamp's edges, and from these to the loop's lowest point, m.
-
-    Raises
-    ------
-    InvalidInputError
-        Another kind, or a height of a loop whose weight hardly bends it or lets it hang almost straight.
+    ``kind``: "heart" or "pear"; ``length``, ``height``: of the strip between the clamp's edges, and from these to the
+    loop's lowest point, m.  Raises InvalidInputError: another kind, or a height of a loop whose weight hardly bends it
+    or lets it hang almost straight.
 
     Examples
     --------

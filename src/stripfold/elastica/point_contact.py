@@ -43,10 +43,7 @@ def states_point_contact(first: State, height: float | None = None) -> Iterator[
 
     ``first`` is the state at first contact, such as the last of :func:`.states_fixed_lift_off`.
 
-    Raises
-    ------
-    SolveError
-        No convergence.
+    Raises SolveError: no convergence.
     """
     sag = first.sag
     if sag is None:

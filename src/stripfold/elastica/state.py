@@ -40,17 +40,10 @@ class State:
     Lengths in L*, forces per width in the weight of a length L*. The X axis points from the lying part to the free
     part; arc length starts at the lift-off point.
 
-    Parameters
-    ----------
-    s, x, z, theta, curvature
-        Shape (n,), at the Chebyshev nodes of [0, length]: arc length, position, tangent angle in rad, its derivative.
-        Read-only.
-    force_x
-        Horizontal force F_x, positive for tension at lift-off.
-    force_0
-        Vertical force F_0 at s = 0; at s it is ``force_0 + s``.
-    length
-        Length l of the free part.
+    ``s``, ``x``, ``z``, ``theta``, ``curvature``: shape (n,), at the Chebyshev nodes of [0, length]: arc length,
+    position, tangent angle in rad, its derivative. Read-only.  ``force_x``: horizontal force F_x, positive for tension
+    at lift-off.  ``force_0``: vertical force F_0 at s = 0; at s it is ``force_0 + s``.  ``length``: length l of the
+    free part.
 
     Examples
     --------
@@ -162,10 +155,7 @@ class State:
     def at(self, s: ArrayLike) -> Profile:
         """The profile at the arc lengths ``s`` in [0, length], any shape, by spectral interpolation.
 
-        Raises
-        ------
-        InvalidInputError
-            An arc length outside the free part, or not a number.
+        Raises InvalidInputError: an arc length outside the free part, or not a number.
         """
         allowed = f"arc lengths in [0, {self.length:.9g}]"
         try:

@@ -63,14 +63,8 @@ class Branch:
     def shapes(self, moment: float, advance: Array, distance: Array) -> Array:
         """Places of material points, shape (k, n, 2), L*: their x from where the free end lay when flat, and z.
 
-        Parameters
-        ----------
-        moment
-            M_0, rho_a g L*^2.
-        advance
-            Of the gripper, shape (k,), L*; one beyond the largest possible is replaced by that.
-        distance
-            Of the points from the gripper along the strip, shape (n,), L*.
+        ``moment``: M_0, rho_a g L*^2.  ``advance``: of the gripper, shape (k,), L*; one beyond the largest possible is
+        replaced by that.  ``distance``: of the points from the gripper along the strip, shape (n,), L*.
         """
         g = grid(NODES)
         angle, length = self.angle + moment * self.angle_by_moment, self.length + moment * self.length_by_moment

@@ -38,34 +38,16 @@ def turns(unknowns, factor, straight, q):
 
 @compiled(
     numba.void(
-        unknowns_type,
-        factor_type,
-        vector,
-        vector,
-        vector,
-        vector,
-        vector,
-        matrix,
-        vector,
-        matrix,
-        numba.int64,
-        matrix,
+        unknowns_type, factor_type, vector, vector, vector, vector, vector, matrix, vector, matrix, numba.int64, matrix
     )
 )
 def assemble(unknowns, factor, straight, length, q, moment, modulus, rate, force, band, top, columns):
     """Add the force of a moment in each element, and its derivatives.
 
-    Parameters
-    ----------
-    unknowns, factor, straight, length
-        Of :class:`.Directors`.
-    q
-        Shape (n,).
-    moment, modulus, rate
-        The moment, its derivative by the element's mean curvature, shape (n_elements,), and by k parameters, with ``q``
-        fixed, shape (k, n_elements).
-    force, band, top, columns
-        What is added to: shape (n,); a matrix as in :mod:`.elements`, or empty; and shape (k, n).
+    ``unknowns``, ``factor``, ``straight``, ``length``: of :class:`.Directors`.  ``q``: shape (n,).  ``moment``,
+    ``modulus``, ``rate``: the moment, its derivative by the element's mean curvature, shape (n_elements,), and by k
+    parameters, with ``q`` fixed, shape (k, n_elements).  ``force``, ``band``, ``top``, ``columns``: what is added to:
+    shape (n,); a matrix as in :mod:`.elements`, or empty; and shape (k, n).
     """
     n_points = factor.shape[2]
     gradient, hessian = np.empty((2, 2)), np.empty((2, 2))

@@ -17,18 +17,10 @@ LEAST = 1e-6
 def draw(picture, first_row, end_row, start, end, weights, alpha):
     """Draw what is inside of directed lines that form closed polygons, in place.
 
-    Parameters
-    ----------
-    picture
-        Shape (height, width): 255 for white; pixel centres are at integers.
-    first_row, end_row
-        The rows that are drawn.
-    start, end
-        Of the lines, x and y, shape (n, 2), pixels.
-    weights
-        Shape (2, n): what they add to the covered share of the pixels to their right, and to this share times its grey.
-    alpha
-        Opacity.
+    ``picture``: shape (height, width): 255 for white; pixel centres are at integers.  ``first_row``, ``end_row``: the
+    rows that are drawn.  ``start``, ``end``: of the lines, x and y, shape (n, 2), pixels.  ``weights``: shape (2, n):
+    what they add to the covered share of the pixels to their right, and to this share times its grey.  ``alpha``:
+    opacity.
     """
     n, columns = len(start), picture.shape[1]
     low_x = low_y = np.inf

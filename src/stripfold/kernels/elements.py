@@ -65,17 +65,7 @@ elements_type = numba.types.NamedTuple(
 
 @compiled(
     numba.void(
-        elements_type,
-        vector,
-        vector,
-        numba.float64,
-        numba.boolean,
-        matrix,
-        vector,
-        matrix,
-        numba.int64,
-        matrix,
-        matrix,
+        elements_type, vector, vector, numba.float64, numba.boolean, matrix, vector, matrix, numba.int64, matrix, matrix
     )
 )
 def assemble(el, q0, q1, kappa, in_state, predicted, force, band, top, growth, columns):

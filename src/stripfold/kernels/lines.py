@@ -140,9 +140,8 @@ def follow(image, curve, offset, ends, width, contrast, sizes, scores, bright, l
         thin band, pixels; tolerance of the width; weight of a hidden section; offset of a line that has converged,
         pixels; rate of learning; largest width, pixels.
 
-    Returns
-    -------
-    Share of the sections in view that were measured, negative where hardly any was, and longest hidden part.
+    Returns the share of the sections in view that were measured, negative where hardly any was, and the longest hidden
+    part.
     """
     least, ratio, clear, thin, tolerance, hidden, converged, rate, widest = limits
     n, usual = len(curve), width.copy()

@@ -32,11 +32,7 @@ def gradient(g, x, z):
 @compiled()
 def strain_of(xx, xz, zx, zz):
     """Green-Lagrange strain of a displacement gradient: its xx, zz and xz."""
-    return (
-        xx + 0.5 * (xx * xx + zx * zx),
-        zz + 0.5 * (xz * xz + zz * zz),
-        0.5 * (xz + zx + xx * xz + zx * zz),
-    )
+    return (xx + 0.5 * (xx * xx + zx * zx), zz + 0.5 * (xz * xz + zz * zz), 0.5 * (xz + zx + xx * xz + zx * zz))
 
 
 @compiled()

@@ -100,10 +100,8 @@ def solve(el, mass, width, weight, q0, v0, q, force, prescribed, given, bounded,
     options
         Tolerances of forces and gaps, largest change of an unknown, largest number of iterations.
 
-    Returns
-    -------
-    status, history
-        What ended the iteration; the largest unbalanced force before each update and at the end.
+    Returns ``status``, ``history``: what ended the iteration; the largest unbalanced force before each update and at
+    the end.
     """
     n = len(q)
     dt, inertia, drag, kappa = step[0], step[1], step[2], step[3]

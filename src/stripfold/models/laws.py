@@ -84,30 +84,11 @@ def svk_stress(f: Array, lame: Lame) -> Array:
 def svk_tangent(f: Array, lame: Lame, stress: Array | None = None) -> Array:
     """``dP_iJ / dF_kL`` of St Venant-Kirchhoff, shape (..., 2, 2, 2, 2).
 
-    ``stress``, shape (..., 2, 2), replaces ``S = C : E`` in the geometric part; see :meth:`.Solid.predict_stress`.
+    ``stress``, shape (..., 2, 2), replaces ``S = C : E`` in the geometric part; see :meth:`.Model.predict_stress`.
     """
     s = stress_of_strain(green_lagrange(f), lame) if stress is None else stress
-    return _rate(f, f, lame.lam, lame.mu, s)
-
-
-def _rate(left: Array, right: Array, lam: float, mu: float, s: Array) -> Array:
-    """``lam L_iJ R_kM + mu (L R^T)_ik delta_JM + mu L_iM R_kJ + delta_ik S_JM``, shape (..., 2, 2, 2, 2).
-
-    With L = R = F the derivative of ``F S`` where ``dS = C : dE``, over a time step that of the mean F times S.
-    """
-    two = range(2)
-    by_lam, by_mu = ([[c * left[..., i, j] for j in two] for i in two] for c in (lam, mu))
-    r = [[right[..., i, j] for j in two] for i in two]
-    b = [[by_mu[i][0] * r[k][0] + by_mu[i][1] * r[k][1] for k in two] for i in two]
-    a = np.empty((*left.shape, 2, 2))
-    for i, j, k, m in product(two, repeat=4):
-        entry = by_lam[i][j] * r[k][m] + by_mu[i][m] * r[k][j]
-        if j == m:
-            entry += b[i][k]
-        if i == k:
-            entry += s[..., j, m]
-        a[..., i, j, k, m] = entry
-    return a
+    material = np.einsum("...iI,...IJkL->...iJkL", f, _stress_rate(f, lame))
+    return np.asarray(material + np.einsum("ik,...JL->...iJkL", _EYE, s))
 
 
 def printed_stress(f: Array, lame: Lame) -> Array:

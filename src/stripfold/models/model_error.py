@@ -9,14 +9,7 @@ def model_error(model: str, thickness: float, nu: float) -> float:
     The elastica lacks the thickness, by 0.50 to 0.72 h^2 (h in L*); the rod is off by 9e-3 h^2, and thicker ones by
     more.  Neither has a Poisson's ratio: 0.37 to 0.48 (nu h)^2.  Source: docs/method.md.
 
-    Parameters
-    ----------
-    model
-        "elastica", "rod" or "solid".
-    thickness
-        h, L*.
-    nu
-        Poisson's ratio.
+    ``model``: "elastica", "rod" or "solid"; ``thickness``: h, L*; ``nu``: Poisson's ratio.
     """
     poisson = 0.55 * (nu * thickness) ** 2
     if model == "elastica":

@@ -24,7 +24,7 @@ from stripfold import kernels
 from stripfold.arrays import Array, Index
 from stripfold.errors import InvalidInputError
 from stripfold.models.directors import Directors
-from stripfold.models.integrals import CompiledIntegrals
+from stripfold.models.model import Model
 from stripfold.solve.linear import Band, BandPattern
 
 if TYPE_CHECKING:
@@ -102,17 +102,13 @@ CRUSHED = -1.0 / 3.0
 
 
 @dataclass(frozen=True)
-class Rod(CompiledIntegrals):
+class Rod(Model):
     """A strip as a rod; make it with :meth:`of`.
 
     A node has four unknowns: its displacement (x, z) and that one's derivative by s, (x, z).
 
-    Attributes
-    ----------
-    s
-        Shape (n_elements + 1,): the nodes, which are the elements' ends.
-    element_unknowns
-        Shape (n_elements, 8).
+    ``s``: shape (n_elements + 1,): the nodes, which are the elements' ends.  ``element_unknowns``: shape (n_elements,
+    8).
     """
 
     length: float
@@ -125,15 +121,8 @@ class Rod(CompiledIntegrals):
     def of(cls, length: float, thickness: float, *, elements: int | Array = 100) -> Rod:
         """Discretise a strip; lengths in L*.
 
-        Parameters
-        ----------
-        elements
-            Number of elements, or their ends as distances from the grasped end, shape (m,).
-
-        Raises
-        ------
-        InvalidInputError
-            Ends that cannot be used.
+        ``elements``: number of elements, or their ends as distances from the grasped end, shape (m,).  Raises
+        InvalidInputError: ends that cannot be used.
         """
         s = np.linspace(0.0, length, elements + 1) if np.ndim(elements) == 0 else np.asarray(elements, float)
         if len(s) < 4 or np.any(np.diff(s) <= 0.0):
@@ -143,7 +132,6 @@ class Rod(CompiledIntegrals):
         return cls(length, thickness, s, unknowns, pattern)
 
     def with_ends(self, ends: Array) -> Rod:
-        """The same strip with as many elements that end elsewhere, shape (n_elements + 1,)."""
         return Rod(self.length, self.thickness, ends, self.element_unknowns, self.pattern)
 
     @cached_property
@@ -166,50 +154,37 @@ class Rod(CompiledIntegrals):
 
     @property
     def slopes(self) -> Index:
-        """Unknowns of the nodes that are the z component of the slope, shape (nodes,); a floor holds them too."""
         return 4 * np.arange(len(self.s)) + 3
 
     @cached_property
     def mass(self) -> Band:
-        """Consistent mass matrix, one per length."""
         # A length times the scaled unknowns.
         factor = self._size**IS_SLOPE
         return self.pattern.assemble((self._size * factor)[:, :, None] * factor[:, None, :] * MASS)
 
     def mass_rate(self, q: Array) -> Array:
-        """Derivative of each element's share in ``mass @ q`` by the logarithm of its length, shape (n_elements, 8)."""
         factor = self._size**IS_SLOPE
         local = factor * q[self.element_unknowns]
         return np.asarray(self._size * factor * ((1.0 + IS_SLOPE) * (local @ MASS) + (IS_SLOPE * local) @ MASS))
 
     @cached_property
     def element_weight(self) -> Array:
-        """Force of gravity on each element with its sign turned, shape (n_elements, 8)."""
         return np.asarray(self._size * WEIGHT * self._size**IS_SLOPE)
 
     @property
     def weight_rate(self) -> Array:
-        """Derivative of ``element_weight`` by the logarithm of the element's length."""
         return np.asarray((1.0 + IS_SLOPE) * self.element_weight)
-
-    @cached_property
-    def weight(self) -> Array:
-        """Force of gravity with its sign turned, shape (size,)."""
-        return np.asarray(np.bincount(self.element_unknowns.ravel(), self.element_weight.ravel(), self.size), float)
 
     @property
     def size(self) -> int:
-        """Number of unknowns."""
         return 4 * len(self.s)
 
     @cached_property
     def middle(self) -> Index:
-        """Shape (nodes, 2): the displacements among the unknowns."""
         return 4 * np.arange(len(self.s))[:, None] + np.arange(2)
 
     @property
     def ends(self) -> Array:
-        """Shape (n_elements + 1,): the elements' ends are the nodes."""
         return self.s
 
     @cached_property
@@ -220,7 +195,6 @@ class Rod(CompiledIntegrals):
 
     @cached_property
     def elements(self) -> Elements:
-        """Arrays for the compiled integrals."""
         return kernels.elements.Elements(
             True, self.element_unknowns, SHAPE, self.scale, self.stiffness, VISCOUS, 0.0, 0.0
         )
@@ -238,7 +212,6 @@ class Rod(CompiledIntegrals):
         return "" if least > CRUSHED else f"the rod is crushed: its strain is {least:.2g}, least allowed is -1/3"
 
     def resampled_stress(self, q: Array, other: Rod) -> Array:
-        """The stress in a state, for :meth:`predict_stress`, at the places of another rod's elements."""
         size, s = np.diff(self.s)[:, None], self.s[:-1, None]
         new_size, new_s = np.diff(other.s)[:, None], other.s[:-1, None]
         strain = self.strain(q)
@@ -252,7 +225,6 @@ class Rod(CompiledIntegrals):
         return other.stiffness * out
 
     def resampled(self, q: Array, s: Array) -> Array:
-        """The unknowns of the same shape on nodes at the distances ``s`` from the grasped end, shape (4 len(s),)."""
         e = np.clip(np.searchsorted(self.s, s, side="right") - 1, 0, len(self.s) - 2)
         size = self.s[e + 1] - self.s[e]
         value, rate, _ = hermite((s - self.s[e]) / size)
@@ -263,7 +235,6 @@ class Rod(CompiledIntegrals):
         return np.concatenate([place, along / size[:, None]], axis=1).ravel()
 
     def unknowns_of(self, position: Array, angle: Array) -> Array:
-        """Unknowns of a rod of these nodes and tangents, unstretched there; see :meth:`.Model.unknowns_of`."""
         straight = np.stack([self.s - self.length / 2.0, np.zeros_like(self.s)], axis=1)
         slope = np.stack([np.cos(angle) - 1.0, np.sin(angle)], axis=1)
         return np.concatenate([position - straight, slope], axis=1).ravel()

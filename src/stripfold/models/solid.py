@@ -17,7 +17,7 @@ from stripfold import kernels
 from stripfold.arrays import Array, Index
 from stripfold.models import laws
 from stripfold.models.directors import Directors
-from stripfold.models.integrals import CompiledIntegrals
+from stripfold.models.model import Model
 from stripfold.models.strip_mesh import StripMesh, build, numbering
 from stripfold.solve.linear import Band, BandPattern
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Solid(CompiledIntegrals):
+class Solid(Model):
     """A strip of St Venant-Kirchhoff material; make it with :meth:`of`.
 
     The unknowns ``q``, shape (size,), are described in :mod:`stripfold.models.strip_mesh`.
@@ -61,66 +61,51 @@ class Solid(CompiledIntegrals):
         return cls(mesh, length, thickness, nu, laws.LAWS[law], laws.Lame.from_young(young, nu), pattern)
 
     def with_ends(self, ends: Array) -> Solid:
-        """The same strip with as many elements that end elsewhere, shape (n_elements + 1,); for straight meshes."""
+        """See :meth:`.Model.with_ends`; for straight meshes."""
         mesh = self.mesh.stretched(ends)
         return Solid(mesh, self.length, self.thickness, self.nu, self.law, self.lame, self.pattern)
 
     @property
     def slopes(self) -> None:
-        """None: a floor holds no slopes of a solid."""
         return None
 
     @cached_property
     def mass(self) -> Band:
-        """Consistent mass matrix, one per length."""
         density = self.mesh.lengths / self.thickness
         return self.pattern.assemble(density[:, None, None] * self.mesh.unit_mass)
 
     def mass_rate(self, q: Array) -> Array:
-        """Derivative of each element's share in ``mass @ q`` by the logarithm of its length: the share itself."""
         density = self.mesh.lengths / self.thickness
         local = q[self.mesh.element_unknowns][:, None, :]
         return np.asarray(density[:, None] * np.matmul(local, self.mesh.unit_mass)[:, 0])
 
     @cached_property
     def element_weight(self) -> Array:
-        """Force of gravity on each element with its sign turned, shape (n_elements, n_local)."""
         density = self.mesh.lengths / self.thickness
         return np.asarray(density[:, None] * self.mesh.unit_weight)
 
     @property
     def weight_rate(self) -> Array:
-        """Derivative of ``element_weight`` by the logarithm of the element's length: the same."""
         return self.element_weight
-
-    @cached_property
-    def weight(self) -> Array:
-        """Force of gravity with its sign turned, shape (size,)."""
-        return np.asarray(np.bincount(self.element_unknowns.ravel(), self.element_weight.ravel(), self.size), float)
 
     @property
     def size(self) -> int:
-        """Number of unknowns."""
         return self.mesh.size
 
     @property
     def element_unknowns(self) -> Index:
-        """Shape (n_elements, n_local)."""
         return self.mesh.element_unknowns
 
     @cached_property
     def middle(self) -> Index:
-        """Shape (columns, 2): unknowns of the mid-surface nodes, from the grasped to the held end."""
         return self.mesh.middle
 
     @property
     def s(self) -> Array:
-        """Shape (columns,): reference distance of the mid-surface nodes from the grasped end."""
         return self.mesh.s
 
     @property
     def ends(self) -> Array:
-        """Shape (n_elements + 1,): reference distance of the elements' ends from the grasped end."""
         return self.mesh.ends
 
     @property
@@ -151,7 +136,6 @@ class Solid(CompiledIntegrals):
 
     @cached_property
     def elements(self) -> Elements:
-        """Arrays for the compiled integrals."""
         shape, unknowns = self.mesh.gradients, self.mesh.element_unknowns
         missing, n_q = kernels.solid.NODES - shape.shape[3], shape.shape[1]
         if missing:
@@ -164,7 +148,6 @@ class Solid(CompiledIntegrals):
 
     @property
     def has_energy(self) -> bool:
-        """False for the printed law."""
         return self.law.energy is not None
 
     @property
@@ -178,17 +161,14 @@ class Solid(CompiledIntegrals):
         return "" if least > 0.0 else f"the strip is turned inside out: its volume changes by a factor of {least:.2g}"
 
     def energy(self, q: Array) -> float:
-        """Elastic energy; nan for the printed law, which has none."""
         return super().energy(q) if self.has_energy else float("nan")
 
     def internal_force(self, q: Array) -> Array:
-        """Internal force, shape (size,): the energy's derivative where there is an energy."""
         if self.has_energy:
             return super().internal_force(q)
         return self._scatter(self.law.stress(self.deformation_gradient(q), self.lame))
 
     def force_and_tangent(self, q: Array, predicted_stress: Array | None = None) -> tuple[Array, Band]:
-        """Internal force and its derivative; the latter with ``predicted_stress``: :meth:`predict_stress`."""
         if self.has_energy:
             return super().force_and_tangent(q, predicted_stress)
         f = self.deformation_gradient(q)
@@ -198,7 +178,6 @@ class Solid(CompiledIntegrals):
     def force_and_derivatives(
         self, q: Array, growth: Array, predicted_stress: Array | None = None
     ) -> tuple[Array, Band, Array]:
-        """Internal force and its derivatives; see :meth:`.CompiledIntegrals.force_and_derivatives`."""
         if self.has_energy:
             return super().force_and_derivatives(q, growth, predicted_stress)
         f = self.deformation_gradient(q)
@@ -212,19 +191,12 @@ class Solid(CompiledIntegrals):
     def force_over_step(
         self, q0: Array, q1: Array, kappa: float, predicted_stress: Array | None = None
     ) -> tuple[Array, Band]:
-        """See :meth:`.CompiledIntegrals.force_over_step`.
-
-        Raises
-        ------
-        ValueError
-            For a law that has no energy.
-        """
+        """See :meth:`.Model.force_over_step`; ValueError for a law that has no energy."""
         if not self.has_energy:
             raise ValueError(f"the law {self.law.name!r} has no energy that a time step could conserve")
         return super().force_over_step(q0, q1, kappa, predicted_stress)
 
     def resampled_stress(self, q: Array, other: Solid) -> Array:
-        """The stress in a state, for :meth:`predict_stress`, at the places of another strip's elements."""
         stress = self.predict_stress(q, np.zeros(self.size))
         along = (len(self.s) - 1) // (len(self.ends) - 1)
         gauss = 0.5 * np.polynomial.legendre.leggauss(along)[0] + 0.5
@@ -255,7 +227,6 @@ class Solid(CompiledIntegrals):
         return np.asarray(np.bincount(self.mesh.element_unknowns.ravel(), local.ravel(), minlength=self.size), float)
 
     def resampled(self, q: Array, s: Array) -> Array:
-        """The unknowns of the same shape on columns at the distances ``s`` from the grasped end, shape (n,)."""
         ends = self.ends
         order = (len(self.s) - 1) // (len(ends) - 1)
         e = np.clip(np.searchsorted(ends, s, side="right") - 1, 0, len(ends) - 2)
@@ -270,15 +241,6 @@ class Solid(CompiledIntegrals):
         return np.asarray(np.einsum("ae,aei->ei", value, columns[order * e + np.arange(order + 1)[:, None]])).ravel()
 
     def unknowns_of(self, position: Array, angle: Array) -> Array:
-        """Unknowns of a strip bent to a given mid-surface, sections normal and unstretched.
-
-        Parameters
-        ----------
-        position
-            Mid-surface positions, shape (columns, 2).
-        angle
-            Angle of the material direction +x with the x axis, rad, shape (columns,).
-        """
         q = np.zeros(self.size)
         offset = np.linspace(-0.5, 0.5, self.mesh.unknowns.shape[1])
         normal = np.stack([-np.sin(angle), np.cos(angle) - 1.0], axis=1)

@@ -109,32 +109,17 @@ def build(
 ) -> StripMesh:
     """Mesh a strip that lies from x = -length/2 (grasped) to +length/2 (held), |z| <= thickness/2.
 
-    Parameters
-    ----------
-    length, thickness
-        In units of L*.
-    order
-        1 or 2: bilinear or biquadratic quadrilaterals.
-    elements
-        Number of elements along the strip, or the element boundaries as distances from the grasped end, shape (m,).
-    across
-        Number of elements across the thickness; ``order * across`` must be even, so that the mid-surface has nodes.
-    distort
-        Map of the mesh's points, shape (2, n) to (2, n), for tests on distorted elements.
-
-    Raises
-    ------
-    InvalidInputError
-        Order, counts or boundaries that cannot be used.
+    ``length``, ``thickness``: in units of L*.  ``order``: 1 or 2: bilinear or biquadratic quadrilaterals.
+    ``elements``: number of elements along the strip, or the element boundaries as distances from the grasped end, shape
+    (m,).  ``across``: number of elements across the thickness; ``order * across`` must be even, so that the mid-surface
+    has nodes.  ``distort``: map of the mesh's points, shape (2, n) to (2, n), for tests on distorted elements.  Raises
+    InvalidInputError: order, counts or boundaries that cannot be used.
     """
     if order not in (1, 2):
         raise InvalidInputError("order", order, "1 or 2")
     if across not in (1, 2) or order * across % 2:
         raise InvalidInputError(
-            "elements_across",
-            across,
-            "2, or 1 with order 2",
-            "the mid-surface needs a row of nodes of its own",
+            "elements_across", across, "2, or 1 with order 2", "the mid-surface needs a row of nodes of its own"
         )
     boundaries = np.linspace(0.0, length, elements + 1) if np.ndim(elements) == 0 else np.asarray(elements, float)
     if len(boundaries) < 4 or np.any(np.diff(boundaries) <= 0.0):

@@ -18,14 +18,8 @@ from stripfold.arrays import Array
 class Piece:
     """A smooth part of a path.
 
-    Parameters
-    ----------
-    start, end
-        Length travelled at its ends, L*.
-    position, rate
-        Functions of the length travelled: position (x, z), and its derivative, of about unit length.
-    name
-        Name of the phase.
+    ``start``, ``end``: length travelled at its ends, L*.  ``position``, ``rate``: functions of the length travelled:
+    position (x, z), and its derivative, of about unit length.  ``name``: name of the phase.
     """
 
     start: float
@@ -63,16 +57,9 @@ def polygon_length(points: Array, start: float = 0.0) -> Array:
 class GripperPath:
     """A sequence of pieces; the direction may change abruptly between two of them.
 
-    Parameters
-    ----------
-    name
-        Name of the path.
-    pieces
-        The first starts at 0, each at the end of the one before.
-    stamps
-        Lengths travelled, shape (n,), and the pseudo times there; by default pseudo time is the share of the length.
-    warnings
-        What was changed in a path that was read.
+    ``name``: name of the path.  ``pieces``: the first starts at 0, each at the end of the one before.  ``stamps``:
+    lengths travelled, shape (n,), and the pseudo times there; by default pseudo time is the share of the length.
+    ``warnings``: what was changed in a path that was read.
     """
 
     name: str

@@ -24,10 +24,7 @@ def low(length: float, height: float) -> GripperPath:
 
     The height is from :data:`LOWEST` to :data:`HIGHEST` times the length.
 
-    Raises
-    ------
-    InvalidInputError
-        A strip too short to be folded in half, or longer than tested.
+    Raises InvalidInputError: a strip too short to be folded in half, or longer than tested.
 
     Examples
     --------

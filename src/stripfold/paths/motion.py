@@ -15,10 +15,7 @@ from stripfold.paths.table import CORNER
 class TimedPath:
     """The length travelled over time, a :class:`.Drive`: between two places the speed is linear in time.
 
-    Attributes
-    ----------
-    t, travelled, speed
-        Times, lengths travelled and speeds at places of a path, shape (n,) each.
+    ``t``, ``travelled``, ``speed``: times, lengths travelled and speeds at places of a path, shape (n,) each.
     """
 
     t: Array
@@ -50,13 +47,8 @@ def timed(travelled: Array, places: Array, speed: float, acceleration: float) ->
     On a straight line the speed rises and falls linearly.  In bends the acceleration is that along the path together
     with that towards the centre.  Where the polygon turns by more than :data:`.table.CORNER` the gripper stops.
 
-    Parameters
-    ----------
-    travelled, places
-        Lengths travelled from 0 on, shape (n,), and places, shape (n, 2), with at least two edges between two corners;
-        any unit of length.
-    speed, acceleration
-        Largest ones, in that unit and s.
+    ``travelled``, ``places``: lengths travelled from 0 on, shape (n,), and places, shape (n, 2), with at least two
+    edges between two corners; any unit of length.  ``speed``, ``acceleration``: largest ones, in that unit and s.
 
     Examples
     --------

@@ -20,18 +20,10 @@ FEWEST = 8
 class LogFormat:
     """How a log is to be read.
 
-    Parameters
-    ----------
-    columns
-        Names in the file, or numbers from 1 on, of the columns t, x and z; empty for a table that names them so.
-    unit
-        "m" or "mm", of positions in the file.
-    origin
-        x and z in the log, m, of the point on the floor under the middle of the strip.
-    flip
-        Whether the log's x runs against the direction of folding.
-    smooth
-        Largest distance of the path from the rows, m; None for a path through the rows.
+    ``columns``: names in the file, or numbers from 1 on, of the columns t, x and z; empty for a table that names them
+    so.  ``unit``: "m" or "mm", of positions in the file.  ``origin``: x and z in the log, m, of the point on the floor
+    under the middle of the strip.  ``flip``: whether the log's x runs against the direction of folding.  ``smooth``:
+    largest distance of the path from the rows, m; None for a path through the rows.
     """
 
     columns: tuple[str, ...] = ()
@@ -46,10 +38,7 @@ class LogFormat:
     ) -> LogFormat:
         """From texts as the command line has them: ``"t,x,z"`` and ``"x0,z0"`` or ``"x0,z0,flip"``.
 
-        Raises
-        ------
-        InvalidInputError
-            A text or number that cannot be used.
+        Raises InvalidInputError: a text or number that cannot be used.
         """
         names = tuple(name.strip() for name in columns.split(",")) if columns is not None else ()
         if columns is not None and (len(names) != 3 or not all(names)):
@@ -80,16 +69,9 @@ def smoothed(positions: Array, tolerance: float) -> tuple[Array, Mask]:
     A smoothing spline over the rows' numbers, as stiff as the tolerance lets it be; then points of it at least the
     tolerance apart, as a gripper at rest wanders.
 
-    Parameters
-    ----------
-    positions
-        Shape (n, 2).
-    tolerance
-        Largest distance of the path from a row, in the unit of ``positions``.
+    ``positions``: shape (n, 2); ``tolerance``: largest distance of the path from a row, in the unit of ``positions``.
 
-    Returns
-    -------
-    Positions, shape (n, 2), and which of them to keep, shape (n,).
+    Returns positions, shape (n, 2), and which of them to keep, shape (n,).
     """
     if len(positions) < FEWEST:
         return positions, np.ones(len(positions), dtype=bool)

@@ -37,14 +37,8 @@ class Part(NamedTuple):
 class PlannedState:
     """A state of the plan.
 
-    Parameters
-    ----------
-    parts
-        The parts off the floor, from the held to the grasped end.
-    gripper
-        Position (x, z) of the gripper.
-    length
-        Length of the strip, L*.
+    ``parts``: the parts off the floor, from the held to the grasped end; ``gripper``: position (x, z) of the gripper;
+    ``length``: length of the strip, L*.
     """
 
     parts: tuple[Part, ...]
@@ -96,17 +90,10 @@ class PlannedState:
 class HalfFold:
     """The accurate half fold of a strip, and where its sag first touches on the way there; lengths in L*.
 
-    Parameters
-    ----------
-    folded
-        The folded state.
-    lying_length
-        Length that lies in it, from the held end to the lift-off.
-    first_touch, landing
-        x of the first contact of layers, and of the landing point of the folded state.
-    free
-        States with this lying length and the sag off the lower layer, from the one without horizontal force to the
-        first touch.
+    ``folded``: the folded state; ``lying_length``: length that lies in it, from the held end to the lift-off;
+    ``first_touch``, ``landing``: x of the first contact of layers, and of the landing point of the folded state;
+    ``free``: states with this lying length and the sag off the lower layer, from the one without horizontal force to
+    the first touch.
     """
 
     folded: PlannedState
@@ -120,12 +107,8 @@ class HalfFold:
 class RPath(HalfFold):
     """A planned R-path to a half fold.
 
-    Parameters
-    ----------
-    path
-        The gripper's path; its pieces are the phases.
-    states, travelled
-        The planned states, in order, and the length travelled at each.
+    ``path``: the gripper's path; its pieces are the phases.  ``states``, ``travelled``: the planned states, in order,
+    and the length travelled at each.
     """
 
     path: GripperPath
@@ -160,12 +143,8 @@ def check_half_fold(length: float) -> None:
 def half_fold(length: float) -> HalfFold:
     """The half fold of a strip of the given length, L*.
 
-    Raises
-    ------
-    InvalidInputError
-        A strip too short to be folded in half, or longer than has been tested.
-    SolveError
-        A state was not found.
+    Raises InvalidInputError: a strip too short to be folded in half, or longer than has been tested; SolveError: a
+    state was not found.
 
     Examples
     --------

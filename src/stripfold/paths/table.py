@@ -33,22 +33,10 @@ SPACING = 0.05
 def read(path: str | os.PathLike[str], length: float, unit: float, log: LogFormat = AS_WRITTEN) -> GripperPath:
     """A user's path: a spline through the rows between corners, rows where it turns by more than :data:`CORNER`.
 
-    Parameters
-    ----------
-    path
-        CSV file with the columns ``t,x,z``: pseudo time, increasing; position of the gripper, m, with the origin
-        mid-strip on the floor; other columns and lines that begin with ``#`` are ignored.
-    length
-        Length of the strip, L*.
-    unit
-        L*, m.
-    log
-        Where the table has other columns, another unit or frame, or noise.
-
-    Raises
-    ------
-    InvalidInputError
-        Not such a table, or a path that a strip of this length cannot follow; the message names the row.
+    ``path``: CSV file with the columns ``t,x,z``: pseudo time, increasing; position of the gripper, m, with the origin
+    mid-strip on the floor; other columns and lines that begin with ``#`` are ignored.  ``length``: length of the strip,
+    L*.  ``unit``: L*, m.  ``log``: where the table has other columns, another unit or frame, or noise.  Raises
+    InvalidInputError: not such a table, or a path that a strip of this length cannot follow; the message names the row.
     """
     path = Path(path)
     table = read_table("path", path, HEADER, (2, MAX_ROWS), log.columns)

@@ -70,17 +70,8 @@ def frames(times: Array) -> Array:
 def film(data: xr.Dataset, path: str | os.PathLike[str], *, progress: Progress | None = None) -> Path:
     """Draw a collapse as a film: :func:`draw`.
 
-    Parameters
-    ----------
-    data
-        From :func:`stripfold.analysis.collapse.run`.
-    path, progress
-        As there.
-
-    Raises
-    ------
-    InvalidInputError
-        Other data, or another suffix.
+    ``data``: from :func:`stripfold.analysis.collapse.run`; ``path``, ``progress``: as there.  Raises InvalidInputError:
+    other data, or another suffix.
     """
     return draw(collapse(data), path, "𝜆 =", progress=progress)
 
@@ -91,21 +82,9 @@ def draw(found: Followed, path: str | os.PathLike[str], way: str, *, progress: P
 
     The same data give the same bytes with the same versions of the libraries.
 
-    Parameters
-    ----------
-    found
-        The states.
-    path
-        Output file with the suffix .mp4.  Missing folders are made.
-    way
-        What the way of the gripper is called.
-    progress
-        Called with a line on how much is done.
-
-    Raises
-    ------
-    InvalidInputError
-        Another suffix.
+    ``found``: the states.  ``path``: output file with the suffix .mp4.  Missing folders are made.  ``way``: what the
+    way of the gripper is called.  ``progress``: called with a line on how much is done.  Raises InvalidInputError:
+    another suffix.
     """
     path = Path(path)
     if path.suffix.lower() != ".mp4":

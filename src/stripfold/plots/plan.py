@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import io
-from importlib.resources import files
 
-import jinja2
 import numpy as np
 from matplotlib.figure import Figure
 
-import stripfold
+from stripfold import page
 from stripfold.analysis.contact import touches
 from stripfold.analysis.gripper_map import gripper_map
 from stripfold.arrays import Array
@@ -19,7 +17,6 @@ from stripfold.inputs import Strip
 from stripfold.plots.colours import BLACK, BLUE, FRICTION, GREEN, GREY, GRIPPER, TOUCHING
 from stripfold.plots.stability_map import LEVELS, draw_map
 from stripfold.plots.style import CM, MILLI, around, equal_panels, figure, legend_above, styled
-from stripfold.store import running_commit
 
 COLOURS = (GREEN, BLACK, TOUCHING)
 """Of the least, the given and the largest eta_b."""
@@ -28,16 +25,12 @@ COLOURS = (GREEN, BLACK, TOUCHING)
 def html(plan: FoldingPlan) -> str:
     """The page of a plan.
 
-    Raises
-    ------
-    SolveError
-        A boundary could not be computed.
+    Raises SolveError: a boundary could not be computed.
     """
-    text = files("stripfold.plots").joinpath("templates/plan.html").read_text(encoding="utf-8")
-    template = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined).from_string(text)
     choice, asked, distances = plan.choice, plan.asked, distances_along(plan)
     worst = int(np.nanargmin(np.nanmin(distances, axis=1)))
-    return template.render(
+    return page.html(
+        "plan.html",
         title=f"A gripper path for a strip of {asked.length:g} m",
         plan=plan,
         asked=asked,
@@ -51,8 +44,6 @@ def html(plan: FoldingPlan) -> str:
         map=_svg(draw_places(plan, asked.strips[worst])),
         strip=_svg(plan.plot()),
         along=_svg(draw_along(plan, distances)),
-        version=stripfold.__version__,
-        commit=running_commit(),
     )
 
 

@@ -70,10 +70,7 @@ class Collapse(Followed):
 def collapse(data: xr.Dataset) -> Collapse:
     """The collapse that a dataset from :func:`stripfold.analysis.collapse.run` holds.
 
-    Raises
-    ------
-    InvalidInputError
-        It holds something else.
+    Raises InvalidInputError: it holds something else.
     """
     allowed = f"one collapse: finite states of the phases {', '.join(PHASES)} in this order, the last may be missing"
     advice = "use a result of `stripfold simulate`"

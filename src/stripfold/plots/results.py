@@ -16,14 +16,8 @@ from stripfold.plots.style import CM, around, equal_panels, styled
 def draw_strip(states: Sequence[Array], path: Array | None = None, marks: Array | None = None) -> Figure:
     """States of a strip, grey and the last one black, with the path of the gripper.
 
-    Parameters
-    ----------
-    states
-        Mid-surfaces, shape (n, 2) each, m; may be none.
-    path
-        Places of the gripper, shape (k, 2), m.
-    marks
-        Places on the path to be marked, shape (j, 2), m.
+    ``states``: mid-surfaces, shape (n, 2) each, m; may be none.  ``path``: places of the gripper, shape (k, 2), m.
+    ``marks``: places on the path to be marked, shape (j, 2), m.
     """
     drawn = [*states, *([path] if path is not None else [])]
     fig, (ax,) = equal_panels([around(CM * np.vstack(drawn))])

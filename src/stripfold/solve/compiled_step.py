@@ -39,12 +39,7 @@ def solve(
 
     None where the compiled code does not know the forces, or a matrix needs pivots.
 
-    Raises
-    ------
-    NewtonError
-        No convergence.
-    CrushedError
-        The state found is inadmissible.
+    Raises NewtonError: no convergence; CrushedError: the state found is inadmissible.
     """
     # That nothing else acts at its end is seen from the end found, not from the guess.
     known = problem.elements_over_step(begin.q, begin.q)

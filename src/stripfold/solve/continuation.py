@@ -77,10 +77,7 @@ def start(problem: Problem, q: Array, lam: float, active: Index, sign: float, op
 def step(problem: Problem, point: Point, ds: float, options: StepOptions) -> Point:
     """The point at distance ``ds`` along the tangent of ``point``.
 
-    Raises
-    ------
-    NewtonError
-        When Newton's method does not converge, or its result fails a guard: the step is too long.
+    Raises NewtonError: when Newton's method does not converge, or its result fails a guard: the step is too long.
     """
     t = point.tangent
     (q0, stress), lam0 = problem.stepped(point.q, ds * t.q), point.lam + ds * t.lam
@@ -117,22 +114,20 @@ def follow(
     Each event that happens in a step is yielded as a :class:`.Crossing` before the point at the end of that step, in
     the order of the branch; where it cannot be told, in that of ``events``.
 
-    Raises
-    ------
-    ContinuationError
-        When a step would have to be shorter than ``options.smallest``; carries the last residual history.
-    SolveError
-        An event could not be located.
+    Raises ContinuationError: when a step would have to be shorter than ``options.smallest``; carries the last residual
+    history; SolveError: an event could not be located.
     """
-    point, ds = first, options.first
+    point, ds, beyond = first, options.first, None
     contact_switched = shortened = False
     pending = [event for event in events if not event.passed(first, None)]
     yield point
     for _ in range(options.max_attempts):
         try:
-            new = step(problem, point, ds, options)
+            new = beyond or step(problem, point, ds, options)
             crossings = _crossings(problem, point, new, pending, options)
         except NewtonError as error:
+            if beyond is not None:
+                raise
             ds, shortened = ds / 2.0, True
             if ds >= options.smallest:
                 continue
@@ -145,18 +140,18 @@ def follow(
                     residuals=error.residuals,
                     advice="refine the mesh or allow smaller steps",
                 ) from error
-            new, ds, contact_switched = beyond, options.kink, True
-            crossings = _crossings(problem, point, new, pending, options)
-        else:
-            iterations = max(len(new.state.residuals) - 1, 1)
+            ds = options.kink
+            continue
+        iterations = len(new.state.residuals) - 1
+        if beyond is None:
             # Where a step had to be shortened, the next would have to be as well.
             growth = 1.0 if shortened else 2.0
-            ds = min(ds * min(growth, max(0.5, options.target_iterations / iterations)), options.largest)
-            contact_switched = shortened = False
+            ds = min(ds * min(growth, max(0.5, options.target_iterations / max(iterations, 1))), options.largest)
+            shortened = False
+        contact_switched, beyond = beyond is not None, None
         yield from crossings
         pending = [event for event in events if not event.passed(new, point)]
         point = new
-        iterations = len(point.state.residuals) - 1
         logger.debug("state at lambda = %.6g L*, %d unknowns, %d iterations", point.lam, problem.size, iterations)
         yield point
     raise ContinuationError(
@@ -186,12 +181,7 @@ def _crossings(
 def locate(problem: Problem, crossing: Crossing, options: StepOptions, max_evaluations: int = 60) -> Crossing:
     """An event located to its tolerance between two points of a branch.
 
-    Raises
-    ------
-    NewtonError
-        The points lie on different branches.
-    SolveError
-        The bracket cannot be made that narrow.
+    Raises NewtonError: the points lie on different branches; SolveError: the bracket cannot be made that narrow.
     """
 
     longest = inf
@@ -219,6 +209,7 @@ def _check_one_branch(problem: Problem, at: Crossing, options: StepOptions) -> N
     """Where two branches nearly meet, a step can lead from one to the other without a turn of the tangent.
 
     A bracket of an event narrows then to the gap between them: its ends stay apart, however small their arc length.
+    As for a step, no other branch is within ``options.kink``.
     """
     apart, width = Tangent(at.after.q - at.before.q, at.after.lam - at.before.lam), at.after.arc - at.before.arc
     if sqrt(inner(problem.metric, apart, apart)) > (1.0 + options.max_correction) * width + options.kink:
@@ -251,10 +242,7 @@ AT_VALUE = 1e-7
 def step_to(problem: Problem, point: Point, lam: float, options: StepOptions) -> Point:
     """The point at ``lam`` in guarded steps from one shortly before it.
 
-    Raises
-    ------
-    SolveError
-        It is not reached.
+    Raises SolveError: it is not reached.
     """
     for _ in range(40):
         if abs(lam - point.lam) <= AT_VALUE:

@@ -105,10 +105,7 @@ def checked(
     They are so near that the bracket of lambda_c is narrower than ``tolerance``.  ``arc`` is the limit point's place on
     the branch.
 
-    Raises
-    ------
-    SolveError
-        It is no maximum, or not of a stable branch.
+    Raises SolveError: it is no maximum, or not of a stable branch.
     """
     lam, bend = limit.state.lam, limit.bend.lam
     if bend >= 0.0:
@@ -134,10 +131,7 @@ def _beside(problem: Problem, limit: LimitPoint, ds: float, options: StepOptions
 def near(problem: Problem, point: Point, tolerance: float, options: StepOptions) -> CriticalPoint:
     """The critical point near a point of the branch, solved for directly.
 
-    Raises
-    ------
-    SolveError
-        There is none near.
+    Raises SolveError: there is none near.
     """
     q, lam = point.q, point.lam
     slope = SLOPE * sqrt(tolerance)
@@ -161,10 +155,7 @@ def locate(
 ) -> CriticalPoint:
     """Locate the critical point between a stable point and one that :func:`is_past` it, lambda_c to ``tolerance``.
 
-    Raises
-    ------
-    SolveError
-        It is not between the points, or the bracket cannot be made that narrow.
+    Raises SolveError: it is not between the points, or the bracket cannot be made that narrow.
     """
     if is_past(before) or not is_past(after, before):
         raise SolveError("the critical point is not between the two points given")

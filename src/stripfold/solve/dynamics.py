@@ -138,10 +138,7 @@ def step(
 ) -> TimeState:
     """The state ``dt`` after ``before``.
 
-    Raises
-    ------
-    NewtonError
-        The step is too long: no convergence, or a gain of energy.
+    Raises NewtonError: the step is too long: no convergence, or a gain of energy.
     """
     t = before.t + dt
     lam = drive.lam(t)
@@ -186,10 +183,8 @@ def march(
 ) -> Iterator[TimeState]:
     """Yield ``first`` and then state after state, up to the first past an event of ``until``.
 
-    Raises
-    ------
-    TimeStepError
-        When a step would have to be shorter than ``options.smallest``; it carries the last good state.
+    Raises TimeStepError: when a step would have to be shorter than ``options.smallest``; it carries the last good
+    state.
     """
     damping, scheme, options = damping or Damping(), scheme or EnergyMomentum(), options or TimeOptions()
     state, dt = first, options.first

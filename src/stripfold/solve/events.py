@@ -80,17 +80,8 @@ def narrow(
 ) -> Crossing:
     """The bracket narrowed to the event's tolerance.
 
-    Parameters
-    ----------
-    crossing
-        The bracket to begin with.
-    point_between
-        Computes a point at most this far, in arc length, behind the first end of a bracket.
-
-    Raises
-    ------
-    SolveError
-        The bracket stays wider than the tolerance.
+    ``crossing``: the bracket to begin with; ``point_between``: computes a point at most this far, in arc length, behind
+    the first end of a bracket.  Raises SolveError: the bracket stays wider than the tolerance.
     """
     event, before, after = crossing.event, crossing.before, crossing.after
     for evaluation in range(1, max_evaluations + 1):

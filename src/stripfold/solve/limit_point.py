@@ -69,25 +69,11 @@ def solve(
 ) -> LimitPoint:
     """Find the limit point near a state, which need not be an equilibrium; the active unknowns stay active.
 
-    Parameters
-    ----------
-    problem
-        What to solve.
-    q, lam, active
-        The state: unknowns of shape (n,), control parameter, and the bounded unknowns on their bounds.
-    towards
-        Direction of the branch, roughly.
-    options
-        Newton's tolerances and limits.
-    predicted_stress
-        Of the state, if its own is not good: see :meth:`.Problem.linearise`.
-    tolerance
-        Largest slope of lambda.
-
-    Raises
-    ------
-    NewtonError
-        With the history of the residuals, when it does not converge.
+    ``problem``: what to solve.  ``q``, ``lam``, ``active``: the state: unknowns of shape (n,), control parameter, and
+    the bounded unknowns on their bounds.  ``towards``: direction of the branch, roughly.  ``options``: Newton's
+    tolerances and limits.  ``predicted_stress``: of the state, if its own is not good: see :meth:`.Problem.linearise`.
+    ``tolerance``: largest slope of lambda.  Raises NewtonError: with the history of the residuals, when it does not
+    converge.
     """
     options = options or NewtonOptions()
     along = towards

@@ -320,19 +320,10 @@ def solve_bordered(
     Block elimination, then one step of iterative refinement of the whole system: without it all digits along the
     near-null vector are lost (Govaerts and Pryce, 1993).
 
-    Parameters
-    ----------
-    solve, matrix
-        Factorisation of K, and K.
-    column, row
-        ``b`` and ``c``, shape (n,).
-    corner, rhs, last
-        ``d``, ``f`` of shape (n,), and ``g``.
+    ``solve``, ``matrix``: factorisation of K, and K; ``column``, ``row``: ``b`` and ``c``, shape (n,); ``corner``,
+    ``rhs``, ``last``: ``d``, ``f`` of shape (n,), and ``g``.
 
-    Returns
-    -------
-    x, y
-        Shape (n,), and a number.
+    Returns ``x``, ``y``: shape (n,), and a number.
     """
     v = solve(column)
     pivot = corner - float(row @ v)

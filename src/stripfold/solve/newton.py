@@ -169,23 +169,10 @@ def solve(
 ) -> Equilibrium:
     """Find the equilibrium near ``q`` on the plane of ``constraint`` (by default at this ``lam``).
 
-    Parameters
-    ----------
-    problem
-        What to solve.
-    q, lam, active
-        Guess: unknowns of shape (n,), control parameter, and the bounded unknowns on their bounds.
-    constraint
-        Point of the branch to find; by default the control parameter stays as it is.
-    options
-        Tolerances and limits.
-
-    Raises
-    ------
-    NewtonError
-        With the residual history, when it does not converge, or not near enough to the guess.
-    CrushedError
-        When the equilibrium found is inadmissible.
+    ``problem``: what to solve.  ``q``, ``lam``, ``active``: guess: unknowns of shape (n,), control parameter, and the
+    bounded unknowns on their bounds.  ``constraint``: point of the branch to find; by default the control parameter
+    stays as it is.  ``options``: tolerances and limits.  Raises NewtonError: with the residual history, when it does
+    not converge, or not near enough to the guess; CrushedError: when the equilibrium found is inadmissible.
     """
     options = options or NewtonOptions()
     guess, q = q, q.copy()

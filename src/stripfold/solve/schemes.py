@@ -70,12 +70,8 @@ class DynamicProblem(Problem, Protocol):
 class Damping:
     """Physical damping, in solver units.
 
-    Attributes
-    ----------
-    air
-        Mass-proportional: force per mass and velocity, sqrt(g/L*).
-    stiffness
-        Stiffness-proportional: the stress is that of the strain plus this time times its rate, sqrt(L*/g).
+    ``air``: mass-proportional: force per mass and velocity, sqrt(g/L*).  ``stiffness``: stiffness-proportional: the
+    stress is that of the strain plus this time times its rate, sqrt(L*/g).
     """
 
     air: float = 0.0

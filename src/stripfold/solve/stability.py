@@ -26,21 +26,10 @@ def nearest_eigenvalues(
 ) -> tuple[Array, Array]:
     """The ``count`` eigenvalues of ``K v = mu M v`` nearest zero, and the vector of the smallest.
 
-    Parameters
-    ----------
-    mass
-        M, of size n.
-    kept, solve
-        The tangent with the unknowns ``held`` taken out, and its factorisation.
-    held
-        Prescribed and active unknowns: they do not move.
-    guess
-        Start vector, shape (n,).
+    ``mass``: M, of size n.  ``kept``, ``solve``: the tangent with the unknowns ``held`` taken out, and its
+    factorisation.  ``held``: prescribed and active unknowns: they do not move.  ``guess``: start vector, shape (n,).
 
-    Returns
-    -------
-    eigenvalues, mode
-        Shapes (count,), ascending, and (n,), with unit mass norm.
+    Returns ``eigenvalues``, ``mode``: shapes (count,), ascending, and (n,), with unit mass norm.
     """
     n = kept.size
     free = np.ones(n)

@@ -19,12 +19,8 @@ from stripfold.synthetic.scene import DynamicsMotion, Scene
 def history(scene: Scene) -> History:
     """The motion of a scene whose generator is ``dynamics``.
 
-    Raises
-    ------
-    InvalidInputError
-        Strip and eta_m do not go together.
-    SolveError
-        There is no snap at this height, or a part could not be computed.
+    Raises InvalidInputError: strip and eta_m do not go together; SolveError: there is no snap at this height, or a part
+    could not be computed.
     """
     motion = scene.motion
     assert isinstance(motion, DynamicsMotion)  # the scene has checked it

@@ -47,12 +47,9 @@ def _static(motion: ShapesMotion, mu: float) -> float:
 class Trajectory(NamedTuple):
     """A solution of a law.
 
-    Attributes
-    ----------
-    t, advance, q, second
-        Shape (m,): time, s; lambda, m; q, which is 1 from the touch on; the second mode, 0 for laws with one.
-    onset, touch
-        When lambda = lambda_c and when q = 1, s; None where that does not happen.
+    ``t``, ``advance``, ``q``, ``second``: shape (m,): time, s; lambda, m; q, which is 1 from the touch on; the second
+    mode, 0 for laws with one.  ``onset``, ``touch``: when lambda = lambda_c and when q = 1, s; None where that does not
+    happen.
     """
 
     t: Array
@@ -77,10 +74,7 @@ def _ramp(t: Array) -> Array:
 def solve(motion: ShapesMotion, lambda_c: float, scale: float, speed: float) -> Trajectory:
     """Drive the gripper at ``speed``, m/s, through the critical point of a law; ``lambda_c`` and ``scale`` in m.
 
-    Raises
-    ------
-    InvalidInputError
-        The law has no static state at the start, or its strip does not touch.
+    Raises InvalidInputError: the law has no static state at the start, or its strip does not touch.
     """
     start = lambda_c - motion.before
 

@@ -28,10 +28,7 @@ from stripfold.vision.recording import Entries
 def history_of(scene: Scene) -> History:
     """The motion of a scene, by its generator.
 
-    Raises
-    ------
-    InvalidInputError, SolveError
-        There is no such motion.
+    Raises InvalidInputError, SolveError: there is no such motion.
     """
     if scene.generator == "dynamics":
         from stripfold.synthetic.dynamics import history
@@ -67,10 +64,7 @@ def write_recording(
     The seed of the scene decides noise, jitter and the poses of the boards.  ``progress`` is called with a line on how
     much is done.
 
-    Raises
-    ------
-    InvalidInputError
-        The folder exists, or the recording would not be valid.
+    Raises InvalidInputError: the folder exists, or the recording would not be valid.
     """
     folder = Path(folder)
     if folder.exists():
@@ -125,10 +119,7 @@ def write_recording(
 def recording_config(scene: Scene) -> dict[str, Any]:
     """The content of recording.yaml.
 
-    Raises
-    ------
-    InvalidInputError
-        It would not be a valid recording.
+    Raises InvalidInputError: it would not be a valid recording.
     """
     strip, gripper, filming = scene.strip, scene.gripper, scene.filming
     board = board_of(filming)

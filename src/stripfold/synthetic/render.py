@@ -51,11 +51,7 @@ class Renderer:
             weave *= np.where(place // scene.strip.stripe % 2.0, scene.strip.stripe_shade, 1.0)
         self._surface_grey, self._edge_grey = scene.strip.grey * weave[0], scene.strip.edge * weave[1]
         hairs = rng.poisson(scene.strip.hairs * scene.strip.length)
-        self._hairs = (
-            rng.uniform(0.0, 1.0, hairs),
-            rng.uniform(0.0, 2.0 * np.pi, hairs),
-            rng.gamma(4.0, 5e-4, hairs),
-        )
+        self._hairs = (rng.uniform(0.0, 1.0, hairs), rng.uniform(0.0, 2.0 * np.pi, hairs), rng.gamma(4.0, 5e-4, hairs))
 
     @cached_property
     def channels(self) -> list[Renderer]:

@@ -211,9 +211,6 @@ class Scene(Input):
 def read(path: str | os.PathLike[str]) -> Scene:
     """A scene from a YAML file.
 
-    Raises
-    ------
-    InvalidInputError
-        Not readable, or a key or value that cannot be used.
+    Raises InvalidInputError: not readable, or a key or value that cannot be used.
     """
     return Scene(**read_yaml(path, "scene", "strip: {length: 0.45}"))

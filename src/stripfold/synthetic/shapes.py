@@ -30,14 +30,8 @@ _GAP = 0.25
 class Family:
     """Shapes of one strip; lengths in m.
 
-    Attributes
-    ----------
-    length, height, flat_end
-        Length of the strip, height of the gripper, x of the gripped end of the flat strip.
-    bend, sag
-        Arc lengths of the bend and of the sag.
-    rise
-        Direction at the gripper, rad.
+    ``length``, ``height``, ``flat_end``: length of the strip, height of the gripper, x of the gripped end of the flat
+    strip; ``bend``, ``sag``: arc lengths of the bend and of the sag; ``rise``: direction at the gripper, rad.
     """
 
     length: float
@@ -53,10 +47,7 @@ class Family:
         For each of m states: lambda, the lowest height of the sag's mid-surface, the length over which the sag lies
         flat, m, and the relative excess length of the bend.
 
-        Raises
-        ------
-        InvalidInputError
-            No such shape has this advance.
+        Raises InvalidInputError: no such shape has this advance.
         """
         bend = self.bend * (1.0 + bulge)
         slope, descent, up = self._solve(advance, gap, flat, bend)
@@ -158,10 +149,7 @@ def _integrate(angle: Array, change: Array, first: Array, last: Array, share: Ar
 def history(scene: Scene) -> History:
     """The motion of a scene whose generator is ``shapes``.
 
-    Raises
-    ------
-    InvalidInputError
-        There is no such motion.
+    Raises InvalidInputError: there is no such motion.
     """
     motion = scene.motion
     assert isinstance(motion, ShapesMotion)  # the scene has checked it

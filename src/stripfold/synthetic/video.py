@@ -20,14 +20,8 @@ _COLOUR_PIXELS = _PIXELS | {"ffv1": "yuv444p"}
 class Timeline(NamedTuple):
     """The times of a film's frames, s.
 
-    Attributes
-    ----------
-    t
-        Shape (n,): time stamp of each frame that arrives.
-    shown
-        Shape (n,): when its content was filmed; earlier for a duplicate.
-    dropped
-        Shape (d,): frames that do not arrive.
+    ``t``: shape (n,): time stamp of each frame that arrives.  ``shown``: shape (n,): when its content was filmed;
+    earlier for a duplicate.  ``dropped``: shape (d,): frames that do not arrive.
     """
 
     t: Array

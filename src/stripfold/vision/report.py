@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from importlib.resources import files
 from math import isfinite
 from typing import Any, NamedTuple
 
-import jinja2
 import numpy as np
 
-import stripfold
+from stripfold import page
 from stripfold.errors import MeasurementError
-from stripfold.store import running_commit
 from stripfold.vision import intrinsics, robot_grid
 from stripfold.vision.calibration import MAX_PLANE_RMS, MAX_SCALE_ERROR, MAX_SIDE_ERROR
 from stripfold.vision.measurement import Measurement
@@ -64,9 +61,8 @@ PARTS = {
 @one_thread()
 def html(found: Measurement) -> str:
     """The page of a measurement."""
-    text = files("stripfold.vision").joinpath("templates/report.html").read_text(encoding="utf-8")
-    template = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined).from_string(text)
-    return template.render(
+    return page.html(
+        "report.html",
         title=found.recording.entries.title,
         synthetic=found.recording.entries.synthetic,
         snapped=found.snapped,
@@ -77,8 +73,6 @@ def html(found: Measurement) -> str:
         calibration=calibration_rows(found.calibration.quality),
         pictures=pictures(found),
         curves=svg(found),
-        version=stripfold.__version__,
-        commit=running_commit(),
     )
 
 

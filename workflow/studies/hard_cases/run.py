@@ -17,7 +17,7 @@ from stripfold.errors import CrushedError, InvalidInputError, NewtonError, Solve
 from stripfold.inputs import Scene
 from stripfold.models.rod import Rod
 from stripfold.models.solid import Solid
-from studies.common import Progress, pooled, table
+from studies.common import Progress, markdown_table, pooled, table
 from studies.hard_cases import algebra, arch, strips
 from studies.hard_cases.case import Case, judge
 from studies.hard_cases.strips import HEIGHT, LENGTH, PAPERS
@@ -143,12 +143,12 @@ def dataset(rows: list[dict[str, Any]], refinement: float) -> xr.Dataset:
 
 def markdown(data: xr.Dataset) -> str:
     """The cases as a table."""
-    lines = ["| theme | case | judged | outcome | off by | allowed | s | holds |", "|---" * 8 + "|"]
+    rows = []
     for i in range(data.sizes["case"]):
         row = {name: variable.values[i] for name, variable in data.variables.items()}
         valued = row["outcome"] == "value"
         what = f"{row['value']:.6g}" if valued else f"`{row['outcome']}`"
         off, allowed = (f"{row['error']:.1e}", f"{row['allowed']:.1e}") if valued else ("", "")
         cells = (row["theme"], row["name"], row["judged"], what, off, allowed, f"{row['seconds']:.1f}")
-        lines.append("| " + " | ".join((*cells, "no" if row["failed"] else "yes")) + " |")
-    return "\n".join(lines) + "\n"
+        rows.append((*cells, "no" if row["failed"] else "yes"))
+    return markdown_table(("theme", "case", "judged", "outcome", "off by", "allowed", "s", "holds"), rows)

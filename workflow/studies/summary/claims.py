@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import operator
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -13,6 +13,7 @@ from pydantic import Field, model_validator
 from plots import FIGURES
 from stripfold.errors import InvalidInputError
 from stripfold.validation import Input, Text, Whole, read_yaml, within
+from studies.common import markdown_table
 from studies.summary.run import Entry, quoted
 
 FILE = Path(__file__).parents[2] / "claims.yaml"
@@ -80,10 +81,7 @@ class Replication(Input):
 def read(path: Path = FILE) -> Replication:
     """The table of claims.
 
-    Raises
-    ------
-    InvalidInputError
-        A row that is incomplete or names an unknown figure; the key says which.
+    Raises InvalidInputError: a row that is incomplete or names an unknown figure; the key says which.
     """
     with within(path.name):
         return Replication.of(read_yaml(path, "claims", "claims: [{place: ..., claim: ...}]"))
@@ -141,32 +139,30 @@ def entries(claims: list[Claim], summary: Mapping[str, Entry]) -> dict[str, dict
 def tables(summary: Mapping[str, Entry]) -> dict[str, str]:
     """The tables of the page ``docs/replication.md`` by name: the paper's figures, and the claims."""
     found = read()
-    rows = ["| paper | shows | here | difference |", "|---|---|---|---|"]
-    for item in found.figures:
-        rows.append(f"| Fig. {item.number} | {item.shows} | {_linked(item.figures)} | {item.difference} |")
-    claims = [
-        "| place | claim | test | numbers | figures | verdict | limits |",
-        "|---|---|---|---|---|---|---|",
-    ]
+    rows = [(f"Fig. {item.number}", item.shows, _linked(item.figures), item.difference) for item in found.figures]
+    claims = []
     for c in found.claims:
         numbers = "<br>".join(_quoted(condition, summary) for condition in c.numbers)
-        cells = (c.place, c.claim, c.test, numbers, _linked(c.figures), judged(c, summary), c.limits)
-        claims.append(f"| {' | '.join(cells)} |")
-    return {"figures of the paper": _page(rows), "claims": _page(claims)}
+        claims.append((c.place, c.claim, c.test, numbers, _linked(c.figures), judged(c, summary), c.limits))
+    header = "place", "claim", "test", "numbers", "figures", "verdict", "limits"
+    return {
+        "figures of the paper": _table(("paper", "shows", "here", "difference"), rows),
+        "claims": _table(header, claims),
+    }
 
 
 def headlines(summary: Mapping[str, Entry]) -> str:
     """The table of the README: the claims marked as headlines."""
-    rows = ["| the paper says | here | verdict |", "|---|---|---|"]
+    rows = []
     for c in read().claims:
         if c.headline:
             numbers = ", ".join(_quoted(condition, summary) for condition in c.numbers)
-            rows.append(f"| {c.claim} | {numbers} | {judged(c, summary)} |")
-    return _page(rows)
+            rows.append((c.claim, numbers, judged(c, summary)))
+    return _table(("the paper says", "here", "verdict"), rows)
 
 
-def _page(rows: list[str]) -> str:
-    return "".join(row.replace("L*", r"L\*") + "\n" for row in rows)
+def _table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    return markdown_table(header, rows).replace("L*", r"L\*")
 
 
 def _linked(figures: list[str]) -> str:

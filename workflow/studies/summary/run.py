@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from studies.common import NO_RESULT
+from studies.common import NO_RESULT, markdown_table
 from studies.summary.facts import Facts
 from studies.summary.table import SOURCES, Number, Source
 
@@ -26,17 +26,11 @@ OPTIONAL = ("kills", "peers", "project", "slurm_run", "wheels")
 def summarise(data: Mapping[str, xr.Dataset], sources: Mapping[str, str]) -> dict[str, Entry]:
     """All numbers by key.
 
-    Parameters
-    ----------
-    data
-        The stored datasets by the names that the table gives them.
-    sources
-        The files they were read from, by the same names.
+    ``data``: the stored datasets by the names that the table gives them; ``sources``: the files they were read from, by
+    the same names.
 
-    Returns
-    -------
-    For each number ``value``, ``unit``, ``statement``, ``criterion``, ``holds``, ``source`` (the file) and ``datasets``
-    (the names of all datasets that it is from); ``error`` where one is known.  ``value`` is None where
+    Returns for each number ``value``, ``unit``, ``statement``, ``criterion``, ``holds``, ``source`` (the file) and
+    ``datasets`` (the names of all datasets that it is from); ``error`` where one is known.  ``value`` is None where
     there is no number.
     """
     out: dict[str, Entry] = {}
@@ -107,10 +101,8 @@ def _rows(summary: Mapping[str, Entry]) -> list[tuple[str, ...]]:
 
 def markdown(summary: Mapping[str, Entry]) -> str:
     """The summary as a table in Markdown."""
-    lines = ["".join(f"| {name} " for name in COLUMNS) + "|", "|---" * len(COLUMNS) + "|"]
-    for key, *cells in _rows(summary):
-        lines.append("| " + " | ".join([f"`{key}`", *(cell.replace("|", "\\|") for cell in cells)]) + " |")
-    return "\n".join(lines) + "\n"
+    rows = ([f"`{key}`", *(cell.replace("|", "\\|") for cell in cells)] for key, *cells in _rows(summary))
+    return markdown_table(COLUMNS, rows)
 
 
 def page(summary: Mapping[str, Entry]) -> str:

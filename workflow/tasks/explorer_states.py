@@ -13,7 +13,7 @@ import numpy as np
 from stripfold.arrays import Array
 from stripfold.elastica._chebyshev import grid, resample
 from stripfold.elastica._checks import height
-from stripfold.elastica._continuation import Point, at_height, between, until
+from stripfold.elastica._continuation import Point, at_height, to_event
 from stripfold.elastica._events import SNAP, TOUCH
 from stripfold.elastica._system import FORCE_X
 from stripfold.elastica.branch import points
@@ -34,15 +34,9 @@ MAX_STEP = 0.03
 class Row:
     """States at one height, in the order of growing advance.
 
-    Attributes
-    ----------
-    advance
-        Shape (n,).
-    lengths
-        Shape (n, parts): lengths of the parts off the floor, from the held to the grasped end.
-    angles
-        Shape (n, parts, :data:`NODES`): their angles at ``grid(NODES).nodes`` times the length, counted from the lower
-        end, rad; the X axis points from the lying part to the free one.
+    ``advance``: shape (n,).  ``lengths``: shape (n, parts): lengths of the parts off the floor, from the held to the
+    grasped end.  ``angles``: shape (n, parts, :data:`NODES`): their angles at ``grid(NODES).nodes`` times the length,
+    counted from the lower end, rad; the X axis points from the lying part to the free one.
     """
 
     advance: Array
@@ -55,15 +49,11 @@ def free_states(z: float, count: int) -> Row:
 
     The end is the maximum of the advance or, below :func:`touch_limit`, the touch of the sag.
 
-    Raises
-    ------
-    InvalidInputError, ContinuationError
-        ``z`` outside 0.1 to 100 L*; the branch could not be followed.
+    Raises InvalidInputError, ContinuationError: ``z`` outside 0.1 to 100 L*; the branch could not be followed.
     """
     z = height(z)
     event, family = (SNAP if z > touch_limit() else TOUCH), at_height(z)
-    *branch, before, after = until(points(z, MAX_STEP), event)
-    branch += [before, between(before, after, family, event)]
+    branch = to_event(points(z, MAX_STEP), family, event)
     pulled: list[Point] = []
     for point in points(z, 3.0 * MAX_STEP, way=-1.0):
         pulled.append(point)
@@ -79,14 +69,10 @@ def contact_states(z: float, count: int) -> Row:
 
     Two parts: the loop, and what is between the contact and the gripper, whose angles are in the loop's frame.
 
-    Raises
-    ------
-    InvalidInputError, SolveError
-        ``z`` outside 0.1 to 60 L*; a state was not found.
+    Raises InvalidInputError, SolveError: ``z`` outside 0.1 to 60 L*; a state was not found.
     """
     z = height(z)
-    *_, before, after = until(points(z), TOUCH)
-    first = State._from(between(before, after, at_height(z), TOUCH).e)
+    first = State._from(to_event(points(z), at_height(z), TOUCH)[-1].e)
     found: list[PointContact] = list(states_point_contact(first, z))
     advances = [one.loop.length + one.upper.length - one.gripper[0] for one in found]
     return _row(np.linspace(0.0, 1.0, len(found)), [(one.loop, one.upper) for one in found], advances, count)
