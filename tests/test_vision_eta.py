@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 from functools import cache
 from pathlib import Path
@@ -426,10 +427,37 @@ def test_eta_b_of_bending_tests(capsys: pytest.CaptureFixture[str]) -> None:
         ({"rigidity": 1e-5}, "gsm is missing"),
         ({"bending_length": 0.03, "gsm": 100.0}, "with rigidity or kes_b"),
         ({"rigidity": 1e-5, "gsm": 100.0, "kes_2hb": 0.1}, "kes_2hb"),
-        ({"bending_length": 30.0}, "bending_length = 30"),
+        ({"bending_length": 2.5}, "from 0.002 to 0.3 m; the unit is m"),
         ({"rigidity": 1e-5, "gsm": -1.0}, "gsm"),
+        ({"rigidity": 1e-5, "gsm": 0.2}, "from 2 to 10000 g m.-2; the unit is g m.-2: 0.2 kg m.-2 are 200"),
     ],
 )
 def test_bad_bending_tests(given: dict[str, float], words: str) -> None:
     with pytest.raises(InvalidInputError, match=words):
         sf.eta_b(**given)
+
+
+def test_values_of_fabrics_are_refused_in_another_unit() -> None:
+    """Of published fabrics, in the unit of the option and in that of the table or of the FAST system."""
+    text = (Path(__file__).parent.parent / "data/fabrics.csv").read_text(encoding="utf-8")
+    rows = list(csv.DictReader(line for line in text.splitlines() if not line.startswith("#")))
+    assert len(rows) > 20
+    for row in rows:
+        kg, newtons = float(row["areal_density_kg_per_m2"]), float(row["B_N_m"])
+        kawabata = newtons / (9.80665e-3 * 1e-2)
+        right = [{"gsm": 1e3 * kg, "rigidity": newtons}, {"gsm": 1e3 * kg, "kes_b": kawabata}]
+        wrong = [
+            {"gsm": kg, "rigidity": newtons},
+            {"gsm": 1e3 * kg, "rigidity": 1e6 * newtons},
+            {"gsm": 1e3 * kg, "rigidity": kawabata},
+            {"gsm": 1e3 * kg, "kes_b": newtons},
+        ]
+        if row["2HB_N"]:
+            hysteresis = float(row["2HB_N"])
+            right.append({**right[1], "kes_2hb": hysteresis / 9.80665e-3})
+            wrong.append({**right[1], "kes_2hb": hysteresis})
+        for given in right:
+            assert sf.eta_b(**given).eta_b == pytest.approx(kg / newtons)
+        for given in wrong:
+            with pytest.raises(InvalidInputError, match="the unit is"):
+                sf.eta_b(**given)

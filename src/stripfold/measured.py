@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 from stripfold import schema, store
 from stripfold.errors import InvalidInputError
-from stripfold.inputs import ETA_B, EtaRequest
+from stripfold.inputs import ETA_B, KES_B, KES_HB, EtaRequest
 from stripfold.material import GRAVITY
 from stripfold.reporting import Progress, Result, Rows, metres
 
@@ -20,11 +20,6 @@ if TYPE_CHECKING:
 
     from stripfold.vision.eta import EtaB as PictureEtaB
     from stripfold.vision.measurement import Flag, Measurement
-
-GRAM_FORCE = 9.80665e-3
-"""N; the unit of Kawabata's bending test."""
-KES_B, KES_HB = GRAM_FORCE * 1e-2, GRAM_FORCE
-"""1 gf cm^2/cm in N m, and 1 gf cm/cm in N."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -140,7 +135,7 @@ def _of_numbers(asked: EtaRequest) -> tuple[float, float, float]:
         rho_a = 1e-3 * asked.gsm
         eta_b = rho_a / rigidity
     if not ETA_B[0] <= eta_b <= ETA_B[1]:
-        key = next(key for key in ("length", "bending_length", "gsm") if getattr(asked, key) is not None)
+        key = next(key for key in ("length", "gsm") if getattr(asked, key) is not None)
         allowed = f"one that makes eta_b {ETA_B[0]:g} to {ETA_B[1]:g} m^-4 s^2; it would be {eta_b:.3g}"
         raise InvalidInputError(key, getattr(asked, key), allowed, "are the units as asked?")
     if asked.kes_2hb is None:

@@ -37,10 +37,10 @@ class StripEntry(Input):
     length: Annotated[Number, quantity("length", "m", gt=0.0, le=10.0)]
     eta_b: EtaB
     eta_b_interval: Annotated[tuple[EtaB, EtaB] | None, Field(description="95 % interval of eta_b, m^-4 s^2")] = None
-    hysteresis: Annotated[Number | None, quantity("friction moment M_0 in bending, per width", "N", ge=0.0, le=1e3)] = (
+    hysteresis: Annotated[Number | None, quantity("friction moment M_0 in bending, per width", "N", ge=0.0, le=0.1)] = (
         None
     )
-    rho_a: Annotated[Number | None, quantity("areal density, needed with hysteresis", "kg m^-2", gt=0.0, le=1e3)] = None
+    rho_a: Annotated[Number | None, quantity("areal density, needed with hysteresis", "kg m^-2", gt=0.0, le=10.0)] = None
     width: Annotated[Number | None, quantity("width", "m", gt=0.0, le=2.0)] = None
     material: Text | None = None
 
