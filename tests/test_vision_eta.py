@@ -314,6 +314,10 @@ def test_command_line(photo: dict[str, str], tmp_path: Path, capsys: pytest.Capt
     assert values["height"] == pytest.approx(91.38 * SCALE, rel=0.01)
     with Image.open(target) as drawn_fit:
         assert drawn_fit.format == "PNG"
+    known = Path(photo["folded"]).read_bytes()
+    assert main([*fold, "--picture", photo["folded"]]) == 2
+    assert "another file than the image" in capsys.readouterr().err
+    assert Path(photo["folded"]).read_bytes() == known
     assert main(["eta", "--image", photo["hanging"], "--scale", str(SCALE), "--method", "cantilever"]) == 0
     text = capsys.readouterr().out
     for word in ("eta_b ", "95 %", "L* ", "residual ", "length ", "slope ", "linear       yes", "secant"):

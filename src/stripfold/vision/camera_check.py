@@ -37,25 +37,24 @@ class Seen(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class CameraCheck:
-    """What a folder of pictures says of a camera; ``camera`` is None where it is refused, for the ``reason``."""
+    """What a folder of pictures says of a camera: the ``camera``, or why it is refused."""
 
     pictures: tuple[Seen, ...]
     coverage: float
     rms: float
-    camera: Intrinsics | None
-    reason: str
+    camera: Intrinsics | CalibrationError
 
     def rows(self) -> list[tuple[str, str]]:
         """Names and values in words."""
         views = sum(seen.found for seen in self.pictures)
         shown = [
-            ("result", "accepted" if self.camera is not None else f"refused: {self.reason}"),
+            ("result", "accepted" if isinstance(self.camera, Intrinsics) else "refused"),
             ("views", f"{views} of {len(self.pictures)} pictures  (at least {intrinsics.MIN_VIEWS})"),
             ("covered", f"{self.coverage:.0%} of the picture  (at least {intrinsics.MIN_COVERAGE:.0%})"),
         ]
         if np.isfinite(self.rms):
             shown.append(("error", f"{self.rms:.3f} px  (reprojection, RMS; at most {intrinsics.MAX_RMS:g})"))
-        if self.camera is not None:
+        if isinstance(self.camera, Intrinsics):
             sd = self.camera.inflation * np.sqrt(np.diag(self.camera.covariance))
             values = zip(intrinsics.PARAMETERS, intrinsics.parameters(self.camera.camera), sd, strict=True)
             shown += [(name, f"{value:.6g} ± {error:.2g}") for name, value, error in values]
@@ -68,22 +67,30 @@ class CameraCheck:
 
     def to_dict(self) -> dict[str, Any]:
         """The numbers by name; lengths in pixels."""
-        camera = None if self.camera is None else self.camera.camera
+        found = self.camera if isinstance(self.camera, Intrinsics) else None
+        camera = None if found is None else found.camera
         return {
-            "accepted": camera is not None,
-            "reason": self.reason,
+            "accepted": found is not None,
+            "reason": "" if found is not None else str(self.camera),
             "coverage": self.coverage,
             "rms": self.rms,
             "camera_matrix": None if camera is None else camera.matrix.tolist(),
             "distortion_coefficients": None if camera is None else camera.distortion.tolist(),
             "image_size": None if camera is None else list(camera.size),
-            "split_half": None if self.camera is None else self.camera.split_half,
+            "split_half": None if found is None else found.split_half,
             "pictures": [seen._asdict() for seen in self.pictures],
         }
 
     def write(self, path: Path) -> None:
-        """The intrinsics as OpenCV writes them, which a recording's ``camera.intrinsics`` reads."""
-        assert self.camera is not None
+        """The intrinsics as OpenCV writes them, which a recording's ``camera.intrinsics`` reads.
+
+        Raises
+        ------
+        CalibrationError
+            The camera is refused.
+        """
+        if isinstance(self.camera, CalibrationError):
+            raise self.camera
         camera = self.camera.camera
         storage = cv2.FileStorage("camera.yaml", cv2.FILE_STORAGE_WRITE | cv2.FILE_STORAGE_MEMORY)
         storage.write("image_width", camera.size[0])
@@ -123,18 +130,15 @@ def check(folder: Path, board: Board) -> CameraCheck:
         seen.append(Seen(name, corners is not None and not words, words or ("" if corners else _shown(picture, board))))
     errors: dict[str, float] = {}
     rms = float("nan")
-    if len(views) >= MIN_FIT:
-        try:
+    camera: Intrinsics | CalibrationError
+    try:
+        if len(views) >= MIN_FIT:
             whole = intrinsics.fit(views, size)
             rms = whole.rms
             errors = {view.name: float(error) for view, error in zip(views, whole.view_rms, strict=True)}
-        except CalibrationError:
-            pass  # said below
-    camera, reason = None, ""
-    try:
         camera = intrinsics.calibrate(views, size)
     except CalibrationError as error:
-        reason = " ".join(str(error).split())
+        camera = error
     wrong = ""
     if board.type == "charuco" and views and latest < board.columns * board.rows // 2 - board.columns // 2:
         wrong = f"no marker after {latest} is in any picture: another board than {board.columns} x {board.rows} squares"
@@ -144,10 +148,12 @@ def check(folder: Path, board: Board) -> CameraCheck:
         if len(told) > fewest:
             wrong = f"the pictures show {max(told, key=told.count)}"
     if wrong:
-        camera, reason = None, wrong
+        camera = CalibrationError(
+            folder.name, wrong, "pictures of the described board", "count again, or describe the board that is shown"
+        )
     covered = intrinsics.coverage(views, size) if views else 0.0
     pictured = tuple(one._replace(rms=errors.get(one.name, float("nan"))) for one in seen)
-    return CameraCheck(pictured, covered, rms, camera, reason)
+    return CameraCheck(pictured, covered, rms, camera)
 
 
 def _shown(picture: Picture, board: Board) -> str:
