@@ -243,7 +243,7 @@ def test_log_with_another_origin_is_refused(snapping: Made, tmp_path: Path):
     [
         (lambda folder: (folder / "result").touch(), "remove the file"),
         (lambda folder: (folder / "result" / "report.html").mkdir(parents=True), "remove the folder"),
-        (lambda folder: (folder / "manual_onset.yaml").write_text("event_time: soon"), "event_time = 'soon'"),
+        (lambda folder: (folder / "manual_onset.yaml").write_text("event_time: soon"), "manual_onset.yaml.event_time = 'soon'"),
         (lambda folder: (folder / "robot.csv").write_text("t,x,z\n1,2\n"), "2 to 1000000 rows"),
         (
             lambda folder: change_log(folder, lambda rows: rows * np.array([1.0, 1e3, 1e3])),
@@ -357,6 +357,21 @@ def test_frames_of_another_size_than_the_calibration_are_refused(snapping: Made)
     other = replace(mapping, camera=replace(mapping.camera, size=(320, 200)))
     with pytest.raises(MeasurementError, match=r"frames of 320 x 240 pixels; needed is 320 x 200"):
         track(asked, replace(calibration, mapping=other))
+
+
+@pytest.mark.parametrize("count", [1, 3, 9])
+def test_a_film_of_few_frames_is_refused(count: int, snapping: Made, tmp_path: Path):
+    asked, calibration, _ = snapping
+    folder = copied(snapping, tmp_path / "short")
+    (folder / "frames").mkdir()
+    film = cv2.VideoCapture(str(folder / asked.entries.video))
+    for i in range(count):
+        cv2.imwrite(str(folder / f"frames/{i}.png"), film.read()[1])
+    times = "".join(f"{i},{0.04 * i}\n" for i in range(count))
+    (folder / "timestamps.csv").write_text(f"frame,t\n{times}", encoding="utf-8")
+    short = changed(asked.entries, video="frames", timestamps="timestamps.csv")
+    with pytest.raises(MeasurementError, match=f"frames: {count} frames; needed is at least 10"):
+        track(Recording(folder, short), calibration)
 
 
 def test_too_few_frames_are_refused(snapping: Made):

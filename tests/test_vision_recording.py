@@ -105,7 +105,7 @@ def test_folder_is_read_with_defaults(tmp_path: Path) -> None:
 def test_error_names_the_entry(tmp_path: Path, path: str, value: Any, key: str, words: str) -> None:
     with pytest.raises(InvalidInputError) as caught:
         recording.read(write(tmp_path / "one", entries_with(path, value)))
-    assert caught.value.key == key
+    assert caught.value.key == f"manual_onset.yaml.{key}"
     assert words in str(caught.value)
 
 
@@ -152,4 +152,4 @@ def test_impossible_onset_by_hand(tmp_path: Path, key: str, value: float) -> Non
     (folder / recording.ManualOnset.file_name).write_text(yaml.safe_dump(onset), encoding="utf-8")
     with pytest.raises(InvalidInputError) as caught:
         recording.read(folder)
-    assert caught.value.key == key
+    assert caught.value.key == f"manual_onset.yaml.{key}"

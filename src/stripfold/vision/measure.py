@@ -23,7 +23,7 @@ from stripfold.vision.recording import ManualOnset, Recording
 from stripfold.vision.snap import Landed, Speed
 from stripfold.vision.strip_tracker import TRACKED_SHARE
 from stripfold.vision.threads import one_thread
-from stripfold.vision.tracking import Tracks, track
+from stripfold.vision.tracking import MIN_FRAMES, Tracks, track
 
 DRAWS = 200
 """Samples of the mapping."""
@@ -40,7 +40,7 @@ FRAME_SHIFT, FRAME_SD = 0.47, 0.15
 that, in the usual distance of the frames."""
 GAP_SHIFT, GAP_SD = 0.17, 0.06
 """The same for the longest distance of the frames in the snap, as shares of what it exceeds the usual one by."""
-MIN_FRAMES, MIN_STATIONS = 10, 5
+MIN_STATIONS = 5
 FIT_WINDOW = 0.3
 """Half the time over which the gripper's motion is fitted, s."""
 MAX_HEIGHT_DRIFT, MAX_SPEED_ERROR, MAX_LENGTH_ERROR = 0.002, 0.2, 0.02

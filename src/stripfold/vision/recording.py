@@ -15,7 +15,7 @@ from stripfold.arrays import Array
 from stripfold.errors import MISSING, InvalidInputError
 from stripfold.inputs import HEIGHT_STAR, EtaB
 from stripfold.material import Material
-from stripfold.validation import Flag, Input, Number, Text, Whole, quantity, read_yaml
+from stripfold.validation import Flag, Input, Number, Text, Whole, quantity, read_yaml, within
 from stripfold.vision.boards import Board, Dictionary
 from stripfold.vision.clock import RobotLog, read_log
 
@@ -221,7 +221,10 @@ class Recording:
             Its file cannot be used.
         """
         path = self.folder / ManualOnset.file_name
-        return ManualOnset(**read_yaml(path, path.name, "event_time: 3.5")) if path.exists() else None
+        if not path.exists():
+            return None
+        with within(path.name):
+            return ManualOnset(**read_yaml(path, "", "event_time: 3.5"))
 
 
 def middle_speed(time: Array, x: Array) -> float:
