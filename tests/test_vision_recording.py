@@ -105,7 +105,7 @@ def test_folder_is_read_with_defaults(tmp_path: Path) -> None:
 def test_error_names_the_entry(tmp_path: Path, path: str, value: Any, key: str, words: str) -> None:
     with pytest.raises(InvalidInputError) as caught:
         recording.read(write(tmp_path / "one", entries_with(path, value)))
-    assert caught.value.key == f"manual_onset.yaml.{key}"
+    assert caught.value.key == key
     assert words in str(caught.value)
 
 
