@@ -10,7 +10,6 @@ from collections.abc import Callable
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree
 
 import cv2
 import numpy as np
@@ -30,7 +29,6 @@ from stripfold.vision import (
     measurement_figure,
     recording,
     report,
-    report_curves,
     report_pictures,
     snap,
     video,
@@ -319,7 +317,7 @@ def test_strip_without_a_snap_gives_a_bound(snapping: Made):
     end[:, 0] = np.minimum(end[:, 0], end[-8, 0])
     stopped = evaluated(snapping, replace(early, gripped_end=end), robot_log=None)
     assert not any("the gripper moves at" in flag for flag in stopped.flags)
-    assert "level of the onset" not in {text for _, text, _ in report_curves.panels(stopped)[2].levels}
+    assert "level of the onset" not in {text.get_text() for text in measurement_figure.draw(stopped).axes[2].texts}
 
 
 def test_film_that_begins_after_the_snap_is_refused(tmp_path: Path):
@@ -444,6 +442,7 @@ def test_dataset_and_report_hold_the_result(found: Measurement, tmp_path: Path):
         '<p class="flag warning"><b>warning</b> first</p>\n<p class="flag note"><b>note</b> second</p>',
     ):
         assert page.count(text) == 1
+    assert page.count("<svg") == 1
     assert page.count('src="data:video/mp4;base64,') == page.count('poster="data:image/jpeg;base64,') == 1
     assert "<script" not in page
 
@@ -498,22 +497,6 @@ def test_curves_show_lambda_and_the_level_of_the_onset(found: Measurement):
     assert 1e3 * found.motion.level(snap.LEVEL) in levels[1]
     onset = np.interp(found.event_time, lam.lines[0].get_xdata(), lam.lines[0].get_ydata())
     assert onset == pytest.approx(1e3 * found.by_video, abs=0.2)
-
-
-def test_the_drawing_of_a_report_has_the_curves_to_scale(found: Measurement):
-    """Each panel's curve, clipped, runs through the crossing of the onset where lambda has its level."""
-    drawing = ElementTree.fromstring(report_curves.svg(found))
-    space = "{http://www.w3.org/2000/svg}"
-    lam = drawing.find(f"{space}svg")
-    points = np.array([place.split(",") for place in lam.find(f"{space}polyline").get("points").split()], float)
-    level, onset = (path.get("d") for path in lam.findall(f"{space}path")[2:0:-1])
-    x, y = float(onset[1:].split()[0]), float(level.split()[1].split("H")[0])
-    assert np.interp(x, *points.T) == pytest.approx(y, abs=1.0)
-    assert len(points) == len(found.tracks.grip_time)
-    speed = drawing.findall(f"{space}svg")[2]
-    dot = speed.find(f"{space}circle")
-    curve = np.array([place.split(",") for place in speed.find(f"{space}polyline").get("points").split()], float)
-    assert np.hypot(*(curve - [float(dot.get("cx")), float(dot.get("cy"))]).T).min() < 0.2
 
 
 def test_title_is_escaped_in_the_page(snapping: Made):

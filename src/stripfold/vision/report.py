@@ -15,7 +15,6 @@ from stripfold.store import running_commit
 from stripfold.vision import intrinsics, robot_grid
 from stripfold.vision.calibration import MAX_PLANE_RMS, MAX_SCALE_ERROR, MAX_SIDE_ERROR
 from stripfold.vision.measurement import Measurement
-from stripfold.vision.report_curves import svg
 from stripfold.vision.report_pictures import pictures
 from stripfold.vision.threads import one_thread
 
@@ -64,6 +63,9 @@ PARTS = {
 @one_thread()
 def html(found: Measurement) -> str:
     """The page of a measurement."""
+    from stripfold.plots.save import as_svg
+    from stripfold.vision import measurement_figure
+
     text = files("stripfold.vision").joinpath("templates/report.html").read_text(encoding="utf-8")
     template = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined).from_string(text)
     return template.render(
@@ -76,7 +78,7 @@ def html(found: Measurement) -> str:
         rows=rows(found),
         calibration=calibration_rows(found.calibration.quality),
         pictures=pictures(found),
-        curves=svg(found),
+        curves=as_svg(measurement_figure.draw(found)),
         version=stripfold.__version__,
         commit=running_commit(),
     )
