@@ -281,18 +281,15 @@ def test_correlation_length() -> None:
     assert 7 <= correlation_length(together) <= 14
 
 
-@pytest.mark.parametrize(
-    ("scale", "method", "key"),
-    [
-        (0.3, "fold", "scale = 0.3"),
+def test_bad_scale_and_method(photo: dict[str, str]) -> None:
+    for scale, method, words in (
+        (0.3, "fold", "scale = 0.3 .*: 0.3 mm are 0.0003"),
         (float("nan"), "fold", "scale = nan"),
         (1e-6, "fold", "eta_b 0.1"),
         (1e-4, "x", "method"),
-    ],
-)
-def test_bad_scale_and_method(scale: float, method: str, key: str) -> None:
-    with pytest.raises(InvalidInputError, match=key):
-        eta.from_image(drawn.picture(share("folded", 100.0)), scale, method)
+    ):
+        with pytest.raises(InvalidInputError, match=words):
+            sf.eta_b(image=photo["folded"], scale=scale, method=method)
 
 
 @pytest.fixture

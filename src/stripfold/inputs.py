@@ -287,6 +287,7 @@ class FoldingPlan(Strip):
 
 
 PLAUSIBLE = {
+    "scale": (1e-7, 1e-2, "mm", 1e-3),
     "fold_height": (2e-3, 0.3, "", 0.0),
     "bending_length": (2e-3, 0.3, "", 0.0),
     "rigidity": (1e-7, 1e-2, "uN m", 1e-6),

@@ -52,18 +52,32 @@ class EtaB(Result):
 
     @classmethod
     def of(cls, asked: EtaRequest) -> Self:
-        """Measure it."""
+        """Measure it.
+
+        Raises
+        ------
+        InvalidInputError
+            Not a picture, or no eta_b of a strip.
+        TrackingError
+            No strip in the picture as the method needs it.
+        """
         from stripfold.material import Material
 
         if asked.image is None or asked.scale is None or asked.method is None:
             eta_b, friction, hysteresis = _of_numbers(asked)
-            return cls(eta_b, Material(eta_b).gravity_length, friction=friction, hysteresis=hysteresis)
-        from stripfold.vision.eta import from_image
-        from stripfold.vision.pictures import read_grey
+            found = cls(eta_b, Material(eta_b).gravity_length, friction=friction, hysteresis=hysteresis)
+        else:
+            from stripfold.vision.eta import from_image
+            from stripfold.vision.pictures import read_grey
 
-        image = read_grey(asked.image)
-        fit = from_image(image, asked.scale, asked.method, Path(asked.image).name, asked.slope)
-        return cls(fit.eta_b, fit.gravity_length, fit.interval, fit=fit, image=image)
+            image = read_grey(asked.image)
+            fit = from_image(image, asked.scale, asked.method, Path(asked.image).name, asked.slope)
+            found = cls(fit.eta_b, fit.gravity_length, fit.interval, fit=fit, image=image)
+        if not ETA_B[0] <= found.eta_b <= ETA_B[1]:
+            key = next(key for key in ("scale", "length", "gsm") if getattr(asked, key) is not None)
+            allowed = f"one that makes eta_b {ETA_B[0]:g} to {ETA_B[1]:g} m^-4 s^2; it would be {found.eta_b:.3g}"
+            raise InvalidInputError(key, getattr(asked, key), allowed, "are the units as asked?")
+        return found
 
     def rows(self) -> Rows:
         rows = [("eta_b", f"{self.eta_b:.6g} m^-4 s^2")]
@@ -134,10 +148,6 @@ def _of_numbers(asked: EtaRequest) -> tuple[float, float, float]:
         assert rigidity is not None
         rho_a = 1e-3 * asked.gsm
         eta_b = rho_a / rigidity
-    if not ETA_B[0] <= eta_b <= ETA_B[1]:
-        key = next(key for key in ("length", "gsm") if getattr(asked, key) is not None)
-        allowed = f"one that makes eta_b {ETA_B[0]:g} to {ETA_B[1]:g} m^-4 s^2; it would be {eta_b:.3g}"
-        raise InvalidInputError(key, getattr(asked, key), allowed, "are the units as asked?")
     if asked.kes_2hb is None:
         return eta_b, nan, nan
     hysteresis = 0.5 * KES_HB * asked.kes_2hb

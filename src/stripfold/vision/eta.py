@@ -13,7 +13,6 @@ import numpy as np
 
 from stripfold.arrays import Picture
 from stripfold.errors import InvalidInputError, TrackingError
-from stripfold.inputs import ETA_B
 from stripfold.material import GRAVITY, Material
 from stripfold.vision import cantilever, fold
 from stripfold.vision.cantilever import Cantilever
@@ -22,8 +21,6 @@ from stripfold.vision.cross_sections import normals
 from stripfold.vision.fold import Fold
 from stripfold.vision.segmentation import enclosed_share
 
-SCALE = (1e-7, 1e-2)
-"""Allowed metres per pixel."""
 POINTS = 100
 MAX_INTERVAL_RATIO = 30.0
 """Largest ratio of an interval's ends that is still called a measurement."""
@@ -33,7 +30,6 @@ can be the edge of anything."""
 MAX_ENCLOSED = 0.25
 """Largest share of a hanging strip along which its two sides are different pieces of the background: a clamp may close
 off some of it, but both are connected around the free end."""
-METHODS = ("fold", "cantilever")
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,23 +135,12 @@ def from_image(image: Picture, scale: float, method: str, source: str = "picture
 
     Raises
     ------
-    InvalidInputError
-        An unknown method, or a scale outside its range or with which eta_b would be outside its range.
     TrackingError
         No strip as the method needs it.
     """
-    if not SCALE[0] <= scale <= SCALE[1]:
-        raise InvalidInputError("scale", scale, f"from {SCALE[0]:g} to {SCALE[1]:g} m per pixel")
-    if method not in METHODS:
-        raise InvalidInputError("method", method, " or ".join(METHODS))
     if method == "fold":
-        found = EtaB(method, scale, fold.measure(image, source))
-    else:
-        found = _from_cantilever(image, scale, source, slope)
-    if not ETA_B[0] <= found.eta_b <= ETA_B[1]:
-        text = f"one that makes eta_b {ETA_B[0]:g} to {ETA_B[1]:g} m^-4 s^2; it would be {found.eta_b:.3g}"
-        raise InvalidInputError("scale", scale, text, "the unit is m per pixel")
-    return found
+        return EtaB(method, scale, fold.measure(image, source))
+    return _from_cantilever(image, scale, source, slope)
 
 
 def _eta_b(unit: float) -> float:
