@@ -241,7 +241,10 @@ def test_log_with_another_origin_is_refused(snapping: Made, tmp_path: Path):
     [
         (lambda folder: (folder / "result").touch(), "remove the file"),
         (lambda folder: (folder / "result" / "report.html").mkdir(parents=True), "remove the folder"),
-        (lambda folder: (folder / "manual_onset.yaml").write_text("event_time: soon"), "manual_onset.yaml.event_time = 'soon'"),
+        (
+            lambda folder: (folder / "manual_onset.yaml").write_text("event_time: soon"),
+            "manual_onset.yaml.event_time = 'soon'",
+        ),
         (lambda folder: (folder / "robot.csv").write_text("t,x,z\n1,2\n"), "2 to 1000000 rows"),
         (
             lambda folder: change_log(folder, lambda rows: rows * np.array([1.0, 1e3, 1e3])),

@@ -295,8 +295,9 @@ PLAUSIBLE = {
     "kes_2hb": (2e-3, 10.0, "N", 1.0 / KES_HB),
     "gsm": (2.0, 1e4, "kg m^-2", 1e3),
 }
-"""Least and largest value, from a gauze to a thin metal sheet, and another unit that it may have been given in, with its
-factor.  Of the fabrics in data/fabrics.csv none lies within these limits in that other unit."""
+"""Least and largest value, from a gauze to a thin metal sheet; another unit that it may be given in, and its factor.
+
+Of the fabrics in data/fabrics.csv none lies within these limits in that other unit."""
 
 
 class EtaRequest(Input):

@@ -14,7 +14,7 @@ from stripfold.vision.measurement import Measurement, half_width
 
 @styled
 def draw(found: Measurement) -> Figure:
-    """lambda, height of the gripped end, speed of the strip with the onset's level, and confidence, below each other."""
+    """lambda, height of the gripped end, speed of the strip with the onset's level, and confidence over time."""
     tracks, motion, gripper = found.tracks, found.motion, found.recording.entries.gripper
     fig = figure(6.0, 7.5)
     advance, height, speed, confidence = axes = fig.subplots(4, 1, sharex=True)

@@ -40,7 +40,7 @@ class StripEntry(Input):
     hysteresis: Annotated[Number | None, quantity("friction moment M_0 in bending, per width", "N", ge=0.0, le=0.1)] = (
         None
     )
-    rho_a: Annotated[Number | None, quantity("areal density, needed with hysteresis", "kg m^-2", gt=0.0, le=10.0)] = None
+    rho_a: Annotated[Number | None, quantity("areal density, with hysteresis", "kg m^-2", gt=0.0, le=10.0)] = None
     width: Annotated[Number | None, quantity("width", "m", gt=0.0, le=2.0)] = None
     material: Text | None = None
 
