@@ -62,10 +62,11 @@ class Board(Input):
 
     @model_validator(mode="after")
     def _check_charuco(self) -> Self:
-        if self.type == "charuco":
-            if self.marker is None or self.dictionary is None:
-                key = "marker" if self.marker is None else "dictionary"
-                raise InvalidInputError(key, MISSING, f"the {key} of a ChArUco board")
+        for key in ("marker", "dictionary"):
+            value = getattr(self, key)
+            if (value is None) == (self.type == "charuco"):
+                raise InvalidInputError(key, MISSING if value is None else value, f"the {key} of a ChArUco board only")
+        if self.marker is not None and self.dictionary is not None:
             if not self.marker < self.square:
                 raise InvalidInputError("marker", self.marker, f"less than the square, {self.square:g} m")
             needed = self.columns * self.rows // 2
@@ -76,7 +77,7 @@ class Board(Input):
     @property
     def window(self) -> float:
         """Half-window of the refinement over the distance between corners; it does not reach the markers' edges."""
-        if self.type == "chessboard" or self.marker is None:
+        if self.marker is None:
             return WINDOW
         return min(WINDOW, 0.5 * (1.0 - self.marker / self.square))
 
