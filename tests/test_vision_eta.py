@@ -105,7 +105,7 @@ def test_nonlinear_law_is_detected() -> None:
     curve = points + np.array([60.0, 40.0])
     found = eta.from_image(drawn.picture(drawn.coverage(curve, 6.0, SIZE)), SCALE, "cantilever")
     assert found.linear is False
-    n, low, high = found.exponent or (0.0, 0.0, 0.0)
+    n, low, high = found.exponent
     assert low < 0.5 < high
     assert n == pytest.approx(0.5, abs=0.01)
     # The secant at the largest curvature: M / kappa = kappa^(n - 1) = M_0^((n - 1) / n).
@@ -130,15 +130,14 @@ def test_slope_at_the_clamp() -> None:
     """Given, it decides where the law is not linear: that of the secant at the clamp; a linear strip has its own."""
     straight = drawn.picture(share("hanging", 2.0))
     free = eta.from_image(straight, SCALE, "cantilever")
-    assert free.shape is not None
-    assert np.degrees(free.shape.slope) == pytest.approx(0.0, abs=0.5)
+    assert np.degrees(free.fit.slope) == pytest.approx(0.0, abs=0.5)
     held = eta.from_image(straight, SCALE, "cantilever", slope=0.0)
     assert held.eta_b == pytest.approx(true_eta(SPAN / 2.0), rel=0.02)
     assert held.interval[0] < true_eta(SPAN / 2.0) < held.interval[1]
     soft = drawn.picture(drawn.coverage(SPAN * saturating(0.5, 3.0) + np.array([60.0, 40.0]), 6.0, SIZE))
     fits = [eta.from_image(soft, SCALE, "cantilever", slope=slope) for slope in (None, 0.0, 5.0)]
     assert fits[0].eta_b < fits[2].eta_b < fits[1].eta_b
-    slopes = [np.degrees(fit.shape.slope) for fit in fits if fit.shape is not None]
+    slopes = [np.degrees(fit.fit.slope) for fit in fits]
     assert slopes == pytest.approx([slopes[0], 0.0, 5.0], abs=0.1)
     assert slopes[0] > 5.0
     with pytest.raises(TrackingError, match="with a slope of 60 degrees"):
@@ -175,10 +174,8 @@ def test_folded_strip(unit: float, right: bool, look: dict[str, float]) -> None:
     truth = true_eta(unit)
     assert found.interval[0] < truth < found.interval[1]
     assert found.eta_b == pytest.approx(truth, rel=0.02)
-    assert found.fold is not None
-    assert found.fold.height == pytest.approx(elastica.folded_loop(6.0 / unit).height * unit, abs=0.5)
-    assert found.fold.width == pytest.approx(6.0, abs=1.5)
-    assert found.linear is None
+    assert found.fit.height == pytest.approx(elastica.folded_loop(6.0 / unit).height * unit, abs=0.5)
+    assert found.fit.width == pytest.approx(6.0, abs=1.5)
 
 
 def test_fold_does_not_depend_on_the_tilt_of_the_camera() -> None:
@@ -211,8 +208,7 @@ def test_drawn_fold_of_the_study() -> None:
     truth = 1.0 / (9.81 * (LOOK.unit * eta_pictures.SCALE) ** 3)
     assert found.interval[0] < truth < found.interval[1]
     assert found.interval[1] / found.interval[0] < 1.05
-    assert found.fold is not None
-    assert found.fold.thickness == pytest.approx(LOOK.unit * LOOK.thickness, abs=0.5)
+    assert found.fit.thickness == pytest.approx(LOOK.unit * LOOK.thickness, abs=0.5)
 
 
 @pytest.mark.parametrize("stretch", [0.7, 1.6])
@@ -246,7 +242,6 @@ def test_a_clamp_with_a_hole_is_no_closed_outline() -> None:
     covered[20:81, 10:74] = 1.0
     covered[35:66, 25:60] = 0.0
     found = eta.from_image(drawn.picture(covered, 1), SCALE, "cantilever")
-    assert found.line is not None
     # The line may begin in the clamp.
     assert found.line.length == pytest.approx(SPAN, abs=70.0)
     assert found.eta_b == pytest.approx(true_eta(SPAN / 2.0), rel=0.2)
@@ -359,18 +354,15 @@ def test_figure_of_a_fit() -> None:
     found = eta.from_image(image, SCALE, "cantilever")
     fig = eta_figure.draw(image, found)
     above, below = lines(fig, 0), lines(fig, 1)
-    assert found.line is not None
-    assert found.shape is not None
     np.testing.assert_allclose(above["centreline"], 1e3 * SCALE * found.line.points)
-    np.testing.assert_allclose(above["linear strip"], 1e3 * SCALE * found.shape.curve)
-    np.testing.assert_allclose(below["_linear"][:, 1], 1e3 * SCALE * found.shape.residual)
+    np.testing.assert_allclose(above["linear strip"], 1e3 * SCALE * found.fit.curve)
+    np.testing.assert_allclose(below["_linear"][:, 1], 1e3 * SCALE * found.fit.residual)
     # Of a strip with a linear law, the other law is not drawn.
     assert "_power" not in below
     image = drawn.picture(share("folded", 100.0))
     loop = eta.from_image(image, SCALE, "fold")
-    assert loop.fold is not None
     height = next(value for name, value in lines(eta_figure.draw(image, loop), 0).items() if name.startswith("height"))
-    assert np.hypot(*(height[1] - height[0])) == pytest.approx(1e3 * SCALE * loop.fold.height)
+    assert np.hypot(*(height[1] - height[0])) == pytest.approx(1e3 * SCALE * loop.fit.height)
 
 
 def test_photographs(images: Path, tmp_path: Path) -> None:
@@ -389,7 +381,6 @@ def test_photographs(images: Path, tmp_path: Path) -> None:
     # Peirce's method: the chord of a strip that is clamped horizontally.
     image = read_grey(images / centrelines.TEXTILE)
     found = eta.from_image(image, centrelines.SCALE, "cantilever", slope=0.0)
-    assert found.line is not None
     across, down = np.ptp(found.line.points, axis=0)
     chord = np.arctan2(down, across)
     peirce = found.line.length * centrelines.SCALE * (np.cos(0.5 * chord) / (8.0 * np.tan(chord))) ** (1.0 / 3.0)

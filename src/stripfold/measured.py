@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-    from stripfold.vision.eta import EtaB as PictureEtaB
+    from stripfold.vision.eta import CantileverEtaB, FoldEtaB
     from stripfold.vision.measurement import Flag, Measurement
 
 
@@ -45,7 +45,7 @@ class EtaB(Result):
     interval: tuple[float, float] = (nan, nan)
     friction: float = nan
     hysteresis: float = nan
-    fit: PictureEtaB | None = None
+    fit: FoldEtaB | CantileverEtaB | None = None
     image: Any = None
     title = "a weight-to-bending-stiffness ratio"
     shown = ("eta_b", "gravity_length")
@@ -92,23 +92,24 @@ class EtaB(Result):
             ("L*", f"{self.gravity_length:.6g} m"),
             ("residual", metres(fit.residual, "root mean square of measured less fitted")),
         ]
-        if fit.fold is not None:
-            rows.append(("height", metres(fit.fold.height * fit.scale, "of the fitted loop, between layers' middles")))
-        if fit.line is not None:
-            rows.append(("length", metres(fit.line.length * fit.scale, "that hangs in the picture")))
-        if fit.shape is not None:
-            text = "below the horizontal at the clamp; eta_b depends on it where the strip is not linear"
-            rows.append(("slope", f"{degrees(fit.shape.slope):.1f} degrees {text}"))
-        if (exponent := fit.exponent) is not None:
-            n, lower, upper = exponent
-            where = "more at the clamp and less" if n < 1.0 else "less at the clamp and more"
-            no = f"no: one eta_b does not describe it, it bends {where} towards its end than a linear strip"
-            text = "yes" if fit.linear else no
-            rows.append(("linear", f"{text}; M ~ curvature^n with n = {n:.3g} ({lower:.3g} to {upper:.3g})"))
-            ends = (fit.secant(0.25), fit.secant(1.0))
-            text = "from a quarter of the largest curvature to all of it"
-            rows.append(("  secant", f"eta_b {ends[0]:.6g} to {ends[1]:.6g} m^-4 s^2, {text}"))
-        return rows
+        from stripfold.vision.eta import FoldEtaB
+
+        if isinstance(fit, FoldEtaB):
+            height = metres(fit.fit.height * fit.scale, "of the fitted loop, between layers' middles")
+            return [*rows, ("height", height)]
+        n, lower, upper = fit.exponent
+        where = "more at the clamp and less" if n < 1.0 else "less at the clamp and more"
+        no = f"no: one eta_b does not describe it, it bends {where} towards its end than a linear strip"
+        slope = "below the horizontal at the clamp; eta_b depends on it where the strip is not linear"
+        secant = "from a quarter of the largest curvature to all of it"
+        law = f"M ~ curvature^n with n = {n:.3g} ({lower:.3g} to {upper:.3g})"
+        return [
+            *rows,
+            ("length", metres(fit.line.length * fit.scale, "that hangs in the picture")),
+            ("slope", f"{degrees(fit.fit.slope):.1f} degrees {slope}"),
+            ("linear", f"{'yes' if fit.linear else no}; {law}"),
+            ("  secant", f"eta_b {fit.secant(0.25):.6g} to {fit.secant(1.0):.6g} m^-4 s^2, {secant}"),
+        ]
 
     def to_dict(self) -> dict[str, Any]:
         if self.fit is not None:
