@@ -123,7 +123,7 @@ def test_json_has_null_where_there_is_no_number(capsys, fake):
         ([*STRIP, "--eta-b", "-1"], ["eta_b = -1.0", "from 0.1 to 1e+08 m^-4 s^2"]),
         ([*STRIP, "--eta-m", "nan"], ["eta_m = nan", "m^-2 s^2"]),
         ([*STRIP, "--length", "0.2"], ["length = 0.2", "more than 0.2139 m with height = 0.09 m", "too short"]),
-        (["eta", "--fold-height", "27.2"], ["fold_height = 27.2", "from 0.000912 to 0.912 m"]),
+        (["eta", "--fold-height", "27.2"], ["fold_height = 27.2", "from 0.002 to 0.3 m"]),
         (["eta", "--fold-height", "-0.01"], ["fold_height = -0.01"]),
         (["eta", "--fold-height", "nan"], ["fold_height = nan"]),
     ],

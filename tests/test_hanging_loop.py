@@ -86,6 +86,8 @@ def test_command_line(capsys: pytest.CaptureFixture[str]):
     assert main([*asked, "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert found["eta_b"] == elastica.eta_b_from_hanging_loop("heart", 0.2, 0.07)
+    assert main([*asked[:-1], "0.11"]) == 2
+    assert "height = 0.11 cannot be used" in capsys.readouterr().err
     assert main(asked[:-2]) == 2
     assert "a height together with loop" in capsys.readouterr().err
     assert main(["eta", "--fold-height", "0.03", "--length", "0.2"]) == 2

@@ -91,6 +91,15 @@ def test_part_of_a_charuco_board() -> None:
     np.testing.assert_allclose(corners.pixels, true[corners.ids], atol=0.3)
 
 
+def test_a_board_described_with_fewer_rows_gives_the_same_corners() -> None:
+    """The mapping then has fewer of them, and is the same but for their noise."""
+    image = seen.board_picture(seen.CHARUCO, TURN, SHIFT, np.random.default_rng(2))
+    corners = detect(image, seen.CHARUCO.model_copy(update={"rows": 4}))
+    assert corners is not None
+    assert len(corners.ids) == 18
+    assert error(corners.pixels, seen.LENS.project(corners.object_points, TURN, SHIFT)) < 0.1
+
+
 def test_corners_on_a_line_do_not_fix_a_pose(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(boards, "MIN_CORNERS", 6)
     board = Board(type="charuco", columns=12, rows=5, square=0.02, marker=0.015, dictionary="5x5_100")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 from functools import cache
 from pathlib import Path
@@ -104,7 +105,7 @@ def test_nonlinear_law_is_detected() -> None:
     curve = points + np.array([60.0, 40.0])
     found = eta.from_image(drawn.picture(drawn.coverage(curve, 6.0, SIZE)), SCALE, "cantilever")
     assert found.linear is False
-    n, low, high = found.exponent or (0.0, 0.0, 0.0)
+    n, low, high = found.exponent
     assert low < 0.5 < high
     assert n == pytest.approx(0.5, abs=0.01)
     # The secant at the largest curvature: M / kappa = kappa^(n - 1) = M_0^((n - 1) / n).
@@ -129,15 +130,14 @@ def test_slope_at_the_clamp() -> None:
     """Given, it decides where the law is not linear: that of the secant at the clamp; a linear strip has its own."""
     straight = drawn.picture(share("hanging", 2.0))
     free = eta.from_image(straight, SCALE, "cantilever")
-    assert free.shape is not None
-    assert np.degrees(free.shape.slope) == pytest.approx(0.0, abs=0.5)
+    assert np.degrees(free.fit.slope) == pytest.approx(0.0, abs=0.5)
     held = eta.from_image(straight, SCALE, "cantilever", slope=0.0)
     assert held.eta_b == pytest.approx(true_eta(SPAN / 2.0), rel=0.02)
     assert held.interval[0] < true_eta(SPAN / 2.0) < held.interval[1]
     soft = drawn.picture(drawn.coverage(SPAN * saturating(0.5, 3.0) + np.array([60.0, 40.0]), 6.0, SIZE))
     fits = [eta.from_image(soft, SCALE, "cantilever", slope=slope) for slope in (None, 0.0, 5.0)]
     assert fits[0].eta_b < fits[2].eta_b < fits[1].eta_b
-    slopes = [np.degrees(fit.shape.slope) for fit in fits if fit.shape is not None]
+    slopes = [np.degrees(fit.fit.slope) for fit in fits]
     assert slopes == pytest.approx([slopes[0], 0.0, 5.0], abs=0.1)
     assert slopes[0] > 5.0
     with pytest.raises(TrackingError, match="with a slope of 60 degrees"):
@@ -174,10 +174,8 @@ def test_folded_strip(unit: float, right: bool, look: dict[str, float]) -> None:
     truth = true_eta(unit)
     assert found.interval[0] < truth < found.interval[1]
     assert found.eta_b == pytest.approx(truth, rel=0.02)
-    assert found.fold is not None
-    assert found.fold.height == pytest.approx(elastica.folded_loop(6.0 / unit).height * unit, abs=0.5)
-    assert found.fold.width == pytest.approx(6.0, abs=1.5)
-    assert found.linear is None
+    assert found.fit.height == pytest.approx(elastica.folded_loop(6.0 / unit).height * unit, abs=0.5)
+    assert found.fit.width == pytest.approx(6.0, abs=1.5)
 
 
 def test_fold_does_not_depend_on_the_tilt_of_the_camera() -> None:
@@ -210,8 +208,7 @@ def test_drawn_fold_of_the_study() -> None:
     truth = 1.0 / (9.81 * (LOOK.unit * eta_pictures.SCALE) ** 3)
     assert found.interval[0] < truth < found.interval[1]
     assert found.interval[1] / found.interval[0] < 1.05
-    assert found.fold is not None
-    assert found.fold.thickness == pytest.approx(LOOK.unit * LOOK.thickness, abs=0.5)
+    assert found.fit.thickness == pytest.approx(LOOK.unit * LOOK.thickness, abs=0.5)
 
 
 @pytest.mark.parametrize("stretch", [0.7, 1.6])
@@ -245,7 +242,6 @@ def test_a_clamp_with_a_hole_is_no_closed_outline() -> None:
     covered[20:81, 10:74] = 1.0
     covered[35:66, 25:60] = 0.0
     found = eta.from_image(drawn.picture(covered, 1), SCALE, "cantilever")
-    assert found.line is not None
     # The line may begin in the clamp.
     assert found.line.length == pytest.approx(SPAN, abs=70.0)
     assert found.eta_b == pytest.approx(true_eta(SPAN / 2.0), rel=0.2)
@@ -280,18 +276,15 @@ def test_correlation_length() -> None:
     assert 7 <= correlation_length(together) <= 14
 
 
-@pytest.mark.parametrize(
-    ("scale", "method", "key"),
-    [
-        (0.3, "fold", "scale = 0.3"),
+def test_bad_scale_and_method(photo: dict[str, str]) -> None:
+    for scale, method, words in (
+        (0.3, "fold", "scale = 0.3 .*: 0.3 mm are 0.0003"),
         (float("nan"), "fold", "scale = nan"),
         (1e-6, "fold", "eta_b 0.1"),
         (1e-4, "x", "method"),
-    ],
-)
-def test_bad_scale_and_method(scale: float, method: str, key: str) -> None:
-    with pytest.raises(InvalidInputError, match=key):
-        eta.from_image(drawn.picture(share("folded", 100.0)), scale, method)
+    ):
+        with pytest.raises(InvalidInputError, match=words):
+            sf.eta_b(image=photo["folded"], scale=scale, method=method)
 
 
 @pytest.fixture
@@ -313,6 +306,10 @@ def test_command_line(photo: dict[str, str], tmp_path: Path, capsys: pytest.Capt
     assert values["height"] == pytest.approx(91.38 * SCALE, rel=0.01)
     with Image.open(target) as drawn_fit:
         assert drawn_fit.format == "PNG"
+    known = Path(photo["folded"]).read_bytes()
+    assert main([*fold, "--picture", photo["folded"]]) == 2
+    assert "another file than the image" in capsys.readouterr().err
+    assert Path(photo["folded"]).read_bytes() == known
     assert main(["eta", "--image", photo["hanging"], "--scale", str(SCALE), "--method", "cantilever"]) == 0
     text = capsys.readouterr().out
     for word in ("eta_b ", "95 %", "L* ", "residual ", "length ", "slope ", "linear       yes", "secant"):
@@ -357,18 +354,15 @@ def test_figure_of_a_fit() -> None:
     found = eta.from_image(image, SCALE, "cantilever")
     fig = eta_figure.draw(image, found)
     above, below = lines(fig, 0), lines(fig, 1)
-    assert found.line is not None
-    assert found.shape is not None
     np.testing.assert_allclose(above["centreline"], 1e3 * SCALE * found.line.points)
-    np.testing.assert_allclose(above["linear strip"], 1e3 * SCALE * found.shape.curve)
-    np.testing.assert_allclose(below["_linear"][:, 1], 1e3 * SCALE * found.shape.residual)
+    np.testing.assert_allclose(above["linear strip"], 1e3 * SCALE * found.fit.curve)
+    np.testing.assert_allclose(below["_linear"][:, 1], 1e3 * SCALE * found.fit.residual)
     # Of a strip with a linear law, the other law is not drawn.
     assert "_power" not in below
     image = drawn.picture(share("folded", 100.0))
     loop = eta.from_image(image, SCALE, "fold")
-    assert loop.fold is not None
     height = next(value for name, value in lines(eta_figure.draw(image, loop), 0).items() if name.startswith("height"))
-    assert np.hypot(*(height[1] - height[0])) == pytest.approx(1e3 * SCALE * loop.fold.height)
+    assert np.hypot(*(height[1] - height[0])) == pytest.approx(1e3 * SCALE * loop.fit.height)
 
 
 def test_photographs(images: Path, tmp_path: Path) -> None:
@@ -387,7 +381,6 @@ def test_photographs(images: Path, tmp_path: Path) -> None:
     # Peirce's method: the chord of a strip that is clamped horizontally.
     image = read_grey(images / centrelines.TEXTILE)
     found = eta.from_image(image, centrelines.SCALE, "cantilever", slope=0.0)
-    assert found.line is not None
     across, down = np.ptp(found.line.points, axis=0)
     chord = np.arctan2(down, across)
     peirce = found.line.length * centrelines.SCALE * (np.cos(0.5 * chord) / (8.0 * np.tan(chord))) ** (1.0 / 3.0)
@@ -426,10 +419,37 @@ def test_eta_b_of_bending_tests(capsys: pytest.CaptureFixture[str]) -> None:
         ({"rigidity": 1e-5}, "gsm is missing"),
         ({"bending_length": 0.03, "gsm": 100.0}, "with rigidity or kes_b"),
         ({"rigidity": 1e-5, "gsm": 100.0, "kes_2hb": 0.1}, "kes_2hb"),
-        ({"bending_length": 30.0}, "bending_length = 30"),
+        ({"bending_length": 2.5}, "from 0.002 to 0.3 m; the unit is m"),
         ({"rigidity": 1e-5, "gsm": -1.0}, "gsm"),
+        ({"rigidity": 1e-5, "gsm": 0.2}, "from 2 to 10000 g m.-2; the unit is g m.-2: 0.2 kg m.-2 are 200"),
     ],
 )
 def test_bad_bending_tests(given: dict[str, float], words: str) -> None:
     with pytest.raises(InvalidInputError, match=words):
         sf.eta_b(**given)
+
+
+def test_values_of_fabrics_are_refused_in_another_unit() -> None:
+    """Of published fabrics, in the unit of the option and in that of the table or of the FAST system."""
+    text = (Path(__file__).parent.parent / "data/fabrics.csv").read_text(encoding="utf-8")
+    rows = list(csv.DictReader(line for line in text.splitlines() if not line.startswith("#")))
+    assert len(rows) > 20
+    for row in rows:
+        kg, newtons = float(row["areal_density_kg_per_m2"]), float(row["B_N_m"])
+        kawabata = newtons / (9.80665e-3 * 1e-2)
+        right = [{"gsm": 1e3 * kg, "rigidity": newtons}, {"gsm": 1e3 * kg, "kes_b": kawabata}]
+        wrong = [
+            {"gsm": kg, "rigidity": newtons},
+            {"gsm": 1e3 * kg, "rigidity": 1e6 * newtons},
+            {"gsm": 1e3 * kg, "rigidity": kawabata},
+            {"gsm": 1e3 * kg, "kes_b": newtons},
+        ]
+        if row["2HB_N"]:
+            hysteresis = float(row["2HB_N"])
+            right.append({**right[1], "kes_2hb": hysteresis / 9.80665e-3})
+            wrong.append({**right[1], "kes_2hb": hysteresis})
+        for given in right:
+            assert sf.eta_b(**given).eta_b == pytest.approx(kg / newtons)
+        for given in wrong:
+            with pytest.raises(InvalidInputError, match="the unit is"):
+                sf.eta_b(**given)

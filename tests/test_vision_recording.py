@@ -95,6 +95,7 @@ def test_folder_is_read_with_defaults(tmp_path: Path) -> None:
         ("camera.images", None, "camera.images", "give intrinsics instead"),
         ("camera.intrinsics", "plane.png", "camera.intrinsics", "nothing together with images"),
         ("plane.board.marker", None, "plane.board.marker", "is missing"),
+        ("camera.board.marker", 0.02, "camera.board.marker", "of a ChArUco board only"),
         ("plane.board.type", "circles", "plane.board.type", "chessboard, charuco"),
         ("video", "film.mp4", "video", "an existing file"),
         ("video", "../film.mp4", "video", "inside the recording"),
@@ -152,4 +153,4 @@ def test_impossible_onset_by_hand(tmp_path: Path, key: str, value: float) -> Non
     (folder / recording.ManualOnset.file_name).write_text(yaml.safe_dump(onset), encoding="utf-8")
     with pytest.raises(InvalidInputError) as caught:
         recording.read(folder)
-    assert caught.value.key == key
+    assert caught.value.key == f"manual_onset.yaml.{key}"

@@ -195,6 +195,8 @@ def eta(arguments: argparse.Namespace, say: Say) -> str:
     if arguments.picture is not None and asked.image is None:
         raise InvalidInputError("picture", arguments.picture, "this only together with image")
     target = _plot_file(arguments.picture)
+    if target is not None and target.resolve() == Path(arguments.image).resolve():
+        raise InvalidInputError("picture", str(target), "another file than the image", "it would be overwritten")
     from stripfold.measured import EtaB
 
     found = EtaB.of(asked)
@@ -419,7 +421,7 @@ def calibrate_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--square", required=True, type=float, metavar="M", help="side of a square, m")
     parser.add_argument("--marker", type=float, metavar="M", help="side of a marker of a ChArUco board, m")
     parser.add_argument("--dictionary", metavar="NAME", help="of a ChArUco board's markers, for example 4x4_50")
-    parser.add_argument("--output", metavar="FILE.yaml", help="where to write the camera [camera.yaml, here]")
+    parser.add_argument("--output", metavar="FILE.yaml", help="where to write it if it is accepted [camera.yaml, here]")
     _json_option(parser)
 
 
@@ -435,10 +437,12 @@ def calibrate(arguments: argparse.Namespace, say: Say) -> str:
     found = camera_check.check(Path(arguments.images), board)
     inputs = {"images": arguments.images, "board": arguments.board, **given}
     said = as_json(document(found.to_dict(), inputs)) if arguments.json else _lines(found.rows())
-    if found.camera is None:
+    try:
+        found.write(path)
+    except CalibrationError:
+        # It says what each picture shows, the error why they do not suffice.
         print(said)
-        raise CalibrationError(arguments.images, "a camera that is refused", "a calibration that passes", found.reason)
-    found.write(path)
+        raise
     return said if arguments.json else f"{said}\n{'written':<12} {path}"
 
 

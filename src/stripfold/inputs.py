@@ -24,6 +24,10 @@ MAX_THICKNESS_STAR = 0.2
 """Largest thickness of the model, L*: at 0.3 the solid's lambda_c depends on the mesh (docs/hard-cases.md)."""
 MAX_MU = 5.0
 """Largest coefficient of friction; those of fabrics on fabrics are 0.2 to 1."""
+GRAM_FORCE = 9.80665e-3
+"""N; the unit of Kawabata's bending test."""
+KES_B, KES_HB = GRAM_FORCE * 1e-2, GRAM_FORCE
+"""1 gf cm^2/cm in N m, and 1 gf cm/cm in N."""
 UNSTRETCHED = 1e-6
 """eta_m, m^-2 s^2, of a strip that hardly stretches: any strip with it is thin."""
 
@@ -282,6 +286,20 @@ class FoldingPlan(Strip):
         return stiffest, given, softest
 
 
+PLAUSIBLE = {
+    "scale": (1e-7, 1e-2, "mm", 1e-3),
+    "fold_height": (2e-3, 0.3, "", 0.0),
+    "bending_length": (2e-3, 0.3, "", 0.0),
+    "rigidity": (1e-7, 1e-2, "uN m", 1e-6),
+    "kes_b": (1e-3, 10.0, "N m", 1.0 / KES_B),
+    "kes_2hb": (2e-3, 10.0, "N", 1.0 / KES_HB),
+    "gsm": (2.0, 1e4, "kg m^-2", 1e3),
+}
+"""Least and largest value, from a gauze to a thin metal sheet; another unit that it may be given in, and its factor.
+
+Of the fabrics in data/fabrics.csv none lies within these limits in that other unit."""
+
+
 class EtaRequest(Input):
     """The source of a measured eta_b: the height of a fold or a hanging loop, a picture, or a bending test."""
 
@@ -308,12 +326,12 @@ class EtaRequest(Input):
     length: Annotated[Number | None, quantity("length of that strip", "m", gt=0.0)] = None
     height: Annotated[Number | None, quantity("from its ends to its lowest point", "m", gt=0.0)] = None
     bending_length: Annotated[
-        Number | None, quantity("Peirce's bending length, (rigidity / weight)^(1/3): it is L*", "m", gt=0.0)
+        Number | None, quantity("Peirce's bending length, (rigidity / weight)^(1/3): it is L*", "m")
     ] = None
-    rigidity: Annotated[Number | None, quantity("bending stiffness per width, with gsm", "N m", gt=0.0)] = None
-    kes_b: Annotated[Number | None, quantity("B of Kawabata's bending test, with gsm", "gf cm^2/cm", gt=0.0)] = None
-    kes_2hb: Annotated[Number | None, quantity("2HB of that test: the friction in bending", "gf cm/cm", gt=0.0)] = None
-    gsm: Annotated[Number | None, quantity("weight per area, with rigidity or kes_b", "g m^-2", gt=0.0)] = None
+    rigidity: Annotated[Number | None, quantity("bending stiffness per width, with gsm", "N m")] = None
+    kes_b: Annotated[Number | None, quantity("B of Kawabata's bending test, with gsm", "gf cm^2/cm")] = None
+    kes_2hb: Annotated[Number | None, quantity("2HB of that test: the friction in bending", "gf cm/cm")] = None
+    gsm: Annotated[Number | None, quantity("weight per area, with rigidity or kes_b", "g m^-2")] = None
 
     @model_validator(mode="after")
     def _check_source(self) -> Self:
@@ -333,13 +351,10 @@ class EtaRequest(Input):
                 raise InvalidInputError(key, MISSING, f"a {key} together with {source}")
         if self.slope is not None and self.method != "cantilever":
             raise InvalidInputError("slope", self.slope, "this only together with method: cantilever")
-        if self.fold_height is not None:
-            from stripfold import elastica
-
-            # From the limits of eta_b: they also catch a height in millimetres.
-            height = elastica.folded_loop().height
-            highest, lowest = (height * Material(eta_b).gravity_length for eta_b in ETA_B)
-            if not lowest <= self.fold_height <= highest:
-                allowed = f"from {lowest:.3g} to {highest:.3g} m"
-                raise InvalidInputError("fold_height", self.fold_height, allowed, "the unit is m")
+        for key, (low, high, other, factor) in PLAUSIBLE.items():
+            value = getattr(self, key)
+            if value is not None and not low <= value <= high:
+                unit = type(self).model_fields[key].json_schema_extra["unit"]  # type: ignore[index]
+                meant = f": {value:g} {other} are {value * factor:g}" if low <= value * factor <= high else ""
+                raise InvalidInputError(key, value, f"from {low:g} to {high:g} {unit}", f"the unit is {unit}{meant}")
         return self

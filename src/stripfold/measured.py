@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal, Self
 
 from stripfold import schema, store
 from stripfold.errors import InvalidInputError
-from stripfold.inputs import ETA_B, EtaRequest
+from stripfold.inputs import ETA_B, KES_B, KES_HB, EtaRequest
 from stripfold.material import GRAVITY
 from stripfold.reporting import Progress, Result, Rows, metres
 
@@ -18,13 +18,8 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-    from stripfold.vision.eta import EtaB as PictureEtaB
+    from stripfold.vision.eta import CantileverEtaB, FoldEtaB
     from stripfold.vision.measurement import Flag, Measurement
-
-GRAM_FORCE = 9.80665e-3
-"""N; the unit of Kawabata's bending test."""
-KES_B, KES_HB = GRAM_FORCE * 1e-2, GRAM_FORCE
-"""1 gf cm^2/cm in N m, and 1 gf cm/cm in N."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -50,25 +45,39 @@ class EtaB(Result):
     interval: tuple[float, float] = (nan, nan)
     friction: float = nan
     hysteresis: float = nan
-    fit: PictureEtaB | None = None
+    fit: FoldEtaB | CantileverEtaB | None = None
     image: Any = None
     title = "a weight-to-bending-stiffness ratio"
     shown = ("eta_b", "gravity_length")
 
     @classmethod
     def of(cls, asked: EtaRequest) -> Self:
-        """Measure it."""
+        """Measure it.
+
+        Raises
+        ------
+        InvalidInputError
+            Not a picture, or no eta_b of a strip.
+        TrackingError
+            No strip in the picture as the method needs it.
+        """
         from stripfold.material import Material
 
         if asked.image is None or asked.scale is None or asked.method is None:
             eta_b, friction, hysteresis = _of_numbers(asked)
-            return cls(eta_b, Material(eta_b).gravity_length, friction=friction, hysteresis=hysteresis)
-        from stripfold.vision.eta import from_image
-        from stripfold.vision.pictures import read_grey
+            found = cls(eta_b, Material(eta_b).gravity_length, friction=friction, hysteresis=hysteresis)
+        else:
+            from stripfold.vision.eta import from_image
+            from stripfold.vision.pictures import read_grey
 
-        image = read_grey(asked.image)
-        fit = from_image(image, asked.scale, asked.method, Path(asked.image).name, asked.slope)
-        return cls(fit.eta_b, fit.gravity_length, fit.interval, fit=fit, image=image)
+            image = read_grey(asked.image)
+            fit = from_image(image, asked.scale, asked.method, Path(asked.image).name, asked.slope)
+            found = cls(fit.eta_b, fit.gravity_length, fit.interval, fit=fit, image=image)
+        if not ETA_B[0] <= found.eta_b <= ETA_B[1]:
+            key = next(key for key in ("scale", "length", "gsm") if getattr(asked, key) is not None)
+            allowed = f"one that makes eta_b {ETA_B[0]:g} to {ETA_B[1]:g} m^-4 s^2; it would be {found.eta_b:.3g}"
+            raise InvalidInputError(key, getattr(asked, key), allowed, "are the units as asked?")
+        return found
 
     def rows(self) -> Rows:
         rows = [("eta_b", f"{self.eta_b:.6g} m^-4 s^2")]
@@ -83,23 +92,24 @@ class EtaB(Result):
             ("L*", f"{self.gravity_length:.6g} m"),
             ("residual", metres(fit.residual, "root mean square of measured less fitted")),
         ]
-        if fit.fold is not None:
-            rows.append(("height", metres(fit.fold.height * fit.scale, "of the fitted loop, between layers' middles")))
-        if fit.line is not None:
-            rows.append(("length", metres(fit.line.length * fit.scale, "that hangs in the picture")))
-        if fit.shape is not None:
-            text = "below the horizontal at the clamp; eta_b depends on it where the strip is not linear"
-            rows.append(("slope", f"{degrees(fit.shape.slope):.1f} degrees {text}"))
-        if (exponent := fit.exponent) is not None:
-            n, lower, upper = exponent
-            where = "more at the clamp and less" if n < 1.0 else "less at the clamp and more"
-            no = f"no: one eta_b does not describe it, it bends {where} towards its end than a linear strip"
-            text = "yes" if fit.linear else no
-            rows.append(("linear", f"{text}; M ~ curvature^n with n = {n:.3g} ({lower:.3g} to {upper:.3g})"))
-            ends = (fit.secant(0.25), fit.secant(1.0))
-            text = "from a quarter of the largest curvature to all of it"
-            rows.append(("  secant", f"eta_b {ends[0]:.6g} to {ends[1]:.6g} m^-4 s^2, {text}"))
-        return rows
+        from stripfold.vision.eta import FoldEtaB
+
+        if isinstance(fit, FoldEtaB):
+            height = metres(fit.fit.height * fit.scale, "of the fitted loop, between layers' middles")
+            return [*rows, ("height", height)]
+        n, lower, upper = fit.exponent
+        where = "more at the clamp and less" if n < 1.0 else "less at the clamp and more"
+        no = f"no: one eta_b does not describe it, it bends {where} towards its end than a linear strip"
+        slope = "below the horizontal at the clamp; eta_b depends on it where the strip is not linear"
+        secant = "from a quarter of the largest curvature to all of it"
+        law = f"M ~ curvature^n with n = {n:.3g} ({lower:.3g} to {upper:.3g})"
+        return [
+            *rows,
+            ("length", metres(fit.line.length * fit.scale, "that hangs in the picture")),
+            ("slope", f"{degrees(fit.fit.slope):.1f} degrees {slope}"),
+            ("linear", f"{'yes' if fit.linear else no}; {law}"),
+            ("  secant", f"eta_b {fit.secant(0.25):.6g} to {fit.secant(1.0):.6g} m^-4 s^2, {secant}"),
+        ]
 
     def to_dict(self) -> dict[str, Any]:
         if self.fit is not None:
@@ -139,10 +149,6 @@ def _of_numbers(asked: EtaRequest) -> tuple[float, float, float]:
         assert rigidity is not None
         rho_a = 1e-3 * asked.gsm
         eta_b = rho_a / rigidity
-    if not ETA_B[0] <= eta_b <= ETA_B[1]:
-        key = next(key for key in ("length", "bending_length", "gsm") if getattr(asked, key) is not None)
-        allowed = f"one that makes eta_b {ETA_B[0]:g} to {ETA_B[1]:g} m^-4 s^2; it would be {eta_b:.3g}"
-        raise InvalidInputError(key, getattr(asked, key), allowed, "are the units as asked?")
     if asked.kes_2hb is None:
         return eta_b, nan, nan
     hysteresis = 0.5 * KES_HB * asked.kes_2hb

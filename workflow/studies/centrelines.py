@@ -38,25 +38,22 @@ def run(images: str | Path) -> xr.Dataset:
     """
     folder = Path(images)
     found = eta.from_image(read_grey(folder / TEXTILE), SCALE, "cantilever", TEXTILE)
-    line, power, exponent = found.line, found.power, found.exponent
-    assert line is not None
-    assert power is not None
-    assert exponent is not None
+    assert isinstance(found, eta.CantileverEtaB)
     law = _table(folder / LAW)
     curvature, moment = law[law[:, 0] > 0.0].T
-    distance, covered = _distances(line.points * SCALE, _table(folder / MIDLINE) * [1.0, -1.0])
+    distance, covered = _distances(found.line.points * SCALE, _table(folder / MIDLINE) * [1.0, -1.0])
     values = {
         "centreline_rms": ((), np.sqrt(np.mean(distance**2))),
-        "centreline_span": ((), np.ptp(line.points[:, 0]) * SCALE),
+        "centreline_span": ((), np.ptp(found.line.points[:, 0]) * SCALE),
         "reference_covered": ((), covered),
         "eta_b": ((), found.eta_b),
         "eta_b_lower": ((), found.interval[0]),
         "eta_b_upper": ((), found.interval[1]),
-        "exponent_upper": ((), exponent[2]),
-        "linear": ((), float(bool(found.linear))),
+        "exponent_upper": ((), found.exponent[2]),
+        "linear": ((), float(found.linear)),
         "reference_curvature": ("law", curvature),
         "reference_eta_b": ("law", AREAL_LOAD / GRAVITY * curvature / moment),
-        "curvature": ("share", SHARES * power.curvature / SCALE),
+        "curvature": ("share", SHARES * found.power.curvature / SCALE),
         "secant_eta_b": ("share", [found.secant(float(share)) for share in SHARES]),
     }
     source = "P. H. Broberg et al., Composites Part B (2023), 110763; github.com/phbroberg/bendstiff, MIT"

@@ -50,18 +50,18 @@ def eta_b_from_hanging_loop(kind: str, length: float, height: float) -> float:
 
 def _weight(kind: str, wanted: float, half: float) -> float:
     """``a`` of the height over the half loop's length, in steps from the loop without weight."""
-    values = np.zeros(NODES + 2)
+    height, values = round(wanted * half, 9), np.zeros(NODES + 2)
     values[:NODES] = -BULGE[kind] * np.pi**2 * np.sin(np.pi * grid(NODES).nodes)
     values = _solved(kind, values)
     depth = _depth(kind, values) + STEP
     if wanted < depth:
-        raise InvalidInputError("height", wanted * half, f"at least {depth * half:.4g} m", "take a longer strip")
+        raise InvalidInputError("height", height, f"at least {depth * half:.4g} m", "take a longer strip")
     while values[-1] <= MAX_WEIGHT:
         values = _solved(kind, values, depth)
         if depth == wanted:
             return float(values[-1])
         depth = min(depth + STEP, wanted)
-    raise InvalidInputError("height", wanted * half, f"at most {depth * half:.4g} m", "take a shorter strip")
+    raise InvalidInputError("height", height, f"at most {depth * half:.4g} m", "take a shorter strip")
 
 
 def _depth(kind: str, values: Array) -> float:

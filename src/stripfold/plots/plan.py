@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import io
-
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -15,6 +13,7 @@ from stripfold.elastica.boundary import snap_boundary
 from stripfold.folding_plan import FRAME, GRASP, FoldingPlan
 from stripfold.inputs import Strip
 from stripfold.plots.colours import BLACK, BLUE, FRICTION, GREEN, GREY, GRIPPER, TOUCHING
+from stripfold.plots.save import as_svg
 from stripfold.plots.stability_map import LEVELS, draw_map
 from stripfold.plots.style import CM, MILLI, around, equal_panels, figure, legend_above, styled
 
@@ -41,9 +40,9 @@ def html(plan: FoldingPlan) -> str:
         cases=list(zip(asked.strips, choice.verdicts, [_nearest(plan, one) for one in distances], strict=True)),
         frame=FRAME,
         grasp=GRASP,
-        map=_svg(draw_places(plan, asked.strips[worst])),
-        strip=_svg(plan.plot()),
-        along=_svg(draw_along(plan, distances)),
+        map=as_svg(draw_places(plan, asked.strips[worst])),
+        strip=as_svg(plan.plot()),
+        along=as_svg(draw_along(plan, distances)),
     )
 
 
@@ -103,11 +102,3 @@ def draw_along(plan: FoldingPlan, distances: Array) -> Figure:
     rotation.plot(t, angle, color=BLUE)
     rotation.set(ylabel="angle [degree]", xlabel="time [s]")
     return fig
-
-
-@styled
-def _svg(fig: Figure) -> str:
-    text = io.StringIO()
-    fig.savefig(text, format="svg", metadata={"Date": None, "Creator": None})
-    # Inside a page there is no XML declaration.
-    return text.getvalue()[text.getvalue().index("<svg") :]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 from pathlib import Path
 
@@ -31,6 +32,17 @@ def save_as(fig: Figure, path: str | os.PathLike[str]) -> Path:
     with atomic(path) as temporary:
         fig.savefig(temporary, format=kind, metadata=_METADATA[kind])
     return path
+
+
+@styled
+def as_svg(fig: Figure) -> str:
+    """``fig`` as an SVG element in an HTML page."""
+    if fig.get_layout_engine() is not None:
+        _arrange(fig)
+    text = io.StringIO()
+    fig.savefig(text, format="svg", metadata=_METADATA["svg"])
+    # Inside a page there is no XML declaration.
+    return text.getvalue()[text.getvalue().index("<svg") :]
 
 
 def _arrange(fig: Figure) -> None:

@@ -62,10 +62,11 @@ class Board(Input):
 
     @model_validator(mode="after")
     def _check_charuco(self) -> Self:
-        if self.type == "charuco":
-            if self.marker is None or self.dictionary is None:
-                key = "marker" if self.marker is None else "dictionary"
-                raise InvalidInputError(key, MISSING, f"the {key} of a ChArUco board")
+        for key in ("marker", "dictionary"):
+            value = getattr(self, key)
+            if (value is None) == (self.type == "charuco"):
+                raise InvalidInputError(key, MISSING if value is None else value, f"the {key} of a ChArUco board only")
+        if self.marker is not None and self.dictionary is not None:
             if not self.marker < self.square:
                 raise InvalidInputError("marker", self.marker, f"less than the square, {self.square:g} m")
             needed = self.columns * self.rows // 2
@@ -76,7 +77,7 @@ class Board(Input):
     @property
     def window(self) -> float:
         """Half-window of the refinement over the distance between corners; it does not reach the markers' edges."""
-        if self.type == "chessboard" or self.marker is None:
+        if self.marker is None:
             return WINDOW
         return min(WINDOW, 0.5 * (1.0 - self.marker / self.square))
 
@@ -107,9 +108,7 @@ def detect(picture: Picture, board: Board, refinement: Refinement | None = None)
     A chessboard must be entirely visible; a ChArUco board must show :data:`MIN_CORNERS` corners.  Without
     ``refinement`` the half-window is proportional to the distance between corners.
     """
-    scale = max(1.0, max(picture.shape) / DETECTION_SIZE)
-    size = (round(picture.shape[1] / scale), round(picture.shape[0] / scale))
-    small = picture if scale == 1.0 else np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA))
+    small = reduced(picture)
     search = _chessboard if board.type == "chessboard" else _charuco
     # In the dark noise hides squares: then they are found in a smoothed picture.
     found = search(small, board) or search(np.asarray(cv2.GaussianBlur(small, (0, 0), NOISE), dtype=np.uint8), board)
@@ -117,10 +116,17 @@ def detect(picture: Picture, board: Board, refinement: Refinement | None = None)
         return None
     ids, rough = found
     # Pixel centres are at integers: half a pixel is added before scaling and subtracted after it.
-    rough = (rough + 0.5) * (np.array(picture.shape[::-1]) / np.array(size)) - 0.5
+    rough = (rough + 0.5) * (np.array(picture.shape[::-1]) / np.array(small.shape[::-1])) - 0.5
     if refinement is None:
         refinement = Refinement(max(3, int(board.window * spacing(rough))))
     return Corners(ids, board.points[ids], refine(picture, rough, refinement))
+
+
+def reduced(picture: Picture) -> Picture:
+    """A picture whose longest side has :data:`DETECTION_SIZE` pixels at most."""
+    scale = max(1.0, max(picture.shape) / DETECTION_SIZE)
+    size = (round(picture.shape[1] / scale), round(picture.shape[0] / scale))
+    return picture if scale == 1.0 else np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), np.uint8)
 
 
 def refine(picture: Picture, corners: NDArray[np.floating[Any]], refinement: Refinement) -> Array:

@@ -13,7 +13,7 @@ from stripfold import store
 from stripfold.arrays import Picture
 from stripfold.errors import CalibrationError
 from stripfold.vision import intrinsics
-from stripfold.vision.boards import DETECTION_SIZE, Board, Dictionary, detect, dictionary
+from stripfold.vision.boards import Board, Dictionary, detect, dictionary, reduced
 from stripfold.vision.intrinsics import Intrinsics, View
 from stripfold.vision.pictures import picture_files, read_calibration_picture
 
@@ -32,30 +32,29 @@ class Seen(NamedTuple):
     name: str
     found: bool
     words: str
-    rms: float = float("nan")
+    rms: float
 
 
 @dataclass(frozen=True, eq=False)
 class CameraCheck:
-    """What a folder of pictures says of a camera; ``camera`` is None where it is refused, for the ``reason``."""
+    """What a folder of pictures says of a camera: the ``camera``, or why it is refused."""
 
     pictures: tuple[Seen, ...]
     coverage: float
     rms: float
-    camera: Intrinsics | None
-    reason: str
+    camera: Intrinsics | CalibrationError
 
     def rows(self) -> list[tuple[str, str]]:
         """Names and values in words."""
         views = sum(seen.found for seen in self.pictures)
         shown = [
-            ("result", "accepted" if self.camera is not None else f"refused: {self.reason}"),
+            ("result", "accepted" if isinstance(self.camera, Intrinsics) else "refused"),
             ("views", f"{views} of {len(self.pictures)} pictures  (at least {intrinsics.MIN_VIEWS})"),
             ("covered", f"{self.coverage:.0%} of the picture  (at least {intrinsics.MIN_COVERAGE:.0%})"),
         ]
         if np.isfinite(self.rms):
             shown.append(("error", f"{self.rms:.3f} px  (reprojection, RMS; at most {intrinsics.MAX_RMS:g})"))
-        if self.camera is not None:
+        if isinstance(self.camera, Intrinsics):
             sd = self.camera.inflation * np.sqrt(np.diag(self.camera.covariance))
             values = zip(intrinsics.PARAMETERS, intrinsics.parameters(self.camera.camera), sd, strict=True)
             shown += [(name, f"{value:.6g} ± {error:.2g}") for name, value, error in values]
@@ -68,22 +67,30 @@ class CameraCheck:
 
     def to_dict(self) -> dict[str, Any]:
         """The numbers by name; lengths in pixels."""
-        camera = None if self.camera is None else self.camera.camera
+        found = self.camera if isinstance(self.camera, Intrinsics) else None
+        camera = None if found is None else found.camera
         return {
-            "accepted": camera is not None,
-            "reason": self.reason,
+            "accepted": found is not None,
+            "reason": "" if found is not None else str(self.camera),
             "coverage": self.coverage,
             "rms": self.rms,
             "camera_matrix": None if camera is None else camera.matrix.tolist(),
             "distortion_coefficients": None if camera is None else camera.distortion.tolist(),
             "image_size": None if camera is None else list(camera.size),
-            "split_half": None if self.camera is None else self.camera.split_half,
+            "split_half": None if found is None else found.split_half,
             "pictures": [seen._asdict() for seen in self.pictures],
         }
 
     def write(self, path: Path) -> None:
-        """The intrinsics as OpenCV writes them, which a recording's ``camera.intrinsics`` reads."""
-        assert self.camera is not None
+        """The intrinsics as OpenCV writes them, which a recording's ``camera.intrinsics`` reads.
+
+        Raises
+        ------
+        CalibrationError
+            The camera is refused.
+        """
+        if isinstance(self.camera, CalibrationError):
+            raise self.camera
         camera = self.camera.camera
         storage = cv2.FileStorage("camera.yaml", cv2.FILE_STORAGE_WRITE | cv2.FILE_STORAGE_MEMORY)
         storage.write("image_width", camera.size[0])
@@ -106,53 +113,51 @@ def check(folder: Path, board: Board) -> CameraCheck:
     shapes = [picture.shape for _, picture in pictures]
     height, width = max(set(shapes), key=shapes.count)
     size = width, height
-    seen: list[Seen] = []
+    words: dict[str, str] = {}
     views: list[View] = []
     latest, larger = -1, []
     for name, picture in pictures:
         if picture.shape != (height, width):
             other = f"{picture.shape[1]} x {picture.shape[0]} pixels, the others have {width} x {height}"
-            seen.append(Seen(name, False, f"from another camera, or with other settings: {other}"))
+            words[name] = f"from another camera, or with other settings: {other}"
             continue
         corners, numbers = detect(picture, board), _markers(picture)
         latest = max([latest, *numbers.get(board.dictionary or "", [])])
-        words = _other_markers(numbers, board)
-        if corners is not None and not words:
+        words[name] = _other_markers(numbers, board) or ("" if corners else _shown(picture, board))
+        if corners is not None and not words[name]:
             views.append(View(name, corners))
             larger += _larger(picture, board)
-        seen.append(Seen(name, corners is not None and not words, words or ("" if corners else _shown(picture, board))))
     errors: dict[str, float] = {}
     rms = float("nan")
-    if len(views) >= MIN_FIT:
-        try:
+    camera: Intrinsics | CalibrationError
+    try:
+        if len(views) >= MIN_FIT:
             whole = intrinsics.fit(views, size)
             rms = whole.rms
             errors = {view.name: float(error) for view, error in zip(views, whole.view_rms, strict=True)}
-        except CalibrationError:
-            pass  # said below
-    camera, reason = None, ""
-    try:
         camera = intrinsics.calibrate(views, size)
     except CalibrationError as error:
-        reason = " ".join(str(error).split())
+        camera = error
     wrong = ""
     if board.type == "charuco" and views and latest < board.columns * board.rows // 2 - board.columns // 2:
         wrong = f"no marker after {latest} is in any picture: another board than {board.columns} x {board.rows} squares"
-    others = [one.words for one in seen if one.words.startswith("another board")]
+    others = [text for text in words.values() if text.startswith("another board")]
     # In single pictures a row too many is taken from what is beside the board.
     for told, fewest in ((others, len(views)), (larger, 0.5 * len(views))):
         if len(told) > fewest:
             wrong = f"the pictures show {max(told, key=told.count)}"
     if wrong:
-        camera, reason = None, wrong
+        camera = CalibrationError(
+            folder.name, wrong, "pictures of the described board", "count again, or describe the board that is shown"
+        )
     covered = intrinsics.coverage(views, size) if views else 0.0
-    pictured = tuple(one._replace(rms=errors.get(one.name, float("nan"))) for one in seen)
-    return CameraCheck(pictured, covered, rms, camera, reason)
+    pictured = tuple(Seen(name, not text, text, errors.get(name, float("nan"))) for name, text in words.items())
+    return CameraCheck(pictured, covered, rms, camera)
 
 
 def _shown(picture: Picture, board: Board) -> str:
     """What a picture in which the board was not found shows instead, in words."""
-    small = _small(picture)
+    small = reduced(picture)
     mirrored = np.ascontiguousarray(small[:, ::-1])
     # A chessboard is its own mirror image.
     if board.type == "charuco" and detect(mirrored, board) is not None:
@@ -165,25 +170,19 @@ def _shown(picture: Picture, board: Board) -> str:
     if grid is None:
         return "no board: out of focus, too far away, or not in the picture"
     columns, rows, at_border = grid
-    if board.type == "charuco":
-        return f"another board: chessboard with {columns} x {rows} inner corners"
-    if at_border and sorted((columns, rows)) < sorted((board.columns, board.rows)):
+    smaller = sorted((columns, rows)) < sorted((board.columns, board.rows))
+    if board.type == "chessboard" and at_border and smaller:
         return f"cut by the border: {columns} x {rows} inner corners are seen"
     return f"another board: chessboard with {columns} x {rows} inner corners"
 
 
 def _larger(picture: Picture, board: Board) -> list[str]:
     """In words, the larger chessboard of which a picture shows the described one as a part, if it does."""
-    grid = _chessboard(_small(picture)) if board.type == "chessboard" else None
+    grid = _chessboard(reduced(picture)) if board.type == "chessboard" else None
     described = max(board.columns, board.rows), min(board.columns, board.rows)
     if grid is None or grid[:2] == described or grid[0] < described[0] or grid[1] < described[1]:
         return []
     return [f"another board: chessboard with {grid[0]} x {grid[1]} inner corners"]
-
-
-def _small(picture: Picture) -> Picture:
-    scale = min(1.0, DETECTION_SIZE / max(picture.shape))
-    return np.asarray(cv2.resize(picture, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA), dtype=np.uint8)
 
 
 def _markers(picture: Picture) -> dict[str, list[int]]:

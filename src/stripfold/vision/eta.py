@@ -12,8 +12,7 @@ from typing import Any
 import numpy as np
 
 from stripfold.arrays import Picture
-from stripfold.errors import InvalidInputError, TrackingError
-from stripfold.inputs import ETA_B
+from stripfold.errors import TrackingError
 from stripfold.material import GRAVITY, Material
 from stripfold.vision import cantilever, fold
 from stripfold.vision.cantilever import Cantilever
@@ -22,8 +21,6 @@ from stripfold.vision.cross_sections import normals
 from stripfold.vision.fold import Fold
 from stripfold.vision.segmentation import enclosed_share
 
-SCALE = (1e-7, 1e-2)
-"""Allowed metres per pixel."""
 POINTS = 100
 MAX_INTERVAL_RATIO = 30.0
 """Largest ratio of an interval's ends that is still called a measurement."""
@@ -33,30 +30,14 @@ can be the edge of anything."""
 MAX_ENCLOSED = 0.25
 """Largest share of a hanging strip along which its two sides are different pieces of the background: a clamp may close
 off some of it, but both are connected around the free end."""
-METHODS = ("fold", "cantilever")
 
 
 @dataclass(frozen=True, eq=False)
 class EtaB:
-    """eta_b of a strip from one picture.
+    """eta_b of a strip from one picture with ``scale`` metres per pixel: a shape fitted to what is seen."""
 
-    Attributes
-    ----------
-    method
-        "fold" or "cantilever".
-    scale
-        m per pixel.
-    fit
-        The loop, or the linear strip that hangs.
-    line, power
-        The centreline from the clamp, and the fit of ``M ~ kappa^n``; None with "fold".
-    """
-
-    method: str
     scale: float
     fit: Fold | Cantilever
-    line: Centreline | None = None
-    power: Cantilever | None = None
 
     @property
     def eta_b(self) -> float:
@@ -75,87 +56,87 @@ class EtaB:
         return self.fit.rms * self.scale
 
     @property
-    def fold(self) -> Fold | None:
-        """The loop; None with "cantilever"."""
-        return self.fit if isinstance(self.fit, Fold) else None
-
-    @property
-    def shape(self) -> Cantilever | None:
-        """The linear strip that hangs; None with "fold"."""
-        return self.fit if isinstance(self.fit, Cantilever) else None
-
-    @property
     def gravity_length(self) -> float:
         """L*, m."""
         return Material(self.eta_b).gravity_length
 
-    @property
-    def exponent(self) -> tuple[float, float, float] | None:
-        """n of ``M ~ kappa^n`` and its 95 % interval; None with the method "fold"."""
-        return None if self.power is None else (self.power.exponent, *self.power.exponents)
-
-    @property
-    def linear(self) -> bool | None:
-        """Whether the shape is that of a linear strip; None with the method "fold"."""
-        return None if (n := self.exponent) is None else n[1] <= 1.0 <= n[2]
-
-    def secant(self, share: float) -> float:
-        """eta_b of the secant stiffness at ``share`` of the largest curvature, m^-4 s^2; needs "cantilever".
-
-        The stiffness ``M / kappa`` is proportional to ``kappa^(n - 1)``.
-        """
-        if self.power is None:
-            raise InvalidInputError("method", self.method, "cantilever")
-        return _eta_b(self.power.unit * self.scale) * share ** (1.0 - self.power.exponent)
-
     def fields(self) -> dict[str, Any]:
         """Plain values, SI units."""
-        values: dict[str, Any] = {
-            "method": self.method,
+        return {
             "eta_b": self.eta_b,
             "eta_b_lower": self.interval[0],
             "eta_b_upper": self.interval[1],
             "gravity_length": self.gravity_length,
             "residual": self.residual,
         }
-        if self.fold is not None:
-            values |= {
-                "height": self.fold.height * self.scale,
-                "height_sd": self.fold.height * self.fold.sd * self.scale,
-            }
-        if self.line is not None and self.shape is not None and self.exponent is not None:
-            names = ("exponent", "exponent_lower", "exponent_upper")
-            values |= {"length": self.line.length * self.scale, "linear": self.linear}
-            values |= dict(zip(names, self.exponent, strict=True))
-            values |= {"eta_b_secant": self.secant(1.0), "curvature": self.shape.curvature / self.scale}
-            values["slope"] = float(np.degrees(self.shape.slope))
-        return values
 
 
-def from_image(image: Picture, scale: float, method: str, source: str = "picture", slope: float | None = None) -> EtaB:
+@dataclass(frozen=True, eq=False)
+class FoldEtaB(EtaB):
+    """By the loop of a strip folded in half."""
+
+    fit: Fold
+
+    def fields(self) -> dict[str, Any]:
+        height = self.fit.height * self.scale
+        return {"method": "fold", **super().fields(), "height": height, "height_sd": height * self.fit.sd}
+
+
+@dataclass(frozen=True, eq=False)
+class CantileverEtaB(EtaB):
+    """By a linear strip that hangs; ``line`` is the centreline from the clamp, ``power`` the fit of ``M ~ kappa^n``."""
+
+    fit: Cantilever
+    line: Centreline
+    power: Cantilever
+
+    @property
+    def exponent(self) -> tuple[float, float, float]:
+        """n of ``M ~ kappa^n`` and its 95 % interval."""
+        return self.power.exponent, *self.power.exponents
+
+    @property
+    def linear(self) -> bool:
+        """Whether the shape is that of a linear strip."""
+        _, low, high = self.exponent
+        return low <= 1.0 <= high
+
+    def secant(self, share: float) -> float:
+        """eta_b of the secant stiffness at ``share`` of the largest curvature, m^-4 s^2.
+
+        The stiffness ``M / kappa`` is proportional to ``kappa^(n - 1)``.
+        """
+        return _eta_b(self.power.unit * self.scale) * share ** (1.0 - self.power.exponent)
+
+    def fields(self) -> dict[str, Any]:
+        names = ("exponent", "exponent_lower", "exponent_upper")
+        return {
+            "method": "cantilever",
+            **super().fields(),
+            "length": self.line.length * self.scale,
+            "linear": self.linear,
+            **dict(zip(names, self.exponent, strict=True)),
+            "eta_b_secant": self.secant(1.0),
+            "curvature": self.fit.curvature / self.scale,
+            "slope": float(np.degrees(self.fit.slope)),
+        }
+
+
+def from_image(
+    image: Picture, scale: float, method: str, source: str = "picture", slope: float | None = None
+) -> FoldEtaB | CantileverEtaB:
     """eta_b from grey values, shape (h, w), with ``scale`` metres per pixel; the picture is upright.
 
     ``slope``, in degrees, is the angle of a cantilever below the horizontal at its clamp; None: as the shape has it.
 
     Raises
     ------
-    InvalidInputError
-        An unknown method, or a scale outside its range or with which eta_b would be outside its range.
     TrackingError
         No strip as the method needs it.
     """
-    if not SCALE[0] <= scale <= SCALE[1]:
-        raise InvalidInputError("scale", scale, f"from {SCALE[0]:g} to {SCALE[1]:g} m per pixel")
-    if method not in METHODS:
-        raise InvalidInputError("method", method, " or ".join(METHODS))
     if method == "fold":
-        found = EtaB(method, scale, fold.measure(image, source))
-    else:
-        found = _from_cantilever(image, scale, source, slope)
-    if not ETA_B[0] <= found.eta_b <= ETA_B[1]:
-        text = f"one that makes eta_b {ETA_B[0]:g} to {ETA_B[1]:g} m^-4 s^2; it would be {found.eta_b:.3g}"
-        raise InvalidInputError("scale", scale, text, "the unit is m per pixel")
-    return found
+        return FoldEtaB(scale, fold.measure(image, source))
+    return _from_cantilever(image, scale, source, slope)
 
 
 def _eta_b(unit: float) -> float:
@@ -163,7 +144,7 @@ def _eta_b(unit: float) -> float:
     return 1.0 / (GRAVITY * unit**3)
 
 
-def _from_cantilever(image: Picture, scale: float, source: str, slope: float | None) -> EtaB:
+def _from_cantilever(image: Picture, scale: float, source: str, slope: float | None) -> CantileverEtaB:
     line = find(image, points=POINTS, source=source)
     # The free end hangs below the clamp.
     if line.points[0, 1] > line.points[-1, 1]:
@@ -187,7 +168,7 @@ def _from_cantilever(image: Picture, scale: float, source: str, slope: float | N
         cantilever.fit(line.points, line.sd, tip_sd, linear=linear, slope=held, source=source)
         for linear in (True, False)
     )
-    measured = EtaB("cantilever", scale, shape, line=line, power=power)
+    measured = CantileverEtaB(scale, shape, line, power)
     low, high = measured.interval
     if high > MAX_INTERVAL_RATIO * low:
         found = f"the strip's shape leaves eta_b anywhere from {low:.3g} to {high:.3g} m^-4 s^2"

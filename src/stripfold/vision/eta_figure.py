@@ -9,14 +9,15 @@ from matplotlib.figure import Figure
 from stripfold.arrays import Array, Picture
 from stripfold.plots.colours import BLUE, GREY, MID_SURFACE, ORANGE
 from stripfold.plots.style import MILLI, WIDTH, figure, styled
-from stripfold.vision.eta import EtaB
+from stripfold.vision.eta import CantileverEtaB, FoldEtaB
+from stripfold.vision.fold import Fold
 
 MAX_SIDE = 700
 """Longest side of the picture in the figure, pixels."""
 
 
 @styled
-def draw(image: Picture, found: EtaB) -> Figure:
+def draw(image: Picture, found: FoldEtaB | CantileverEtaB) -> Figure:
     """Draw the fit over the picture, and the residual below it, both in mm.
 
     Parameters
@@ -27,13 +28,16 @@ def draw(image: Picture, found: EtaB) -> Figure:
         From :func:`stripfold.vision.eta.from_image`.
     """
     unit = found.scale * MILLI
-    rows, columns = _window(found.fit.curve if found.line is None else found.line.points, image.shape)
+    rows, columns = _window(found.fit.curve if isinstance(found, FoldEtaB) else found.line.points, image.shape)
     aspect = (rows.stop - rows.start) / (columns.stop - columns.start)
     height = min(max(0.85 * WIDTH * aspect, 0.9), 3.6)
     fig = figure(height + 1.75)
     above, below = fig.subplots(2, 1, height_ratios=(height, 1.0))
     draw_picture(above, image, unit, rows, columns)
-    (_cantilever if found.fold is None else _fold)(above, below, found, unit)
+    if isinstance(found, FoldEtaB):
+        _fold(above, below, found.fit, unit)
+    else:
+        _cantilever(above, below, found, unit)
     below.axhline(0.0, color=GREY, lw=0.6)
     below.set_ylabel("residual [mm]")
     low, high = found.interval
@@ -55,11 +59,8 @@ def draw_picture(
     ax.set(xlabel="mm", ylabel="mm", xlim=extent[:2], ylim=extent[2:])
 
 
-def _cantilever(above: Axes, below: Axes, found: EtaB, unit: float) -> None:
-    line, shape, power = found.line, found.shape, found.power
-    assert line is not None
-    assert shape is not None
-    assert power is not None
+def _cantilever(above: Axes, below: Axes, found: CantileverEtaB, unit: float) -> None:
+    line, shape, power = found.line, found.fit, found.power
     above.plot(*(line.points * unit).T, color=MID_SURFACE, label="centreline")
     above.plot(*(shape.curve * unit).T, color=BLUE, lw=1.0, ls="--", label="linear strip")
     s, residual = line.arc * unit, shape.residual * unit
@@ -73,9 +74,7 @@ def _cantilever(above: Axes, below: Axes, found: EtaB, unit: float) -> None:
     below.set(xlabel="arc length from the clamp [mm]", xlim=(s[0], s[-1]))
 
 
-def _fold(above: Axes, below: Axes, found: EtaB, unit: float) -> None:
-    fold = found.fold
-    assert fold is not None
+def _fold(above: Axes, below: Axes, fold: Fold, unit: float) -> None:
     above.plot(*(fold.points * unit).T, ".", color=MID_SURFACE, ms=2.0, label="strip's middle")
     above.plot(*(fold.curve * unit).T, color=BLUE, lw=1.0, ls="--", label="loop of a linear strip")
     ends = np.array([fold.foot, fold.top]) * unit

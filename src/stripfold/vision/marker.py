@@ -19,6 +19,7 @@ from stripfold.arrays import Array, Picture
 from stripfold.errors import InvalidInputError
 from stripfold.vision import boards
 from stripfold.vision.boards import Refinement, refine
+from stripfold.vision.mapping import transform
 
 CORNERS = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
 """The marker's corners in its own frame, in sides, in OpenCV's order."""
@@ -76,7 +77,7 @@ class Fit:
     @cached_property
     def corners(self) -> Array:
         """Shape (4, 2), pixels, in OpenCV's order."""
-        return _project(self.homography, CORNERS.T).T
+        return transform(self.homography, CORNERS)
 
     @cached_property
     def side(self) -> float:
@@ -201,9 +202,3 @@ def _patch(picture: Picture, start: Fit, sigma: float) -> tuple[NDArray[np.float
     if not part.size:
         return np.zeros((1, 1), np.float32), low
     return np.asarray(cv2.GaussianBlur(part.astype(np.float32), (0, 0), sigma), dtype=np.float32), low
-
-
-def _project(homography: Array, points: Array) -> Array:
-    """Pixels of ``points``; shapes (2, n)."""
-    homogeneous = homography[:, :2] @ points + homography[:, 2:]
-    return np.asarray(homogeneous[:2] / homogeneous[2])

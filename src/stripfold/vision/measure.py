@@ -20,10 +20,10 @@ from stripfold.vision.eta_motion import MotionEtaB
 from stripfold.vision.measurement import NOTE, PARTS, WARNING, Flag, Measurement, half_width
 from stripfold.vision.model import model_value
 from stripfold.vision.recording import ManualOnset, Recording
-from stripfold.vision.snap import Speed
+from stripfold.vision.snap import Landed, Speed
 from stripfold.vision.strip_tracker import TRACKED_SHARE
 from stripfold.vision.threads import one_thread
-from stripfold.vision.tracking import Tracks, track
+from stripfold.vision.tracking import MIN_FRAMES, Tracks, track
 
 DRAWS = 200
 """Samples of the mapping."""
@@ -40,7 +40,7 @@ FRAME_SHIFT, FRAME_SD = 0.47, 0.15
 that, in the usual distance of the frames."""
 GAP_SHIFT, GAP_SD = 0.17, 0.06
 """The same for the longest distance of the frames in the snap, as shares of what it exceeds the usual one by."""
-MIN_FRAMES, MIN_STATIONS = 10, 5
+MIN_STATIONS = 5
 FIT_WINDOW = 0.3
 """Half the time over which the gripper's motion is fitted, s."""
 MAX_HEIGHT_DRIFT, MAX_SPEED_ERROR, MAX_LENGTH_ERROR = 0.002, 0.2, 0.02
@@ -90,20 +90,12 @@ def _evaluate(
     flags += _compared_with_description(recording, tracks)
     random = np.random.default_rng(SEED)
     t, points = _raised_part(recording, tracks)
-    if tracks.lost is not None and not snap.landed(points, gripper.height):
+    landed = snap.landed(points, gripper.height)
+    if tracks.lost is not None and not landed.last:
         raise tracks.lost
     motion = snap.speed(t, points)
     mapping_sd = _mapping_sd(calibration, tracks, random)
-    landed_before = snap.landed(points[: snap.LAST_FRAMES], gripper.height)
-    landed = snap.landed(points, gripper.height) and not landed_before
     snapped, time = _event(motion, tracks, manual, landed)
-    if not snapped and landed_before:
-        raise MeasurementError(
-            "video",
-            "no snap, and a strip whose upper layer lies on the table in the first frames",
-            "a film that begins before the snap",
-            "film from about L* before the snap on",
-        )
     time_sd = {} if manual is None else {"manual": manual.sd}
     if snapped and manual is None:
         period, excess = tracks.timing.period, _missing(tracks, motion)
@@ -205,10 +197,10 @@ def _raised_part(recording: Recording, tracks: Tracks) -> tuple[Array, Array]:
     return tracks.strip_time[used], points[:, raised]
 
 
-def _event(motion: Speed, tracks: Tracks, manual: ManualOnset | None, landed: bool) -> tuple[bool, float]:
+def _event(motion: Speed, tracks: Tracks, manual: ManualOnset | None, landed: Landed) -> tuple[bool, float]:
     """Whether there was a snap, and the time of its onset; without a snap the end of the film, s.
 
-    A strip whose upper layer has ``landed`` in the film has lost stability in it, with a burst of speed or without.
+    Without a burst of speed, a strip that has ``landed`` lost its stability before the film or, too fast, in it.
     """
     if manual is not None:
         if not tracks.grip_time[0] <= manual.event_time <= tracks.grip_time[-1]:
@@ -217,7 +209,14 @@ def _event(motion: Speed, tracks: Tracks, manual: ManualOnset | None, landed: bo
         return True, manual.event_time
     if motion.ratio >= snap.MIN_RATIO and np.isfinite(motion.onset):
         return True, motion.onset
-    if motion.ratio > MAX_NO_SNAP_RATIO or landed:
+    if landed.first:
+        raise MeasurementError(
+            "video",
+            "no snap, and a strip whose upper layer lies on the table in the first frames",
+            "a film that begins before the snap",
+            "film from about L* before the snap on",
+        )
+    if motion.ratio > MAX_NO_SNAP_RATIO or landed.last:
         raise MeasurementError(
             "video",
             f"too fast: a strip that moves at most {motion.ratio:.1f} times as fast as it followed its gripper",

@@ -1,33 +1,49 @@
-"""The curves of a measurement as a matplotlib figure."""
+"""The curves of a measurement over time."""
 
 from __future__ import annotations
 
+from math import hypot
+
 from matplotlib.figure import Figure
 
-from stripfold.plots.colours import BLACK, GREY, RED
-from stripfold.plots.style import figure, styled
-from stripfold.vision.measurement import Measurement
-from stripfold.vision.report_curves import onset, panels
+from stripfold.plots.colours import BLACK, BLUE, GREY, RED
+from stripfold.plots.style import MILLI, figure, styled
+from stripfold.vision import snap
+from stripfold.vision.measurement import Measurement, half_width
 
 
 @styled
 def draw(found: Measurement) -> Figure:
-    """The panels of :func:`.report_curves.panels` below each other."""
-    fig, drawn, marked = figure(6.0, 7.5), panels(found), onset(found)
-    for ax, panel in zip(fig.subplots(len(drawn), 1, sharex=True), drawn, strict=True):
-        for t, values, colour, name in panel.lines:
-            ax.plot(t, values, color=colour, label=name)
-        for value, text, colour in panel.levels:
-            ax.axhline(value, color=colour, linewidth=0.8, linestyle="--")
-            place = {"xycoords": ("axes fraction", "data"), "textcoords": "offset points"}
-            ax.annotate(text, (0.01, value), (0, 2), fontsize=7, **place)
-        if panel.dot is not None:
-            ax.plot(*panel.dot, "o", color=RED, markersize=4)
-        ax.set(ylabel=panel.name, ylim=panel.span)
-        if panel.lines[0][3]:
-            ax.legend(loc="lower left", ncols=len(panel.lines))
-        if marked is not None:
-            ax.axvline(marked[0], color=BLACK, linewidth=0.8)
-            ax.axvspan(*marked[1:], color=GREY, alpha=0.3, linewidth=0.0)
-    ax.set_xlabel("time [s]")
+    """lambda, height of the gripped end, speed of the strip with the onset's level, and confidence over time."""
+    tracks, motion, gripper = found.tracks, found.motion, found.recording.entries.gripper
+    fig = figure(6.0, 7.5)
+    advance, height, speed, confidence = axes = fig.subplots(4, 1, sharex=True)
+    x, z = tracks.gripped_end.T
+    advance.plot(tracks.grip_time, MILLI * gripper.direction * (x - gripper.flat_end), color=BLACK)
+    height.plot(tracks.grip_time, MILLI * z, color=BLACK)
+    speed.plot(motion.t, MILLI * motion.u, color=RED)
+    confidence.plot(tracks.timing.time, tracks.gripper.score, color=BLUE, label="gripper")
+    confidence.plot(tracks.timing.time, tracks.score, color=RED, label="strip")
+    confidence.legend(loc="lower left", ncols=2)
+    levels = [
+        (height, MILLI * gripper.height, "as described", GREY),
+        (speed, MILLI * motion.following, "following the gripper", GREY),
+    ]
+    if found.snapped:
+        levels.append((advance, MILLI * found.event, f"{MILLI * found.event:.2f} mm", BLACK))
+        sd = hypot(*(found.parts[name] for name in ("level", "frames", "manual")))
+        half = half_width(0.95) * sd / max(found.speed, 1e-9)
+        for ax in axes:
+            ax.axvline(found.event_time, color=BLACK, linewidth=0.8)
+            ax.axvspan(found.event_time - half, found.event_time + half, color=GREY, alpha=0.3, linewidth=0.0)
+        if not found.manual:
+            levels.append((speed, MILLI * motion.level(snap.LEVEL), "level of the onset", BLACK))
+            speed.plot(motion.t[motion.peak], MILLI * motion.u[motion.peak], "o", color=RED, markersize=4)
+    for ax, value, text, colour in levels:
+        ax.axhline(value, color=colour, linewidth=0.8, linestyle="--")
+        place = {"xycoords": ("axes fraction", "data"), "textcoords": "offset points"}
+        ax.annotate(text, (0.01, value), (0, 2), fontsize=7, **place)
+    for ax, name in zip(axes, ("λ [mm]", "z [mm]", "speed [mm/s]", "confidence"), strict=True):
+        ax.set_ylabel(name)
+    confidence.set(ylim=(0.0, 1.05), xlabel="time [s]")
     return fig

@@ -15,7 +15,7 @@ from stripfold.arrays import Array
 from stripfold.errors import MISSING, InvalidInputError
 from stripfold.inputs import HEIGHT_STAR, EtaB
 from stripfold.material import Material
-from stripfold.validation import Flag, Input, Number, Text, Whole, quantity, read_yaml
+from stripfold.validation import Flag, Input, Number, Text, Whole, quantity, read_yaml, within
 from stripfold.vision.boards import Board, Dictionary
 from stripfold.vision.clock import RobotLog, read_log
 
@@ -37,10 +37,10 @@ class StripEntry(Input):
     length: Annotated[Number, quantity("length", "m", gt=0.0, le=10.0)]
     eta_b: EtaB
     eta_b_interval: Annotated[tuple[EtaB, EtaB] | None, Field(description="95 % interval of eta_b, m^-4 s^2")] = None
-    hysteresis: Annotated[Number | None, quantity("friction moment M_0 in bending, per width", "N", ge=0.0, le=1e3)] = (
+    hysteresis: Annotated[Number | None, quantity("friction moment M_0 in bending, per width", "N", ge=0.0, le=0.1)] = (
         None
     )
-    rho_a: Annotated[Number | None, quantity("areal density, needed with hysteresis", "kg m^-2", gt=0.0, le=1e3)] = None
+    rho_a: Annotated[Number | None, quantity("areal density, with hysteresis", "kg m^-2", gt=0.0, le=10.0)] = None
     width: Annotated[Number | None, quantity("width", "m", gt=0.0, le=2.0)] = None
     material: Text | None = None
 
@@ -221,7 +221,10 @@ class Recording:
             Its file cannot be used.
         """
         path = self.folder / ManualOnset.file_name
-        return ManualOnset(**read_yaml(path, path.name, "event_time: 3.5")) if path.exists() else None
+        if not path.exists():
+            return None
+        with within(path.name):
+            return ManualOnset(**read_yaml(path, "", "event_time: 3.5"))
 
 
 def middle_speed(time: Array, x: Array) -> float:

@@ -12,7 +12,6 @@ from stripfold.errors import MeasurementError
 from stripfold.vision import intrinsics, robot_grid
 from stripfold.vision.calibration import MAX_PLANE_RMS, MAX_SCALE_ERROR, MAX_SIDE_ERROR
 from stripfold.vision.measurement import Measurement
-from stripfold.vision.report_curves import svg
 from stripfold.vision.report_pictures import pictures
 from stripfold.vision.threads import one_thread
 
@@ -61,6 +60,9 @@ PARTS = {
 @one_thread()
 def html(found: Measurement) -> str:
     """The page of a measurement."""
+    from stripfold.plots.save import as_svg
+    from stripfold.vision import measurement_figure
+
     return page.html(
         "report.html",
         title=found.recording.entries.title,
@@ -72,7 +74,7 @@ def html(found: Measurement) -> str:
         rows=rows(found),
         calibration=calibration_rows(found.calibration.quality),
         pictures=pictures(found),
-        curves=svg(found),
+        curves=as_svg(measurement_figure.draw(found)),
     )
 
 

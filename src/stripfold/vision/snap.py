@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
@@ -52,7 +53,7 @@ LYING_HEIGHT = 0.1
 """Height below which the strip counts as lying, as a share of the gripper's."""
 LANDED_HEIGHT = 0.05
 """Height of the upper layer, as a share of the gripper's, that it has only past the loss of stability."""
-FIRST_FRAMES, LAST_FRAMES = 5, 3
+FIRST_FRAMES, END_FRAMES = 5, 3
 REST = 0.25
 """Share of a peak's height below which the strip rests."""
 SECOND_PEAK, SECOND_PEAK_DELAY = 0.7, 0.3
@@ -201,11 +202,19 @@ def raised(points: Array, height: float) -> Mask:
     return np.asarray(np.arange(len(z)) <= (above[-1] if len(above) else -1))
 
 
-def landed(points: Array, height: float) -> bool:
-    """Whether the upper layer of the raised points, shape (n, k, 2), m, is close to the table in the last frames.
+class Landed(NamedTuple):
+    """Whether the upper layer is close to the table in the first and in the last frames: it may hide the lower one."""
 
-    There it may hide the lying layer, or be hidden by it.  ``height`` is that of the gripper, m.
-    """
-    x, z = np.median(points[-LAST_FRAMES:], axis=0).T
-    bend = int(np.argmax(np.abs(x - x[0])))
-    return float(z[: bend + 1].min()) < LANDED_HEIGHT * height
+    first: bool
+    last: bool
+
+
+def landed(points: Array, height: float) -> Landed:
+    """That of the raised points, shape (n, k, 2), m, under a gripper at this height, m."""
+
+    def close(frames: Array) -> bool:
+        x, z = np.median(frames, axis=0).T
+        bend = int(np.argmax(np.abs(x - x[0])))
+        return float(z[: bend + 1].min()) < LANDED_HEIGHT * height
+
+    return Landed(close(points[:END_FRAMES]), close(points[-END_FRAMES:]))

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from stripfold.arrays import Array, Index, Mask
-from stripfold.errors import InvalidInputError
 
 _DROPPED = 1.5
 """Interval over the usual one from which frames are missing."""
@@ -51,15 +50,7 @@ class Timing:
 
 
 def timing(time: Array, doubled: Mask) -> Timing:
-    """Period, dropped frames and regularity from the times of the frames; see :class:`Timing`.
-
-    Raises
-    ------
-    InvalidInputError
-        Fewer than three frames.
-    """
-    if len(time) < 3:
-        raise InvalidInputError("video", f"{len(time)} frames", "at least 3", "record the whole motion of the gripper")
+    """Period, dropped frames and regularity from the times of two frames or more; see :class:`Timing`."""
     intervals = np.diff(time)
     period = float(np.median(intervals))
     ratio = intervals / period

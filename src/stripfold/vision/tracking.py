@@ -25,6 +25,8 @@ from stripfold.vision.strip_tracker import StripTracker
 from stripfold.vision.thumbnails import Thumbnails
 from stripfold.vision.timing import Timing, row_time, timing
 
+MIN_FRAMES = 10
+"""Least number of frames of a film, and of those with the strip in it."""
 STATIONS = 40
 """Number of material points."""
 MAX_LOST = 0.3
@@ -89,7 +91,8 @@ def track(recording: Recording, calibration: Calibration, progress: Callable[[st
     InvalidInputError
         The film cannot be read.
     MeasurementError
-        Frames of another size than the calibration's pictures, a truncated video, or a camera that was knocked.
+        Frames of another size than the calibration's pictures, few of them, a truncated video, or a camera that was
+        knocked.
     TrackingError
         The gripper was lost, or the strip was not found.
     """
@@ -140,6 +143,9 @@ def track(recording: Recording, calibration: Calibration, progress: Callable[[st
             if frames.report.duration:
                 tracked(min(frame.time / frames.report.duration, 1.0))
         report = frames.report
+    if len(grips) < MIN_FRAMES:
+        advice = "record the whole motion of the gripper"
+        raise MeasurementError(path.name, f"{len(grips)} frames", f"at least {MIN_FRAMES}", advice)
     gripper = interpolate_gaps(grips, path.name)
     if (knock := camera_motion.knock(gripper, thumbnails)) is not None:
         time, moved = knock
