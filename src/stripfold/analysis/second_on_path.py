@@ -35,9 +35,9 @@ ENDS = "the path ends"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SecondOnPath(SecondGripper):
-    """On a path: pseudo time where the strip is taken, and where the first gripper is at the end of what was followed, m.
+    """On a path: pseudo times where the strip is taken and where what was followed ends, and the first gripper there.
 
-    The gain is a length of the path.
+    Lengths in m; the gain is a length of the path.
     """
 
     t: float
