@@ -284,7 +284,7 @@ def test_a_whole_strip_off_the_floor_is_followed_at_nodes() -> None:
     assert segment.points[-1].lam == path.length
     lies = [lying_length(*state) for state in segment.states]
     assert min(lies) == 0.0
-    assert lies[-1] > path_statics.RETURN_LYING
+    assert lies[-1] > path_statics.SHORT
     assert segment.last is not None
 
 
