@@ -284,7 +284,7 @@ def test_a_whole_strip_off_the_floor_is_followed_at_nodes() -> None:
     assert segment.points[-1].lam == path.length
     lies = [lying_length(*state) for state in segment.states]
     assert min(lies) == 0.0
-    assert lies[-1] > path_statics.RETURN_LYING
+    assert lies[-1] > path_statics.SHORT
     assert segment.last is not None
 
 
@@ -384,3 +384,12 @@ def test_a_sag_lifted_off_the_floor_loses_its_stability(kind: str, tmp_path: Pat
         floor = np.setdiff1d(point.active, problem.prescribed)
         assert problem.residual(point.q, point.lam)[floor].min(initial=0.0) > -0.02
         assert point.negatives == 0
+
+
+def test_a_gripper_that_ends_just_above_the_floor_has_landed() -> None:
+    """Below the lowest height at which a state is computed."""
+    corners = np.array([(-7.0, 0.0), (-6.2, 1.2), (6.0, 1.2), (7.0, 0.5 * landing.LOW)])
+    path = GripperPath("polygon", pieces_through(("side", np.array(ends)) for ends in pairwise(corners)))
+    last = follow(StripModel(14.0, 0.05, kind="rod").contact_mesh(), path, 14.0).last
+    assert last is not None
+    assert last.topology is Topology.FOLDED

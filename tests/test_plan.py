@@ -6,7 +6,6 @@ import json
 import re
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -293,18 +292,6 @@ class TestFriction:
             for share in (0.75, 1.25)
         ]
         assert stable == [False, True]
-
-    def test_a_layer_that_is_down_but_for_a_hair_is_laid(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setattr(path_choice, "shape_error", lambda *_: 0.05)
-        monkeypatch.setattr(path_choice, "half_fold", lambda _: None)
-        unit, path = star(ETA_B), triangular(14.0)
-        model = SimpleNamespace(length=14.0)
-        states = ((SimpleNamespace(model=model), None),)
-        lost = Verdict(False, (), *[0.0] * 8, False, "moving", "", states)
-        for z, stable in ((0.01, True), (0.03, False)):
-            event = {"x": 7.0 * unit, "z": z * unit}
-            found = path_choice._laid(replace(lost, critical=(event,)), path, unit)
-            assert (found.stable, found.shape_error > 0.0) == (stable, stable)
 
     def test_option(self, capsys: pytest.CaptureFixture[str]) -> None:
         command = ["plan", "--length", "0.5", "--eta-b", "3780", "--friction-moment"]

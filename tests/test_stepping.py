@@ -12,8 +12,16 @@ import pytest
 import xarray as xr
 
 from stripfold.analysis import contact_branch, contact_events, path_friction
+from stripfold.analysis.assess import shape_error
 from stripfold.analysis.contact_branch import BranchCrossing, BranchPoint
-from stripfold.analysis.path_friction import Step, load_incrementally, load_incrementally_from, steps_on, with_effects
+from stripfold.analysis.path_friction import (
+    Step,
+    effects_of,
+    load_incrementally,
+    load_incrementally_from,
+    steps_on,
+    with_effects,
+)
 from stripfold.analysis.static import StripModel, lift, solve_height
 from stripfold.arrays import Array
 from stripfold.effects import Effect, Hysteresis, Pull
@@ -24,7 +32,7 @@ from stripfold.models.model import Model
 from stripfold.moving_contact import MovingContact
 from stripfold.paths.curve import GripperPath, pieces_through
 from stripfold.paths.geometric import triangular
-from stripfold.paths.rpath import plan_r_path
+from stripfold.paths.rpath import half_fold, plan_r_path
 from stripfold.problem import AlongPath, AlongX, Lift
 from stripfold.solve import continuation
 from stripfold.solve.events import Event, never
@@ -541,3 +549,15 @@ class TestFrictionData:
                 assert float(cell["eigenvalue_min"]) == one["eigenvalue"].values[until].min()
                 assert float(cell["deviation_max"]) == one["deviation"].values.max()
                 assert float(cell["deviation_end"]) == one["deviation"].values[-1]
+
+
+@pytest.mark.parametrize(("refinement", "size"), [(1.0, 0.25), (1.0, 0.1)])
+def test_a_layer_that_friction_keeps_bent_comes_down_by_itself(refinement: float, size: float) -> None:
+    """Just over the floor its contact jumps on some meshes and with some steps: the fold is that of finer elements."""
+    length = 17.39
+    mesh = StripModel(length, 0.0515, kind="rod").contact_mesh(refinement, memory=True)
+    path = plan_r_path(length).path
+    *_, last = load_incrementally(mesh, path, effects_of("hysteresis", 0.2175, 0.289), size)
+    assert last.lam == path.length
+    assert last.at.topology is Topology.FOLDED
+    assert shape_error(*last.on_mesh, half_fold(length)) == pytest.approx(0.0535, abs=1e-3)

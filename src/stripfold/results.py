@@ -17,7 +17,7 @@ from stripfold.analysis.assess import Followed
 from stripfold.analysis.critical_point import CriticalResult
 from stripfold.analysis.mesh_comparison import WHERE
 from stripfold.analysis.phases import AFTER, BEFORE, FALL, SLOW
-from stripfold.analysis.second_gripper import SecondGripper, second_gripper
+from stripfold.analysis.second_gripper import SecondAlongX, second_gripper
 from stripfold.analysis.second_on_path import SecondOnPath, second_on_path
 from stripfold.analysis.uncertain_eta_b import EtaBRange, over_eta_b
 from stripfold.analysis.verdict import Verdict
@@ -77,7 +77,7 @@ class CriticalPoint(Result, CriticalResult):
     """
 
     eta_b_range: EtaBRange | None
-    second_gripper: SecondGripper | None
+    second_gripper: SecondAlongX | None
     scene: Scene
     title = "a critical point"
     shown = ("model", "snap", "lambda_c", "lambda_touch", "error")
@@ -122,7 +122,7 @@ class CriticalPoint(Result, CriticalResult):
         ]
 
     @staticmethod
-    def _second_rows(second: SecondGripper | None) -> Rows:
+    def _second_rows(second: SecondAlongX | None) -> Rows:
         if second is None:
             return [("2nd gripper", "none is needed: the strip does not snap")]
         taken = f"at lambda = {second.advance:.6g} m, x = {second.x:.4g} m, z = {second.z:.4g} m"

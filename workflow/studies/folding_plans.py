@@ -17,7 +17,7 @@ import xarray as xr
 
 from stripfold import elastica, paths
 from stripfold.analysis.friction_needed import NARROW, SPARE
-from stripfold.analysis.path_choice import DELAY, FREE, GIVING, LAID, LOWEST, SHARPEST, choose, scaled
+from stripfold.analysis.path_choice import DELAY, FREE, GIVING, LOWEST, SHARPEST, choose, scaled
 from stripfold.analysis.path_friction import STEP
 from stripfold.analysis.planned_motion import ACCURATE
 from stripfold.analysis.verdict import Verdict, assess_path
@@ -109,9 +109,8 @@ def unsafe(asked: FoldingPlan, path: FoldPath, friction: bool) -> str:
 
 
 def follows(asked: FoldingPlan, strip: Strip, path: FoldPath, moment: float | None = None) -> bool:
-    """Whether the rod follows a path on finer elements, with this M_0, N: it is not lost before its layer is down."""
-    found = _verdict(asked, strip, path, moment)
-    return found.stable or (moment is not None and found.critical[0]["z"] < LAID * strip.gravity_length)
+    """Whether the rod follows a path on finer elements, with this M_0, N."""
+    return _verdict(asked, strip, path, moment).stable
 
 
 def _verdict(asked: FoldingPlan, strip: Strip, path: FoldPath, moment: float | None) -> Verdict:

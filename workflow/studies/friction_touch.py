@@ -18,8 +18,9 @@ from stripfold import elastica
 from stripfold.analysis.contact import touch_position, touches
 from stripfold.analysis.contact_branch import BranchPoint, from_elastica, solved
 from stripfold.analysis.contact_events import clearance
-from stripfold.analysis.moving_gripper import TIME_OPTIONS, model_in_time, set_in_motion
+from stripfold.analysis.moving_gripper import model_in_time, set_in_motion
 from stripfold.analysis.path_friction import Step, load_incrementally_from, with_effects
+from stripfold.analysis.release import TIME_OPTIONS
 from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
 from stripfold.errors import LostStabilityError, SolveError

@@ -15,6 +15,7 @@ import numpy as np
 from stripfold import elastica
 from stripfold.analysis.contact_branch import BranchPoint, from_flat, solved
 from stripfold.analysis.contact_events import clearance
+from stripfold.analysis.friction_boundary import LEAST_LYING
 from stripfold.analysis.path_friction import Step, load_incrementally_from
 from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
@@ -33,8 +34,6 @@ NEAR = 0.1
 """Smallest share of the step, taken where lambda hardly rises or the sag is that near the floor, L*."""
 CLOSE, RISING = 0.05, 0.3
 """Height of the sag, L*, and lambda's component of the tangent, from which on the touch is extrapolated."""
-LEAST_LYING = 0.5
-"""Length of the lying part below which the whole strip counts as lifted, L*."""
 SNAP, TOUCH, LIFTED = 1.0, 0.0, -1.0
 """Ends of the motion."""
 OVER = 2.0

@@ -32,7 +32,7 @@ SAME_PART = 0.5
 ROBUST_NEWTON = NewtonOptions(max_iterations=100)
 """For guesses with a wrong contact set, which is corrected node by node."""
 SHORT = 0.3
-"""Length of a lying part below which it is first tried as a point, L*."""
+"""Length of a lying part below which it is first tried as a point, L*; at the held end the contact is then at nodes."""
 BACK = (0.0, 1e-3, 3e-3, 1e-2, 3e-2, 0.1)
 """Distances in lambda before a limit point at which a stable state is looked for, in turn, L*."""
 NEARBY_NEWTON = replace(ROBUST_NEWTON, max_distance=0.3)

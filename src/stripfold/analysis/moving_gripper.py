@@ -15,21 +15,20 @@ import numpy as np
 from stripfold.analysis.contact import touches
 from stripfold.analysis.contact_set import NODAL_SIZES, ROBUST_NEWTON
 from stripfold.analysis.path_friction import STEP, Step, effects_of, load_incrementally_from, until_lost, with_effects
+from stripfold.analysis.release import TIME_OPTIONS
 from stripfold.analysis.static import StripModel, lift, start_along_x
 from stripfold.errors import SolveError
 from stripfold.models.model import Model
 from stripfold.problem import StripProblem
 from stripfold.solve import dynamics, newton
 from stripfold.solve.drive import Moving
-from stripfold.solve.dynamics import TimeOptions, TimeState
+from stripfold.solve.dynamics import TimeState
 from stripfold.solve.schemes import Damping
 
 MAX_STEPS = 20000
 """Steps in time within which a strip has to touch or fall."""
 SIZES = replace(NODAL_SIZES, free=0.1)
 """Elements of the motion in time: friction delays the snap, and the lift-off passes more of the strip."""
-TIME_OPTIONS = TimeOptions(first=0.02, tolerance=1e-5)
-"""Error per step, L*: that of a fall up to its first touch."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 
 from stripfold import elastica, paths
-from stripfold.analysis.assess import shape_error
 from stripfold.analysis.friction_needed import SPARE, needed
 from stripfold.analysis.gripper_map import GripperMap, gripper_map
 from stripfold.analysis.planned_motion import ACCURATE, InTime, in_time
@@ -24,7 +23,7 @@ from stripfold.inputs import FoldingPlan
 from stripfold.paths import FoldPath
 from stripfold.paths.curve import GripperPath
 from stripfold.paths.low_path import HIGHEST, layer_slide
-from stripfold.paths.rpath import LONGEST, half_fold, shortest_half_fold
+from stripfold.paths.rpath import LONGEST, shortest_half_fold
 from stripfold.roots import root
 
 USUAL, LOWEST = 1.0, 0.6
@@ -41,8 +40,6 @@ HEIGHT = 1e-4
 """Accuracy of the height at which a path snaps, L*."""
 STEP = 0.25
 """Size of the steps with friction, L*: the finished fold is then within 2e-4 L* of that with steps of a tenth."""
-LAID = 0.02
-"""Height, L*, from which on a layer that comes down by itself at the end of its path counts as laid down."""
 DELAY = 8.0
 """Distance by which friction delays a snap, L* per M_0 in rho_a g L*^2: the least at the heights of docs/physics.md."""
 
@@ -179,8 +176,6 @@ class _Chooser:
                 return f"{with_it} cannot be followed: {error}"
             if verdict.stable and verdict.mesh_dependence:
                 return f"{with_it} has no certain verdict: {verdict.mesh_dependence}"
-            if not verdict.stable and friction:
-                verdict = _laid(verdict, curve, unit)
             if not verdict.stable:
                 event = verdict.critical[0]
                 return f"{with_it} is lost at x = {event['x']:.4g} m, z = {event['z']:.4g} m"
@@ -193,19 +188,6 @@ class _Chooser:
         yield self.low
         yield self.triangular
         yield self.r_path
-
-
-def _laid(verdict: Verdict, path: GripperPath, unit: float) -> Verdict:
-    """The verdict on a strip lost at the end of its path only, where its layer is down but for a hair: it is stable.
-
-    Much friction keeps the layer bent, and its end then comes down by itself.
-    """
-    event, end = verdict.critical[0], unit * path.position(path.length)
-    if not (event["z"] <= LAID * unit and abs(event["x"] - end[0]) <= LAID * unit):
-        return verdict
-    problem, last = verdict.states[-1]
-    off = unit * shape_error(problem, last, half_fold(problem.model.length))
-    return replace(verdict, stable=True, critical=(), completed=True, shape_error=off)
 
 
 def choose(asked: FoldingPlan, progress: Callable[[str], None] | None = None) -> Choice:

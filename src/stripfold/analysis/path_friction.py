@@ -265,6 +265,8 @@ def _along_branch(at: BranchPoint, end: float) -> BranchPoint:
                 last = item
                 continue
             # A change of contact went beyond the end.
+        elif near_floor and item.event in (UNHELD, LIMIT) and (down := _laid_down(item.before, end)):
+            return down
         elif item.event is UNHELD:
             raise _lost(LET_GO, item.after.point.lam)
         elif item.event is LIMIT:
@@ -277,6 +279,25 @@ def _along_branch(at: BranchPoint, end: float) -> BranchPoint:
             last = item.before
         return BranchPoint(last.problem, continuation.step_to(last.problem, last.point, end, WITHIN_STEP))
     raise AssertionError("a branch ends in an event or raises")
+
+
+def _laid_down(at: BranchPoint, end: float) -> BranchPoint | None:
+    """The state on the floor at a step's end, from one whose upper layer lies but for the part beside the gripper.
+
+    Friction leaves that part unevenly bent.  Some thousandths of L* over the floor it touches down in a second place,
+    and the end of the contact goes there at once: the layer has come down, nothing has snapped.  None where there is no
+    such state, or one for which some point moves twice as far as the gripper or more.
+    """
+    if at.topology is not Topology.INTERVAL:
+        return None
+    try:
+        down = landed(at, end)
+    except SolveError:
+        return None
+    (before, point), (after, floor) = (one.problem.on_mesh(one.point) for one in (at, down))
+    s = after.model.s
+    moved = np.linalg.norm(after.model.mid_surface(floor.q) - before.model.resampled_mid_surface(point.q, s), axis=1)
+    return None if critical.is_past(down.point) or moved.max() >= 2.0 * moved[0] else down
 
 
 def _followed(

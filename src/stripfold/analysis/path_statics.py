@@ -14,7 +14,7 @@ from stripfold.analysis import contact_branch
 from stripfold.analysis.contact import lift_off
 from stripfold.analysis.contact_branch import STEPS, UNHELD, BranchPoint, Planned
 from stripfold.analysis.contact_events import clearance, lift_off_of_all
-from stripfold.analysis.contact_set import ROBUST_NEWTON, from_nodes, on_nodes
+from stripfold.analysis.contact_set import ROBUST_NEWTON, SHORT, from_nodes, on_nodes
 from stripfold.analysis.landing import LOW, landed, place_of_low, taken_off
 from stripfold.analysis.static import LAMBDA_TOLERANCE
 from stripfold.errors import SolveError
@@ -34,16 +34,12 @@ State = tuple[StripProblem, Point]
 
 LIMIT = critical.critical_point(LAMBDA_TOLERANCE)
 """The event that ends an advance."""
-ON_FLOOR = 1e-9
-"""Height of a gripper on the floor, L*: rounding."""
 FIRST = 0.01
 """Largest length travelled at the first state, L*."""
 PENETRATION = 1e-3
 """Depth under the floor that a sag beside a contact must reach to count as another contact, L*."""
 NODAL_STEPS = StepOptions(first=0.05, largest=0.5, target_iterations=10, max_attempts=1000, newton=ROBUST_NEWTON)
 """Steps with contact at nodes: the contact of several may change in one, which takes more iterations."""
-RETURN_LYING = 0.3
-"""Length of the lying part at which contact coordinates are unknowns again, L*."""
 MAX_RETURNS = 3
 """Returns from contact at nodes along one part of a path."""
 MOVING, NODAL = "moving", "nodal"
@@ -189,7 +185,7 @@ class _Follower:
 
     def with_coordinates(self, at: BranchPoint, piece: Piece) -> None:
         """Follow the branch with contact coordinates as unknowns."""
-        start, end = (piece.position(lam)[1] <= ON_FLOOR for lam in (at.point.lam, piece.end))
+        start, end = (piece.position(lam)[1] <= LOW for lam in (at.point.lam, piece.end))
         highest = max((at.point.lam, 0.5 * (at.point.lam + piece.end), piece.end), key=lambda s: piece.position(s)[1])
         if start and at.topology is Topology.FOLDED and piece.position(highest)[1] > LOW:
             at = taken_off(at, place_of_low(piece, at.point.lam, highest))
@@ -234,7 +230,7 @@ class _Follower:
 
     def may_return(self, problem: StripProblem, point: Point) -> bool:
         """Whether contact coordinates may do again."""
-        lies = self.length - lift_off(problem.model, point) > RETURN_LYING
+        lies = self.length - lift_off(problem.model, point) > SHORT
         return lies and self.returns < MAX_RETURNS and problem.self_contact is None
 
     def at_nodes(self, problem: StripProblem, point: Point, piece: Piece) -> None:

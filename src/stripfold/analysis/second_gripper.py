@@ -23,8 +23,10 @@ from stripfold.arrays import Array
 from stripfold.errors import InvalidInputError, SolveError
 from stripfold.inputs import Scene
 from stripfold.models.contact_mesh import Topology
+from stripfold.moving_contact import MovingContact
 from stripfold.problem import AlongPath, AlongX, TwoGrippers
 from stripfold.solve import continuation
+from stripfold.solve.critical import CriticalPoint
 from stripfold.solve.problem import Point
 
 BEFORE = 0.05
@@ -36,7 +38,7 @@ REFINEMENTS = (1.0, 0.7, 0.5)
 """Meshes with contact at nodes, in turn: where it jumps lambda has small maxima, which another mesh has elsewhere."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class SecondGripper:
     """A strip held at a second place, m.
 
@@ -44,24 +46,31 @@ class SecondGripper:
     ----------
     s
         The place, as a distance along the strip from the first gripper.
-    x, z, advance
-        Where it is taken, origin mid-strip, and the first gripper's advance then.
+    x, z
+        Where it is taken, origin mid-strip.
     snap, reason
-        Whether the strip snaps nevertheless, and what happens to it.
-    end
-        The advance up to which it is stable, followed until it is as large as the strip is long.
+        Whether the strip snaps nevertheless, and what ends the part that was followed with two grippers.
     gain
-        What that is more than the same model's lambda_c with one gripper.
+        How much farther the first gripper is then than at the critical point with one.
     """
 
     s: float
     x: float
     z: float
-    advance: float
     snap: bool
     reason: str
-    end: float
     gain: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SecondAlongX(SecondGripper):
+    """At constant height: the first gripper's advance where the strip is taken, and that up to which it is stable, m.
+
+    It is followed until that is as large as the strip is long.
+    """
+
+    advance: float
+    end: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,13 +114,24 @@ def before_snap(strip: StripModel, height: float, before: float = BEFORE, refine
     run = end_of_advance(strip, ElasticaPrediction.at(height), refinement)
     if run.critical is None:
         raise SolveError(run.end.reason, parameter=run.lam)
-    critical, near, model = run.critical, run.critical.before, run.last.model
-    ahead, width = critical.after.tangent, critical.after.arc - near.arc
-    # Down the parabola of the branch, whose second derivatives are those between the bracket's ends.
-    ds = -sqrt(2.0 * before * width / (near.tangent.lam - ahead.lam))
+    model = run.last.model
+    at = before_critical(run.last.problem, run.critical, run.lam - before)
+    return Unheld(run.lam, at, model.s, run.critical.mode[model.middle])
+
+
+def before_critical(problem: MovingContact, critical: CriticalPoint, lam: float) -> BranchPoint:
+    """The state at ``lam`` on the branch to a critical point of ``problem``, shortly before it.
+
+    Raises
+    ------
+    SolveError
+        There is none near the parabola of the branch at the critical point.
+    """
+    near, ahead, width = critical.before, critical.after.tangent, critical.after.arc - critical.before.arc
+    # Its second derivatives are those between the bracket's ends.
+    ds = -sqrt(2.0 * (critical.lam - lam) * width / (near.tangent.lam - ahead.lam))
     guess = near.q + ds * near.tangent.q + 0.5 * ds**2 / width * (ahead.q - near.tangent.q)
-    at = contact_branch.solved(run.last.problem, guess, run.lam - before)
-    return Unheld(run.lam, at, model.s, critical.mode[model.middle])
+    return contact_branch.solved(problem, guess, lam)
 
 
 def hold(unheld: Unheld, s: float) -> XRun:
@@ -182,7 +202,7 @@ def stable_advance(run: XRun) -> tuple[float, End]:
     return max(run.lam, *limits), End.SNAP
 
 
-def second_gripper(scene: Scene, place: float | Literal["auto"]) -> SecondGripper:
+def second_gripper(scene: Scene, place: float | Literal["auto"]) -> SecondAlongX:
     """Hold a strip that snaps at a place, m, or at the one that its critical mode moves most.
 
     On the rod, whatever the model asked for.
@@ -201,7 +221,7 @@ def second_gripper(scene: Scene, place: float | Literal["auto"]) -> SecondGrippe
     s = checked_place(place, unheld.place, unheld.free_length, unit)
     lam, end = stable_advance(hold(unheld, s))
     x, z = unheld.at.mid_surface(np.array([s]))[0]
-    return SecondGripper(
+    return SecondAlongX(
         s=unit * s,
         x=unit * float(x),
         z=unit * float(z),

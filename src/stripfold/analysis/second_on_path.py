@@ -16,7 +16,7 @@ from stripfold.analysis import contact_branch
 from stripfold.analysis.contact_branch import STEPS, BranchPoint
 from stripfold.analysis.contact_events import LIFTED, lift_off_of_all, touch, zero
 from stripfold.analysis.path_statics import follow
-from stripfold.analysis.second_gripper import BEFORE, checked_place, held
+from stripfold.analysis.second_gripper import BEFORE, SecondGripper, before_critical, checked_place, held
 from stripfold.analysis.static import LAMBDA_TOLERANCE, LIMIT, StripModel
 from stripfold.errors import SolveError
 from stripfold.material import Material
@@ -33,34 +33,17 @@ DOWN = "the second gripper is down on the lower layer: it has laid the strip dow
 ENDS = "the path ends"
 
 
-@dataclass(frozen=True, slots=True)
-class SecondOnPath:
-    """A strip held at a second place along a path; m.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SecondOnPath(SecondGripper):
+    """On a path: pseudo times where the strip is taken and where what was followed ends, and the first gripper there.
 
-    Attributes
-    ----------
-    s
-        The place, as a distance along the strip from the first gripper.
-    t, x, z
-        When and where it is taken: pseudo time, and x and z with the origin mid-strip.
-    snap, reason
-        Whether the strip snaps nevertheless, and what ends the part of the path that was followed with two grippers.
-    end_t, end_x, end_z
-        The first gripper there.
-    gain
-        Length of the path from the critical point with one gripper to there.
+    Lengths in m; the gain is a length of the path.
     """
 
-    s: float
     t: float
-    x: float
-    z: float
-    snap: bool
-    reason: str
     end_t: float
     end_x: float
     end_z: float
-    gain: float
 
 
 def second_on_path(
@@ -88,11 +71,8 @@ def second_on_path(
     model = last.problem.at(last.problem.contact(one.critical.before.q)).model
     mode = np.linalg.norm(one.critical.mode[model.middle], axis=1)
     # Where the path has a corner shortly before, half the way from there.
-    piece = path.pieces[number]
-    lam = max(one.critical.lam - BEFORE, 0.5 * (piece.start + one.critical.lam))
-    there = replace(path, pieces=(*path.pieces[:number], replace(piece, end=lam)))
-    at = follow(strip.contact_mesh(), there, strip.length).last
-    assert at is not None
+    lam = max(one.critical.lam - BEFORE, 0.5 * (path.pieces[number].start + one.critical.lam))
+    at = before_critical(last.problem, one.critical, lam)
     s = checked_place(place, float(model.s[np.argmax(mode)]), float(at.contact[-1]), unit)
     x, z = unit * at.mid_surface(np.array([s]))[0]
     end, reason = _end(held(at, s), path, number)

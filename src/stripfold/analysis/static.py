@@ -22,6 +22,7 @@ from stripfold.analysis.contact_branch import (
     transferred,
 )
 from stripfold.analysis.contact_events import LIFTED, lift_off_of_all, touch
+from stripfold.analysis.landing import LOW
 from stripfold.arrays import Array
 from stripfold.errors import SolveError
 from stripfold.models import contact_mesh
@@ -38,8 +39,6 @@ from stripfold.solve.events import Event, never
 
 LAMBDA_TOLERANCE = 1e-6
 """Width of the bracket of lambda_c, L*."""
-FIRST_HEIGHT = 1e-3
-"""Height of the gripper at the first state of a lift, L*: the lifted part is a beam then."""
 LIMIT = Event("limit point", critical.is_past, located=never)
 
 
@@ -146,7 +145,7 @@ class XRun:
 
 def lift(plan: Planned, heights: Sequence[float]) -> Iterator[tuple[float, BranchPoint]]:
     """Lift the flat strip and yield its state at each height, ascending: the gripper is free along x (lambda_0)."""
-    at = from_flat(plan, Lift(), min(FIRST_HEIGHT, 0.25 * heights[0]))
+    at = from_flat(plan, Lift(), min(LOW, 0.25 * heights[0]))
     for height in heights:
         at = _lifted_to(at, height)
         yield height, at

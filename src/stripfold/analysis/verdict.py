@@ -24,6 +24,7 @@ from stripfold.analysis.assess import (
 )
 from stripfold.analysis.collapse import in_solver_units
 from stripfold.analysis.contact import touch_position, touches
+from stripfold.analysis.contact_branch import STEPS
 from stripfold.analysis.contact_set import from_nodes
 from stripfold.analysis.mesh_comparison import Events, MeshComparison, another_mesh, compared
 from stripfold.analysis.path_friction import STEP, Effects, Step, effects_of, load_incrementally, until_lost
@@ -43,8 +44,6 @@ from stripfold.solve.problem import Point
 
 AT_END = 1e-3
 """Largest distance of a path's end from the folded strip's end at which their shapes are compared, L*."""
-BEFORE = 1.0
-"""Length of the path before the first event from which on a strip with a critical point is followed again, L*."""
 NOT_FOLLOWED = "not followed: the statics end here"
 
 
@@ -236,10 +235,10 @@ def _with_friction(
 
 
 def _again(found: Assessment, strip: StripModel, path: GripperPath, fall: Fall | None, refinement: float) -> Events:
-    """The events on another mesh; of a path with a critical point from :data:`BEFORE` the first event on."""
+    """The events on another mesh; of a path with a critical point from a step before the first event on."""
     segment, first, piece = found.segments[0], None, 0
     if found.events:
-        begin = min(event.travelled for event in (*found.events, found.touch) if event is not None) - BEFORE
+        begin = min(event.travelled for event in (*found.events, found.touch) if event is not None) - STEPS.largest
         near = [number for number, point in enumerate(segment.points) if point.lam < begin]
         with suppress(SolveError):
             if near:
