@@ -154,7 +154,7 @@ def test_a_file_that_has_lost_its_digest_is_refused(tmp_path, lost):
     store.write(example(), tmp_path / "a.nc", title="A test")
     whole = (tmp_path / "a.nc").read_bytes()
     (tmp_path / "a.nc").write_bytes(whole[:-lost])
-    with pytest.raises(InvalidInputError, match=r"a\.nc.*digest is missing: .*cut"):
+    with pytest.raises(InvalidInputError, match=r"a\.nc.*cut short.*digest is missing"):
         store.read(tmp_path / "a.nc")
 
 

@@ -216,10 +216,10 @@ def opened(path: str | os.PathLike[str]) -> Iterator[xr.Dataset]:
         has_digest = _has_digest(path)
         with xr.open_dataset(path, engine="netcdf4") as dataset:
             if DIGEST in dataset.attrs and not has_digest:  # files of former versions have neither
-                raise ValueError("its digest is missing: changed by another program, or cut")
+                raise ValueError("its digest is missing: changed by another program")
             yield dataset
     except (OSError, ArithmeticError, AttributeError, LookupError, MemoryError, RuntimeError, ValueError) as error:
-        advice = f"damaged ({error}): delete it, and make it anew"
+        advice = f"damaged or cut short ({error}): delete it, and make it anew"
         raise InvalidInputError("file", str(path), "a whole netCDF-4 file", advice) from error
 
 
