@@ -124,12 +124,13 @@ def test_a_full_disk_is_one_line_and_leaves_nothing(tmp_path: Path) -> None:
     assert done.stderr.count("\n") == 1
 
 
-def test_a_pipe_for_a_scene_does_not_block(tmp_path: Path) -> None:
-    os.mkfifo(tmp_path / "scene.yaml")
-    line = [sys.executable, "-m", "stripfold", "sweep", "scene.yaml"]
+@pytest.mark.parametrize("command", ["sweep", "film", "assess --length 0.3 --eta-b 3780"])
+def test_a_pipe_for_an_input_does_not_block(tmp_path: Path, command: str) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    line = [sys.executable, "-m", "stripfold", *command.split(), "pipe"]
     done = subprocess.run(line, cwd=tmp_path, capture_output=True, text=True, timeout=20)
     assert done.returncode == 2
-    assert "not a file" in done.stderr
+    assert "an existing netCDF file" in done.stderr if command == "film" else "not a file" in done.stderr
 
 
 def test_a_file_that_declares_too_much_is_refused(tmp_path: Path) -> None:
