@@ -89,17 +89,22 @@ def test_a_closed_pipe_is_no_fault() -> None:
     assert (done.returncode, done.stderr) == (128 + signal.SIGPIPE, "")
 
 
-def test_a_terminated_process_leaves_no_temporary_file(tmp_path: Path) -> None:
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("raised", ["error", "ValueError from error"])
+def test_an_ended_process_leaves_no_temporary_file(tmp_path: Path, number: signal.Signals, raised: str) -> None:
+    """Nor an error, also where a library turns the signal into one of its own."""
     code = (
         "import os, signal, sys\nfrom stripfold import cli, store\n"
         "def write(*_):\n"
         "    with store.atomic('out.nc') as temporary:\n"
-        "        temporary.touch()\n        os.kill(os.getpid(), signal.SIGTERM)\n        return 'written'\n"
+        "        temporary.touch()\n"
+        f"        try: os.kill(os.getpid(), {int(number)})\n"
+        f"        except BaseException as error: raise {raised}\n"
         "cli.COMMANDS['critical'] = cli.COMMANDS['critical']._replace(run=write)\n"
-        f"sys.exit(cli.main({STRIP!r}))"
+        f"sys.argv[1:] = {STRIP!r}\nsys.exit(cli.main())"
     )
     done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True)
-    assert (done.returncode, done.stdout, done.stderr) == (128 + signal.SIGTERM, "", "")
+    assert (done.returncode, done.stdout, done.stderr) == (128 + number, "", "")
     assert os.listdir(tmp_path) == []
 
 
@@ -119,12 +124,13 @@ def test_a_full_disk_is_one_line_and_leaves_nothing(tmp_path: Path) -> None:
     assert done.stderr.count("\n") == 1
 
 
-def test_a_pipe_for_a_scene_does_not_block(tmp_path: Path) -> None:
-    os.mkfifo(tmp_path / "scene.yaml")
-    line = [sys.executable, "-m", "stripfold", "sweep", "scene.yaml"]
+@pytest.mark.parametrize("command", ["sweep", "film", "assess --length 0.3 --eta-b 3780"])
+def test_a_pipe_for_an_input_does_not_block(tmp_path: Path, command: str) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    line = [sys.executable, "-m", "stripfold", *command.split(), "pipe"]
     done = subprocess.run(line, cwd=tmp_path, capture_output=True, text=True, timeout=20)
     assert done.returncode == 2
-    assert "not a file" in done.stderr
+    assert "an existing netCDF file" in done.stderr if command == "film" else "not a file" in done.stderr
 
 
 def test_a_file_that_declares_too_much_is_refused(tmp_path: Path) -> None:

@@ -4,13 +4,20 @@ from __future__ import annotations
 
 from math import nan
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import xarray as xr
 
 from stripfold import store
+from stripfold.analysis import critical_point
+from stripfold.analysis.prediction import ElasticaPrediction
+from stripfold.arrays import Array
 from stripfold.errors import CrushedError, InvalidInputError, NewtonError, StripfoldError
+from stripfold.inputs import Scene
+from stripfold.material import Material
+from stripfold.moving_contact import MovingContact
 from studies.hard_cases import run as hard_cases
 from studies.hard_cases.case import Case, Finding, judge, refined
 
@@ -86,6 +93,27 @@ def test_the_error_is_estimated_from_the_mesh_half_as_fine() -> None:
     found = refined(lambda refinement: 1.0 + refinement**2, 0.1, 1.0, 0.5)
     assert found == pytest.approx((1.01, 1.0, 0.03, 0.5))
     assert found.allowed == pytest.approx(0.59)
+
+
+def test_no_strip_costs_far_more_than_the_median(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By unknowns times iterations.  Once one of 298 took 18 times as long as the median, near lift-off or low."""
+    costs: list[int] = []
+    linearise = MovingContact.linearise
+
+    def counted(problem: MovingContact, q: Array, *given: Any) -> Any:
+        costs[-1] += q.size
+        return linearise(problem, q, *given)
+
+    monkeypatch.setattr(MovingContact, "linearise", counted)
+    random, heights = np.random.default_rng(20261124), np.geomspace(0.7, 20.0, 30)
+    for height, extra in zip(heights, random.permuted(np.geomspace(0.05, 9.0, 30)), strict=True):
+        eta_b, eta_m = 10.0 ** random.uniform(2.8, 4.6), 10.0 ** random.uniform(-5.0, -2.5)
+        unit, prediction = Material(eta_b).gravity_length, ElasticaPrediction.at(height)
+        length = unit * (prediction.last.length + extra)
+        costs.append(0)
+        scene = Scene(length=length, height=unit * height, eta_b=eta_b, eta_m=eta_m, model="solid")
+        critical_point.find(scene, prediction=prediction)
+    assert max(costs) < 0.5 * 18.0 * np.median(costs)
 
 
 def test_storing(tmp_path: Path) -> None:

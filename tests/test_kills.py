@@ -108,6 +108,9 @@ def test_run_times_and_logs_are_no_differences(tmp_path: Path) -> None:
     (folders[1] / "results/.stripfold-1/b.nc").touch()
     found = kills.contents(folders[1])
     assert kills.differences(one, found) == "figures/a.png, results/.stripfold-1/b.nc"
+    changed = dataset("order", {"error": ("node", np.array([np.nextafter(1.0, 2.0), np.nan]))})
+    store.write(changed, folders[1] / "results/a.nc", title="made up")
+    assert "results/a.nc" in kills.differences(one, kills.contents(folders[1]))
 
 
 def test_half_written_files_are_counted_and_the_last_lines_kept(tmp_path: Path) -> None:

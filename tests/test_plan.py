@@ -18,7 +18,7 @@ from stripfold.analysis.friction_needed import Needed, needed
 from stripfold.analysis.gripper_map import gripper_map
 from stripfold.analysis.verdict import Verdict, assess_path
 from stripfold.cli import main
-from stripfold.errors import InvalidInputError, NoPathError
+from stripfold.errors import InvalidInputError, NoPathError, SolveError
 from stripfold.folding_plan import FoldingPlan
 from stripfold.paths.curve import polygon_length
 from stripfold.paths.geometric import triangular
@@ -227,6 +227,22 @@ class TestInTime:
         assert found.motions[found.worst].deviation == max(moved.deviation for moved in found.motions)
         assert "stays with its static states" in str(fast)
         assert len(fast.to_dict()["in_time"]["motions"]) == fast.to_dataset()["planned_kinetic"].size == 3
+
+    def test_speed_and_acceleration_are_those_of_the_written_path(
+        self, plan: FoldingPlan, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        """Its time stamps are in seconds, by lengths in metres; the motion is in units of L*."""
+        motions = []
+
+        def follow(*_: Any, speed: Any, **__: Any) -> None:
+            motions.append(speed)
+            raise SolveError("followed no further")
+
+        monkeypatch.setattr(planned_motion, "follow_in_time", follow)
+        with pytest.raises(SolveError):
+            planned_motion._moved(plan.asked, plan.asked.strips[1], plan.path.curve, (), 0.0, None)
+        seconds = np.sqrt(star(ETA_B) / 9.81) * motions[0].t[-1]
+        assert seconds == pytest.approx(plan.waypoints[-1, 0], rel=1e-9)
 
     def test_the_share_is_of_the_energy_of_a_snap(self) -> None:
         """What the strip loses at rest with the gripper held: no energy where the sag lands without a snap."""

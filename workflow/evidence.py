@@ -20,6 +20,7 @@ from typing import Any
 
 import xarray as xr
 
+from stripfold import store
 from stripfold.errors import InvalidInputError
 from studies import STUDIES, parameters
 
@@ -159,12 +160,8 @@ def input_digest(path: str | Path) -> str:
 
 def _attributes(path: Path) -> dict[str, Any]:
     """Global attributes of a netCDF file."""
-    try:
-        with xr.open_dataset(path) as dataset:
-            return dict(dataset.attrs)
-    except (OSError, ValueError, RuntimeError) as error:
-        advice = f"damaged ({error}): delete it, and make it anew"
-        raise InvalidInputError("file", str(path), "a whole netCDF-4 file", advice) from error
+    with store.opened(path) as dataset:
+        return dict(dataset.attrs)
 
 
 @cache

@@ -7,7 +7,6 @@ import gc
 import os
 import signal
 import sys
-import threading
 import traceback
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -141,10 +140,16 @@ def main(argv: Sequence[str] | None = None) -> int:
     or written.  3: a solve failed.  4: a recording that cannot be measured.  5: a fault of the program.  6: no path
     with the margin.  130: interrupted.  141: the reader of the output has gone.  143: terminated.
     """
-    argv = sys.argv[1:] if argv is None else argv
-    if threading.current_thread() is threading.main_thread():
-        # As an exception, so that temporary files are removed.
-        signal.signal(signal.SIGTERM, _terminated)
+    signals: list[int] = []
+
+    def stop(number: int, _: object) -> NoReturn:
+        signals.append(number)
+        sys.exit(128 + number)  # an exception: temporary files are removed
+
+    if argv is None:
+        argv = sys.argv[1:]
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, stop)
     # The systems are small: threads inside BLAS gain nothing, and on a busy machine they wait for each other, up to
     # twenty times longer.  Heeded only by a numpy that is not imported yet.
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
@@ -162,17 +167,12 @@ def main(argv: Sequence[str] | None = None) -> int:
         # What is left in the buffer is written when Python ends, and would fail again.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 141
-    except KeyboardInterrupt:
-        print("stripfold: interrupted", file=sys.stderr)
-        return 130
     except Exception as error:
+        if signals:  # libraries put an error of their own in its place, as pydantic while it builds a class
+            return 128 + signals[-1]
         said, code = _in_words(error)
         print(f"stripfold: error: {in_si(said, arguments)}", file=sys.stderr)
         return code
-
-
-def _terminated(number: int, _: object) -> NoReturn:
-    sys.exit(128 + number)
 
 
 def _in_words(error: Exception) -> tuple[str, int]:

@@ -14,7 +14,7 @@ from contextlib import contextmanager
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
 
@@ -31,8 +31,10 @@ REFERENCES = (
 )
 LICENSE = "MIT, https://spdx.org/licenses/MIT"
 KEYWORDS = "elastica, fabric folding, numerical continuation, reproducible research, stability"
-DIGEST = "content_sha256"
-"""Global attribute with the digest of a file's content, :func:`content_digest`."""
+DIGEST = "digest"
+"""Global attribute of a file that ends with its digest: where HDF5's data end is noted at its beginning."""
+_BEFORE_DIGEST = b"\nSHA-256 of all bytes before this line: "
+_TRAILER_SIZE = len(_BEFORE_DIGEST) + 65
 LABEL = "_label"
 """What the name of a dimension's texts ends with in a file: CF allows only numbers under the name of a dimension."""
 PACKAGES = ("numpy", "scipy", "scikit-fem", "xarray", "netCDF4")
@@ -139,8 +141,8 @@ def write(
         git_commit=commit,
         packages=_json({name: version(name) for name in PACKAGES}),
         config=_json(config or {}),
+        **{DIGEST: "SHA-256, in the last line of the file"},
     )
-    stamped.attrs[DIGEST] = content_digest(stamped)
     encoding: dict[Any, dict[str, Any]] = {}
     for name, var in stamped.variables.items():
         # netCDF-4 has neither compression nor checksums for scalars and texts.
@@ -154,36 +156,34 @@ def write(
         except RuntimeError as error:
             # Of a full disk the library says no more than that it failed.
             raise OSError(errno.EIO, f"could not be written ({error})", str(path)) from error
+        with temporary.open("ab+") as file:
+            file.write(_trailer(file, file.tell()))
 
 
-def content_digest(dataset: xr.Dataset) -> str:
-    """SHA-256 of names, dimensions, types, values and attributes of a dataset, without its attribute :data:`DIGEST`.
-
-    The same for a dataset as it is written and as it is read back, whatever the order of its variables.
-    """
+def _trailer(file: BinaryIO, size: int) -> bytes:
+    """What follows the first ``size`` bytes of a whole file."""
     found = hashlib.sha256()
-    attrs = {key: value for key, value in dataset.attrs.items() if key != DIGEST}
-    found.update(_plain_attributes(attrs))
-    for name in sorted(map(str, dataset.variables)):
-        var = dataset.variables[name]
-        texts = var.dtype.kind not in "fiub"
-        head = [name, var.dims, var.shape, "text" if texts else var.dtype.name]
-        found.update(json.dumps(head).encode())
-        found.update(_plain_attributes(var.attrs))
-        values = np.asarray(var.values)
-        if texts:
-            found.update(json.dumps([str(text) for text in values.ravel()]).encode())
-        else:
-            if values.dtype.kind == "f":
-                values = np.where(np.isnan(values), np.nan, values)  # a file keeps neither sign nor payload of a nan
-            found.update(values.astype(values.dtype.newbyteorder("<"), order="C").tobytes())
-    return found.hexdigest()
+    file.seek(0)
+    while size and (block := file.read(min(size, 1 << 20))):
+        found.update(block)
+        size -= len(block)
+    return _BEFORE_DIGEST + found.hexdigest().encode() + b"\n"
 
 
-def _plain_attributes(attrs: Mapping[Any, Any]) -> bytes:
-    # A file does not tell a list of one from its item.
-    plain = {str(key): np.atleast_1d(np.asarray(value)).tolist() for key, value in attrs.items()}
-    return json.dumps(plain, sort_keys=True, default=str).encode()
+def _has_digest(path: Path) -> bool:
+    """Whether a file ends with its digest; ValueError if it is not that of its bytes.
+
+    Found without HDF5, whose library may loop without end in a damaged file.
+    """
+    with path.open("rb") as file:
+        size = max(0, file.seek(0, os.SEEK_END) - _TRAILER_SIZE)
+        file.seek(size)
+        trailer = file.read()
+        if not trailer.startswith(_BEFORE_DIGEST):
+            return False
+        if trailer != _trailer(file, size):
+            raise ValueError("its bytes are not those of its digest")
+        return True
 
 
 def _labels_apart(dataset: xr.Dataset) -> xr.Dataset:
@@ -196,6 +196,31 @@ def _labels_back(dataset: xr.Dataset) -> xr.Dataset:
     labels = {name: f"{name}{LABEL}" for name in dataset.dims if f"{name}{LABEL}" in dataset.coords}
     back = {name: dataset.variables[label].copy() for name, label in labels.items()}
     return dataset.drop_vars(list(labels.values())).assign_coords(back)
+
+
+@contextmanager
+def opened(path: str | os.PathLike[str]) -> Iterator[xr.Dataset]:
+    """A netCDF file, not read yet, whose bytes are those of its digest if it has one.
+
+    Raises
+    ------
+    InvalidInputError
+        No such file, not netCDF, or damaged, also where that is found only while the block reads.
+    """
+    import xarray as xr
+
+    path = Path(path)
+    if not path.is_file():
+        raise InvalidInputError("file", str(path), "an existing netCDF file", "run the rule that makes it")
+    try:
+        has_digest = _has_digest(path)
+        with xr.open_dataset(path, engine="netcdf4") as dataset:
+            if DIGEST in dataset.attrs and not has_digest:  # files of former versions have neither
+                raise ValueError("its digest is missing: changed by another program")
+            yield dataset
+    except (OSError, ArithmeticError, AttributeError, LookupError, MemoryError, RuntimeError, ValueError) as error:
+        advice = f"damaged or cut short ({error}): delete it, and make it anew"
+        raise InvalidInputError("file", str(path), "a whole netCDF-4 file", advice) from error
 
 
 def read(path: str | os.PathLike[str], require: Iterable[str] = ()) -> xr.Dataset:
@@ -211,25 +236,12 @@ def read(path: str | os.PathLike[str], require: Iterable[str] = ()) -> xr.Datase
     Raises
     ------
     InvalidInputError
-        No such file, not netCDF, damaged (by the checksums of netCDF or by the digest), or not what was expected.
+        No such file, not netCDF, damaged (by its digest), or not what was expected.
     """
-    import xarray as xr
-
-    path = Path(path)
-    if not path.is_file():
-        raise InvalidInputError("file", str(path), "an existing netCDF file", "run the rule that makes it")
-    try:
-        with xr.open_dataset(path, engine="netcdf4") as opened:
-            if opened.nbytes > MOST_BYTES:
-                raise ValueError(f"it declares {opened.nbytes:.2g} bytes, at most {MOST_BYTES:.2g} can be read")
-            dataset = opened.load()
-    except (OSError, ArithmeticError, AttributeError, LookupError, MemoryError, RuntimeError, ValueError) as error:
-        advice = f"damaged ({error}): delete it, and make it anew"
-        raise InvalidInputError("file", str(path), "a whole netCDF-4 file", advice) from error
-    # Files of former versions have no digest.
-    if dataset.attrs.get(DIGEST, digest := content_digest(dataset)) != digest:
-        advice = "damaged: delete it, and make it anew"
-        raise InvalidInputError("file", str(path), f"a file whose content is that of its {DIGEST}", advice)
+    with opened(path) as dataset:
+        if dataset.nbytes > MOST_BYTES:
+            raise ValueError(f"it declares {dataset.nbytes:.2g} bytes, at most {MOST_BYTES:.2g} can be read")
+        dataset.load()
     dataset = _labels_back(dataset)
     missing = [name for name in (*PROVENANCE, *require) if name not in dataset.variables and name not in dataset.attrs]
     if missing:
