@@ -82,6 +82,16 @@ def test_uncertainty_matches_the_errors() -> None:
     assert np.mean(np.abs(scaled) < 1.96) > 0.88
 
 
+@pytest.mark.parametrize(("height", "leaves"), [(8, True), (18, False)])
+def test_what_holds_the_end_up_to_the_border_is_not_a_strip_that_leaves_the_picture(height: int, leaves: bool) -> None:
+    """A clamp as dark as the strip, which is 8 pixels wide, over the last 40 pixels."""
+    image = np.full((200, 480), 160, np.uint8)
+    image[96:104, 60:] = image[100 - height // 2 : 100 + height // 2, 440:] = 20
+    found = find(cv2.GaussianBlur(image, (0, 0), 1.0))
+    assert found.points[-1, 0] > 477.0
+    assert found.open_ends == (False, leaves)
+
+
 def test_same_from_either_end_and_without_a_start(line: Centreline) -> None:
     image = drawn.picture(SHARES["hook", 6.0])
     other = find(image, CURVES["hook"][-1])
