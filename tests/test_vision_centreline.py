@@ -5,6 +5,7 @@ from __future__ import annotations
 import zlib
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 from PIL import Image
@@ -79,6 +80,16 @@ def test_uncertainty_matches_the_errors() -> None:
     scaled = np.concatenate(pooled)
     assert 0.7 < np.std(scaled) < 1.4
     assert np.mean(np.abs(scaled) < 1.96) > 0.88
+
+
+@pytest.mark.parametrize(("height", "leaves"), [(8, True), (18, False)])
+def test_what_holds_the_end_up_to_the_border_is_not_a_strip_that_leaves_the_picture(height: int, leaves: bool) -> None:
+    """A clamp as dark as the strip, which is 8 pixels wide, over the last 40 pixels."""
+    image = np.full((200, 480), 160, np.uint8)
+    image[96:104, 60:] = image[100 - height // 2 : 100 + height // 2, 440:] = 20
+    found = find(cv2.GaussianBlur(image, (0, 0), 1.0))
+    assert found.points[-1, 0] > 477.0
+    assert found.open_ends == (False, leaves)
 
 
 def test_same_from_either_end_and_without_a_start(line: Centreline) -> None:
@@ -159,6 +170,19 @@ def test_pieces_are_joined_across_gaps_between_their_ends_only() -> None:
     assert segmentation._gap(strip, strip + np.array([130.0, 2.0]), 6.0) == pytest.approx(30.0, abs=0.2)
     assert segmentation._gap(strip, strip + np.array([95.0, 3.0]), 6.0) == np.inf
     assert segmentation._gap(strip, strip + np.array([130.0, 60.0]), 6.0) == np.inf
+
+
+def test_pieces_are_joined_across_a_tight_bend_but_not_across_a_step() -> None:
+    """Two quarters of a circle of 25 pixels, an eighth of it apart, and the second one mirrored at the chord."""
+    before, after = (
+        25.0 * np.column_stack([np.cos(angle), np.sin(angle)])
+        for angle in (np.linspace(-np.pi / 2.0, 0.0, 40), np.linspace(np.pi / 4.0, np.pi * 0.75, 40))
+    )
+    step = after[0] - before[-1]
+    assert segmentation._gap(before, after, 5.0) == pytest.approx(np.hypot(*step))
+    assert segmentation._gap(after[::-1], before[::-1], 5.0) == pytest.approx(np.hypot(*step))
+    mirrored = after[0] + 2.0 * ((after - after[0]) @ step)[:, None] * step / (step @ step) - (after - after[0])
+    assert segmentation._gap(before, mirrored, 5.0) == np.inf
 
 
 def test_shortest_paths_are_given_indices_of_32_bits(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -167,6 +167,39 @@ def test_first_line_is_measured_until_it_is_on_its_own_layer_where_they_touch() 
     assert np.ptp(lengths) < 0.005 * np.mean(lengths)
 
 
+def test_first_line_keeps_to_its_own_layer_where_the_sag_is_low() -> None:
+    """With a search that reaches the other layer the loop is left out, a fifth of the length."""
+    wide = filmed(20, {"width": 0.08}, target=[0.055, 0.085])
+    for frame, end, corners, true in list(zip(wide.frames, wide.ends, wide.corners, wide.curves, strict=True))[-3:]:
+        line = wide.tracker()(frame, end, corners)
+        assert line is not None
+        # Seen is the inner side of the bends.
+        seen = cross_sections.arc_length(true[true[:, 0] < line.points[-1, 0]])[-1]
+        assert line.length == pytest.approx(0.97 * seen, rel=0.02)
+
+
+@pytest.mark.parametrize("beyond", [-3, 40])
+def test_strip_described_longer_is_noticed_where_its_end_is_in_the_picture(beyond: int) -> None:
+    """The end may be close to the border, or the border beyond a table's rim that looks a little like the strip."""
+    film = filmed(1)
+    image = film.frames[0].image[:, : round(film.curves[0][-1, 0]) + beyond].copy()
+    tracker = strip_tracker.StripTracker(film.mapping, 0.52, "film")
+    later = [replace(film.frames[0], image=image, time=time) for time in (0.0, 1.0)]
+    assert tracker(later[0], film.ends[0], film.corners[0]) is None
+    with pytest.raises(TrackingError, match=r"4[34]\d mm of the strip are seen, its length is 520 mm"):
+        tracker(later[1], film.ends[0], film.corners[0])
+
+
+def test_strip_that_leaves_the_picture_may_be_longer() -> None:
+    film = filmed(1)
+    image = film.frames[0].image[:, : round(film.curves[0][-1, 0]) - 10].copy()
+    line = strip_tracker.StripTracker(film.mapping, 0.52, "film")(
+        replace(film.frames[0], image=image), film.ends[0], film.corners[0]
+    )
+    assert line is not None
+    assert line.open_ends == (False, True)
+
+
 @pytest.mark.parametrize("grey", [5, 90, 235])
 def test_passing_object_hides_but_does_not_mislead(film: Film, grey: int) -> None:
     left, right = float(film.curves[0][:, 0].min()), float(film.ends[0][0])

@@ -52,6 +52,11 @@ GAP_SLOPE = 0.03
 """Uncertainty of a hidden section over its distance from the nearest measured one."""
 MIN_SD = 0.01
 """Least uncertainty of a point, pixels."""
+HOLDER = 4
+"""Least number of sections along what holds a strip's end, about half a width apart."""
+REACH, MIN_REACH = 1.0, 8.0
+"""How far from a rough path a strip is looked for, in widths, and at least, pixels: but for its gaps the path is in the
+strip, and farther away may be another layer."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,15 +99,15 @@ class Centreline:
         return replace(self, points=points, **values)
 
 
-DECAY = 0.6
-"""Decay of the search for the strip in an unknown picture, as a share of its reach: with 0.7 a sag just above the lying
-layer was taken for it."""
-
-
 class _Band(NamedTuple):
-    """Typical appearance of a strip: widths at each section, pixels; whether it is bright; contrast, grey levels."""
+    """Typical appearance of a strip.
+
+    Widths at each section, pixels; how many sections are ``beyond`` each end; whether it is ``bright``; contrast, grey
+    levels.
+    """
 
     widths: Array
+    beyond: int
     bright: bool
     contrast: float
 
@@ -112,7 +117,11 @@ class _Band(NamedTuple):
         return float(np.median(self.widths))
 
     def score(self, edges: Edges) -> Array:
-        return score_of(edges, self.widths, self.contrast, WIDTH_TOLERANCE)
+        """Of each section; 0 beyond an end of the strip, where something else may look like it."""
+        score = score_of(edges, self.widths, self.contrast, WIDTH_TOLERANCE)
+        for outwards in (score[: self.beyond][::-1], score[-self.beyond :]):
+            outwards *= np.logical_and.accumulate(outwards >= GOOD)
+        return score
 
 
 def find(image: Picture, start: ArrayLike | None = None, *, points: int = 80, source: str = "picture") -> Centreline:
@@ -134,8 +143,8 @@ def find(image: Picture, start: ArrayLike | None = None, *, points: int = 80, so
     for reach in (True, True, False):
         # Where layers are seen as one the band is wider than anywhere else.
         widths = np.minimum(widths, WIDEST * np.median(widths))
-        curve, widths = _sections(path, widths)
-        band = _Band(rounded(widths), rough.bright, contrast)
+        curve, widths, beyond = _sections(path, widths)
+        band = _Band(rounded(widths), beyond, rough.bright, contrast)
         line = _measured(image, _located(image, curve, band, source) if reach else curve, band, points, source)
         # Without the corners of the ends.
         path, widths = line.points, median_filter(line.width, max(points // 9, 3))
@@ -155,7 +164,7 @@ def _best_candidate(image: Picture, start: Array | None, source: str) -> RoughPa
             rough = replace(rough, points=rough.points[kept], widths=rough.widths[kept])
             worth /= 1.0 + (away[nearest] / (4.0 * rough.width + 20.0)) ** 2
         elif rough.points[0, 0] > rough.points[-1, 0]:
-            rough = replace(rough, points=rough.points[::-1], widths=rough.widths[::-1])
+            rough = rough.reversed()
         worth *= rough.length * min(rough.contrast, 100.0)
         if worth > best[0]:
             best = (worth, rough)
@@ -165,8 +174,8 @@ def _best_candidate(image: Picture, start: Array | None, source: str) -> RoughPa
     return best[1]
 
 
-def _sections(points: Array, widths: Array) -> tuple[Array, Array]:
-    """Points for sections, shape (n, 2), and widths there: equally spaced along the curve and some beyond its ends."""
+def _sections(points: Array, widths: Array) -> tuple[Array, Array, int]:
+    """Equally spaced points for sections, shape (n, 2), widths there, and how many are beyond each end of the curve."""
     arc, width = arc_length(points), float(np.median(widths))
     inner = max(int(arc[-1] / np.clip(0.5 * width, 3.0, 8.0)), 12)
     curve, s = respaced(points, 0.0, arc[-1], inner + 1)
@@ -174,7 +183,7 @@ def _sections(points: Array, widths: Array) -> tuple[Array, Array]:
     more = s[1] * np.arange(1, beyond + 1)[:, None]
     before = curve[0] + more[::-1] * end_direction(curve[::-1])
     curve = np.concatenate([before, curve, curve[-1] + more * end_direction(curve)])
-    return curve, np.pad(np.interp(s, arc, widths), beyond, mode="edge")
+    return curve, np.pad(np.interp(s, arc, widths), beyond, mode="edge"), beyond
 
 
 def _margin(width: float) -> float:
@@ -193,23 +202,19 @@ def _lost(source: str, share: float) -> TrackingError:
 
 
 def _located(image: Picture, curve: Array, band: _Band, source: str) -> Array:
-    """The curve moved to where the strip roughly is."""
+    """The curve moved to where the strip roughly is, at most :data:`REACH` away."""
     h = _spacing(curve)
     cutoff = cutoff_of(band.width, h * len(curve)) / h
-    reach = int(np.ceil(max(4.0 * band.width, 16.0)))
-    # Where it moved by more than its width the normals were not its own: located again from there.
-    while reach:
-        across = normals(curve)
-        offset = locate(image, curve, across, band.widths, reach, band.bright, max(round(band.width / h), 2), DECAY)
-        there = curve + offset[:, None] * across
-        score = band.score(edges_at(image, there, across, band.widths, band.bright)) * inside(curve, image.shape)
-        score *= on_own_layer(there, curve, layer_distance(band.width, reach, h))
-        good = score >= GOOD
-        if good.sum() < 6:
-            raise _lost(source, float(good.mean()))
-        curve = curve + smooth_offsets(offset, score, 2.0 * cutoff)[:, None] * across
-        reach = reach // 2 if float(np.quantile(np.abs(offset[good]), 0.9)) > band.width else 0
-    return curve
+    reach = max(REACH * band.width, MIN_REACH)
+    across = normals(curve)
+    offset = locate(image, curve, across, band.widths, reach, band.bright, max(round(band.width / h), 2))
+    there = curve + offset[:, None] * across
+    score = band.score(edges_at(image, there, across, band.widths, band.bright)) * inside(curve, image.shape)
+    score *= on_own_layer(there, curve, layer_distance(band.width, reach, h))
+    good = score >= GOOD
+    if good.sum() < 6:
+        raise _lost(source, float(good.mean()))
+    return np.asarray(curve + smooth_offsets(offset, score, 2.0 * cutoff)[:, None] * across)
 
 
 def _measured(image: Picture, curve: Array, band: _Band, points: int, source: str) -> Centreline:
@@ -241,7 +246,9 @@ def _measured(image: Picture, curve: Array, band: _Band, points: int, source: st
     first, last = -_tip(image, smooth[::-1], band, h), arc_length(smooth)[-1] + _tip(image, smooth, band, h)
     even, s = respaced(smooth, first, last, points)
     arc = arc_length(smooth)
-    at_border = ~inside(even[[0, -1]], image.shape, 0.5 * band.width + 1.0)
+    # What reaches the border wider than the strip is what holds its end; hairs are shorter.
+    held = [merged[:HOLDER].all(), merged[-HOLDER:].all()]
+    at_border = ~inside(even[[0, -1]], image.shape, 1.0) & ~np.array(held)
     return Centreline(
         points=even,
         sd=np.interp(s, arc, sd),

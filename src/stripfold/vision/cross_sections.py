@@ -33,6 +33,9 @@ WIDEST = 1.3
 WIDTH_STEP = 0.25
 """Widths are rounded to steps of this logarithm: sections of one width are processed together."""
 
+DECAY = 0.7
+"""Decay of the search for a band next to where it is expected, as a share of its reach."""
+
 
 class Edges(NamedTuple):
     """A band on each section, arrays of shape (n,).
@@ -139,14 +142,12 @@ def sample(image: Picture, points: Array, across: Array, reach: NDArray[np.intp]
     return np.asarray(kernels.curves.sampled(np.ascontiguousarray(image), points, across, reach, bright))
 
 
-def locate(
-    image: Picture, points: Array, across: Array, width: Array, reach: float, bright: bool, along: int, decay: float
-) -> Array:
+def locate(image: Picture, points: Array, across: Array, width: Array, reach: float, bright: bool, along: int) -> Array:
     """Roughly where a band is on each section, shape (n,): whole pixels from the middle, at most ``reach``.
 
     The response to a template (the band minus what is beside it) is smoothed over ``along`` neighbours and decays
     from the middle: another part of the strip close by may be as clear, but only the strip itself is near everywhere.
-    ``width``, shape (n,), has few distinct values; ``decay`` is the length of the decay, as a share of ``reach``.
+    ``width``, shape (n,), has few distinct values.
     """
     limit = int(np.ceil(reach))
     half = limit + int(np.ceil(width.max())) + 1
@@ -154,7 +155,7 @@ def locate(
     response = kernels.sections.responses(profiles, width)
     response = cv2.GaussianBlur(response, (1, 2 * along + 1), 0.0, sigmaY=max(along / 2.0, 0.5))
     t = np.arange(-half, half + 1)
-    near = np.exp(-0.5 * (t / max(decay * reach, 1.0)) ** 2) * (np.abs(t) <= limit)
+    near = np.exp(-0.5 * (t / max(DECAY * reach, 1.0)) ** 2) * (np.abs(t) <= limit)
     return np.asarray(t[np.argmax((np.maximum(response, 0.0) + 1e-6) * near, axis=1)], dtype=np.float64)
 
 

@@ -108,7 +108,7 @@ def measure(image: Picture, source: str = "picture") -> Fold:
         if iteration < LOCATED:
             # The hole's outline is off by its roughness, and a thin band has to lie in the middle of its sections.
             reach = max(width, 6.0, 0.06 * place.unit)
-            offset = locate(image, points, across, np.full(len(points), width), reach, bright, 3, 0.5)
+            offset = locate(image, points, across, np.full(len(points), width), reach, bright, 3)
         edges = edges_at(image, points + offset[:, None] * across, across, width, bright)
         middle = float(np.median(edges.width[edges.found])) if edges.found.any() else width
         contrast = np.median(edges.contrast)

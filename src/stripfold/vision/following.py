@@ -50,8 +50,6 @@ GAP_WEIGHT = 0.05
 """Weight of the expected place of a hidden section, relative to a measured one."""
 CONVERGED = 1.0
 """Largest offset, pixels, after which a line is not measured again."""
-DECAY = 0.7
-"""Decay of the search for the strip next to where it is expected, as a share of its reach."""
 
 
 class Followed(NamedTuple):
@@ -92,7 +90,7 @@ def follow(image: Picture, guess: Centreline, ends: Array, reach: float) -> Foll
     sizes = rounded(width)
 
     curve = resampled(guess.points, s)
-    offset = locate(image, curve, normals(curve), sizes, reach, guess.bright, max(round(typical / h), 2), DECAY)
+    offset = locate(image, curve, normals(curve), sizes, reach, guess.bright, max(round(typical / h), 2))
     layers, score = np.array([layer, layer_distance(typical, 0.0, h)]), np.empty(len(s))
     limits = GOOD, MERGED, CLEAR, THIN, WIDTH_TOLERANCE, GAP_WEIGHT, CONVERGED, LEARNING_RATE, WIDEST * typical
     share, gap = kernels.lines.follow(

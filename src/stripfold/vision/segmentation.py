@@ -63,6 +63,10 @@ class RoughPath:
         """Length of the polygon, pixels."""
         return float(arc_length(self.points)[-1])
 
+    def reversed(self) -> RoughPath:
+        """The same, from the other end."""
+        return replace(self, points=self.points[::-1], widths=self.widths[::-1])
+
 
 def candidates(image: Picture) -> Iterator[RoughPath]:
     """Long thin objects in ``image``, shape (h, w), bright and dark ones, each joined across its gaps."""
@@ -237,36 +241,35 @@ def _joined(pieces: list[RoughPath]) -> tuple[RoughPath, list[RoughPath]]:
     """The first piece with those that continue it across gaps, and the pieces that are left."""
     whole, rest = pieces[0], pieces[1:]
     while True:
-        near: list[tuple[float, int, Array]] = []
-        for i, other in enumerate(rest):
-            if not 0.5 < other.width / whole.width < 2.0 or not 0.4 < other.contrast / whole.contrast < 2.5:
-                continue
-            for mine in (_points_and_widths(whole), _points_and_widths(whole)[::-1]):
-                for its in (_points_and_widths(other), _points_and_widths(other)[::-1]):
-                    near.append((_gap(mine[:, :2], its[:, :2], whole.width), i, np.concatenate([mine, its])))
-        gap, i, joined = min(near, key=lambda found: found[0], default=(np.inf, 0, np.empty((0, 3))))
+        near = [
+            (_gap(mine.points, its.points, whole.width), other, mine, its)
+            for other in rest
+            if 0.5 < other.width / whole.width < 2.0 and 0.4 < other.contrast / whole.contrast < 2.5
+            for mine in (whole, whole.reversed())
+            for its in (other, other.reversed())
+        ]
+        gap, other, mine, its = min(near, key=lambda found: found[0], default=(np.inf, whole, whole, whole))
         if gap >= max(12.0 * whole.width, 0.12 * whole.length):
             return whole, rest
-        whole = replace(whole, points=joined[:, :2], widths=joined[:, 2])
-        del rest[i]
-
-
-def _points_and_widths(path: RoughPath) -> Array:
-    return np.column_stack([path.points, path.widths])
+        rest.remove(other)
+        points, widths = np.concatenate([mine.points, its.points]), np.concatenate([mine.widths, its.widths])
+        whole = replace(whole, points=points, widths=widths)
 
 
 def _gap(before: Array, after: Array, width: float) -> float:
-    """Distance from the end of one path to the start of another; infinite where this does not continue it."""
-    n = max(int(4.0 * width), 10)
+    """Distance from the end of one path to the start of another; infinite where no arc of a circle continues it."""
+    n = max(int(2.0 * width), 10)
     step = after[0] - before[-1]
     distance = float(np.hypot(*step))
-    directions = [_unit(before[-1] - before[-n:][0]), _unit(after[:n][-1] - after[0])]
-    if float(step @ directions[0]) < 0.0:
+    first, last = _unit(before[-1] - before[-n:][0]), _unit(after[:n][-1] - after[0])
+    if float(step @ first) < 0.0:
         return np.inf  # beside it, not behind its end
-    if distance > 2.0 * width:
-        directions.append(step / distance)
-    aligned = min(float(a @ b) for a in directions for b in directions)
-    return distance if aligned > 0.8 else np.inf
+    # A short step is as rough as the paths.
+    chord = _unit(step if distance > 2.0 * width else first + last)
+    along = float(first @ chord)
+    # The chord of an arc makes the same angle with both of its ends, of 45 degrees at most where it is a bend's.
+    symmetric = float((2.0 * along * chord - first) @ last)
+    return distance if min(along, symmetric) > 0.7 else np.inf
 
 
 def _unit(vector: Array) -> Array:
