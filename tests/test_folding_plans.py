@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import pytest
 
 from stripfold import paths
-from stripfold.errors import NoPathError
+from stripfold.errors import NoPathError, SolveError
 from studies import folding_plans as study
 
 SEED = 5
@@ -44,6 +44,23 @@ def test_an_unsafe_path_and_a_false_reason_are_found(monkeypatch: pytest.MonkeyP
 
     monkeypatch.setattr(study, "choose", fails)
     assert study.numbered(0, SEED)["path"] == "failed"
+
+
+def test_a_failed_solve_confirms_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of the strips without one, one that is lost does."""
+    asked = study.FoldingPlan(length=0.5, eta_b=3780.0, margin=0.01)
+    lost: set[float] = set()
+
+    def follows(_: object, strip: study.Strip, *__: object) -> bool:
+        if strip.eta_b == asked.strips[2].eta_b:
+            raise SolveError("planted")
+        return strip.eta_b not in lost
+
+    monkeypatch.setattr(study, "follows", follows)
+    monkeypatch.setattr(study, "_verdict", lambda *_: SimpleNamespace(shape_error=0.0))
+    assert not study._no_r_path(asked)
+    lost.add(asked.strips[0].eta_b)
+    assert study._no_r_path(asked)
 
 
 def test_study() -> None:

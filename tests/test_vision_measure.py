@@ -543,3 +543,10 @@ def test_a_camera_that_moved_is_named(snapping: Made, found: Measurement):
         evaluated(snapping, moved, gripper={"height": 0.12})
     unknown = replace(snapping[2], camera=Shift(np.nan, 0.0, False))
     assert [flag.severity for flag in evaluated(snapping, unknown).flags] == [measurement.NOTE]
+
+
+def test_where_the_speed_falls_before_its_peak_the_interval_is_wider():
+    t, u = np.arange(8.0), np.array([1.0, 1.2, 2.0, 3.0, 5.0, 4.8, 6.0, 0.0])
+    rising, falling = (snap.Speed(t, values, 1.0, 6) for values in (np.maximum.accumulate(u), u))
+    assert measure._level_sd(rising) == pytest.approx(rising.onset_shift(measure.LEVEL_ERROR))
+    assert measure._level_sd(falling) == pytest.approx(falling.onset_shift(np.hypot(measure.LEVEL_ERROR, 0.04)))

@@ -144,6 +144,13 @@ def test_crossing_is_interpolated_linearly():
     assert np.isnan(rising.crossing(-0.5))
 
 
+def test_a_fall_of_the_speed_before_the_peak() -> None:
+    """By hand: from 1 to 6, half-way at 3.5; what falls by 1 of 5 before the onset, and by 2 of 5 behind it."""
+    u = np.array([1.0, 2.0, 1.0, 3.0, 5.0, 3.0, 6.0, 0.0])
+    assert snap.Speed(np.arange(8.0), u, 1.0, 6).fall == pytest.approx(0.4)
+    assert snap.Speed(np.arange(3.0), np.array([1.0, 0.5, 6.0]), 1.0, 2).fall == 0.0
+
+
 def test_noise_at_a_low_gripper_speed_is_no_snap():
     """Following at 2 mm/s the noise of the points is as fast as the strip; the snap is far above both."""
     random = np.random.default_rng(5)

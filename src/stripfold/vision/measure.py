@@ -30,7 +30,7 @@ DRAWS = 200
 SEED = 20180601
 MAX_NO_SNAP_RATIO = 1.3
 """Peak of the speed over that of following from which a snap cannot be ruled out."""
-LEVEL_ERROR = 0.039
+LEVEL_ERROR = 0.037
 """Standard deviation of the onset's level, as a share of its height: at the peak the layers hide each other."""
 WINDOW_SHIFT, WINDOW_SD = 0.2, 0.35
 """By how much the onset of a slow snap is measured too late, and the standard deviation of that, in
@@ -228,7 +228,7 @@ def _event(motion: Speed, tracks: Tracks, manual: ManualOnset | None, landed: La
 
 def _level_sd(motion: Speed) -> float:
     """Standard deviation of the onset from its level, s."""
-    sd = motion.onset_shift(LEVEL_ERROR)
+    sd = motion.onset_shift(hypot(LEVEL_ERROR, motion.fall))
     if np.isfinite(sd):
         return sd
     raise MeasurementError(

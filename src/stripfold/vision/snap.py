@@ -111,6 +111,16 @@ class Speed:
         return 0.5 * self._rise_time * error / SLOPE_SHARE
 
     @property
+    def fall(self) -> float:
+        """Largest fall of the speed between the onset and the peak, as a share of the peak's height above u_0.
+
+        A snap accelerates up to the touch.  Where the speed falls before, the tracker lags, and then jumps: the peak
+        may be wrong by as much.
+        """
+        u = self.u[int(np.searchsorted(self.t, self.onset)) : self.peak + 1]
+        return float((np.maximum.accumulate(u) - u).max(initial=0.0) / (self.level(1.0) - self.following))
+
+    @property
     def delay(self) -> float:
         """The window, s, as far as the rise takes longer than it.
 
