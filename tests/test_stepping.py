@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
 from math import inf, nan
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -561,3 +562,23 @@ def test_a_layer_that_friction_keeps_bent_comes_down_by_itself(refinement: float
     assert last.lam == path.length
     assert last.at.topology is Topology.FOLDED
     assert shape_error(*last.on_mesh, half_fold(length)) == pytest.approx(0.0535, abs=1e-3)
+
+
+def test_a_layer_is_laid_down_where_no_point_moves_twice_as_far_as_the_gripper(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By hand: the gripper, the first point, comes down by 0.01; another one by less or by more than twice that."""
+
+    def state(heights: list[float], topology: Topology = Topology.INTERVAL) -> SimpleNamespace:
+        q = np.column_stack([np.arange(3.0), heights])
+        model = SimpleNamespace(s=None, mid_surface=lambda q: q, resampled_mid_surface=lambda q, _: q)
+        on_mesh = SimpleNamespace(model=model), SimpleNamespace(q=q)
+        return SimpleNamespace(topology=topology, problem=SimpleNamespace(on_mesh=lambda _: on_mesh), point=None)
+
+    before, past = [0.01, 0.019, 0.0], [0.01, 0.021, 0.0]
+    down = state([0.0, 0.0, 0.0])
+    monkeypatch.setattr(path_friction, "landed", lambda *_: down)
+    monkeypatch.setattr(path_friction.critical, "is_past", lambda _: False)
+    assert path_friction._laid_down(state(before), 1.0) is down  # type: ignore[arg-type]
+    assert path_friction._laid_down(state(past), 1.0) is None  # type: ignore[arg-type]
+    assert path_friction._laid_down(state(before, Topology.LYING), 1.0) is None  # type: ignore[arg-type]
+    monkeypatch.setattr(path_friction.critical, "is_past", lambda _: True)
+    assert path_friction._laid_down(state(before), 1.0) is None  # type: ignore[arg-type]
