@@ -297,6 +297,14 @@ class TestOnOtherElements:
         now = 0.5 * (other.ends[1:] + other.ends[:-1])
         np.testing.assert_allclose(there[1:-1], np.stack([0.1 * now, 1.0 - 0.2 * now], axis=1)[1:-1], atol=0.01)
 
+    def test_on_the_elements_it_is_on_it_is_the_same(self):
+        """Although the ends of the elements lie within cells, and next to them nothing jumps."""
+        way = np.sin(np.pi * BOUNDARIES / LENGTH)
+        model, near = (strip(2, 1).with_ends(BOUNDARIES + by * way) for by in (0.1, 0.1 + 1e-7))
+        effect = replace(friction(model), slip=np.random.default_rng(3).standard_normal(len(BOUNDARIES) - 1))
+        np.testing.assert_allclose(effect.on(model, model).slip, effect.slip, atol=1e-13)
+        np.testing.assert_allclose(effect.on(model, near).slip, effect.slip, atol=1e-5)
+
     def test_elements_that_come_back(self):
         """A state that does not change keeps its kappa_p, however often the elements move."""
         model = strip(2, 1)
@@ -334,7 +342,7 @@ class TestOnOtherElements:
         assert np.abs(moments[1]).max() <= MOMENT * (1.0 + 1e-9)
         # kappa_p alone would not do.
         kept = effect.on(begin, other).moments(to)[::across]
-        assert np.abs(kept - expected).max() > 0.05 * MOMENT
+        assert np.abs(kept - expected).max() > 0.03 * MOMENT
         assert new.dissipated == pytest.approx(effect.committed(q, np.zeros_like).dissipated, rel=1e-12)
 
     def test_integrals(self):

@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections import OrderedDict
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 
@@ -171,6 +172,15 @@ class MovingContact:
         mesh = self.at(contact)
         effects = tuple(effect.committed(u, mesh.problem.reaction) for effect in mesh.effects)
         return MovingContact(self.mesh, motion or self.motion, effects, contact.copy())
+
+    @property
+    def sliding(self) -> Self:
+        """The problem whose tangent is that of sliding where an element is at its limit: a branch goes on as it came.
+
+        With the memory updated it would be that of sticking, and the contact could move the other way.
+        """
+        effects = tuple(effect.about_to_slide() for effect in self.effects)
+        return replace(self, effects=effects) if effects else self
 
     def let_go(self, q: Array) -> MovingContact:
         """The problem in a state ``q`` with moments that were held: see :meth:`.MovableEffect.carried_over`."""

@@ -164,7 +164,7 @@ def transferred(
         new = new.let_go(state.q)
     along = point.tangent.q[problem.n :] if len(to) == len(here) else row
     towards = Tangent(np.concatenate([np.zeros(new.n), along]), point.tangent.lam)
-    return BranchPoint(new, continuation.evaluate(new, state, towards, point.arc))
+    return BranchPoint(new, continuation.evaluate(new.sliding, state, towards, point.arc))
 
 
 def contact_changes(problem: MovingContact) -> dict[Event, Callable[[BranchPoint], BranchPoint]]:

@@ -58,6 +58,10 @@ class MovableEffect(Effect):
         """The effect in a state ``q`` on other elements, where its moments, if any, are held until :meth:`let_go`."""
         return self.on(self.model, model)
 
+    def about_to_slide(self) -> Self:
+        """The effect with the tangent of sliding where an element is about to slide."""
+        return self
+
     def let_go(self, q: Array) -> Self:
         """The effect in the state ``q`` found with held moments; they are the same there."""
         return self

@@ -28,7 +28,7 @@ YIELD_CURVATURE = 0.05
 Two per cent of the largest curvature of the critical state at z = 3 L* (2.69/L*): small compared with the curvatures of
 folding, and large enough for the spring not to be far stiffer than the strip itself.
 """
-CELL = 0.02
+CELL = 0.005
 """Length of the fixed cells that keep kappa_p where elements move, L*."""
 
 
@@ -161,8 +161,15 @@ class Hysteresis(ElementMoments):
         if self.held is not None:
             return replace(self, model=model, directors=directors)
         cells, integral = self._in_cells(before)
-        at_ends = np.stack([np.interp(model.ends, cells, column) for column in integral.T], axis=1)
-        averaged = (np.diff(at_ends, axis=0) / size).ravel()
+
+        def inside(ends: Array) -> Array:
+            return np.diff(np.stack([np.interp(ends, cells, column) for column in integral.T], axis=1), axis=0)
+
+        within = inside(model.ends)
+        if alike:
+            # What the cells do not resolve stays in its element: a state is the same on the elements it was found on.
+            within += self._across(self.slip) * np.diff(before.ends)[:, None] - inside(before.ends)
+        averaged = (within / size).ravel()
         return replace(self, model=model, slip=averaged, directors=directors, cells=(cells, integral))
 
     def carried_over(self, q: Array, model: Model) -> Self:
