@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
 from math import inf, nan
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -74,6 +73,14 @@ def unbalanced(problem: MovingContact, q: Array, lam: float) -> float:
     residual = problem.residual(q, lam)
     residual[problem.prescribed] = 0.0
     return float(np.abs(residual).max())
+
+
+def steps_until(lam: float, steps: Iterator[Step]) -> Iterator[Step]:
+    """The first steps, up to one past a value of lambda."""
+    for step in steps:
+        yield step
+        if step.lam > lam:
+            return
 
 
 def lifted(height: float, kind: str = "rod") -> BranchPoint:
@@ -553,8 +560,16 @@ class TestFrictionData:
 
 
 @pytest.mark.parametrize(("refinement", "size"), [(1.0, 0.25), (1.0, 0.1)])
-def test_a_layer_that_friction_keeps_bent_comes_down_by_itself(refinement: float, size: float) -> None:
-    """Just over the floor its contact jumps on some meshes and with some steps: the fold is that of finer elements."""
+def test_a_layer_that_friction_keeps_bent_comes_down(
+    monkeypatch: pytest.MonkeyPatch, refinement: float, size: float
+) -> None:
+    """Just over the floor the branch turns back where the layer has touched in a second place.
+
+    Whether a step meets that depends on it and on the mesh; the fold is that of finer elements.
+    """
+    turned: list[BranchPoint] = []
+    comes_down = path_friction._layer_comes_down
+    monkeypatch.setattr(path_friction, "_layer_comes_down", lambda at: turned.append(at) or comes_down(at))
     length = 17.39
     mesh = StripModel(length, 0.0515, kind="rod").contact_mesh(refinement, memory=True)
     path = plan_r_path(length).path
@@ -562,23 +577,70 @@ def test_a_layer_that_friction_keeps_bent_comes_down_by_itself(refinement: float
     assert last.lam == path.length
     assert last.at.topology is Topology.FOLDED
     assert shape_error(*last.on_mesh, half_fold(length)) == pytest.approx(0.0535, abs=1e-3)
+    (at,) = turned
+    height = at.mid_surface(at.model.ends)[:, 1]
+    under = height < -1e-6
+    assert under.any()
+    assert at.model.ends[under].max() < at.contact[0]
 
 
-def test_a_layer_is_laid_down_where_no_point_moves_twice_as_far_as_the_gripper(monkeypatch: pytest.MonkeyPatch) -> None:
-    """By hand: the gripper, the first point, comes down by 0.01; another one by less or by more than twice that."""
+def test_what_slides_goes_on_sliding_in_the_next_step() -> None:
+    """With it taken as sticking the contact of this strip would move the other way, back to the flat strip."""
+    length, softer = 15.3314, 14.9904
+    path = triangular(softer).scaled(length / softer)
+    for refinement, size in ((1.0, 0.1), (0.7, 0.07)):
+        mesh = StripModel(length, 0.048023, kind="rod").contact_mesh(refinement, memory=True)
+        steps = load_incrementally(mesh, path, effects_of("hysteresis", 0.257921, 0.0956828), size)
+        ends = [step.lam for step in steps_until(0.4, steps)]
+        assert ends == sorted(ends)
+        assert ends[-1] > 0.4
 
-    def state(heights: list[float], topology: Topology = Topology.INTERVAL) -> SimpleNamespace:
-        q = np.column_stack([np.arange(3.0), heights])
-        model = SimpleNamespace(s=None, mid_surface=lambda q: q, resampled_mid_surface=lambda q, _: q)
-        on_mesh = SimpleNamespace(model=model), SimpleNamespace(q=q)
-        return SimpleNamespace(topology=topology, problem=SimpleNamespace(on_mesh=lambda _: on_mesh), point=None)
 
-    before, past = [0.01, 0.019, 0.0], [0.01, 0.021, 0.0]
-    down = state([0.0, 0.0, 0.0])
-    monkeypatch.setattr(path_friction, "landed", lambda *_: down)
-    monkeypatch.setattr(path_friction.critical, "is_past", lambda _: False)
-    assert path_friction._laid_down(state(before), 1.0) is down  # type: ignore[arg-type]
-    assert path_friction._laid_down(state(past), 1.0) is None  # type: ignore[arg-type]
-    assert path_friction._laid_down(state(before, Topology.LYING), 1.0) is None  # type: ignore[arg-type]
-    monkeypatch.setattr(path_friction.critical, "is_past", lambda _: True)
-    assert path_friction._laid_down(state(before), 1.0) is None  # type: ignore[arg-type]
+def test_a_layer_that_has_not_come_down_is_a_loss(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where the branch turns back and is still unstable at the step's end."""
+    landed = path_friction.landed
+
+    def unstable(at: BranchPoint, lam: float) -> BranchPoint:
+        down = landed(at, lam)
+        return replace(down, point=replace(down.point, negatives=1))
+
+    monkeypatch.setattr(path_friction, "landed", unstable)
+    mesh = StripModel(17.39, 0.0515, kind="rod").contact_mesh(1.0, memory=True)
+    with pytest.raises(LostStabilityError) as lost:
+        list(load_incrementally(mesh, plan_r_path(17.39).path, effects_of("hysteresis", 0.2175, 0.289), 0.25))
+    assert lost.value.parameter == pytest.approx(27.228, abs=1e-3)
+
+
+def test_the_end_of_a_layer_beside_the_gripper_is_told_from_the_others() -> None:
+    """Where another end of the contact moves most, or where no layer lies, a limit point is a loss."""
+    steps = [step.at for step in load_incrementally(MESH, LOW, none, 1.0)]
+    at = next(at for at in steps if at.topology is Topology.INTERVAL)
+
+    def moving(*rates: float) -> bool:
+        tangent = replace(at.point.tangent, q=np.append(np.zeros(at.problem.n), rates))
+        return path_friction._layer_comes_down(BranchPoint(at.problem, replace(at.point, tangent=tangent)))
+
+    assert moving(-0.9, 0.1, 0.3)
+    assert not moving(-0.1, 0.3, 0.9)
+    assert not moving(0.3, -0.9, 0.1)
+    assert not path_friction._layer_comes_down(steps[0])
+
+
+def test_a_layer_that_begins_to_lie_just_over_the_floor() -> None:
+    """Lower than any state off the floor, on the R-path of a softer strip."""
+    length, softer = 8.43601, 9.087417
+    path = plan_r_path(softer).path.scaled(length / softer)
+    mesh = StripModel(length, 0.0513747, kind="rod").contact_mesh(1.0, memory=True)
+    *_, last = load_incrementally(mesh, path, effects_of("hysteresis", 0.2758, 0.526615), 0.25)
+    assert last.lam == path.length
+    assert last.at.topology is Topology.FOLDED
+
+
+def test_a_state_on_elements_planned_anew_is_an_equilibrium_with_its_friction() -> None:
+    """With the memory that the new elements have, and its branch goes on as it came."""
+    steps = load_incrementally(MESH, LOW, lambda model, q: (Hysteresis.of(model, 0.1, slack=q),), 0.4)
+    at = next(step.at for step in steps if step.lam > 3.0)
+    loaded = BranchPoint(at.problem.accepted(at.point.q), at.point)
+    new = contact_branch.transferred(loaded, mesh=at.problem.mesh.replanned(1.1 * at.contact))
+    assert unbalanced(new.problem, new.point.q, new.point.lam) < 1e-8
+    assert new.point.tangent.lam == pytest.approx(at.point.tangent.lam, abs=0.03)

@@ -14,9 +14,15 @@ from stripfold.analysis.contact_branch import BranchPoint, transferred
 from stripfold.arrays import Array
 from stripfold.models.contact_mesh import Topology
 from stripfold.paths.curve import Piece
+from stripfold.problem import Motion
 
 LOW = 1e-3
-"""Height of the gripper below which no state is computed but on the floor, L*."""
+"""Least height of the gripper off the floor, L*: strips are lifted to it and set down from it, below is the floor."""
+
+
+def over_low(motion: Motion, lam: float) -> float:
+    """Height of the gripper over :data:`LOW`."""
+    return float(motion.values(lam)[-1]) - LOW
 
 
 def place_of_low(piece: Piece, floor: float, above: float) -> float:
@@ -31,8 +37,7 @@ def place_of_low(piece: Piece, floor: float, above: float) -> float:
 
 def lands(at: BranchPoint, lam: float) -> bool:
     """Whether the gripper comes down to the floor before this lambda."""
-    heights = [float(at.problem.motion.values(lam)[-1]) for lam in (at.point.lam, lam)]
-    return heights[0] > LOW >= heights[1]
+    return over_low(at.problem.motion, at.point.lam) > 0.0 >= over_low(at.problem.motion, lam)
 
 
 def landed(at: BranchPoint, lam: float) -> BranchPoint:

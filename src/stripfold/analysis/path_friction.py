@@ -31,7 +31,7 @@ from stripfold.analysis.contact_branch import (
     transferred,
 )
 from stripfold.analysis.contact_events import LIFTED, lift_off_of_all, zero
-from stripfold.analysis.landing import LOW, landed, lands
+from stripfold.analysis.landing import landed, lands, over_low
 from stripfold.analysis.path_statics import FIRST
 from stripfold.analysis.static import LAMBDA_TOLERANCE, LIMIT
 from stripfold.arrays import Array
@@ -53,7 +53,7 @@ Effects = Callable[[Model, Array], tuple[MovableEffect, ...]]
 
 STEP = 0.1
 """Usual size of the steps, L*."""
-LET_GO = "what held it has left the floor"
+LET_GO, TURNS_BACK = "what held it has left the floor", "the branch has a limit point"
 REACHED, LANDING = "end of the step", "gripper near the floor"
 WITHIN_STEP = replace(STEPS, first=0.02, largest=0.3)
 """Steps of the continuation where one solve does not reach a step's end."""
@@ -248,56 +248,58 @@ def _along_branch(at: BranchPoint, end: float) -> BranchPoint:
     problem = _StepProblem.after(at, end)
     residual = problem.residual(at.point.q, at.point.lam)
     state = Equilibrium(at.point.q, at.point.lam, at.point.active, at.point.state.residuals, residual)
-    first = BranchPoint(problem, continuation.evaluate(problem, state, at.point.tangent, at.point.arc))
+    first = BranchPoint(problem, continuation.evaluate(problem.sliding, state, at.point.tangent, at.point.arc))
     near_floor = lands(at, end)
 
     def stops(problem: MovingContact) -> list[Event]:
         reached = zero(REACHED, lambda point: end - point.lam)
         if not near_floor or problem.mesh.topology is not Topology.INTERVAL:
             return [reached, lift_off_of_all(problem), LIMIT]
-        low = zero(LANDING, lambda point: float(problem.motion.values(point.lam)[-1]) - LOW)
+        low = zero(LANDING, lambda point: over_low(problem.motion, point.lam))
         return [reached, low, lift_off_of_all(problem), LIMIT]
 
     last = first = _changed(first, end)
+    turned: BranchCrossing | None = None
     for item in _followed(first, stops):
         if isinstance(item, BranchPoint):
-            if item.point.lam < end:
-                last = item
+            last = item if item.point.lam < end else last
+            lies = near_floor and item.topology is Topology.INTERVAL
+            if lies and over_low(item.problem.motion, item.point.lam) < 0.0:
+                # Its layer began to lie only there.
+                new = landed(item, end)
+                break
+            if last is item:
                 continue
             # A change of contact went beyond the end.
-        elif near_floor and item.event in (UNHELD, LIMIT) and (down := _laid_down(item.before, end)):
-            return down
+        elif item.event in (UNHELD, LIMIT) and _layer_comes_down(item.after):
+            turned = turned or item
+            continue
         elif item.event is UNHELD:
             raise _lost(LET_GO, item.after.point.lam)
         elif item.event is LIMIT:
-            raise _lost("the branch has a limit point", _limit(item))
+            raise _lost(TURNS_BACK, _limit(item))
         elif item.event.name == LIFTED:
             raise SolveError("the whole strip leaves the floor", parameter=item.before.point.lam)
         elif item.event.name == LANDING:
-            return landed(item.before, end)
+            new = landed(item.before, end)
+            break
         else:
             last = item.before
-        return BranchPoint(last.problem, continuation.step_to(last.problem, last.point, end, WITHIN_STEP))
-    raise AssertionError("a branch ends in an event or raises")
+        new = BranchPoint(last.problem, continuation.step_to(last.problem, last.point, end, WITHIN_STEP))
+        break
+    if turned is not None and critical.is_past(new.point):
+        raise _lost(TURNS_BACK, _limit(turned))
+    return new
 
 
-def _laid_down(at: BranchPoint, end: float) -> BranchPoint | None:
-    """The state on the floor at a step's end, from one whose upper layer lies but for the part beside the gripper.
+def _layer_comes_down(after: BranchPoint) -> bool:
+    """Whether behind a limit point it is the contact of an upper layer that moves, at its end beside the gripper.
 
-    Friction leaves that part unevenly bent.  Some thousandths of L* over the floor it touches down in a second place,
-    and the end of the contact goes there at once: the layer has come down, nothing has snapped.  None where there is no
-    such state, or one for which some point moves twice as far as the gripper or more.
+    There friction has left the strip bent down, and the layer has touched in a second place: nothing falls, the end of
+    the contact goes there.  Source: docs/method.md.
     """
-    if at.topology is not Topology.INTERVAL:
-        return None
-    try:
-        down = landed(at, end)
-    except SolveError:
-        return None
-    (before, point), (after, floor) = (one.problem.on_mesh(one.point) for one in (at, down))
-    s = after.model.s
-    moved = np.linalg.norm(after.model.mid_surface(floor.q) - before.model.resampled_mid_surface(point.q, s), axis=1)
-    return None if critical.is_past(down.point) or moved.max() >= 2.0 * moved[0] else down
+    moves = np.abs(after.point.tangent.q[after.problem.n :])
+    return after.topology is Topology.INTERVAL and int(np.argmax(moves)) == 0
 
 
 def _followed(
@@ -318,9 +320,7 @@ def _followed(
 
 def _is_unstable_sliding(at: BranchPoint) -> bool:
     """Whether a strip is unstable with the elements that are about to slide taken as sliding."""
-    effects = tuple(e.about_to_slide() if isinstance(e, Hysteresis) else e for e in at.problem.effects)
-    problem = replace(at.problem, effects=effects)
-    return continuation.evaluate(problem, at.point.state, at.point.tangent).negatives > 0
+    return continuation.evaluate(at.problem.sliding, at.point.state, at.point.tangent).negatives > 0
 
 
 def _changed(at: BranchPoint, end: float) -> BranchPoint:
