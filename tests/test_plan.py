@@ -194,14 +194,17 @@ class TestChoice:
             return found
 
         assert "no friction moment of the fabric is given" in reason().reason
+        force = asked().material.force_scale
+        assert "1.2e-05 N delays a snap by" in reason(friction_moment=1.2e-5).reason
+        shortfall = reason(friction_moment=1.2e-5).shortfall
+        assert shortfall == pytest.approx(asked().margin - 8.0 * 1.2e-5 / force)
         need = 1e-3
         monkeypatch.setattr(path_choice, "needed", lambda *_: Needed(need, 0.9 * need))
         assert "1.25 times 0.001 N, and there are 0.0012 N" in reason(friction_moment=1.2e-3).reason
-        force = asked().material.force_scale
         shortfall = reason(friction_moment=1.5 * need, margin=0.03).shortfall
         assert shortfall == pytest.approx(0.03 - 8.0 * 0.5 * need / force)
         found = path_choice.choose(asked(friction_moment=2e-3))
-        assert (found.path.name, found.friction_needed) == ("r-path", need)
+        assert (found.path.name, found.sufficient_moment) == ("r-path", need)
         assert found.margin == pytest.approx(8.0 * 1e-3 / force)
         with pytest.raises(InvalidInputError, match="together with friction_moment"):
             asked(yield_curvature=10.0)
@@ -298,7 +301,8 @@ class TestFriction:
         strip = asked(length=length, eta_b_uncertainty=uncertainty).strips[which]
         path = path_choice.scaled(sf.paths.r_path(asked(length=length)), strip.gravity_length)
         followed = (strip.material, strip.length, path)
-        found = needed([followed], kappa_y)
+        begin = 0.005 * strip.material.force_scale * strip.gravity_length
+        found = needed([followed], kappa_y, begin)
         assert isinstance(found, Needed)
         assert found.fails < found.moment <= 1.15 * found.fails
         stable = [
@@ -308,6 +312,8 @@ class TestFriction:
             for share in (0.75, 1.25)
         ]
         assert stable == [False, True]
+        # What is there decides where it suffices, without a search.
+        assert needed([followed], kappa_y, 1.25 * found.moment) == Needed(1.25 * found.moment, 0.0)
 
     def test_option(self, capsys: pytest.CaptureFixture[str]) -> None:
         command = ["plan", "--length", "0.5", "--eta-b", "3780", "--friction-moment"]

@@ -44,7 +44,7 @@ UNITS = {
     "peak_force": "N/m",
     "peak_hold": "N/m",
     "kinetic": "J/m",
-    "friction_needed": "N",
+    "sufficient_moment": "N",
 }
 GRASP = {
     "point": "middle of the strip's thickness on the line up to which the gripper holds it; it starts at -length/2",
@@ -121,9 +121,9 @@ class FoldingPlan(Result):
         asked, choice = self.asked, self.choice
         stiffest, _, softest = asked.strips
         friction, kept = [], "least distance of the gripper from where the strip snaps"
-        if choice.friction_needed is not None:
+        if choice.sufficient_moment is not None:
             there = asked.friction_moment
-            friction.append(("friction", f"needs M_0 = {choice.friction_needed:.3g} N, there are {there:.3g} N"))
+            friction.append(("friction", f"M_0 = {choice.sufficient_moment:.3g} N suffices, there are {there:.3g} N"))
             kept = "by which the friction to spare delays the snap"
         return [
             ("path", f"{self.path.name}: {choice.reason}"),
@@ -173,7 +173,7 @@ class FoldingPlan(Result):
             "reason": self.choice.reason,
             "refused": [asdict(one) for one in self.choice.refused],
             "margin": self.margin,
-            "friction_needed": self.choice.friction_needed,
+            "sufficient_moment": self.choice.sufficient_moment,
             "assessed": [
                 {"eta_b": strip.eta_b} | {name: float(getattr(verdict, name)) for name in names}
                 for strip, verdict in zip(self.asked.strips, self.choice.verdicts, strict=True)

@@ -89,7 +89,7 @@ def numbered(number: int, seed: int) -> dict[str, Any]:
         message = message or ", ".join(wrong or ())
         return row | {"path": REFUSED, "reason": str(found), "confirmed": float(confirmed), "message": message}
     if found is not None:
-        bad, message = attempted(lambda: unsafe(asked, found.path, found.friction_needed is not None))
+        bad, message = attempted(lambda: unsafe(asked, found.path, found.sufficient_moment is not None))
         row |= {"path": found.path.name, "margin": found.margin / unit, "reason": found.reason}
         return row | {"safe": float(bad == "" and not message), "message": message or bad}
     return row

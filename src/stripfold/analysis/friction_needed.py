@@ -21,13 +21,11 @@ SPARE = 1.25
 """Friction that is there over what is needed, at least: the search is accurate to a tenth, M_0 seldom known better."""
 NARROW = 1.15
 """Ratio of the bracket's ends at which the search ends."""
-START = 0.03
-"""M_0 from which to search, rho_a g L*^2 for each L* by which the longest strip is longer than the shortest."""
 SHORT = 13.0
 """Length, L*, of strips of which the softest needs most, as it is pushed too far; of longer ones it is the stiffest,
 whose sag comes down too late."""
-MOST, LEAST = 2.0, 1e-3
-"""Largest and least M_0 tried, rho_a g L*^2: beyond those of fabrics."""
+MOST = 2.0
+"""Largest M_0 tried, rho_a g L*^2: beyond that of fabrics."""
 STEPS = {"lift": 1.0, "carry": 0.25, "roll": 0.05, "lay": 0.25}
 """Size of the steps in the phases of an R-path, L*: where the sag of a stiff strip comes down, a tenth of L* decides
 between a touch and a snap."""
@@ -37,14 +35,14 @@ REFINEMENT = 0.7
 
 @dataclass(frozen=True)
 class Needed:
-    """The least friction moment found to suffice, and the largest found not to, N."""
+    """The least friction moment found to suffice, and the largest found not to, N: 0 where none was."""
 
     moment: float
     fails: float
 
 
-def needed(strips: Sequence[Followed], yield_curvature: float | None) -> Needed | str:
-    """The least M_0, N, with which all strips follow their paths, or why none was found.
+def needed(strips: Sequence[Followed], yield_curvature: float | None, enough: float) -> Needed | str:
+    """The least M_0 of at least ``enough`` with which all strips follow their paths, or why none was found.
 
     Parameters
     ----------
@@ -52,6 +50,8 @@ def needed(strips: Sequence[Followed], yield_curvature: float | None) -> Needed 
         Of one width and weight, the stiffest first, the given one in the middle.
     yield_curvature
         kappa_y, 1/m.
+    enough
+        M_0 from which to search, N: where it suffices, it does not matter how much less would, too.
 
     Raises
     ------
@@ -59,32 +59,24 @@ def needed(strips: Sequence[Followed], yield_curvature: float | None) -> Needed 
         A path could not be followed.
     """
     given, _, _ = strips[len(strips) // 2]
-    scale = given.force_scale * given.gravity_length
-    in_star = [length / material.gravity_length for material, length, _ in strips]
-    start = scale * max(START * (max(in_star) - min(in_star)), 10.0 * LEAST)
-    fails, suffices = 0.0, 0.0
+    most = MOST * given.force_scale * given.gravity_length
+    fails, suffices = 0.0, enough
     # The one that needs most comes first: the others then hold with what it needs.
-    for strip in strips if min(in_star) > SHORT else reversed(strips):
-        if suffices and _holds(strip, suffices, yield_curvature):
+    shortest = min(length / material.gravity_length for material, length, _ in strips)
+    for strip in strips if shortest > SHORT else reversed(strips):
+        if _holds(strip, suffices, yield_curvature):
             continue
-        # What the strips before need is too little for this one.
         fails, suffices = suffices, 0.0
-        while not (suffices and (suffices <= NARROW * fails or suffices <= LEAST * scale)):
-            tried = _next(fails, suffices) or start
-            if tried > MOST * scale:
+        while not 0.0 < suffices <= NARROW * fails:
+            # Two bisections narrow a bracket.
+            tried = sqrt(fails * suffices) if suffices else NARROW**4 * fails
+            if tried > most:
                 return f"no friction moment up to {fails:.3g} N holds the strip"
             if _holds(strip, tried, yield_curvature):
                 suffices = tried
             else:
                 fails = tried
     return Needed(suffices, fails)
-
-
-def _next(fails: float, suffices: float) -> float:
-    """The next one to try: two bisections narrow a bracket; 0 where nothing is known yet."""
-    if fails and suffices:
-        return sqrt(fails * suffices)
-    return NARROW**4 * fails or suffices / NARROW**4
 
 
 def _holds(strip: Followed, moment: float, yield_curvature: float | None) -> bool:

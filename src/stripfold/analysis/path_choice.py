@@ -69,8 +69,8 @@ class Choice:
         Those tried before.
     verdicts
         The rod's, with the least, the given and the largest eta_b.
-    friction_needed
-        M_0 that the path needs with the worst eta_b, N; None where it needs none.
+    sufficient_moment
+        M_0 that suffices on the path with the worst eta_b, N; None where it needs none.
     in_time
         The rod in time; None where no speed is given.
     """
@@ -80,7 +80,7 @@ class Choice:
     reason: str
     refused: tuple[Refusal, ...]
     verdicts: tuple[Verdict, ...]
-    friction_needed: float | None = None
+    sufficient_moment: float | None = None
     in_time: InTime | None = None
 
 
@@ -89,8 +89,8 @@ class _Candidate:
     path: FoldPath
     margin: float
     reason: str
-    needed: float | None = None
-    """M_0 without which it is not followed, N; None for a path without friction."""
+    moment: float | None = None
+    """M_0 with which it is followed, N; None for a path without friction."""
 
 
 @dataclass(frozen=True)
@@ -141,23 +141,28 @@ class _Chooser:
         asked = self.asked
         if asked.friction_moment is None:
             return Refusal("r-path", "it needs internal friction, and no friction moment of the fabric is given")
-        path = paths.r_path(asked)
+        path, there = paths.r_path(asked), asked.friction_moment
+        per_moment = DELAY / asked.material.force_scale
+        enough = min(there / SPARE, there - asked.margin / per_moment)
+        if enough <= 0.0:
+            most = per_moment * there
+            why = f"a friction moment of {there:.3g} N delays a snap by {1e3 * most:.1f} mm"
+            return Refusal("r-path", why, asked.margin - most)
         strips = [(strip.material, strip.length, scaled(path, strip.gravity_length)) for strip in asked.strips]
         try:
-            found = needed(strips, asked.yield_curvature)
+            found = needed(strips, asked.yield_curvature, enough)
         except SolveError as error:
             return Refusal("r-path", f"what friction it needs could not be found: {error}")
         if isinstance(found, str):
             return Refusal("r-path", found)
-        there = asked.friction_moment
+        margin = per_moment * (there - found.moment)
+        if found.moment <= enough:
+            why = f"a friction moment of {found.moment:.3g} N holds the strip, and there are {there:.3g} N"
+            return _Candidate(path, margin, why, found.moment)
         said = f"it needs a friction moment of {SPARE:g} times {found.moment:.3g} N, and there are {there:.3g} N"
         if there < SPARE * found.moment:
             return Refusal("r-path", said)
-        margin = DELAY * (there - found.moment) / asked.material.force_scale
-        if margin < asked.margin:
-            why = f"{said}: a margin of {1e3 * margin:.1f} mm"
-            return Refusal("r-path", why, asked.margin - margin)
-        return _Candidate(path, margin, f"the fabric's friction holds the strip: {said}", found.moment)
+        return Refusal("r-path", f"{said}: a margin of {1e3 * margin:.1f} mm", asked.margin - margin)
 
     def checked(self, candidate: _Candidate) -> tuple[Verdict, ...] | str:
         """The rod's verdicts with the three eta_b, or what is wrong with one of them."""
@@ -167,9 +172,10 @@ class _Chooser:
             with_it = f"with eta_b = {strip.eta_b:.4g} the rod"
             curve = scaled(candidate.path, unit)
             friction: dict[str, Any] = {}
-            if candidate.needed is not None:
+            if candidate.moment is not None:
                 friction = {"hysteresis": asked.friction_moment, "yield_curvature": asked.yield_curvature}
-                friction["step"] = STEP * unit
+                # On another mesh, a finer one, it was followed with less friction already.
+                friction |= {"step": STEP * unit, "compare": False}
             try:
                 verdict = assess_path(strip.material, strip.length, curve, model="rod", **friction)
             except SolveError as error:
@@ -217,11 +223,11 @@ def choose(asked: FoldingPlan, progress: Callable[[str], None] | None = None) ->
         if isinstance(verdicts, str):
             refused.append(Refusal(tried.path.name, verdicts))
             continue
-        choice = Choice(tried.path, tried.margin, tried.reason, tuple(refused), verdicts, tried.needed)
+        choice = Choice(tried.path, tried.margin, tried.reason, tuple(refused), verdicts, tried.moment)
         if asked.speed is None:
             return choice
         curves = [scaled(tried.path, unit) for unit in chooser.units]
-        moment = 0.0 if tried.needed is None else asked.friction_moment or 0.0
+        moment = 0.0 if tried.moment is None else asked.friction_moment or 0.0
         moved = in_time(asked, curves, [verdict.states for verdict in verdicts], moment, say)
         if not isinstance(moved, str):
             return replace(choice, in_time=moved)

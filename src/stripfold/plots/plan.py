@@ -35,7 +35,7 @@ def html(plan: FoldingPlan) -> str:
         asked=asked,
         duration=float(plan.waypoints[-1, 0]),
         highest=float(plan.waypoints[:, 2].max()),
-        with_friction=choice.friction_needed is not None,
+        with_friction=choice.sufficient_moment is not None,
         worst=worst,
         cases=list(zip(asked.strips, choice.verdicts, [_nearest(plan, one) for one in distances], strict=True)),
         frame=FRAME,
@@ -92,7 +92,7 @@ def draw_along(plan: FoldingPlan, distances: Array) -> Figure:
     margin, height, rotation = fig.subplots(3, 1, sharex=True)
     for strip, distance, colour in zip(plan.asked.strips, distances, COLOURS, strict=True):
         margin.plot(t, MILLI * distance, color=colour, label=f"{strip.eta_b:.4g}")
-    if plan.choice.friction_needed is None:
+    if plan.choice.sufficient_moment is None:
         margin.axhline(MILLI * plan.asked.margin, color=GREY, lw=0.8, ls="--", label="asked")
     margin.axhline(0.0, color=FRICTION, lw=0.8)
     margin.set_ylabel("from the snap [mm]")
