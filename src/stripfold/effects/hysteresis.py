@@ -6,6 +6,7 @@ The friction moment of Kawabata's bending test, by a Jenkins-Prandtl element: a 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -126,7 +127,7 @@ class Hysteresis(ElementMoments):
         Together with the change of the elements' lengths it is the derivative of ``slip``.
         """
         ends, across = self.model.ends, self.directors.across
-        cells, integral = self._in_cells(self.model)
+        cells, integral = self._in_cells
         size = np.diff(ends)
         moves = np.concatenate([np.zeros((len(growth), 1)), np.cumsum(growth[:, ::across] * size, axis=1)], axis=1)
         cell = np.clip(np.searchsorted(cells, ends, side="right") - 1, 0, len(cells) - 2)
@@ -160,17 +161,12 @@ class Hysteresis(ElementMoments):
         directors = replace(self.directors, length=lengths) if alike else model.directors
         if self.held is not None:
             return replace(self, model=model, directors=directors)
-        cells, integral = self._in_cells(before)
-
-        def inside(ends: Array) -> Array:
-            return np.diff(np.stack([np.interp(ends, cells, column) for column in integral.T], axis=1), axis=0)
-
-        within = inside(model.ends)
+        cells, integral = self._in_cells
+        within = _between(cells, integral, model.ends)
         if alike:
             # What the cells do not resolve stays in its element: a state is the same on the elements it was found on.
-            within += self._across(self.slip) * np.diff(before.ends)[:, None] - inside(before.ends)
-        averaged = (within / size).ravel()
-        return replace(self, model=model, slip=averaged, directors=directors, cells=(cells, integral))
+            within += self._unresolved
+        return replace(self, model=model, slip=(within / size).ravel(), directors=directors, cells=(cells, integral))
 
     def carried_over(self, q: Array, model: Model) -> Self:
         """The friction in a state ``q`` on other elements: its moments, held until they are :meth:`let_go`.
@@ -188,12 +184,19 @@ class Hysteresis(ElementMoments):
         """The friction with the moments held, in a state ``q``."""
         return self if self.held is None else replace(self, held=None, slip=self.curvature(q) - self.held)
 
-    def _in_cells(self, model: Model) -> tuple[Array, Array]:
-        """``cells``, made where there are none from the elements of ``model``, on which the friction is."""
+    @cached_property
+    def _in_cells(self) -> tuple[Array, Array]:
+        """``cells``, made where there are none."""
         if self.cells is not None:
             return self.cells
-        cells = np.linspace(0.0, model.length, int(np.ceil(model.length / CELL)) + 1)
-        return cells, integrals(model.ends, self._across(self.slip), cells)
+        cells = np.linspace(0.0, self.model.length, int(np.ceil(self.model.length / CELL)) + 1)
+        return cells, integrals(self.model.ends, self._across(self.slip), cells)
+
+    @cached_property
+    def _unresolved(self) -> Array:
+        """Integrals of kappa_p over the elements less those in the cells, shape (along, across)."""
+        ends = self.model.ends
+        return self._across(self.slip) * np.diff(ends)[:, None] - _between(*self._in_cells, ends)
 
     def _across(self, values: Array) -> Array:
         """Values of the elements, shape (along, across): elements across the strip are neighbours in the numbering."""
@@ -207,6 +210,11 @@ class Hysteresis(ElementMoments):
             ends, integral = cells
             cells = ends, integral + integrals(self.model.ends, self._across(slip - self.slip), ends)
         return replace(self, slip=slip, dissipated=self.dissipated + self.dissipation(q), cells=cells)
+
+
+def _between(cells: Array, integral: Array, ends: Array) -> Array:
+    """Integrals over elements of what is kept in cells, shape (n_elements, k)."""
+    return np.diff(np.stack([np.interp(ends, cells, column) for column in integral.T], axis=1), axis=0)
 
 
 def integrals(ends: Array, values: Array, at: Array) -> Array:
