@@ -35,7 +35,7 @@ SLIDES, HAS_FRICTION = 0.5, 0.08
 MOMENT, YIELD = (0.005, 0.3), (0.05, 0.5)
 """M_0, rho_a g L*^2, evenly in its logarithm, and kappa_y, 1/L*."""
 UNCERTAINTY = 0.2
-REFINEMENT = 0.7
+REFINEMENT = 0.5
 """Factor on the elements' lengths and on the steps with friction of the second assessment."""
 REFUSED, FAILED = "none", "failed"
 SCANNED = 40

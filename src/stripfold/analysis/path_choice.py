@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from stripfold import elastica, paths
-from stripfold.analysis.friction_needed import SPARE, needed
+from stripfold.analysis.friction_needed import REFINEMENT, SPARE, needed
 from stripfold.analysis.gripper_map import GripperMap, gripper_map
 from stripfold.analysis.planned_motion import ACCURATE, InTime, in_time
 from stripfold.analysis.verdict import Verdict, assess_path
@@ -174,8 +174,9 @@ class _Chooser:
             friction: dict[str, Any] = {}
             if candidate.moment is not None:
                 friction = {"hysteresis": asked.friction_moment, "yield_curvature": asked.yield_curvature}
-                # On another mesh, a finer one, it was followed with less friction already.
-                friction |= {"step": STEP * unit, "compare": False}
+                # With longer elements strips are lost where one of them begins to slide.  To its touch this one was
+                # followed before, with less friction and by other steps.
+                friction |= {"step": STEP * unit, "refinement": REFINEMENT, "compare": False}
             try:
                 verdict = assess_path(strip.material, strip.length, curve, model="rod", **friction)
             except SolveError as error:
