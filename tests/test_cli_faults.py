@@ -23,7 +23,9 @@ from stripfold.errors import InvalidInputError, SolveError
 from stripfold.plots.readers import collapse
 from stripfold.vision.camera import read_camera
 from stripfold.vision.pictures import MAX_SCANS, read_grey
+from studies.commands import INPUTS
 
+PATH = "t,x,z\n0,-0.25,0\n1,0,0.25\n2,0.25,0\n"
 STRIP = ["critical", "--length", "0.4", "--eta-b", "3780", "--height", "0.09", "--model", "elastica"]
 
 
@@ -56,6 +58,43 @@ def test_output_that_cannot_be_written_is_refused_at_once(
     code, said = refused(capsys, *STRIP, "--plot", plot)
     assert (code, os.listdir()) == (2, ["folder.png"])
     assert part in said
+
+
+_ASKED = "--length 0.5 --eta-b 3780"
+_FIRST_OF_ALL = (
+    (f"assess path.csv {_ASKED}", ("output .nc", "plot .png", "film .mp4"), "results.PathAssessment.of"),
+    ("calibrate . --board chessboard --columns 8 --rows 5 --square 1", ("output .yaml",), "vision.camera_check.check"),
+    ("eta --image fold.png --scale 1e-4 --method fold", ("picture .png",), "measured.EtaB.of"),
+    ("film fall.nc", ("output .mp4",), "plots.film.film"),
+    (f"map {_ASKED}", ("output .nc", "plot .png"), "stability_map.StabilityMap.of"),
+    (f"plan {_ASKED}", ("csv .csv", "json .json", "report .html", "plot .png"), "folding_plan.FoldingPlan.of"),
+    ("record filmed.yaml", ("output ",), "synthetic.recording.history_of"),
+    ("simulate scene.yaml", ("output .nc", "plot .png"), "results.StripCollapse.of"),
+    ("sweep grid.yaml", ("output .nc",), "sweep.run"),
+)
+
+
+@pytest.mark.parametrize(
+    ("command", "option", "computing"),
+    [(command, option, computing) for command, options, computing in _FIRST_OF_ALL for option in options],
+)
+def test_every_output_is_tried_before_anything_is_computed(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    command: str,
+    option: str,
+    computing: str,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name, text in {**INPUTS, "path.csv": PATH}.items():
+        Path(name).write_text(text)
+    before = sorted(os.listdir())
+    monkeypatch.setattr(f"stripfold.{computing}", lambda *_, **__: pytest.fail("computed in vain"))
+    name, suffix = option.split(" ")
+    code, said = refused(capsys, *command.split(), f"--{name}", f"nowhere/o{suffix}")
+    assert (code, sorted(os.listdir())) == (2, before)
+    assert "make nowhere first" in said
 
 
 @pytest.mark.parametrize(
@@ -169,6 +208,21 @@ def test_yaml_with_tags_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture
     path.write_text(f"length: {value}\n")
     code, said = refused(capsys, "simulate", str(path))
     assert (code, "without tags" in said) == (2, True)
+
+
+ALIASES = "a0: &a0 [x, x]\n" + "".join(f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 9)}]\n" for i in range(1, 12))
+
+
+@pytest.mark.parametrize(("text", "part"), [(ALIASES, "without aliases"), ("a: " + "[" * 50_000, "levels deep")])
+@pytest.mark.parametrize("command", ["simulate scene.yaml", "measure ."])
+def test_yaml_that_takes_long_to_load_is_refused_at_once(tmp_path: Path, text: str, part: str, command: str) -> None:
+    """A billion entries, or brackets that each cost a pass: where nothing refuses them the limits end the process."""
+    for name in ("scene.yaml", "recording.yaml"):
+        (tmp_path / name).write_text(text)
+    limits = "resource.setrlimit(resource.RLIMIT_CPU, (10, 10)); resource.setrlimit(resource.RLIMIT_AS, (4 << 30, -1))"
+    code = f"import resource, sys; {limits}\nfrom stripfold.cli import main\nsys.exit(main({command.split()!r}))"
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True)
+    assert (done.returncode, part in done.stderr) == (2, True), done
 
 
 @pytest.mark.parametrize(
