@@ -170,19 +170,32 @@ def test_an_interruption_while_the_command_line_is_imported_is_no_traceback() ->
     assert (done.returncode, done.stdout, done.stderr) == (-signal.SIGINT, "", "")
 
 
-def test_a_full_disk_is_one_line_and_leaves_nothing(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "write",
+    [
+        "store.write(xr.Dataset({'x': ('node', random(9999), {'units': 'm', 'long_name': 'x'})}), 'out', title='x')",
+        "store.write_text('x' * 9999, 'out')",
+        "save_as(Figure(), 'out.png')",
+        "film(made_up.collapse(), 'out.mp4')",
+        "calibration.write_calibration(Scene.of({}), 'out')",
+    ],
+)
+def test_a_full_disk_is_one_line_and_leaves_nothing(tmp_path: Path, write: str) -> None:
     """A file that may not grow is what a full disk is."""
-    limit = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (4096, -1))"
-    data = "xr.Dataset({'x': ('node', np.random.default_rng(1).random(9999), {'units': 'm', 'long_name': 'x'})})"
     code = (
-        f"{limit}\nimport sys\nimport numpy as np\nimport xarray as xr\nfrom stripfold import cli, store\n"
-        f"run = lambda *_: store.write({data}, 'out.nc', title='x')\n"
-        "cli.COMMANDS['critical'] = cli.COMMANDS['critical']._replace(run=run)\n"
+        "import resource, sys\nimport xarray as xr\nfrom matplotlib.figure import Figure\n"
+        "from numpy.random import random\nimport made_up\nfrom stripfold import cli, store\n"
+        "from stripfold.plots.film import film\nfrom stripfold.plots.save import save_as\n"
+        "from stripfold.synthetic import recording as calibration\nfrom stripfold.synthetic.scene import Scene\n"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (500, -1))\n"
+        f"cli.COMMANDS['critical'] = cli.COMMANDS['critical']._replace(run=lambda *_: {write})\n"
         f"sys.exit(cli.main({STRIP!r}))"
     )
-    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True)
-    assert (done.returncode, done.stdout, os.listdir(tmp_path)) == (2, "", [])
-    assert done.stderr.startswith("stripfold: error: out.nc: could not be written")
+    path = os.pathsep.join([str(Path(__file__).parent), os.environ["PYTHONPATH"]])
+    environment = os.environ | {"PYTHONPATH": path}
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, env=environment)
+    assert (done.returncode, done.stdout, os.listdir(tmp_path)) == (2, "", []), done.stderr
+    assert done.stderr.startswith("stripfold: error: out")
     assert done.stderr.count("\n") == 1
 
 
