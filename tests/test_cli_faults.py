@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import signal
 import subprocess
 import sys
 from collections.abc import Callable
@@ -117,57 +116,6 @@ def test_other_errors_are_one_line_too(
     got, said = refused(capsys, *STRIP)
     assert got == code
     assert all(part in said for part in parts), said
-
-
-@pytest.mark.parametrize(("closed", "option"), [("stdout", "--quiet"), ("stderr", "--verbose")])
-def test_a_closed_pipe_is_no_fault(closed: str, option: str) -> None:
-    read, write = os.pipe()
-    os.close(read)
-    streams = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | {closed: write}
-    buffered = os.environ | {"PYTHONUNBUFFERED": ""}
-    done = subprocess.run([sys.executable, "-m", "stripfold", *STRIP, option], text=True, env=buffered, **streams)
-    os.close(write)
-    assert (done.returncode, done.stdout or "", done.stderr or "") == (128 + signal.SIGPIPE, "", "")
-
-
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-@pytest.mark.parametrize(
-    "there",
-    [
-        "end()",
-        "try: end()\n        except BaseException as error: raise ValueError from error",
-        "Ending()\n        time.sleep(20)",
-    ],
-)
-def test_an_ended_process_leaves_no_temporary_file(tmp_path: Path, number: signal.Signals, there: str) -> None:
-    """Nor an error, also where a library turns the signal into one of its own or ignores it in a destructor."""
-    code = (
-        "import os, signal, sys, time\nfrom stripfold import cli, store\n"
-        f"def end(*_): os.kill(os.getpid(), {int(number)})\n"
-        "class Ending: __del__ = end\n"
-        "def write(*_):\n"
-        "    with store.atomic('out.nc') as temporary:\n"
-        "        temporary.touch()\n"
-        f"        {there}\n"
-        "cli.COMMANDS['critical'] = cli.COMMANDS['critical']._replace(run=write)\n"
-        f"sys.argv[1:] = {STRIP!r}\nsys.exit(cli.main())"
-    )
-    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, timeout=15)
-    assert (done.returncode, done.stdout, done.stderr) == (128 + number, "", "")
-    assert os.listdir(tmp_path) == []
-
-
-def test_an_interruption_while_the_command_line_is_imported_is_no_traceback() -> None:
-    code = (
-        "import os, signal, sys\n"
-        "class Interrupting:\n"
-        "    def find_spec(self, name, *_):\n"
-        "        if name == 'stripfold.cli': os.kill(os.getpid(), signal.SIGINT)\n"
-        "sys.meta_path.insert(0, Interrupting())\n"
-        "from stripfold.__main__ import main\nmain()"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
-    assert (done.returncode, done.stdout, done.stderr) == (-signal.SIGINT, "", "")
 
 
 @pytest.mark.parametrize(

@@ -52,8 +52,8 @@ _SOURCES = ("src", "workflow", "data", "Snakefile", "environment.lock")
 def atomic(path: str | os.PathLike[str]) -> Iterator[Path]:
     """A temporary path to write to; it takes the place of ``path`` when the block ends well.
 
-    When the block raises, or is interrupted, ``path`` is left as it was and the temporary file removed; an ``OSError`` of
-    the temporary file is one of ``path``.
+    When the block raises, or is interrupted, ``path`` is left as it was and the temporary file removed; an ``OSError``
+    names ``path``.
 
     Parameters
     ----------

@@ -221,7 +221,7 @@ def _solve_all(grid: Grid, left: list[tuple[range, Path]], cores: int, say: Prog
     finished = grid.count - sum(len(chunk) for chunk, _ in left)
     solved = Percent(say, "solved")
     solved(finished / grid.count)
-    others = active_children()
+    others = set(active_children())
     pool = ProcessPoolExecutor(cores, initializer=_end_at_once)
     try:
         running = {pool.submit(solve, grid, chunk, part): len(chunk) for chunk, part in left}
@@ -232,8 +232,7 @@ def _solve_all(grid: Grid, left: list[tuple[range, Path]], cores: int, say: Prog
     except BrokenProcessPool as error:
         raise StripfoldError("a process of the sweep was ended from outside; run it again to go on") from error
     except BaseException:
-        # They would solve their chunks first, which may take minutes.
-        for process in set(active_children()) - set(others):
+        for process in set(active_children()) - others:  # they would solve their chunks first: minutes
             process.terminate()
         raise
     finally:
