@@ -24,7 +24,7 @@ from stripfold.synthetic.history import History
 from stripfold.synthetic.scene import DynamicsMotion, Scene
 from stripfold.synthetic.view import View
 from stripfold.vision import eta_motion as vision_eta_motion
-from studies import eta_motion, recordings, recordings_accuracy
+from studies import eta_motion, recordings, recordings_accuracy, recordings_common
 from studies import recordings_design as design
 from tasks import recordings as tasks_recordings
 
@@ -176,6 +176,12 @@ def test_the_clocks_offset_is_stored_with_its_truth() -> None:
     assert np.all(data["clock_sd"] > 0.0)
     assert np.all(np.abs(off) < 3.0 * data["clock_sd"])
     assert np.abs(data["seconds_off"]).max() < 0.1
+
+
+def test_a_damaged_truth_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "truth.nc").write_bytes(b"\x89HDF\r\n\x1a\n")
+    with pytest.raises(InvalidInputError, match=r"truth\.nc.*delete it"):
+        recordings_common.event_of(tmp_path)
 
 
 def test_design() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import time
 from itertools import product
 from pathlib import Path
 
@@ -133,6 +134,25 @@ def test_a_killed_process_is_one_error_and_the_sweep_goes_on(tmp_path, monkeypat
         with pytest.raises(StripfoldError, match="run it again"):
             sweep.run(ROD, tmp_path / "sweep.nc")
     assert float(sweep.run(ROD, tmp_path / "sweep.nc").lambda_c) == single(ROD)[0]["lambda_c"]
+
+
+def test_an_interruption_ends_the_processes_and_what_they_write(tmp_path, monkeypatch):
+    def write(_, part, **__):
+        part.with_name(".stripfold-1").mkdir(parents=True)
+        time.sleep(60.0)
+
+    def interrupted(_):
+        while not list(tmp_path.rglob(".stripfold-1")):
+            time.sleep(0.01)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(store, "write", write)
+    monkeypatch.setattr(sweep, "as_completed", interrupted)
+    began = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        sweep.run(ROD, tmp_path / "sweep.nc", cores=1)
+    assert time.monotonic() - began < 20.0
+    assert list(tmp_path.rglob(".stripfold-*")) == []
 
 
 @pytest.mark.parametrize(

@@ -10,13 +10,17 @@ import sys
 import traceback
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import NamedTuple, NoReturn
+from threading import Timer
+from typing import TYPE_CHECKING, NamedTuple, NoReturn
 
 import stripfold
 from stripfold import cli_commands as commands
 from stripfold import cli_doctor, cli_plan
 from stripfold.cli_messages import Say, in_si, messages, verbosity_options
 from stripfold.errors import StripfoldError
+
+if TYPE_CHECKING:
+    from sys import UnraisableHookArgs
 
 
 class Command(NamedTuple):
@@ -144,7 +148,13 @@ def main(argv: Sequence[str] | None = None) -> int:
 
     def stop(number: int, _: object) -> NoReturn:
         signals.append(number)
+        sys.unraisablehook = again
         sys.exit(128 + number)  # an exception: temporary files are removed
+
+    def again(lost: UnraisableHookArgs) -> None:
+        """Stop once more where the exception was raised in a destructor or a callback, and ignored."""
+        if isinstance(lost.exc_value, SystemExit):
+            Timer(0.01, os.kill, (os.getpid(), signals[-1])).start()
 
     if argv is None:
         argv = sys.argv[1:]
@@ -164,8 +174,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         print(said, flush=True)
         return code
     except BrokenPipeError:
-        # What is left in the buffer is written when Python ends, and would fail again.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        # What is left in the buffers is written when Python ends, and would fail again.
+        nothing = os.open(os.devnull, os.O_WRONLY)
+        for stream in (sys.stdout, sys.stderr):
+            os.dup2(nothing, stream.fileno())
         return 141
     except Exception as error:
         if signals:  # libraries put an error of their own in its place, as pydantic while it builds a class

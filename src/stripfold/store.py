@@ -52,7 +52,8 @@ _SOURCES = ("src", "workflow", "data", "Snakefile", "environment.lock")
 def atomic(path: str | os.PathLike[str]) -> Iterator[Path]:
     """A temporary path to write to; it takes the place of ``path`` when the block ends well.
 
-    When the block raises, or is interrupted, ``path`` is left as it was and the temporary file removed.
+    When the block raises, or is interrupted, ``path`` is left as it was and the temporary file removed; an ``OSError``
+    names ``path``.
 
     Parameters
     ----------
@@ -77,6 +78,11 @@ def atomic(path: str | os.PathLike[str]) -> Iterator[Path]:
     try:
         yield folder / path.name
         os.replace(folder / path.name, path)
+    except OSError as error:
+        # Of a full disk Python names no file, and nobody knows the temporary one.
+        if error.filename is not None and folder.name not in str(error.filename):
+            raise
+        raise OSError(error.errno, error.strerror or str(error), str(path)) from error
     finally:
         shutil.rmtree(folder, ignore_errors=True)
 

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from hashlib import sha256
 from math import ceil, nan, prod
+from multiprocessing import active_children
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Self
 
@@ -175,10 +176,15 @@ def run(
         raise InvalidInputError("cores", cores, "a whole number of at least 1")
     parts = chunk_files(grid, file)
     left = [(chunk, part) for part, chunk in parts.items() if not part.is_file()]
-    _solve_all(grid, left, cores, progress or (lambda _: None))
+    folder = next(iter(parts)).parent
+    try:
+        _solve_all(grid, left, cores, progress or (lambda _: None))
+    finally:
+        for half_written in folder.glob(".stripfold-*"):  # of a process that was ended
+            shutil.rmtree(half_written, ignore_errors=True)
     found = _gathered(grid, parts)
     store.write(found, file, title="critical points of a grid of strips", config=grid.config())
-    shutil.rmtree(next(iter(parts)).parent)
+    shutil.rmtree(folder)
     return found
 
 
@@ -215,6 +221,7 @@ def _solve_all(grid: Grid, left: list[tuple[range, Path]], cores: int, say: Prog
     finished = grid.count - sum(len(chunk) for chunk, _ in left)
     solved = Percent(say, "solved")
     solved(finished / grid.count)
+    others = set(active_children())
     pool = ProcessPoolExecutor(cores, initializer=_end_at_once)
     try:
         running = {pool.submit(solve, grid, chunk, part): len(chunk) for chunk, part in left}
@@ -224,6 +231,10 @@ def _solve_all(grid: Grid, left: list[tuple[range, Path]], cores: int, say: Prog
             solved(finished / grid.count)
     except BrokenProcessPool as error:
         raise StripfoldError("a process of the sweep was ended from outside; run it again to go on") from error
+    except BaseException:
+        for process in set(active_children()) - others:  # they would solve their chunks first: minutes
+            process.terminate()
+        raise
     finally:
         pool.shutdown(cancel_futures=True)
 

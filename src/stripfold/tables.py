@@ -43,10 +43,10 @@ def read_rows(
         raise InvalidInputError(key, str(path), allowed, " ".join(str(error).split())) from error
     first = [name.strip() for name in rows[0]] if rows else []
     named = any(_number(entry) is None for entry in first)
-    places = _places(key, path, header, columns, first, named)
     rows = rows[1:] if named else rows
     if not limits[0] <= len(rows) <= limits[1]:
         raise InvalidInputError(key, f"{len(rows)} rows", allowed, f"see {path}")
+    places = _places(key, path, header, columns, first, named)
     if places == list(range(len(first))):
         return rows
     for number, row in enumerate(rows, start=1):
@@ -91,7 +91,7 @@ def _places(key: str, path: Path, header: str, columns: Sequence[str], first: li
     if not named and not columns:
         if len(first) != len(asked):
             allowed = f"the header {header}, or rows of {len(asked)} numbers"
-            raise InvalidInputError(key, shown, allowed, f"see {path}; name its columns")
+            raise InvalidInputError(key, shown, allowed, f"see {path}; name its columns in the first row")
         return list(range(len(asked)))
     found = []
     names = [name.casefold() for name in first] if named else []

@@ -7,10 +7,10 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
-import xarray as xr
 
 from second_generator.recording import Design
 from second_generator.recording import write_calibration as write_chain_calibration
+from stripfold import store
 from stripfold.synthetic import recording as synthetic
 from stripfold.vision import measure
 from stripfold.vision.calibration import Calibration, calibrate_folder
@@ -40,8 +40,7 @@ def event_of(folder: Path) -> tuple[float, float]:
     The root of its kinetic energy, of the part of the strip that is raised at first, rises half-way from its median
     while the strip follows the gripper to its maximum before the layers touch.
     """
-    with xr.open_dataset(folder / "truth.nc") as opened:
-        truth = opened.load()
+    truth = store.read(folder / "truth.nc", ("time", "advance", "curve"))
     touch = json.loads((folder / "truth.json").read_text(encoding="utf-8"))["events"]["touch"]["t"]
     t, lam, curve = truth["time"].values, truth["advance"].values, truth["curve"].values.astype(np.float64)
     height = curve[0, :, 1]

@@ -136,8 +136,8 @@ class Calibration:
         for name in ("camera", "stops"):
             (folder / name).mkdir(parents=True)
         for i, pose in enumerate(poses, 1):
-            cv2.imwrite(str(folder / "camera" / f"board-{i:02d}.png"), self.picture(pose))
-        cv2.imwrite(str(folder / "plane.png"), self.picture(plane))
+            _write(folder / "camera" / f"board-{i:02d}.png", self.picture(pose))
+        _write(folder / "plane.png", self.picture(plane))
         reported = stops * [scene.gripper.direction, 1.0] + scene.filming.stop_noise * self._rng.standard_normal(
             stops.shape
         )
@@ -145,9 +145,14 @@ class Calibration:
         for i, (place, (x, z)) in enumerate(zip(stops, reported, strict=True), 1):
             name = f"stops/stop-{i}.png"
             seen = self.renderer.picture(None, place + scene.gripper.offset)
-            cv2.imwrite(str(folder / name), self._sensor.delivered(seen, None))
+            _write(folder / name, self._sensor.delivered(seen, None))
             lines.append(f"{name},{x:.6f},{z:.6f}")
         (folder / "robot.csv").write_text("\n".join(lines) + "\n", encoding="utf-8", newline="\n")
+
+
+def _write(path: Path, picture: Picture) -> None:
+    """Of a full disk OpenCV would only say that it failed."""
+    path.write_bytes(cv2.imencode(path.suffix, picture)[1].tobytes())
 
 
 def _squares(corner: Array, side: float) -> Array:

@@ -1,0 +1,132 @@
+"""A command that is ended midway, or whose reader ends: an exit code, no traceback, and files are as they were."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from itertools import cycle, product
+from pathlib import Path
+
+import cv2
+import pytest
+
+from stripfold.cli import main
+from studies.commands import INPUTS
+from studies.eta_pictures import SCALE, drawn, looks
+
+STRIP = "--length 0.5 --eta-b 3780"
+BOARD = "--board chessboard --columns 8 --rows 5 --square 0.024"
+CRITICAL = ["critical", *STRIP.split(), "--height", "0.09", "--model", "elastica"]
+SIGNALS = (signal.SIGINT, signal.SIGTERM)
+SWEEP = "sweep grid.yaml --output o.nc --cores 2"
+COMMANDS = {
+    f"assess path.csv {STRIP} --fall --output o.nc --plot o.png --film o.mp4": "state at",
+    f"calibrate filmed/calibration/camera {BOARD} --output o.yaml": "calibrating",
+    f"critical {STRIP} --height 0.09 --accuracy 1e-6 --plot o.png": "limit point",
+    f"eta --image fold.png --scale {SCALE} --method fold --picture o.png": "",
+    "film fall.nc --output o.mp4": "drawing: 50 %",
+    f"map {STRIP} --output o.nc --plot o.png": "boundaries",
+    "measure filmed": "tracking: 1 %",
+    f"plan {STRIP} --layers-may-slide --csv o.csv --json o.json --report o.html --plot o.png": "state at",
+    "record filmed.yaml --output other": "filming: 1 %",
+    "simulate scene.yaml --output o.nc --plot o.png": "state at",
+}
+"""With a part of the line on standard error at which it is ended; before the first one where there is none."""
+MEASURED = ("filmed/result/measurement.nc", "filmed/result/report.html")
+GRID = "{length: 0.6, accuracy: 1.0e-6, height: {from: 0.06, to: 0.3, count: 4000}, eta_b: 3780}"
+
+
+@pytest.fixture(scope="module")
+def inputs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with what the commands read, and old outputs."""
+    folder = tmp_path_factory.mktemp("inputs")
+    for name, text in {**INPUTS, "grid.yaml": GRID}.items():
+        (folder / name).write_text(text)
+    cv2.imwrite(str(folder / "fold.png"), drawn(next(looks(1, [0.08], seed=3))))
+    assert main(["path", "triangular", *STRIP.split(), "--csv", str(folder / "path.csv")]) == 0
+    assert main(["simulate", str(folder / "scene.yaml"), "--output", str(folder / "fall.nc")]) == 0
+    assert main(["record", str(folder / "filmed.yaml"), "--output", str(folder / "filmed")]) == 0
+    for name in {*re.findall(r"\bo\.\w+", " ".join((*COMMANDS, SWEEP))), *MEASURED}:
+        (folder / name).parent.mkdir(exist_ok=True)
+        (folder / name).write_text("old")
+    return folder
+
+
+def content(folder: Path) -> dict[Path, bytes]:
+    """All files and folders, but not the parts of a sweep, from which it goes on."""
+    paths = (path for path in folder.rglob("*") if "o.nc.parts" not in str(path) or ".stripfold-" in path.name)
+    return {path.relative_to(folder): path.read_bytes() if path.is_file() else b"" for path in paths}
+
+
+@pytest.mark.parametrize(("command", "number"), [*zip(COMMANDS, cycle(SIGNALS)), *product([SWEEP], SIGNALS)])
+def test_all_is_as_it_was(inputs: Path, tmp_path: Path, command: str, number: signal.Signals) -> None:
+    shutil.copytree(inputs, tmp_path, dirs_exist_ok=True)
+    before, at = content(tmp_path), COMMANDS.get(command, "limit point")
+    line = [sys.executable, "-m", "stripfold", *command.split(), "--verbose"]
+    with subprocess.Popen(line, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stderr is not None
+        if at:
+            assert any(at in said for said in process.stderr), "it ended before"
+        else:
+            time.sleep(0.5)
+        process.send_signal(number)
+        out, err = process.communicate(timeout=20)
+    assert (process.returncode, out) == (128 + number, "")
+    assert not [fault for fault in ("Traceback", "Exception", "stripfold: error") if fault in err], err
+    assert content(tmp_path) == before
+
+
+@pytest.mark.parametrize(("closed", "option"), [("stdout", "--quiet"), ("stderr", "--verbose")])
+def test_a_closed_pipe_is_no_fault(closed: str, option: str) -> None:
+    read, write = os.pipe()
+    os.close(read)
+    streams = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | {closed: write}
+    buffered = os.environ | {"PYTHONUNBUFFERED": ""}
+    done = subprocess.run([sys.executable, "-m", "stripfold", *CRITICAL, option], text=True, env=buffered, **streams)
+    os.close(write)
+    assert (done.returncode, done.stdout or "", done.stderr or "") == (128 + signal.SIGPIPE, "", "")
+
+
+@pytest.mark.parametrize("number", SIGNALS)
+@pytest.mark.parametrize(
+    "there",
+    [
+        "end()",
+        "try: end()\n        except BaseException as error: raise ValueError from error",
+        "Ending()\n        time.sleep(20)",
+    ],
+)
+def test_an_ended_process_leaves_no_temporary_file(tmp_path: Path, number: signal.Signals, there: str) -> None:
+    """Nor an error, also where a library turns the signal into one of its own or ignores it in a destructor."""
+    code = (
+        "import os, signal, sys, time\nfrom stripfold import cli, store\n"
+        f"def end(*_): os.kill(os.getpid(), {int(number)})\n"
+        "class Ending: __del__ = end\n"
+        "def write(*_):\n"
+        "    with store.atomic('out.nc') as temporary:\n"
+        "        temporary.touch()\n"
+        f"        {there}\n"
+        "cli.COMMANDS['critical'] = cli.COMMANDS['critical']._replace(run=write)\n"
+        f"sys.argv[1:] = {CRITICAL!r}\nsys.exit(cli.main())"
+    )
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, timeout=15)
+    assert (done.returncode, done.stdout, done.stderr) == (128 + number, "", "")
+    assert os.listdir(tmp_path) == []
+
+
+def test_an_interruption_while_the_command_line_is_imported_is_no_traceback() -> None:
+    code = (
+        "import os, signal, sys\n"
+        "class Interrupting:\n"
+        "    def find_spec(self, name, *_):\n"
+        "        if name == 'stripfold.cli': os.kill(os.getpid(), signal.SIGINT)\n"
+        "sys.meta_path.insert(0, Interrupting())\n"
+        "from stripfold.__main__ import main\nmain()"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert (done.returncode, done.stdout, done.stderr) == (-signal.SIGINT, "", "")
