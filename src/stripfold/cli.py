@@ -1,4 +1,4 @@
-"""The command line; the commands themselves are in :mod:`.cli_commands`."""
+"""The command line; the commands themselves are in :mod:`.cli_commands` and beside it."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from typing import NamedTuple, NoReturn
 
 import stripfold
 from stripfold import cli_commands as commands
-from stripfold import cli_doctor, cli_plan
+from stripfold import cli_doctor, cli_plan, cli_recordings
 from stripfold.cli_messages import Say, in_si, messages, verbosity_options
 from stripfold.errors import StripfoldError
 
@@ -61,8 +61,8 @@ COMMANDS = {
         "eta_b from the height of a fold or a hanging loop, from a picture, or from a bending test",
         "Measure the weight-to-bending-stiffness ratio from the height of the loop of a strip folded in half, or from "
         "a picture of such a loop or of a strip that hangs out of a clamp.",
-        commands.eta_options,
-        commands.eta,
+        cli_recordings.eta_options,
+        cli_recordings.eta,
     ),
     "simulate": Command(
         "simulation of a collapse: statics, fall, statics again",
@@ -103,20 +103,20 @@ COMMANDS = {
     "record": Command(
         "synthetic recording: film, calibration, log and truth",
         "Render a strip's motion as a camera would film it, with the calibration of that camera.",
-        commands.record_options,
-        commands.record,
+        cli_recordings.record_options,
+        cli_recordings.record,
     ),
     "calibrate": Command(
         "calibration of a camera from pictures of a board",
         "Calibrate a camera, report each picture and the quality, and accept or refuse it.",
-        commands.calibrate_options,
-        commands.calibrate,
+        cli_recordings.calibrate_options,
+        cli_recordings.calibrate,
     ),
     "measure": Command(
         "lambda at the snap in a recording",
         "Follow strip and gripper through a recording, find the snap, and estimate its uncertainty.",
-        commands.measure_options,
-        commands.measure,
+        cli_recordings.measure_options,
+        cli_recordings.measure,
     ),
     "completion": Command(
         "completion of commands and options by the tab key, for a shell",

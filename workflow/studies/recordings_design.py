@@ -113,10 +113,11 @@ class Case(NamedTuple):
 
     @property
     def moment(self) -> float:
-        """M_0, rho_a g L*^2, where the strip moves by mechanics behind a slow gripper: its shapes give eta_b; or nan."""
+        """M_0, rho_a g L*^2, where the strip moves by mechanics and its gripper slowly: shapes give eta_b; else nan."""
         motion = self.scene.motion
-        slow = isinstance(motion, DynamicsMotion) and self.scene.gripper.speed <= SLOW
-        return motion.friction if slow else nan
+        if isinstance(motion, DynamicsMotion) and self.scene.gripper.speed <= SLOW:
+            return motion.friction
+        return nan
 
     @property
     def camera(self) -> str:
