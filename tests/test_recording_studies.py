@@ -168,14 +168,21 @@ class TestAccuracy:
             assert variable.attrs["units"]
 
 
-def test_the_clocks_offset_is_stored_with_its_truth() -> None:
+def test_the_clocks_offset_and_eta_b_are_stored_with_their_truths() -> None:
     """A case of each generator; the chain's film file begins later than its motion, and the truth knows."""
-    data = recordings_accuracy.run(2, 20181101, 0.25)
+    data = recordings_accuracy.run(2, 20181110, 0.25)
     off = data["clock_offset"] - data["clock_truth"]
     assert list(data["generator"].values) == ["shapes", "chain"]
     assert np.all(data["clock_sd"] > 0.0)
     assert np.all(np.abs(off) < 3.0 * data["clock_sd"])
     assert np.abs(data["seconds_off"]).max() < 0.1
+    known, fitted = (data[[kind + name for name in recordings_accuracy.ETA]] for kind in ("", "fitted_"))
+    assert np.isnan([known.isel(case=0).to_array(), fitted.isel(case=0).to_array()]).all()
+    # What is described, wrongly, takes no part; the friction makes the interval narrower.
+    eta, low, high = known.isel(case=1).to_array().values
+    assert low < eta < high
+    assert eta == pytest.approx(1.0, abs=0.03)
+    assert high - low < 0.5 * np.ptp(fitted.isel(case=1).to_array().values)
 
 
 def test_design() -> None:
