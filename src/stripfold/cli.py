@@ -14,7 +14,7 @@ from typing import NamedTuple, NoReturn
 
 import stripfold
 from stripfold import cli_commands as commands
-from stripfold import cli_doctor, cli_plan, cli_recordings
+from stripfold import cli_doctor, cli_paths, cli_plan, cli_recordings
 from stripfold.cli_messages import Say, in_si, messages, verbosity_options
 from stripfold.errors import StripfoldError
 
@@ -79,8 +79,8 @@ COMMANDS = {
     "path": Command(
         "gripper path of a half fold",
         "Plan a folding path and print it as t,x,z: pseudo time, metres, origin mid-strip on the floor.",
-        commands.path_options,
-        commands.path,
+        cli_paths.path_options,
+        cli_paths.path,
     ),
     "plan": Command(
         "a gripper path that folds a strip whose eta_b is not well known",
@@ -91,14 +91,14 @@ COMMANDS = {
     "map": Command(
         "stability map: the gripper places that a strip follows",
         "Follow the boundary of the gripper places at which a strip snaps, and how far the others are from it.",
-        commands.map_options,
-        commands.map_places,
+        cli_paths.map_options,
+        cli_paths.map_places,
     ),
     "assess": Command(
         "assessment of a gripper path: critical points, falls, touch, forces",
         "Follow a path statically to its critical points, let the strip fall there, and go on to its end.",
-        commands.assess_options,
-        commands.assess,
+        cli_paths.assess_options,
+        cli_paths.assess,
     ),
     "record": Command(
         "synthetic recording: film, calibration, log and truth",
