@@ -84,7 +84,8 @@ def measured(number: int, seed: int, dynamics: float, calibrations: Path) -> dic
         if np.isfinite(asked.moment):
             row |= _ratios("fitted_", found, asked)
             told = _described(recording.read(folder), asked, np.random.default_rng([seed, number, 4]))
-            row |= _ratios("", measure.evaluate(told, found.calibration, found.tracks), asked)
+            again, _ = attempted(partial(measure.evaluate, told, found.calibration, found.tracks))
+            row |= _ratios("", again, asked)
         known = json.loads((folder / "truth.json").read_text(encoding="utf-8"))
         onset, truth = asked.truth(folder) if isinstance(asked, ChainCase) else event_of(folder)
     if found.clock is not None:
@@ -112,9 +113,9 @@ def _described(told: Recording, asked: Case | ChainCase, random: np.random.Gener
     return Recording(told.folder, Entries.of(entries | {"strip": entries["strip"] | strip}))
 
 
-def _ratios(kind: str, found: Measurement, asked: Case | ChainCase) -> dict[str, float]:
+def _ratios(kind: str, found: Measurement | None, asked: Case | ChainCase) -> dict[str, float]:
     """The numbers of :data:`ETA`, and M_0 where it is fitted; none where there is no eta_b."""
-    if not isinstance(found.eta_b, MotionEtaB):
+    if found is None or not isinstance(found.eta_b, MotionEtaB):
         return {}
     values = found.eta_b.eta_b, found.eta_b.low, found.eta_b.high
     ratios = {kind + name: value / asked.factors["eta_b"] for name, value in zip(ETA, values, strict=True)}
