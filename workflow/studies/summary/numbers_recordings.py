@@ -117,7 +117,7 @@ RECORDINGS = (
     Source("video_benchmark", facts_recordings.video_benchmark, (
         Number("tracking_rate", "rate", "1/s", 3, ">= 150",
             "frames of 1280 x 720 (h264) over the processor time of the whole command `stripfold measure`, report "
-            "included: film of {many} frames, median of {d.sizes[run]} runs; with {frames} frames {short:.0f}"),
+            "included: film of {many} frames, median of {d.sizes[run]} runs; with one in four of them {short:.0f}"),
         Number("tracking_memory", "memory", "1", 3, "<= 1.15",
             "peak memory of the measuring process with {many} frames over that with {frames}"),
         Number("measure_seconds", "seconds", "s", 2, "<= 6",
