@@ -61,7 +61,7 @@ def test_output_that_cannot_be_written_is_refused_at_once(
 
 _ASKED = "--length 0.5 --eta-b 3780"
 _FIRST_OF_ALL = (
-    (f"assess path.csv {_ASKED}", ("output .nc", "plot .png", "film .mp4"), "results.PathAssessment.of"),
+    (f"assess path.csv {_ASKED}", ("output .nc", "plot .png", "film .mp4"), "path_assessment.PathAssessment.of"),
     ("calibrate . --board chessboard --columns 8 --rows 5 --square 1", ("output .yaml",), "vision.camera_check.check"),
     ("eta --image fold.png --scale 1e-4 --method fold", ("picture .png",), "measured.EtaB.of"),
     ("film fall.nc", ("output .mp4",), "plots.film.film"),

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import stripfold as sf
-from stripfold import cli_commands, results, store
+from stripfold import cli_paths, path_assessment, store
 from stripfold.analysis import rest, verdict
 from stripfold.analysis.static import StripModel
 from stripfold.cli import main
@@ -107,8 +107,8 @@ def test_an_r_path_says_on_which_side_to_plan(here: Path, capsys: pytest.Capture
     """Its numbers are those of the stored study: true eta_b over that of the plan."""
     stored = store.read(Path(__file__).parents[1] / "results/studies/disturbed_rpath.nc")["touch_error"].sel(moment=0.0)
     errors = dict(zip(stored["disturbance"].values, stored.values, strict=True))
-    assert pytest.approx(abs(errors["eta_b +5%"]), abs=5e-3) == cli_commands.TOO_LOW
-    assert pytest.approx(abs(errors["eta_b -5%"]), abs=5e-3) == cli_commands.TOO_HIGH
+    assert pytest.approx(abs(errors["eta_b +5%"]), abs=5e-3) == cli_paths.TOO_LOW
+    assert pytest.approx(abs(errors["eta_b -5%"]), abs=5e-3) == cli_paths.TOO_HIGH
     assert main(["path", "r-path", *STRIP]) == 0
     said = capsys.readouterr().err
     assert "plan an R-path for the largest eta_b" in said
@@ -142,8 +142,8 @@ def test_what_check_refuses(here: Path, monkeypatch: pytest.MonkeyPatch, other: 
     path = sf.paths.low(strip, 0.04)
     path.to_csv(here / "low.csv")
     found = replace(strip.assess(path, model="rod"), **other)
-    monkeypatch.setattr(results.PathAssessment, "of", lambda *_: found)
-    monkeypatch.setattr(results.PathAssessment, "film", lambda _, file, __: drawn.append(file))
+    monkeypatch.setattr(path_assessment.PathAssessment, "of", lambda *_: found)
+    monkeypatch.setattr(path_assessment.PathAssessment, "film", lambda _, file, __: drawn.append(file))
     assert main(["assess", "low.csv", *STRIP, "--check", "--film", "low.mp4"]) == code
     assert drawn == [Path("low.mp4")]
 

@@ -293,10 +293,6 @@ def datasets() -> dict[str, xr.Dataset]:
         "strip_looks": ({
             "event": ("case", np.full(24, 0.3001)), "truth": ("case", np.full(24, 0.3)),
             "low": ("case", np.full(24, 0.2998)), "high": ("case", np.full(24, 0.3004))},),
-        "eta_motion": ({
-            **{kind + name: ("case", np.full(30, value)) for kind in ("", "fitted_")
-               for name, value in (("eta", 1.01), ("low", 0.98), ("high", 1.04))},
-            "moment": ("case", np.full(30, 0.02)), "fitted_moment": ("case", np.full(30, 0.03))},),
         "camera_bump": ({
             "noticed": ("case", np.ones(30)), "before": ("case", [True, False] * 15),
             "generator": ("case", texts(*["chain", "shapes"] * 15))},),
@@ -317,6 +313,8 @@ def datasets() -> dict[str, xr.Dataset]:
             "clock_sd": ("case", 1e-3 * np.append(np.ones(201), np.full(8, np.nan))),
             "sound": ("case", np.append(np.zeros(101), np.ones(108))),
             "generator": ("case", texts(*["chain", "shapes", "shapes"] * 69, "chain", "shapes")),
+            **{kind + name: ("case", np.where(np.arange(209) < 90, value, np.nan)) for kind in ("", "fitted_")
+               for name, value in (("eta", 1.01), ("low", 0.98), ("high", 1.04), ("moment", 0.02))},
             "flags": ("case", texts(*[""] * 209)), "message": ("case", texts(*[""] * 209))},),
         "recordings": ({
             "snapped": ("recording", np.ones(40)), "lambda_event": ("recording", np.full(40, 0.31)),
@@ -482,11 +480,11 @@ def test_a_sample_is_named_by_its_seed() -> None:
         ("calibration", "rms", 0.26, "calibration_rms"),
         ("calibration", "charuco_rms", 0.26, "charuco_rms"),
         ("strip_looks", "event", np.nan, "strip_looks"),
-        ("eta_motion", "eta", 1.031, "eta_motion_error"),
-        ("eta_motion", "eta", np.nan, "eta_motion_error"),
-        ("eta_motion", "fitted_eta", 1.031, "eta_motion_error_fitted"),
-        ("eta_motion", "low", 1.001, "eta_motion_coverage"),
-        ("eta_motion", "fitted_high", 0.99, "eta_motion_coverage"),
+        ("recordings_accuracy", "eta", 1.031, "eta_motion_error"),
+        ("recordings_accuracy", "eta", np.nan, "eta_motion_error"),
+        ("recordings_accuracy", "fitted_eta", 1.031, "eta_motion_error_fitted"),
+        ("recordings_accuracy", "low", 1.001, "eta_motion_coverage"),
+        ("recordings_accuracy", "fitted_high", 0.99, "eta_motion_coverage"),
         ("camera_bump", "noticed", 0.0, "camera_bump"),
         ("camera_bump", "noticed", np.nan, "camera_bump"),
         ("recordings_accuracy", "clock_sd", 4e-4, "clock_coverage"),

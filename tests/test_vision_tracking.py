@@ -394,16 +394,16 @@ def test_only_the_outer_edge_counts_next_to_another_layer() -> None:
     upper = np.column_stack([x[::-1], np.full(len(x), 40.0)])
     curve = np.concatenate([upper, [[10.0, 44.0]], upper[::-1] + np.array([0.0, 8.0])])
     across, width = cross_sections.normals(curve), np.full(len(curve), 6.0)
-    side = cross_sections.free_side(curve, across, width, 8)
+    side = oracle.free_side(curve, across, width, 8)
     up = np.sign(across[:, 1])
     assert np.all(side[5:25] == -up[5:25])
     assert np.all(side[-25:-5] == up[-25:-5])
-    assert not cross_sections.free_side(curve, across, width - 3.0, 8).any()
+    assert not oracle.free_side(curve, across, width - 3.0, 8).any()
     image = np.full((90, 180), 40, np.uint8)
     for y in (40, 48):
         image[y - 3 : y + 4, 15:165] = 200
     image = np.asarray(cv2.GaussianBlur(image, (0, 0), 1.5), dtype=np.uint8)
-    seen = cross_sections.edges_at(image, curve[5:25], across[5:25], 7.0, True, side[5:25])
+    seen = oracle.edges_beside(image, curve[5:25], across[5:25], np.full(20, 7.0), side[5:25])
     assert np.abs(seen.offset).max() < 0.25
     assert np.all(seen.found)
     both = cross_sections.edges_at(image, curve[5:25], across[5:25], 7.0, True)

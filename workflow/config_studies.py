@@ -337,7 +337,6 @@ class Studies(Input):
     effects: EffectsStudy | None = None
     recordings_accuracy: RecordingsAccuracy | None = None
     strip_looks: Sample | None = None
-    eta_motion: Sample | None = None
     camera_bump: Sample | None = None
     markerless: Sample | None = None
     eta_pictures: EtaPictures | None = None

@@ -1,4 +1,4 @@
-"""The command line; the commands themselves are in :mod:`.cli_commands`."""
+"""The command line; the commands themselves are in :mod:`.cli_commands` and beside it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, NamedTuple, NoReturn
 
 import stripfold
 from stripfold import cli_commands as commands
-from stripfold import cli_doctor, cli_plan
+from stripfold import cli_doctor, cli_paths, cli_plan, cli_recordings
 from stripfold.cli_messages import Say, in_si, messages, verbosity_options
 from stripfold.errors import StripfoldError
 
@@ -65,8 +65,8 @@ COMMANDS = {
         "eta_b from the height of a fold or a hanging loop, from a picture, or from a bending test",
         "Measure the weight-to-bending-stiffness ratio from the height of the loop of a strip folded in half, or from "
         "a picture of such a loop or of a strip that hangs out of a clamp.",
-        commands.eta_options,
-        commands.eta,
+        cli_recordings.eta_options,
+        cli_recordings.eta,
     ),
     "simulate": Command(
         "simulation of a collapse: statics, fall, statics again",
@@ -83,8 +83,8 @@ COMMANDS = {
     "path": Command(
         "gripper path of a half fold",
         "Plan a folding path and print it as t,x,z: pseudo time, metres, origin mid-strip on the floor.",
-        commands.path_options,
-        commands.path,
+        cli_paths.path_options,
+        cli_paths.path,
     ),
     "plan": Command(
         "a gripper path that folds a strip whose eta_b is not well known",
@@ -95,32 +95,32 @@ COMMANDS = {
     "map": Command(
         "stability map: the gripper places that a strip follows",
         "Follow the boundary of the gripper places at which a strip snaps, and how far the others are from it.",
-        commands.map_options,
-        commands.map_places,
+        cli_paths.map_options,
+        cli_paths.map_places,
     ),
     "assess": Command(
         "assessment of a gripper path: critical points, falls, touch, forces",
         "Follow a path statically to its critical points, let the strip fall there, and go on to its end.",
-        commands.assess_options,
-        commands.assess,
+        cli_paths.assess_options,
+        cli_paths.assess,
     ),
     "record": Command(
         "synthetic recording: film, calibration, log and truth",
         "Render a strip's motion as a camera would film it, with the calibration of that camera.",
-        commands.record_options,
-        commands.record,
+        cli_recordings.record_options,
+        cli_recordings.record,
     ),
     "calibrate": Command(
         "calibration of a camera from pictures of a board",
         "Calibrate a camera, report each picture and the quality, and accept or refuse it.",
-        commands.calibrate_options,
-        commands.calibrate,
+        cli_recordings.calibrate_options,
+        cli_recordings.calibrate,
     ),
     "measure": Command(
         "lambda at the snap in a recording",
         "Follow strip and gripper through a recording, find the snap, and estimate its uncertainty.",
-        commands.measure_options,
-        commands.measure,
+        cli_recordings.measure_options,
+        cli_recordings.measure,
     ),
     "completion": Command(
         "completion of commands and options by the tab key, for a shell",

@@ -96,10 +96,7 @@ def write_text(text: str, path: str | os.PathLike[str]) -> None:
 def write_json(mapping: Mapping[str, Any], path: str | os.PathLike[str]) -> None:
     """Write ``mapping`` as JSON, atomically; numpy's scalars and arrays become numbers and lists.
 
-    Raises
-    ------
-    StripfoldError
-        A value that JSON has no word for, such as nan: store None where there is no number.
+    Raises StripfoldError: a value that JSON has no word for, such as nan: store None where there is no number.
     """
     write_text(_json(mapping, indent=2) + "\n", path)
 
@@ -109,21 +106,9 @@ def write(
 ) -> None:
     """Write ``dataset`` as compressed netCDF-4, atomically; the same content gives the same bytes.
 
-    Parameters
-    ----------
-    dataset
-        Each variable and coordinate has the attributes ``units`` ("1" for pure numbers and names) and ``long_name``.
-    path
-        Where to.
-    title
-        What the file holds, in one line.
-    config
-        The resolved configuration that gave it.
-
-    Raises
-    ------
-    StripfoldError
-        An attribute is missing, or ``config`` is not JSON.
+    ``dataset``: each variable and coordinate has the attributes ``units`` ("1" for pure numbers and names) and
+    ``long_name``.  ``path``: where to.  ``title``: what the file holds, in one line.  ``config``: the resolved
+    configuration that gave it.  Raises StripfoldError: an attribute is missing, or ``config`` is not JSON.
     """
     missing = [
         f"{name} ({key})" for name, var in dataset.variables.items() for key in REQUIRED if not var.attrs.get(key)
@@ -208,10 +193,7 @@ def _labels_back(dataset: xr.Dataset) -> xr.Dataset:
 def opened(path: str | os.PathLike[str]) -> Iterator[xr.Dataset]:
     """A netCDF file, not read yet, whose bytes are those of its digest if it has one.
 
-    Raises
-    ------
-    InvalidInputError
-        No such file, not netCDF, or damaged, also where that is found only while the block reads.
+    Raises InvalidInputError: no such file, not netCDF, or damaged, also where that is found only while the block reads.
     """
     import xarray as xr
 
@@ -232,17 +214,8 @@ def opened(path: str | os.PathLike[str]) -> Iterator[xr.Dataset]:
 def read(path: str | os.PathLike[str], require: Iterable[str] = ()) -> xr.Dataset:
     """Read a dataset that :func:`write` stored, whole into memory.
 
-    Parameters
-    ----------
-    path
-        The file.
-    require
-        Names of the variables, coordinates or global attributes that it must have.
-
-    Raises
-    ------
-    InvalidInputError
-        No such file, not netCDF, damaged (by its digest), or not what was expected.
+    ``path``: the file.  ``require``: names of the variables, coordinates or global attributes that it must have.
+    Raises InvalidInputError: no such file, not netCDF, damaged (by its digest), or not what was expected.
     """
     with opened(path) as dataset:
         if dataset.nbytes > MOST_BYTES:

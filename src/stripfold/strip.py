@@ -1,6 +1,6 @@
 """The public objects: a strip and its friction; all numbers in SI.
 
-Results come from :mod:`.results`; nothing heavy is imported before something is computed.
+Results come from :mod:`.results` and :mod:`.path_assessment`; nothing heavy is imported before something is computed.
 """
 
 from __future__ import annotations
@@ -17,8 +17,9 @@ from stripfold.material import GRAVITY
 if TYPE_CHECKING:
     from stripfold.folding_plan import FoldingPlan
     from stripfold.inputs import Law, Model, MovingModel
+    from stripfold.path_assessment import PathAssessment
     from stripfold.paths import FoldPath
-    from stripfold.results import CriticalPoint, PathAssessment, StripCollapse
+    from stripfold.results import CriticalPoint, StripCollapse
     from stripfold.simulation import Release
     from stripfold.stability_map import StabilityMap
 
@@ -266,7 +267,7 @@ class Strip:
             step=step,
             second_gripper=second_gripper,
         )
-        from stripfold.results import PathAssessment
+        from stripfold.path_assessment import PathAssessment
 
         return PathAssessment.of(asked, path, began, progress)
 

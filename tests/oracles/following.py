@@ -4,9 +4,23 @@ from __future__ import annotations
 
 import numpy as np
 
+from stripfold import kernels
 from stripfold.arrays import Array, Picture
 from stripfold.vision import cross_sections as sections
 from stripfold.vision.smoothing import smoothed
+
+
+def free_side(curve: Array, across: Array, width: Array, layer: int) -> Array:
+    """On which side of each point only its outer edge is clear of another layer."""
+    curve, across = np.ascontiguousarray(curve), np.ascontiguousarray(across)
+    return np.asarray(kernels.sections.free_side(curve, across, width, layer, sections.CLEAR))
+
+
+def edges_beside(image: Picture, points: Array, across: Array, width: Array, side: Array) -> sections.Edges:
+    """Edges of a bright band; the centre is half of ``width`` from that on a ``side`` that is not 0."""
+    profiles = sections.sample(image, points, across, sections.search_range(width) + 1, True)
+    *values, found = kernels.sections.edges(profiles, width, side, sections.THIN)
+    return sections.Edges._make([*values, found > 0.0])
 
 
 def follow(
@@ -33,8 +47,8 @@ def follow(
 
     across = sections.normals(curve)
     centres = curve + offset[:, None] * across
-    side = sections.free_side(curve, across, width, int(layers[1]))
-    score = scored(centres, sections.edges_at(image, centres, across, sizes, True, side))
+    side = free_side(curve, across, width, int(layers[1]))
+    score = scored(centres, edges_beside(image, centres, across, sizes, side))
     score *= sections.inside(centres, image.shape)
     if np.sum(score >= least) < 6:
         return None
@@ -42,8 +56,8 @@ def follow(
     curve = curve + sections.smooth_offsets(offset, score, 2.0 * cutoff)[:, None] * across
     for _ in range(2):
         across = sections.normals(curve)
-        side = sections.free_side(curve, across, width, int(layers[1]))
-        edges = sections.edges_at(image, curve, across, np.where(side != 0.0, width, sizes), True, side)
+        side = free_side(curve, across, width, int(layers[1]))
+        edges = edges_beside(image, curve, across, np.where(side != 0.0, width, sizes), side)
         seen = sections.inside(curve, image.shape)
         score = scored(curve + edges.offset[:, None] * across, edges) * seen
         score[np.abs(edges.offset) > 0.5 * width + 1.0] = 0.0

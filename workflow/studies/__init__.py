@@ -102,7 +102,6 @@ STUDIES = {
         "video_benchmark": Study("time and memory of measuring a recording"),
         "calibration": Study("calibration on public pictures of boards"),
         "strip_looks": Study("strips of many looks in synthetic recordings", memory=4000),
-        "eta_motion": Study("eta_b from the motion in synthetic recordings", memory=4000),
         "markerless": Study("lambda by a template of the gripper", memory=4000),
         "camera_bump": Study("recordings whose camera was moved", memory=4000),
         "eta_pictures": Study("eta_b from drawn folds and from pictures without a strip"),

@@ -45,7 +45,7 @@ ENDINGS = ("answered", "followed", "refused", "failed")
 # Where an input has been checked and a long computation begins.
 _STOPS = (
     "stripfold.results:StripCollapse.of",
-    "stripfold.results:PathAssessment.of",
+    "stripfold.path_assessment:PathAssessment.of",
     "stripfold.stability_map:StabilityMap.of",
     "stripfold.folding_plan:FoldingPlan.of",
     "stripfold.sweep:_solve_all",
@@ -134,6 +134,7 @@ def write_good(folder: Path) -> None:
 
 def _batch(good: Path, task: tuple[str, int, int]) -> list[tuple[str, Ending]]:
     """Generate cases of a kind and call them in a process of their own; another goes on where one was ended."""
+    from studies import fuzz_files
     from studies import fuzz_inputs as of
 
     kind, count, seed = task
@@ -141,8 +142,8 @@ def _batch(good: Path, task: tuple[str, int, int]) -> list[tuple[str, Ending]]:
         "arguments": of.of_arguments(),
         "yaml": of.of_yaml(),
         "tables": of.of_tables(),
-        "data": of.of_data(good / "scene.nc"),
-        "pictures": of.of_pictures(),
+        "data": fuzz_files.of_data(good / "scene.nc"),
+        "pictures": fuzz_files.of_pictures(),
     }
     cases = of.drawn(ways[kind], count, seed)
     return list(zip((" ".join(case.words)[:200] for case in cases), endings_of(cases, good), strict=True))

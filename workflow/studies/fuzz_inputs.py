@@ -1,33 +1,22 @@
-"""Malformed and odd inputs of the command line, as Hypothesis draws them: arguments, scenes, tables, data, pictures."""
+"""Malformed and odd inputs of the command line, as Hypothesis draws them: arguments, scenes and tables."""
 
 from __future__ import annotations
 
 import argparse
 import copy
-import io
 import json
-import struct
-import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from functools import cache
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
-import netCDF4
-import numpy as np
 from hypothesis import HealthCheck, Phase, given, seed, settings
 from hypothesis import strategies as st
-from PIL import Image
 
 from stripfold import cli
-from stripfold.store import DIGEST
 from studies.fuzz import FOLDER, PIPE, Case
-
-Draw = Callable[[st.SearchStrategy[Any]], Any]
+from studies.fuzz_files import BOARD, Draw, damaged
 
 _STRIP = "--length 0.5 --eta-b 3780"
-_BOARD = "--board chessboard --columns 8 --rows 5 --square 0.024"
 # Calls that are accepted, as far as they are followed.
 CALLS = (
     f"critical {_STRIP} --height 0.09 --model elastica",
@@ -50,7 +39,7 @@ CALLS = (
     f"assess @path.csv {_STRIP} --friction 1.0 --step 0.01",
     f"assess @path.csv {_STRIP} --columns t,x,z --unit m --frame 0,0 --smooth 1e-3",
     "record @filmed.yaml --output filmed",
-    f"calibrate @views {_BOARD} --output camera.yaml",
+    f"calibrate @views {BOARD} --output camera.yaml",
     "measure @recording --json",
     "doctor --json",
     "completion bash",
@@ -234,7 +223,7 @@ def _yaml(draw: Draw, tree: dict[str, Any]) -> bytes:
     if kind == 2:
         return bytes(draw(st.sampled_from((PIPE, FOLDER))))
     text = _as_yaml(_changed(draw, tree)).encode()
-    return _damaged(draw, text) if kind == 3 else text
+    return damaged(draw, text) if kind == 3 else text
 
 
 @st.composite
@@ -280,7 +269,7 @@ def _table(draw: Draw, table: list[list[str]]) -> bytes:
         elif rows[row]:
             rows[row] = [*rows[row]]
             rows[row][draw(st.integers(0, len(rows[row]) - 1))] = draw(words)
-    return _damaged(draw, as_csv(rows)) if kind == 2 else as_csv(rows)
+    return damaged(draw, as_csv(rows)) if kind == 2 else as_csv(rows)
 
 
 @st.composite
@@ -290,143 +279,6 @@ def of_tables(draw: Draw) -> Case:
         return Case(("assess", "path.csv", *_STRIP.split()), {"path.csv": _table(draw, PATH)})
     changed = draw(st.sampled_from(sorted(TABLES)))
     return Case(("measure", "."), recording() | {changed: _table(draw, TABLES[changed])})
-
-
-def _damaged(draw: Draw, content: bytes) -> bytes:
-    """Cut, with bytes changed, put in, or doubled."""
-    kind, at = draw(st.integers(0, 3)), draw(st.integers(0, max(len(content) - 1, 0)))
-    if kind == 0:
-        return content[:at]
-    if kind == 1:
-        return content[:at] + bytes(draw(st.binary(min_size=1, max_size=8))) + content[at:]
-    changed = bytearray(content)
-    for _ in range(draw(st.integers(1, 8)) if content else 0):
-        changed[draw(st.integers(0, len(content) - 1))] = draw(st.integers(0, 255))
-    return bytes(changed) + (content[at:] if kind == 2 else b"")
-
-
-@cache
-def _stored(result: Path) -> tuple[dict[str, Any], dict[str, tuple[tuple[str, ...], Any]], bytes]:
-    """Global attributes and variables of a result, and its bytes."""
-    with netCDF4.Dataset(result) as file:
-        attrs = {name: file.getncattr(name) for name in file.ncattrs()}
-        file.set_auto_mask(False)
-        variables = {name: (var.dimensions, var[...]) for name, var in file.variables.items()}
-    return attrs, variables, result.read_bytes()
-
-
-_NUMBERS = (np.nan, np.inf, -np.inf, 1e300, -1.0, 0.0)
-
-
-def of_data(result: Path) -> st.SearchStrategy[Case]:
-    """The result of a simulation with its bytes damaged, or without, or with other variables and attributes."""
-
-    @st.composite
-    def drawn(draw: Draw) -> Case:
-        attrs, variables, content = _stored(result)
-        kind = draw(st.integers(0, 9))
-        if kind == 0:
-            content = bytes(draw(st.sampled_from((b"", PIPE, FOLDER, b"CDF\x01" + b"\xff" * 60, b"\x89HDF\r\n\x1a\n"))))
-        elif kind < 5:
-            content = _damaged(draw, content)
-        else:
-            known = {name: value for name, value in attrs.items() if name != DIGEST}
-            content = _rewritten(draw, known, dict(variables))
-        return Case(("film", "result.nc"), {"result.nc": content})
-
-    return drawn()
-
-
-def _rewritten(draw: Draw, attrs: dict[str, Any], variables: dict[str, tuple[tuple[str, ...], Any]]) -> bytes:
-    sizes = {dim: length for dims, data in variables.values() for dim, length in zip(dims, np.shape(data), strict=True)}
-    for _ in range(draw(st.integers(1, 3))):
-        change, name = draw(st.integers(0, 6)), draw(st.sampled_from(sorted(variables)))
-        dims, data = variables[name]
-        if change == 0:
-            attrs[draw(st.sampled_from(sorted(attrs)))] = draw(st.sampled_from(("", "x", 0, np.nan, 1e300, [1.0, 2.0])))
-        elif change == 1:
-            del attrs[draw(st.sampled_from(sorted(attrs)))]
-        elif change == 2 and len(variables) > 1:
-            del variables[name]
-        elif change == 3:
-            sizes["large"] = draw(st.sampled_from((0, 1, 3, 10**11)))
-            variables[name] = (("large",), None)
-        elif change == 4 and data is not None:
-            variables[name] = (dims, np.full(np.shape(data), draw(st.sampled_from(("", "fall", "x"))), dtype=object))
-        elif data is not None and np.asarray(data).dtype.kind == "f" and np.size(data):
-            changed = np.array(data)
-            changed.flat[draw(st.integers(0, changed.size - 1))] = draw(st.sampled_from(_NUMBERS))
-            variables[name] = (dims, changed)
-    with TemporaryDirectory() as folder:
-        path = Path(folder) / "changed.nc"
-        with netCDF4.Dataset(path, "w") as file:
-            for dim, length in sizes.items():
-                # None is unlimited; netCDF has no other dimension without a length.
-                file.createDimension(dim, length or None)
-            for name, (dims, data) in variables.items():
-                text = data is not None and np.asarray(data).dtype.kind in "OUS"
-                kind: Any = str if text else "f8"
-                parts = (1000,) if data is None and sizes["large"] > 1000 else None
-                var = file.createVariable(name, kind, dims, zlib=parts is not None, chunksizes=parts)
-                var.setncatts({"units": "1", "long_name": name})
-                if data is not None:
-                    var[...] = np.asarray(data, dtype=object) if text else data
-            file.setncatts(attrs)
-        return path.read_bytes()
-
-
-@cache
-def _pictures() -> tuple[bytes, ...]:
-    """Small pictures of all formats and kinds of pixels."""
-    grey = Image.linear_gradient("L").resize((80, 60))
-    found = []
-    kinds = "L/PNG RGBA/PNG P/PNG 1/PNG LA/PNG I;16/PNG RGB/JPEG L/JPEG/progressive CMYK/JPEG F/TIFF I;16/TIFF"
-    kinds += " RGB/TIFF/tiff_lzw RGB/TIFF/tiff_adobe_deflate L/BMP RGB/WEBP L/GIF"
-    for mode, kind, *how in (words.split("/") for words in kinds.split()):
-        more = {"progressive": True} if how == ["progressive"] else {"compression": how[0]} if how else {}
-        written = io.BytesIO()
-        picture = Image.fromarray(np.asarray(grey, dtype=np.uint16) * 200) if mode == "I;16" else grey.convert(mode)
-        picture.save(written, kind, **more)
-        found.append(written.getvalue())
-    return tuple(found)
-
-
-def _png(width: int, height: int, depth: int, colour: int, data: bytes) -> bytes:
-    """A PNG whose header says anything, with right check sums."""
-
-    def chunk(name: bytes, content: bytes) -> bytes:
-        return struct.pack(">I", len(content)) + name + content + struct.pack(">I", zlib.crc32(name + content))
-
-    header = struct.pack(">IIBBBBB", width, height, depth, colour, 0, 0, 0)
-    return b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", zlib.compress(data)) + chunk(b"IEND", b"")
-
-
-def _scans(count: int) -> bytes:
-    written = _pictures()[7]
-    scan = written[written.rindex(b"\xff\xda") : -2]
-    return written[:-2] + count * scan + written[-2:]
-
-
-@st.composite
-def of_pictures(draw: Draw) -> Case:
-    """A picture of a fold, or of a board, that is damaged, or declares what is not in it."""
-    kind = draw(st.integers(0, 9))
-    sides = st.sampled_from((0, 1, 31, 32, 80, 7000, 32_000, 65_535, 2**31 - 1, 2**32 - 1))
-    if kind == 0:
-        content = bytes(draw(st.sampled_from((b"", PIPE, FOLDER, b"GIF89a", b"RIFF\xff\xff\xff\xffWEBPVP8 "))))
-    elif kind == 1:
-        content = _scans(draw(st.sampled_from((1, 20, 2000))))
-    elif kind < 4:
-        depth, colour = draw(st.sampled_from((1, 8, 16, 3))), draw(st.integers(0, 7))
-        content = _png(draw(sides), draw(sides), depth, colour, b"\0" * draw(st.sampled_from((0, 100, 10**6))))
-    elif kind == 4:
-        content = bytes(draw(st.sampled_from(_pictures())))
-    else:
-        content = _damaged(draw, bytes(draw(st.sampled_from(_pictures()))))
-    if draw(st.integers(0, 3)) == 0:
-        return Case(("calibrate", "views", *_BOARD.split()), {f"views/{i}.png": content for i in range(2)})
-    method = draw(st.sampled_from(("fold", "cantilever")))
-    return Case(("eta", "--image", "fold.png", "--scale", "3e-4", "--method", method), {"fold.png": content})
 
 
 def drawn(strategy: st.SearchStrategy[Case], count: int, number: int) -> list[Case]:

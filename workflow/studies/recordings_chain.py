@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from math import nan
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -54,6 +55,11 @@ class ChainCase(NamedTuple):
     def sound(self) -> bool:
         """Whether it is filmed as docs/measuring.md asks: nothing disturbs these but a fast gripper."""
         return bool(Design(*self).factors["speed"] <= SLOW)
+
+    @property
+    def moment(self) -> float:
+        """M_0, rho_a g L*^2, where the gripper is slow; or nan."""
+        return float(Design(*self).factors["friction"]) if self.sound else nan
 
     @property
     def camera(self) -> str:

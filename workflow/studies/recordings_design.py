@@ -7,14 +7,16 @@ values about equally often.  The same number and seed give the same recording.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from math import nan
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.stats import qmc
 
+from stripfold.material import GRAVITY
 from stripfold.synthetic import recording
-from stripfold.synthetic.scene import Filming, Scene
+from stripfold.synthetic.scene import DynamicsMotion, Filming, Scene
 
 BLOCK = 40
 CAMERAS: tuple[dict[str, Any], ...] = (
@@ -62,6 +64,8 @@ SLOW = 0.004
 """Largest speed of the gripper for which docs/measuring.md promises its accuracy, m/s."""
 FRICTIONS = (0.0, 0.01, 0.02)
 """M_0 of the motions from dynamics, rho_a g L*^2."""
+BEFORE = 0.7
+"""Start of the film of a slow one of them before the static limit, L*: its shapes give eta_b."""
 FACTORS: Mapping[str, Sequence[Any]] = {
     "camera": range(len(CAMERAS)),
     "tone": range(len(_TONES)),
@@ -108,6 +112,14 @@ class Case(NamedTuple):
         return str(self.scene.generator)
 
     @property
+    def moment(self) -> float:
+        """M_0, rho_a g L*^2, where the strip moves by mechanics and its gripper slowly: shapes give eta_b; else nan."""
+        motion = self.scene.motion
+        if isinstance(motion, DynamicsMotion) and self.scene.gripper.speed <= SLOW:
+            return motion.friction
+        return nan
+
+    @property
     def camera(self) -> str:
         """Name of the camera: cases with the same share a calibration."""
         return f"camera-{self.factors['camera']}"
@@ -149,7 +161,9 @@ def case(number: int, seed: int, dynamics: float = 0.0) -> Case:
         generator, motion = "shapes", {**_MOTIONS[factors["motion"]], "before": before, "after": 0.8}
     else:
         friction = FRICTIONS[number % len(FRICTIONS)]
-        generator, motion = "dynamics", {"friction": friction, "before": 0.01, "after": 0.5}
+        unit = (factors["eta_b"] * GRAVITY) ** (-1.0 / 3.0)
+        before = BEFORE * unit if speed <= SLOW else 0.01
+        generator, motion = "dynamics", {"friction": friction, "before": before, "after": 0.5}
     scene = {
         "strip": {"eta_b": factors["eta_b"], "hairs": factors["hairs"], **strip_grey},
         "gripper": {

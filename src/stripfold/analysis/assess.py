@@ -54,16 +54,8 @@ Followed = tuple[StripProblem, Point | TimeState]
 class CriticalEvent:
     """A critical point on a path.
 
-    Attributes
-    ----------
-    travelled, place
-        Length travelled, and where the gripper is, (x, z).
-    kind
-        One of :data:`KINDS`.
-    angle
-        Between the path and the stability boundary, degrees.
-    found
-        The located point.
+    ``travelled``, ``place``: length travelled, and where the gripper is, (x, z).  ``kind``: one of :data:`KINDS`.
+    ``angle``: between the path and the stability boundary, degrees.  ``found``: the located point.
     """
 
     travelled: float
@@ -86,19 +78,10 @@ class Touchdown:
 class Assessment:
     """A path followed to its end.
 
-    Attributes
-    ----------
-    segments
-        The static parts; every one but the last ends in a critical point.
-    motions
-        The falls from the first of the events on (none where only statics were asked for).
-    events
-        The critical points.
-    touch
-        The first touch, or None.
-    failure
-        Why the strip could not be followed past the last of the events, where it should have been: a fall, or the
-        statics after it, failed.  All that was found before holds.
+    ``segments``: the static parts; every one but the last ends in a critical point.  ``motions``: the falls from the
+    first of the events on (none where only statics were asked for).  ``events``: the critical points.  ``touch``: the
+    first touch, or None.  ``failure``: why the strip could not be followed past the last of the events, where it should
+    have been: a fall, or the statics after it, failed.  All that was found before holds.
     """
 
     path: GripperPath
@@ -155,10 +138,8 @@ def assess_strip(
     At critical points the strip is released as ``fall`` says; without it the first one is the end.  Where the fall is
     not to rest, its first touch is the end.  After :data:`MAX_FALLS` falls the next critical point is the end.
 
-    Raises
-    ------
-    SolveError
-        The statics up to the first critical point could not be computed; what fails after that is a part of the result.
+    Raises SolveError: the statics up to the first critical point could not be computed; what fails after that is a part
+    of the result.
     """
     say = progress or (lambda _: None)
     mesh = strip.contact_mesh(refinement)

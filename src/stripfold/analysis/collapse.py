@@ -88,12 +88,8 @@ def simulate(
     None lets them go through each other.  ``layer_friction`` is the coefficient of friction between the layers and on
     the floor; with it the end is the strip at rest after its fall, as statics do not know it.
 
-    Raises
-    ------
-    SolveError
-        There is no snap at this height, a part could not be computed, or the strip did not fall.
-    TimeStepError
-        The motion could not be followed; with the last good moment.
+    Raises SolveError: there is no snap at this height, a part could not be computed, or the strip did not fall;
+    TimeStepError: the motion could not be followed; with the last good moment.
     """
     say = progress or (lambda _: None)
     say("following the branch to its critical point")
@@ -123,10 +119,7 @@ def simulate(
 def to_critical_point(strip: StripModel, height: float, refinement: float = 1.0) -> XRun:
     """The static run.
 
-    Raises
-    ------
-    SolveError
-        It cannot be computed, or there is no snap at this height.
+    Raises SolveError: it cannot be computed, or there is no snap at this height.
     """
     run = solve_height(strip, height, refinement)
     if run.critical is None:

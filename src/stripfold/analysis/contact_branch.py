@@ -82,12 +82,8 @@ Planned = Callable[[Array], ContactMesh]
 def from_flat(mesh: Planned, motion: Motion, lam: float) -> BranchPoint:
     """A state with the gripper just lifted: the start is a beam under its weight, without tension.
 
-    Parameters
-    ----------
-    mesh
-        Plans a mesh with one lift-off.
-    motion, lam
-        Where the gripper is: above the floor by much less than L*.
+    ``mesh``: plans a mesh with one lift-off.  ``motion``, ``lam``: where the gripper is: above the floor by much less
+    than L*.
     """
     place = motion.values(lam)
     dx, height = (0.0, *place)[-2:]
@@ -134,17 +130,10 @@ def transferred(
 ) -> BranchPoint:
     """The state near another one on elements planned anew.
 
-    Parameters
-    ----------
-    at
-        The other state.
-    contact, topology
-        Contact of the new state, by default the same.
-    constraint
-        Row over the contact coordinates and factor of lambda of the equation that picks the state; by default the
-        normal plane of the branch.  Of the state guessed, its value is kept.
-    motion, mesh
-        Motion of the gripper and elements; by default the same motion, and elements planned for the contact.
+    ``at``: the other state.  ``contact``, ``topology``: contact of the new state, by default the same.  ``constraint``:
+    row over the contact coordinates and factor of lambda of the equation that picks the state; by default the normal
+    plane of the branch.  Of the state guessed, its value is kept.  ``motion``, ``mesh``: motion of the gripper and
+    elements; by default the same motion, and elements planned for the contact.
     """
     problem, point = at.problem, at.point
     here = at.contact
@@ -213,10 +202,7 @@ def follow(
     :data:`UNHELD` is an event of its own, between the states on either side of a change of the contact.  The point at
     ``end``, a value of lambda, is the last; events behind it do not count.
 
-    Raises
-    ------
-    SolveError
-        The branch could not be followed, or its contact is none of :class:`.Topology`.
+    Raises SolveError: the branch could not be followed, or its contact is none of :class:`.Topology`.
     """
 
     def with_changes(problem: MovingContact) -> tuple[dict[Event, Callable[[BranchPoint], BranchPoint]], list[Event]]:

@@ -47,10 +47,7 @@ def on_nodes(at: BranchPoint, refinement: float = 1.0, stable: bool = False) -> 
     The lambda is about the same: on other elements a limit point lies elsewhere.  With ``stable`` the state lies before
     it.
 
-    Raises
-    ------
-    SolveError
-        There is no such state.
+    Raises SolveError: there is no such state.
     """
     mesh = replace(at.problem.mesh, sizes=NODAL_SIZES.scaled(refinement))
     new = transferred(BranchPoint(replace(at.problem, mesh=mesh), at.point))
@@ -77,17 +74,8 @@ def on_nodes(at: BranchPoint, refinement: float = 1.0, stable: bool = False) -> 
 def from_nodes(plan: Callable[[Array], ContactMesh], problem: StripProblem, point: Point) -> BranchPoint:
     """The state near one whose contact is at nodes.
 
-    Parameters
-    ----------
-    plan
-        Plans a mesh with one lift-off.
-    problem, point
-        The state on its fixed mesh.
-
-    Raises
-    ------
-    SolveError
-        Its contact is none of :class:`.Topology`, or no such state is near.
+    ``plan``: plans a mesh with one lift-off.  ``problem``, ``point``: the state on its fixed mesh.  Raises SolveError:
+    its contact is none of :class:`.Topology`, or no such state is near.
     """
     model = problem.model
     parts = [model.s[part[[0, -1]]].tolist() for part in lying_parts(model, point, SAME_PART)]

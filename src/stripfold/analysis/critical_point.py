@@ -67,10 +67,7 @@ def find(
     With the model "auto" the cheapest model is used whose lambda_c is within the accuracy of the solid's; otherwise the
     accuracy is that of the given model.  ``prediction`` is the elastica's at this height, if it is known already.
 
-    Raises
-    ------
-    SolveError
-        When it cannot be computed, or not to the accuracy asked for.
+    Raises SolveError: when it cannot be computed, or not to the accuracy asked for.
     """
     began, say = perf_counter(), progress or (lambda _: None)
     prediction = prediction or ElasticaPrediction.at(scene.height_star)

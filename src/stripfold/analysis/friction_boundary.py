@@ -39,12 +39,8 @@ LEAST_LYING = 0.5
 class FrictionBoundary:
     """The ends of the advance of a strip with friction, up to the height at which all of it is lifted.
 
-    Attributes
-    ----------
-    z, advance
-        Shape (n,): heights, ascending, and advances past the flat end at which the strip snaps or its sag touches.
-    snaps
-        Shape (n,): whether it snaps.
+    ``z``, ``advance``: shape (n,): heights, ascending, and advances past the flat end at which the strip snaps or its
+    sag touches.  ``snaps``: shape (n,): whether it snaps.
     """
 
     z: Array
@@ -55,10 +51,7 @@ class FrictionBoundary:
 def friction_boundary(length: float, moment: float, progress: Callable[[str], None] | None = None) -> FrictionBoundary:
     """The ends of the advance of a strip of ``length`` with the friction moment ``moment``, M_0 in rho_a g L*^2.
 
-    Raises
-    ------
-    SolveError
-        A step could not be computed.
+    Raises SolveError: a step could not be computed.
     """
     strip, done = StripModel(length, THICKNESS, kind="rod"), Percent(progress, "with friction")
     rows: list[tuple[float, float, bool]] = []

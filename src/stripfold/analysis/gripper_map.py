@@ -32,14 +32,8 @@ MAX_STEP = 0.15
 class GripperMap:
     """The boundaries of a strip of one length; make it with :func:`gripper_map`.
 
-    Attributes
-    ----------
-    length
-        Of the strip.
-    snap, touch
-        Where hanging strips snap, and where the sag touches.
-    lifted, lifted_landed
-        Rows of advance and height where the last of a hanging and of a landed strip leaves the floor.
+    ``length``: of the strip.  ``snap``, ``touch``: where hanging strips snap, and where the sag touches.  ``lifted``,
+    ``lifted_landed``: rows of advance and height where the last of a hanging and of a landed strip leaves the floor.
     """
 
     length: float
@@ -109,10 +103,7 @@ class GripperMap:
     def eigenvalues(self, advance: Array, z: float) -> Array:
         """Smallest eigenvalue at advances, shape (n,), of one height; nan where the strip cannot hang.
 
-        Raises
-        ------
-        SolveError
-            The states at this height could not be followed.
+        Raises SolveError: the states at this height could not be followed.
         """
         from scipy.interpolate import make_interp_spline
 

@@ -25,14 +25,9 @@ class Events:
 class MeshComparison:
     """The change to the other mesh.
 
-    Attributes
-    ----------
-    critical
-        By how much farther along the path each critical point lies; nan where the other mesh has none.
-    touch
-        By how much farther the first touch lies; nan where one of them has none.
-    said
-        In words, where the events are not the same; else empty.
+    ``critical``: by how much farther along the path each critical point lies; nan where the other mesh has none.
+    ``touch``: by how much farther the first touch lies; nan where one of them has none.  ``said``: in words, where the
+    events are not the same; else empty.
     """
 
     critical: tuple[float, ...]

@@ -35,16 +35,9 @@ SIZES = replace(NODAL_SIZES, free=0.1)
 class DynamicSnap:
     """A motion through a snap.
 
-    Attributes
-    ----------
-    model
-        The strip.
-    static_limit
-        Largest lambda with a stable static state, friction included, L*.
-    states
-        The accepted states in time; their ``lam`` is the gripper's advance.
-    touch
-        Index of the first state at which the sag touches.
+    ``model``: the strip.  ``static_limit``: largest lambda with a stable static state, friction included, L*.
+    ``states``: the accepted states in time; their ``lam`` is the gripper's advance.  ``touch``: index of the first
+    state at which the sag touches.
     """
 
     model: Model
@@ -65,25 +58,10 @@ def run(
 ) -> DynamicSnap:
     """Advance the gripper through the snap.
 
-    Parameters
-    ----------
-    strip, height
-        Height in L*.
-    friction
-        M_0 of the bending hysteresis, rho_a g L*^2; 0 for none.
-    speed
-        Speed of the gripper, sqrt(g L*).
-    before
-        Distance before the static limit at which the motion in time begins, L*.
-    after
-        Duration after the first touch, sqrt(L*/g).
-
-    Raises
-    ------
-    SolveError
-        There is no snap at this height, or a part could not be computed.
-    TimeStepError
-        The motion could not be followed.
+    ``strip``, ``height``: height in L*.  ``friction``: M_0 of the bending hysteresis, rho_a g L*^2; 0 for none.
+    ``speed``: speed of the gripper, sqrt(g L*).  ``before``: distance before the static limit at which the motion in
+    time begins, L*.  ``after``: duration after the first touch, sqrt(L*/g).  Raises SolveError: there is no snap at
+    this height, or a part could not be computed; TimeStepError: the motion could not be followed.
     """
     steps, limit = static_limit(strip, height, friction, refinement)
     lams = np.array([step.lam for step in steps])
@@ -106,10 +84,7 @@ def run(
 def static_limit(strip: StripModel, height: float, friction: float, refinement: float) -> tuple[list[Step], float]:
     """The static steps along x up to the static limit, and its lambda.
 
-    Raises
-    ------
-    SolveError
-        The sag touches before it, or the whole strip is lifted.
+    Raises SolveError: the sag touches before it, or the whole strip is lifted.
     """
     ((_, lifted),) = lift(strip.contact_mesh(refinement, memory=True), [height])
     first = with_effects(start_along_x(lifted, height), effects_of("hysteresis", friction))

@@ -44,14 +44,9 @@ need more iterations."""
 class PathInTime:
     """A path followed in time.
 
-    Attributes
-    ----------
-    states
-        All accepted states, each with what it solves: the memory of friction is that of the state before.
-    problem
-        The strip, with what friction remembers in the last state.
-    touch
-        Index of the first state in which the upper layer touches; None if it never does.
+    ``states``: all accepted states, each with what it solves: the memory of friction is that of the state before.
+    ``problem``: the strip, with what friction remembers in the last state.  ``touch``: index of the first state in
+    which the upper layer touches; None if it never does.
     """
 
     states: tuple[tuple[StripProblem, TimeState], ...]

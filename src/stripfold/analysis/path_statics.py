@@ -49,20 +49,11 @@ MOVING, NODAL = "moving", "nodal"
 class StaticSegment:
     """Statics along a part of a path.
 
-    Attributes
-    ----------
-    states
-        Accepted states, in order; at a corner two, one for each direction.
-    pieces
-        For each state the index of its piece.
-    critical
-        The critical point that ends it, or None at the end of the path.
-    unheld
-        Where that is a change of the contact, the state behind it, whose mode is the critical one; else None.
-    last
-        The last state with its contact coordinates; None if its contact is at nodes.
-    nodal
-        Why the contact was found node by node in some states, where it was none of :class:`.Topology`; else empty.
+    ``states``: accepted states, in order; at a corner two, one for each direction.  ``pieces``: for each state the
+    index of its piece.  ``critical``: the critical point that ends it, or None at the end of the path.  ``unheld``:
+    where that is a change of the contact, the state behind it, whose mode is the critical one; else None.  ``last``:
+    the last state with its contact coordinates; None if its contact is at nodes.  ``nodal``: why the contact was found
+    node by node in some states, where it was none of :class:`.Topology`; else empty.
     """
 
     path: GripperPath
@@ -97,23 +88,10 @@ def follow(
 ) -> StaticSegment:
     """Follow a path from the flat strip, or from a state on one of its pieces.
 
-    Parameters
-    ----------
-    mesh
-        Plans a mesh of the strip with one lift-off: :meth:`.StripModel.contact_mesh`.
-    path, length
-        The path, and the length of the strip, L*.
-    first, piece
-        The state to begin with, and the index of its piece.
-    options
-        Of the steps.
-    progress
-        Called with a line on how much of the path is done.
-
-    Raises
-    ------
-    SolveError
-        When a state or the branch cannot be computed.
+    ``mesh``: plans a mesh of the strip with one lift-off: :meth:`.StripModel.contact_mesh`.  ``path``, ``length``: the
+    path, and the length of the strip, L*.  ``first``, ``piece``: the state to begin with, and the index of its piece.
+    ``options``: of the steps.  ``progress``: called with a line on how much of the path is done.  Raises SolveError:
+    when a state or the branch cannot be computed.
     """
     at: BranchPoint | State = first or from_flat(mesh, path, length)
     follower = _Follower(mesh, path, length, options, at, piece, Percent(progress, "following the path"))

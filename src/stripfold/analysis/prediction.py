@@ -69,10 +69,7 @@ class Snap:
     def checked(self, tolerance: float = LAMBDA_TOLERANCE) -> XRun:
         """The end of the advance, lambda_c to a bracket of ``tolerance``.
 
-        Raises
-        ------
-        SolveError
-            See :func:`.critical.checked`.
+        Raises SolveError: see :func:`.critical.checked`.
         """
         found = critical.checked(self.problem, self.limit, tolerance, STEPS)
         before, after = (BranchPoint(self.problem, point) for point in (found.before, found.after))
@@ -82,10 +79,7 @@ class Snap:
 def snap(strip: StripModel, prediction: ElasticaPrediction, refinement: float = 1.0) -> Snap:
     """The limit point near the elastica's, solved for directly.
 
-    Raises
-    ------
-    SolveError
-        There is none, or the sag touches or the whole strip lifts before.
+    Raises SolveError: there is none, or the sag touches or the whole strip lifts before.
     """
     if not prediction.snap:
         raise SolveError("the elastica has no limit point at this height")
@@ -134,11 +128,8 @@ def from_near_the_end(
 ) -> XRun:
     """The end of the advance from a state shortly before it, predicted by the elastica.
 
-    Raises
-    ------
-    SolveError
-        No state of this strip is near the predicted one or it may not be the first end, or the branch cannot be
-        followed from it.
+    Raises SolveError: no state of this strip is near the predicted one or it may not be the first end, or the branch
+    cannot be followed from it.
     """
     z = prediction.height
     if is_compressed(z, strip.length, strip.thickness):

@@ -43,17 +43,10 @@ SAME_STATE = 0.1
 class Fall:
     """How the strip is released.
 
-    Attributes
-    ----------
-    disturbance
-        Largest initial speed of the mid-surface, along the critical eigenvector; positive in the direction of the
-        branch.  A velocity, because a displacement would stretch a thin strip by its square.
-    speed
-        Speed of the gripper; with 0 it is held just past lambda_c.
-    damping
-        Physical damping.
-    to_rest
-        Whether to continue from the first touch to rest.
+    ``disturbance``: largest initial speed of the mid-surface, along the critical eigenvector; positive in the direction
+    of the branch.  A velocity, because a displacement would stretch a thin strip by its square.  ``speed``: speed of
+    the gripper; with 0 it is held just past lambda_c.  ``damping``: physical damping.  ``to_rest``: whether to continue
+    from the first touch to rest.
     """
 
     disturbance: float = 1e-3
@@ -66,16 +59,9 @@ class Fall:
 class Motion:
     """A motion in time.
 
-    Attributes
-    ----------
-    problem
-        What its states solve: the strip on a fixed mesh.
-    states
-        All accepted states, from lambda_c on.
-    touch
-        Index of the first state at which the falling part touches; None where it rests without a touch.
-    touch_x
-        x of the touch, origin mid-strip; nan without a touch.
+    ``problem``: what its states solve: the strip on a fixed mesh.  ``states``: all accepted states, from lambda_c on.
+    ``touch``: index of the first state at which the falling part touches; None where it rests without a touch.
+    ``touch_x``: x of the touch, origin mid-strip; nan without a touch.
     """
 
     problem: StripProblem
@@ -88,12 +74,8 @@ class Motion:
 class ReleaseState:
     """The state from which a strip is released.
 
-    Attributes
-    ----------
-    problem, point, mode
-        The state, its problem, and the eigenvector along which it is disturbed.
-    nudge
-        Distance by which a held gripper is moved first, L*; 0 from an unstable state.
+    ``problem``, ``point``, ``mode``: the state, its problem, and the eigenvector along which it is disturbed.
+    ``nudge``: distance by which a held gripper is moved first, L*; 0 from an unstable state.
     """
 
     problem: StripProblem
@@ -134,10 +116,7 @@ def simulate_fall(
 
     The motion also ends where the strip rests elsewhere without a touch.
 
-    Raises
-    ------
-    TimeStepError
-        As :func:`.rest.to_rest`.
+    Raises TimeStepError: as :func:`.rest.to_rest`.
     """
     say = progress or (lambda _: None)
     problem, model = release.problem, release.problem.model
@@ -158,10 +137,7 @@ def simulate_fall(
 def state_at_rest(problem: StripProblem, state: TimeState) -> Point:
     """The equilibrium of a strip at rest.
 
-    Raises
-    ------
-    SolveError
-        It does not converge, is another state, or is not stable.
+    Raises SolveError: it does not converge, is another state, or is not stable.
     """
     if problem.effects:
         # What they remember at the end is not in the problem.
@@ -178,10 +154,7 @@ def state_at_rest(problem: StripProblem, state: TimeState) -> Point:
 def at_rest(mesh: Planned, motion: Motion) -> BranchPoint | tuple[StripProblem, Point]:
     """The equilibrium that a motion ended in; its contact is at nodes where it is none of :class:`.Topology`.
 
-    Raises
-    ------
-    SolveError
-        As :func:`state_at_rest`.
+    Raises SolveError: as :func:`state_at_rest`.
     """
     problem, point = motion.problem, state_at_rest(motion.problem, motion.states[-1])
     try:

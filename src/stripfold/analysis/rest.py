@@ -36,17 +36,9 @@ def to_rest(
 ) -> Iterator[TimeState]:
     """Yield states from the last one so far to rest, or to an earlier event of ``until``.
 
-    Parameters
-    ----------
-    so_far
-        The motion up to there, its first state at least.
-    moving
-        Time for which the gripper moves first: no rest.
-
-    Raises
-    ------
-    TimeStepError
-        None of this happens, or no time step succeeds; with the last good state and its ``mid_surface``.
+    ``so_far``: the motion up to there, its first state at least.  ``moving``: time for which the gripper moves first:
+    no rest.  Raises TimeStepError: none of this happens, or no time step succeeds; with the last good state and its
+    ``mid_surface``.
     """
     disturbance, begin = so_far[0].energy.kinetic, max(so_far[-1].t, moving)
     longest = LONGEST * (1.0 + damping.air + damping.stiffness)

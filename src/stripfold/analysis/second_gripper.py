@@ -42,16 +42,9 @@ REFINEMENTS = (1.0, 0.7, 0.5)
 class SecondGripper:
     """A strip held at a second place, m.
 
-    Attributes
-    ----------
-    s
-        The place, as a distance along the strip from the first gripper.
-    x, z
-        Where it is taken, origin mid-strip.
-    snap, reason
-        Whether the strip snaps nevertheless, and what ends the part that was followed with two grippers.
-    gain
-        How much farther the first gripper is then than at the critical point with one.
+    ``s``: the place, as a distance along the strip from the first gripper.  ``x``, ``z``: where it is taken, origin
+    mid-strip.  ``snap``, ``reason``: whether the strip snaps nevertheless, and what ends the part that was followed
+    with two grippers.  ``gain``: how much farther the first gripper is then than at the critical point with one.
     """
 
     s: float
@@ -77,14 +70,8 @@ class SecondAlongX(SecondGripper):
 class Unheld:
     """A strip with one gripper that is about to snap.
 
-    Attributes
-    ----------
-    lam
-        lambda_c.
-    at
-        The state shortly before it.
-    nodes, mode
-        Places in the strip, shape (n,), and their displacements in the critical mode, (n, 2).
+    ``lam``: lambda_c.  ``at``: the state shortly before it.  ``nodes``, ``mode``: places in the strip, shape (n,), and
+    their displacements in the critical mode, (n, 2).
     """
 
     lam: float
@@ -106,10 +93,7 @@ class Unheld:
 def before_snap(strip: StripModel, height: float, before: float = BEFORE, refinement: float = 1.0) -> Unheld:
     """The state at a distance ``before`` lambda_c, and the critical mode.
 
-    Raises
-    ------
-    SolveError
-        The strip does not snap at this height.
+    Raises SolveError: the strip does not snap at this height.
     """
     run = end_of_advance(strip, ElasticaPrediction.at(height), refinement)
     if run.critical is None:
@@ -122,10 +106,7 @@ def before_snap(strip: StripModel, height: float, before: float = BEFORE, refine
 def before_critical(problem: MovingContact, critical: CriticalPoint, lam: float) -> BranchPoint:
     """The state at ``lam`` on the branch to a critical point of ``problem``, shortly before it.
 
-    Raises
-    ------
-    SolveError
-        There is none near the parabola of the branch at the critical point.
+    Raises SolveError: there is none near the parabola of the branch at the critical point.
     """
     near, ahead, width = critical.before, critical.after.tangent, critical.after.arc - critical.before.arc
     # Its second derivatives are those between the bracket's ends.
@@ -137,10 +118,7 @@ def before_critical(problem: MovingContact, critical: CriticalPoint, lam: float)
 def hold(unheld: Unheld, s: float) -> XRun:
     """The end of the advance of a strip held at ``s`` too, :data:`NEAREST` or more from the free length's ends.
 
-    Raises
-    ------
-    SolveError
-        The branch could not be followed.
+    Raises SolveError: the branch could not be followed.
     """
     return to_the_end(held(unheld.at, s))
 
@@ -158,10 +136,7 @@ def held(at: BranchPoint, s: float) -> BranchPoint:
 def checked_place(place: float | Literal["auto"], auto: float, free_length: float, unit: float) -> float:
     """The place to hold, L*, from one in m or the one of the mode, on the part of ``free_length`` that hangs free.
 
-    Raises
-    ------
-    InvalidInputError
-        There is no such place.
+    Raises InvalidInputError: there is no such place.
     """
     s = auto if place == "auto" else place / unit
     lowest, highest = NEAREST, free_length - NEAREST
@@ -176,10 +151,7 @@ def stable_advance(run: XRun) -> tuple[float, End]:
 
     From the touch of the sag on, the contact is at nodes.
 
-    Raises
-    ------
-    SolveError
-        The branch could not be followed on any mesh.
+    Raises SolveError: the branch could not be followed on any mesh.
     """
     if run.end is not End.TOUCH:
         return run.lam, run.end
@@ -207,12 +179,7 @@ def second_gripper(scene: Scene, place: float | Literal["auto"]) -> SecondAlongX
 
     On the rod, whatever the model asked for.
 
-    Raises
-    ------
-    InvalidInputError
-        A place where the strip does not hang free.
-    SolveError
-        The branch could not be followed.
+    Raises InvalidInputError: a place where the strip does not hang free; SolveError: the branch could not be followed.
     """
     unit = scene.gravity_length
     strip = StripModel(scene.length_star, scene.material.relative_thickness, kind="rod")

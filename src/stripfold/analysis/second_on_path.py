@@ -53,12 +53,7 @@ def second_on_path(
 
     On the rod, whatever the model asked for; ``path`` in L*, ``length`` in m.  None where there is no critical point.
 
-    Raises
-    ------
-    InvalidInputError
-        A place where the strip does not hang free.
-    SolveError
-        The path could not be followed.
+    Raises InvalidInputError: a place where the strip does not hang free; SolveError: the path could not be followed.
     """
     unit = material.gravity_length
     strip = StripModel(length / unit, material.relative_thickness, kind="rod")

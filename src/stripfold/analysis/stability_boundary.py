@@ -22,17 +22,9 @@ def stability_boundary(
 
     The first, and each that is not found from the last, is solved for from the elastica's.
 
-    Parameters
-    ----------
-    strips
-        Strip and height of the gripper, neighbours so near that one critical state is a guess of the next.
-    refinement, tolerance
-        Factor on all element lengths, and width of the bracket of lambda_c.
-
-    Raises
-    ------
-    SolveError
-        The boundary ends: the sag touches or the whole strip lifts before lambda has a maximum.
+    ``strips``: strip and height of the gripper, neighbours so near that one critical state is a guess of the next.
+    ``refinement``, ``tolerance``: factor on all element lengths, and width of the bracket of lambda_c.  Raises
+    SolveError: the boundary ends: the sag touches or the whole strip lifts before lambda has a maximum.
     """
     last: Snap | None = None
     for strip, height in strips:

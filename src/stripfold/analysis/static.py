@@ -105,16 +105,9 @@ class StripModel:
 class XRun:
     """A run along x at one height.
 
-    Attributes
-    ----------
-    points
-        The points of the branch, from its start on; those before the end are ``points[:n_before]``.
-    end
-        The end of the advance.
-    critical
-        The located critical point where ``end`` is a snap.
-    last
-        The state at the end of the advance: critical, at first touch, or just before lift-off of the whole strip.
+    ``points``: the points of the branch, from its start on; those before the end are ``points[:n_before]``.  ``end``:
+    the end of the advance.  ``critical``: the located critical point where ``end`` is a snap.  ``last``: the state at
+    the end of the advance: critical, at first touch, or just before lift-off of the whole strip.
     """
 
     points: tuple[BranchPoint, ...]
@@ -176,19 +169,9 @@ def along_x(
 ) -> XRun:
     """Follow the x-axis branch from a state without horizontal force to its end, and after a snap past it.
 
-    Parameters
-    ----------
-    start, height
-        A state at this height of the gripper, L*, as :func:`lift` yields.
-    plan
-        Plans the elements; by default those of ``start``.
-    past
-        Arc length to follow the unstable branch, L*; 0 for none.
-
-    Raises
-    ------
-    SolveError
-        When a state or the branch cannot be computed to its tolerance.
+    ``start``, ``height``: a state at this height of the gripper, L*, as :func:`lift` yields.  ``plan``: plans the
+    elements; by default those of ``start``.  ``past``: arc length to follow the unstable branch, L*; 0 for none.
+    Raises SolveError: when a state or the branch cannot be computed to its tolerance.
     """
     if plan is not None:
         start = transferred(start, mesh=plan(start.contact))

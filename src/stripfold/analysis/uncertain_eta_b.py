@@ -16,16 +16,8 @@ from stripfold.inputs import Scene
 class EtaBRange:
     """The ends of an advance with the least and the largest eta_b, in this order.
 
-    Attributes
-    ----------
-    eta_b
-        Both, m^-4 s^2.
-    snap
-        Whether the strip snaps; else the sag touches first.
-    advance
-        lambda_c, or the advance at the touch.
-    margin
-        Height of the gripper above the touch limit, from which on a strip snaps.
+    ``eta_b``: both, m^-4 s^2.  ``snap``: whether the strip snaps; else the sag touches first.  ``advance``: lambda_c,
+    or the advance at the touch.  ``margin``: height of the gripper above the touch limit, from which on a strip snaps.
     """
 
     eta_b: tuple[float, float]
@@ -37,17 +29,9 @@ class EtaBRange:
 def over_eta_b(scene: Scene, uncertainty: float, advance: float) -> EtaBRange:
     """The range for eta_b times 1 - ``uncertainty`` and 1 + ``uncertainty``.
 
-    Parameters
-    ----------
-    scene, advance
-        The strip and its gripper, and the end of its advance with the given eta_b.
-
-    Raises
-    ------
-    InvalidInputError
-        With one of them this is no strip, or it is too short or the gripper too high or low for one.
-    SolveError
-        The elastica could not be solved.
+    ``scene``, ``advance``: the strip and its gripper, and the end of its advance with the given eta_b.  Raises
+    InvalidInputError: with one of them this is no strip, or it is too short or the gripper too high or low for one;
+    SolveError: the elastica could not be solved.
     """
     ends = [scene.with_eta_b((1.0 + sign * uncertainty) * scene.eta_b) for sign in (-1.0, 1.0)]
     for end in ends:

@@ -51,8 +51,8 @@ NOT_FOLLOWED = "not followed: the statics end here"
 class Verdict:
     """The assessment of a path; lengths in m, forces in N per m of width, nan where undefined.
 
-    :class:`.results.PathAssessment` describes the attributes; ``states`` are the states followed, static or in time, in
-    L*, each with the problem that it solves; ``falls`` are those between them, each with the states before counted.
+    :class:`.PathAssessment` describes the attributes; ``states`` are the states followed, static or in time, in L*,
+    each with the problem that it solves; ``falls`` are those between them, each with the states before counted.
     """
 
     stable: bool

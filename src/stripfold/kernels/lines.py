@@ -87,7 +87,10 @@ def inside(points, shape):
 
 @compiled()
 def bands(image, points, across, width, bright, side, thin):
-    """See :func:`.cross_sections.edges_at`; an array of shape (5, n)."""
+    """See :func:`.cross_sections.edges_at`; an array of shape (5, n).
+
+    Unless ``side``, of :func:`.free_side`, is 0 the centre is half of ``width`` from the edge on that side.
+    """
     reach = np.empty(len(width), dtype=np.int64)
     for i in range(len(width)):
         reach[i] = int(np.rint(1.2 * width[i])) + 6

@@ -131,7 +131,11 @@ def on_own_layer(places, curve, layer):
 
 @compiled(vector(matrix, matrix, vector, numba.int64, numba.float64))
 def free_side(curve, across, width, layer, margin):
-    """See :func:`.cross_sections.free_side`."""
+    """On which side of each point of a curve only its outer edge is clear of another layer, shape (n,).
+
+    0 where no other layer (more than ``layer`` points away) is within ``margin`` of its band of this ``width``, else
+    the sign by which the normal ``across`` points away from it.  The layer next to the gripper is above.
+    """
     out, spacing, widest = np.zeros(len(curve)), longest_step(curve), np.max(width)
     for i in range(len(curve)):
         least, j = margin, 0

@@ -138,11 +138,18 @@ class ContactMesh:
 
         Shapes (n,) and (n, n_coordinates).
         """
-        parts = self.parts(contact)
-        ratio, growth = parts / self.parts(self.planned), self._sides / parts
+        ratio, rates = self._ratio(contact), self._sides / self._planned_parts
         linear, square = self._weights
-        columns = (growth * ratio) @ linear + (2.0 * growth * ratio**2) @ square
+        columns = rates @ linear + (2.0 * rates * ratio) @ square
         return ratio @ linear + ratio**2 @ square, columns.T
+
+    def _ratio(self, contact: Array) -> Array:
+        """Lengths of the parts over those planned."""
+        return self.parts(contact) / self._planned_parts
+
+    @cached_property
+    def _planned_parts(self) -> Array:
+        return self.parts(self.planned)
 
     @cached_property
     def _weights(self) -> tuple[Array, Array]:
@@ -163,7 +170,7 @@ class ContactMesh:
 
     def drifted(self, contact: Array) -> bool:
         """Whether the elements are no longer as long as planned."""
-        ratio = self.parts(contact) / self.parts(self.planned)
+        ratio = self._ratio(contact)
         allowed = np.where(self.topology.value, LYING_DRIFT, DRIFT)
         return bool(np.any(ratio > allowed) or np.any(ratio * allowed < 1.0))
 

@@ -31,12 +31,15 @@ class Piece:
     @classmethod
     def through(cls, points: Array, start: float, name: str) -> Piece:
         """A cubic spline through ``points``, shape (n, 2), over :func:`polygon_length`; a line through two."""
+        travelled = polygon_length(points, start)
+        ends = float(travelled[0]), float(travelled[-1])
+        if len(points) == 2:
+            along = (points[1] - points[0]) / (ends[1] - ends[0])
+            return cls(*ends, lambda s: points[0] + (s - ends[0]) * along, lambda _: along, name)
         from scipy.interpolate import make_interp_spline
 
-        travelled = polygon_length(points, start)
         spline = make_interp_spline(travelled, points, k=min(3, len(points) - 1))
         rate = spline.derivative()
-        ends = float(travelled[0]), float(travelled[-1])
         return cls(*ends, lambda s: np.asarray(spline(s)), lambda s: np.asarray(rate(s)), name)
 
 

@@ -99,7 +99,7 @@ class Band:
         lanes = kernels.band.LANES
         return cls(np.zeros(size * (2 * width + lanes) + 2 * lanes), width)
 
-    @property
+    @cached_property
     def size(self) -> int:
         return len(self.columns)
 
@@ -135,10 +135,13 @@ class Band:
 
     def row(self, i: int) -> Array:
         """One row, shape (size,)."""
-        n, w, columns = self.size, self.width, self.columns
-        first, last = max(i - w, 0), min(i + w, n - 1)
-        out, j = np.zeros(n), np.arange(first, last + 1)
-        out[j] = columns[j, w + i - j]
+        n, w = self.size, self.width
+        first, end = max(i - w, 0), min(i + w + 1, n)
+        # From one column to the next the entry of a row is one place nearer to the column's begin.
+        pitch = self.columns.shape[1] - 1
+        start = kernels.band.LANES + first * pitch + w + i
+        out = np.zeros(n)
+        out[first:end] = self.flat[start : start + (end - first) * pitch : pitch]
         return out
 
     def with_fixed(self, fixed: Index) -> Band:
@@ -253,7 +256,7 @@ class Bordered:
         return self.block.size + len(self.corner)
 
     def __matmul__(self, x: Array) -> Array:
-        n = self.block.size
+        n = len(self.columns)
         return np.concatenate([self.block @ x[:n] + self.columns @ x[n:], self.rows @ x[:n] + self.corner @ x[n:]])
 
     def __abs__(self) -> Bordered:
@@ -274,7 +277,7 @@ class Bordered:
 
     def factor(self) -> Solve:
         solve, response, schur = self._eliminated
-        n = self.block.size
+        n = len(self.columns)
         try:
             inverse = 1.0 / schur if len(schur) == 1 and schur[0, 0] else np.linalg.inv(schur)
         except np.linalg.LinAlgError as error:

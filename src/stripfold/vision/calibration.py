@@ -69,12 +69,8 @@ def _noise(residual_rms: float, n: int, unknowns: int, random: np.random.Generat
 def calibrate_folder(folder: Path, entries: Entries) -> Calibration:
     """The calibration of a recording, given the content of its ``recording.yaml``.
 
-    Raises
-    ------
-    InvalidInputError
-        A file is missing or cannot be read; the message names it.
-    CalibrationError
-        Not good enough to measure with; the message says which part, and what to do.
+    Raises InvalidInputError: a file is missing or cannot be read; the message names it; CalibrationError: not good
+    enough to measure with; the message says which part, and what to do.
     """
     described = entries.camera
     source: Intrinsics | Camera
@@ -102,10 +98,7 @@ def calibrate_folder(folder: Path, entries: Entries) -> Calibration:
 def holder(folder: Path, entries: Entries) -> Marker | Template:
     """What is followed of the gripper, as it is found in pictures.
 
-    Raises
-    ------
-    InvalidInputError
-        No such marker, or a template that does not stand out in the film's first frame.
+    Raises InvalidInputError: no such marker, or a template that does not stand out in the film's first frame.
     """
     described = entries.gripper.holder
     if isinstance(described, recording.Marker):
@@ -122,23 +115,9 @@ def assemble(
 
     The RMS values of ``camera`` and ``plane`` are in pixels, other lengths in m; the rest are ratios.
 
-    Parameters
-    ----------
-    source
-        The camera's calibration, or a camera that is taken as exact.
-    board
-        Corners of the board in the folding plane.
-    stops
-        The robot's stops.
-    side
-        Side of the gripper's marker, m; None where it has none.
-    name
-        File name of the plane's picture, for errors.
-
-    Raises
-    ------
-    CalibrationError
-        Not good enough to measure with.
+    ``source``: the camera's calibration, or a camera that is taken as exact.  ``board``: corners of the board in the
+    folding plane.  ``stops``: the robot's stops.  ``side``: side of the gripper's marker, m; None where it has none.
+    ``name``: file name of the plane's picture, for errors.  Raises CalibrationError: not good enough to measure with.
     """
     camera, known = (source, None) if isinstance(source, Camera) else (source.camera, source)
     require(

@@ -70,10 +70,7 @@ class Camera:
 def read_camera(path: Path) -> Camera:
     """The camera in a file as OpenCV's calibration programs write it.
 
-    Raises
-    ------
-    InvalidInputError
-        No such file, too large, not in OpenCV's format, or not the intrinsics of a camera.
+    Raises InvalidInputError: no such file, too large, not in OpenCV's format, or not the intrinsics of a camera.
     """
     table = read_opencv_yaml(path)
     try:
@@ -119,10 +116,7 @@ def read_opencv_yaml(path: Path) -> dict[str, Any]:
 
     OpenCV's own reader is not used: deeply nested files crash the process.
 
-    Raises
-    ------
-    InvalidInputError
-        No such file, too large, or not YAML.
+    Raises InvalidInputError: no such file, too large, or not YAML.
     """
     if not path.is_file():
         raise InvalidInputError("intrinsics", str(path), "an existing file")

@@ -84,10 +84,7 @@ class CameraCheck:
     def write(self, path: Path) -> None:
         """The intrinsics as OpenCV writes them, which a recording's ``camera.intrinsics`` reads.
 
-        Raises
-        ------
-        CalibrationError
-            The camera is refused.
+        Raises CalibrationError: the camera is refused.
         """
         if isinstance(self.camera, CalibrationError):
             raise self.camera
@@ -104,10 +101,7 @@ class CameraCheck:
 def check(folder: Path, board: Board) -> CameraCheck:
     """Calibrate a camera with the pictures of a board in a folder.
 
-    Raises
-    ------
-    InvalidInputError
-        No such folder, or a picture that cannot be read.
+    Raises InvalidInputError: no such folder, or a picture that cannot be read.
     """
     pictures = [(path.name, read_calibration_picture(path)) for path in picture_files(folder, intrinsics.MAX_VIEWS)]
     shapes = [picture.shape for _, picture in pictures]

@@ -52,16 +52,10 @@ PERCENTILES = (2.5, 97.5)
 class Cantilever(ShapeFit):
     """A fitted shape, whose curve has the measured points' arc lengths; pixels.
 
-    Attributes
-    ----------
-    unit
-        L* of the secant stiffness at the largest curvature where the law is not linear.
-    exponent, exponents
-        n of ``m ~ kappa^n``, 1 where it was not fitted, and the ends of its 95 % interval.
-    sd
-        Standard deviation of the curve, normal to it, shape (n,).
-    curvature, slope
-        Largest curvature of the curve, 1 / pixel, and its angle below the horizontal at the clamp, rad.
+    ``unit``: L* of the secant stiffness at the largest curvature where the law is not linear.  ``exponent``,
+    ``exponents``: n of ``m ~ kappa^n``, 1 where it was not fitted, and the ends of its 95 % interval.  ``sd``: standard
+    deviation of the curve, normal to it, shape (n,).  ``curvature``, ``slope``: largest curvature of the curve, 1 /
+    pixel, and its angle below the horizontal at the clamp, rad.
     """
 
     exponent: float
@@ -82,20 +76,10 @@ def fit(
 ) -> Cantilever:
     """Fit the shape of a strip; ``linear`` sets n = 1, otherwise n is fitted.
 
-    Parameters
-    ----------
-    points, sd
-        Equally spaced points from the clamp to the free end, y downwards, shape (n, 2), and their standard
-        deviations, shape (n,), pixels; a point's weight is reduced where ``sd`` is above its median.
-    tip_sd
-        Uncertainty of the free end along the strip, pixels.
-    slope
-        Angle below the horizontal at the clamp, rad; None: as the shape has it.
-
-    Raises
-    ------
-    TrackingError
-        No heavy elastica has this shape.
+    ``points``, ``sd``: equally spaced points from the clamp to the free end, y downwards, shape (n, 2), and their
+    standard deviations, shape (n,), pixels; a point's weight is reduced where ``sd`` is above its median.  ``tip_sd``:
+    uncertainty of the free end along the strip, pixels.  ``slope``: angle below the horizontal at the clamp, rad; None:
+    as the shape has it.  Raises TrackingError: no heavy elastica has this shape.
     """
     weights = np.minimum(float(np.median(sd)) / sd, 1.0)
     problem = _Problem(points, weights, linear=True, slope=slope)

@@ -87,10 +87,7 @@ class Clock:
 def read_log(path: Path) -> RobotLog:
     """The robot's log from a CSV file ``t,x,z``, s and m.
 
-    Raises
-    ------
-    InvalidInputError
-        Not such a table, or times that do not increase.
+    Raises InvalidInputError: not such a table, or times that do not increase.
     """
     time, x, z = read_table("robot_log", path, "t,x,z", (2, MAX_ROWS)).T
     check_increasing("t", time, path)

@@ -121,16 +121,6 @@ def inside(points: Array, shape: tuple[int, ...], margin: float = 0.0) -> Mask:
     return (x >= margin) & (y >= margin) & (x <= shape[1] - 1 - margin) & (y <= shape[0] - 1 - margin)
 
 
-def free_side(curve: Array, across: Array, width: Array, layer: int) -> Array:
-    """On which side of each point of a curve only its outer edge is clear of another layer, shape (n,).
-
-    0 where no other layer (more than ``layer`` points away) is within :data:`CLEAR` of its band of this ``width``, else
-    the sign by which the normal ``across`` points away from it.  The layer next to the gripper is above.
-    """
-    curve, across = np.ascontiguousarray(curve), np.ascontiguousarray(across)
-    return np.asarray(kernels.sections.free_side(curve, across, width, layer, CLEAR))
-
-
 def sample(image: Picture, points: Array, across: Array, reach: NDArray[np.intp] | int, bright: bool) -> Grey:
     """Rounded grey values at each pixel up to ``reach`` to both sides, shape (n, 2 reach + 1); dark strips inverted.
 
@@ -159,11 +149,9 @@ def locate(image: Picture, points: Array, across: Array, width: Array, reach: fl
     return np.asarray(t[np.argmax((np.maximum(response, 0.0) + 1e-6) * near, axis=1)], dtype=np.float64)
 
 
-def edges_at(
-    image: Picture, points: Array, across: Array, width: Array | float, bright: bool, side: Array | float = 0.0
-) -> Edges:
+def edges_at(image: Picture, points: Array, across: Array, width: Array | float, bright: bool) -> Edges:
     """:func:`measure_edges` on sections through ``points`` of a picture."""
-    return measure_edges(sample(image, points, across, search_range(width) + 1, bright), width, side)
+    return measure_edges(sample(image, points, across, search_range(width) + 1, bright), width)
 
 
 def search_range(width: Array | float) -> NDArray[np.intp]:
@@ -171,18 +159,17 @@ def search_range(width: Array | float) -> NDArray[np.intp]:
     return np.rint(1.2 * np.asarray(width)).astype(np.intp) + 5
 
 
-def measure_edges(profiles: Grey, width: Array | float, side: Array | float = 0.0) -> Edges:
+def measure_edges(profiles: Grey, width: Array | float) -> Edges:
     """Sub-pixel edges of a band that lies in the middle of each section.
 
     Each edge is where the grey value is half-way between the band's and that beside it, on its own side: a strip
     often has its dimmer face on one side and the background on the other.
 
     ``profiles`` has shape (n, 2 r + 1), with r at least the largest :func:`search_range`; ``width`` is the band's
-    approximate width on each section, shape (n,), or on all, pixels; ``side`` that of :func:`free_side`: unless it is 0
-    the centre is half of ``width`` from the edge on that side.
+    approximate width on each section, shape (n,), or on all, pixels.
     """
-    width, side = (np.full(len(profiles), value, dtype=np.float64) for value in (width, side))
-    *values, found = kernels.sections.edges(profiles, width, side, THIN)
+    width = np.full(len(profiles), width, dtype=np.float64)
+    *values, found = kernels.sections.edges(profiles, width, np.zeros(len(width)), THIN)
     return Edges._make([*values, found > 0.0])
 
 

@@ -20,10 +20,8 @@ MIN_ADVANCE = 0.002
 def compare(entries: Entries, tracks: Tracks) -> None:
     """Refuse a description that the film contradicts; lambda would be wrong.
 
-    Raises
-    ------
-    MeasurementError
-        The gripper's height, direction or speed, or the place of the flat strip, are not as described.
+    Raises MeasurementError: the gripper's height, direction or speed, or the place of the flat strip, are not as
+    described.
     """
     gripper = entries.gripper
     z = float(np.median(tracks.gripped_end[tracks.gripper.tracked, 1]))

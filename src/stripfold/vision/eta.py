@@ -129,10 +129,7 @@ def from_image(
 
     ``slope``, in degrees, is the angle of a cantilever below the horizontal at its clamp; None: as the shape has it.
 
-    Raises
-    ------
-    TrackingError
-        No strip as the method needs it.
+    Raises TrackingError: no strip as the method needs it.
     """
     if method == "fold":
         return FoldEtaB(scale, fold.measure(image, source))

@@ -20,12 +20,7 @@ MAX_SIDE = 700
 def draw(image: Picture, found: FoldEtaB | CantileverEtaB) -> Figure:
     """Draw the fit over the picture, and the residual below it, both in mm.
 
-    Parameters
-    ----------
-    image
-        Grey values, shape (h, w).
-    found
-        From :func:`stripfold.vision.eta.from_image`.
+    ``image``: grey values, shape (h, w).  ``found``: from :func:`stripfold.vision.eta.from_image`.
     """
     unit = found.scale * MILLI
     rows, columns = _window(found.fit.curve if isinstance(found, FoldEtaB) else found.line.points, image.shape)

@@ -66,18 +66,9 @@ NAMES = "eta_b_motion", "eta_b_motion_low", "eta_b_motion_high", "friction_motio
 class MotionEtaB:
     """eta_b from the motion.
 
-    Attributes
-    ----------
-    eta_b, low, high
-        The value and its 95 % interval, m^-4 s^2.
-    friction, known
-        M_0, rho_a g L*^2; whether it was described.
-    depth
-        At which the strip is seen behind the folding plane, m.
-    residual
-        Standard deviation of the distances of most points from the fitted shapes, m.
-    frames
-        From how many frames.
+    ``eta_b``, ``low``, ``high``: the value and its 95 % interval, m^-4 s^2.  ``friction``, ``known``: M_0, rho_a g
+    L*^2; whether it was described.  ``depth``: at which the strip is seen behind the folding plane, m.  ``residual``:
+    standard deviation of the distances of most points from the fitted shapes, m.  ``frames``: from how many frames.
     """
 
     eta_b: float
@@ -136,13 +127,8 @@ def measure(
 ) -> MotionEtaB | MeasurementError:
     """eta_b from the frames in which the strip follows its gripper, or why there is none.
 
-    Parameters
-    ----------
-    event, by_video
-        Advance at the onset of the snap, or at the end of the motion, and that by the video alone, m; ``snapped`` says
-        which.
-    sd
-        Standard deviation of places by the calibration, m.
+    ``event``, ``by_video``: advance at the onset of the snap, or at the end of the motion, and that by the video alone,
+    m; ``snapped`` says which.  ``sd``: standard deviation of places by the calibration, m.
     """
     try:
         return _measure(recording, mapping, tracks, event, by_video - event, snapped, float(np.hypot(PLACE_SD, sd)))

@@ -58,16 +58,10 @@ ADVICE = "turn the camera along the fold, with a plain background much darker or
 class Fold(ShapeFit):
     """A fitted loop, pixels.
 
-    Attributes
-    ----------
-    sd
-        Standard deviation of the logarithm of ``unit``.
-    height, width, thickness
-        Of the upper layer's middle above the lower one's, of the band, and between the layers where they meet.
-    top, foot
-        Ends of the height, shape (2,).
-    points, arc
-        Measured middles, shape (n, 2), and their arc lengths from the lift-off point, shape (n,).
+    ``sd``: standard deviation of the logarithm of ``unit``.  ``height``, ``width``, ``thickness``: of the upper layer's
+    middle above the lower one's, of the band, and between the layers where they meet.  ``top``, ``foot``: ends of the
+    height, shape (2,).  ``points``, ``arc``: measured middles, shape (n, 2), and their arc lengths from the lift-off
+    point, shape (n,).
     """
 
     sd: float
@@ -83,10 +77,7 @@ class Fold(ShapeFit):
 def measure(image: Picture, source: str = "picture") -> Fold:
     """Fit the loop of a folded strip in an upright picture, grey values of shape (h, w).
 
-    Raises
-    ------
-    TrackingError
-        No strip, no loop, one that the picture cuts, or one that has not the shape of a fold.
+    Raises TrackingError: no strip, no loop, one that the picture cuts, or one that has not the shape of a fold.
     """
     place, width, bright = _initial(image, source)
     thickness, blur = width / place.unit, FIRST_BLUR

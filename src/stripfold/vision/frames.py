@@ -14,18 +14,10 @@ MAX_MISSING = 0.05
 class Frame:
     """One frame.
 
-    Attributes
-    ----------
-    index
-        From 0, in the order of presentation.
-    time
-        When it was taken, s, by the camera's clock.
-    image
-        Shape (h, w): grey from 0, black, to 255, white; read-only.
-    doubled
-        Whether it repeats the frame before, pixel by pixel, with another time.
-    damaged
-        Whether a part of its data, or of a frame that it is predicted from, is missing.
+    ``index``: from 0, in the order of presentation.  ``time``: when it was taken, s, by the camera's clock.  ``image``:
+    shape (h, w): grey from 0, black, to 255, white; read-only.  ``doubled``: whether it repeats the frame before, pixel
+    by pixel, with another time.  ``damaged``: whether a part of its data, or of a frame that it is predicted from, is
+    missing.
     """
 
     index: int

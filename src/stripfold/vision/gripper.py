@@ -68,10 +68,7 @@ class GripperTracker:
     def __call__(self, frame: Frame) -> Grip:
         """The marker in the next frame.
 
-        Raises
-        ------
-        TrackingError
-            It is not in the first frame, or was hidden for longer than :data:`MAX_GAP`.
+        Raises TrackingError: it is not in the first frame, or was hidden for longer than :data:`MAX_GAP`.
         """
         if not self._last_two:
             fit = self._search(frame.image)
@@ -126,10 +123,7 @@ class GripperTracker:
 def interpolate_gaps(grips: Sequence[Grip], source: str = "video") -> Track:
     """The marker in all frames, interpolated in time where it was not seen.
 
-    Raises
-    ------
-    TrackingError
-        It was hidden in more than :data:`MAX_LOST` of the frames.
+    Raises TrackingError: it was hidden in more than :data:`MAX_LOST` of the frames.
     """
     lost = float(np.mean([not grip.tracked for grip in grips]))
     if lost > MAX_LOST:

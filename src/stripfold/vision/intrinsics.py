@@ -58,19 +58,10 @@ class Fit(NamedTuple):
 class Intrinsics:
     """A camera with the quality of its calibration.
 
-    Attributes
-    ----------
-    view_rms, rms
-        Reprojection error (RMS) of each of n views and of all, pixels.
-    covariance
-        Shape (9, 9): of :data:`PARAMETERS`, as if the residuals were independent.
-    coverage
-        Share of the picture's area that the boards cover.
-    split_half
-        See :func:`split_half`, pixels.
-    inflation
-        Jackknife standard deviation over that from ``covariance``, RMS over the parameters, at least 1: residuals
-        within a view are correlated.
+    ``view_rms``, ``rms``: reprojection error (RMS) of each of n views and of all, pixels.  ``covariance``: shape (9,
+    9): of :data:`PARAMETERS`, as if the residuals were independent.  ``coverage``: share of the picture's area that the
+    boards cover.  ``split_half``: see :func:`split_half`, pixels.  ``inflation``: jackknife standard deviation over
+    that from ``covariance``, RMS over the parameters, at least 1: residuals within a view are correlated.
     """
 
     camera: Camera
@@ -101,12 +92,8 @@ def parameters(camera: Camera) -> Array:
 def find_views(folder: Path, board: Board, refinement: Refinement | None = None) -> tuple[list[View], tuple[int, int]]:
     """The views of a folder that show the board, and the pictures' width and height.
 
-    Raises
-    ------
-    InvalidInputError
-        No such folder, or a picture that cannot be read.
-    CalibrationError
-        Pictures of different sizes.
+    Raises InvalidInputError: no such folder, or a picture that cannot be read; CalibrationError: pictures of different
+    sizes.
     """
     paths = picture_files(folder, MAX_VIEWS)
     height, width = read_calibration_picture(paths[0]).shape
@@ -155,11 +142,8 @@ def split_half(views: Sequence[View], whole: Fit) -> float:
 def calibrate(views: Sequence[View], size: tuple[int, int]) -> Intrinsics:
     """Fit a camera to views of one board, in pictures of width and height ``size``, and check the result.
 
-    Raises
-    ------
-    CalibrationError
-        Too few views, views that leave too much of the picture uncovered, an outlying view, too large a reprojection
-        error, or views too similar to determine the focal length.
+    Raises CalibrationError: too few views, views that leave too much of the picture uncovered, an outlying view, too
+    large a reprojection error, or views too similar to determine the focal length.
     """
     require(
         len(views) >= MIN_VIEWS,

@@ -54,10 +54,7 @@ def transform(homography: NDArray[np.floating[Any]], points: Array) -> Array:
 def fit_homography(source: Array, target: Array) -> Array:
     """The homography, shape (3, 3), that maps ``source`` to ``target`` best; both of shape (n, 2).
 
-    Raises
-    ------
-    CalibrationError
-        Points on a line, or that no homography fits.
+    Raises CalibrationError: points on a line, or that no homography fits.
     """
     found, _ = cv2.findHomography(source, target)
     if found is None:

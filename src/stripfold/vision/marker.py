@@ -52,16 +52,9 @@ _START_BLUR, _MIN_BLUR, _MAX_BLUR = 0.8, 0.3, 1.0
 class Fit:
     """A marker found in a picture.
 
-    Attributes
-    ----------
-    homography
-        Shape (3, 3): from the marker's own frame, in sides, to pixels; its last entry is 1.
-    blur
-        Shape (2,): standard deviation of the blur along the marker's axes, sides.
-    sd
-        Shape (2,): standard deviation of the centre, pixels.
-    score
-        Correlation of the picture with the pattern, 0 to 1; 0 before a fit.
+    ``homography``: shape (3, 3): from the marker's own frame, in sides, to pixels; its last entry is 1.  ``blur``:
+    shape (2,): standard deviation of the blur along the marker's axes, sides.  ``sd``: shape (2,): standard deviation
+    of the centre, pixels.  ``score``: correlation of the picture with the pattern, 0 to 1; 0 before a fit.
     """
 
     homography: Array
@@ -94,10 +87,7 @@ class Fit:
 class Marker:
     """Marker ``number`` of a dictionary named in :data:`.boards.Dictionary`.
 
-    Raises
-    ------
-    InvalidInputError
-        The dictionary has fewer markers.
+    Raises InvalidInputError: the dictionary has fewer markers.
     """
 
     def __init__(self, dictionary: str, number: int) -> None:

@@ -44,25 +44,13 @@ def half_width(share: float) -> float:
 class Measurement:
     """The result of a recording; lengths in m, times in s by the video's clock.
 
-    Attributes
-    ----------
-    motion, clock
-        Speed of the strip; the robot's clock against the video's, None without a log.
-    snapped, event_time, event
-        Whether there was a snap, its onset, and lambda then.  Without a snap ``event`` is a lower bound: the farthest
-        advance of the gripper.
-    parts
-        Standard deviations of ``event`` by cause, see :data:`PARTS`.
-    by_video, by_log
-        lambda at the event from the video alone and from the log; nan without a log.
-    speed
-        Of the gripper around the event, m/s.
-    model
-        lambda_c of the model for the described strip.
-    eta_b
-        That of the strip by its motion, or why there is none.
-    flags, manual
-        Quality flags, warnings first; why the onset was set by hand, empty where it was not.
+    ``motion``, ``clock``: speed of the strip; the robot's clock against the video's, None without a log.  ``snapped``,
+    ``event_time``, ``event``: whether there was a snap, its onset, and lambda then.  Without a snap ``event`` is a
+    lower bound: the farthest advance of the gripper.  ``parts``: standard deviations of ``event`` by cause, see
+    :data:`PARTS`.  ``by_video``, ``by_log``: lambda at the event from the video alone and from the log; nan without a
+    log.  ``speed``: of the gripper around the event, m/s.  ``model``: lambda_c of the model for the described strip.
+    ``eta_b``: that of the strip by its motion, or why there is none.  ``flags``, ``manual``: quality flags, warnings
+    first; why the onset was set by hand, empty where it was not.
     """
 
     recording: Recording

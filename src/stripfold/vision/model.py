@@ -14,12 +14,9 @@ from stripfold.vision.recording import Entries
 class ModelValue:
     """lambda_c of the elastica at the described height, m; nan where the sag touches the lower layer before a snap.
 
-    Attributes
-    ----------
-    without_friction, low, high
-        The value, and its 95 % interval from that of eta_b; nan where none was given.
-    with_friction
-        With the fabric's friction to first order, see :func:`.elastica.friction_delay`; nan where none was given.
+    ``without_friction``, ``low``, ``high``: the value, and its 95 % interval from that of eta_b; nan where none was
+    given.  ``with_friction``: with the fabric's friction to first order, see :func:`.elastica.friction_delay`; nan
+    where none was given.
     """
 
     without_friction: float

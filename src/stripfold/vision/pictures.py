@@ -33,10 +33,7 @@ def read_grey(path: str | os.PathLike[str], upright: bool = True) -> Picture:
     The rotation in its EXIF data is applied if ``upright``.  Otherwise the picture is as the sensor recorded it, like
     the frames of a video.
 
-    Raises
-    ------
-    InvalidInputError
-        No such file, not a picture, a damaged one, or one that is too large.
+    Raises InvalidInputError: no such file, not a picture, a damaged one, or one that is too large.
     """
     if not Path(path).is_file():
         raise InvalidInputError("image", str(path), "an existing file")
@@ -87,12 +84,7 @@ def _eight_bit(picture: Image.Image) -> Image.Image:
 def read_calibration_picture(path: Path, size: tuple[int, int] | None = None) -> Picture:
     """A picture as the sensor recorded it, which must have the width and height ``size`` if given.
 
-    Raises
-    ------
-    InvalidInputError
-        As :func:`read_grey`.
-    CalibrationError
-        A picture of another size.
+    Raises InvalidInputError: as :func:`read_grey`; CalibrationError: a picture of another size.
     """
     picture = read_grey(path, upright=False)
     if size is not None and picture.shape != (size[1], size[0]):
@@ -108,10 +100,7 @@ def read_calibration_picture(path: Path, size: tuple[int, int] | None = None) ->
 def picture_files(folder: Path, most: int) -> list[Path]:
     """The pictures in a folder, sorted by name; other files are ignored.
 
-    Raises
-    ------
-    InvalidInputError
-        No such folder, no picture in it, or more than ``most``.
+    Raises InvalidInputError: no such folder, no picture in it, or more than ``most``.
     """
     if not folder.is_dir():
         raise InvalidInputError("folder", str(folder), "an existing folder of pictures")

@@ -215,10 +215,7 @@ class Recording:
     def manual_onset(self) -> ManualOnset | None:
         """The onset set by hand; None where there is none.
 
-        Raises
-        ------
-        InvalidInputError
-            Its file cannot be used.
+        Raises InvalidInputError: its file cannot be used.
         """
         path = self.folder / ManualOnset.file_name
         if not path.exists():
@@ -247,10 +244,7 @@ def other_unit(given: float, other: float) -> str:
 def inside(folder: Path, name: str | Path, key: str) -> Path:
     """The path of a file that a recording names.
 
-    Raises
-    ------
-    InvalidInputError
-        It lies outside the recording's folder.
+    Raises InvalidInputError: it lies outside the recording's folder.
     """
     if folder.resolve() not in (folder / name).resolve().parents:
         raise InvalidInputError(key, str(name), "a path inside the recording's folder", "copy the file there")
@@ -260,10 +254,7 @@ def inside(folder: Path, name: str | Path, key: str) -> Path:
 def _check_log(log: RobotLog, entries: Entries, path: Path) -> None:
     """Refuse a robot's log in other units than described: that needs no film.
 
-    Raises
-    ------
-    InvalidInputError
-        No row at the described height, or a speed that no error of the description explains.
+    Raises InvalidInputError: no row at the described height, or a speed that no error of the description explains.
     """
     gripper = entries.gripper
     z = float(np.median(log.z))
@@ -281,11 +272,8 @@ def _check_log(log: RobotLog, entries: Entries, path: Path) -> None:
 def read(folder: str | os.PathLike[str]) -> Recording:
     """A recording, its entries and tables checked; the files that it names are there.
 
-    Raises
-    ------
-    InvalidInputError
-        No such folder or recording.yaml, a key or value that cannot be used, a file that is missing or lies outside,
-        an unusable manual onset, or a robot's log that is unusable or in other units.
+    Raises InvalidInputError: no such folder or recording.yaml, a key or value that cannot be used, a file that is
+    missing or lies outside, an unusable manual onset, or a robot's log that is unusable or in other units.
     """
     folder = Path(folder)
     path = folder / NAME

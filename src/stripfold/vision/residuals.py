@@ -13,14 +13,8 @@ from stripfold.arrays import Array
 class ShapeFit:
     """A fitted shape; lengths in pixels.
 
-    Attributes
-    ----------
-    unit, interval
-        L* and its 95 % interval.
-    curve
-        The middle of the fitted strip, shape (m, 2).
-    residual
-        Measured less fitted, normal to it, shape (n,).
+    ``unit``, ``interval``: L* and its 95 % interval.  ``curve``: the middle of the fitted strip, shape (m, 2).
+    ``residual``: measured less fitted, normal to it, shape (n,).
     """
 
     unit: float

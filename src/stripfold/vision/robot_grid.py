@@ -56,12 +56,8 @@ def find_stops(folder: Path, table: str, marker: Marker | Template, size: tuple[
     ``table`` is relative to the ``folder`` of the recording, which holds the pictures, too;
     ``size`` is the width and height that the pictures must have.
 
-    Raises
-    ------
-    InvalidInputError
-        The table or a picture cannot be read, a picture is listed twice or lies outside the folder.
-    CalibrationError
-        A picture of another size, or without the marker.
+    Raises InvalidInputError: the table or a picture cannot be read, a picture is listed twice or lies outside the
+    folder; CalibrationError: a picture of another size, or without the marker.
     """
     path = folder / table
     rows = read_rows("robot grid", path, "image,x,z", (0, MAX_STOPS))

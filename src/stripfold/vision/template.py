@@ -49,10 +49,8 @@ _MIN_SD = 0.003
 class Template:
     """A box x, y, width, height of a first frame, pixels; it serves as a :class:`.marker.Marker` does.
 
-    Raises
-    ------
-    InvalidInputError
-        The box is too small, not in the picture, without texture, or like another place in the picture.
+    Raises InvalidInputError: the box is too small, not in the picture, without texture, or like another place in the
+    picture.
     """
 
     def __init__(self, first: Picture, box: tuple[int, int, int, int]) -> None:

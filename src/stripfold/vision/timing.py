@@ -19,16 +19,9 @@ which the rate is variable."""
 class Timing:
     """The times of a video's frames.
 
-    Attributes
-    ----------
-    time, doubled
-        Shape (n,): ascending times, s, and which frames repeat the one before.
-    period
-        The usual interval between frames, s.
-    dropped
-        Indices of the frames before which one or more are missing.
-    variable
-        Whether the rate varies, so that a gap does not imply missing frames.
+    ``time``, ``doubled``: shape (n,): ascending times, s, and which frames repeat the one before.  ``period``: the
+    usual interval between frames, s.  ``dropped``: indices of the frames before which one or more are missing.
+    ``variable``: whether the rate varies, so that a gap does not imply missing frames.
     """
 
     time: Array

@@ -38,21 +38,11 @@ _DIFFERENCES = np.clip(128.0 + 3.0 * (np.arange(256) - 128.0), 0, 255).astype(np
 def read(path: str | os.PathLike[str], timestamps: str | os.PathLike[str] | None = None, channel: int = 0) -> Reader:
     """The frames of a video, or of a folder, in temporal order; one at a time is in memory.
 
-    Parameters
-    ----------
-    path
-        The video, or a folder of frames whose names sort in time.
-    timestamps
-        CSV ``frame,t`` with one row per frame: when it was taken, s.  Replaces the times in the video; required for a
-        folder.
-    channel
-        Index of :data:`.decoding.CHANNELS`: what the pictures show.
-
-    Raises
-    ------
-    InvalidInputError
-        Here or while reading: not a video, no times or times that do not increase, a table without one row per frame,
-        or a limit of size, time or memory exceeded.
+    ``path``: the video, or a folder of frames whose names sort in time.  ``timestamps``: CSV ``frame,t`` with one row
+    per frame: when it was taken, s.  Replaces the times in the video; required for a folder.  ``channel``: index of
+    :data:`.decoding.CHANNELS`: what the pictures show.  Raises InvalidInputError: here or while reading: not a video,
+    no times or times that do not increase, a table without one row per frame, or a limit of size, time or memory
+    exceeded.
     """
     return Reader(Path(path), None if timestamps is None else Path(timestamps), channel)
 
@@ -262,10 +252,7 @@ def _end(process: subprocess.Popen[bytes], connection: Connection) -> None:
 def read_timestamps(path: Path) -> Array:
     """Times of the frames, shape (n,), s, from a CSV file ``frame,t`` whose frames count from 0.
 
-    Raises
-    ------
-    InvalidInputError
-        Not such a table, or frames or times out of order.
+    Raises InvalidInputError: not such a table, or frames or times out of order.
     """
     frames, times = read_table("timestamps", path, "frame,t", (1, MAX_FRAMES)).T
     wrong = np.flatnonzero(frames != np.arange(len(frames)))

@@ -14,7 +14,8 @@ import xarray as xr
 
 from studies.common import NO_RESULT, markdown_table
 from studies.summary.facts import Facts
-from studies.summary.table import SOURCES, Number, Source
+from studies.summary.number import Number, Source
+from studies.summary.table import SOURCES
 
 Entry = dict[str, Any]
 

@@ -1,0 +1,140 @@
+"""The commands that measure in pictures and recordings, or make these."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from pathlib import Path
+
+from stripfold.cli_commands import (
+    _draw,
+    _given,
+    _json_option,
+    _lines,
+    _option,
+    _options,
+    _output,
+    _plot_file,
+    _plot_option,
+    _writable,
+)
+from stripfold.cli_messages import Say
+from stripfold.errors import InvalidInputError
+from stripfold.json_output import as_json, document
+
+
+def eta_options(parser: argparse.ArgumentParser) -> None:
+    from stripfold.inputs import EtaRequest
+
+    source = parser.add_mutually_exclusive_group(required=True)
+    _option(source, EtaRequest, "fold_height")
+    _option(source, EtaRequest, "image", metavar="FILE")
+    for key in ("loop", "bending_length", "rigidity", "kes_b"):
+        _option(source, EtaRequest, key)
+    _options(parser, EtaRequest, ("scale", "method", "slope", "length", "height", "gsm", "kes_2hb"))
+    _plot_option(parser, "the fit over the picture", "picture")
+    _json_option(parser)
+
+
+def eta(arguments: argparse.Namespace, say: Say) -> str:
+    from stripfold.inputs import EtaRequest
+
+    asked = EtaRequest(**_given(arguments, EtaRequest))
+    if arguments.picture is not None and asked.image is None:
+        raise InvalidInputError("picture", arguments.picture, "this only together with image")
+    target = _plot_file(arguments.picture)
+    if target is not None and target.resolve() == Path(arguments.image).resolve():
+        raise InvalidInputError("picture", str(target), "another file than the image", "it would be overwritten")
+    from stripfold.measured import EtaB
+
+    found = EtaB.of(asked)
+    _draw(found, target)
+    return as_json(document(found.to_dict(), _given(arguments, EtaRequest))) if arguments.json else str(found)
+
+
+def record_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("scene", metavar="SCENE.yaml", help="strip, gripper, filming, and the source of the motion")
+    parser.add_argument("--output", metavar="FOLDER", help="where to write [the scene's name, here]")
+    _json_option(parser)
+
+
+def record(arguments: argparse.Namespace, say: Say) -> str:
+    from stripfold.synthetic import recording, scene
+
+    asked = scene.read(arguments.scene)
+    folder = Path(arguments.output or Path(arguments.scene).stem)
+    if folder.exists():
+        raise InvalidInputError("output", str(folder), "a folder that is not there yet", "remove it, or choose another")
+    _writable(folder)
+    say("motion")
+    history = recording.history_of(asked)
+    recording.write_recording(history, asked, folder, progress=say)
+    critical = history.lambda_c
+    if arguments.json:
+        numbers = {"lambda_c": critical, "duration": float(history.t[-1]), "written": str(folder)}
+        return as_json(document(numbers, asked.as_config()))
+    known = "-" if critical is None else f"{critical:.6g} m  (static, known)"
+    length = f"{history.t[-1]:.4g} s"
+    return _lines([("written", f"{folder} (synthetic)"), ("length", length), ("lambda_c", known)])
+
+
+def calibrate_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("images", metavar="IMAGES", help="folder of pictures of the board")
+    parser.add_argument("--board", required=True, choices=("chessboard", "charuco"), help="kind of the board")
+    for name in ("columns", "rows"):
+        text = "inner corners of a chessboard, squares of a ChArUco board"
+        parser.add_argument(f"--{name}", required=True, type=int, metavar="N", help=text)
+    parser.add_argument("--square", required=True, type=float, metavar="M", help="side of a square, m")
+    parser.add_argument("--marker", type=float, metavar="M", help="side of a marker of a ChArUco board, m")
+    parser.add_argument("--dictionary", metavar="NAME", help="of a ChArUco board's markers, for example 4x4_50")
+    parser.add_argument("--output", metavar="FILE.yaml", help="where to write it if it is accepted [camera.yaml, here]")
+    _json_option(parser)
+
+
+def calibrate(arguments: argparse.Namespace, say: Say) -> str:
+    from stripfold.errors import CalibrationError
+    from stripfold.vision import camera_check
+    from stripfold.vision.boards import Board
+
+    given = {name: getattr(arguments, name) for name in ("columns", "rows", "square", "marker", "dictionary")}
+    board = Board.of({"type": arguments.board} | {name: value for name, value in given.items() if value is not None})
+    path = _output(arguments.output, "camera", ".yaml")
+    say("calibrating")
+    found = camera_check.check(Path(arguments.images), board)
+    inputs = {"images": arguments.images, "board": arguments.board, **given}
+    said = as_json(document(found.to_dict(), inputs)) if arguments.json else _lines(found.rows())
+    try:
+        found.write(path)
+    except CalibrationError:
+        # It says what each picture shows, the error why they do not suffice.
+        print(said)
+        raise
+    return said if arguments.json else f"{said}\n{'written':<12} {path}"
+
+
+def measure_options(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("folder", metavar="FOLDER", help="with recording.yaml, film and calibration: docs/measuring.md")
+    _json_option(parser)
+
+
+def measure(arguments: argparse.Namespace, say: Say) -> str:
+    from stripfold import store
+    from stripfold.measured import RecordingMeasurement
+
+    folder = Path(arguments.folder) / "result"
+    if os.path.exists(folder) and not folder.is_dir():
+        raise InvalidInputError("output", str(folder), "a folder, or nothing yet", "remove the file")
+    data, page = folder / "measurement.nc", folder / "report.html"
+    for path in (data, page) if folder.is_dir() else (folder,):
+        # A recording that is not there has an error of its own.
+        if path.parent.is_dir():
+            _writable(path)
+    found = RecordingMeasurement.of(arguments.folder, say)
+    say("writing the report")
+    # Both or none.
+    with store.atomic(data) as new_data, store.atomic(page) as new_page:
+        found.to_netcdf(new_data)
+        found.report(new_page)
+    if arguments.json:
+        return as_json(document(found.to_dict(), {"folder": arguments.folder}))
+    return f"{found}\n{'written':<36} {page}, {data}"
