@@ -158,7 +158,7 @@ def test_another_described_eta_b_is_contradicted():
 def test_no_number_where_there_is_none():
     tracks = seen(0.0)
     few = SimpleNamespace(**{**vars(tracks), "seen": np.arange(40) < 4})
-    assert "2 frames" in str(measured(few))
+    assert "3 frames" in str(measured(few))
     bent = SimpleNamespace(**{**vars(tracks), "points": tracks.points * [1.0, 1.4]})
     other = measured(bent, hysteresis=0.0, rho_a=0.2)
     assert isinstance(other, MeasurementError)
