@@ -318,10 +318,11 @@ def test_a_number_without_a_unit_may_be_in_per_cent(capsys, fake):
     assert "--height" in err
 
 
-def test_where_the_sag_lands_below_the_touch_limit(capsys):
+@pytest.mark.parametrize("height", ["0.042", "0.04648"], ids=["1.40 L*", "1.55 L*"])
+def test_where_the_sag_lands_below_the_touch_limit(capsys, height):
     found = {}
     for model in ("solid", "rod", "elastica"):
-        code, out, _ = run(capsys, *STRIP[:-1], "0.042", "--model", model, "--json")
+        code, out, _ = run(capsys, *STRIP[:-1], height, "--model", model, "--json")
         found[model] = json.loads(out)
         assert (code, found[model]["snap"]) == (0, False)
     # The elastica has no thickness: 0.06 L* here.
@@ -364,10 +365,11 @@ def test_quiet_leaves_errors_only(capsys):
 
 
 @pytest.mark.parametrize("name", COMMANDS)
-def test_all_commands_can_be_quiet_or_verbose(capsys, name):
+def test_all_commands_have_the_same_options(capsys, name):
     said = run(capsys, name, "--help")[1]
     assert "--quiet" in said
     assert "--verbose" in said
+    assert ("--json" in said) == (name != "completion")
 
 
 def test_what_is_logged_goes_nowhere_after_a_command(capsys):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import signal
 import subprocess
 import sys
 from collections.abc import Callable
@@ -23,7 +22,9 @@ from stripfold.errors import InvalidInputError, SolveError
 from stripfold.plots.readers import collapse
 from stripfold.vision.camera import read_camera
 from stripfold.vision.pictures import MAX_SCANS, read_grey
+from studies.commands import INPUTS
 
+PATH = "t,x,z\n0,-0.25,0\n1,0,0.25\n2,0.25,0\n"
 STRIP = ["critical", "--length", "0.4", "--eta-b", "3780", "--height", "0.09", "--model", "elastica"]
 
 
@@ -58,6 +59,43 @@ def test_output_that_cannot_be_written_is_refused_at_once(
     assert part in said
 
 
+_ASKED = "--length 0.5 --eta-b 3780"
+_FIRST_OF_ALL = (
+    (f"assess path.csv {_ASKED}", ("output .nc", "plot .png", "film .mp4"), "results.PathAssessment.of"),
+    ("calibrate . --board chessboard --columns 8 --rows 5 --square 1", ("output .yaml",), "vision.camera_check.check"),
+    ("eta --image fold.png --scale 1e-4 --method fold", ("picture .png",), "measured.EtaB.of"),
+    ("film fall.nc", ("output .mp4",), "plots.film.film"),
+    (f"map {_ASKED}", ("output .nc", "plot .png"), "stability_map.StabilityMap.of"),
+    (f"plan {_ASKED}", ("csv .csv", "json .json", "report .html", "plot .png"), "folding_plan.FoldingPlan.of"),
+    ("record filmed.yaml", ("output ",), "synthetic.recording.history_of"),
+    ("simulate scene.yaml", ("output .nc", "plot .png"), "results.StripCollapse.of"),
+    ("sweep grid.yaml", ("output .nc",), "sweep.run"),
+)
+
+
+@pytest.mark.parametrize(
+    ("command", "option", "computing"),
+    [(command, option, computing) for command, options, computing in _FIRST_OF_ALL for option in options],
+)
+def test_every_output_is_tried_before_anything_is_computed(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    command: str,
+    option: str,
+    computing: str,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name, text in {**INPUTS, "path.csv": PATH}.items():
+        Path(name).write_text(text)
+    before = sorted(os.listdir())
+    monkeypatch.setattr(f"stripfold.{computing}", lambda *_, **__: pytest.fail("computed in vain"))
+    name, suffix = option.split(" ")
+    code, said = refused(capsys, *command.split(), f"--{name}", f"nowhere/o{suffix}")
+    assert (code, sorted(os.listdir())) == (2, before)
+    assert "make nowhere first" in said
+
+
 @pytest.mark.parametrize(
     ("error", "code", "parts"),
     [
@@ -80,34 +118,6 @@ def test_other_errors_are_one_line_too(
     assert all(part in said for part in parts), said
 
 
-def test_a_closed_pipe_is_no_fault() -> None:
-    line = [sys.executable, "-m", "stripfold", *STRIP]
-    read, write = os.pipe()
-    os.close(read)
-    done = subprocess.run(line, stdout=write, stderr=subprocess.PIPE, text=True)
-    os.close(write)
-    assert (done.returncode, done.stderr) == (128 + signal.SIGPIPE, "")
-
-
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-@pytest.mark.parametrize("raised", ["error", "ValueError from error"])
-def test_an_ended_process_leaves_no_temporary_file(tmp_path: Path, number: signal.Signals, raised: str) -> None:
-    """Nor an error, also where a library turns the signal into one of its own."""
-    code = (
-        "import os, signal, sys\nfrom stripfold import cli, store\n"
-        "def write(*_):\n"
-        "    with store.atomic('out.nc') as temporary:\n"
-        "        temporary.touch()\n"
-        f"        try: os.kill(os.getpid(), {int(number)})\n"
-        f"        except BaseException as error: raise {raised}\n"
-        "cli.COMMANDS['critical'] = cli.COMMANDS['critical']._replace(run=write)\n"
-        f"sys.argv[1:] = {STRIP!r}\nsys.exit(cli.main())"
-    )
-    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True)
-    assert (done.returncode, done.stdout, done.stderr) == (128 + number, "", "")
-    assert os.listdir(tmp_path) == []
-
-
 def test_a_full_disk_is_one_line_and_leaves_nothing(tmp_path: Path) -> None:
     """A file that may not grow is what a full disk is."""
     limit = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (4096, -1))"
@@ -124,13 +134,20 @@ def test_a_full_disk_is_one_line_and_leaves_nothing(tmp_path: Path) -> None:
     assert done.stderr.count("\n") == 1
 
 
-@pytest.mark.parametrize("command", ["sweep", "film", "assess --length 0.3 --eta-b 3780"])
-def test_a_pipe_for_an_input_does_not_block(tmp_path: Path, command: str) -> None:
+@pytest.mark.parametrize(
+    ("command", "part"),
+    [
+        ("sweep", "not a file"),
+        ("film", "an existing netCDF file"),
+        ("assess --length 0.3 --eta-b 3780", "not a file"),
+        ("eta --scale 1e-4 --method fold --image", "an existing file"),
+    ],
+)
+def test_a_pipe_for_an_input_does_not_block(tmp_path: Path, command: str, part: str) -> None:
     os.mkfifo(tmp_path / "pipe")
     line = [sys.executable, "-m", "stripfold", *command.split(), "pipe"]
     done = subprocess.run(line, cwd=tmp_path, capture_output=True, text=True, timeout=20)
-    assert done.returncode == 2
-    assert "an existing netCDF file" in done.stderr if command == "film" else "not a file" in done.stderr
+    assert (done.returncode, part in done.stderr) == (2, True), done.stderr
 
 
 def test_a_file_that_declares_too_much_is_refused(tmp_path: Path) -> None:
@@ -169,6 +186,21 @@ def test_yaml_with_tags_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture
     path.write_text(f"length: {value}\n")
     code, said = refused(capsys, "simulate", str(path))
     assert (code, "without tags" in said) == (2, True)
+
+
+ALIASES = "a0: &a0 [x, x]\n" + "".join(f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 9)}]\n" for i in range(1, 12))
+
+
+@pytest.mark.parametrize(("text", "part"), [(ALIASES, "without aliases"), ("a: " + "[" * 50_000, "levels deep")])
+@pytest.mark.parametrize("command", ["simulate scene.yaml", "measure ."])
+def test_yaml_that_takes_long_to_load_is_refused_at_once(tmp_path: Path, text: str, part: str, command: str) -> None:
+    """A billion entries, or brackets that each cost a pass: where nothing refuses them the limits end the process."""
+    for name in ("scene.yaml", "recording.yaml"):
+        (tmp_path / name).write_text(text)
+    limits = "resource.setrlimit(resource.RLIMIT_CPU, (10, 10)); resource.setrlimit(resource.RLIMIT_AS, (4 << 30, -1))"
+    code = f"import resource, sys; {limits}\nfrom stripfold.cli import main\nsys.exit(main({command.split()!r}))"
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True)
+    assert (done.returncode, part in done.stderr) == (2, True), done
 
 
 @pytest.mark.parametrize(

@@ -105,6 +105,26 @@ def test_what_needs_no_extra():
     assert done.returncode == 0, done.stderr
 
 
+PROGRAM = """#!/bin/sh
+echo "$0 $*" >> calls
+case "$1 $2" in "-m venv") mkdir -p "$3/bin"; cp "$0" "$3/bin/python"; cp "$0" "$3/bin/snakemake";; esac
+"""
+
+
+def test_make_makes_and_uses_the_environment_where_a_path_has_spaces(tmp_path: Path):
+    """With a program for Python, pip and Snakemake that only notes how it is called."""
+    here = tmp_path / "a b"
+    here.mkdir()
+    for name in ("Makefile", "environment.lock", "pyproject.toml"):
+        (here / name).write_bytes((ROOT / name).read_bytes())
+    (here / "program").write_text(PROGRAM)
+    (here / "program").chmod(0o755)
+    done = subprocess.run(["make", "all", "PYTHON=./program"], cwd=here, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert (here / ".venv/.complete").is_file()
+    assert (here / "calls").read_text().splitlines()[-1] == f"{here}/.venv/bin/snakemake all --cores all"
+
+
 def test_other_packages_need_the_same():
     """The conda recipe has the bounds of pyproject.toml; some packages have another name there."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]

@@ -99,11 +99,12 @@ def end(path: FoldPath) -> Array:
     return path.gravity_length * path.curve.position(path.curve.length)
 
 
-def test_unit_and_frame(tmp_path: Path) -> None:
+def test_columns_unit_and_frame(tmp_path: Path) -> None:
     """A log in millimetres in the frame of a robot that sees the strip from its other side."""
     t, x, z = ROWS.T
-    file = write(tmp_path / "log.csv", np.column_stack([t, 1e3 * (0.7 - x), 1e3 * (z + 0.04)]))
-    found = sf.paths.read(file, STRIP, unit="mm", frame="0.7,0.04,flip")
+    rows = np.column_stack([1e3 * (z + 0.04), t, 1e3 * (0.7 - x)])
+    file = write(tmp_path / "log.csv", rows, "tcp z,time,tcp x")
+    found = sf.paths.read(file, STRIP, columns="time,tcp x,tcp z", unit="mm", frame="0.7,0.04,flip")
     plain = sf.paths.read(write(tmp_path / "own.csv", ROWS), STRIP)
     np.testing.assert_allclose(found.places, plain.places, atol=1e-9)
     assert not found.curve.warnings
