@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 import sys
 from collections.abc import Callable
@@ -116,6 +117,34 @@ def test_other_errors_are_one_line_too(
     got, said = refused(capsys, *STRIP)
     assert got == code
     assert all(part in said for part in parts), said
+
+
+def test_a_closed_pipe_is_no_fault() -> None:
+    line = [sys.executable, "-m", "stripfold", *STRIP]
+    read, write = os.pipe()
+    os.close(read)
+    done = subprocess.run(line, stdout=write, stderr=subprocess.PIPE, text=True)
+    os.close(write)
+    assert (done.returncode, done.stderr) == (128 + signal.SIGPIPE, "")
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("raised", ["error", "ValueError from error"])
+def test_an_ended_process_leaves_no_temporary_file(tmp_path: Path, number: signal.Signals, raised: str) -> None:
+    """Nor an error, also where a library turns the signal into one of its own."""
+    code = (
+        "import os, signal, sys\nfrom stripfold import cli, store\n"
+        "def write(*_):\n"
+        "    with store.atomic('out.nc') as temporary:\n"
+        "        temporary.touch()\n"
+        f"        try: os.kill(os.getpid(), {int(number)})\n"
+        f"        except BaseException as error: raise {raised}\n"
+        "cli.COMMANDS['critical'] = cli.COMMANDS['critical']._replace(run=write)\n"
+        f"sys.argv[1:] = {STRIP!r}\nsys.exit(cli.main())"
+    )
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True)
+    assert (done.returncode, done.stdout, done.stderr) == (128 + number, "", "")
+    assert os.listdir(tmp_path) == []
 
 
 def test_a_full_disk_is_one_line_and_leaves_nothing(tmp_path: Path) -> None:
