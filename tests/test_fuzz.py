@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import mmap
 import os
 import signal
 import sys
@@ -56,7 +57,10 @@ def _main(words: list[str]) -> int:
             with open("pipe") as file:  # until somebody writes
                 file.read()
         case "memory":
-            bytearray(b"x" * 60_000_000)
+            # Of the system: what the process has freed before would not make it grow.
+            with mmap.mmap(-1, 60_000_000) as taken:
+                for _ in range(60):
+                    taken.write(b"x" * 1_000_000)
         case "more memory":
             bytearray(b"x" * 300_000_000)
         case "crash":
