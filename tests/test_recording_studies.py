@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections import Counter
 from contextlib import nullcontext
 from math import sqrt
@@ -14,6 +15,7 @@ import pytest
 import xarray as xr
 from scipy.interpolate import CubicSpline
 
+from second_generator import recording as chain
 from stripfold import elastica
 from stripfold.analysis import critical_point, moving_gripper
 from stripfold.analysis.critical_point import CriticalResult
@@ -189,6 +191,27 @@ def test_a_damaged_truth_is_refused(tmp_path: Path) -> None:
     (tmp_path / "truth.nc").write_bytes(b"\x89HDF\r\n\x1a\n")
     with pytest.raises(InvalidInputError, match=r"truth\.nc.*delete it"):
         recordings_common.event_of(tmp_path)
+
+
+@pytest.mark.parametrize("generator", ["own", "chain"])
+def test_the_peak_of_the_true_motion_may_come_after_the_touch(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, generator: str
+) -> None:
+    """The touch brakes a part of the strip, the rest goes on; what moves after the strip has rested does not count."""
+    t = np.arange(0.0, 6.0, 1e-3)
+    u = np.interp(t, [0.0, 3.0, 3.4, 3.401, 3.6, 3.7, 4.5, 4.6, 4.7], [0.1, 0.1, 0.9, 0.7, 1.1, 0.2, 0.2, 3.0, 0.1])
+    raised = np.stack([np.cumsum(u) * 1e-3, np.full_like(t, 0.05)], axis=1)
+    lying = np.zeros((len(t), 2, 2))
+    onset, touch = 3.25, 3.4
+    if generator == "own":
+        curve = np.concatenate([raised[:, None], lying], axis=1)
+        truth = xr.Dataset({"advance": ("time", 0.1 * t), "curve": (("time", "point", "axis"), curve), "time": t})
+        monkeypatch.setattr(recordings_common.store, "read", lambda *_: truth)
+        (tmp_path / "truth.json").write_text(json.dumps({"events": {"touch": {"t": touch}}}), encoding="utf-8")
+        assert recordings_common.event_of(tmp_path) == pytest.approx((onset, 0.1 * onset), abs=2e-3)
+        return
+    nodes = np.concatenate([raised[:, None], lying], axis=1) - np.array([0.0, chain.TARGET[1]])
+    assert chain.truth(chain.Motion(t, nodes[:, 0], nodes, touch), 0.05)["onset"] == pytest.approx(onset, abs=2e-3)
 
 
 def test_design() -> None:

@@ -190,16 +190,17 @@ def truth(motion: Motion, height: float) -> dict[str, float]:
     """Onset of the snap, s: half-way in the rise of the kinetic energy's root; and when the upper layer lands.
 
     The energy is that of the nodes which are raised at the beginning; the rise is from its median while the strip
-    follows the gripper to its peak before the layers touch.
+    follows the gripper to its first peak: its maximum before it has halved, once the layers touch.
     """
     z = motion.nodes[0, :, 1] + TARGET[1]
     raised = np.cumsum(z < 0.1 * height) == 0
     rates = np.gradient(motion.nodes[:, raised], motion.t, axis=0)
     speed = np.sqrt(np.mean(np.sum(rates**2, axis=2), axis=1))
     # The gripper advances steadily from 0.7 s on; then the strip swings for a while.
-    used = (motion.t > 1.0) & (motion.t <= motion.landing)
+    used = motion.t > 1.0
     t, speed = motion.t[used], speed[used]
-    peak = int(np.argmax(speed))
+    ended = np.flatnonzero((t > motion.landing) & (speed < 0.5 * np.maximum.accumulate(speed)))
+    peak = int(np.argmax(speed[: int(ended[0])] if len(ended) else speed))
     following = float(np.median(speed[: max(int(0.4 * peak), 1)]))
     level = 0.5 * (following + speed[peak])
     i = int(np.flatnonzero(speed[:peak] < level)[-1])

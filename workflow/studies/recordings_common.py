@@ -38,7 +38,7 @@ def event_of(folder: Path) -> tuple[float, float]:
     """Onset, s, and lambda then, m, of the motion itself.
 
     The root of its kinetic energy, of the part of the strip that is raised at first, rises half-way from its median
-    while the strip follows the gripper to its maximum before the layers touch.
+    while the strip follows the gripper to its first peak: its maximum before it has halved, once the layers touch.
     """
     truth = store.read(folder / "truth.nc", ("time", "advance", "curve"))
     touch = json.loads((folder / "truth.json").read_text(encoding="utf-8"))["events"]["touch"]["t"]
@@ -48,9 +48,11 @@ def event_of(folder: Path) -> tuple[float, float]:
     speed = np.sqrt(np.mean(np.sum(np.gradient(curve[:, raised], t, axis=0) ** 2, axis=2), axis=1))
     rate = np.gradient(lam, t)
     steady = t[np.flatnonzero(rate > 0.8 * rate.max())[0]] + SWING
-    used = (t >= steady) & (t <= touch)
+    used = t >= steady
     t, lam, speed = t[used], lam[used], speed[used]
-    peak = int(np.argmax(speed))
+    # The touch brakes a part of the strip: the rest may go on accelerating.
+    ended = np.flatnonzero((t > touch) & (speed < 0.5 * np.maximum.accumulate(speed)))
+    peak = int(np.argmax(speed[: int(ended[0])] if len(ended) else speed))
     following = np.median(speed[: max(int(FOLLOWING * peak), 1)])
     last = int(np.flatnonzero(speed[:peak] < 0.5 * (following + speed[peak]))[-1])
     return float(t[last]), float(lam[last])

@@ -30,12 +30,12 @@ DRAWS = 200
 SEED = 20180601
 MAX_NO_SNAP_RATIO = 1.3
 """Peak of the speed over that of following from which a snap cannot be ruled out."""
-LEVEL_ERROR = 0.037
+LEVEL_ERROR = 0.035
 """Standard deviation of the onset's level, as a share of its height: at the peak the layers hide each other."""
-WINDOW_SHIFT, WINDOW_SD = 0.2, 0.35
+WINDOW_SHIFT, WINDOW_SD = 0.12, 0.27
 """By how much the onset of a slow snap is measured too late, and the standard deviation of that, in
-:attr:`.Speed.delay`: 0 if the speed rises exponentially, 0.25 if it rises steadily."""
-FRAME_SHIFT, FRAME_SD = 0.47, 0.15
+:attr:`.Speed.delay`: 0 if the speed rises exponentially, 0.25 if it rises steadily, in the mean of films in between."""
+FRAME_SHIFT, FRAME_SD = 0.45, 0.137
 """By how much the onset is measured too early, since the snap ends between two frames, and the standard deviation of
 that, in the usual distance of the frames."""
 GAP_SHIFT, GAP_SD = 0.17, 0.06

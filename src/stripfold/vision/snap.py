@@ -43,8 +43,9 @@ MIN_PEAK_SIGMA = 8.0
 """Least height of a peak above u_0, in standard deviations of the speed of following."""
 MIN_PEAK_SHARE = 0.5
 """Least height of a peak above u_0, as a share of the largest: lower ones are ripples, swings or passing objects."""
-PEAK_END = 0.6
-"""Share of a peak's height to which the speed falls behind it: less is a ripple on the way up."""
+PEAK_END = 0.35
+"""Share of a peak's height to which the speed falls behind it: less is a ripple on the way up, or the jump of a frame
+that shows the strip late."""
 SETTLING_TIME = 0.1
 """For how long after its start, as a window sees it, the gripper's motion is left out, s: the strip swings.  The middle
 of the first window of the speed is then 0.35 s after the start, from where u_0 is taken by its definition."""
@@ -115,8 +116,8 @@ class Speed:
     def fall(self) -> float:
         """Largest fall of the speed between the onset and the peak, as a share of the peak's height above u_0.
 
-        A snap accelerates up to the touch.  Where the speed falls before, the tracker lags, and then jumps: the peak
-        may be wrong by as much.
+        A snap accelerates up to the touch.  Where the speed falls before, something passes in front of the strip, or a
+        frame shows it late: the peak may be wrong by as much.
         """
         u = self.u[int(np.searchsorted(self.t, self.onset)) : self.peak + 1]
         return float((np.maximum.accumulate(u) - u).max(initial=0.0) / (self.level(1.0) - self.following))
