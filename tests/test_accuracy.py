@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -189,6 +191,13 @@ class TestEstimates:
         found = estimates.run(1, 1)
         assert np.isnan(found["error"][0])
         assert "planted" in str(found["message"].values[0])
+
+    def test_the_slowest_solids_take_a_few_times_as_long_as_usual(self):
+        """As stored; once the slowest hundredth took 8 times, the slowest of all 18 times the median."""
+        data = store.read(Path(__file__).parents[1] / "results" / "studies" / "estimates.nc")
+        seconds = data["seconds"].values[(data["used"] == "solid") & np.isfinite(data["seconds"])]
+        assert len(seconds) >= 90
+        assert np.quantile(seconds, 0.99) < 5.0 * np.median(seconds)
 
 
 class TestProfile:
