@@ -135,6 +135,8 @@ def test_a_full_disk_is_one_line_and_leaves_nothing(tmp_path: Path, write: str) 
         "from numpy.random import random\nimport made_up\nfrom stripfold import cli, store\n"
         "from stripfold.plots.film import film\nfrom stripfold.plots.save import save_as\n"
         "from stripfold.synthetic import recording as calibration\nfrom stripfold.synthetic.scene import Scene\n"
+        # Python itself would leave the bytecode of what is imported from here on cut, for all later processes.
+        "sys.dont_write_bytecode = True\n"
         "resource.setrlimit(resource.RLIMIT_FSIZE, (500, -1))\n"
         f"cli.COMMANDS['critical'] = cli.COMMANDS['critical']._replace(run=lambda *_: {write})\n"
         f"sys.exit(cli.main({STRIP!r}))"
