@@ -215,10 +215,12 @@ def test_a_job_for_each_chunk(tmp_path, monkeypatch):
     before = first[0].stat().st_ino
     workflow = Path(__file__).parents[1] / "workflow" / "sweep.smk"
     command = [sys.executable, "-m", "snakemake", "-s", str(workflow), "--cores", "1", "--config", f"output={file}"]
-    subprocess.run([*command, "--until", "chunk"], cwd=tmp_path, check=True, capture_output=True)
+    done = subprocess.run([*command, "--until", "chunk"], cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
     assert first[0].stat().st_ino == before
     assert second[0].is_file()
-    subprocess.run(command, cwd=tmp_path, check=True, capture_output=True)
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
     alone = subprocess.run(
         [sys.executable, "-m", "stripfold", "sweep", "grid.yaml", "--output", "alone.nc"], cwd=tmp_path
     )
