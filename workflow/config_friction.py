@@ -48,6 +48,25 @@ class TextileLaw(Input):
     refinement: Refinement
 
 
+class FabricLaws(Input):
+    """Fabrics that soften, along warp and weft, with their own bending law."""
+
+    table: Annotated[Text, Field(description="table of measured fabrics")]
+    height: HeightStar
+    length_star: LengthStar
+    thickness: Thickness
+    flattest: AtLeastOne[Annotated[Number, quantity("least slope of the law over that without curvature", gt=0, lt=1)]]
+    step: Step
+    refinement: Refinement
+
+
+class FrictionMargin(Input):
+    """Friction that an R-path needs with an eta_b that is known exactly or not."""
+
+    lengths: AtLeastOne[LengthStar]
+    uncertainties: AtLeastTwo[Annotated[Number, quantity("relative uncertainty of eta_b", ge=0.0, le=0.5)]]
+
+
 class FrictionDelay(Input):
     """The end of a motion along x with bending friction."""
 
@@ -72,6 +91,7 @@ class LayerFriction(Input):
     band: AtLeastTwo[Mu]
     long: LengthStar
     fabric_moment: Moment
+    speeds: AtLeastOne[SpeedStar]
 
 
 class FrictionMotion(Input):

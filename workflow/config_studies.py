@@ -8,8 +8,10 @@ from pydantic import Field
 
 from config_friction import (
     DisturbedRPath,
+    FabricLaws,
     Fabrics,
     FrictionDelay,
+    FrictionMargin,
     FrictionSteps,
     FrictionTouch,
     LayerFriction,
@@ -331,6 +333,8 @@ class Studies(Input):
     disturbed_rpath: DisturbedRPath | None = None
     fabrics: Fabrics | None = None
     textile_law: TextileLaw | None = None
+    fabric_laws: FabricLaws | None = None
+    friction_margin: FrictionMargin | None = None
     layer_friction: LayerFriction | None = None
     random_paths: RandomPaths | None = None
     hard_cases: HardCases | None = None

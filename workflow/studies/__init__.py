@@ -64,6 +64,8 @@ STUDIES = {
         "textile_law": Study(
             "the measured textile with its own bending law", files=("data/textile_moment_curvature.csv",)
         ),
+        "fabric_laws": Study("fabrics along warp and weft with their own bending law", files=("data/fabrics.csv",)),
+        "friction_margin": Study("friction that an R-path needs with an uncertain eta_b"),
         "friction_delay": Study("rise of lambda_c with bending friction, and its end"),
         "layer_friction": Study("finished folds with friction between the layers"),
         "friction_touch": Study("first touch on folding paths with bending friction"),

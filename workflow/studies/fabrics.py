@@ -18,7 +18,9 @@ from stripfold.material import GRAVITY
 from studies.common import dataset
 from tasks import textile
 
-COLUMNS = "name,fibre,weave,areal_density_kg_per_m2,B_N_m,2HB_N,source"
+COLUMNS = (
+    "name,fibre,weave,areal_density_kg_per_m2,B_N_m,2HB_N,b_1_warp_N_m,b_1_weft_N_m,b_2_warp_N_m2,b_2_weft_N_m2,source"
+)
 MAX_ROWS = 1000
 
 

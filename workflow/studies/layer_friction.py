@@ -20,7 +20,7 @@ import xarray as xr
 from stripfold import elastica
 from stripfold.analysis.assess import shape_error
 from stripfold.analysis.collapse import nodes
-from stripfold.analysis.path_in_time import TIME_OPTIONS, PathInTime, follow_in_time, opened
+from stripfold.analysis.path_in_time import SPEED, TIME_OPTIONS, PathInTime, follow_in_time, opened
 from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
 from stripfold.paths.curve import GripperPath
@@ -47,6 +47,7 @@ def run(
     band: Sequence[float],
     long: float,
     fabric_moment: float,
+    speeds: Sequence[float],
     threads: int = 1,
     progress: Progress | None = None,
 ) -> xr.Dataset:
@@ -68,6 +69,8 @@ def run(
         Length of a longer strip, at ``shown``, with the hysteresis on each path and without it on the R-path.
     fabric_moment
         M_0 of fabrics, at ``shown``.
+    speeds
+        Other speeds of the gripper, sqrt(g L*), at ``shown``.
     """
     case = partial(_numbers, length=length_star, thickness=thickness, moment=moment)
     values = grid(case, NUMBERS, {"path": PATHS, "mu": list(coefficients)}, threads, progress)
@@ -75,11 +78,13 @@ def run(
     longer = [partial(case, name, shown, length=long) for name in PATHS]
     without = partial(case, "r-path", shown, length=long, moment=0.0)
     fabric = [partial(case, name, shown, moment=fabric_moment) for name in PATHS]
-    more: list[Callable[[], Any]] = [*halved, *longer, without, *fabric]
+    other = [partial(case, name, shown, speed=speed) for name in PATHS for speed in speeds]
+    more: list[Callable[[], Any]] = [*halved, *longer, without, *fabric, *other]
     found = iter(pooled(operator.call, more, threads))
     errors, shapes = zip(*islice(found, len(PATHS)), strict=True)
     longer_numbers, without_numbers = list(islice(found, len(PATHS))), next(found)
-    fabric_numbers = list(found)
+    fabric_numbers = list(islice(found, len(PATHS)))
+    speed_errors = np.array([one["error"] for one in found]).reshape(len(PATHS), -1)
     return dataset(
         "layer_friction",
         {
@@ -89,6 +94,8 @@ def run(
             "long_error_without": ((), without_numbers["error"]),
             "fabric_error": ("path", [one["error"] for one in fabric_numbers]),
             "finer_error": ("path", list(errors)),
+            "gripper_speed": ("gripper_speed", list(speeds)),
+            "speed_error": (("path", "gripper_speed"), speed_errors),
             "arc": ("node", nodes(length_star)),
             "x": (("path", "node"), np.stack(shapes)[..., 0]),
             "z": (("path", "node"), np.stack(shapes)[..., 1]),
@@ -113,20 +120,28 @@ def path_of(name: str, length: float) -> GripperPath:
 
 
 def _fold(
-    name: str, mu: float, length: float, thickness: float, moment: float, finer: bool = False
+    name: str, mu: float, length: float, thickness: float, moment: float, finer: bool = False, speed: float = SPEED
 ) -> tuple[PathInTime, PathInTime]:
     """The strip at rest with the gripper closed, and after it has opened."""
-    return _follow(path_of(name, length), mu, length, thickness, moment, finer)
+    return _follow(path_of(name, length), mu, length, thickness, moment, finer, speed)
 
 
 def _follow(
-    path: GripperPath, mu: float, length: float, thickness: float, moment: float, finer: bool = False
+    path: GripperPath,
+    mu: float,
+    length: float,
+    thickness: float,
+    moment: float,
+    finer: bool = False,
+    speed: float = SPEED,
 ) -> tuple[PathInTime, PathInTime]:
     strip = StripModel(length, thickness, kind="rod")
     refinement, options = 1.0, TIME_OPTIONS
     if finer:
         refinement, options = 0.5, replace(options, tolerance=HALF_STEP * options.tolerance)
-    closed = follow_in_time(strip, path, mu, moment, damping=DAMPING, refinement=refinement, options=options)
+    closed = follow_in_time(
+        strip, path, mu, moment, damping=DAMPING, speed=speed, refinement=refinement, options=options
+    )
     return closed, opened(closed, DAMPING, options)
 
 
@@ -136,8 +151,10 @@ def _finer(name: str, mu: float, length: float, thickness: float, moment: float)
     return _error(length, closed), closed.problem.model.resampled_mid_surface(closed.last.q, nodes(length))
 
 
-def _numbers(name: str, mu: float, *, length: float, thickness: float, moment: float) -> dict[str, float]:
-    closed, after = _fold(name, mu, length, thickness, moment)
+def _numbers(
+    name: str, mu: float, *, length: float, thickness: float, moment: float, speed: float = SPEED
+) -> dict[str, float]:
+    closed, after = _fold(name, mu, length, thickness, moment, speed=speed)
     place = after.problem.model.resampled_mid_surface(after.last.q, np.arange(0.0, length, LOOP_SPACING))
     accurate = length / 2.0 - elastica.half_fold_lying_length(length) - elastica.folded_loop().bulge
     return {

@@ -89,18 +89,6 @@ def friction(d: xr.Dataset) -> Facts:
     }
 
 
-def lying(d: xr.Dataset) -> Facts:
-    """How much of the planned strip lies on the R-path once it is lifted, in L*, to a node's distance."""
-    unit, arc = d.attrs["gravity_length"], d.arc.values
-    raised = d.z.sel(path="r-path").values > 1e-6 * unit
-    # From the held end to the first raised node, of states of which any is raised.
-    last = raised.shape[1] - 1 - np.argmax(raised[:, ::-1], axis=1)[raised.any(axis=1)]
-    length = (arc[-1] - arc[np.minimum(last + 1, arc.size - 1)]) / unit
-    node, folded = float(np.diff(arc).max()) / unit, d.attrs["lying_length"] / unit
-    lifted = length[int(np.argmax(np.abs(length - folded) <= node)) :]
-    return {"change": lifted.max() - lifted.min(), "node": node, "states": lifted.size, "all": length.size}
-
-
 def printed_law(d: xr.Dataset) -> Facts:
     """At a rotation by 90 degrees, over what the law gives unrotated."""
     upright, flat = d.sel(angle=90.0), d.sel(angle=0.0)

@@ -43,6 +43,11 @@ def friction_delay(d: xr.Dataset, fabrics: xr.Dataset) -> Facts:
         "real_least": real.min(),
         "snapping": int((with_friction.outcome == SNAP).sum()),
         "speed": with_friction.sag_speed.max(),
+        "speeds": ", ".join(
+            f"{float(v):.1f} at M_0 = {float(m):g}"
+            for m, v in zip(first.moment, first.sag_speed, strict=True)
+            if np.isfinite(v)
+        ),
         "fold": unit - 1.0,
         "folded": d.folded[-1],
     }

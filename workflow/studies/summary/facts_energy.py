@@ -47,8 +47,8 @@ def second_gripper(d: xr.Dataset) -> Facts:
     snaps = (d.gain < d.possible).where(d.gain.notnull(), 1.0)
     kept = (d.gain >= d.possible).sum("place")
     return {
-        "z": SHOWN,
-        "gain": d.chosen_gain.sel(gripper_height=SHOWN),
+        "still": (~(d.chosen_gain >= d.possible)).sum(),
+        "heights": d.sizes["gripper_height"],
         "worst": (d.chosen_gain.fillna(0.0) / best).min(),
         "early": (d.early_gain.fillna(0.0) / best).min(),
         "earliest": d.distance.max(),

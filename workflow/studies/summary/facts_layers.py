@@ -25,7 +25,16 @@ def layer_friction(d: xr.Dataset) -> Facts:
         "circular": errors["circular"],
         "r_path": errors["r-path"],
         "triangular": errors["triangular"],
+        # Of mesh and gripper: what varies in the user's world belongs to the error.
         "finer": abs(float(at.finer_error.sel(path="circular")) - errors["circular"]),
+        "varies": max(
+            abs(float(x) - errors["circular"])
+            for x in (at.finer_error.sel(path="circular"), *d.speed_error.sel(path="circular"))
+        ),
+        "speeds": ", ".join(
+            f"{float(x):.2f} at {float(v):g}"
+            for x, v in zip(d.speed_error.sel(path="circular"), d.gripper_speed, strict=True)
+        ),
         "edge": at.edge.sel(path="circular"),
         "without": d.error.sel(mu=0.0).max(),
         "r_path_most": d.error.sel(path="r-path").max(),

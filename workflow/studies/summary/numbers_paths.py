@@ -57,11 +57,6 @@ PATHS = (
             lambda f: f.stable == f.after > 1),
     )),
     # Folding paths and internal friction.
-    Source("plans", facts_claims.lying, (
-        Number("rpath_lying_change", "change", "L*", 2, "at most the distance of two nodes, {node:.3f} L*",
-            "change of the lying length over the last {states} of {all} planned states of the R-path, from the end of "
-            "the lift", lambda f: f.change <= f.node * (1.0 + 1e-6) and f.states > 100),
-    )),
     Source("assessment", facts_claims.paths, (
         Number("paths_critical", "critical", "count", 4, "all {runs}",
             "paths with a critical point, of {runs}: triangular, circular and R-path of {materials} materials, without "
@@ -148,8 +143,9 @@ PATHS = (
             "({coefficients} L*)"),
         Number("snap_vanishes", "no_snap", "1", 2, "no criterion",
             "M_0 / rho_a g L*^2 from which on the sag is laid down without a snap, largest of all heights "
-            "({no_snap_each} L*); from the fabrics' least of {real_least:.2f} on {snapping} snaps, and the sag falls "
-            "at most {speed:.1f} times as fast as the gripper moves"),
+            "({no_snap_each} L*). No observer sees that boundary: the sag's largest speed over the gripper's, at z = "
+            "{height:g} L*, has no jump there ({speeds}); from the fabrics' least of {real_least:.2f} on {snapping} "
+            "snaps, and the sag falls at most {speed:.1f} times as fast as the gripper moves"),
         Number("fold_height_friction", "fold", "1", 2, "< 0.1",
             "relative rise of the height of a fold with M_0 = {folded:g}: what friction changes of an L* measured by "
             "it"),
@@ -171,16 +167,34 @@ PATHS = (
             "largest error of the first touch on a disturbed R-path with the friction of a fabric, M_0 of {moment:g}; "
             "without friction {free:.2f}, {others} ({disturbances})", lambda f: f.free > f.fabric),
     )),
-    Source("fabrics friction", facts_fabrics.fabrics, (
+    Source("fabrics", facts_fabrics.fabrics, (
         Number("fabrics", "count", "count", 4, ">= 20",
             "fabrics with measured areal density and bending rigidity, from publications (data/fabrics.csv); their L* "
             "is {shortest:.1f} to {longest:.1f} cm, median {length:.1f} cm; {bent} have a measured 2HB, and only these "
             "count in the friction of fabrics"),
         Number("fabric_friction_median", "median", "1", 2, "no criterion",
             "median M_0 / rho_a g L*^2 of the fabrics with 2HB; smallest {least:.2f}, largest {most:.2f}"),
-        Number("friction_margin", "margin", "1", 2, "> 1",
-            "that median over the largest M_0 / rho_a g L*^2 that an R-path needs ({needed:.4f}); of the fabric with "
-            "least friction {least_margin:.0f}", lambda f: f.least_margin > 1.0),
+    )),
+    Source("friction_margin fabrics", facts_fabrics.margins, (
+        Number("friction_margin_exact", "exact", "1", 2, "> 1",
+            "least M_0 of the {bent} fabrics with 2HB over the M_0 that suffices on the R-path of a strip whose eta_b "
+            "is known exactly, the least over the lengths; least and median fabric by length: {exact_each}"),
+        Number("friction_margin_uncertain", "uncertain", "1", 2, "> 1",
+            "the same where eta_b is known to {uncertainty:.0%} and all of the interval must be followed: "
+            "{uncertain_each}"),
+    )),
+    Source("fabric_laws", facts_fabrics.laws, (
+        Number("fabric_law_lambda", "fold", "1", 3, "no criterion",
+            "median of lambda at the end of the advance at {height:g} L* of {strips} strips with the bending law of "
+            "their fabric over that of the linear strip whose eta_b is read from the height of their fold; 90 % lie "
+            "within {fold_range}. With eta_b from the secant at the largest curvature {secant_range}, from the slope "
+            "along the strip {slope_range}, from the slope averaged over warp and weft {mean_range}; {touch} land "
+            "without a snap, {failed} were not followed"),
+        Number("fabric_law_warp", "ratio", "1", 2, "no criterion",
+            "median of the larger over the smaller slope along warp and weft; the largest {most:.1f}"),
+        Number("fabric_law_rpath", "held", "1", 2, "no criterion",
+            "share of these strips, of {tried} with a verdict, that follow the R-path planned with the eta_b of their "
+            "fold with M_0 = {moment:g} rho_a g L*^2 or less; without friction they are lost at {lost} of it"),
     )),
     Source("textile_law", facts_fabrics.textile_law, (
         Number("textile_law_ratio", "ratio", "1", 3, "no criterion",
@@ -200,11 +214,12 @@ PATHS = (
             "distance of the finished fold of the circular path from the accurate one with a coefficient of friction "
             "of {mu:g} between the layers, gripper closed, length {length:g} L*, M_0 = {moment:g} rho_a g L*^2 "
             "({r_path:.3f} on the R-path, {triangular:.3f} on the triangular one; {without:.3f} at most without "
-            "friction); it is off from a coefficient between {from_:g} and {to:g} on, fabrics have {band_low:g} "
+            "friction), the gripper at 0.2 sqrt(g L*); at other speeds {speeds}, with half the elements and steps "
+            "{finer:.3f} off. It is off from a coefficient between {from_:g} and {to:g} on, fabrics have {band_low:g} "
             "to {band_high:g}; after the gripper has opened its end is {edge:.2f} L* past the edge. Length {long:g} "
             "L*: {long_circular:.2f}, R-path {long_r_path:.3f} ({long_r_path_without:.2f} without internal friction), "
             "triangular {long_triangular:.3f}",
-            lambda f: f.in_band and max(f.r_path_most, f.without) < 0.05, "finer"),
+            lambda f: f.in_band and max(f.r_path_most, f.without) < 0.05, "varies"),
         Number("fold_error_fabric", "fabric", "L*", 3, "> 1 L*, on the R-path < 0.1 L*",
             "the same with M_0 = {fabric_moment:g} rho_a g L*^2, as fabrics have ({fabric_r_path:.3f} on the R-path, "
             "{fabric_triangular:.3f} on the triangular one)", lambda f: f.fabric_r_path < 0.1),

@@ -107,11 +107,11 @@ STATICS = (
             "sqrt(g L*) of the free part"),
     )),
     Source("second_gripper", facts_energy.second_gripper, (
-        Number("second_gripper_gain", "gain", "L*", 4, ">= 0.9 of the best of a scan, all heights, none failed",
-            "rise of the advance up to which a strip is stable, at most its length, by a second gripper at the place "
-            "that moves most in the critical mode, rod, z = {z:g} L*; the least over the heights of {lowest_z:g} to "
-            "{highest_z:g} L* is {worst:.2f} of the best of {places} places, {early:.2f} if it is taken up to "
-            "{earliest:g} L* before lambda_c",
+        Number("second_gripper_snaps", "still", "count", 2, "= 0, and >= 0.9 of the best of a scan, none failed",
+            "strips that still snap with a second gripper at the place that moves most in the critical mode, of "
+            "{heights} rods at heights of {lowest_z:g} to {highest_z:g} L*, followed until the gripper has gone as far "
+            "as the strip is long; their gain is at least {worst:.2f} of the best of {places} places, {early:.2f} if "
+            "they are taken up to {earliest:g} L* before lambda_c",
             lambda f: f.worst >= 0.9 and f.early >= 0.9 and f.places >= 20 and f.failed == 0),
         Number("second_gripper_places", "near", "L*", 2, "no criterion",
             "distance along the strip from that place, {lowest:.2g} to {highest:.2g} L* above the floor, to the "

@@ -150,9 +150,10 @@ TOOL = (
             "{none} refused, {failed} errors", lambda f: f.failed == 0),
         Number("plan_safe", "safe", "1", 4, "= 1",
             "share of the {planned} planned paths that the rod on finer elements follows with the least, the given and "
-            "the largest eta_b"),
+            "the largest eta_b: the planner's own solver on another mesh, consistency and no proof by other means"),
         Number("plan_none", "none", "count", 3, "a scan confirms all reasons of each",
-            "strips for which there is no path; reasons not confirmed: {unconfirmed}", lambda f: f.unconfirmed == 0),
+            "strips for which there is no path; reasons that a scan by the same solver does not confirm: {unconfirmed}",
+            lambda f: f.unconfirmed == 0),
         Number("plan_seconds", "seconds", "s", 2, "<= 2 s",
             "median time of a plan or a refusal, one core, warm process; the longest {longest:.2g} s"),
     )),
