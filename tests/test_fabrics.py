@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 
-import made_up
 from plots import fabrics as figure
 from plotted import lines
 from stripfold.errors import InvalidInputError
@@ -69,9 +69,13 @@ def test_a_table_that_cannot_be_right_is_refused(tmp_path, old, new):
 
 
 def test_figure(found):
-    lengths, frictions = figure.draw(found, made_up.frictions()).axes
+    needed = xr.Dataset(
+        {"suffices": (("length", "uncertainty"), [[0.006, 0.04], [0.009, 0.19]])},
+        {"length": [14.0, 30.0], "uncertainty": [0.0, 0.2]},
+    )
+    lengths, frictions = figure.draw(found, needed).axes
     points = np.concatenate(lines(lengths, "None"))
     np.testing.assert_allclose(np.sort(points[:, 0]), 100.0 * np.sort(found.gravity_length))
-    (points,) = lines(frictions, "None")
-    np.testing.assert_allclose(points[:, 0], np.sort(found.friction))
-    assert [text.get_text() for text in frictions.get_yticklabels()][1] == "polyester faille (F)"
+    drawn = [line.get_ydata() for line in frictions.get_lines()]
+    np.testing.assert_allclose(drawn[:2], [[0.006, 0.009], [0.04, 0.19]])
+    np.testing.assert_allclose([y[0] for y in drawn[2:6]], np.sort(found.friction))

@@ -20,8 +20,8 @@ SOURCES = {
         "touch_error": [rules.assessment.output[0]],
         "friction_needed": [rules.friction_table.output[0]],
         **(
-            {"fabrics": [STUDY_FILES["fabrics"], rules.friction_table.output[0]]}
-            if "fabrics" in STUDY_FILES
+            {"fabrics": [STUDY_FILES["fabrics"], STUDY_FILES["friction_margin"]]}
+            if {"fabrics", "friction_margin"} <= set(STUDY_FILES)
             else {}
         ),
         **(
