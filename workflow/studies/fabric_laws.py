@@ -232,7 +232,7 @@ def _r_path(length: float, thickness: float, step: float, refinement: float, fab
 
 def law(fabric: Fabric, unit: float) -> tuple[Array, Array]:
     """Curvature and moment in 1/L* and rho_a g L*^2, densely, to where the law is straight."""
-    kappa = np.linspace(0.0, fabric.end, 41)[1:]
+    kappa = np.linspace(0.0, fabric.end, 401)[1:]
     return unit * kappa, fabric.moment(kappa) / (fabric.weight * unit**2)
 
 
