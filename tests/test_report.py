@@ -62,7 +62,9 @@ def test_the_report_has_each_figure_with_its_caption(results: dict[str, dict[str
 
 def test_the_numbers_are_a_page() -> None:
     item = {"value": 2.0, "unit": "mm", "statement": "a | b < c", "criterion": "< 3 mm", "holds": True, "fresh": True}
-    page = run.page({"key": item})
+    page = run.page({"key": item | {"chapter": "The program"}, "first": item | {"chapter": "Statics"}}, "../figures")
+    assert page.index("<h2>Statics") < page.index("<td>first") < page.index("../figures/motion.png")
+    assert page.index("../figures/motion.png") < page.index("<td>key")
     cells = re.findall(r"<td>(.*?)</td>", page)
-    assert cells == ["key", "2 mm", "a | b &lt; c", "&lt; 3 mm", "yes"]
+    assert cells[5:] == ["key", "2 mm", "a | b &lt; c", "&lt; 3 mm", "yes"]
     assert "| `key` | 2 mm | a \\| b < c | < 3 mm | yes |" in run.markdown({"key": item})

@@ -722,7 +722,7 @@ def test_a_stale_number_is_printed_as_stale_and_holds_nothing(tmp_path, monkeypa
     sources = {name: f"{name}.nc" for name in data}
     path = tmp_path / "summary.json"
     output = SimpleNamespace(data=path, page=tmp_path / "summary.html")
-    numbers.summary(sources, {"branches": {}, "limit": {}}, output, lambda line: None, **data)
+    numbers.summary(sources, {"branches": {}, "limit": {}}, str(tmp_path), output, lambda line: None, **data)
     assert output.page.read_text(encoding="utf-8").count("<td>stale</td>") == 4
     summary = json.loads(path.read_text(encoding="utf-8"))
     assert {key for key, item in summary.items() if not item["fresh"]} == {

@@ -52,6 +52,7 @@ rule summary:
         **calls("tasks.numbers:summary", files=CLAIMS),
         sources=lambda wildcards, input: dict(input.items()),
         studies={name: parameters(name, config) for name in STUDY_FILES},
+        figures=FIGURES,
     script:
         "../script.py"
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -21,6 +22,7 @@ from studies.summary import claims, run
 def summary(
     sources: dict[str, str],
     studies: dict[str, dict[str, Any]],
+    figures: str,
     output: Any,
     progress: Callable[[str], None],
     **data: xr.Dataset,
@@ -31,7 +33,8 @@ def summary(
     criterion.
 
     ``sources``: the files of ``data``, by the same names; ``studies``: today's parameters of the studies among them;
-    ``output``: ``data`` is the name of the JSON file, ``page`` that of the same for readers.
+    ``figures``: the folder of the figures; ``output``: ``data`` is the name of the JSON file, ``page`` that of the same
+    for readers.
     """
     stale = {name: why_stale(dataset, studies.get(name)) for name, dataset in data.items()}
     lines = sum(len(path.read_text(encoding="utf-8").splitlines()) for path in (ROOT / "src").rglob("*.py"))
@@ -59,11 +62,12 @@ def summary(
         item["commit"] = data[used[0]].attrs["git_commit"]
         item["holds"] = item["holds"] and item["fresh"]
     counted = claims.entries(claims.read().claims, found)
-    found |= {key: {**item, "commit": project["git_commit"]} for key, item in counted.items()}
+    about = {"commit": project["git_commit"], "chapter": "The program"}
+    found |= {key: item | about for key, item in counted.items()}
     for key, item in found.items():
         progress(f"{key}: {run.quoted(item)}; {item['criterion']}: {run.verdict(item)}")
     store.write_json(found, output.data)
-    store.write_text(run.page(found), output.page)
+    store.write_text(run.page(found, os.path.relpath(figures, Path(output.page).parent)), output.page)
 
 
 HEADLINES = ("claims_open", "branch_jumps", "time_solid_1e-3", "stale_studies")

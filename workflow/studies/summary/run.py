@@ -12,10 +12,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from plots import FIGURES, SECTIONS
 from studies.common import NO_RESULT, markdown_table
 from studies.summary.facts import Facts
 from studies.summary.number import Number, Source
-from studies.summary.table import SOURCES
+from studies.summary.table import CHAPTERS
 
 Entry = dict[str, Any]
 
@@ -30,16 +31,18 @@ def summarise(data: Mapping[str, xr.Dataset], sources: Mapping[str, str]) -> dic
     ``data``: the stored datasets by the names that the table gives them; ``sources``: the files they were read from, by
     the same names.
 
-    Returns for each number ``value``, ``unit``, ``statement``, ``criterion``, ``holds``, ``source`` (the file) and
-    ``datasets`` (the names of all datasets that it is from); ``error`` where one is known.  ``value`` is None where
-    there is no number.
+    Returns for each number ``value``, ``unit``, ``statement``, ``criterion``, ``holds``, ``source`` (the file),
+    ``chapter`` and ``datasets`` (the names of all datasets that it is from); ``error`` where one is known.  ``value``
+    is None where there is no number.
     """
     out: dict[str, Entry] = {}
-    for source in SOURCES:
-        names = source.names.split()
-        if names[0] in data or names[0] not in OPTIONAL:
-            found = evaluate(source, *(data[name] for name in names))
-            out |= {key: entry | {"source": sources[names[0]], "datasets": names} for key, entry in found.items()}
+    for chapter, (of_chapter, _) in CHAPTERS.items():
+        for source in of_chapter:
+            names = source.names.split()
+            if names[0] in data or names[0] not in OPTIONAL:
+                about = {"source": sources[names[0]], "chapter": chapter, "datasets": names}
+                found = evaluate(source, *(data[name] for name in names))
+                out |= {key: entry | about for key, entry in found.items()}
     return out
 
 
@@ -106,14 +109,36 @@ def markdown(summary: Mapping[str, Entry]) -> str:
     return markdown_table(COLUMNS, rows)
 
 
-def page(summary: Mapping[str, Entry]) -> str:
-    """The summary as a page in HTML."""
-    style = "body {font-family: sans-serif} td, th {padding: 0.3em; text-align: left; vertical-align: top}"
-    head = f'<!doctype html>\n<meta charset="utf-8">\n<title>Numbers</title>\n<style>{style}</style>\n'
-    lines = ["".join(f"<th>{name}</th>" for name in COLUMNS)]
-    lines += ["".join(f"<td>{escape(cell)}</td>" for cell in row) for row in _rows(summary)]
-    rows = "".join(f"<tr>{line}</tr>\n" for line in lines)
-    return f"{head}<table>\n{rows}</table>\n"
+def page(summary: Mapping[str, Entry], figures: str) -> str:
+    """The summary as a page in HTML, by chapter, each with its figures.
+
+    ``figures``: the folder of the figures, relative to the page.
+    """
+    blocks = [_HEAD]
+    for chapter, (_, sections) in CHAPTERS.items():
+        rows = _rows({key: item for key, item in summary.items() if item["chapter"] == chapter})
+        lines = ["".join(f"<th>{name}</th>" for name in COLUMNS)]
+        lines += ["".join(f"<td>{escape(cell)}</td>" for cell in row) for row in rows]
+        table = "".join(f"<tr>{line}</tr>\n" for line in lines)
+        blocks.append(f"<h2>{chapter}</h2>\n<table>\n{table}</table>\n")
+        for name in (name for section in sections for name in SECTIONS[section]):
+            caption = escape(f"{name.replace('_', ' ')}: {FIGURES[name]}")
+            source = escape(f"{figures}/{name}.png")
+            picture = f'<img src="{source}" alt="{name}" loading="lazy">'
+            blocks.append(f"<figure>{picture}<figcaption>{caption}</figcaption></figure>\n")
+    return "".join(blocks)
+
+
+_HEAD = """<!doctype html>
+<meta charset="utf-8">
+<title>Numbers</title>
+<style>
+body {font-family: sans-serif; max-width: 75em; margin: 1em auto}
+td, th {padding: 0.3em; text-align: left; vertical-align: top}
+figure {display: inline-block; width: 22em; margin: 0.5em; vertical-align: top}
+img {max-width: 100%}
+</style>
+"""
 
 
 def markers(name: str) -> tuple[str, str]:
