@@ -64,7 +64,7 @@ class TestReader:
 
 class TestCollapse:
     def test_states_and_colours_of_each_part(self, data):
-        whole, near = collapse.draw(data).axes
+        near, whole = collapse.draw(data).axes
         assert whole.get_aspect() == near.get_aspect() == 1.0
         expected = {"before": palette.STATIC, "lambda_c": palette.BLACK, "fall": palette.RED, "after": palette.GREEN}
         for name, colour in expected.items():
@@ -80,14 +80,14 @@ class TestCollapse:
         np.testing.assert_allclose(drawn(near, "fall"), drawn(whole, "fall"))
 
     def test_the_fall_is_even_up_to_the_touch(self, data):
-        fall = drawn(collapse.draw(data).axes[0], "fall")
+        fall = drawn(collapse.draw(data).axes[1], "fall")
         # The sag is highest at 0.25 m along the strip; it goes down from 2 cm to the floor.
         lowest = fall[:, np.argmax(states_of(data)[0, :, 1] * (data["arc"].values > 0.2)), 1]
         np.testing.assert_allclose(lowest[: collapse.TO_TOUCH], 2.0 * np.array([0.8, 0.6, 0.4, 0.2, 0.0]), atol=0.08)
         assert indices_of(data, fall[-1:], last=True)[0] >= FIRST_FALL + 20
 
     def test_gripper_touch_and_view(self, data):
-        whole, near = collapse.draw(data).axes
+        near, whole = collapse.draw(data).axes
         np.testing.assert_allclose(drawn(whole, "gripper"), [[(12.0 - 30.0, 15.0)]])
         np.testing.assert_allclose(drawn(whole, "held-end"), [[(30.0, 0.0)]], atol=1e-12)
         assert (colours(whole, "gripper"), colours(whole, "held-end")) == ({palette.PURPLE}, {palette.BLUE})
@@ -107,7 +107,7 @@ class TestCollapse:
     def test_to_the_touch_only(self, data):
         fig = collapse.draw(made_up.until_touch(data))
         assert not named(fig, "after")
-        assert len(named(fig.axes[0], "fall")) == collapse.TO_TOUCH
+        assert len(named(fig.axes[1], "fall")) == collapse.TO_TOUCH
         assert legend_texts(fig) == ["static, before", r"critical state, $\lambda_c$", "fall"]
 
 

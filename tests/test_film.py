@@ -30,7 +30,7 @@ FALL = FOUND.part("fall")
 @pytest.fixture(autouse=True, scope="module")
 def short():
     with pytest.MonkeyPatch.context() as patch:
-        for name, value in {"FPS": FPS, "SLOWDOWNS": (SLOW,), "STATIC_SECONDS": STATIC}.items():
+        for name, value in {"FPS": FPS, "SLOWDOWNS": (SLOW,), "STATIC_SECONDS": STATIC, "HASTE": 1.0}.items():
             patch.setattr(module, name, value)
         yield
 
@@ -66,7 +66,15 @@ class TestTiming:
             part = FOUND.part(phase)
             np.testing.assert_allclose(np.diff(FOUND.advance[part]) / np.diff(times[part]), 0.4)
 
-    @pytest.mark.parametrize(("seconds", "expected"), [(5.0, 1), (2.0, 2), (0.5, 10), (1e-3, 100)])
+    def test_what_hardly_moves_in_a_fall_is_shown_faster(self, monkeypatch):
+        monkeypatch.setattr(module, "HASTE", 5.0)
+        # It moves for a quarter of the time, and rests for the others.
+        seconds = np.diff(clock(FOUND, 3.0)[FALL]) / np.diff(FOUND.time[FALL])
+        assert seconds[0] == pytest.approx(3.0)
+        assert seconds[-1] == pytest.approx(3.0 / 5.0)
+        assert module._pace(0.5) == "2 times as fast"
+
+    @pytest.mark.parametrize(("seconds", "expected"), [(13.0, 1), (8.0, 2), (1.5, 10), (1e-3, 100)])
     def test_a_short_fall_is_slowed_down(self, monkeypatch, seconds, expected):
         monkeypatch.setattr(module, "SLOWDOWNS", (1, 2, 5, 10, 20, 50, 100))
         data = made_up.collapse()

@@ -23,7 +23,9 @@ MOVING = 0.25
 
 @styled
 def draw(data: xr.Dataset) -> Figure:
-    """Draw mid-surfaces: grey before lambda_c, black at it, red in the fall, green after it; below, the fall enlarged.
+    """Draw the fall, large, from the critical state (black) to rest (green); below, all of the motion along x.
+
+    Mid-surfaces are grey before lambda_c, black at it, red in the fall, green after it.
 
     The states of each part are even in how far the strip moved; in the fall up to the touch and from there to rest.
 
@@ -33,27 +35,29 @@ def draw(data: xr.Dataset) -> Figure:
     states, critical = found.states, found.critical
     way = travel(states, data["arc"].values)
     fall, after = found.part(FALL), found.part(AFTER)
-    fig, (whole, near) = equal_panels([around(CM * states), _limits_of_fall(found)], above=0.42)
+    fig, (near, whole) = equal_panels([_limits_of_fall(found), around(CM * states)], above=0.42)
     draw_states(whole, states[evenly(way, 0, critical, STATES + 1)[:-1]], "before", color=STATIC, zorder=2.0)
     if len(after):
         shown = evenly(way, int(after[0]), int(after[-1]), STATES + 1)[1:]
         draw_states(whole, states[shown], "after", color=SETTLED, zorder=2.5)
     shown = evenly(way, int(fall[0]), found.touch, TO_TOUCH + 1)[1:]
     shown += evenly(way, found.touch, int(fall[-1]), TO_REST + 1)[1:]
-    for ax, width in ((whole, 0.5), (near, 0.9)):
+    for ax, width, thick in ((whole, 0.5, 1.4), (near, 0.7, 2.2)):
         draw_states(ax, states[shown], "fall", color=FALLING, lw=width, zorder=3.0)
-        draw_states(ax, states[[critical]], "lambda_c", color=CRITICAL, lw=1.4, zorder=4.0)
+        draw_states(ax, states[[critical]], "lambda_c", color=CRITICAL, lw=thick, zorder=4.0)
         if np.isfinite(found.touch_x):
             ax.plot(CM * found.touch_x, 0.0, marker=6, color=FALLING, ms=5, mew=0, zorder=6, label="_touch")
     draw_held_end(whole, found.states[0, -1])
     _gripper(whole, found)
-    touch = f"; touch ($\\blacktriangle$) after {found.touch_time:.2f} s" if np.isfinite(found.touch_time) else ""
-    note(near, f"the fall, enlarged{touch}")
+    if np.isfinite(found.settle_time):
+        draw_states(near, states[fall[-1:]], "rest", color=SETTLED, lw=2.2, zorder=3.5)
+    touch = f": touch ($\\blacktriangle$) after {found.touch_time:.2f} s" if np.isfinite(found.touch_time) else ""
+    note(near, f"the fall, gripper held{touch}")
     handles = [
         entry("static, before", STATIC, lw=0.8),
-        entry(r"critical state, $\lambda_c$", CRITICAL, lw=1.4),
+        entry(r"critical state, $\lambda_c$", CRITICAL, lw=2.0),
         entry("fall", FALLING, lw=0.8),
-        entry("static, after", SETTLED, lw=0.8),
+        entry("at rest, and static after", SETTLED, lw=1.4),
     ]
     legend_above(fig, handles if len(after) else handles[:3])
     return fig

@@ -32,8 +32,11 @@ DPI = 360
 """Dots per inch: a frame is 1260 dots wide."""
 SLOWDOWNS = (1, 2, 5, 10, 20, 50, 100)
 """Seconds of the film per second of the fall, to choose from."""
-LEAST_SECONDS = 4.0
-"""Least duration of the fall in the film, s."""
+LEAST_SECONDS = 3.0
+"""Least duration of the fall's motion in the film, s."""
+STILL, HASTE = 0.3, 5.0
+"""Mean speed over the largest in a fall below which it is shown faster, and how many times faster: the slow start and
+the coming to rest."""
 # Constant quality.  The number of threads changes the file, and so does what a processor's fastest code reads beside
 # the picture, a little differently from run to run.
 _ENCODER = {"crf": "18", "preset": "veryfast", "threads": "1", "x264-params": "cpu-independent=1"}
@@ -45,20 +48,32 @@ Progress = Callable[[str], None]
 
 
 def slowdown_of(found: Followed) -> float:
-    """The first of :data:`SLOWDOWNS` with which the fall lasts :data:`LEAST_SECONDS`, or the last."""
-    if not len(fall := found.part(FALL)):
+    """The first of :data:`SLOWDOWNS` with which the fall's motion lasts :data:`LEAST_SECONDS`, or the last."""
+    still = _still(found)
+    moves = (found.phase[1:] == FALL) & (found.phase[:-1] == FALL) & ~still
+    if not moves.any():
         return SLOWDOWNS[0]
-    lasts = float(np.ptp(found.time[fall]))
+    lasts = float(np.diff(found.time)[moves].sum())
     return next((one for one in SLOWDOWNS if one * lasts >= LEAST_SECONDS), SLOWDOWNS[-1])
 
 
 def clock(found: Followed, slowdown: float) -> Array:
-    """Time of each state in the film, s: the fall at a constant rate, statics at a constant speed of the gripper."""
+    """Time of each state in the film, s: the fall at one rate, its still parts faster, statics by the gripper's way."""
     same = found.phase[1:] == found.phase[:-1]
     falling = same & (found.phase[1:] == FALL)
     way = np.where(same & ~falling, np.abs(np.diff(found.advance)), 0.0)
-    seconds = np.where(falling, slowdown * np.diff(found.time), STATIC_SECONDS * way / max(way.sum(), 1e-300))
+    rate = slowdown / np.where(_still(found), HASTE, 1.0)
+    seconds = np.where(falling, rate * np.diff(found.time), STATIC_SECONDS * way / max(way.sum(), 1e-300))
     return np.concatenate([[0.0], np.cumsum(seconds)])
+
+
+def _still(found: Followed) -> NDArray[np.bool_]:
+    """Whether the strip hardly moves from each state to the next in a fall, shape (m - 1,)."""
+    moved = np.sqrt(np.mean(np.sum(np.diff(found.states, axis=0) ** 2, axis=2), axis=1))
+    falling = (found.phase[1:] == FALL) & (found.phase[:-1] == FALL)
+    lasts = np.where(falling, np.diff(found.time), np.inf)
+    speed = np.where(lasts > 0.0, moved / np.where(lasts > 0.0, lasts, 1.0), 0.0)
+    return falling & (speed < STILL * speed.max())
 
 
 def frames(times: Array) -> Array:
@@ -124,6 +139,7 @@ class _Stage:
 
     def __init__(self, found: Followed, slowdown: float, way: str) -> None:
         self.found, self.slowdown, self.way = found, slowdown, way
+        self.still = _still(found)
         fig, (ax,) = equal_panels([around(CM * found.states)], above=0.3)
         fig.set_dpi(DPI)
         # An even number of dots for the encoder.
@@ -160,7 +176,8 @@ class _Stage:
         self.gripper.set_data(*state[:1].T)
         self.critical.set_visible(phase == FALL)
         if phase == FALL:
-            text = f"{text}, {_pace(self.slowdown)}: 𝑡 = {float(between(found.time)):.2f} s"
+            pace = _pace(self.slowdown / (HASTE if self.still[before] else 1.0))
+            text = f"{text}, {pace}: 𝑡 = {float(between(found.time)):.2f} s"
         self.said.set_text(text)
         self.said.set_color(colour)
         # Letters in italics: parsing mathematics in the text took longer than drawing the frame.
@@ -172,4 +189,6 @@ class _Stage:
 
 
 def _pace(slowdown: float) -> str:
+    if slowdown < 1.0:
+        return f"{1.0 / slowdown:g} times as fast"
     return "real time" if slowdown == 1.0 else f"slowed down {slowdown:g} times"
