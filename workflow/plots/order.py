@@ -14,7 +14,7 @@ from stripfold.plots.style import figure, styled
 
 @styled
 def draw(data: xr.Dataset) -> Figure:
-    """Draw (a) the error over the element length, with the observed orders, (b) the time over the number of elements.
+    """Draw (a) the error over the element length, beside plain powers, (b) the time over the number of elements.
 
     ``data`` is from :func:`studies.order.run`.
     """
@@ -22,8 +22,11 @@ def draw(data: xr.Dataset) -> Figure:
     top, bottom = fig.subplots(2, 1)
     for name in data["model"].values:
         one = data.sel(model=name)
-        label = f"{name}, order {float(one['order']):.1f}"
-        top.plot(one["size"], one["error"], **LOOKS[name]._asdict(), label=label)
+        top.plot(one["size"], one["error"], **LOOKS[name]._asdict(), label=name)
+        fine = one.dropna("parts")
+        power = float(one["order"])
+        line = float(fine["error"][-1]) * (fine["size"] / fine["size"][-1]) ** round(power)
+        top.plot(fine["size"], line, color=LOOKS[name].color, ls=":", lw=0.8, label=f"power {power:.0f}")
         bottom.plot(one["elements"], one["seconds"], **LOOKS[name]._asdict(), label=name)
     elements, seconds = (data[name].isel(model=-1).values for name in ("elements", "seconds"))
     bottom.plot(elements, seconds[-1] * elements / elements[-1], color=GREY, ls="--", lw=0.8, label="linear")

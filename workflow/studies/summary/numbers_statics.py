@@ -54,8 +54,8 @@ STATICS = (
     )),
     Source("order", facts.order, (
         Number("order_lambda_c", "rod", "1", 3, "> 3.7 on the rod, at least 3 on the solid",
-            "observed order of lambda_c in the element length on the rod, meshes refined uniformly from {coarsest} "
-            "elements; on the solid {solid:.2f}", lambda f: f.rod > 3.7 and f.solid >= 3.0),
+            "observed order of lambda_c in the element length on the rod, between the two finest of the meshes refined "
+            "uniformly from {coarsest} elements; on the solid {solid:.2f}", lambda f: f.rod > 3.7 and f.solid >= 3.0),
         Number("order_cost", "cost", "1", 3, "< 1.2, to 10,000 elements or more",
             "order of the run time of one lambda_c in the number of elements, the larger of both models, up to "
             "{elements} elements", lambda f: f.elements >= 10000),
