@@ -193,13 +193,17 @@ class PathAssessment(Result, Verdict):
         return np.stack([unit * problem.model.resampled_mid_surface(point.q, arc) for problem, point in states])
 
     def plot(self) -> Figure:
-        """The strip along the path, the last static state black; critical points are crosses."""
+        """Draw the strip along the path; critical points are crosses, states after a fall green."""
         from stripfold.plots.results import draw_strip
 
         states = self._mid_surfaces()
-        chosen = np.unique(np.linspace(0, len(states) - 1, 12).astype(int))
+        before = self.falls[0][0] if self.falls else len(states)
+        parts = [
+            [states[i] for i in np.unique(np.linspace(first, last - 1, 12).astype(int))] if last > first else []
+            for first, last in ((0, before), (before, len(states)))
+        ]
         marks = np.array([(event["x"], event["z"]) for event in self.critical]).reshape(-1, 2)
-        return draw_strip(list(states[chosen]), self.path.places[:, 1:], marks)
+        return draw_strip(parts[0], self.path.places[:, 1:], marks, parts[1])
 
     def film(self, file: str | os.PathLike[str], progress: Progress | None = None) -> None:
         """Draw it as an MP4 film, with the falls that were followed."""

@@ -34,7 +34,7 @@ def draw(data: xr.Dataset) -> Figure:
     fig = figure(6.5)
     plane, along, there = fig.subplots(3, 1, height_ratios=(1.75, 1.0, 1.0))
     curves = {name: data[name].values for name in CURVES}
-    draw_map(plane, curves, data["advance"].values, data["z"].values, data["margin"].values, LEVELS)
+    draw_map(plane, curves, data["advance"].values, data["z"].values, data["margin"].values, LEVELS, "$L^*$")
     travelled = np.linspace(0.0, 1.0, data.sizes["point"])
     for path, (label, style) in STYLES.items():
         one = data.sel(path=path)

@@ -78,7 +78,7 @@ def draw_places(plan: FoldingPlan, strip: Strip) -> Figure:
     advance, z = found.grid
     levels = [share * unit * found.length for share in LEVELS]
     margin = unit * found.margin(*np.meshgrid(advance, z))
-    draw_map(ax, curves, unit * (advance - found.length / 2.0), unit * z, margin, levels)
+    draw_map(ax, curves, unit * (advance - found.length / 2.0), unit * z, margin, levels, "cm")
     ax.plot(*(CM * plan.waypoints[:, 1:3]).T, color=GRIPPER, lw=1.6, label="gripper", zorder=5)
     legend_above(fig, ax.get_legend_handles_labels()[0], fontsize=7)
     return fig

@@ -28,9 +28,10 @@ CURVES: dict[str, tuple[str, dict[str, Any]]] = {
 def draw(data: xr.Dataset) -> Figure:
     """Draw the boundaries and lines of equal margin; ``data`` is from :meth:`.StabilityMap.to_dataset`."""
     curves = {name: CM * np.stack([data[f"{name}_x"].values, data[f"{name}_z"].values], axis=1) for name in CURVES}
-    fig, (ax,) = equal_panels([around(np.vstack(list(curves.values())))], above=0.5)
+    fig, (ax,) = equal_panels([around(np.vstack(list(curves.values())))], above=0.55)
+    ax.set(xlabel="gripper $x$ [cm]", ylabel="gripper $z$ [cm]")
     levels = [CM * data.attrs["length"] * share for share in LEVELS]
-    draw_map(ax, curves, CM * data["map_x"].values, CM * data["map_z"].values, CM * data["margin"].values, levels)
+    draw_map(ax, curves, CM * data["map_x"].values, CM * data["map_z"].values, CM * data["margin"].values, levels, "cm")
     if "friction_x" in data:
         _draw_friction(ax, data)
     legend_above(fig, ax.get_legend_handles_labels()[0], fontsize=7)
@@ -47,7 +48,9 @@ def _draw_friction(ax: Axes, data: xr.Dataset) -> None:
     ax.text(0.01, 0.98, text, transform=ax.transAxes, va="top", fontsize=5)
 
 
-def draw_map(ax: Axes, curves: Mapping[str, Array], x: Array, z: Array, margin: Array, levels: list[float]) -> None:
+def draw_map(
+    ax: Axes, curves: Mapping[str, Array], x: Array, z: Array, margin: Array, levels: list[float], unit: str
+) -> None:
     """Draw the curves of :data:`CURVES`, shape (n, 2) each, and lines of equal margin, shape (z, x), labelled."""
     low = curves["sag_touch"][:, 1] <= curves["snap"][0, 1]
     region = np.vstack([curves["lifted"], curves["snap"][::-1], curves["sag_touch"][low][::-1]])
@@ -56,3 +59,4 @@ def draw_map(ax: Axes, curves: Mapping[str, Array], x: Array, z: Array, margin: 
         ax.plot(*curves[name].T, label=label, zorder=3, **style)
     lines = ax.contour(x, z, margin, levels, colors=HANGING, linewidths=0.6)
     ax.clabel(lines, fmt="%.2g", fontsize=6)
+    ax.plot([], [], color=HANGING, lw=0.6, label=f"distance from the snap [{unit}]")
