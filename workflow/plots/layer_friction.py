@@ -6,9 +6,12 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from plots.pieces import PATH_LOOKS, PATH_STYLES, entry, note, path_entries
-from stripfold.plots.colours import GREY, SHADE
+from plots.pieces import PATH_LOOKS, PATH_STYLES, Look, entry, note, path_entries
+from stripfold.plots.colours import GREEN, GREY, SHADE
 from stripfold.plots.style import figure, legend_above, styled
+
+LOOKS = {name: look for name, (_, look) in PATH_LOOKS.items()} | {"low": Look(GREEN, "s")}
+STYLES = PATH_STYLES | {"low": "-."}
 
 
 @styled
@@ -22,9 +25,9 @@ def draw(data: xr.Dataset) -> Figure:
     mu, shown = data["mu"].values, data.attrs["shown"]
     low, high = data.attrs["band"]
     top.axvspan(low, high, color=SHADE, lw=0.0, zorder=0, label="_fabrics")
-    for name, (_, look) in PATH_LOOKS.items():
-        one = data.sel(path=name)
-        style = {"color": look.color, "ls": PATH_STYLES[name]}
+    for name in data["path"].values:
+        one, look = data.sel(path=name), LOOKS[name]
+        style = {"color": look.color, "ls": STYLES[name]}
         top.plot(mu, one["error"].values, marker=look.marker, lw=1.1, **style, label=f"_{name}")
         top.plot(shown, one["finer_error"], "o", color=look.color, mfc="none", ms=8.0, label=f"_{name}-finer")
         width = 2.2 if name == "r-path" else 1.2
@@ -33,7 +36,8 @@ def draw(data: xr.Dataset) -> Figure:
     bottom.axhline(0.0, color=GREY, lw=0.6, zorder=0)
     bottom.set(aspect="equal", xlabel="$x\\,/\\,L^*$", ylabel="$z\\,/\\,L^*$")
     bottom.set_ylim(-0.2, 1.6 * float(np.max(data["z"].values)))
-    legend_above(fig, [*path_entries(), entry("fabric on fabric", SHADE, lw=6.0)])
+    low = entry("low path", LOOKS["low"].color, STYLES["low"], marker=LOOKS["low"].marker, lw=0.9)
+    legend_above(fig, [*path_entries(), low, entry("fabric on fabric", SHADE, lw=6.0)])
     note(top, "(a)")
     note(bottom, rf"(b) $\mu$ = {shown:g}", "upper right")
     return fig

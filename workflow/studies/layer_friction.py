@@ -1,4 +1,4 @@
-"""Whether the gripper's path decides the finished fold: three paths with Coulomb friction between the layers.
+"""Whether the gripper's path decides the finished fold: four paths with Coulomb friction between the layers.
 
 Each path is followed in time from the flat strip to rest at its end; then the gripper opens.  The error of the fold is
 its largest distance from the accurate one.  Lengths in L*, energies per width in rho_a g L*^2.
@@ -25,11 +25,14 @@ from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
 from stripfold.paths.curve import GripperPath
 from stripfold.paths.geometric import circular, triangular
+from stripfold.paths.low_path import low
 from stripfold.paths.rpath import plan_r_path
 from stripfold.solve.schemes import Damping
 from studies.common import Progress, dataset, grid, pooled
 
-PATHS = ("r-path", "triangular", "circular")
+PATHS = ("r-path", "triangular", "circular", "low")
+LOW = 1.2
+"""Height of the low path, L*."""
 NUMBERS = ("error", "opened_error", "edge", "loop", "touch_x", "dissipated", "created")
 DAMPING = Damping(air=0.1, stiffness=0.06)
 """Air drag of 2 /s and viscosity of 3 ms with L* = 2.5 cm."""
@@ -116,6 +119,8 @@ def path_of(name: str, length: float) -> GripperPath:
     """A path of a strip of this length, L*."""
     if name == "r-path":
         return plan_r_path(length).path
+    if name == "low":
+        return low(length, LOW)
     return triangular(length) if name == "triangular" else circular(length)
 
 
