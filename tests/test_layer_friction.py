@@ -199,7 +199,7 @@ def test_a_circular_fold_keeps_the_slack_of_its_touch(fold: tuple[PathInTime, Pa
 
 def test_study_and_its_figure(fold: tuple[PathInTime, PathInTime], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(study, "_follow", lambda *_, **__: fold)
-    data = study.run(14.0, 0.05, 0.02, [0.2, 0.4], 0.4, [0.2, 0.6], 14.0, 0.3)
+    data = study.run(14.0, 0.05, 0.02, [0.2, 0.4], 0.4, [0.2, 0.6], 14.0, 0.3, [0.1])
     assert set(data["no_result"].values.ravel()) == {""}
     assert data["edge"].values == pytest.approx(2.0 * data["loop"].values, abs=0.04)
     assert data["opened_error"].values == pytest.approx(data["edge"].values, abs=0.05)
