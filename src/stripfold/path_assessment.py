@@ -44,8 +44,9 @@ class PathAssessment(Result, Verdict):
     critical
         Its critical points: ``t``, ``x``, ``z`` of the gripper, ``kind``, the ``angle`` with the stability boundary in
         degrees, and how large the event is: ``drop``, the largest height that a point of the strip loses, m, the
-        ``energy`` freed, J per m of width, and its largest ``speed``, m/s; nan without a fall.  ``outcome`` says in words what the strip did;
-        ``change`` is by how much farther along the path it lies on another mesh, m; nan where that mesh has none.
+        ``energy`` freed, J per m of width, and the largest ``speed`` of a point, m/s; nan without a fall.  ``outcome``
+        says in words what the strip did; ``change`` is by how much farther along the path it lies on another mesh, m;
+        nan where that mesh has none.
     touch_x, planned_touch_x, touch_error
         Where the upper layer first touches, where that of the strip's planned R-path does (the accurate fold), and the
         difference.  The fold line is at x = 0, for a half fold.
@@ -55,8 +56,8 @@ class PathAssessment(Result, Verdict):
         Largest distance of the last state from the folded one; nan for a path that ends elsewhere.
     folded, end_error
         Whether the last state is the folded one: the path is at its end, the strip's end within 5 mm and 5 % of the
-        length of its place, and all of the strip within a fold's height, 0.907 L*, of it.  ``end_error`` is the distance
-        of the end from its place.
+        length of its place, and all of the strip within the height of a fold, 0.907 L*, of its own.  ``end_error`` is
+        the distance of the end from its place.
     lying_length
         Length that lies from the held end in the last state.
     peak_force, peak_hold

@@ -34,7 +34,6 @@ def low(length: float, height: float) -> GripperPath:
     (['lift', 'carry', 'lay'], [-9.518957, 1.2])
     """
     check_half_fold(length)
-    half = length / 2.0
     lift = lifted(length, height)
     lay = lift[::-1] * (-1.0, 1.0)
     carry = np.array([lift[-1], lay[0]])
@@ -44,7 +43,7 @@ def low(length: float, height: float) -> GripperPath:
 def lifted_triangular(length: float, height: float) -> GripperPath:
     """The triangular path from its apex on, after a lift without horizontal force to this height, L*.
 
-    From the floor at 45 degrees a gripper pushes what lies with tens of rho_a g L*; from a height of L* on with about one.
+    At 45 degrees from the floor on, a gripper pushes what lies with tens of rho_a g L*; above L* with one.
     """
     half = length / 2.0
     lift, apex, end = lifted(length, height), np.array([0.0, half]), np.array([half, 0.0])
