@@ -39,7 +39,7 @@ def scaled_to(distance: float) -> Any:
 @pytest.mark.parametrize(
     ("rows", "folded"),
     [
-        ([START, (START[0] + 0.005, 0.01)], "no: the end is 240."),
+        ([START, (START[0] + 0.005, 0.01)], "no: the end is 241.1 mm"),
         (np.column_stack([START[0] * np.cos(ANGLE), 1.2 * UNIT * np.sin(ANGLE)]), "no: the end is 127."),
         (scaled_to(0.012), "no: the end is 12.0 mm"),
         (scaled_to(0.004), "yes: the end is 4.0 mm"),
