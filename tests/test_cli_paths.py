@@ -77,6 +77,9 @@ def test_assess_says_where_the_strip_leaves(here: Path, coarse: None, capsys: py
     assert event["outcome"] == "fell to a touch"
     assert 0.1 < event["drop"] / UNIT < 1.0
     assert 1e-3 < event["energy"] / (9.81 * UNIT**2) < 0.1
+    assert found["folded"]
+    # All of the energy in a part of the strip between 1 L* and all of it.
+    assert (2.0 * event["energy"] / 0.45) ** 0.5 / 2.0 < event["speed"] < (2.0 * event["energy"] / UNIT) ** 0.5
     assert not found["failure"]
     assert sorted(os.listdir(here)) == ["own.csv", "own.png"]
 
@@ -101,6 +104,7 @@ def test_a_partial_fold_is_the_half_fold_of_a_shorter_strip(
     assert partial["lying_length"] == pytest.approx(half["lying_length"] + 0.16, abs=5e-4)
     assert partial["shape_error"] == pytest.approx(half["shape_error"], abs=2e-4)
     assert partial["inputs"]["fold_at"] == 0.225
+    assert partial["folded"]
 
 
 def test_an_r_path_says_on_which_side_to_plan(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -134,7 +138,7 @@ def test_a_verdict_is_written_and_checked(here: Path, capsys: pytest.CaptureFixt
 
 
 @pytest.mark.parametrize(
-    ("other", "code"), [({}, 0), ({"stable": False}, 1), ({"completed": False}, 1), ({"mesh_dependence": "other"}, 1)]
+    ("other", "code"), [({}, 0), ({"stable": False}, 1), ({"folded": False}, 1), ({"mesh_dependence": "other"}, 1)]
 )
 def test_what_check_refuses(here: Path, monkeypatch: pytest.MonkeyPatch, other: dict[str, object], code: int) -> None:
     """The film is drawn of all, and read from no file of the command's."""
@@ -194,7 +198,7 @@ def test_a_fall_that_does_not_come_is_part_of_the_verdict(
     assert not found["stable"]
     assert not found["completed"]
     (event,) = found["critical"]
-    assert event["drop"] is event["energy"] is None
+    assert event["drop"] is event["energy"] is event["speed"] is None
     assert event["outcome"] == "the fall could not be followed to rest"
 
 

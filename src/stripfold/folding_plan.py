@@ -43,6 +43,8 @@ UNITS = {
     "eta_b": "m^-4 s^2",
     "peak_force": "N/m",
     "peak_hold": "N/m",
+    "peak_push": "N/m",
+    "bump": "m",
     "kinetic": "J/m",
     "sufficient_moment": "N",
 }
@@ -134,7 +136,8 @@ class FoldingPlan(Result):
             *(
                 (
                     f"  {strip.eta_b:.4g}",
-                    f"stable; first touch at x = {verdict.touch_x:.4g} m, fold {1e3 * verdict.shape_error:.2f} mm off",
+                    f"stable; first touch at x = {verdict.touch_x:.4g} m, fold {1e3 * verdict.shape_error:.2f} mm off, "
+                    f"push on what lies at most {verdict.peak_push:.3g} N/m",
                 )
                 for strip, verdict in zip(asked.strips, choice.verdicts, strict=True)
             ),
@@ -163,7 +166,7 @@ class FoldingPlan(Result):
         store.write_text(plan.html(self), file)
 
     def to_dict(self) -> dict[str, Any]:
-        names = ("touch_x", "shape_error", "peak_force", "peak_hold")
+        names = ("touch_x", "shape_error", "peak_force", "peak_hold", "peak_push", "bump")
         t, x, z, angle = self.waypoints.T.tolist()
         return {
             "stripfold_version": stripfold.__version__,

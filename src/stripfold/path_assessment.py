@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
-from math import isfinite, nan
+from math import isfinite, isnan, nan
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, Self
 
@@ -43,9 +43,10 @@ class PathAssessment(Result, Verdict):
         Whether the strip follows all of the path.
     critical
         Its critical points: ``t``, ``x``, ``z`` of the gripper, ``kind``, the ``angle`` with the stability boundary in
-        degrees, and how large the event is: ``drop``, the largest height that a point of the strip loses, m, and
-        ``energy`` freed, J per m of width; nan without a fall.  ``outcome`` says in words what the strip did;
-        ``change`` is by how much farther along the path it lies on another mesh, m; nan where that mesh has none.
+        degrees, and how large the event is: ``drop``, the largest height that a point of the strip loses, m, the
+        ``energy`` freed, J per m of width, and the largest ``speed`` of a point, m/s; nan without a fall.  ``outcome``
+        says in words what the strip did; ``change`` is by how much farther along the path it lies on another mesh, m;
+        nan where that mesh has none.
     touch_x, planned_touch_x, touch_error
         Where the upper layer first touches, where that of the strip's planned R-path does (the accurate fold), and the
         difference.  The fold line is at x = 0, for a half fold.
@@ -53,10 +54,19 @@ class PathAssessment(Result, Verdict):
         Where the folded state lands.
     shape_error
         Largest distance of the last state from the folded one; nan for a path that ends elsewhere.
+    folded, end_error
+        Whether the last state is the folded one: the path is at its end, the strip's end within 5 mm and 5 % of the
+        length of its place, and all of the strip within the height of a fold, 0.907 L*, of its own.  ``end_error`` is
+        the distance of the end from its place.
     lying_length
         Length that lies from the held end in the last state.
     peak_force, peak_hold
         Largest force of the gripper, and horizontal force of the held end, in the static states.
+    peak_push, push_z
+        Largest push of the gripper on what lies, and its height then; 0 and nan without one.
+    bump
+        Height of a bump that would grow under this push, of small slopes: in the flat strip that is followed there is
+        none.  A height of more than L* says no more than that no lower one grows; nan without a push.
     completed
         Whether the path was followed to its end.
     contact
@@ -78,7 +88,7 @@ class PathAssessment(Result, Verdict):
     asked: Asked
     seconds: float
     title = "a gripper path assessed"
-    shown = ("stable", "completed", "touch_x", "touch_error")
+    shown = ("stable", "folded", "touch_x", "touch_error")
 
     @classmethod
     def of(cls, asked: Asked, path: FoldPath, began: float, progress: Progress | None = None) -> Self:
@@ -106,6 +116,7 @@ class PathAssessment(Result, Verdict):
         return [
             ("stable", "yes" if self.stable else "no"),
             *(row for event in self.critical for row in self._event_rows(event)),
+            ("folded", self._folded()),
             *([("failed", self.failure)] if self.failure else []),
             ("first touch", metres(self.touch_x, "x, origin mid-strip")),
             ("  planned", metres(self.planned_touch_x, "x of the first touch of the accurate fold, an R-path's")),
@@ -115,6 +126,7 @@ class PathAssessment(Result, Verdict):
             ("lying", metres(self.lying_length, "length from the held end in the last state")),
             ("peak force", f"{self.peak_force:.4g} N/m  (gripper, per width)"),
             ("peak hold", f"{self.peak_hold:.4g} N/m  (horizontal, at the held end)"),
+            ("peak push", self._push()),
             ("completed", self._completed()),
             *([] if self.asked.second_gripper is None else self._second_rows(self.second_gripper)),
             ("mesh", self._mesh()),
@@ -147,8 +159,26 @@ class PathAssessment(Result, Verdict):
         place = f"t = {event['t']:.4g}, gripper at x = {event['x']:.4g} m, z = {event['z']:.4g} m"
         size = ""
         if isfinite(event["drop"]):
-            size = f"; {event['drop']:.3g} m down, {event['energy']:.3g} J/m freed"
+            size = f"; {event['drop']:.3g} m down, {event['energy']:.3g} J/m freed, up to {event['speed']:.3g} m/s"
         return [("critical", f"{place}: {event['kind']}"), ("  there", f"{event['outcome']}{size}")]
+
+    def _folded(self) -> str:
+        place = f"the end is {1e3 * self.end_error:.1f} mm from its place"
+        if isfinite(self.shape_error) and not self.folded:
+            return f"no: the strip is {1e3 * self.shape_error:.1f} mm from its folded state, {place}"
+        if isnan(self.landing_x):
+            return f"no: no folded state is known of a strip of this length; {place}"
+        return f"{'yes' if self.folded else 'no'}: {place}"
+
+    def _push(self) -> str:
+        """The push on what lies, and the bump that would grow under it."""
+        if not self.peak_push:
+            return "none"
+        unit = self.asked.gravity_length
+        bump = f"a bump of {1e3 * self.bump:.2g} mm would grow under it"
+        if self.bump > unit:
+            bump = f"no bump lower than {1e3 * unit:.2g} mm grows under it"
+        return f"{self.peak_push:.4g} N/m  (on what lies, gripper {1e3 * self.push_z:.1f} mm high; {bump})"
 
     def _completed(self) -> str:
         if self.completed:
@@ -165,7 +195,8 @@ class PathAssessment(Result, Verdict):
 
     def to_dataset(self) -> xr.Dataset:
         touches = ("touch_x", "planned_touch_x", "touch_error", "landing_x")
-        numbers = (*touches, "touch_change", "shape_error", "lying_length", "peak_force", "peak_hold")
+        shape = ("touch_change", "shape_error", "end_error", "lying_length")
+        numbers = (*touches, *shape, "peak_force", "peak_hold", "peak_push", "push_z", "bump")
         values: dict[str, Any] = {name: ((), getattr(self, name)) for name in numbers}
         states = self._mid_surfaces()
         values |= {
@@ -176,12 +207,12 @@ class PathAssessment(Result, Verdict):
         }
         values |= {
             f"critical_{key}": ("event", np.array([event[key] for event in self.critical], dtype=float))
-            for key in ("t", "x", "z", "angle", "drop", "energy", "change")
+            for key in ("t", "x", "z", "angle", "drop", "energy", "speed", "change")
         }
         if (second := self.second_gripper) is not None:
             given = {f"second_{key}": getattr(second, key) for key in ("s", "x", "z", "snap")}
             values |= {name: ((), float(value)) for name, value in given.items()}
-        flags = {"stable": int(self.stable), "completed": int(self.completed)}
+        flags = {name: int(getattr(self, name)) for name in ("stable", "folded", "completed")}
         said = {"contact": self.contact, "failure": self.failure, "mesh_dependence": self.mesh_dependence}
         return schema.dataset(values, flags | said)
 

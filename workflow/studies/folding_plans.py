@@ -17,8 +17,9 @@ import numpy as np
 import xarray as xr
 
 from stripfold import elastica, paths
+from stripfold.analysis.assess import BUMP
 from stripfold.analysis.friction_needed import NARROW, SPARE
-from stripfold.analysis.path_choice import DELAY, FREE, GIVING, LOWEST, SHARPEST, choose, scaled
+from stripfold.analysis.path_choice import DELAY, FREE, GIVING, LEAST_BUMP, PUSH, SHARPEST, choose, scaled
 from stripfold.analysis.path_friction import STEP
 from stripfold.analysis.planned_motion import ACCURATE
 from stripfold.analysis.verdict import Verdict, assess_path
@@ -139,7 +140,8 @@ def _no_low(asked: FoldingPlan) -> bool:
     snaps = np.array([elastica.critical(float(height / softest)).snap for height in heights])
     margin = heights[snaps][0] - heights
     bent = (thickness <= SHARPEST * heights) & (heights**3 >= GIVING * lies * thickness**2)
-    return not np.any((margin >= asked.margin + heights[1] - heights[0]) & bent & (heights >= LOWEST * stiffest))
+    smooth = BUMP * heights**4 >= LEAST_BUMP * PUSH**2 * stiffest**3
+    return not np.any((margin >= asked.margin + heights[1] - heights[0]) & bent & smooth)
 
 
 def _no_triangular(asked: FoldingPlan) -> bool:

@@ -18,7 +18,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from stripfold import elastica
-from stripfold.analysis.assess import assess_strip, peak_forces, shape_error
+from stripfold.analysis.assess import BUMP, assess_strip, peak_forces, shape_error
 from stripfold.analysis.contact import columns_on_floor, touches
 from stripfold.analysis.path_in_time import follow_in_time
 from stripfold.analysis.path_statics import MOVING
@@ -48,9 +48,6 @@ MARGIN = 0.02
 """Distance below the touch limit within which models and meshes may differ, L*."""
 STEP, NEAR = 0.05, 1e-3
 """Largest step along a branch of the elastica, in arc length; change of the free length for a derivative, L*."""
-BUMP = 15.6976
-"""Height times P^2 of a bump, in unstable equilibrium, in a beam that lies and is pushed by P: the second derivative
-vanishes where it lifts off, too (Hobbs, J. Transp. Eng. 110, 175, 1984)."""
 DAMPING = Damping(air=0.1, stiffness=0.06)
 """Air drag of 2 /s and viscosity of 3 ms with L* = 2.5 cm."""
 

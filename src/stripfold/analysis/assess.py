@@ -46,6 +46,14 @@ tangency: an unfolded bifurcation.
 """
 MAX_FALLS = 5
 """Falls along one path: a strip that falls more often is not being folded."""
+BUMP = 15.6976
+"""Height times F^2 of a bump in a beam that lies and is pushed by F, L* (rho_a g L*)^2: in unstable equilibrium.
+
+A lower one stays, a higher one grows.  Its second derivative vanishes where it lifts off, too (Hobbs, J. Transp. Eng.
+110, 175, 1984); of small slopes, that is for heights of a small part of L*.
+"""
+NO_PUSH = 1e-3
+"""Push that counts as none, rho_a g L*: forces are solved for to less."""
 Followed = tuple[StripProblem, Point | TimeState]
 """A state in statics or in time, with what it solves."""
 
@@ -169,6 +177,12 @@ def assess_strip(
     return Assessment(path, tuple(segments), tuple(motions), tuple(events), touch, failure)
 
 
+def peak_speed(motion: Motion) -> float:
+    """Largest speed of a point of the mid-surface in a fall, sqrt(g L*)."""
+    middle = motion.problem.model.middle
+    return max(float(np.linalg.norm(state.v[middle], axis=1).max()) for state in motion.states)
+
+
 def size_of_fall(before: State, motion: Motion) -> tuple[float, float]:
     """The largest height that a point of the strip loses in a fall, L*, and the energy that it frees, rho_a g L*^2.
 
@@ -230,6 +244,19 @@ def peak_forces(states: Sequence[Followed]) -> tuple[float, float]:
     """Largest force of the gripper, and largest horizontal force of the held end, over states."""
     forces = [grip_and_hold(*state) for state in states]
     return max(float(np.linalg.norm(grip)) for grip, _ in forces), max(abs(hold) for _, hold in forces)
+
+
+def peak_push(states: Sequence[Followed]) -> tuple[float, float]:
+    """Largest push of the gripper on what lies, over states, and the gripper's height there; 0 and nan without one.
+
+    It is the gripper's force in the direction of folding: friction on the floor takes some of it, nothing adds to it.
+    Between the states of a static path it is up to 1 % larger.
+    """
+    push = np.array([grip_and_hold(*state)[0][0] for state in states])
+    problem, point = states[int(push.argmax())]
+    if push.max() < NO_PUSH:
+        return 0.0, float("nan")
+    return float(push.max()), float(problem.model.mid_surface(point.q)[0, 1])
 
 
 def shape_error(problem: StripProblem, point: Point | TimeState, fold: HalfFold) -> float:

@@ -24,7 +24,7 @@ from stripfold.analysis.contact_events import (
     zero,
 )
 from stripfold.arrays import Array
-from stripfold.errors import NewtonError
+from stripfold.errors import InvalidInputError, NewtonError
 from stripfold.models.contact_mesh import ContactMesh, Topology
 from stripfold.models.model import Model
 from stripfold.moving_contact import MovingContact
@@ -84,9 +84,14 @@ def from_flat(mesh: Planned, motion: Motion, lam: float) -> BranchPoint:
 
     ``mesh``: plans a mesh with one lift-off.  ``motion``, ``lam``: where the gripper is: above the floor by much less
     than L*.
+
+    Raises InvalidInputError: the gripper is still on the floor.
     """
     place = motion.values(lam)
     dx, height = (0.0, *place)[-2:]
+    if height <= 0.0:
+        allowed = "a path that lifts the end of the strip from its start"
+        raise InvalidInputError("path", "along the floor", allowed, "leave out what is on the floor before the lift")
     free = (24.0 * height) ** 0.25
     planned = mesh(np.array([free]))
     model = planned.model

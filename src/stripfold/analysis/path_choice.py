@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from stripfold import elastica, paths
+from stripfold.analysis.assess import BUMP
 from stripfold.analysis.friction_needed import REFINEMENT, SPARE, needed
 from stripfold.analysis.gripper_map import GripperMap, gripper_map
 from stripfold.analysis.planned_motion import ACCURATE, InTime, in_time
@@ -22,12 +23,17 @@ from stripfold.errors import InvalidInputError, NoPathError, SolveError
 from stripfold.inputs import FoldingPlan
 from stripfold.paths import FoldPath
 from stripfold.paths.curve import GripperPath
+from stripfold.paths.fold_path import lifted_triangular
 from stripfold.paths.low_path import HIGHEST, layer_slide
 from stripfold.paths.rpath import LONGEST, shortest_half_fold
 from stripfold.roots import root
 
-USUAL, LOWEST = 1.0, 0.6
-"""Height of a low path where nothing else decides, and the least, L*: lower, wrinkles of half a millimetre grow."""
+USUAL = 1.0
+"""Height of a low path where nothing else decides, and to which strips are lifted on a triangular path, L*."""
+LEAST_BUMP = 5e-4
+"""Height of a bump that must not grow under the push on what lies, m: a wrinkle of this height may be in a fabric."""
+PUSH = 2.752
+"""Push of a gripper at height z on what lies, times z^2, rho_a g L*^3: on low paths, at small heights the largest."""
 SHARPEST = 0.25
 """Largest thickness over the height of a low path: in sharper bends the solid snaps where the rod does not."""
 GIVING = 0.24
@@ -109,7 +115,8 @@ class _Chooser:
         limit = elastica.touch_limit() * softest
         h = asked.strips[0].material.thickness
         stretch = (GIVING * (asked.length + FREE * stiffest) * h**2) ** (1.0 / 3.0)
-        lowest = max(LOWEST * stiffest, stretch, h / SHARPEST)
+        bump = (LEAST_BUMP * PUSH**2 / BUMP * stiffest**3) ** 0.25
+        lowest = max(bump, stretch, h / SHARPEST)
         highest = min(limit - asked.margin, HIGHEST * asked.length)
         if lowest > highest:
             why = f"the gripper would have to be between {1e3 * lowest:.1f} and {1e3 * highest:.1f} mm high"
@@ -130,11 +137,14 @@ class _Chooser:
         if above > 0.0:
             why = f"it leaves the stable places {1e3 * above:.0f} mm above the touch limit"
             return Refusal("triangular", why, asked.margin + above)
-        path = paths.triangular(asked)
+        height = USUAL * self.units[1]
+        path = lifted_triangular(asked, height)
         margin = unit * margin_on(scaled(path, unit), gripper_map(asked.length / unit))
         if margin < asked.margin:
             return Refusal("triangular", f"its margin is {1e3 * margin:.1f} mm", asked.margin - margin)
-        return _Candidate(path, margin, "the strip is so short that its sag lands before it can snap")
+        why = "the strip is so short that its sag lands before it can snap"
+        lift = f"up to {1e3 * height:.1f} mm it is lifted without horizontal force, not to push what lies into a ruck"
+        return _Candidate(path, margin, f"{why}; {lift}")
 
     def r_path(self) -> _Candidate | Refusal:
         """Along the snap boundary, where internal friction has to hold the strip."""
@@ -188,6 +198,9 @@ class _Chooser:
                 return f"{with_it} is lost at x = {event['x']:.4g} m, z = {event['z']:.4g} m"
             if not verdict.shape_error <= ACCURATE * unit:
                 return f"{with_it} is folded {1e3 * verdict.shape_error:.1f} mm off"
+            if verdict.bump < LEAST_BUMP:
+                push = f"pushes what lies with {verdict.peak_push:.3g} N/m"
+                return f"{with_it} {push}, under which a bump of {1e3 * verdict.bump:.2g} mm grows"
             found.append(verdict)
         return tuple(found)
 

@@ -13,12 +13,15 @@ import numpy as np
 
 from stripfold.analysis import select_model
 from stripfold.analysis.assess import (
+    BUMP,
     SNAP,
     Assessment,
     Followed,
     assess_strip,
     lying_length,
     peak_forces,
+    peak_push,
+    peak_speed,
     shape_error,
     size_of_fall,
 )
@@ -33,17 +36,17 @@ from stripfold.analysis.path_statics import MOVING, NODAL
 from stripfold.analysis.release import Fall, Motion
 from stripfold.analysis.static import StripModel
 from stripfold.effects.hysteresis import YIELD_CURVATURE
+from stripfold.elastica import folded_loop
 from stripfold.errors import InvalidInputError, SolveError
 from stripfold.material import Material
 from stripfold.paths.curve import GripperPath
 from stripfold.paths.rpath import HalfFold, half_fold
+from stripfold.paths.table import largest_miss
 from stripfold.percent import Percent
 from stripfold.problem import StripProblem
 from stripfold.simulation import Release
 from stripfold.solve.problem import Point
 
-AT_END = 1e-3
-"""Largest distance of a path's end from the folded strip's end at which their shapes are compared, L*."""
 NOT_FOLLOWED = "not followed: the statics end here"
 
 
@@ -65,6 +68,11 @@ class Verdict:
     lying_length: float
     peak_force: float
     peak_hold: float
+    peak_push: float
+    push_z: float
+    bump: float
+    folded: bool
+    end_error: float
     completed: bool
     contact: str
     failure: str
@@ -145,7 +153,7 @@ def assess_path(
         if step is not None and not 0.0 < step <= unit * path.length:
             allowed = f"more than 0 and at most {unit * path.length:.4g} m, the length of the path"
             raise InvalidInputError("step", step, allowed)
-        size = STEP if step is None else step / unit
+        size = min(STEP, path.length) if step is None else step / unit
         kappa_y = YIELD_CURVATURE if yield_curvature is None else yield_curvature * unit
         effects = effects_of(law, strength, kappa_y)
         stepped, lost, touch = _with_friction(strip, path, effects, size, refinement, progress)
@@ -191,7 +199,9 @@ def _events(found: Assessment, material: Material) -> list[dict[str, Any]]:
             motion = found.motions[number]
             drop, energy = size_of_fall(found.segments[number].states[-1], motion)
             outcome = "at rest without a touch" if motion.touch is None else "fell to a touch"
-            events.append(_event(*given, outcome, material.gravity_length * drop, material.scales["J m-1"] * energy))
+            scales = material.scales
+            size = scales["m"] * drop, scales["J m-1"] * energy, scales["m s-1"] * peak_speed(motion)
+            events.append(_event(*given, outcome, *size))
         elif number == len(found.motions) and found.failure is not None:
             events.append(_event(*given, outcome="the fall could not be followed to rest"))
         else:
@@ -206,9 +216,10 @@ def _event(
     outcome: str = NOT_FOLLOWED,
     drop: float = float("nan"),
     energy: float = float("nan"),
+    speed: float = float("nan"),
 ) -> dict[str, Any]:
     given = {"travelled": travelled, "kind": kind, "angle": angle}
-    return {**given, "drop": drop, "energy": energy, "outcome": outcome}
+    return {**given, "drop": drop, "energy": energy, "speed": speed, "outcome": outcome}
 
 
 def _with_friction(
@@ -273,8 +284,10 @@ def _verdict(
     planned, landing = (fold.first_touch, fold.landing) if fold else (float("nan"), float("nan"))
     planned, landing = planned + fold_line, landing + fold_line
     end = np.array([fold_line + folded_length / 2.0, 0.0])
-    ends_folded = np.linalg.norm(path.position(path.length) - end) <= AT_END * strip.length
-    reached = fold if completed and ends_folded else None
+    end_error = float(np.linalg.norm(path.position(last.lam) - end))
+    in_place = completed and end_error <= largest_miss(strip.length, unit)
+    distance = shape_error(problem, last, fold) if fold and in_place else float("nan")
+    push, push_z = peak_push(states)
     critical = []
     for number, event in enumerate(events):
         x, z = unit * path.position(event["travelled"])
@@ -288,10 +301,15 @@ def _verdict(
         planned_touch_x=unit * planned,
         touch_error=unit * (touch - planned),
         landing_x=unit * landing,
-        shape_error=unit * (shape_error(problem, last, reached) if reached else float("nan")),
+        shape_error=unit * distance,
         lying_length=unit * lying_length(problem, last),
         peak_force=force * peak_force,
         peak_hold=force * peak_hold,
+        peak_push=force * push,
+        push_z=unit * push_z,
+        bump=unit * BUMP / push**2 if push else float("nan"),
+        folded=bool(distance <= folded_loop().height),
+        end_error=unit * end_error,
         completed=completed,
         contact=contact,
         failure=failure,

@@ -132,6 +132,13 @@ def low(strip: AnyStrip, height: float, fold_at: float | None = None) -> FoldPat
     return _planned(strip, "low", lambda length: low_path.low(length, height / strip.gravity_length), fold_at)
 
 
+def lifted_triangular(strip: AnyStrip, height: float) -> FoldPath:
+    """The triangular path with a start that does not push: :func:`.low_path.lifted_triangular`; the height in m."""
+    return _planned(
+        strip, "triangular", lambda length: low_path.lifted_triangular(length, height / strip.gravity_length), None
+    )
+
+
 PLANS: dict[str, Callable[[AnyStrip, float | None], FoldPath]] = {
     "r-path": r_path,
     "triangular": triangular,

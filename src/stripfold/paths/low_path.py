@@ -1,7 +1,7 @@
-"""The low path: the gripper carries its end over the strip below the height from which a strip snaps.
+"""Paths that lift the strip without horizontal force: the low path, and the triangular path with such a start.
 
-Three phases (docs/physics.md, section 9): *lift* to a height without horizontal force, *carry* over at that height, and
-*lay* down as it was lifted.
+The low path carries the end over the strip below the height from which it snaps, in three phases (docs/physics.md,
+section 9): *lift* to a height, *carry* over at that height, and *lay* down as it was lifted.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from stripfold import elastica
+from stripfold.arrays import Array
 from stripfold.elastica.half_fold import states_no_horizontal_force
 from stripfold.paths.curve import GripperPath, pieces_through
 from stripfold.paths.rpath import check_half_fold
@@ -33,13 +34,28 @@ def low(length: float, height: float) -> GripperPath:
     (['lift', 'carry', 'lay'], [-9.518957, 1.2])
     """
     check_half_fold(length)
-    half = length / 2.0
-    free = elastica.state_no_horizontal_force(height).length
-    up = [(state.advance - half, state.gripper[1]) for state in states_no_horizontal_force(free)]
-    lift = np.array([(-half, 0.0), *up])
+    lift = lifted(length, height)
     lay = lift[::-1] * (-1.0, 1.0)
     carry = np.array([lift[-1], lay[0]])
     return GripperPath("low", pieces_through([("lift", lift), ("carry", carry), ("lay", lay)]))
+
+
+def lifted_triangular(length: float, height: float) -> GripperPath:
+    """The triangular path from its apex on, after a lift without horizontal force to this height, L*.
+
+    At 45 degrees from the floor on, a gripper pushes what lies with tens of rho_a g L*; above L* with one.
+    """
+    half = length / 2.0
+    lift, apex, end = lifted(length, height), np.array([0.0, half]), np.array([half, 0.0])
+    parts = ("lift", lift), ("up", np.array([lift[-1], apex])), ("down", np.array([apex, end]))
+    return GripperPath("triangular", pieces_through(parts))
+
+
+def lifted(length: float, height: float) -> Array:
+    """Places of the gripper from the floor to this height without horizontal force, L*, shape (n, 2)."""
+    free = elastica.state_no_horizontal_force(height).length
+    up = [(state.advance, state.gripper[1]) for state in states_no_horizontal_force(free)]
+    return np.array([(0.0, 0.0), *up]) - (length / 2.0, 0.0)
 
 
 def layer_slide(length: float, height: float) -> float:

@@ -72,6 +72,11 @@ def read(path: str | os.PathLike[str], length: float, unit: float, log: LogForma
     return found
 
 
+def largest_miss(length: float, unit: float) -> float:
+    """Distance by which a robot may miss a place, L*, with a strip of this length, L*; ``unit`` is L* in m."""
+    return min(SNAP / unit, SNAP_SHARE * length)
+
+
 def _above_floor(piece: Piece) -> Piece:
     def position(s: float) -> Array:
         return np.maximum(piece.position(s), [-np.inf, 0.0])
@@ -84,7 +89,7 @@ def _snapped(positions: Array, length: float, unit: float, rounding: float) -> t
 
     What is less than ``rounding`` is not worth a word.
     """
-    most, warnings = min(SNAP / unit, SNAP_SHARE * length), []
+    most, warnings = largest_miss(length, unit), []
     held, flat = np.array([length / 2.0, 0.0]), np.array([-length / 2.0, 0.0])
     off = positions[0] - flat
     if rounding < np.linalg.norm(off) <= most:
