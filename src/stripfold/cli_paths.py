@@ -110,7 +110,7 @@ def assess_options(parser: argparse.ArgumentParser) -> None:
     _fold_option(parser)
     log = parser.add_argument_group("a robot's log")
     log.add_argument("--columns", metavar="T,X,Z", help="names or numbers of its columns of time, x and z")
-    log.add_argument("--unit", choices=("m", "mm"), default="m", help="of its positions [m]")
+    log.add_argument("--unit", metavar="m|cm|mm", help="of its positions [as its header says, or m]")
     text = "the point under the middle of the strip in its frame, m; flip: its x runs against the folding; --frame=-1,0"
     log.add_argument("--frame", metavar="X0,Z0[,flip]", help=text)
     text = "largest distance of the path from the rows of a log with noise, m"
