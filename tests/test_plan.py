@@ -144,6 +144,8 @@ class TestChoice:
         low = caught.value.refused[0]
         missing = 0.6 * star(0.8 * ETA_B) - (LIMIT * star(1.2 * ETA_B) - 0.027)
         assert (low.path, low.shortfall) == ("low", pytest.approx(missing, rel=1e-6))
+        with pytest.raises(NoPathError, match=r"with the margin, at most 0\.0 mm high"):
+            path_choice.choose(asked(layers_may_slide=True, margin=0.1))
 
     @pytest.mark.usefixtures("unassessed")
     def test_thick_strips_are_carried_higher(self) -> None:

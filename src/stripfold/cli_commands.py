@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
@@ -22,9 +23,18 @@ STRIP = ("length", "eta_b")
 SHEET = ("eta_m", "nu")
 
 
-def number(text: str) -> float:
-    """A number without a unit, or one in per cent."""
-    return float(text[:-1]) / 100.0 if text.endswith("%") else float(text)
+def number(text: str, unit: str = "") -> float:
+    """A number in a unit; without one it may be in per cent."""
+    try:
+        return float(text[:-1]) / 100.0 if text.endswith("%") and not unit else float(text)
+    except ValueError:
+        from stripfold.validation import number_meant
+
+        said = f"{text!r} is not a number{f' in {unit}' if unit else ''}"
+        raise argparse.ArgumentTypeError(": ".join(filter(None, (said, number_meant(text, unit))))) from None
+
+
+metres = partial(number, unit="m")
 
 
 def _option(parser: argparse._ActionsContainer, model: type[Input], name: str, **more: Any) -> None:
@@ -42,7 +52,7 @@ def _option(parser: argparse._ActionsContainer, model: type[Input], name: str, *
     if kinds:
         more["choices"] = get_args(kinds[0])
     elif field.annotation is not str and "metavar" not in more:
-        more |= {"type": float if unit else number, "metavar": "M" if unit == "m" else "X"}
+        more |= {"type": partial(number, unit=unit), "metavar": "M" if unit == "m" else "X"}
     parser.add_argument(f"--{name.replace('_', '-')}", help=text.replace("%", "%%"), **more)
 
 
@@ -136,7 +146,7 @@ def _second_gripper_option(parser: argparse.ArgumentParser) -> None:
 
 
 def place_or_auto(text: str) -> float | str:
-    return text if text == "auto" else float(text)
+    return text if text == "auto" else metres(text)
 
 
 def critical(arguments: argparse.Namespace, say: Say) -> str:

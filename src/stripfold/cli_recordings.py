@@ -17,6 +17,7 @@ from stripfold.cli_commands import (
     _plot_file,
     _plot_option,
     _writable,
+    metres,
 )
 from stripfold.cli_messages import Say
 from stripfold.errors import InvalidInputError
@@ -84,8 +85,8 @@ def calibrate_options(parser: argparse.ArgumentParser) -> None:
     for name in ("columns", "rows"):
         text = "inner corners of a chessboard, squares of a ChArUco board"
         parser.add_argument(f"--{name}", required=True, type=int, metavar="N", help=text)
-    parser.add_argument("--square", required=True, type=float, metavar="M", help="side of a square, m")
-    parser.add_argument("--marker", type=float, metavar="M", help="side of a marker of a ChArUco board, m")
+    parser.add_argument("--square", required=True, type=metres, metavar="M", help="side of a square, m")
+    parser.add_argument("--marker", type=metres, metavar="M", help="side of a marker of a ChArUco board, m")
     parser.add_argument("--dictionary", metavar="NAME", help="of a ChArUco board's markers, for example 4x4_50")
     parser.add_argument("--output", metavar="FILE.yaml", help="where to write it if it is accepted [camera.yaml, here]")
     _json_option(parser)

@@ -15,12 +15,13 @@ import numpy as np
 
 from stripfold.arrays import Array
 from stripfold.errors import InvalidInputError
+from stripfold.material import UNITS
 
 _LONGEST = 200
 """Bytes of a row, on average."""
 LARGEST = 1e30
 """Largest number in a table, so that no power of it that is needed overflows: time stamps in ns are 1e18."""
-UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+_UNITS = UNITS["m"] | UNITS["s"]
 """Units that a name of a column may have behind it, as in ``x [mm]`` or ``t (s)``."""
 _SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas", " ": "blanks"}
 _COMMENTS = "#%"
@@ -49,7 +50,7 @@ class Table:
         Raises InvalidInputError: an entry that is not such a number, or a row of another length; the message names the
         row.
         """
-        units = np.array([UNITS[unit] if unit else 1.0 for unit in self.units[columns]])
+        units = np.array([_UNITS[unit] if unit else 1.0 for unit in self.units[columns]])
         values = np.empty((len(self.rows), len(units)))
         for index, (_, row) in enumerate(self.rows):
             entries = row[columns]
@@ -224,6 +225,6 @@ def _unit(key: str, path: Path, name: str) -> str:
     unit = str(_NAME.fullmatch(name)[2] or "")  # type: ignore[index]
     if unit in ("-", "1") or unit.isdecimal():  # pseudo time; one of the entries of a vector
         return ""
-    if unit and unit not in UNITS:
-        raise InvalidInputError(key, name, f"one of the units {', '.join(UNITS)}", f"see the header of {path.name}")
+    if unit and unit not in _UNITS:
+        raise InvalidInputError(key, name, f"one of the units {', '.join(_UNITS)}", f"see the header of {path.name}")
     return unit

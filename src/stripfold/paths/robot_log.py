@@ -8,14 +8,13 @@ import numpy as np
 
 from stripfold.arrays import Array, Mask
 from stripfold.errors import InvalidInputError
+from stripfold.material import UNITS
 
 STIFFEST = 16.0
 """Largest decimal logarithm of the spline's penalty, with rows one apart: longer than any log."""
 HALVINGS = 12
 FEWEST = 8
 """Rows below which there is nothing to smooth."""
-
-POSITION_UNITS = ("m", "cm", "mm")
 
 
 @dataclass(frozen=True)
@@ -46,8 +45,8 @@ class LogFormat:
         names = tuple(name.strip() for name in columns.split(",")) if columns is not None else ()
         if columns is not None and (len(names) != 3 or not all(names)):
             raise InvalidInputError("columns", columns, "three names or numbers of columns, as time,x,z or 1,3,5")
-        if unit not in (None, *POSITION_UNITS):
-            raise InvalidInputError("unit", unit, f"one of {', '.join(POSITION_UNITS)}")
+        if unit not in (None, *UNITS["m"]):
+            raise InvalidInputError("unit", unit, f"one of {', '.join(UNITS['m'])}")
         x0, z0, *more = (frame or "0,0").split(",")[:4] if "," in (frame or "0,0") else ("", "")
         try:
             origin = float(x0), float(z0)

@@ -12,9 +12,10 @@ import numpy as np
 
 from stripfold.arrays import Array, Mask
 from stripfold.errors import InvalidInputError
+from stripfold.material import UNITS
 from stripfold.paths.curve import GripperPath, Piece, pieces_through, polygon_length
 from stripfold.paths.robot_log import LogFormat, smoothed
-from stripfold.tables import UNITS, read_table
+from stripfold.tables import read_table
 
 HEADER = "t,x,z"
 CORNER = float(np.deg2rad(10.0))
@@ -44,7 +45,7 @@ def read(path: str | os.PathLike[str], length: float, unit: float, log: LogForma
     if log.unit and stated - {log.unit}:
         raise InvalidInputError("unit", log.unit, f"{' and '.join(stated)}, as the header says", "leave it out")
     numbers = table.numbers()
-    in_metres = [1.0 if name else UNITS[log.unit or max(stated, default="m")] for name in table.units[1:]]
+    in_metres = [1.0 if name else UNITS["m"][log.unit or max(stated, default="m")] for name in table.units[1:]]
     t, positions = numbers[:, 0] - numbers[0, 0], log.in_frame(numbers[:, 1:] * in_metres) / unit
     table.check_increasing(t)
     keep = np.ones(len(t), dtype=bool)
