@@ -46,8 +46,7 @@ Made = tuple[Recording, Calibration, Tracks]
 
 def made(folder: Path, filming: dict[str, Any] | None = None, **motion: Any) -> Made:
     scene = Scene(
-        strip={"length": 0.45, "eta_b": 3780.0},
-        gripper={"height": 0.1, "speed": 0.005},
+        speed=0.005,
         filming={"size": [320, 240], "frame_rate": 25.0, "codec": "mjpeg", "log_offset": 0.3} | (filming or {}),
         motion={"law": "parabolic", "before": 0.012, "after": 0.5} | motion,
         seed=4,
