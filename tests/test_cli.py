@@ -386,7 +386,7 @@ def test_all_commands_have_the_same_options(capsys, name):
     said = run(capsys, name, "--help")[1]
     assert "--quiet" in said
     assert "--verbose" in said
-    assert ("--json" in said) == (name != "completion")
+    assert ("--json" in said) == (name not in ("completion", "new"))
 
 
 def test_what_is_logged_goes_nowhere_after_a_command(capsys):

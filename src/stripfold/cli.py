@@ -122,6 +122,12 @@ COMMANDS = {
         cli_recordings.measure_options,
         cli_recordings.measure,
     ),
+    "new": Command(
+        "a commented file to start from: a scene, a recording or a grid",
+        "Print a file that simulate and record, measure, or sweep read as it is, with all of its keys explained.",
+        commands.new_options,
+        commands.new,
+    ),
     "completion": Command(
         "completion of commands and options by the tab key, for a shell",
         'Print the script that completes commands and options: eval "$(stripfold completion bash)".',

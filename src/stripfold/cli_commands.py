@@ -11,7 +11,7 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
 
 from stripfold.cli_messages import Say, logger
-from stripfold.errors import InvalidInputError, SolveError, TimeStepError
+from stripfold.errors import MISSING, InvalidInputError, SolveError, TimeStepError
 from stripfold.json_output import as_json, document
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ def _option(parser: argparse._ActionsContainer, model: type[Input], name: str, *
     kinds = [kind for kind in (field.annotation, *get_args(field.annotation)) if get_origin(kind) is Literal]
     text = f"{field.description}, {unit}" if unit else f"{field.description}"
     if field.is_required():
-        more["required"] = True
+        more.setdefault("required", True)
     elif field.default is not None:
         default = field.default if isinstance(field.default, str) else f"{field.default:g}"
         more["default"], text = field.default, f"{text} [{default}]"
@@ -186,8 +186,16 @@ def sweep(arguments: argparse.Namespace, say: Say) -> str:
 
 
 def simulate_options(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("scene", metavar="SCENE.yaml", help="the strip, the height, and how it is released")
-    parser.add_argument("--output", metavar="RESULT.nc", help="where to write [the scene's name with .nc, here]")
+    from stripfold.simulation import Simulation
+
+    text = "the strip, the height, and how it is released (stripfold new scene); or the options of the strip"
+    parser.add_argument("scene", nargs="?", metavar="SCENE.yaml", help=text)
+    for name in (names := (*STRIP, "height", *SHEET, "model", "accuracy")):
+        _option(parser, Simulation, name, required=False)
+    # What is not given is the model's to fill in, and must not come with a scene.
+    parser.set_defaults(**dict.fromkeys(names))
+    text = "where to write [the scene's name, or collapse, with .nc, here]"
+    parser.add_argument("--output", metavar="RESULT.nc", help=text)
     _plot_option(parser, "lambda over the deflection")
     _json_option(parser)
 
@@ -195,10 +203,17 @@ def simulate_options(parser: argparse.ArgumentParser) -> None:
 def simulate(arguments: argparse.Namespace, say: Say) -> str:
     from stripfold.simulation import Simulation
 
-    simulation = Simulation.read(arguments.scene)
+    given, scene = _given(arguments, Simulation), arguments.scene
+    if scene is None and not given:
+        allowed = "SCENE.yaml, or --length, --eta-b and --height"
+        raise InvalidInputError("scene", MISSING, allowed, "`stripfold new scene` prints one to start from")
+    if scene is not None and given:
+        key, value = next(iter(given.items()))
+        raise InvalidInputError(key, value, "a scene, or options of the strip", f"leave it out, or put it into {scene}")
+    simulation = Simulation(**given) if scene is None else Simulation.read(scene)
     # For the units of messages.
     arguments.eta_b, arguments.gravity = simulation.eta_b, simulation.gravity
-    path, target = _output(arguments.output, arguments.scene, ".nc"), _plot_file(arguments.plot)
+    path, target = _output(arguments.output, scene or "collapse", ".nc"), _plot_file(arguments.plot)
     from stripfold import store
     from stripfold.analysis import collapse
     from stripfold.results import StripCollapse
@@ -233,4 +248,23 @@ def film(arguments: argparse.Namespace, say: Say) -> str:
     film(store.read(arguments.result), path, progress=say)
     if arguments.json:
         return as_json(document({"written": str(path)}, {"result": arguments.result}))
+    return _lines([("written", str(path))])
+
+
+def new_options(parser: argparse.ArgumentParser) -> None:
+    text = "scene: for simulate and record; recording: recording.yaml, for measure; grid: for sweep"
+    parser.add_argument("kind", choices=("scene", "recording", "grid"), help=text)
+    parser.add_argument("--output", metavar="FILE.yaml", help="write it there, a new file, instead of printing it")
+
+
+def new(arguments: argparse.Namespace, say: Say) -> str:
+    text = (Path(__file__).parent / "templates" / f"{arguments.kind}.yaml").read_text(encoding="utf-8")
+    if arguments.output is None:
+        return text.rstrip()
+    path = _output(arguments.output, "", ".yaml")
+    if os.path.lexists(path):
+        raise InvalidInputError("output", str(path), "a file that is not there yet", "remove it, or choose another")
+    from stripfold.store import write_text
+
+    write_text(text, path)
     return _lines([("written", str(path))])

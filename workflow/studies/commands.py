@@ -35,6 +35,7 @@ COMMANDS = (
     "record filmed.yaml",
     "calibrate filmed/calibration/camera --board chessboard --columns 8 --rows 5 --square 0.024",
     "measure filmed",
+    "new scene --output new.yaml",
     "doctor",
     "completion bash",
 )

@@ -41,6 +41,7 @@ CALLS = (
     "record @filmed.yaml --output filmed",
     f"calibrate @views {BOARD} --output camera.yaml",
     "measure @recording --json",
+    "new grid --output new.yaml",
     "doctor --json",
     "completion bash",
 )
