@@ -270,7 +270,9 @@ def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch
     given = {"filming": {"size": [160, 120], "frame_rate": 5.0, "views": 4}, "speed": 0.03}
     Path("own.yaml").write_text(yaml.safe_dump({**given, "motion": {"before": 0.008, "after": 0.3}}), encoding="utf-8")
     assert cli.main(["record", "own.yaml"]) == 0
-    assert "synthetic" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "synthetic" in said
+    assert "of the drawn motion" in said
     assert (tmp_path / "own/recording.yaml").is_file()
     assert cli.main(["record", "own.yaml"]) == 2
     assert "not there yet" in capsys.readouterr().err
@@ -284,3 +286,19 @@ def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch
     assert said["stripfold_version"]
     assert cli.main(["record", "own.yaml", "--output", "no/such/folder"]) == 2
     assert cli.main(["record", "none.yaml"]) == 2
+
+
+@pytest.mark.slow
+def test_record_says_which_lambda_c_has_friction(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    given = {"filming": {"size": [160, 120], "frame_rate": 5.0, "views": 4}, "speed": 0.03, "generator": "dynamics"}
+    given |= {"motion": {"model": "rod", "refinement": 3.0, "before": 0.005, "after": 0.05}}
+    Path("own.yaml").write_text(yaml.safe_dump(given), encoding="utf-8")
+    assert cli.main(["record", "own.yaml"]) == 0
+    known, without = (line.split(maxsplit=2) for line in capsys.readouterr().out.splitlines()[-2:])
+    assert known[0] == "lambda_c"
+    assert "with friction, M_0 = 0.01 rho_a g L*^2" in known[2]
+    assert "without friction: the model's lambda_c that measure prints" in without[2]
+    assert float(known[1]) > float(without[1])

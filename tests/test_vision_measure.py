@@ -438,7 +438,8 @@ def test_dataset_and_report_hold_the_result(found: Measurement, tmp_path: Path):
     low, high = found.interval
     for text in (
         "SYNTHETIC",
-        f"λ = {1e3 * found.event:.2f} mm at the onset of the snap",
+        f"λ = {1e3 * found.event:.2f} mm at the onset of the snap, friction and lag included",
+        f'λ_c of the model</td><td class="value">{1e3 * found.model.without_friction:.2f} mm without friction',
         f"95 % interval {1e3 * low:.2f} to {1e3 * high:.2f} mm",
         f'λ by the video alone</td><td class="value">{1e3 * found.by_video:.2f} mm<',
         '<p class="flag warning"><b>warning</b> first</p>\n<p class="flag note"><b>note</b> second</p>',

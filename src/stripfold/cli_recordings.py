@@ -74,9 +74,22 @@ def record(arguments: argparse.Namespace, say: Say) -> str:
     if arguments.json:
         numbers = {"lambda_c": critical, "duration": float(history.t[-1]), "written": str(folder)}
         return as_json(document(numbers, asked.as_config()))
-    known = "-" if critical is None else f"{critical:.6g} m  (static, known)"
-    length = f"{history.t[-1]:.4g} s"
-    return _lines([("written", f"{folder} (synthetic)"), ("length", length), ("lambda_c", known)])
+    rows = [("written", f"{folder} (synthetic)"), ("length", f"{history.t[-1]:.4g} s")]
+    if critical is None:
+        return _lines([*rows, ("lambda_c", "-")])
+    if not isinstance(asked.motion, scene.DynamicsMotion):
+        return _lines([*rows, ("lambda_c", f"{critical:.6g} m  (static, of the drawn motion, which has no mechanics)")])
+    from stripfold import elastica
+
+    unit, friction = asked.gravity_length, f"with friction, M_0 = {asked.motion.friction:g} rho_a g L*^2"
+    without = elastica.critical(asked.height / unit).advance * unit
+    return _lines(
+        [
+            *rows,
+            ("lambda_c", f"{critical:.6g} m  (static, {friction})"),
+            ("  without", f"{without:.6g} m  (static, without friction: the model's lambda_c that measure prints)"),
+        ]
+    )
 
 
 def calibrate_options(parser: argparse.ArgumentParser) -> None:
