@@ -9,7 +9,7 @@ import pytest
 
 from stripfold import elastica
 from stripfold.errors import InvalidInputError
-from stripfold.inputs import ETA_B, HEIGHT_STAR, LENGTH_STAR, FoldingPlan, Scene
+from stripfold.inputs import ETA_B, HEIGHT_STAR, LENGTH_STAR, EtaRequest, FoldingPlan, Scene
 from stripfold.material import Material
 
 TYPICAL = {"length": 0.6, "height": 0.09, "eta_b": 3780.0, "eta_m": 1e-3}
@@ -209,6 +209,21 @@ MEANT = [
 @pytest.mark.parametrize(("given", "meant"), MEANT)
 def test_an_error_says_what_was_probably_meant(given, meant):
     assert meant in refused(**given).advice
+
+
+@pytest.mark.parametrize(
+    ("given", "meant"),
+    [
+        ({"fold_height": 27.0}, "27 mm is 0.027 m"),
+        ({"fold_height": 2.7}, "2.7 cm is 0.027 m or 2.7 mm is 0.0027 m"),
+        ({"rigidity": 1e-5, "gsm": 0.18}, "0.18 kg m^-2 are 180"),
+        ({"loop": "heart", "length": 0.05, "height": 0.2}, "are the two swapped?"),
+    ],
+)
+def test_a_measured_length_in_another_unit(given, meant):
+    with pytest.raises(InvalidInputError) as caught:
+        EtaRequest(**given)
+    assert meant in caught.value.advice
 
 
 def test_a_margin_in_another_unit():

@@ -49,6 +49,7 @@ EXCEL = PLAIN.replace(",", ";").replace(".", ",")
         PLAIN.replace(",", " ").encode(),
         EXCEL.replace(";", " ").encode(),
         PLAIN.replace(",", " \t ").encode(),
+        PLAIN.replace(",", " ,").encode(),
         ("# " + PLAIN).encode(),
         ("% made at noon, by hand\n# " + PLAIN).encode(),
         ("# t, x, z\n" + PLAIN.removeprefix("t,x,z\n").replace(",", " ")).encode(),

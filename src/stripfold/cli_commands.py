@@ -41,7 +41,7 @@ def _option(parser: argparse._ActionsContainer, model: type[Input], name: str, *
     """An option from the field of an input model: its help, unit, choices and default."""
     field = model.model_fields[name]
     extra = field.json_schema_extra
-    unit = extra.get("unit", "") if isinstance(extra, dict) else ""
+    unit = str(extra.get("unit", "")) if isinstance(extra, dict) else ""
     kinds = [kind for kind in (field.annotation, *get_args(field.annotation)) if get_origin(kind) is Literal]
     text = f"{field.description}, {unit}" if unit else f"{field.description}"
     if field.is_required():

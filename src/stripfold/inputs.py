@@ -364,12 +364,16 @@ class EtaRequest(Input):
                 raise InvalidInputError(key, value, f"this only together with {source}")
             if value is None and needed:
                 raise InvalidInputError(key, MISSING, f"a {key} together with {source}")
+        if self.length is not None and self.height is not None and self.height >= self.length:
+            allowed = f"less than the length, {self.length:g} m"
+            raise InvalidInputError("height", self.height, allowed, "are the two swapped?")
         if self.slope is not None and self.method != "cantilever":
             raise InvalidInputError("slope", self.slope, "this only together with method: cantilever")
         for key, (low, high, other, factor) in PLAUSIBLE.items():
             value = getattr(self, key)
             if value is not None and not low <= value <= high:
-                unit = type(self).model_fields[key].json_schema_extra["unit"]  # type: ignore[index]
-                meant = f": {value:g} {other} are {value * factor:g}" if low <= value * factor <= high else ""
-                raise InvalidInputError(key, value, f"from {low:g} to {high:g} {unit}", f"the unit is {unit}{meant}")
+                unit = str(type(self).model_fields[key].json_schema_extra["unit"])  # type: ignore[index]
+                meant = f"{value:g} {other} are {value * factor:g}" if low <= value * factor <= high else ""
+                advice = ": ".join(filter(None, (f"the unit is {unit}", meant or value_meant(value, unit, low, high))))
+                raise InvalidInputError(key, value, f"from {low:g} to {high:g} {unit}", advice)
         return self

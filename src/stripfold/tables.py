@@ -25,7 +25,7 @@ _UNITS = UNITS["m"] | UNITS["s"]
 """Units that a name of a column may have behind it, as in ``x [mm]`` or ``t (s)``."""
 _SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas", " ": "blanks"}
 _COMMENTS = "#%"
-_DECIMAL, _COMMA = re.compile(r"\s*[-+]?\d*,\d+(?:[eE][-+]?\d+)?\s*"), re.compile(",")
+_DECIMAL, _COMMA = re.compile(r"\s*[-+]?\d+,\d+(?:[eE][-+]?\d+)?\s*"), re.compile(",")
 """A number with a decimal comma."""
 _NAME = re.compile(r"(.*?)\s*(?:[\[(]\s*([^\[\]()]*?)\s*[\])])?", re.DOTALL)
 """The name of a column, and its unit in brackets."""
@@ -66,12 +66,12 @@ class Table:
         """Where a row is in the file, in words."""
         return f"row {self.rows[index][0]} of {self.path.name}"
 
-    def check_increasing(self, times: Array, key: str = "t") -> None:
+    def check_increasing(self, times: Array) -> None:
         """Raise :class:`InvalidInputError`, which names the row, unless each value is larger than the one before."""
         backwards = np.flatnonzero(np.diff(times) <= 0.0)
         if len(backwards):
             index = int(backwards[0]) + 1
-            raise InvalidInputError(key, float(times[index]), "values that increase", self.place(index))
+            raise InvalidInputError("t", float(times[index]), "times that increase", self.place(index))
 
     def _refused(self, entries: list[str], allowed: str, index: int) -> InvalidInputError:
         return InvalidInputError(self.key, ",".join(entries)[:80], allowed, self.place(index))
@@ -134,13 +134,14 @@ def read_table(
             key, str(path), f"the header {header}, or rows of {len(asked)} numbers", f"{found}; {way}"
         )
     units = tuple(_unit(key, path, names[place]) if names else "" for place in places)
+    other = dict.fromkeys(unit for unit in units if unit and _UNITS[unit] != 1.0)
     assumed = [
         f"as {encoding}" if encoding else "",
         "" if separator == "," else f"with {_SEPARATORS[separator]} between its columns",
         "with a decimal comma" if comma else "",
         "with the names in the comment before its first row" if names and not (named or by_order) else "",
         f"with its columns {', '.join(names)[:80]!r} as {header}" if names and by_order else "",
-        f"in {', '.join(unit for unit in units if unit)}, as its header says" if any(units) else "",
+        f"in {', '.join(other)}, as its header says" if other else "",
     ]
     for number, row in rows:
         if len(row) != width:

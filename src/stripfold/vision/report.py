@@ -83,7 +83,8 @@ def result(found: Measurement) -> str:
     low, high = (1e3 * value for value in found.interval)
     if not found.snapped:
         return f"No snap: λ_c is more than {1e3 * found.event:.2f} mm"
-    return f"λ = {1e3 * found.event:.2f} mm at the onset of the snap, friction and lag included, 95 % interval {low:.2f} to {high:.2f} mm"
+    event = f"λ = {1e3 * found.event:.2f} mm at the onset of the snap, friction and lag included"
+    return f"{event}, 95 % interval {low:.2f} to {high:.2f} mm"
 
 
 def rows(found: Measurement) -> list[tuple[str, str]]:
