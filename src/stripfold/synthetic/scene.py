@@ -11,7 +11,7 @@ from pydantic import model_validator
 from stripfold.errors import InvalidInputError
 from stripfold.inputs import Air, MovingModel, Stiffness
 from stripfold.material import GRAVITY
-from stripfold.validation import Flag, Input, Number, Text, Whole, quantity, read_yaml, within
+from stripfold.validation import Flag, Input, Number, Text, Whole, quantity, read_yaml, value_meant, within
 
 CONTAINERS = {"ffv1": ("mkv",), "mjpeg": ("mkv", "avi"), "mpeg4": ("mp4",)}
 MAX_PIXELS = 4096 * 2160
@@ -213,7 +213,8 @@ class Scene(Input):
     def _check_gripper(self) -> Self:
         low, high = 2.0 * self.gravity_length, 0.8 * self.length
         if not low <= self.height <= high:
-            raise InvalidInputError("height", self.height, f"from 2 L* = {low:.3g} m to {high:.3g} m")
+            advice = value_meant(self.height, "m", low, high)
+            raise InvalidInputError("height", self.height, f"from 2 L* = {low:.3g} m to {high:.3g} m", advice)
         if "synthetic" not in self.title.lower():
             object.__setattr__(self, "title", f"{self.title} (synthetic)")
         return self
