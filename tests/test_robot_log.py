@@ -134,6 +134,8 @@ def test_a_unit_that_is_given_or_in_the_header(tmp_path: Path, header: str, unit
     plain = sf.paths.read(write(tmp_path / "own.csv", ROWS), STRIP)
     file = write(tmp_path / "log.csv", ROWS * [1.0, 100.0, 100.0], header)
     np.testing.assert_allclose(sf.paths.read(file, STRIP, unit=unit).places, plain.places, atol=1e-9)
+    with pytest.raises(InvalidInputError, match="with --unit mm it starts there"):
+        sf.paths.read(write(tmp_path / "mm.csv", ROWS * [1.0, 1e3, 1e3]), STRIP)
     if unit != "cm" or "cm" in header:
         with pytest.raises(InvalidInputError, match=r"unit = 'mm' .* cm, as the header says"):
             sf.paths.read(file, STRIP, unit="mm")

@@ -114,7 +114,7 @@ def _snapped(positions: Array, length: float, unit: float, rounding: float) -> t
 
 
 def _check_rows(positions: Array, length: float, unit: float, place: Callable[[int], str], rounding: float) -> None:
-    half = length / 2.0
+    half, flat = length / 2.0, np.array([-length / 2.0, 0.0])
 
     def in_metres(row: int) -> str:
         x, z = positions[row] * unit
@@ -125,9 +125,13 @@ def _check_rows(positions: Array, length: float, unit: float, place: Callable[[i
             row = int(np.argmax(bad))
             raise InvalidInputError(key, value(row), f"{allowed} ({place(row)})")
 
-    if np.hypot(positions[0, 0] + half, positions[0, 1]) > rounding:
+    if np.hypot(*(positions[0] - flat)) > rounding:
         allowed = f"a start at ({-half * unit:g}, 0) m, where the flat strip ends"
-        raise InvalidInputError("path", in_metres(0), allowed, "for another frame or unit give --frame or --unit")
+        fits = [name for name, factor in UNITS["m"].items() if np.hypot(*(factor * positions[0] - flat)) <= rounding]
+        advice = (
+            f"with --unit {fits[0]} it starts there" if fits else "for another frame or unit give --frame or --unit"
+        )
+        raise InvalidInputError("path", in_metres(0), allowed, advice)
     refuse(positions[:, 1] < 0.0, "z", lambda row: float(positions[row, 1] * unit), "at least 0 m, the floor")
     beyond = np.hypot(positions[:, 0] - half, positions[:, 1]) > length * (1.0 + 1e-12)
     beyond[0] = False
