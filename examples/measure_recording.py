@@ -13,8 +13,10 @@ from stripfold.synthetic.scene import Scene
 # A film of a strip whose lambda_c is known: "shapes" moves a drawn strip by a law that ends at lambda_c.
 scene = Scene.of(
     {
-        "strip": {"length": 0.45, "eta_b": 3780.0},
-        "gripper": {"height": 0.1, "speed": 0.005},
+        "length": 0.45,
+        "eta_b": 3780.0,
+        "height": 0.1,
+        "speed": 0.005,
         "filming": {"size": [320, 240], "frame_rate": 20.0, "views": 6},
         "motion": {"before": 0.005, "after": 1.0},
         "title": "example",

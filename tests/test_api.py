@@ -51,7 +51,7 @@ def test_one_source_of_names_and_defaults():
 def test_a_strip_is_checked_and_frozen():
     assert STRIP.gravity_length == pytest.approx((3780 * 9.81) ** (-1 / 3))
     assert isinstance(STRIP.eta_b, float)
-    with pytest.raises(sf.InvalidInputError, match="check the units"):
+    with pytest.raises(sf.InvalidInputError, match=r"600 mm is 0\.6 m"):
         sf.Strip(length=600, eta_b=3780)
     with pytest.raises(dataclasses.FrozenInstanceError):
         STRIP.length = 1.0  # type: ignore[misc]

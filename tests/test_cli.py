@@ -156,6 +156,23 @@ def test_bad_usage(capsys, fake, arguments):
     assert fake == []
 
 
+@pytest.mark.parametrize(
+    ("arguments", "meant"),
+    [
+        (["critical", "--length", "0,6", "--eta-b", "3780", "--height", "0.1"], "--length: '0,6' .*write 0.6"),
+        (["critical", "--length", "60cm", "--eta-b", "3780", "--height", "0.1"], "write 0.6"),
+        (["plan", "--length", "0.5", "--eta-b", "3780", "--margin", "10mm"], "write 0.01"),
+        (["path", "low", "--length", "0.5", "--eta-b", "3780", "--height", "30mm"], "write 0.03"),
+        (["critical", "--length", "0.6", "--eta_b", "3780", "--height", "0.1"], "--eta_b: did you mean --eta-b"),
+        (["assess", "path.csv", "--lenght=0.6", "--eta-b", "3780"], "--lenght: did you mean --length"),
+    ],
+)
+def test_bad_usage_says_what_was_probably_meant(capsys, arguments, meant):
+    code, out, err = run(capsys, *arguments)
+    assert (code, out) == (2, "")
+    assert re.search(meant, err)
+
+
 def test_a_failed_solve(capsys, monkeypatch):
     def find(scene, progress=None):
         raise SolveError("no\nway", advice="try")
@@ -369,7 +386,7 @@ def test_all_commands_have_the_same_options(capsys, name):
     said = run(capsys, name, "--help")[1]
     assert "--quiet" in said
     assert "--verbose" in said
-    assert ("--json" in said) == (name != "completion")
+    assert ("--json" in said) == (name not in ("completion", "new"))
 
 
 def test_what_is_logged_goes_nowhere_after_a_command(capsys):

@@ -9,7 +9,7 @@ import pytest
 
 from stripfold import elastica
 from stripfold.errors import InvalidInputError
-from stripfold.inputs import ETA_B, HEIGHT_STAR, LENGTH_STAR, Scene
+from stripfold.inputs import ETA_B, HEIGHT_STAR, LENGTH_STAR, EtaRequest, FoldingPlan, Scene
 from stripfold.material import Material
 
 TYPICAL = {"length": 0.6, "height": 0.09, "eta_b": 3780.0, "eta_m": 1e-3}
@@ -185,3 +185,47 @@ def test_a_long_value_is_shown_without_its_middle(value: object):
     with pytest.raises(InvalidInputError, match=r"^length = .* cannot be used; allowed: a number from") as caught:
         Scene(**{**TYPICAL, "length": value})
     assert len(str(caught.value)) < 400
+
+
+MEANT = [
+    ({"length": "0,6"}, "write 0.6"),
+    ({"length": "60 cm"}, "write 0.6"),
+    ({"length": "0.6m"}, "write 0.6"),
+    ({"height": "90mm"}, "write 0.09"),
+    ({"eta_b": "3780 m^-4 s^2"}, "write 3780"),
+    ({"eta_b": "3780 1/m"}, "write the number alone, in m^-4 s^2"),
+    ({"eta_b_uncertainty": "20 %"}, "write 0.2"),
+    ({"eta_b_uncertainty": 20}, "20 % is 0.2"),
+    ({"length": "1e-3"}, "write 1.0e-3"),
+    ({"length": "0.6"}, "leave the quotes out"),
+    ({"length": 60.0}, "60 cm is 0.6 m"),
+    ({"length": 600.0}, "600 mm is 0.6 m"),
+    ({"height": 9.0}, "9 cm is 0.09 m"),
+    ({"height": 0.6, "length": 0.09}, "are the two swapped?"),
+    ({"eta_b": 0.03}, "if it is L* in m, eta_b is 3775"),
+]
+
+
+@pytest.mark.parametrize(("given", "meant"), MEANT)
+def test_an_error_says_what_was_probably_meant(given, meant):
+    assert meant in refused(**given).advice
+
+
+@pytest.mark.parametrize(
+    ("given", "meant"),
+    [
+        ({"fold_height": 27.0}, "27 mm is 0.027 m"),
+        ({"fold_height": 2.7}, "2.7 cm is 0.027 m or 2.7 mm is 0.0027 m"),
+        ({"rigidity": 1e-5, "gsm": 0.18}, "0.18 kg m^-2 are 180"),
+        ({"loop": "heart", "length": 0.05, "height": 0.2}, "are the two swapped?"),
+    ],
+)
+def test_a_measured_length_in_another_unit(given, meant):
+    with pytest.raises(InvalidInputError) as caught:
+        EtaRequest(**given)
+    assert meant in caught.value.advice
+
+
+def test_a_margin_in_another_unit():
+    with pytest.raises(InvalidInputError, match=r"margin = 10.* 10 mm is 0\.01 m"):
+        FoldingPlan(length=0.5, eta_b=3770.0, margin=10.0)

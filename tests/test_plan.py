@@ -148,6 +148,8 @@ class TestChoice:
         lowest = (5e-4 * star(0.8 * ETA_B) ** 3 / 2.08) ** 0.25
         missing = lowest - (LIMIT * star(1.2 * ETA_B) - 0.037)
         assert (low.path, low.shortfall) == ("low", pytest.approx(missing, abs=5e-5))
+        with pytest.raises(NoPathError, match=r"with the margin, at most 0\.0 mm high"):
+            path_choice.choose(asked(layers_may_slide=True, margin=0.1))
 
     @pytest.mark.usefixtures("unassessed")
     def test_thick_strips_are_carried_higher(self) -> None:

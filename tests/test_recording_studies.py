@@ -50,15 +50,16 @@ def test_all_that_is_measured_is_in_the_picture(eta_b: float, height: float):
     width, tall = scene.filming.size
     assert np.all((pixels > 2.0) & (pixels < np.array([width, tall]) - 2.0))
     assert np.ptp(pixels[:, 1]) > 0.6 * tall
-    assert scene.strip.length == pytest.approx(20.0 * unit)
+    assert scene.length == pytest.approx(20.0 * unit)
 
 
 @pytest.mark.slow
 def test_a_motion_from_dynamics_in_metres_and_seconds():
     """The same passage, run by hand in the solver's units."""
     scene = Scene(
-        strip={"length": 16.0 * UNIT, "eta_b": 3780.0},
-        gripper={"height": 5.0 * UNIT, "speed": 0.005},
+        length=16.0 * UNIT,
+        height=5.0 * UNIT,
+        speed=0.005,
         generator="dynamics",
         motion={"friction": 0.02, "before": 0.2 * UNIT, "after": 0.1, "refinement": 3.0},
     )
@@ -85,14 +86,14 @@ def test_a_motion_from_dynamics_in_metres_and_seconds():
     assert np.ptp(steps) < 0.02 * steps.mean()
     np.testing.assert_allclose(gripper[0], [-8.0 * UNIT + touch.lam * UNIT, 5.0 * UNIT], atol=1e-6)
     assert np.all(np.diff(found.t) < 2.1e-3)
-    onset = found.at(np.array([found.onset]))[1][0, 0] - scene.strip.flat_end
+    onset = found.at(np.array([found.onset]))[1][0, 0] - scene.flat_end
     assert onset == pytest.approx(found.lambda_c, abs=1e-5)
 
 
 @pytest.mark.parametrize("motion", [{"frictoin": 0.1}, {"friction": -1.0}, {"before": 0.0}, {"model": "beam"}])
 def test_a_motion_outside_the_limits_is_refused(motion: dict[str, Any]):
     with pytest.raises(InvalidInputError, match=rf"^motion\.{next(iter(motion))} "):
-        Scene(strip={"length": 0.5, "eta_b": 3780.0}, generator="dynamics", motion=motion)
+        Scene(length=0.5, generator="dynamics", motion=motion)
 
 
 def measured(eta_b: float, height: float, speed: float, event: float, snapped: bool = True) -> xr.Dataset:
@@ -240,9 +241,9 @@ def test_frames_are_the_first_that_at_the_onset_and_the_last(monkeypatch: pytest
 def test_slow_strips_whose_motion_gives_eta_b_are_filmed_early_enough():
     cases = [design.case(number, 7, 1.0) for number in range(2 * design.BLOCK)]
     slow = [case for case in cases if not np.isnan(case.moment)]
-    assert {case.scene.gripper.speed for case in slow} == {0.002, 0.004}
+    assert {case.scene.speed for case in slow} == {0.002, 0.004}
     for case in slow:
-        motion, unit = case.scene.motion, case.scene.strip.gravity_length
+        motion, unit = case.scene.motion, case.scene.gravity_length
         assert motion.before > (eta_motion.MARGIN + 0.3) * unit  # type: ignore[union-attr]
         assert case.moment == motion.friction  # type: ignore[union-attr]
     assert np.isnan(design.case(0, 7, 0.0).moment)

@@ -44,13 +44,28 @@ EXCEL = PLAIN.replace(",", ";").replace(".", ",")
         codecs.BOM_UTF8 + EXCEL.replace("\n", ";\n").encode(),
         PLAIN.removeprefix("t,x,z\n").encode(),
         EXCEL.removeprefix("t;x;z\n").encode(),
+        PLAIN.encode("utf-16-le"),
+        EXCEL.encode("utf-16-be"),
+        PLAIN.replace(",", " ").encode(),
+        EXCEL.replace(";", " ").encode(),
+        PLAIN.replace(",", " \t ").encode(),
+        PLAIN.replace(",", " ,").encode(),
+        ("# " + PLAIN).encode(),
+        ("% made at noon, by hand\n# " + PLAIN).encode(),
+        ("# t, x, z\n" + PLAIN.removeprefix("t,x,z\n").replace(",", " ")).encode(),
+        PLAIN.replace("t,x,z", "t [s],x [m],z (m)").encode(),
+        PLAIN.replace("t,x,z", "t [s] x [m] z [m]").replace(",", " ").encode(),
+        ("Winkel [°];" + EXCEL.replace("\n", "\n7,5;")).removesuffix("7,5;").encode("cp1252"),
+        PLAIN.replace("t,x,z", "time,tcp_x,tcp_z").replace("time", "# time").encode(),
+        "\n".join(f"{line}," for line in PLAIN.splitlines()).encode(),
+        PLAIN.replace("\n", ",,\n").replace("t,x,z,,", "t,x,z").encode(),
         ("# from a robot\nZ, T, force, X\n" + "\n".join(f"{z}, {t}, 7, {x}" for t, x, z in ROWS)).encode(),
     ],
 )
 def test_one_reader_reads_them_all(tmp_path: Path, data: bytes) -> None:
     file = tmp_path / "own.csv"
     file.write_bytes(data)
-    assert read_table("path", file, "t,x,z", (2, 10)).tolist() == ROWS.tolist()
+    assert read_table("path", file, "t,x,z", (2, 10)).numbers().tolist() == ROWS.tolist()
 
 
 @pytest.mark.parametrize("columns", ["time,tcp x,tcp z", "2,3,5", "TIME,3,tcp z"])
@@ -61,26 +76,30 @@ def test_columns_by_name_or_number(tmp_path: Path, columns: str) -> None:
     for header in ("n,time,tcp x,tcp y,tcp z", ""):
         file = write(tmp_path / "log.csv", rows, header)
         if header or columns == "2,3,5":
-            assert read_table("path", file, "t,x,z", (2, 10), names).tolist() == ROWS.tolist()
+            assert read_table("path", file, "t,x,z", (2, 10), names).numbers().tolist() == ROWS.tolist()
 
 
 @pytest.mark.parametrize(
     ("text", "columns", "says"),
     [
-        ("0,1,2,3,4\n1,2,3,4,5\n", (), "name its columns"),
+        ("0,1,2,3,4\n1,2,3,4,5\n", (), "5 columns without names, with commas"),
         ("a,b,c\n0,1,2\n1,2,3\n", (), "header t,x,z"),
-        ("a,b,c\n0,1,2\n1,2,3\n", ("a", "b", "d"), "one column d"),
-        ("a,b,c\n0,1,2\n1,2,3\n", ("1", "2", "4"), "one column 4"),
-        ("a,b,b\n0,1,2\n1,2,3\n", ("a", "b", "1"), "one column b"),
-        ("a,b,c,d\n0,1,2,3\n1,2,3\n", ("a", "b", "c"), "row 2"),
-        ("t;x;z\n0;1,5;2\n1;1,5,3;2\n", (), "row 2"),
+        ("a,b,c\n0,1,2\n1,2,3\n", ("a", "b", "d"), "d' cannot be used; .* its columns are 'a, b, c'"),
+        ("a,b,c\n0,1,2\n1,2,3\n", ("1", "2", "4"), "4' cannot be used; .* from 1 to 3"),
+        ("a,b,b\n0,1,2\n1,2,3\n", ("a", "b", "1"), "one column of log.csv"),
+        ("a,b,c,d\n0,1,2,3\n1,2,3\n", ("a", "b", "c"), "row 3 of log.csv"),
+        ("# made\n\nt,x,z\n0,1,2\n\n1,2,x\n", (), "row 6 of log.csv"),
+        ("a,b,c\n0,1,2\n1,2,3\n", ("9" * 5000, "a", "b"), "one column of log.csv"),
+        ("t,x,z\n0,0,0,5,0,1\n1,0,0,6,0,2\n", (), "decimal mark must be a point"),
+        ("t,x [inch],z\n0,1,2\n1,2,3\n", (), "units m, cm, mm"),
+        ("t;x;z\n0;1,5;2\n1;1,5,3;2\n", (), "row 3 of log.csv"),
     ],
 )
 def test_tables_without_the_columns(tmp_path: Path, text: str, columns: tuple[str, ...], says: str) -> None:
     file = tmp_path / "log.csv"
     file.write_text(text, encoding="utf-8")
     with pytest.raises(InvalidInputError, match=says):
-        read_table("path", file, "t,x,z", (2, 10), columns)
+        read_table("path", file, "t,x,z", (2, 10), columns).numbers()
 
 
 def test_a_long_table_is_read_to_its_end(tmp_path: Path) -> None:
@@ -92,7 +111,7 @@ def test_a_long_table_is_read_to_its_end(tmp_path: Path) -> None:
     assert file.stat().st_size > 1_280_000
     found = sf.paths.read(file, STRIP)
     np.testing.assert_allclose(STRIP.gravity_length * found.curve.position(found.curve.length), [0.225, 0.0], atol=1e-9)
-    assert len(read_table("path", file, "t,x,z", (2, 20_000))) == 19_500
+    assert len(read_table("path", file, "t,x,z", (2, 20_000)).rows) == 19_500
 
 
 def end(path: FoldPath) -> Array:
@@ -110,11 +129,55 @@ def test_columns_unit_and_frame(tmp_path: Path) -> None:
     assert not found.curve.warnings
 
 
+@pytest.mark.parametrize(("header", "unit"), [("t,x,z", "cm"), ("t [s],x [cm],z [cm]", None), ("t,x (cm),z", "cm")])
+def test_a_unit_that_is_given_or_in_the_header(tmp_path: Path, header: str, unit: str | None) -> None:
+    plain = sf.paths.read(write(tmp_path / "own.csv", ROWS), STRIP)
+    file = write(tmp_path / "log.csv", ROWS * [1.0, 100.0, 100.0], header)
+    np.testing.assert_allclose(sf.paths.read(file, STRIP, unit=unit).places, plain.places, atol=1e-9)
+    with pytest.raises(InvalidInputError, match="with --unit mm it starts there"):
+        sf.paths.read(write(tmp_path / "mm.csv", ROWS * [1.0, 1e3, 1e3]), STRIP)
+    if unit != "cm" or "cm" in header:
+        with pytest.raises(InvalidInputError, match=r"unit = 'mm' .* cm, as the header says"):
+            sf.paths.read(file, STRIP, unit="mm")
+
+
+def test_it_is_said_what_was_assumed(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    file = tmp_path / "log.csv"
+    for text, says in (
+        (
+            EXCEL.encode("utf-16-le"),
+            "log.csv is read as utf-16-le, with semicolons between its columns",
+        ),
+        (PLAIN.replace("t,x,z", "# time,tcp_x,tcp_z").encode(), "with its columns 'time, tcp_x, tcp_z' as t,x,z"),
+        (PLAIN.encode(), ""),
+    ):
+        caplog.clear()
+        file.write_bytes(text)
+        sf.paths.read(file, STRIP)
+        assert says in caplog.text
+        assert bool(says) == bool(caplog.text)
+
+
+@pytest.mark.parametrize("factor", [1.0, 1e9])
+def test_a_critical_point_is_found_again_in_the_file(tmp_path: Path, factor: float) -> None:
+    """By its row, below two comments, a header and an empty line, and by the time since the first row."""
+    rows, _ = logged("triangular", 0.0)
+    rows[:, 0] = factor * (1.764e9 + rows[:, 0])
+    file = tmp_path / "log.csv"
+    np.savetxt(file, rows, delimiter=",", header="# from\n# a robot\n\nt,x,z", comments="", fmt="%.9f")
+    found = STRIP.assess(sf.paths.read(file, STRIP), model="rod")
+    (event,) = found.critical
+    t, x, z = np.array(file.read_text(encoding="utf-8").splitlines()[event["row"] - 1].split(","), dtype=float)
+    assert np.hypot(x - event["x"], z - event["z"]) < 1e-3
+    assert event["t"] == pytest.approx(t - rows[0, 0], abs=0.02 * factor)
+    assert f"row {event['row']}, t = {event['t']:.4g} after the first" in str(found)
+
+
 @pytest.mark.parametrize(
     ("given", "says"),
     [
         ({"columns": "t,x"}, "three names"),
-        ({"unit": "cm"}, "m or mm"),
+        ({"unit": "km"}, "m, cm, mm"),
         ({"frame": "0"}, "x0,z0"),
         ({"frame": "0,nan"}, "x0,z0"),
         ({"frame": "0,1,2"}, "x0,z0,flip"),

@@ -36,7 +36,7 @@ def test_resolved_keys_give_the_same() -> None:
     [
         ({"heigth": 0.1}, "heigth", "did you mean height"),
         ({"eta_b": None}, "eta_b", "a number"),
-        ({"length": 600.0}, "length", "check the units"),
+        ({"length": 600.0}, "length", "600 mm is 0.6 m"),
         ({"length": 0.2}, "length", "too short"),
         ({"air": -1.0}, "air", "from 0"),
         ({"air": float("nan")}, "air", "from 0"),

@@ -365,7 +365,7 @@ def test_coloured_strip_as_bright_as_the_table_has_its_contrast_in_the_colour(tm
 
 def test_stripes_lie_across_the_strip() -> None:
     plain, striped = (
-        Renderer(Scene.of({"strip": {"length": 0.4, "texture": 0.0, **stripes}}), np.array([[0.0, 0.0], [0.4, 0.0]]))
+        Renderer(Scene.of({"length": 0.4, "strip": {"texture": 0.0, **stripes}}), np.array([[0.0, 0.0], [0.4, 0.0]]))
         for stripes in ({}, {"stripe": 0.1, "stripe_shade": 0.5})
     )
     shade = striped._surface_grey / plain._surface_grey

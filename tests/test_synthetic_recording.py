@@ -28,7 +28,7 @@ from stripfold.vision.recording import Entries
 @pytest.mark.parametrize("law", ["parabolic", "cubic", "power", "two_modes"])
 def test_shapes_keep_the_length_and_end_at_the_gripper(law: str) -> None:
     for seed in range(2):
-        scene = Scene(seed=seed, motion={"law": law}, gripper={"height": 0.09 + 0.025 * seed})
+        scene = Scene(seed=seed, motion={"law": law}, height=0.09 + 0.025 * seed)
         history = shapes.history(scene)
         np.testing.assert_allclose(history.curve[:, 0], history.gripper, atol=1e-9)
         np.testing.assert_allclose(
@@ -37,9 +37,9 @@ def test_shapes_keep_the_length_and_end_at_the_gripper(law: str) -> None:
         assert history.curve[..., 1].min() > -1e-9
         steps = np.linalg.norm(np.diff(history.curve, axis=1), axis=2)
         # A chord is shorter than its arc, by (arc * curvature)^2 / 24 of it.
-        arc = scene.strip.length / (STATIONS - 1)
+        arc = scene.length / (STATIONS - 1)
         assert steps.max() < arc * (1 + 1e-9)
-        assert np.abs(steps.sum(axis=1) / scene.strip.length - 1.0).max() < 1e-3
+        assert np.abs(steps.sum(axis=1) / scene.length - 1.0).max() < 1e-3
         at = np.searchsorted(history.t, history.touch)
         folded = history.curve[at, history.curve[at, :, 1] > 0.0]
         sag = folded[folded[:, 0] > folded[:, 0].min() + 0.04]
@@ -104,12 +104,12 @@ def test_a_gripper_that_stops_short_of_the_snap() -> None:
     assert history.events() == {"onset": None, "fall": None, "fastest": None, "touch": None}
     assert np.ptp(history.gripper[:, 0]) == pytest.approx(0.008 + 0.001, abs=1e-4)  # and half a ramp
     with pytest.raises(InvalidInputError, match="short"):
-        shapes.history(Scene(motion={"short": 1e-4, "before": 0.012}, gripper={"speed": 0.02}))
+        shapes.history(Scene(motion={"short": 1e-4, "before": 0.012}, speed=0.02))
 
 
 SMALL = {
     "filming": {"size": [320, 240], "frame_rate": 20.0, "dropped": 0.06, "doubled": 0.1, "log_offset": 12.5},
-    "gripper": {"speed": 0.02},
+    "speed": 0.02,
     "motion": {"before": 0.008, "after": 0.5},
     "seed": 3,
 }
@@ -224,8 +224,10 @@ def test_a_failure_leaves_nothing_behind(tmp_path: Path, monkeypatch: pytest.Mon
         ({"filming": {"codec": "mpeg4", "container": "mkv"}}, "filming.container", "mp4"),
         ({"filming": {"codec": "mjpeg", "container": "avi", "jitter": 0.1}}, "filming.container", "timestamps"),
         ({"filming": [1]}, "filming", "keys and values"),
-        ({"strip": {"length": -1}}, "strip.length", "from 0.05"),
-        ({"gripper": {"height": 0.5}}, "gripper.height", "L"),
+        ({"length": -1}, "length", "from 0.05"),
+        ({"height": 0.5}, "height", "L"),
+        ({"strip": {"length": 0.4}}, "strip.length", "write length: 0.4"),
+        ({"gripper": {"speed": 0.4}}, "gripper.speed", "speed beside gripper, not in it"),
         ({"gripper": {"marker": 3.5}}, "gripper.marker", "whole"),
         ({"generator": "magic"}, "generator", "shapes, dynamics"),
         ({"motion": 3}, "motion", "keys and values"),
@@ -265,10 +267,12 @@ def test_films_go_on_past_the_snap_for_longer_than_its_detection_needs() -> None
 
 def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    given = {"filming": {"size": [160, 120], "frame_rate": 5.0, "views": 4}, "gripper": {"speed": 0.03}}
+    given = {"filming": {"size": [160, 120], "frame_rate": 5.0, "views": 4}, "speed": 0.03}
     Path("own.yaml").write_text(yaml.safe_dump({**given, "motion": {"before": 0.008, "after": 0.3}}), encoding="utf-8")
     assert cli.main(["record", "own.yaml"]) == 0
-    assert "synthetic" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "synthetic" in said
+    assert "of the drawn motion" in said
     assert (tmp_path / "own/recording.yaml").is_file()
     assert cli.main(["record", "own.yaml"]) == 2
     assert "not there yet" in capsys.readouterr().err
@@ -282,3 +286,19 @@ def test_command(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch
     assert said["stripfold_version"]
     assert cli.main(["record", "own.yaml", "--output", "no/such/folder"]) == 2
     assert cli.main(["record", "none.yaml"]) == 2
+
+
+@pytest.mark.slow
+def test_record_says_which_lambda_c_has_friction(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    given = {"filming": {"size": [160, 120], "frame_rate": 5.0, "views": 4}, "speed": 0.03, "generator": "dynamics"}
+    given |= {"motion": {"model": "rod", "refinement": 3.0, "before": 0.005, "after": 0.05}}
+    Path("own.yaml").write_text(yaml.safe_dump(given), encoding="utf-8")
+    assert cli.main(["record", "own.yaml"]) == 0
+    known, without = (line.split(maxsplit=2) for line in capsys.readouterr().out.splitlines()[-2:])
+    assert known[0] == "lambda_c"
+    assert "with friction, M_0 = 0.01 rho_a g L*^2" in known[2]
+    assert "without friction: the model's lambda_c that measure prints" in without[2]
+    assert float(known[1]) > float(without[1])

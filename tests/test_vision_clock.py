@@ -182,8 +182,8 @@ def test_a_log_from_a_file(tmp_path: Path) -> None:
     [
         ("t,x\n0,1\n1,2\n", "header t,x,z"),
         ("t,x,z\n0,1,2\n", "1 rows"),
-        ("t,x,z\n0,1,2\n0,1,2\n", "row 2"),
-        ("t,x,z\n0,1,2\n1,inf,2\n", "row 2"),
+        ("t,x,z\n0,1,2\n0,1,2\n", "row 3"),
+        ("t,x,z\n0,1,2\n1,inf,2\n", "row 3"),
         ("", "'0 rows' cannot be used; allowed: a CSV file with the header t,x,z and 2 to"),
         ("0,1,2,3\n1,2,3,4\n", "name its columns in the first row"),
         ("t,x,z\n" + "0" * 300_000, "field limit"),

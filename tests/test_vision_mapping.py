@@ -255,8 +255,8 @@ def test_calibrations_with_unusable_files(
     [
         ("", "header image,x,z"),
         ("image,x,y\n0.png,1,2\n", "header image,x,z"),
-        ("image,x,z\n0.png,1\n", "2 numbers.*row 1"),
-        ("image,x,z\n0.png,a,1\n", "2 numbers.*row 1"),
+        ("image,x,z\n0.png,1\n", "3 entries.*row 2"),
+        ("image,x,z\n0.png,a,1\n", "2 numbers.*row 2"),
         ("image,x,z\n0.png,nan,1\n", "finite numbers"),
         ("image,x,z\n0.png,0,1\n0.png,1,1\n", "each picture has one row"),
         ("image,x,z\n" + "0.png,0,1\n" * 101, "101 rows"),

@@ -46,8 +46,7 @@ Made = tuple[Recording, Calibration, Tracks]
 
 def made(folder: Path, filming: dict[str, Any] | None = None, **motion: Any) -> Made:
     scene = Scene(
-        strip={"length": 0.45, "eta_b": 3780.0},
-        gripper={"height": 0.1, "speed": 0.005},
+        speed=0.005,
         filming={"size": [320, 240], "frame_rate": 25.0, "codec": "mjpeg", "log_offset": 0.3} | (filming or {}),
         motion={"law": "parabolic", "before": 0.012, "after": 0.5} | motion,
         seed=4,
@@ -439,7 +438,8 @@ def test_dataset_and_report_hold_the_result(found: Measurement, tmp_path: Path):
     low, high = found.interval
     for text in (
         "SYNTHETIC",
-        f"λ = {1e3 * found.event:.2f} mm at the onset of the snap",
+        f"λ = {1e3 * found.event:.2f} mm at the onset of the snap, friction and lag included",
+        f'λ_c of the model</td><td class="value">{1e3 * found.model.without_friction:.2f} mm without friction',
         f"95 % interval {1e3 * low:.2f} to {1e3 * high:.2f} mm",
         f'λ by the video alone</td><td class="value">{1e3 * found.by_video:.2f} mm<',
         '<p class="flag warning"><b>warning</b> first</p>\n<p class="flag note"><b>note</b> second</p>',

@@ -83,7 +83,7 @@ def filmed(frames: int, strip: dict[str, Any] | None = None, **filming: Any) -> 
     scene = Scene(
         strip=strip or {},
         filming={"size": [480, 360], "frame_rate": 20.0, "tilt": 4.0} | filming,
-        gripper={"speed": 0.02},
+        speed=0.02,
         motion={"before": 0.02, "after": 0.3},
         seed=11,
     )

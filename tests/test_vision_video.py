@@ -113,11 +113,11 @@ def test_own_times(films: dict[str, Path], tmp_path: Path) -> None:
     ("rows", "header", "message"),
     [
         (["0,0"], "index,t", "header"),
-        (["0,0", "1,zero"], "frame,t", "row 2"),
-        (["0,0", "1"], "frame,t", "row 2"),
-        (["0,0", "1,nan"], "frame,t", "row 2"),
-        (["0,0", "2,1"], "frame,t", "row 2"),
-        (["0,0", "1,1", "2,1"], "frame,t", "row 3"),
+        (["0,0", "1,zero"], "frame,t", "row 3"),
+        (["0,0", "1"], "frame,t", "row 3"),
+        (["0,0", "1,nan"], "frame,t", "row 3"),
+        (["0,0", "2,1"], "frame,t", "row 3"),
+        (["0,0", "1,1", "2,1"], "frame,t", "row 4"),
         ([], "frame,t", "0 rows"),
     ],
 )

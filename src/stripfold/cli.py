@@ -11,7 +11,7 @@ import traceback
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from threading import Timer
-from typing import TYPE_CHECKING, NamedTuple, NoReturn
+from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
 import stripfold
 from stripfold import cli_commands as commands
@@ -122,6 +122,12 @@ COMMANDS = {
         cli_recordings.measure_options,
         cli_recordings.measure,
     ),
+    "new": Command(
+        "a commented file to start from: a scene, a recording or a grid",
+        "Print a file that simulate and record, measure, or sweep read as it is, with all of its keys explained.",
+        commands.new_options,
+        commands.new,
+    ),
     "completion": Command(
         "completion of commands and options by the tab key, for a shell",
         'Print the script that completes commands and options: eval "$(stripfold completion bash)".',
@@ -208,6 +214,19 @@ class _Parser(argparse.ArgumentParser):
         super().error(" ".join(message.split()))
 
 
+class _Command(_Parser):
+    """Says what an unknown option may have been, and not that the option meant is missing."""
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        known = self._option_string_actions
+        for given in args[: args.index("--")] if "--" in args else args:
+            if given.startswith("--") and (name := given.partition("=")[0]) not in known:
+                from stripfold.validation import did_you_mean
+
+                self.error(f"unknown option {name}: {did_you_mean(name, known)}")
+        return super().parse_known_args(args, namespace)
+
+
 class _Version(argparse.Action):
     """Looked up only where it is asked for."""
 
@@ -223,7 +242,7 @@ def _parser(argv: Sequence[str]) -> argparse.ArgumentParser:
         allow_abbrev=False,
     )
     parser.add_argument("--version", action=_Version, nargs=0, help="show the program's version number and exit")
-    added = parser.add_subparsers(dest="command", required=True, metavar="command")
+    added = parser.add_subparsers(dest="command", required=True, metavar="command", parser_class=_Command)
     for name, command in COMMANDS.items():
         options = added.add_parser(name, help=command.help, description=command.description, allow_abbrev=False)
         # The models are imported for the command that is called, not for `--help`.

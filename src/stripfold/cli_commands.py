@@ -5,12 +5,13 @@ from __future__ import annotations
 import argparse
 import os
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
 
 from stripfold.cli_messages import Say, logger
-from stripfold.errors import InvalidInputError, SolveError, TimeStepError
+from stripfold.errors import MISSING, InvalidInputError, SolveError, TimeStepError
 from stripfold.json_output import as_json, document
 
 if TYPE_CHECKING:
@@ -22,27 +23,36 @@ STRIP = ("length", "eta_b")
 SHEET = ("eta_m", "nu")
 
 
-def number(text: str) -> float:
-    """A number without a unit, or one in per cent."""
-    return float(text[:-1]) / 100.0 if text.endswith("%") else float(text)
+def number(text: str, unit: str = "") -> float:
+    """A number in a unit; without one it may be in per cent."""
+    try:
+        return float(text[:-1]) / 100.0 if text.endswith("%") and not unit else float(text)
+    except ValueError:
+        from stripfold.validation import number_meant
+
+        said = f"{text!r} is not a number{f' in {unit}' if unit else ''}"
+        raise argparse.ArgumentTypeError(": ".join(filter(None, (said, number_meant(text, unit))))) from None
+
+
+metres = partial(number, unit="m")
 
 
 def _option(parser: argparse._ActionsContainer, model: type[Input], name: str, **more: Any) -> None:
     """An option from the field of an input model: its help, unit, choices and default."""
     field = model.model_fields[name]
     extra = field.json_schema_extra
-    unit = extra.get("unit", "") if isinstance(extra, dict) else ""
+    unit = str(extra.get("unit", "")) if isinstance(extra, dict) else ""
     kinds = [kind for kind in (field.annotation, *get_args(field.annotation)) if get_origin(kind) is Literal]
     text = f"{field.description}, {unit}" if unit else f"{field.description}"
     if field.is_required():
-        more["required"] = True
+        more.setdefault("required", True)
     elif field.default is not None:
         default = field.default if isinstance(field.default, str) else f"{field.default:g}"
         more["default"], text = field.default, f"{text} [{default}]"
     if kinds:
         more["choices"] = get_args(kinds[0])
     elif field.annotation is not str and "metavar" not in more:
-        more |= {"type": float if unit else number, "metavar": "M" if unit == "m" else "X"}
+        more |= {"type": partial(number, unit=unit), "metavar": "M" if unit == "m" else "X"}
     parser.add_argument(f"--{name.replace('_', '-')}", help=text.replace("%", "%%"), **more)
 
 
@@ -136,7 +146,7 @@ def _second_gripper_option(parser: argparse.ArgumentParser) -> None:
 
 
 def place_or_auto(text: str) -> float | str:
-    return text if text == "auto" else float(text)
+    return text if text == "auto" else metres(text)
 
 
 def critical(arguments: argparse.Namespace, say: Say) -> str:
@@ -176,8 +186,16 @@ def sweep(arguments: argparse.Namespace, say: Say) -> str:
 
 
 def simulate_options(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("scene", metavar="SCENE.yaml", help="the strip, the height, and how it is released")
-    parser.add_argument("--output", metavar="RESULT.nc", help="where to write [the scene's name with .nc, here]")
+    from stripfold.simulation import Simulation
+
+    text = "the strip, the height, and how it is released (stripfold new scene); or the options of the strip"
+    parser.add_argument("scene", nargs="?", metavar="SCENE.yaml", help=text)
+    for name in (names := (*STRIP, "height", *SHEET, "model", "accuracy")):
+        _option(parser, Simulation, name, required=False)
+    # What is not given is the model's to fill in, and must not come with a scene.
+    parser.set_defaults(**dict.fromkeys(names))
+    text = "where to write [the scene's name, or collapse, with .nc, here]"
+    parser.add_argument("--output", metavar="RESULT.nc", help=text)
     _plot_option(parser, "lambda over the deflection")
     _json_option(parser)
 
@@ -185,10 +203,17 @@ def simulate_options(parser: argparse.ArgumentParser) -> None:
 def simulate(arguments: argparse.Namespace, say: Say) -> str:
     from stripfold.simulation import Simulation
 
-    simulation = Simulation.read(arguments.scene)
+    given, scene = _given(arguments, Simulation), arguments.scene
+    if scene is None and not given:
+        allowed = "SCENE.yaml, or --length, --eta-b and --height"
+        raise InvalidInputError("scene", MISSING, allowed, "`stripfold new scene` prints one to start from")
+    if scene is not None and given:
+        key, value = next(iter(given.items()))
+        raise InvalidInputError(key, value, "a scene, or options of the strip", f"leave it out, or put it into {scene}")
+    simulation = Simulation(**given) if scene is None else Simulation.read(scene)
     # For the units of messages.
     arguments.eta_b, arguments.gravity = simulation.eta_b, simulation.gravity
-    path, target = _output(arguments.output, arguments.scene, ".nc"), _plot_file(arguments.plot)
+    path, target = _output(arguments.output, scene or "collapse", ".nc"), _plot_file(arguments.plot)
     from stripfold import store
     from stripfold.analysis import collapse
     from stripfold.results import StripCollapse
@@ -223,4 +248,23 @@ def film(arguments: argparse.Namespace, say: Say) -> str:
     film(store.read(arguments.result), path, progress=say)
     if arguments.json:
         return as_json(document({"written": str(path)}, {"result": arguments.result}))
+    return _lines([("written", str(path))])
+
+
+def new_options(parser: argparse.ArgumentParser) -> None:
+    text = "scene: for simulate and record; recording: recording.yaml, for measure; grid: for sweep"
+    parser.add_argument("kind", choices=("scene", "recording", "grid"), help=text)
+    parser.add_argument("--output", metavar="FILE.yaml", help="write it there, a new file, instead of printing it")
+
+
+def new(arguments: argparse.Namespace, say: Say) -> str:
+    text = (Path(__file__).parent / "templates" / f"{arguments.kind}.yaml").read_text(encoding="utf-8")
+    if arguments.output is None:
+        return text.rstrip()
+    path = _output(arguments.output, "", ".yaml")
+    if os.path.lexists(path):
+        raise InvalidInputError("output", str(path), "a file that is not there yet", "remove it, or choose another")
+    from stripfold.store import write_text
+
+    write_text(text, path)
     return _lines([("written", str(path))])

@@ -19,6 +19,7 @@ from stripfold.cli_commands import (
     _plot_option,
     _said,
     _second_gripper_option,
+    metres,
 )
 from stripfold.cli_messages import Say, logger
 from stripfold.errors import MISSING, InvalidInputError
@@ -27,7 +28,7 @@ from stripfold.json_output import as_json, document
 
 def _fold_option(parser: argparse.ArgumentParser) -> None:
     text = "distance of the fold line from the gripped end, m [half the length]"
-    parser.add_argument("--fold-at", type=float, metavar="M", help=text)
+    parser.add_argument("--fold-at", type=metres, metavar="M", help=text)
 
 
 TOO_LOW, TOO_HIGH = 0.44, 0.02
@@ -47,7 +48,7 @@ def path_options(parser: argparse.ArgumentParser) -> None:
 
     parser.add_argument("kind", choices=("r-path", "triangular", "circular", "low"), help="which path")
     _options(parser, Strip, STRIP)
-    parser.add_argument("--height", type=float, metavar="M", help="of the gripper on the low path, m")
+    parser.add_argument("--height", type=metres, metavar="M", help="of the gripper on the low path, m")
     _fold_option(parser)
     parser.add_argument("--csv", metavar="FILE.csv", help="write it there instead of printing it")
     _plot_option(parser, "the path")
@@ -110,11 +111,11 @@ def assess_options(parser: argparse.ArgumentParser) -> None:
     _fold_option(parser)
     log = parser.add_argument_group("a robot's log")
     log.add_argument("--columns", metavar="T,X,Z", help="names or numbers of its columns of time, x and z")
-    log.add_argument("--unit", choices=("m", "mm"), default="m", help="of its positions [m]")
+    log.add_argument("--unit", metavar="m|cm|mm", help="of its positions [as its header says, or m]")
     text = "the point under the middle of the strip in its frame, m; flip: its x runs against the folding; --frame=-1,0"
     log.add_argument("--frame", metavar="X0,Z0[,flip]", help=text)
     text = "largest distance of the path from the rows of a log with noise, m"
-    log.add_argument("--smooth", type=float, metavar="M", help=text)
+    log.add_argument("--smooth", type=metres, metavar="M", help=text)
     parser.add_argument("--fall", action="store_true", help=PathAssessment.model_fields["fall"].description)
     law = parser.add_mutually_exclusive_group()
     _option(law, PathAssessment, "friction")

@@ -17,6 +17,7 @@ from stripfold.cli_commands import (
     _plot_file,
     _plot_option,
     _writable,
+    metres,
 )
 from stripfold.cli_messages import Say
 from stripfold.errors import InvalidInputError
@@ -73,9 +74,22 @@ def record(arguments: argparse.Namespace, say: Say) -> str:
     if arguments.json:
         numbers = {"lambda_c": critical, "duration": float(history.t[-1]), "written": str(folder)}
         return as_json(document(numbers, asked.as_config()))
-    known = "-" if critical is None else f"{critical:.6g} m  (static, known)"
-    length = f"{history.t[-1]:.4g} s"
-    return _lines([("written", f"{folder} (synthetic)"), ("length", length), ("lambda_c", known)])
+    rows = [("written", f"{folder} (synthetic)"), ("length", f"{history.t[-1]:.4g} s")]
+    if critical is None:
+        return _lines([*rows, ("lambda_c", "-")])
+    if not isinstance(asked.motion, scene.DynamicsMotion):
+        return _lines([*rows, ("lambda_c", f"{critical:.6g} m  (static, of the drawn motion, which has no mechanics)")])
+    from stripfold import elastica
+
+    unit, friction = asked.gravity_length, f"with friction, M_0 = {asked.motion.friction:g} rho_a g L*^2"
+    without = elastica.critical(asked.height / unit).advance * unit
+    return _lines(
+        [
+            *rows,
+            ("lambda_c", f"{critical:.6g} m  (static, {friction})"),
+            ("  without", f"{without:.6g} m  (static, without friction: the model's lambda_c that measure prints)"),
+        ]
+    )
 
 
 def calibrate_options(parser: argparse.ArgumentParser) -> None:
@@ -84,8 +98,8 @@ def calibrate_options(parser: argparse.ArgumentParser) -> None:
     for name in ("columns", "rows"):
         text = "inner corners of a chessboard, squares of a ChArUco board"
         parser.add_argument(f"--{name}", required=True, type=int, metavar="N", help=text)
-    parser.add_argument("--square", required=True, type=float, metavar="M", help="side of a square, m")
-    parser.add_argument("--marker", type=float, metavar="M", help="side of a marker of a ChArUco board, m")
+    parser.add_argument("--square", required=True, type=metres, metavar="M", help="side of a square, m")
+    parser.add_argument("--marker", type=metres, metavar="M", help="side of a marker of a ChArUco board, m")
     parser.add_argument("--dictionary", metavar="NAME", help="of a ChArUco board's markers, for example 4x4_50")
     parser.add_argument("--output", metavar="FILE.yaml", help="where to write it if it is accepted [camera.yaml, here]")
     _json_option(parser)

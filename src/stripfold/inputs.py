@@ -12,7 +12,7 @@ from pydantic import Field, model_validator
 
 from stripfold.errors import MISSING, InvalidInputError
 from stripfold.material import GRAVITY, Material
-from stripfold.validation import Flag, Input, Number, Text, quantity
+from stripfold.validation import Flag, Input, Number, Text, quantity, value_meant
 
 ETA_B = (1e-1, 1e8)
 """Allowed weight-to-bending-stiffness ratios, m^-4 s^2: from a metal sheet to a gauze."""
@@ -79,7 +79,11 @@ class Strip(Input):
         return self.length / self.gravity_length
 
     @model_validator(mode="after")
-    def _check_strip(self) -> Self:
+    def _check(self) -> Self:
+        self._check_strip()
+        return self
+
+    def _check_strip(self) -> None:
         star = self.gravity_length
         low, high = LENGTH_STAR
         if not low <= self.length_star <= high:
@@ -87,7 +91,8 @@ class Strip(Input):
             stiffest, softest = (1.0 / (self.gravity * (self.length / n) ** 3) for n in (low, high))
             lowest, highest = max(stiffest, ETA_B[0]), min(softest, ETA_B[1])
             fitting = f"; eta_b from {lowest:.3g} to {highest:.3g} fits this length" if lowest < highest else ""
-            raise InvalidInputError("length", self.length, self._range(low, high), _CHECK_UNITS + fitting)
+            advice = value_meant(self.length, "m", low * star, high * star) or _CHECK_UNITS + fitting
+            raise InvalidInputError("length", self.length, self._range(low, high), advice)
         if not self.material.relative_thickness <= MAX_THICKNESS_STAR:
             # h / L* = sqrt(12 eta_m / eta_b) / L*
             thickest = MAX_THICKNESS_STAR * star
@@ -98,7 +103,6 @@ class Strip(Input):
                 f"at most {largest:.3g} m^-2 s^2 with eta_b = {self.eta_b:g} m^-4 s^2",
                 f"the model would be {self.material.thickness:.3g} m thick, more than {thickest:.3g} m",
             )
-        return self
 
     def _range(self, low: float, high: float) -> str:
         star = self.gravity_length
@@ -122,15 +126,19 @@ class AtHeight(Strip):
         """Height of the gripper, L*."""
         return self.height / self.gravity_length
 
-    @model_validator(mode="after")
-    def _check_height(self) -> Self:
-        if not self.height < self.length:
-            raise InvalidInputError(
-                "height", self.height, f"less than the length, {self.length:g} m", "height above the length"
-            )
-        if not HEIGHT_STAR[0] <= self.height_star <= HEIGHT_STAR[1]:
-            raise InvalidInputError("height", self.height, self._range(*HEIGHT_STAR), _CHECK_UNITS)
-        return self
+    def _check_strip(self) -> None:
+        (low, high), star = HEIGHT_STAR, self.gravity_length
+        above = self.height >= self.length
+        if above and low <= self.length_star <= high and LENGTH_STAR[0] <= self.height_star <= LENGTH_STAR[1]:
+            allowed = f"less than the length, {self.length:g} m"
+            raise InvalidInputError("height", self.height, allowed, "height above the length: are the two swapped?")
+        super()._check_strip()
+        meant = value_meant(self.height, "m", low * star, min(high * star, self.length))
+        if above:
+            allowed = f"less than the length, {self.length:g} m"
+            raise InvalidInputError("height", self.height, allowed, meant or "height above the length")
+        if not low <= self.height_star <= high:
+            raise InvalidInputError("height", self.height, self._range(low, high), meant or _CHECK_UNITS)
 
     def require_long_enough(self, lifted: float | None = None) -> None:
         """Refuse a strip of which nothing would lie on the floor any more where the advance of the gripper ends.
@@ -267,6 +275,13 @@ class FoldingPlan(Strip):
     acceleration: Annotated[Number, quantity("largest acceleration of it", "m s^-2", ge=1e-3, le=100.0)] = 0.5
 
     @model_validator(mode="after")
+    def _check_margin(self) -> Self:
+        if not self.margin < self.length:
+            advice = value_meant(self.margin, "m", 0.0, 0.25 * self.length)
+            raise InvalidInputError("margin", self.margin, f"less than the length, {self.length:g} m", advice)
+        return self
+
+    @model_validator(mode="after")
     def _check_friction(self) -> Self:
         if self.yield_curvature is not None and self.friction_moment is None:
             raise InvalidInputError("yield_curvature", self.yield_curvature, "this together with friction_moment")
@@ -349,12 +364,16 @@ class EtaRequest(Input):
                 raise InvalidInputError(key, value, f"this only together with {source}")
             if value is None and needed:
                 raise InvalidInputError(key, MISSING, f"a {key} together with {source}")
+        if self.length is not None and self.height is not None and self.height >= self.length:
+            allowed = f"less than the length, {self.length:g} m"
+            raise InvalidInputError("height", self.height, allowed, "are the two swapped?")
         if self.slope is not None and self.method != "cantilever":
             raise InvalidInputError("slope", self.slope, "this only together with method: cantilever")
         for key, (low, high, other, factor) in PLAUSIBLE.items():
             value = getattr(self, key)
             if value is not None and not low <= value <= high:
-                unit = type(self).model_fields[key].json_schema_extra["unit"]  # type: ignore[index]
-                meant = f": {value:g} {other} are {value * factor:g}" if low <= value * factor <= high else ""
-                raise InvalidInputError(key, value, f"from {low:g} to {high:g} {unit}", f"the unit is {unit}{meant}")
+                unit = str(type(self).model_fields[key].json_schema_extra["unit"])  # type: ignore[index]
+                meant = f"{value:g} {other} are {value * factor:g}" if low <= value * factor <= high else ""
+                advice = ": ".join(filter(None, (f"the unit is {unit}", meant or value_meant(value, unit, low, high))))
+                raise InvalidInputError(key, value, f"from {low:g} to {high:g} {unit}", advice)
         return self

@@ -12,6 +12,8 @@ from math import sqrt
 
 GRAVITY = 9.81
 """Gravitational acceleration, m s^-2."""
+UNITS = {"m": {"m": 1.0, "cm": 1e-2, "mm": 1e-3}, "s": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}}
+"""Other units in which people have lengths and times, by the SI unit, and their factors."""
 _NUMBER = r"(?<![\w.])(-?\d+(?:\.\d+)?(?:e[-+]?\d+)?)"
 
 

@@ -42,11 +42,11 @@ class PathAssessment(Result, Verdict):
     stable
         Whether the strip follows all of the path.
     critical
-        Its critical points: ``t``, ``x``, ``z`` of the gripper, ``kind``, the ``angle`` with the stability boundary in
-        degrees, and how large the event is: ``drop``, the largest height that a point of the strip loses, m, the
-        ``energy`` freed, J per m of width, and the largest ``speed`` of a point, m/s; nan without a fall.  ``outcome``
-        says in words what the strip did; ``change`` is by how much farther along the path it lies on another mesh, m;
-        nan where that mesh has none.
+        Its critical points: ``t``, ``x``, ``z`` of the gripper, ``kind``, the last ``row`` before it of a path from a
+        file, the ``angle`` with the stability boundary in degrees, and how large the event is: ``drop``, the largest
+        height that a point of the strip loses, m, the ``energy`` freed, J per m of width, and the largest ``speed`` of
+        a point, m/s; nan without a fall.  ``outcome`` says in words what the strip did; ``change`` is by how much
+        farther along the path it lies on another mesh, m; nan where that mesh has none.
     touch_x, planned_touch_x, touch_error
         Where the upper layer first touches, where that of the strip's planned R-path does (the accurate fold), and the
         difference.  The fold line is at x = 0, for a half fold.
@@ -156,7 +156,8 @@ class PathAssessment(Result, Verdict):
 
     @staticmethod
     def _event_rows(event: Mapping[str, Any]) -> Rows:
-        place = f"t = {event['t']:.4g}, gripper at x = {event['x']:.4g} m, z = {event['z']:.4g} m"
+        row, after = (f"row {event['row']}, ", " after the first") if event["row"] else ("", "")
+        place = f"{row}t = {event['t']:.4g}{after}, gripper at x = {event['x']:.4g} m, z = {event['z']:.4g} m"
         size = ""
         if isfinite(event["drop"]):
             size = f"; {event['drop']:.3g} m down, {event['energy']:.3g} J/m freed, up to {event['speed']:.3g} m/s"

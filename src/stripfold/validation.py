@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from difflib import get_close_matches
+from math import inf
 from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Self, TypeVar
@@ -14,6 +16,7 @@ from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Fie
 from pydantic_core import ErrorDetails, PydanticCustomError
 
 from stripfold.errors import MISSING, InvalidInputError
+from stripfold.material import GRAVITY, UNITS
 
 if TYPE_CHECKING:
     import yaml
@@ -23,6 +26,7 @@ MOST_BYTES = 200_000
 DEEPEST = 10
 """Most levels of nested entries in a YAML file."""
 YAML_NUMBERS = "YAML reads a number with an exponent as a text unless it has a point: write 1.0e-3"
+_NUMBER = re.compile(r"([-+]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][-+]?\d+)?)\s*(.*)", re.DOTALL)
 
 
 class Input(BaseModel):
@@ -105,6 +109,42 @@ def quantity(what: str, unit: str = "", **limits: float) -> Any:
     # Beside a validator of its own pydantic leaves the limits out of the JSON schema.
     extra = {names[key]: limit for key, limit in limits.items()} | ({"unit": unit} if unit else {})
     return Field(description=what, json_schema_extra=extra, **limits)  # type: ignore[call-overload]
+
+
+def number_meant(text: str, unit: str = "") -> str:
+    """Say how to write what was given as a text in place of a number in ``unit``.
+
+    Examples
+    --------
+    >>> number_meant("45cm", "m"), number_meant("0,45", "m"), number_meant("20%"), number_meant("1e-3")[:10]
+    ('write 0.45', 'write 0.45', 'write 0.2', 'YAML reads')
+    """
+    found = _NUMBER.fullmatch(text.strip())
+    if not found:
+        return ""
+    value, behind = found[1].replace(",", "."), "".join(found[2].split())
+    if value == text.strip():
+        return YAML_NUMBERS if "e" in value.casefold() else "it is a text: leave the quotes out"
+    factor = {"": 1.0, "".join(unit.split()): 1.0, **_other_units(unit)}.get(behind)
+    if factor is None:
+        return f"write the number alone{', in ' if unit else ''}{unit}"
+    return f"write {float(value) * factor:.12g}"
+
+
+def value_meant(value: float, unit: str, low: float, high: float) -> str:
+    """Say in which other unit a value would lie within its limits; empty where in none."""
+    meant = [
+        f"{value:g} {name} is {value * factor:.6g}{unit and ' '}{unit}"
+        for name, factor in _other_units(unit).items()
+        if factor != 1.0 and low <= value * factor <= high
+    ]
+    if unit == "m^-4 s^2" and 0.0 < value < low <= (eta_b := 1.0 / (GRAVITY * value**3)) <= high:
+        meant.append(f"if it is L* in m, eta_b is {eta_b:.4g}")
+    return " or ".join(meant)
+
+
+def _other_units(unit: str) -> dict[str, float]:
+    return {"%": 0.01} if not unit else UNITS.get(unit, {})
 
 
 def read_yaml(
@@ -214,9 +254,13 @@ def _in_words(found: ErrorDetails, schema: dict[str, Any]) -> InvalidInputError:
     rules = _at(schema, path)
     if kind == "missing" and not isinstance(found["input"], list | tuple):
         return InvalidInputError(dotted(path), MISSING, allowed(rules))
-    is_text_for_number = isinstance(found["input"], str) and rules.get("type") in ("number", "integer")
-    advice = YAML_NUMBERS if is_text_for_number else ""
-    return InvalidInputError(dotted(path) or "input", found["input"], allowed(rules), advice)
+    given, advice, unit = found["input"], "", rules.get("unit", "")
+    if isinstance(given, str) and rules.get("type") in ("number", "integer"):
+        advice = number_meant(given, unit)
+    elif isinstance(given, Real) and kind != "number" and rules.get("type") == "number":
+        low = rules.get("minimum", rules.get("exclusiveMinimum", -inf))
+        advice = value_meant(float(given), unit, low, rules.get("maximum", rules.get("exclusiveMaximum", inf)))
+    return InvalidInputError(dotted(path) or "input", given, allowed(rules), advice)
 
 
 def _at(schema: Mapping[str, Any], path: Iterable[str | int]) -> dict[str, Any]:

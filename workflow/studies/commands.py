@@ -35,13 +35,14 @@ COMMANDS = (
     "record filmed.yaml",
     "calibrate filmed/calibration/camera --board chessboard --columns 8 --rows 5 --square 0.024",
     "measure filmed",
+    "new scene --output new.yaml",
     "doctor",
     "completion bash",
 )
 INPUTS = {
     "grid.yaml": "{length: 0.6, model: rod, height: [0.06, 0.09], eta_b: [2000, 3780]}",
     "scene.yaml": "{length: 0.5, height: 0.09, eta_b: 3780, model: rod}",
-    "filmed.yaml": "{strip: {length: 0.45}, gripper: {speed: 0.01}, filming: {size: [320, 240]}}",
+    "filmed.yaml": "{length: 0.45, speed: 0.01, filming: {size: [320, 240]}}",
 }
 _FOLD = next(looks(1, [0.08], seed=3))
 # The only thing that may differ.

@@ -8,6 +8,7 @@ that the height of its own fold gives.  Source: docs/physics.md, section 11.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from math import cos, pi, sin, sqrt
 from pathlib import Path
@@ -155,8 +156,10 @@ def run(
     lengths.  nan where a branch could not be followed.
     """
     path = Path(table)
-    rows = [row for row in tables.read_rows("table", path, COLUMNS, (1, MAX_ROWS)) if row[6]]
-    numbers = tables.to_numbers("table", path, [[row[3], *row[6:10]] for row in rows], 5)
+    known = tables.read_table("table", path, COLUMNS, (1, MAX_ROWS))
+    known = replace(known, rows=[row for row in known.rows if row[1][6]])
+    rows = [row for _, row in known.rows]
+    numbers = np.column_stack([known.numbers(slice(3, 4)), known.numbers(slice(6, 10))])
     fabrics = [
         Fabric(b1, b2, 0.5 * (warp + weft), GRAVITY * density, least)
         for density, warp, weft, *curves in numbers

@@ -7,6 +7,7 @@ Source: docs/physics.md, section 8.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -33,14 +34,12 @@ def run(table: str, measured: str, areal_load: float, height: float) -> xr.Datas
     InvalidInputError: a table that cannot be read, or a value that is not positive.
     """
     path = Path(table)
-    rows = tables.read_rows("table", path, COLUMNS, (1, MAX_ROWS))
-    ragged = [row for row in rows if len(row) != COLUMNS.count(",") + 1]
-    if ragged:
-        raise InvalidInputError("table", ",".join(ragged[0])[:80], f"rows of the columns {COLUMNS}", f"see {path}")
+    known = tables.read_table("table", path, COLUMNS, (1, MAX_ROWS))
+    rows = [row for _, row in known.rows]
     name, fibre, weave, *_, source = (list(column) for column in zip(*rows, strict=True))
     with_loop = np.array([row[5] != "" for row in rows])
-    density, rigidity = tables.to_numbers("table", path, [row[3:5] for row in rows], 2).T
-    loop = tables.to_numbers("table", path, [row[5:6] for row in rows if row[5]], 1)[:, 0]
+    density, rigidity = known.numbers(slice(3, 5)).T
+    loop = replace(known, rows=[row for row in known.rows if row[1][5]]).numbers(slice(5, 6))[:, 0]
     least = float(np.concatenate([density, rigidity, loop]).min())
     if least <= 0.0:
         raise InvalidInputError("table", least, "positive areal densities, rigidities and 2HB", f"see {path}")

@@ -41,6 +41,7 @@ CALLS = (
     "record @filmed.yaml --output filmed",
     f"calibrate @views {BOARD} --output camera.yaml",
     "measure @recording --json",
+    "new grid --output new.yaml",
     "doctor --json",
     "completion bash",
 )
@@ -57,8 +58,12 @@ SCENES: dict[str, tuple[str, dict[str, Any]]] = {
     "record": (
         "filmed.yaml",
         {
-            "strip": {"length": 0.45, "eta_b": 3780.0, "colour": [0.1, 0.2, 0.3]},
-            "gripper": {"height": 0.1, "speed": 0.01, "direction": 1, "offset": [0.0, -0.03]},
+            "length": 0.45,
+            "eta_b": 3780.0,
+            "height": 0.1,
+            "speed": 0.01,
+            "strip": {"colour": [0.1, 0.2, 0.3]},
+            "gripper": {"direction": 1, "offset": [0.0, -0.03]},
             "filming": {"size": [320, 240], "frame_rate": 30.0, "codec": "mjpeg", "container": "avi"},
             "motion": {"law": "cubic", "before": 0.02, "after": 1.0},
             "generator": "shapes",

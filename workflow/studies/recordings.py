@@ -52,15 +52,12 @@ def scene_of(
     share = field / 0.32
     return Scene.of(
         {
-            "strip": {
-                "length": length * unit,
-                "eta_b": material["eta_b"],
-                "material": material["name"],
-                "width": 0.02 * share,
-            },
+            "length": length * unit,
+            "eta_b": material["eta_b"],
+            "height": height * unit,
+            "speed": speed,
+            "strip": {"material": material["name"], "width": 0.02 * share},
             "gripper": {
-                "height": height * unit,
-                "speed": speed,
                 "marker_size": 0.024 * share,
                 "offset": [0.0, -0.032 * share],
                 "finger": 0.003 * share,

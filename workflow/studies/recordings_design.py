@@ -104,7 +104,7 @@ class Case(NamedTuple):
     def sound(self) -> bool:
         """Whether it is filmed as docs/measuring.md asks: a slow gripper, nothing passes, no frame lost at the snap."""
         disturbed = any(self.factors[name] for name in ("shadow", "occluder", "dropped_at_event"))
-        return self.scene.gripper.speed <= SLOW and not disturbed
+        return self.scene.speed <= SLOW and not disturbed
 
     @property
     def generator(self) -> str:
@@ -115,7 +115,7 @@ class Case(NamedTuple):
     def moment(self) -> float:
         """M_0, rho_a g L*^2, where the strip moves by mechanics and its gripper slowly: shapes give eta_b; else nan."""
         motion = self.scene.motion
-        if isinstance(motion, DynamicsMotion) and self.scene.gripper.speed <= SLOW:
+        if isinstance(motion, DynamicsMotion) and self.scene.speed <= SLOW:
             return motion.friction
         return nan
 
@@ -165,12 +165,11 @@ def case(number: int, seed: int, dynamics: float = 0.0) -> Case:
         before = BEFORE * unit if speed <= SLOW else 0.01
         generator, motion = "dynamics", {"friction": friction, "before": before, "after": 0.5}
     scene = {
-        "strip": {"eta_b": factors["eta_b"], "hairs": factors["hairs"], **strip_grey},
-        "gripper": {
-            "height": round(factors["height"] * (factors["eta_b"] * 9.81) ** (-1 / 3), 4),
-            "speed": speed,
-            "finger": factors["finger"],
-        },
+        "eta_b": factors["eta_b"],
+        "height": round(factors["height"] * (factors["eta_b"] * 9.81) ** (-1 / 3), 4),
+        "speed": speed,
+        "strip": {"hairs": factors["hairs"], **strip_grey},
+        "gripper": {"finger": factors["finger"]},
         "filming": {
             **CAMERAS[factors["camera"]],
             **filming_grey,

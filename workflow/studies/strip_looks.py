@@ -70,7 +70,8 @@ def measured(number: int, seed: int, calibrations: Path) -> dict[str, Any]:
     (strip, filming), camera = TONES[tone], _turned(turned)
     asked = {
         "strip": {**strip, "width": width, "stripe": stripe, "stripe_shade": 0.7},
-        "gripper": {"speed": 0.006, **camera["gripper"]},
+        "speed": 0.006,
+        "gripper": camera["gripper"],
         "filming": {**filming, **camera["filming"], "grain": grain},
         "motion": {"before": 0.009, "after": 0.6},
         "seed": seed,

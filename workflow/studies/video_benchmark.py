@@ -60,7 +60,7 @@ def _render(folder: Path, frames: int, rendered: Path) -> None:
     """A recording, and in a file of its own a film for it of about so many frames."""
     scene = Scene.of(
         {
-            "gripper": {"speed": BEFORE / (frames / RATE - REST)},
+            "speed": BEFORE / (frames / RATE - REST),
             "filming": {"size": [1280, 720], "frame_rate": RATE, "codec": "mpeg4", "container": "mp4", "quality": 2},
             "motion": {"before": BEFORE, "after": 0.5},
             "title": "benchmark",

@@ -40,7 +40,7 @@ def read_table(path: str | os.PathLike[str]) -> Array:
     Raises InvalidInputError: no such file, other columns, or numbers that are not positive and increasing in the
     curvature.
     """
-    table = tables.read_table("table", Path(path), COLUMNS, (2, MAX_ROWS))
+    table = tables.read_table("table", Path(path), COLUMNS, (2, MAX_ROWS)).numbers()
     if not (np.all(table > 0.0) and np.all(np.diff(table, axis=0) > 0.0)):
         raise InvalidInputError("table", str(path), "positive numbers, both columns increasing")
     return table

@@ -119,7 +119,8 @@ class _Chooser:
         lowest = max(bump, stretch, h / SHARPEST)
         highest = min(limit - asked.margin, HIGHEST * asked.length)
         if lowest > highest:
-            why = f"the gripper would have to be between {1e3 * lowest:.1f} and {1e3 * highest:.1f} mm high"
+            most = f"with the margin, at most {1e3 * max(highest, 0.0):.1f} mm high"
+            why = f"the gripper would have to be at least {1e3 * lowest:.1f} and, {most}"
             return Refusal("low", why, lowest - highest)
         if not asked.layers_may_slide:
             highest_touch = elastica.touch_limit() * (1.0 - 1e-9)

@@ -291,7 +291,8 @@ def _verdict(
     critical = []
     for number, event in enumerate(events):
         x, z = unit * path.position(event["travelled"])
-        place = {"t": path.pseudo_time(event["travelled"]), "x": float(x), "z": float(z)}
+        travelled = event["travelled"]
+        place = {"t": path.pseudo_time(travelled), "row": path.row(travelled), "x": float(x), "z": float(z)}
         known = {key: value for key, value in event.items() if key != "travelled"}
         critical.append(place | known | {"change": unit * mesh.critical[number]})
     return Verdict(

@@ -61,13 +61,14 @@ class GripperPath:
     """A sequence of pieces; the direction may change abruptly between two of them.
 
     ``name``: name of the path.  ``pieces``: the first starts at 0, each at the end of the one before.  ``stamps``:
-    lengths travelled, shape (n,), and the pseudo times there; by default pseudo time is the share of the length.
+    lengths travelled, shape (n,), and the pseudo times there and the rows of the file; by default pseudo time is the
+    share of the length.
     ``warnings``: what was changed in a path that was read.
     """
 
     name: str
     pieces: tuple[Piece, ...]
-    stamps: tuple[Array, Array] | None = None
+    stamps: tuple[Array, Array, Array] | None = None
     warnings: tuple[str, ...] = ()
 
     @property
@@ -82,7 +83,14 @@ class GripperPath:
 
     def pseudo_time(self, s: float) -> float:
         """Pseudo time, the paper's lambda, at the length travelled ``s``."""
-        return s / self.length if self.stamps is None else float(np.interp(s, *self.stamps))
+        return s / self.length if self.stamps is None else float(np.interp(s, *self.stamps[:2]))
+
+    def row(self, s: float) -> int | None:
+        """The row of the file, from 1, before the length travelled ``s``; None for a path from no file."""
+        if self.stamps is None:
+            return None
+        travelled, _, rows = self.stamps
+        return int(rows[max(int(np.searchsorted(travelled, s, side="right")) - 1, 0)])
 
     def position(self, s: float) -> Array:
         """Position (x, z) at the length travelled ``s``, L*."""
@@ -104,7 +112,7 @@ class GripperPath:
 
             return Piece(factor * of.start, factor * of.end, position, lambda s: of.rate(s / factor), of.name)
 
-        stamps = None if self.stamps is None else (factor * self.stamps[0], self.stamps[1])
+        stamps = None if self.stamps is None else (factor * self.stamps[0], *self.stamps[1:])
         return GripperPath(self.name, tuple(piece(of) for of in self.pieces), stamps, self.warnings)
 
     def shifted(self, x: float) -> GripperPath:

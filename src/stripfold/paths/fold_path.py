@@ -152,7 +152,7 @@ def read(
     strip: AnyStrip,
     *,
     columns: str | None = None,
-    unit: str = "m",
+    unit: str | None = None,
     frame: str | None = None,
     smooth: float | None = None,
     fold_at: float | None = None,
@@ -166,13 +166,14 @@ def read(
     Parameters
     ----------
     file
-        Table with semicolons, tabs or commas; a comma may be the decimal mark with the first two.
+        Table with semicolons, tabs, commas or blanks between the columns; where it is no comma, a comma may be the
+        decimal mark.
     strip
         The strip.
     columns
         Names or numbers, from 1 on, of the columns of time, x and z, as ``"time,tcp_x,tcp_z"``.
     unit
-        Of x and z in the file, "m" or "mm".
+        Of x and z in the file, "m", "cm" or "mm"; without it what the header says, as ``x [mm]``, or m.
     frame
         ``"x0,z0"``, m: the point on the floor under the middle of the strip in the file's frame; ``"x0,z0,flip"`` where
         its x runs against the direction of folding.

@@ -8,6 +8,7 @@ import numpy as np
 
 from stripfold.arrays import Array, Mask
 from stripfold.errors import InvalidInputError
+from stripfold.material import UNITS
 
 STIFFEST = 16.0
 """Largest decimal logarithm of the spline's penalty, with rows one apart: longer than any log."""
@@ -21,20 +22,21 @@ class LogFormat:
     """How a log is to be read.
 
     ``columns``: names in the file, or numbers from 1 on, of the columns t, x and z; empty for a table that names them
-    so.  ``unit``: "m" or "mm", of positions in the file.  ``origin``: x and z in the log, m, of the point on the floor
-    under the middle of the strip.  ``flip``: whether the log's x runs against the direction of folding.  ``smooth``:
-    largest distance of the path from the rows, m; None for a path through the rows.
+    so.  ``unit``: "m", "cm" or "mm", of positions in the file; None for what its header says, or m.  ``origin``: x and
+    z in the log, m, of the point on the floor under the middle of the strip.  ``flip``: whether the log's x runs
+    against the direction of folding.  ``smooth``: largest distance of the path from the rows, m; None for a path
+    through the rows.
     """
 
     columns: tuple[str, ...] = ()
-    unit: str = "m"
+    unit: str | None = None
     origin: tuple[float, float] = (0.0, 0.0)
     flip: bool = False
     smooth: float | None = None
 
     @classmethod
     def of(
-        cls, columns: str | None = None, unit: str = "m", frame: str | None = None, smooth: float | None = None
+        cls, columns: str | None = None, unit: str | None = None, frame: str | None = None, smooth: float | None = None
     ) -> LogFormat:
         """From texts as the command line has them: ``"t,x,z"`` and ``"x0,z0"`` or ``"x0,z0,flip"``.
 
@@ -43,8 +45,8 @@ class LogFormat:
         names = tuple(name.strip() for name in columns.split(",")) if columns is not None else ()
         if columns is not None and (len(names) != 3 or not all(names)):
             raise InvalidInputError("columns", columns, "three names or numbers of columns, as time,x,z or 1,3,5")
-        if unit not in ("m", "mm"):
-            raise InvalidInputError("unit", unit, "m or mm")
+        if unit not in (None, *UNITS["m"]):
+            raise InvalidInputError("unit", unit, f"one of {', '.join(UNITS['m'])}")
         x0, z0, *more = (frame or "0,0").split(",")[:4] if "," in (frame or "0,0") else ("", "")
         try:
             origin = float(x0), float(z0)
@@ -58,8 +60,8 @@ class LogFormat:
         return cls(names, unit, origin, flip, smooth)
 
     def in_frame(self, positions: Array) -> Array:
-        """Positions of a log, shape (n, 2), in m and in the frame with its origin mid-strip."""
-        moved = positions * (1e-3 if self.unit == "mm" else 1.0) - np.array(self.origin)
+        """Positions of a log, m, shape (n, 2), in the frame with its origin mid-strip."""
+        moved = positions - np.array(self.origin)
         return moved * np.array([-1.0 if self.flip else 1.0, 1.0])
 
 

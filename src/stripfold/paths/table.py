@@ -12,9 +12,10 @@ import numpy as np
 
 from stripfold.arrays import Array, Mask
 from stripfold.errors import InvalidInputError
+from stripfold.material import UNITS
 from stripfold.paths.curve import GripperPath, Piece, pieces_through, polygon_length
 from stripfold.paths.robot_log import LogFormat, smoothed
-from stripfold.tables import check_increasing, read_table
+from stripfold.tables import read_table
 
 HEADER = "t,x,z"
 CORNER = float(np.deg2rad(10.0))
@@ -33,22 +34,27 @@ SPACING = 0.05
 def read(path: str | os.PathLike[str], length: float, unit: float, log: LogFormat = AS_WRITTEN) -> GripperPath:
     """A user's path: a spline through the rows between corners, rows where it turns by more than :data:`CORNER`.
 
-    ``path``: CSV file with the columns ``t,x,z``: pseudo time, increasing; position of the gripper, m, with the origin
-    mid-strip on the floor; other columns and lines that begin with ``#`` are ignored.  ``length``: length of the strip,
+    ``path``: table with the columns ``t,x,z`` (:func:`.read_table`): pseudo time, increasing, of which the first is
+    taken off; position of the gripper, m, with the origin mid-strip on the floor.  ``length``: length of the strip,
     L*.  ``unit``: L*, m.  ``log``: where the table has other columns, another unit or frame, or noise.  Raises
     InvalidInputError: not such a table, or a path that a strip of this length cannot follow; the message names the row.
     """
     path = Path(path)
     table = read_table("path", path, HEADER, (2, MAX_ROWS), log.columns)
-    t, positions = table[:, 0], log.in_frame(table[:, 1:]) / unit
-    check_increasing("t", t, path)
+    stated = {name for name in table.units[1:] if name}
+    if log.unit and stated - {log.unit}:
+        raise InvalidInputError("unit", log.unit, f"{' and '.join(stated)}, as the header says", "leave it out")
+    numbers = table.numbers()
+    in_metres = [1.0 if name else UNITS["m"][log.unit or max(stated, default="m")] for name in table.units[1:]]
+    t, positions = numbers[:, 0] - numbers[0, 0], log.in_frame(numbers[:, 1:] * in_metres) / unit
+    table.check_increasing(t)
     keep = np.ones(len(t), dtype=bool)
     if log.smooth is not None:
         positions, keep = smoothed(positions, log.smooth / unit)
     travelled = polygon_length(positions)
     rounding = max(START_TOLERANCE * length, (log.smooth or 0.0) / unit)
     positions, warnings = _snapped(positions, length, unit, rounding)
-    _check_rows(positions, length, unit, path.name, rounding)
+    _check_rows(positions, length, unit, table.place, rounding)
     positions[0] = (-length / 2.0, 0.0)
     shown, positions = travelled[keep], positions[keep]
     moved = np.concatenate([[True], np.linalg.norm(np.diff(positions, axis=0), axis=1) > 1e-9])
@@ -61,10 +67,11 @@ def read(path: str | os.PathLike[str], length: float, unit: float, log: LogForma
     parts = ((f"rows {i + 1} to {j + 1}", positions[i : j + 1]) for i, j in pairwise(ends))
     # A row on the floor has no business under it between the rows either.
     pieces = tuple(map(_above_floor, pieces_through(parts)) if warnings or log.smooth else pieces_through(parts))
-    # Times of all rows, also of those left out.
+    # Times and numbers of all rows, also of those left out.
+    numbers_in_file = np.array([number for number, _ in table.rows])
     rows_at = np.interp(travelled, shown, polygon_length(positions))
     stamped = np.concatenate([[True], np.diff(rows_at) > 0.0])
-    found = GripperPath(path.name, pieces, (rows_at[stamped], t[stamped]), warnings)
+    found = GripperPath(path.name, pieces, (rows_at[stamped], t[stamped], numbers_in_file[stamped]), warnings)
     lowest = found.sampled(SPACING)[1][:, 1].min()
     if lowest < -1e-6:
         allowed = "at least 0 m, the floor, also between the rows"
@@ -111,8 +118,8 @@ def _snapped(positions: Array, length: float, unit: float, rounding: float) -> t
     return positions.copy(), tuple(warnings)
 
 
-def _check_rows(positions: Array, length: float, unit: float, name: str, rounding: float) -> None:
-    half = length / 2.0
+def _check_rows(positions: Array, length: float, unit: float, place: Callable[[int], str], rounding: float) -> None:
+    half, flat = length / 2.0, np.array([-length / 2.0, 0.0])
 
     def in_metres(row: int) -> str:
         x, z = positions[row] * unit
@@ -121,11 +128,15 @@ def _check_rows(positions: Array, length: float, unit: float, name: str, roundin
     def refuse(bad: Mask, key: str, value: Callable[[int], float | str], allowed: str) -> None:
         if bad.any():
             row = int(np.argmax(bad))
-            raise InvalidInputError(key, value(row), f"{allowed} (row {row + 1} of {name})")
+            raise InvalidInputError(key, value(row), f"{allowed} ({place(row)})")
 
-    if np.hypot(positions[0, 0] + half, positions[0, 1]) > rounding:
+    if np.hypot(*(positions[0] - flat)) > rounding:
         allowed = f"a start at ({-half * unit:g}, 0) m, where the flat strip ends"
-        raise InvalidInputError("path", in_metres(0), allowed, "for another frame or unit give --frame or --unit")
+        fits = [name for name, factor in UNITS["m"].items() if np.hypot(*(factor * positions[0] - flat)) <= rounding]
+        advice = (
+            f"with --unit {fits[0]} it starts there" if fits else "for another frame or unit give --frame or --unit"
+        )
+        raise InvalidInputError("path", in_metres(0), allowed, advice)
     refuse(positions[:, 1] < 0.0, "z", lambda row: float(positions[row, 1] * unit), "at least 0 m, the floor")
     beyond = np.hypot(positions[:, 0] - half, positions[:, 1]) > length * (1.0 + 1e-12)
     beyond[0] = False

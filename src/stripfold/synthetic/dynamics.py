@@ -24,14 +24,14 @@ def history(scene: Scene) -> History:
     """
     motion = scene.motion
     assert isinstance(motion, DynamicsMotion)  # the scene has checked it
-    strip = Strip(length=scene.strip.length, eta_b=scene.strip.eta_b, eta_m=motion.eta_m)
+    strip = Strip(length=scene.length, eta_b=scene.eta_b, eta_m=motion.eta_m)
     material, unit = strip.material, strip.gravity_length
     clock = sqrt(unit / material.gravity)
     found = moving_gripper.run(
         StripModel(strip.length_star, material.relative_thickness, kind=motion.model),
-        scene.gripper.height / unit,
+        scene.height / unit,
         motion.friction,
-        scene.gripper.speed * clock / unit,
+        scene.speed * clock / unit,
         motion.before / unit,
         motion.after / clock,
         Damping(motion.air * clock, motion.stiffness / clock),
@@ -46,5 +46,5 @@ def history(scene: Scene) -> History:
     even = np.linspace(0.0, float(model.s[-1]), STATIONS)
     places, rates = (CubicSpline(model.s, values, axis=1)(even) for values in (places, rates))
     curve: Array = CubicHermiteSpline(times, places, rates)(t)
-    onset = (found.static_limit - found.states[0].lam) * unit / scene.gripper.speed
+    onset = (found.static_limit - found.states[0].lam) * unit / scene.speed
     return History(t, curve[:, 0], curve, found.static_limit * unit, onset, float(times[found.touch]))

@@ -43,7 +43,7 @@ def write_calibration(scene: Scene, folder: Path) -> None:
     It depends on the camera, its pose and noise, the gripper's marker and the seed: recordings with the same of these
     can share it.
     """
-    _write_calibration(Renderer(scene, np.array([[0.0, 0.0], [scene.strip.length, 0.0]])), folder)
+    _write_calibration(Renderer(scene, np.array([[0.0, 0.0], [scene.length, 0.0]])), folder)
 
 
 def _write_calibration(renderer: Renderer, folder: Path) -> None:
@@ -97,7 +97,7 @@ def write_recording(
         numbers = {
             "synthetic": True,
             "lambda_c": history.lambda_c,
-            "speed": scene.gripper.speed,
+            "speed": scene.speed,
             "events": {
                 name: {"t": t, "lambda": None if t is None else float(np.interp(t, truth["time"], truth["advance"]))}
                 for name, t in events.items()
@@ -129,11 +129,11 @@ def recording_config(scene: Scene) -> dict[str, Any]:
         {
             "title": scene.title,
             "synthetic": True,
-            "strip": {"length": strip.length, "eta_b": strip.eta_b, "width": strip.width, "material": strip.material},
+            "strip": {"length": scene.length, "eta_b": scene.eta_b, "width": strip.width, "material": strip.material},
             "gripper": {
-                "height": gripper.height,
-                "speed": gripper.speed,
-                "flat_end": strip.flat_end * gripper.direction,
+                "height": scene.height,
+                "speed": scene.speed,
+                "flat_end": scene.flat_end * gripper.direction,
                 "direction": gripper.direction,
                 "marker": marker,
             },
@@ -160,7 +160,7 @@ def robot_log(history: History, scene: Scene, rng: np.random.Generator) -> Array
 
 def _truth(history: History, scene: Scene) -> xr.Dataset:
     """The motion, SI."""
-    advance = history.gripper[:, 0] - scene.strip.flat_end
+    advance = history.gripper[:, 0] - scene.flat_end
     # Single precision, 1e-8 m, halves the file.
     return schema.dataset(
         {

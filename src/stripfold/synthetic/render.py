@@ -41,16 +41,16 @@ class Renderer:
         """Sign of robot y behind the folding plane, seen from the camera."""
         arc = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(first, axis=0), axis=1))])
         pixel = scene.filming.field / scene.filming.size[0]
-        self._stations = np.linspace(0.0, 1.0, int(np.clip(scene.strip.length / (1.4 * pixel), 80, 600)) + 1)
+        self._stations = np.linspace(0.0, 1.0, int(np.clip(scene.length / (1.4 * pixel), 80, 600)) + 1)
         # A spline is linear in its points: one matrix serves all curves.
         self._refine = CubicSpline(arc / arc[-1], np.eye(len(arc)))(self._stations)
         rng = np.random.default_rng([scene.seed, 1])
         weave = 1.0 + scene.strip.texture * rng.standard_normal((2, len(self._stations) - 1))
         if scene.strip.stripe:
-            place = 0.5 * (self._stations[1:] + self._stations[:-1]) * scene.strip.length
+            place = 0.5 * (self._stations[1:] + self._stations[:-1]) * scene.length
             weave *= np.where(place // scene.strip.stripe % 2.0, scene.strip.stripe_shade, 1.0)
         self._surface_grey, self._edge_grey = scene.strip.grey * weave[0], scene.strip.edge * weave[1]
-        hairs = rng.poisson(scene.strip.hairs * scene.strip.length)
+        hairs = rng.poisson(scene.strip.hairs * scene.length)
         self._hairs = (rng.uniform(0.0, 1.0, hairs), rng.uniform(0.0, 2.0 * np.pi, hairs), rng.gamma(4.0, 5e-4, hairs))
 
     @cached_property

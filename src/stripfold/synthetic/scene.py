@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import model_validator
@@ -10,7 +11,7 @@ from pydantic import model_validator
 from stripfold.errors import InvalidInputError
 from stripfold.inputs import Air, MovingModel, Stiffness
 from stripfold.material import GRAVITY
-from stripfold.validation import Flag, Input, Number, Text, Whole, quantity, read_yaml, within
+from stripfold.validation import Flag, Input, Number, Text, Whole, quantity, read_yaml, value_meant, within
 
 CONTAINERS = {"ffv1": ("mkv",), "mjpeg": ("mkv", "avi"), "mpeg4": ("mp4",)}
 MAX_PIXELS = 4096 * 2160
@@ -28,10 +29,8 @@ Duration = Annotated[Number, quantity("duration", "s", ge=0.0, le=0.1)]
 
 
 class Strip(Input):
-    """The strip."""
+    """The look of the strip."""
 
-    length: Annotated[Number, quantity("length", "m", ge=0.05, le=10.0)] = 0.45
-    eta_b: Annotated[Number, quantity("weight-to-bending-stiffness ratio", "m^-4 s^2", ge=0.1, le=1e8)] = 3780.0
     width: Annotated[Number, quantity("width", "m", ge=1e-3, le=2.0)] = 0.03
     thickness: Annotated[Number, quantity("thickness", "m", ge=1e-5, le=0.02)] = 1e-3
     grey: Grey = 0.85
@@ -46,22 +45,10 @@ class Strip(Input):
     hairs: Annotated[Number, quantity("loose fibres at the edge", "m^-1", ge=0.0, le=1e4)] = 0.0
     material: Text = "synthetic fabric"
 
-    @property
-    def gravity_length(self) -> float:
-        """L*, m."""
-        return float((self.eta_b * GRAVITY) ** (-1.0 / 3.0))
-
-    @property
-    def flat_end(self) -> float:
-        """x of the gripped end of the flat strip, m: the origin is mid-strip."""
-        return -self.length / 2.0
-
 
 class Gripper(Input):
     """The gripper and its marker."""
 
-    height: Annotated[Number, quantity("height of the gripped end", "m", ge=1e-3, le=10.0)] = 0.1
-    speed: Annotated[Number, quantity("speed", "m s^-1", ge=1e-4, le=1.0)] = 0.01
     direction: Literal[1, -1] = 1
     """-1 for a robot whose x decreases as the gripper advances."""
     finger: Annotated[Number, quantity("length of the strip's end hidden by the finger", "m", ge=0.0, le=0.1)] = 3e-3
@@ -175,8 +162,15 @@ MOTIONS: dict[str, type[ShapesMotion] | type[DynamicsMotion]] = {"shapes": Shape
 
 
 class Scene(Input):
-    """A synthetic recording; its title always says that it is synthetic."""
+    """A synthetic recording; its title always says that it is synthetic.
 
+    ``length``, ``eta_b``, ``height`` and ``speed`` have the names that they have in a scene of a simulation.
+    """
+
+    length: Annotated[Number, quantity("length of the strip", "m", ge=0.05, le=10.0)] = 0.45
+    eta_b: Annotated[Number, quantity("weight-to-bending-stiffness ratio", "m^-4 s^2", ge=0.1, le=1e8)] = 3780.0
+    height: Annotated[Number, quantity("height of the gripper", "m", ge=1e-3, le=10.0)] = 0.1
+    speed: Annotated[Number, quantity("speed of the gripper", "m s^-1", ge=1e-4, le=1.0)] = 0.01
     strip: Strip = Strip()
     gripper: Gripper = Gripper()
     filming: Filming = Filming()
@@ -184,6 +178,27 @@ class Scene(Input):
     motion: ShapesMotion | DynamicsMotion = ShapesMotion()
     seed: Annotated[Whole, quantity("seed of the random numbers", ge=0, le=2**32 - 1)] = 0
     title: Text = "synthetic recording"
+
+    @property
+    def gravity_length(self) -> float:
+        """L*, m."""
+        return float((self.eta_b * GRAVITY) ** (-1.0 / 3.0))
+
+    @property
+    def flat_end(self) -> float:
+        """x of the gripped end of the flat strip, m: the origin is mid-strip."""
+        return -self.length / 2.0
+
+    @model_validator(mode="before")
+    @classmethod
+    def _refuse_former_places(cls, given: Any) -> Any:
+        for part, keys in (("strip", ("length", "eta_b")), ("gripper", ("height", "speed"))):
+            inside = given.get(part)
+            for key in keys:
+                if isinstance(inside, Mapping) and key in inside:
+                    allowed = f"{key} beside {part}, not in it"
+                    raise InvalidInputError(f"{part}.{key}", inside[key], allowed, f"write {key}: {inside[key]}")
+        return given
 
     @model_validator(mode="before")
     @classmethod
@@ -196,9 +211,10 @@ class Scene(Input):
 
     @model_validator(mode="after")
     def _check_gripper(self) -> Self:
-        low, high = self.strip.gravity_length * 2.0, 0.8 * self.strip.length
-        if not low <= self.gripper.height <= high:
-            raise InvalidInputError("gripper.height", self.gripper.height, f"from 2 L* = {low:.3g} m to {high:.3g} m")
+        low, high = 2.0 * self.gravity_length, 0.8 * self.length
+        if not low <= self.height <= high:
+            advice = value_meant(self.height, "m", low, high)
+            raise InvalidInputError("height", self.height, f"from 2 L* = {low:.3g} m to {high:.3g} m", advice)
         if "synthetic" not in self.title.lower():
             object.__setattr__(self, "title", f"{self.title} (synthetic)")
         return self
@@ -213,4 +229,4 @@ def read(path: str | os.PathLike[str]) -> Scene:
 
     Raises InvalidInputError: not readable, or a key or value that cannot be used.
     """
-    return Scene(**read_yaml(path, "scene", "strip: {length: 0.45}"))
+    return Scene(**read_yaml(path, "scene", "length: 0.45"))

@@ -53,7 +53,7 @@ class Family:
         slope, descent, up = self._solve(advance, gap, flat, bend)
         raised = bend + descent + self.sag + flat + up
         if raised.max() > self.length:
-            raise InvalidInputError("strip.length", self.length, f"at least {raised.max():.3g} m", "it is lifted whole")
+            raise InvalidInputError("length", self.length, f"at least {raised.max():.3g} m", "it is lifted whole")
         lowest = _lowest(slope, self.rise)
         # Arc length from the lift-off; negative on the table.
         arc = raised[:, None] - np.linspace(0.0, self.length, STATIONS)
@@ -153,19 +153,19 @@ def history(scene: Scene) -> History:
     """
     motion = scene.motion
     assert isinstance(motion, ShapesMotion)  # the scene has checked it
-    unit, strip, gripper = scene.strip.gravity_length, scene.strip, scene.gripper
+    unit, thickness = scene.gravity_length, scene.strip.thickness
     rng = np.random.default_rng([scene.seed, 3])
     bend, sag, rise, slope = np.array([1.95 * unit, 2.9 * unit, 1.5, 0.3]) * (1.0 + 0.04 * rng.uniform(-1.0, 1.0, 4))
-    family = Family(strip.length, gripper.height, strip.flat_end, bend, sag, rise)
+    family = Family(scene.length, scene.height, scene.flat_end, bend, sag, rise)
     # Which shape is critical is a free choice, and with it lambda_c.
-    lambda_c = family.advance(slope, strip.thickness + _GAP * unit)
-    found = laws.solve(motion, lambda_c, unit, gripper.speed)
+    lambda_c = family.advance(slope, thickness + _GAP * unit)
+    found = laws.solve(motion, lambda_c, unit, scene.speed)
     smooth = 0.5 * unit
     ahead = smooth * (np.logaddexp(0.0, (lambda_c - found.advance) / smooth) - np.log(2.0))
-    gap = strip.thickness + (1.0 - found.q) * (_GAP * unit + motion.drift * ahead)
+    gap = thickness + (1.0 - found.q) * (_GAP * unit + motion.drift * ahead)
     flat = np.zeros_like(gap)
     if found.touch is not None:
         flat = 0.25 * unit * -np.expm1(-np.clip(found.t - found.touch, 0.0, None) / 0.15)
     curve = family.curves(found.advance, gap, flat, 0.08 * found.second + 0.15 * ahead / unit)
-    end = np.column_stack([strip.flat_end + found.advance, np.full_like(found.t, gripper.height)])
+    end = np.column_stack([scene.flat_end + found.advance, np.full_like(found.t, scene.height)])
     return History(found.t, end, curve, None if motion.short else lambda_c, found.onset, found.touch)

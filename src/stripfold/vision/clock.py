@@ -20,7 +20,7 @@ from scipy.optimize import minimize_scalar
 
 from stripfold.arrays import Array
 from stripfold.errors import SynchronisationError
-from stripfold.tables import check_increasing, read_table
+from stripfold.tables import read_table
 
 MAX_ROWS = 1_000_000
 MIN_CORRELATION = 0.999
@@ -85,12 +85,13 @@ class Clock:
 
 
 def read_log(path: Path) -> RobotLog:
-    """The robot's log from a CSV file ``t,x,z``, s and m.
+    """The robot's log from a table ``t,x,z``, s and m (:func:`.read_table`).
 
     Raises InvalidInputError: not such a table, or times that do not increase.
     """
-    time, x, z = read_table("robot_log", path, "t,x,z", (2, MAX_ROWS)).T
-    check_increasing("t", time, path)
+    table = read_table("robot_log", path, "t,x,z", (2, MAX_ROWS))
+    time, x, z = table.numbers().T
+    table.check_increasing(time)
     return RobotLog(time, x, z)
 
 

@@ -83,7 +83,8 @@ def result(found: Measurement) -> str:
     low, high = (1e3 * value for value in found.interval)
     if not found.snapped:
         return f"No snap: λ_c is more than {1e3 * found.event:.2f} mm"
-    return f"λ = {1e3 * found.event:.2f} mm at the onset of the snap, 95 % interval {low:.2f} to {high:.2f} mm"
+    event = f"λ = {1e3 * found.event:.2f} mm at the onset of the snap, friction and lag included"
+    return f"{event}, 95 % interval {low:.2f} to {high:.2f} mm"
 
 
 def rows(found: Measurement) -> list[tuple[str, str]]:
@@ -110,7 +111,7 @@ def _model_rows(found: Measurement) -> list[tuple[str, str]]:
     model = found.model
     if not isfinite(model.without_friction):
         return [("λ_c of the model", "none: the sag touches the lower layer first")]
-    text = _millimetres(model.without_friction)
+    text = f"{_millimetres(model.without_friction)} without friction"
     if isfinite(model.low):
         text += f", 95 % interval {1e3 * model.low:.2f} to {1e3 * model.high:.2f} mm from that of eta_b"
     shown = [("λ_c of the model", text)]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from stripfold.arrays import Array
 from stripfold.errors import CalibrationError, InvalidInputError
-from stripfold.tables import read_rows, to_numbers
+from stripfold.tables import read_table
 from stripfold.vision.camera import Camera
 from stripfold.vision.intrinsics import OUTLIER, require
 from stripfold.vision.mapping import fit_similarity, rms, scale, transform
@@ -60,9 +60,9 @@ def find_stops(folder: Path, table: str, marker: Marker | Template, size: tuple[
     folder; CalibrationError: a picture of another size, or without the marker.
     """
     path = folder / table
-    rows = read_rows("robot grid", path, "image,x,z", (0, MAX_STOPS))
-    places = to_numbers("robot grid", path, [row[1:] for row in rows], 2)
-    names = [row[0].strip() for row in rows]
+    listed = read_table("robot grid", path, "image,x,z", (0, MAX_STOPS))
+    places = listed.numbers(slice(1, None))
+    names = [row[0].strip() for _, row in listed.rows]
     if len(set(names)) < len(names):
         raise InvalidInputError("robot grid", str(path), "a table in which each picture has one row")
     found, copies, small = [], [], Thumbnails(size).small

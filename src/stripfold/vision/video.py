@@ -22,7 +22,7 @@ import numpy as np
 
 from stripfold.arrays import Array, Picture
 from stripfold.errors import InvalidInputError
-from stripfold.tables import check_increasing, read_table
+from stripfold.tables import read_table
 from stripfold.vision import decoding
 from stripfold.vision.decoding import MAX_FRAMES, MAX_SECONDS, MEMORY, SUFFIXES, Message, frame_files
 from stripfold.vision.frames import Frame, VideoReport
@@ -254,11 +254,12 @@ def read_timestamps(path: Path) -> Array:
 
     Raises InvalidInputError: not such a table, or frames or times out of order.
     """
-    frames, times = read_table("timestamps", path, "frame,t", (1, MAX_FRAMES)).T
+    table = read_table("timestamps", path, "frame,t", (1, MAX_FRAMES))
+    frames, times = table.numbers().T
     wrong = np.flatnonzero(frames != np.arange(len(frames)))
     if len(wrong):
         row = int(wrong[0])
         allowed = f"{row}: frames count from 0"
-        raise InvalidInputError("frame", float(frames[row]), allowed, f"row {row + 1} of {path.name}")
-    check_increasing("t", times, path)
+        raise InvalidInputError("frame", float(frames[row]), allowed, table.place(row))
+    table.check_increasing(times)
     return times
