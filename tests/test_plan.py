@@ -307,7 +307,7 @@ class TestFriction:
         assert found.fails < found.moment <= 1.15 * found.fails
         stable = [
             assess_path(
-                *followed, hysteresis=share * found.moment, yield_curvature=kappa_y, model="rod", refinement=0.7
+                *followed, friction_moment=share * found.moment, yield_curvature=kappa_y, model="rod", refinement=0.7
             ).stable
             for share in (0.75, 1.25)
         ]

@@ -413,7 +413,7 @@ def test_the_models_value_is_shown_beside_the_measured_one(snapping: Made, found
     assert np.isnan(found.model.low)
     assert np.isnan(found.model.with_friction)
     moment = 0.01 * 0.2 * GRAVITY * unit**2  # 0.01 rho_a g L*^2
-    strip = {"eta_b_interval": [3600.0, 4000.0], "hysteresis": moment, "rho_a": 0.2}
+    strip = {"eta_b_interval": [3600.0, 4000.0], "friction_moment": moment, "rho_a": 0.2}
     known = evaluated(snapping, strip=strip)
     # lambda_c grows with L* at a given height: the softest strip has the least.
     ends = [elastica.critical(0.1 / u).advance * u for u in (Material(e).gravity_length for e in (4000.0, 3600.0))]
