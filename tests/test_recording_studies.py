@@ -89,7 +89,9 @@ def test_a_motion_from_dynamics_in_metres_and_seconds():
     assert onset == pytest.approx(found.lambda_c, abs=1e-5)
 
 
-@pytest.mark.parametrize("motion", [{"frictoin": 0.1}, {"friction_moment_star": -1.0}, {"before": 0.0}, {"model": "beam"}])
+@pytest.mark.parametrize(
+    "motion", [{"frictoin": 0.1}, {"friction_moment_star": -1.0}, {"before": 0.0}, {"model": "beam"}]
+)
 def test_a_motion_outside_the_limits_is_refused(motion: dict[str, Any]):
     with pytest.raises(InvalidInputError, match=rf"^motion\.{next(iter(motion))} "):
         Scene(strip={"length": 0.5, "eta_b": 3780.0}, generator="dynamics", motion=motion)

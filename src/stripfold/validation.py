@@ -226,6 +226,8 @@ def _in_words(found: ErrorDetails, schema: dict[str, Any]) -> InvalidInputError:
         known = list(_at(schema, path[:-1]).get("properties", {}))
         advice = did_you_mean(str(path[-1]), known)
         return InvalidInputError(dotted(path), found["input"], f"only the keys {', '.join(known)}", advice)
+    # Pydantic puts the kinds that an entry may be of after its key, as literal['auto'].
+    path = tuple(key for key in path if isinstance(key, int) or "[" not in key)
     if kind == "missing" and isinstance(path[-1], int):
         path = path[:-1]  # one of a fixed number of entries: it is the list that is wrong
     rules = _at(schema, path)

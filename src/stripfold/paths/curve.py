@@ -87,8 +87,8 @@ class Interpolated(ByValue, Piece):
         return np.asarray((self.points[1] - self.points[0]) / (self.travelled[1] - self.travelled[0]))
 
     def scaled(self, factor: float) -> Self:
-        ends = {"start": factor * self.start, "end": factor * self.end}
-        return replace(self, **ends, points=factor * self.points, travelled=factor * self.travelled)
+        start, end = factor * self.start, factor * self.end
+        return replace(self, start=start, end=end, points=factor * self.points, travelled=factor * self.travelled)
 
     def shifted(self, x: float) -> Self:
         return replace(self, points=self.points + [x, 0.0])

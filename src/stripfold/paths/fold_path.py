@@ -213,7 +213,8 @@ def _folded(strip: AnyStrip, fold_at: float | None) -> float:
     """
     if not isinstance(strip, AnyStrip):
         raise InvalidInputError("strip", strip, "a stripfold.Strip")
-    if PlannedPath(fold_at=fold_at).fold_at is None:
+    fold_at = PlannedPath(fold_at=fold_at).fold_at
+    if fold_at is None:
         return strip.length
     if not 0.0 < fold_at <= strip.length / 2.0:
         raise InvalidInputError(
