@@ -170,7 +170,7 @@ def test_bad_requests_name_the_key(ask, key):
     [
         (
             lambda **given: SHORT.assess(sf.paths.triangular(SHORT), **given),
-            "friction_moment (M_0, N) or pull (k_f, s^",
+            "friction_moment (M_0, N) or pull (k_f,",
         ),
         (lambda **given: SHORT.map(**given), "friction is now called friction_moment (M_0, N)"),
         (lambda **given: SHORT.plan(**given), "friction is now called friction_moment (M_0, N)"),

@@ -131,7 +131,7 @@ def test_other_mappings_are_taken():
 )
 def test_recordings_that_cannot_be(change: dict[str, Any], key: str):
     name = MINIMAL["materials"][0]["name"]
-    asked = {"materials": [name], "heights": [5.0], "speeds": [0.001], "friction": [0.01]}
+    asked = {"materials": [name], "heights": [5.0], "speeds": [0.001], "friction_moment_star": [0.01]}
     config.load(changed("recordings", asked), ROOT)
     assert refused(changed("recordings", asked | change)).key == key
 
