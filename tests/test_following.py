@@ -373,7 +373,8 @@ def test_a_sag_lifted_off_the_floor_loses_its_stability(kind: str, tmp_path: Pat
     piece = found.path.pieces[-1]
 
     def push(moved: np.ndarray) -> float:
-        held = replace(piece, position=lambda _: piece.position(lam) + moved)
+        place = piece.position(lam) + moved
+        held = Interpolated.through(place + np.array([[0.0, 0.0], [1.0, 0.0]]), 0.0, "from there on")
         problem = MovingContact(last.problem.mesh, AlongPath(held, strip.length))
         return reaction(problem, solved(problem, last.point.q, 0.0).point)
 

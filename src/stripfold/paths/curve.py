@@ -91,7 +91,7 @@ class Interpolated(ByValue, Piece):
         return replace(self, start=start, end=end, points=factor * self.points, travelled=factor * self.travelled)
 
     def shifted(self, x: float) -> Self:
-        return replace(self, points=self.points + [x, 0.0])
+        return replace(self, points=self.points + np.array([x, 0.0]))
 
 
 def pieces_through(parts: Iterable[tuple[str, Array]]) -> tuple[Interpolated, ...]:
