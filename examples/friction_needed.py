@@ -12,7 +12,7 @@ unit = strip.rho_a * strip.gravity * strip.gravity_length**2
 low, high = 1e-7 * unit, 1e-3 * unit  # N: too little, enough
 while high > 5.0 * low:
     moment = float(np.sqrt(low * high))
-    stable = strip.assess(path, friction=sf.Hysteresis(moment), model="rod").stable
+    stable = strip.assess(path, friction_moment=moment, model="rod").stable
     print(f"M_0 = {moment:.2e} N = {moment / unit:.1e} rho_a g L*^2: {'stable' if stable else 'unstable'}")
     low, high = (low, moment) if stable else (moment, high)
 

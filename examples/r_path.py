@@ -15,7 +15,7 @@ print("Without friction\n----------------")
 print(free)
 
 # A real fabric has friction in bending: half the height of the loop of a bending test (Kawabata's 2HB / 2).
-held = strip.assess(path, friction=sf.Hysteresis(1e-4), step=0.2 * strip.gravity_length, model="rod")
+held = strip.assess(path, friction_moment=1e-4, step=0.2 * strip.gravity_length, model="rod")
 print("\nWith a bending hysteresis of 1e-4 N\n-----------------------------------")
 print(held)
 held.to_netcdf("r_path.nc")

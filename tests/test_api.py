@@ -22,6 +22,11 @@ STRIP = sf.Strip(length=0.6, eta_b=3780)
 SHORT = sf.Strip(length=0.36, eta_b=3780)
 
 
+@pytest.fixture(scope="module")
+def stability_map():
+    return sf.Strip(length=0.25, eta_b=3780).map()
+
+
 def test_import_is_light():
     code = (
         "import sys, stripfold\n"
@@ -85,7 +90,7 @@ def test_assessment_of_a_path(tmp_path: Path):
     path.to_csv(tmp_path / "r.csv")
     own = sf.paths.read(tmp_path / "r.csv", SHORT)
     np.testing.assert_allclose(own.places[[0, -1]], path.places[[0, -1]], atol=1e-8)
-    found = SHORT.assess(path, friction=sf.Hysteresis(1e-4), step=0.2 * SHORT.gravity_length, model="rod")
+    found = SHORT.assess(path, friction_moment=np.float32(1e-4), step=0.2 * SHORT.gravity_length, model="rod")
     assert found.stable
     assert found.completed
     found.to_netcdf(tmp_path / "r.nc")
@@ -100,8 +105,52 @@ def test_assessment_of_a_path(tmp_path: Path):
     [
         (lambda path: STRIP.assess(path), "path"),
         (lambda path: SHORT.assess(path, step=0.01), "step"),
-        (lambda path: SHORT.assess(path, friction=sf.Pull(-1.0)), "friction"),
-        (lambda path: SHORT.assess(path, friction=sf.Hysteresis(float("nan"))), "hysteresis"),
+        (lambda path: SHORT.assess(path, pull=-1.0), "pull"),
+        (lambda path: SHORT.assess(path, friction_moment=float("nan")), "friction_moment"),
+        (lambda path: SHORT.assess("tri.csv"), "path"),
+        (lambda path: SHORT.assess(SHORT), "path"),
+        (lambda path: SHORT.assess(path, friction_moment="1e-4"), "friction_moment"),
+        (lambda path: SHORT.assess(path, friction_moment=True), "friction_moment"),
+        (lambda path: SHORT.assess(path, friction_moment=[1e-4]), "friction_moment"),
+        (lambda path: SHORT.assess(path, fall="no"), "fall"),
+        (lambda path: SHORT.assess(path, model=["rod"]), "model"),
+        (lambda path: SHORT.assess(path, step="0.01", pull=1.0), "step"),
+        (lambda path: SHORT.assess(path, second_gripper="middle"), "second_gripper"),
+        (lambda path: SHORT.assess(path, progress=3), "progress"),
+        (lambda path: SHORT.critical(0.06, second_gripper=True), "second_gripper"),
+        (lambda path: SHORT.critical("0.06"), "height"),
+        (lambda path: SHORT.critical(0.06, law=1), "law"),
+        (lambda path: SHORT.critical(0.06, accuracy=None), "accuracy"),
+        (lambda path: SHORT.critical(0.06, progress="print"), "progress"),
+        (lambda path: SHORT.map(friction_moment=path), "friction_moment"),
+        (lambda path: SHORT.map(progress=True), "progress"),
+        (lambda path: SHORT.plan(layers_may_slide=1), "layers_may_slide"),
+        (lambda path: SHORT.plan(margin="1 cm"), "margin"),
+        (lambda path: SHORT.plan(progress={}), "progress"),
+        (lambda path: SHORT.collapse(0.056, release=0.02), "release"),
+        (lambda path: SHORT.collapse(0.056, release={"disturbence": 0.02}), "release.disturbence"),
+        (lambda path: SHORT.collapse(0.056, release={"until": "rest", "air": "2"}), "release.air"),
+        (lambda path: SHORT.collapse(0.056, effects=["contact"]), "effects"),
+        (lambda path: SHORT.collapse(0.056, effects={"contcat": "on"}), "effects.contcat"),
+        (lambda path: sf.eta_b(image=5, scale=1e-4, method="fold"), "image"),
+        (lambda path: sf.measure(None), "folder"),
+        (lambda path: sf.measure("", progress=print), "folder"),
+        (lambda path: sf.paths.triangular(0.36), "strip"),
+        (lambda path: sf.paths.triangular(path), "strip"),
+        (lambda path: sf.paths.circular(SHORT, fold_at="0.1"), "fold_at"),
+        (lambda path: sf.paths.low(SHORT, None), "height"),
+        (lambda path: sf.paths.low(SHORT, [0.04]), "height"),
+        (lambda path: sf.paths.read(b"own.csv", SHORT), "file"),
+        (lambda path: sf.paths.read("own.csv", "own"), "strip"),
+        (lambda path: sf.paths.read("own.csv", SHORT, columns=["t", "x", "z"]), "columns"),
+        (lambda path: sf.paths.read("own.csv", SHORT, unit=1e-3), "unit"),
+        (lambda path: sf.paths.read("own.csv", SHORT, frame=(0.0, 0.0)), "frame"),
+        (lambda path: sf.paths.read("own.csv", SHORT, smooth="1 mm"), "smooth"),
+        (lambda path: path.to_csv(0), "file"),
+        (lambda path: sf.sweep.run("grid.yaml", "out.nc"), "grid"),
+        (lambda path: sf.sweep.run({"length": 0.36, "eta_b": 3780, "height": 0.06}, None), "file"),
+        (lambda path: sf.sweep.run({"length": 0.36, "eta_b": 3780, "height": 0.06}, "out.nc", cores="2"), "cores"),
+        (lambda path: sf.sweep.run({"length": 0.36, "eta_b": 3780, "height": 0.06}, "out.nc", progress=1), "progress"),
         (lambda path: SHORT.collapse(height=0.06, effects={"contact": "off"}), "effects.contact"),
         (lambda path: sf.eta_b(fold_height=27.0), "fold_height"),
         (lambda path: sf.eta_b(), "fold_height"),
@@ -116,9 +165,56 @@ def test_bad_requests_name_the_key(ask, key):
     assert caught.value.key == key
 
 
+@pytest.mark.parametrize(
+    ("ask", "advice"),
+    [
+        (
+            lambda **given: SHORT.assess(sf.paths.triangular(SHORT), **given),
+            "friction_moment (M_0, N) or pull (k_f,",
+        ),
+        (lambda **given: SHORT.map(**given), "friction is now called friction_moment (M_0, N)"),
+        (lambda **given: SHORT.plan(**given), "friction is now called friction_moment (M_0, N)"),
+        (lambda **given: inputs.PathAssessment(length=0.36, eta_b=3780, **given), "pull (k_f, s^-2)"),
+    ],
+)
+def test_a_former_name_is_refused_with_the_present_one(ask, advice):
+    with pytest.raises(sf.InvalidInputError) as caught:
+        ask(friction=1e-4)
+    assert caught.value.key == "friction"
+    assert advice in str(caught.value)
+    with pytest.raises(sf.InvalidInputError, match=r"hysteresis is now called friction_moment \(M_0, N\)"):
+        ask(hysteresis=1e-4)
+
+
+def test_former_classes_say_what_to_give():
+    with pytest.raises(AttributeError, match="give friction_moment, M_0 in N"):
+        sf.Hysteresis  # noqa: B018
+    with pytest.raises(AttributeError, match="give pull, k_f in"):
+        sf.Pull  # noqa: B018
+
+
+@pytest.mark.parametrize("kind", ["r_path", "circular", "low"])
+def test_a_path_is_for_any_strip_of_its_length(kind, tmp_path: Path):
+    """Planned for one eta_b, assessed for another: as by its table."""
+    softer = sf.Strip(length=0.36, eta_b=4500)
+    path = getattr(sf.paths, kind)(SHORT, *((0.04,) if kind == "low" else ()))
+    path.to_csv(tmp_path / "path.csv")
+    found = softer.assess(path, model="rod").to_dict()
+    by_table = softer.assess(sf.paths.read(tmp_path / "path.csv", softer), model="rod").to_dict()
+    for event, other in zip(found.pop("critical"), by_table.pop("critical"), strict=True):
+        assert event["kind"] == other["kind"]
+        assert [event[key] for key in "txz"] == pytest.approx([other[key] for key in "txz"], abs=1e-5)
+    for key in ("stable", "completed", "contact"):
+        assert found[key] == by_table[key]
+    for key in ("touch_x", "lying_length", "shape_error", "peak_force"):
+        assert found[key] == pytest.approx(by_table[key], rel=1e-3, abs=1e-5, nan_ok=True), key
+    with pytest.raises(sf.InvalidInputError, match=r"one for this strip's length, 0.6 m"):
+        STRIP.assess(path)
+
+
 def test_collapse(tmp_path: Path):
     release = sf.Release(disturbance=0.02, air=5.0, until="touch")
-    found = SHORT.collapse(height=0.056, model="rod", release=release)
+    found = SHORT.collapse(height=0.056, model="rod", release={"disturbance": 0.02, "air": 5.0, "until": "touch"})
     assert found.lambda_c == pytest.approx(SHORT.critical(height=0.056, model="rod").lambda_c, rel=1e-3)
     time, x = found.touch
     assert time > 0.0
@@ -136,6 +232,24 @@ def test_eta_b():
     assert found.eta_b == pytest.approx(0.075958 / 0.0272**3, rel=1e-5)
     assert np.isnan(found.interval).all()
     assert float(found.to_dataset()["gravity_length"]) == pytest.approx(0.0272 / 0.906597, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("x", "z", "key"), [("0.1", 0.1, "x"), (0.1, None, "z"), ([0.1, 0.2], [0.1, 0.2, 0.3], "z"), (True, 0.1, "x")]
+)
+def test_places_on_a_map_are_numbers(stability_map, x, z, key):
+    for name in ("hangs", "lies", "margin", "barrier"):
+        with pytest.raises(sf.InvalidInputError) as caught:
+            getattr(stability_map, name)(x, z)
+        assert caught.value.key == key
+    assert stability_map.hangs([0.0, 0.01], 0.05).shape == (2,)
+
+
+def test_a_result_is_written_to_a_file_with_a_name(stability_map):
+    for wrong in (5, "", b"map.nc"):
+        with pytest.raises(sf.InvalidInputError) as caught:
+            stability_map.to_netcdf(wrong)
+        assert caught.value.key == "file"
 
 
 @pytest.mark.parametrize("name", ["stripfold", "stripfold.strip", "stripfold.measured", "stripfold.inputs"])

@@ -201,7 +201,7 @@ def test_eta(capsys):
         ["eta", "--kes-b", "0.1", "--kes-2hb", "0.05", "--gsm", "200"],
         ["map", "--length", "0.45", "--eta-b", "3780"],
         ["path", "low", "--length", "0.45", "--eta-b", "3780", "--height", "0.04"],
-        ["assess", "own.csv", "--length", "0.45", "--eta-b", "3780", "--model", "rod", "--hysteresis", "1e-4"],
+        ["assess", "own.csv", "--length", "0.45", "--eta-b", "3780", "--model", "rod", "--friction-moment", "1e-4"],
         ["sweep", "grid.yaml"],
     ],
 )
@@ -243,9 +243,9 @@ def test_a_strip_of_which_less_lies_than_it_is_thick_is_a_rod(capsys):
 
 
 def test_units_that_have_two_meanings(capsys):
-    found = json_output.document({"friction": 0.1, "t": 0.5}, {"air": 2.0, "gravity": 9.81})
-    assert found["units"] == {"air": "s-1", "friction": "1", "gravity": "m s-2", "t": "1"}
-    assert json_output.document({}, {"friction": 3.0})["units"] == {"friction": "s-2"}
+    found = json_output.document({"stiffness": 0.1, "t": 0.5}, {"air": 2.0, "gravity": 9.81})
+    assert found["units"] == {"air": "s-1", "gravity": "m s-2", "t": "1"}
+    assert json_output.document({}, {"stiffness": 3.0})["units"] == {"stiffness": "s"}
 
 
 def test_blas_gets_one_thread_by_default(capsys, monkeypatch):

@@ -236,7 +236,7 @@ def test_assess_in_words_with_friction(here: Path, coarse: None, capsys: pytest.
     assert main(["path", "r-path", *STRIP, "--csv", "r.csv"]) == 0
     capsys.readouterr()
     weight = ["--rho-a", "0.2"]
-    friction = ["--hysteresis", str(0.2 * 9.81 * UNIT**2 * 0.012), "--step", str(0.2 * UNIT)]
+    friction = ["--friction-moment", str(0.2 * 9.81 * UNIT**2 * 0.012), "--step", str(0.2 * UNIT)]
     assert main(["assess", "r.csv", *STRIP, *weight, *friction]) == 0
     said = dict(line.split(maxsplit=1) for line in capsys.readouterr().out.splitlines() if not line.startswith(" "))
     assert said["stable"] == "yes"
@@ -249,7 +249,7 @@ def test_a_lost_strip_is_a_verdict(coarse: None) -> None:
     """Strong friction on a path that would have the strip flung over: it is lost, and where is said."""
     material = Material(3780.0)
     path = geometric.triangular(0.45 / UNIT)
-    found = verdict.assess_path(material, 0.45, path, friction=1e-3 * 9.81 / UNIT, step=0.3 * UNIT, refinement=2.0)
+    found = verdict.assess_path(material, 0.45, path, pull=1e-3 * 9.81 / UNIT, step=0.3 * UNIT, refinement=2.0)
     (event,) = found.critical
     assert not found.stable
     assert not found.completed
@@ -269,7 +269,7 @@ def test_units_of_friction(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(verdict, "_with_friction", followed)
     material = Material(3780.0, rho_a=0.2)
     path = geometric.triangular(15.0)
-    for given in ({"friction": 25.0, "step": 0.003}, {"hysteresis": 1e-5}):
+    for given in ({"pull": 25.0, "step": 0.003}, {"friction_moment": 1e-5}):
         with pytest.raises(RuntimeError):
             verdict.assess_path(material, 15.0 * UNIT, path, **given)
     assert asked[0] == ("pull", pytest.approx(25.0 * UNIT / 9.81), pytest.approx(0.003 / UNIT))
@@ -287,7 +287,7 @@ def test_unit_of_the_yield_curvature(monkeypatch: pytest.MonkeyPatch) -> None:
     for kappa_y in (None, 8.0):
         with pytest.raises(RuntimeError):
             verdict.assess_path(
-                Material(3780.0), 15.0 * UNIT, geometric.triangular(15.0), hysteresis=1e-5, yield_curvature=kappa_y
+                Material(3780.0), 15.0 * UNIT, geometric.triangular(15.0), friction_moment=1e-5, yield_curvature=kappa_y
             )
     assert asked == [0.05, pytest.approx(8.0 * UNIT)]
 
@@ -310,14 +310,14 @@ def test_unit_of_the_yield_curvature(monkeypatch: pytest.MonkeyPatch) -> None:
         (["assess", "good.csv", *STRIP, "--plot", "nowhere/own.png"], "existing folder"),
         (["critical", *STRIP, "--height", "0.09", "--plot", "own.pdf"], "ends in .png"),
         (["path", "low", *STRIP, "--height", "0.2"], "from 0.002999 to 0.1125 m"),
-        (["path", "low", *STRIP, "--height", "nan"], "stable below 0.04756 m"),
+        (["path", "low", *STRIP, "--height", "nan"], "height = nan cannot be used"),
         (["assess", "nowhere.csv", *STRIP], "nowhere.csv"),
         (["assess", "bad.csv", *STRIP], "header t,x,z"),
         (["assess", "good.csv", *STRIP, "--eta-m", "1"], "eta_m"),
-        (["assess", "good.csv", *STRIP, "--friction", "-1"], "friction = -1.0"),
-        (["assess", "good.csv", *STRIP, "--friction", "nan"], "friction = nan"),
+        (["assess", "good.csv", *STRIP, "--pull", "-1"], "pull = -1.0"),
+        (["assess", "good.csv", *STRIP, "--pull", "nan"], "pull = nan"),
         (["assess", "good.csv", *STRIP, "--step", "0.01"], "together with friction"),
-        (["assess", "good.csv", *STRIP, "--friction", "1", "--step", "9"], "step = 9.0 cannot be used; allowed: more"),
+        (["assess", "good.csv", *STRIP, "--pull", "1", "--step", "9"], "step = 9.0 cannot be used; allowed: more"),
         (["assess", "good.csv", *STRIP, "--eta-m", "0.09"], "m thick, more than 0.006 m"),
         (["assess", "good.csv", "--length", "0.6", "--eta-b", "3780"], "start at (-0.3, 0) m"),
     ],
@@ -343,7 +343,27 @@ def test_what_is_no_number_is_null_in_json() -> None:
     assert json.loads(text) == {"a": None, "critical": [{"t": 0.5, "angle": None}], "b": [1.0, None]}
 
 
+@pytest.mark.parametrize(
+    ("command", "option", "advice"),
+    [
+        (["assess", "own.csv"], "--hysteresis", "hysteresis is now called friction_moment (M_0, N)"),
+        (["assess", "own.csv"], "--friction", "friction is now called friction_moment (M_0, N) or pull (k_f, s^-2)"),
+        (["map"], "--friction", "friction is now called friction_moment (M_0, N)"),
+        (["plan"], "--hysteresis=1", "hysteresis is now called friction_moment (M_0, N)"),
+    ],
+)
+def test_a_former_option_is_refused_with_the_present_one(
+    command: list[str], option: str, advice: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as stopped:
+        main([*command, *STRIP, option, "1"])
+    assert stopped.value.code == 2
+    said = capsys.readouterr().err
+    assert advice in said
+    assert said.count("error") == 1
+
+
 def test_both_laws_at_once_are_refused(here: Path) -> None:
     with pytest.raises(SystemExit) as stopped:
-        main(["assess", "own.csv", *STRIP, "--friction", "1", "--hysteresis", "1"])
+        main(["assess", "own.csv", *STRIP, "--friction-moment", "1", "--pull", "1"])
     assert stopped.value.code == 2

@@ -57,7 +57,7 @@ MINIMAL: dict[str, Any] = {
         {"name": "a", "label": "A", "source": "-", "eta_b": 3780, "length": 0.6, "heights": [2.0, 3.0]},
         {"name": "b", "label": "B", "source": "-", "eta_b": 820, "length": 0.6, "heights": [3]},
     ],
-    "recordings": {"materials": ["a"], "heights": [3.0], "speeds": [0.001], "friction": [0.0]},
+    "recordings": {"materials": ["a"], "heights": [3.0], "speeds": [0.001], "friction_moment_star": [0.0]},
     "studies": {**PAPER["studies"], "limit": {**PAPER["studies"]["limit"], "length_star": 20}},
 }
 
@@ -126,14 +126,14 @@ def test_other_mappings_are_taken():
         ({"heights": [0.001]}, "recordings.heights[0]"),
         ({"length_star": 7.0}, "recordings.length_star"),
         ({"speeds": [0.0]}, "recordings.speeds[0]"),
-        ({"friction": [-1.0]}, "recordings.friction[0]"),
-        ({"friction": [0.01, 0.02]}, "recordings.friction"),
+        ({"friction_moment_star": [-1.0]}, "recordings.friction_moment_star[0]"),
+        ({"friction_moment_star": [0.01, 0.02]}, "recordings.friction_moment_star"),
         ({"hights": [5.0]}, "recordings.hights"),
     ],
 )
 def test_recordings_that_cannot_be(change: dict[str, Any], key: str):
     name = MINIMAL["materials"][0]["name"]
-    asked = {"materials": [name], "heights": [5.0], "speeds": [0.001], "friction": [0.01]}
+    asked = {"materials": [name], "heights": [5.0], "speeds": [0.001], "friction_moment_star": [0.01]}
     config.load(changed("recordings", asked), ROOT)
     assert refused(changed("recordings", asked | change)).key == key
 

@@ -21,7 +21,7 @@ from stripfold.errors import SolveError
 from stripfold.models.contact_mesh import Topology
 from stripfold.moving_contact import MovingContact
 from stripfold.paths import rpath, table
-from stripfold.paths.curve import GripperPath, Piece, pieces_through
+from stripfold.paths.curve import GripperPath, Interpolated, Piece, pieces_through
 from stripfold.paths.rpath import RPath
 from stripfold.problem import AlongPath, StripProblem
 from stripfold.solve import continuation, newton
@@ -233,7 +233,8 @@ def test_forces_and_lying_length_are_the_plans(plan: RPath, planned: StaticSegme
 def level(run: static.XRun, end: float) -> tuple[BranchPoint, GripperPath]:
     """A run along x as a path: its first state, and the path."""
     half = run.points[0].model.length / 2.0
-    piece = Piece(run.lambda_0, end, lambda lam: np.array([lam - half, 3.0]), lambda _: np.array([1.0, 0.0]), "x")
+    ends = np.array([[run.lambda_0 - half, 3.0], [end - half, 3.0]])
+    piece = Interpolated.through(ends, run.lambda_0, "x")
     first = run.points[0]
     problem = MovingContact(first.problem.mesh, AlongPath(piece, 2.0 * half))
     return solved(problem, first.point.q, run.lambda_0), GripperPath("along x", (piece,))
@@ -372,7 +373,8 @@ def test_a_sag_lifted_off_the_floor_loses_its_stability(kind: str, tmp_path: Pat
     piece = found.path.pieces[-1]
 
     def push(moved: np.ndarray) -> float:
-        held = replace(piece, position=lambda _: piece.position(lam) + moved)
+        place = piece.position(lam) + moved
+        held = Interpolated.through(place + np.array([[0.0, 0.0], [1.0, 0.0]]), 0.0, "from there on")
         problem = MovingContact(last.problem.mesh, AlongPath(held, strip.length))
         return reaction(problem, solved(problem, last.point.q, 0.0).point)
 

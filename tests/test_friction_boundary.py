@@ -64,7 +64,7 @@ def test_assess_along_the_same_way() -> None:
     carry = np.array([line[-1], (line[-1][0] + 12.0, z)])
     path = GripperPath("lift and carry", pieces_through([("lift", np.array([(-half, 0.0), *line])), ("carry", carry)]))
     in_si = moment * thin.scales["N"]
-    verdict = assess_path(thin, 12.0 * thin.gravity_length, path, hysteresis=in_si, model="rod")
+    verdict = assess_path(thin, 12.0 * thin.gravity_length, path, friction_moment=in_si, model="rod")
     (event,) = verdict.critical
     assert event["x"] / thin.gravity_length + half == pytest.approx(advance, abs=0.005)
 

@@ -233,7 +233,7 @@ def test_a_path_assessed_in_time() -> None:
 
     strip = sf.Strip(length=0.24, eta_b=3780.0)
     path = sf.paths.triangular(strip)
-    for wrong in ({"fall": True}, {"friction": sf.Pull(1.0)}, {}):
+    for wrong in ({"fall": True}, {"pull": 1.0}, {}):
         mu = 0.3 if wrong else -0.1
         with pytest.raises(InvalidInputError, match="layer_friction"):
             strip.assess(path, layer_friction=mu, model="rod", **wrong)

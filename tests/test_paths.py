@@ -127,8 +127,9 @@ def test_corners(plan: RPath) -> None:
 
 def test_table_and_back(plan: RPath, tmp_path: Path) -> None:
     target = tmp_path / "r.csv"
-    target.write_text(path_table.as_text(plan.path, 0.03, ("R-path",)), encoding="utf-8")
-    assert len(target.read_text(encoding="utf-8").splitlines()) == len(path_table.rows(plan.path, 0.03)) + 2
+    written, spacing = plan.path.scaled(0.03), 0.05 * 0.03
+    target.write_text(path_table.as_text(written, spacing, ("R-path",)), encoding="utf-8")
+    assert len(target.read_text(encoding="utf-8").splitlines()) == len(path_table.rows(written, spacing)) + 2
     found = path_table.read(target, 20.0, 0.03)
     assert len(found.pieces) == 3  # no change of direction between roll and lay
     s, places = plan.path.sampled(0.2)

@@ -242,7 +242,7 @@ class TestInTime:
         self, plan: FoldingPlan, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         """Its time stamps are in seconds, by lengths in metres; the motion is in units of L*."""
-        motions = []
+        motions, curve = [], plan.path.curve.scaled(1.0 / star(ETA_B))
 
         def follow(*_: Any, speed: Any, **__: Any) -> None:
             motions.append(speed)
@@ -250,7 +250,7 @@ class TestInTime:
 
         monkeypatch.setattr(planned_motion, "follow_in_time", follow)
         with pytest.raises(SolveError):
-            planned_motion._moved(plan.asked, plan.asked.strips[1], plan.path.curve, (), 0.0, None)
+            planned_motion._moved(plan.asked, plan.asked.strips[1], curve, (), 0.0, None)
         seconds = np.sqrt(star(ETA_B) / 9.81) * motions[0].t[-1]
         assert seconds == pytest.approx(plan.waypoints[-1, 0], rel=1e-9)
 
@@ -314,7 +314,7 @@ class TestFriction:
         assert found.fails < found.moment <= 1.15 * found.fails
         stable = [
             assess_path(
-                *followed, hysteresis=share * found.moment, yield_curvature=kappa_y, model="rod", refinement=0.7
+                *followed, friction_moment=share * found.moment, yield_curvature=kappa_y, model="rod", refinement=0.7
             ).stable
             for share in (0.75, 1.25)
         ]

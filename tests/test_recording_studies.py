@@ -61,7 +61,7 @@ def test_a_motion_from_dynamics_in_metres_and_seconds():
         height=5.0 * UNIT,
         speed=0.005,
         generator="dynamics",
-        motion={"friction": 0.02, "before": 0.2 * UNIT, "after": 0.1, "refinement": 3.0},
+        motion={"friction_moment_star": 0.02, "before": 0.2 * UNIT, "after": 0.1, "refinement": 3.0},
     )
     found = dynamics.history(scene)
     assert isinstance(found, History)
@@ -90,7 +90,9 @@ def test_a_motion_from_dynamics_in_metres_and_seconds():
     assert onset == pytest.approx(found.lambda_c, abs=1e-5)
 
 
-@pytest.mark.parametrize("motion", [{"frictoin": 0.1}, {"friction": -1.0}, {"before": 0.0}, {"model": "beam"}])
+@pytest.mark.parametrize(
+    "motion", [{"frictoin": 0.1}, {"friction_moment_star": -1.0}, {"before": 0.0}, {"model": "beam"}]
+)
 def test_a_motion_outside_the_limits_is_refused(motion: dict[str, Any]):
     with pytest.raises(InvalidInputError, match=rf"^motion\.{next(iter(motion))} "):
         Scene(length=0.5, generator="dynamics", motion=motion)
@@ -153,7 +155,7 @@ class TestAccuracy:
     def test_cases_take_turns(self):
         generators = [design.case(n, 1, 0.25).scene.generator for n in range(8)]
         assert generators.count("dynamics") == 2
-        assert {design.case(n, 1, 1.0).scene.motion.friction for n in range(3)} == set(design.FRICTIONS)
+        assert {design.case(n, 1, 1.0).scene.motion.friction_moment_star for n in range(3)} == set(design.FRICTIONS)
 
     def test_a_case_that_cannot_be_measured_is_refused_with_its_reason(
         self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -225,7 +227,7 @@ def test_design() -> None:
         for value, count in Counter(values).items():
             assert abs(counts[value] - 2 * design.BLOCK * count / len(values)) <= 2 * len(values), name
     other = design.case(3, 0, dynamics=1.0).scene
-    assert other.motion == DynamicsMotion(friction=0.0, before=0.01, after=0.5)
+    assert other.motion == DynamicsMotion(friction_moment_star=0.0, before=0.01, after=0.5)
     assert other.filming == cases[3].scene.filming
 
 
@@ -245,5 +247,5 @@ def test_slow_strips_whose_motion_gives_eta_b_are_filmed_early_enough():
     for case in slow:
         motion, unit = case.scene.motion, case.scene.gravity_length
         assert motion.before > (eta_motion.MARGIN + 0.3) * unit  # type: ignore[union-attr]
-        assert case.moment == motion.friction  # type: ignore[union-attr]
+        assert case.moment == motion.friction_moment_star  # type: ignore[union-attr]
     assert np.isnan(design.case(0, 7, 0.0).moment)

@@ -110,12 +110,12 @@ def test_a_long_table_is_read_to_its_end(tmp_path: Path) -> None:
     np.savetxt(file, rows, delimiter=",", header="t,x,z", comments="", fmt="%.18e")
     assert file.stat().st_size > 1_280_000
     found = sf.paths.read(file, STRIP)
-    np.testing.assert_allclose(STRIP.gravity_length * found.curve.position(found.curve.length), [0.225, 0.0], atol=1e-9)
+    np.testing.assert_allclose(found.curve.position(found.curve.length), [0.225, 0.0], atol=1e-9)
     assert len(read_table("path", file, "t,x,z", (2, 20_000)).rows) == 19_500
 
 
 def end(path: FoldPath) -> Array:
-    return path.gravity_length * path.curve.position(path.curve.length)
+    return path.curve.position(path.curve.length)
 
 
 def test_columns_unit_and_frame(tmp_path: Path) -> None:
@@ -203,7 +203,7 @@ def test_a_log_that_is_a_little_off_is_moved(tmp_path: Path, move: list[float], 
     (warning,) = found.curve.warnings
     assert says in warning
     np.testing.assert_allclose(end(found), [0.1, 0.15], atol=1e-9)
-    assert found.curve.position(0.0) == pytest.approx([-0.225 / STRIP.gravity_length, 0.0])
+    assert found.curve.position(0.0) == pytest.approx([-0.225, 0.0])
 
 
 def test_a_log_a_little_below_the_floor_is_kept_on_it(
@@ -231,7 +231,7 @@ def test_beyond_the_strips_length(tmp_path: Path) -> None:
 
 def logged(kind: str, noise: float, seed: int = 0) -> tuple[Array, Array]:
     """A planned path as a robot logs it, shape (1201, 3), with noise; and the path without."""
-    curve = getattr(sf.paths, kind)(STRIP).curve.scaled(STRIP.gravity_length)
+    curve = getattr(sf.paths, kind)(STRIP).curve
     share = np.linspace(0.0, 1.0, 1201)
     true = np.array([curve.position(float(s)) for s in curve.length * share**2 * (3.0 - 2.0 * share)])
     noisy = true + noise * np.random.default_rng(seed).standard_normal(true.shape)
@@ -246,7 +246,7 @@ def test_noise_is_smoothed_to_a_tolerance(tmp_path: Path, kind: str) -> None:
     found = sf.paths.read(file, STRIP, smooth=1e-3)
     assert len(found.curve.pieces) < 16 < len(sf.paths.read(file, STRIP, smooth=1e-9).curve.pieces)
     s = np.linspace(0.0, found.curve.length, 1000)
-    places = STRIP.gravity_length * np.array([found.curve.position(float(value)) for value in s])
+    places = np.array([found.curve.position(float(value)) for value in s])
     assert max(np.linalg.norm(true - place, axis=1).min() for place in places) < 1e-3
     verdicts = [STRIP.assess(path, model="rod") for path in (found, getattr(sf.paths, kind)(STRIP))]
     x, planned = (verdict.critical[0]["x"] for verdict in verdicts)

@@ -78,7 +78,7 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     assert main([*asked, "auto", "--check"]) == 1
 
 
-@pytest.mark.parametrize("more", [{"friction": sf.Hysteresis(1e-4)}, {"layer_friction": 0.2}])
+@pytest.mark.parametrize("more", [{"friction_moment": 1e-4}, {"layer_friction": 0.2}])
 def test_no_friction_with_it(more: dict[str, Any]) -> None:
     with pytest.raises(InvalidInputError, match="second_gripper"):
         LONG.assess(sf.paths.triangular(LONG), model="rod", second_gripper="auto", **more)

@@ -20,7 +20,7 @@ from stripfold.elastica.boundary import TAUT
 from stripfold.elastica.half_fold import critical_state_fixed_lift_off, states_drawn_taut
 from stripfold.elastica.second_variation import smallest_eigenvalue
 from stripfold.errors import InvalidInputError
-from stripfold.paths.curve import GripperPath, Piece
+from stripfold.paths.curve import GripperPath, Interpolated
 from stripfold.paths.low_path import low
 from studies import stability_map as study
 
@@ -105,7 +105,7 @@ def test_a_landed_strip_goes_beyond_and_comes_off_at_the_touch_boundary(z: float
     ]
     pieces = [lift]
     for ends in pairwise(corners):
-        pieces.append(Piece.through(np.array(ends), pieces[-1].end, "straight"))
+        pieces.append(Interpolated.through(np.array(ends), pieces[-1].end, "straight"))
     path = GripperPath("low, then high", tuple(pieces))
     followed = follow(StripModel(length, 0.01, kind="rod").contact_mesh(1.0), path, length)
     assert followed.critical is not None

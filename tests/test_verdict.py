@@ -126,7 +126,7 @@ def test_no_plan_makes_a_small_bump_grow(length: float, eta_b: float, margin: fl
     ],
     ids=["drag", "drag and lift", "slide and lift"],
 )
-@pytest.mark.parametrize("law", [{}, {"friction": sf.Hysteresis(1e-5)}, {"layer_friction": 0.3}])
+@pytest.mark.parametrize("law", [{}, {"friction_moment": 1e-5}, {"layer_friction": 0.3}])
 def test_what_begins_on_the_floor_is_refused(tmp_path: Path, rows: Any, law: dict[str, Any]) -> None:
     strip = sf.Strip(length=LENGTH, eta_b=5000.0)
     path = sf.paths.read(written(tmp_path / "path.csv", np.array(rows) + START), strip)
@@ -146,7 +146,7 @@ def test_what_begins_on_the_floor_is_refused(tmp_path: Path, rows: Any, law: dic
     ],
     ids=["up", "tiny", "along the floor", "set down and dragged"],
 )
-@pytest.mark.parametrize("law", [{}, {"friction": sf.Hysteresis(1e-5)}, {"layer_friction": 0.3}])
+@pytest.mark.parametrize("law", [{}, {"friction_moment": 1e-5}, {"layer_friction": 0.3}])
 def test_extreme_paths_are_followed_without_a_warning(tmp_path: Path, rows: Any, law: dict[str, Any]) -> None:
     strip = sf.Strip(length=LENGTH, eta_b=5000.0)
     path = sf.paths.read(written(tmp_path / "path.csv", np.array(rows) + START), strip)

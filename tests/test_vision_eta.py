@@ -404,9 +404,9 @@ def test_eta_b_of_bending_tests(capsys: pytest.CaptureFixture[str]) -> None:
     for found in (by_rigidity, kawabata):
         assert found.gravity_length == pytest.approx(expected)
         assert found.eta_b == pytest.approx(0.13 / rigidity)
-    assert kawabata.friction == pytest.approx(0.02 * 9.80665e-3 / (weight * expected**2))
-    assert kawabata.hysteresis == pytest.approx(0.02 * 9.80665e-3)
-    assert np.isnan(by_rigidity.friction)
+    assert kawabata.friction_moment_star == pytest.approx(0.02 * 9.80665e-3 / (weight * expected**2))
+    assert kawabata.friction_moment == pytest.approx(0.02 * 9.80665e-3)
+    assert np.isnan(by_rigidity.friction_moment)
     assert main(["eta", "--gsm", "130", "--kes-b", "0.05", "--kes-2hb", "0.04"]) == 0
     assert "0.0001961 N" in capsys.readouterr().out
 

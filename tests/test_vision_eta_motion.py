@@ -123,7 +123,7 @@ def test_the_cameras_place_follows_from_its_calibration():
 @pytest.mark.parametrize("depth", [0.0, 0.5 * WIDTH, WIDTH])
 def test_eta_b_and_depth_from_made_up_tracks(depth: float):
     """The described eta_b, which is two thirds of the true one, has no part in it."""
-    known = measured(seen(depth), hysteresis=0.0, rho_a=0.2)
+    known = measured(seen(depth), friction_moment=0.0, rho_a=0.2)
     assert isinstance(known, MotionEtaB)
     assert known.eta_b == pytest.approx(ETA_B, rel=4e-3)
     assert known.depth == pytest.approx(depth, abs=1e-3)
@@ -139,7 +139,7 @@ def test_friction_is_fitted_unless_it_is_described():
     assert not fitted.known
     assert fitted.friction < 5e-3
     assert fitted.low < ETA_B < fitted.high
-    wrong = measured(tracks, hysteresis=0.02 * 0.2 * GRAVITY * UNIT**2, rho_a=0.2)
+    wrong = measured(tracks, friction_moment=0.02 * 0.2 * GRAVITY * UNIT**2, rho_a=0.2)
     assert isinstance(wrong, MotionEtaB)
     assert wrong.friction == pytest.approx(0.02, rel=0.1)
     assert 1.04 < wrong.eta_b / ETA_B < 1.08
@@ -147,7 +147,7 @@ def test_friction_is_fitted_unless_it_is_described():
 
 
 def test_another_described_eta_b_is_contradicted():
-    found = measured(seen(0.0), hysteresis=0.0, rho_a=0.2)
+    found = measured(seen(0.0), friction_moment=0.0, rho_a=0.2)
     assert isinstance(found, MotionEtaB)
     strip = recording().entries.strip
     assert "described is 2500" in found.contradicts(strip)
@@ -160,7 +160,7 @@ def test_no_number_where_there_is_none():
     few = SimpleNamespace(**{**vars(tracks), "seen": np.arange(40) < 4})
     assert "3 frames" in str(measured(few))
     bent = SimpleNamespace(**{**vars(tracks), "points": tracks.points * [1.0, 1.4]})
-    other = measured(bent, hysteresis=0.0, rho_a=0.2)
+    other = measured(bent, friction_moment=0.0, rho_a=0.2)
     assert isinstance(other, MeasurementError)
     assert "off those of a strip with one eta_b" in str(other)
     assert all(np.isnan(value) for value in eta_motion.numbers(other).values())

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import base64
+import copy
 import json
+import pickle
 import re
 import shutil
 from collections.abc import Callable
@@ -99,6 +101,16 @@ def test_lambda_is_the_truth_within_its_interval(snapping: Made, found: Measurem
     assert found.speed == pytest.approx(0.005, rel=0.02)
     assert found.clock is not None
     assert found.clock.offset == pytest.approx(0.3, abs=0.02)
+
+
+def test_a_measurement_goes_through_pickle(found: Measurement):
+    result = RecordingMeasurement(found)
+    for again in (pickle.loads(pickle.dumps(result)), copy.deepcopy(result)):
+        assert again == result
+    assert result != RecordingMeasurement(replace(found, event=found.event + 1e-3))
+    assert len(repr(result)) < 200
+    with pytest.raises(TypeError, match="unhashable"):
+        hash(result)
 
 
 def test_frames_that_repeat_the_one_before_do_not_move_the_clock(snapping: Made, found: Measurement):
@@ -412,7 +424,7 @@ def test_the_models_value_is_shown_beside_the_measured_one(snapping: Made, found
     assert np.isnan(found.model.low)
     assert np.isnan(found.model.with_friction)
     moment = 0.01 * 0.2 * GRAVITY * unit**2  # 0.01 rho_a g L*^2
-    strip = {"eta_b_interval": [3600.0, 4000.0], "hysteresis": moment, "rho_a": 0.2}
+    strip = {"eta_b_interval": [3600.0, 4000.0], "friction_moment": moment, "rho_a": 0.2}
     known = evaluated(snapping, strip=strip)
     # lambda_c grows with L* at a given height: the softest strip has the least.
     ends = [elastica.critical(0.1 / u).advance * u for u in (Material(e).gravity_length for e in (4000.0, 3600.0))]

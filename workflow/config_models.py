@@ -32,7 +32,7 @@ class Recordings(Input):
     materials: AtLeastOne[Text]
     heights: AtLeastOne[HeightStar]
     speeds: AtLeastOne[Speed]
-    friction: Annotated[list[Friction], Field(description="M_0 of each of the materials")]
+    friction_moment_star: Annotated[list[Friction], Field(description="M_0 of each of the materials")]
     length_star: LengthStar = 20.0
 
 
@@ -105,7 +105,9 @@ class Configuration(Input):
         for i, name in enumerate(self.recordings.materials):
             if name not in names:
                 raise InvalidInputError(f"recordings.materials[{i}]", name, f"one of the materials {', '.join(names)}")
-        filmed, frictions = len(self.recordings.materials), len(self.recordings.friction)
+        filmed, frictions = len(self.recordings.materials), len(self.recordings.friction_moment_star)
         if frictions != filmed:
-            raise InvalidInputError("recordings.friction", f"{frictions} numbers", f"{filmed}, one for each material")
+            raise InvalidInputError(
+                "recordings.friction_moment_star", f"{frictions} numbers", f"{filmed}, one for each material"
+            )
         return self

@@ -13,13 +13,14 @@ how it falls                           Strip.collapse(height, release=Release(..
 which places of the gripper are safe   Strip.map()
 a path that keeps a margin             Strip.plan()
 paths: planned, or your own            paths.r_path, triangular, circular, low (strip), paths.read(file, strip)
-what a path does to it                 Strip.assess(path, fall=True), friction=Hysteresis(M_0) or Pull(k_f)
+what a path does to it                 Strip.assess(path, fall=True, friction_moment=M_0, layer_friction=mu)
 how stiff a fabric is                  eta_b(fold_height=...), eta_b(image=..., scale=..., method=...)
 where a filmed strip snaps             measure(folder)
-thousands of strips                    stripfold.sweep.run(grid, file)
+thousands of strips                    sweep.run(grid, file)
 =====================================  ===============================================================================
 
-Results print as a table; each has ``to_dict()``, ``to_dataset()`` (xarray), ``to_netcdf(file)`` and ``plot()``.
+Results print as a table; each has ``to_dict()``, ``to_dataset()`` (xarray), ``to_netcdf(file)`` and ``plot()``.  They
+go through pickle, as from the processes of a pool; two of the same inputs and numbers are equal.
 Errors are StripfoldError: InvalidInputError for what cannot be used, SolveError for what could not be computed,
 MeasurementError for a recording that cannot be measured, NoPathError where no path has the margin.  What a computation
 does goes to the logger "stripfold"; a function of one line, ``progress=print``, is told how far it is.
@@ -33,49 +34,65 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from stripfold import paths
+    from stripfold import paths, sweep
     from stripfold.errors import InvalidInputError, MeasurementError, NoPathError, SolveError, StripfoldError
-    from stripfold.measured import eta_b, measure
+    from stripfold.folding_plan import FoldingPlan
+    from stripfold.measured import EtaB, RecordingMeasurement, eta_b, measure
+    from stripfold.path_assessment import PathAssessment
+    from stripfold.results import CriticalPoint, StripCollapse
     from stripfold.simulation import Release
-    from stripfold.strip import Hysteresis, Pull, Strip
+    from stripfold.stability_map import StabilityMap
+    from stripfold.strip import Strip
 
     __version__: str
 
 __all__ = [
-    "Hysteresis",
+    "CriticalPoint",
+    "EtaB",
+    "FoldingPlan",
     "InvalidInputError",
     "MeasurementError",
     "NoPathError",
-    "Pull",
+    "PathAssessment",
+    "RecordingMeasurement",
     "Release",
     "SolveError",
+    "StabilityMap",
     "Strip",
+    "StripCollapse",
     "StripfoldError",
     "__version__",
     "eta_b",
     "measure",
     "paths",
+    "sweep",
 ]
 
 _MODULES = {
     "errors": ("InvalidInputError", "MeasurementError", "NoPathError", "SolveError", "StripfoldError"),
-    "measured": ("eta_b", "measure"),
+    "folding_plan": ("FoldingPlan",),
+    "measured": ("EtaB", "RecordingMeasurement", "eta_b", "measure"),
+    "path_assessment": ("PathAssessment",),
+    "results": ("CriticalPoint", "StripCollapse"),
     "simulation": ("Release",),
-    "strip": ("Hysteresis", "Pull", "Strip"),
+    "stability_map": ("StabilityMap",),
+    "strip": ("Strip",),
 }
+_FORMER = {"Hysteresis": "give friction_moment, M_0 in N", "Pull": "give pull, k_f in s^-2"}
 
 
 def __getattr__(name: str) -> object:
     if name == "__version__":
         return _version()
-    if name == "paths":
-        return import_module("stripfold.paths")
+    if name in ("paths", "sweep"):
+        return import_module(f"stripfold.{name}")
     for module, names in _MODULES.items():
         if name in names:
             found: object = getattr(import_module(f"stripfold.{module}"), name)
             globals()[name] = found
             return found
-    raise AttributeError(f"module 'stripfold' has no attribute {name!r}")
+    former = f": {_FORMER[name]}" if name in _FORMER else ""
+    raise AttributeError(f"module 'stripfold' has no attribute {name!r}{former}")
 
 
 def _version() -> str:

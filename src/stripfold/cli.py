@@ -172,7 +172,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         os.environ.setdefault(name, "1")
     # To search for cycles among the objects that imports make takes a twentieth of a short command.
     gc.set_threshold(10_000)
-    arguments = _parser(argv).parse_args(argv)
+    parser = _parser(argv)
+    arguments, unknown = parser.parse_known_args(argv)
+    if unknown:
+        parser.error(f"unrecognized arguments: {' '.join(unknown)}{_advice(unknown, arguments)}")
     try:
         with messages(arguments) as say:
             answer = COMMANDS[arguments.command].run(arguments, say)
@@ -205,6 +208,14 @@ def _in_words(error: Exception) -> tuple[str, int]:
     *_, at = traceback.extract_tb(error.__traceback__)
     place = f"{Path(at.filename).name}, line {at.lineno}"
     return f"{type(error).__name__} in {place}: {error}; this is a fault of the program: please report it", 5
+
+
+def _advice(unknown: Sequence[str], arguments: argparse.Namespace) -> str:
+    """What was probably meant by options that the command does not have."""
+    from stripfold.validation import did_you_mean
+
+    keys = [word[2:].split("=")[0].replace("-", "_") for word in unknown if word.startswith("--")]
+    return "".join(f"; {did_you_mean(key, vars(arguments))}" for key in keys)
 
 
 class _Parser(argparse.ArgumentParser):

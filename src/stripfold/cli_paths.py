@@ -118,8 +118,8 @@ def assess_options(parser: argparse.ArgumentParser) -> None:
     log.add_argument("--smooth", type=metres, metavar="M", help=text)
     parser.add_argument("--fall", action="store_true", help=PathAssessment.model_fields["fall"].description)
     law = parser.add_mutually_exclusive_group()
-    _option(law, PathAssessment, "friction")
-    _option(law, PathAssessment, "hysteresis")
+    _option(law, PathAssessment, "friction_moment")
+    _option(law, PathAssessment, "pull")
     _options(parser, PathAssessment, ("layer_friction", "step"))
     _second_gripper_option(parser)
     text = "write the verdict with all states there"

@@ -81,7 +81,7 @@ def record(arguments: argparse.Namespace, say: Say) -> str:
         return _lines([*rows, ("lambda_c", f"{critical:.6g} m  (static, of the drawn motion, which has no mechanics)")])
     from stripfold import elastica
 
-    unit, friction = asked.gravity_length, f"with friction, M_0 = {asked.motion.friction:g} rho_a g L*^2"
+    unit, friction = asked.gravity_length, f"with friction, M_0 = {asked.motion.friction_moment_star:g} rho_a g L*^2"
     without = elastica.critical(asked.height / unit).advance * unit
     return _lines(
         [

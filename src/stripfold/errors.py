@@ -6,6 +6,7 @@ A failed solve raises; it is never stored as data.  The command line turns every
 
 from __future__ import annotations
 
+import copyreg
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -19,6 +20,10 @@ class StripfoldError(Exception):
     """Base of every error this package raises on purpose."""
 
     exit_code = 5
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """As it is: most errors are made of other arguments than their message."""
+        return copyreg.__newobj__, (type(self), *self.args), vars(self)  # type: ignore[attr-defined]
 
 
 class InvalidInputError(StripfoldError, ValueError):

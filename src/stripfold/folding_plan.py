@@ -17,7 +17,6 @@ from stripfold.arrays import Array
 from stripfold.inputs import FoldingPlan as Asked
 from stripfold.paths import FoldPath
 from stripfold.paths.motion import timed
-from stripfold.paths.table import SPACING
 from stripfold.reporting import Progress, Result, Rows, metres
 
 if TYPE_CHECKING:
@@ -92,7 +91,7 @@ class FoldingPlan(Result):
     @property
     def travelled(self) -> Array:
         """Length travelled at the waypoints, m."""
-        return self.path.gravity_length * self.path.curve.sampled(SPACING)[0]
+        return self.path.curve.sampled(self.path.spacing)[0]
 
     @property
     def margin(self) -> float:
@@ -217,7 +216,7 @@ class FoldingPlan(Result):
         """The strip along the path with the given eta_b."""
         from stripfold.plots.results import draw_strip
 
-        unit, states = self.path.gravity_length, self.choice.verdicts[1].states
+        unit, states = self.asked.gravity_length, self.choice.verdicts[1].states
         arc = np.linspace(0.0, states[0][0].model.length, NODES)
         chosen = np.unique(np.linspace(0, len(states) - 1, SHOWN).astype(int))
         shapes = [unit * states[i][0].model.resampled_mid_surface(states[i][1].q, arc) for i in chosen]
@@ -229,12 +228,11 @@ class FoldingPlan(Result):
 
 def _waypoints(choice: Choice, asked: Asked) -> Array:
     """Time, x and z, and rotation of the gripper, shape (n, 4)."""
-    curve, unit = choice.path.curve, choice.path.gravity_length
-    travelled, places = curve.sampled(SPACING)
-    places = unit * np.maximum(places, [-np.inf, 0.0])
+    travelled, places = choice.path.curve.sampled(choice.path.spacing)
+    places = np.maximum(places, [-np.inf, 0.0])
     states = choice.verdicts[1].states
     grip = [problem.model.resampled_mid_surface(point.q, np.array([0.0, AT_GRIP])) for problem, point in states]
     direction = np.diff(grip, axis=1)[:, 0] @ [1.0, -1j]
     angle = np.degrees(np.unwrap(np.angle([1.0, *direction])))
-    angles = np.interp(travelled, [0.0, *(point.lam for _, point in states)], angle)
-    return np.column_stack([timed(unit * travelled, places, asked.gripper_speed, asked.acceleration).t, places, angles])
+    angles = np.interp(travelled / asked.gravity_length, [0.0, *(point.lam for _, point in states)], angle)
+    return np.column_stack([timed(travelled, places, asked.gripper_speed, asked.acceleration).t, places, angles])

@@ -171,6 +171,10 @@ SecondPlace = Annotated[
     quantity("place along the strip that a second gripper holds; auto: where the critical mode moves most", "m"),
 ]
 
+FrictionMoment = Annotated[
+    Number | None, quantity("M_0 of the fabric's bending hysteresis, per width", "N", gt=0.0, le=1e3)
+]
+
 
 class Scene(AtHeight):
     """A strip and a gripper height, for a critical point.
@@ -206,15 +210,33 @@ class Scene(AtHeight):
         return self
 
 
+class PlannedPath(Input):
+    """A path of a kind, for a strip."""
+
+    fold_at: Annotated[
+        Number | None, quantity("distance of the fold line from the gripped end; by default half the length", "m")
+    ] = None
+    height: Annotated[Number | None, quantity("height of the gripper on the low path", "m")] = None
+
+
+class OwnPath(Input):
+    """How a table is to be read as a path; :class:`.LogFormat` says what the texts may be."""
+
+    columns: Text | None = None
+    unit: Text | None = None
+    frame: Text | None = None
+    smooth: Number | None = None
+
+
 class PathAssessment(Strip):
     """A strip to be moved along a path, its model, its falls and its friction."""
 
     model: Annotated[MovingModel, Field(description="the paper's finite elements, or a rod")] = "solid"
     fall: Annotated[Flag, Field(description="simulate the fall at a critical point, and go on after it")] = False
-    friction: Annotated[Number | None, quantity("the paper's internal friction k_f", "s^-2", ge=0.0, le=1e9)] = None
-    hysteresis: Annotated[
-        Number | None, quantity("largest moment M_0 of a bending hysteresis, per width", "N", ge=0.0, le=1e3)
+    friction_moment: Annotated[
+        Number | None, quantity("M_0 of the fabric's bending hysteresis, per width", "N", ge=0.0, le=1e3)
     ] = None
+    pull: Annotated[Number | None, quantity("k_f of the paper's internal friction", "s^-2", ge=0.0, le=1e9)] = None
     layer_friction: Annotated[
         Number | None,
         quantity("coefficient of friction between the layers and on the floor; followed in time", ge=0.0, le=MAX_MU),
@@ -225,31 +247,30 @@ class PathAssessment(Strip):
 
     @model_validator(mode="after")
     def _check_second_gripper(self) -> Self:
-        laws = self.friction, self.hysteresis, self.layer_friction
+        laws = self.friction_moment, self.pull, self.layer_friction
         if self.second_gripper is not None and any(law is not None for law in laws):
             raise InvalidInputError("second_gripper", self.second_gripper, "no friction together with it")
         return self
 
     @model_validator(mode="after")
     def _check_friction(self) -> Self:
-        if self.friction is not None and self.hysteresis is not None:
-            raise InvalidInputError("hysteresis", self.hysteresis, "nothing together with friction", "give only one")
-        if self.fall and (self.friction is not None or self.hysteresis is not None):
-            raise InvalidInputError("fall", self.fall, "no fall together with friction or hysteresis")
-        if self.layer_friction is not None and (self.fall or self.friction is not None):
+        if self.friction_moment is not None and self.pull is not None:
+            raise InvalidInputError("pull", self.pull, "nothing together with friction_moment", "give only one")
+        internal = self.friction_moment is not None or self.pull is not None
+        if self.fall and internal:
+            raise InvalidInputError("fall", self.fall, "no fall together with friction_moment or pull")
+        if self.layer_friction is not None and (self.fall or self.pull is not None):
             advice = "with it a path is followed in time: falls are part of it, and the pull is not defined there"
-            raise InvalidInputError("layer_friction", self.layer_friction, "neither fall nor friction with it", advice)
-        if self.step is not None and self.friction is None and self.hysteresis is None:
-            raise InvalidInputError("step", self.step, "a step together with friction or hysteresis")
+            raise InvalidInputError("layer_friction", self.layer_friction, "neither fall nor pull with it", advice)
+        if self.step is not None and not internal:
+            raise InvalidInputError("step", self.step, "a step together with friction_moment or pull")
         return self
 
 
 class StabilityMap(Strip):
     """A strip whose gripper's places are mapped, and its friction."""
 
-    friction_moment: Annotated[
-        Number | None, quantity("M_0 of the fabric's bending hysteresis, per width", "N", gt=0.0, le=1e3)
-    ] = None
+    friction_moment: FrictionMoment = None
 
 
 class FoldingPlan(Strip):
@@ -260,9 +281,7 @@ class FoldingPlan(Strip):
         Number, quantity("distance of the gripper from where the strip snaps, for every eta_b", "m", ge=0.0, le=1e6)
     ] = 0.01
     layers_may_slide: Annotated[Flag, Field(description="the upper layer may slide over the lower one")] = False
-    friction_moment: Annotated[
-        Number | None, quantity("M_0 of the fabric's bending hysteresis, per width", "N", gt=0.0, le=1e3)
-    ] = None
+    friction_moment: FrictionMoment = None
     yield_curvature: Annotated[Number | None, quantity("its kappa_y; by default 0.05 / L*", "1/m", ge=1e-3, le=1e6)] = (
         None
     )

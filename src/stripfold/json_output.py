@@ -14,7 +14,7 @@ OTHER = {
     for unit, names in {
         "m s-2": "acceleration gravity",
         "1": "accuracy agreement cases count coverage distortion_coefficients end_t eta_b_uncertainty exponent "
-        "exponent_lower exponent_upper friction layer_friction no_result row t touch",
+        "exponent_lower exponent_upper friction_moment_star layer_friction no_result row t touch",
         "m": "advance bending_length change drop end end_x end_z fold_at fold_height friction_boundary gain height "
         "height_sd margin residual s scale second_gripper snap_boundary square step touch_limit x_c",
         "degree": "angle slope",
@@ -22,9 +22,10 @@ OTHER = {
         "m-1": "curvature",
         "m s-1": "disturbance",
         "s": "duration seconds",
+        "s-2": "pull",
         "J m-1": "energy",
         "m-4 s2": "eta_b_secant",
-        "N": "friction_moment hysteresis",
+        "N": "friction_moment",
         "g m-2": "gsm",
         "gf cm/cm": "kes_2hb",
         "gf cm2/cm": "kes_b",
@@ -33,7 +34,7 @@ OTHER = {
     for name in names.split()
 }
 """Units of numbers that no stored dataset has, or has as something else."""
-OF_INPUTS = {"air": "s-1", "friction": "s-2", "stiffness": "s"}
+OF_INPUTS = {"air": "s-1", "stiffness": "s"}
 """Those of inputs with the name of another number."""
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Self
 
 from stripfold import schema, store
+from stripfold.arguments import checked, file_name
 from stripfold.errors import InvalidInputError
 from stripfold.inputs import ETA_B, KES_B, KES_HB, EtaRequest
 from stripfold.material import GRAVITY
@@ -34,8 +35,8 @@ class EtaB(Result):
         m^-4 s^2; the 95 % interval is known from a picture only, else nan.
     gravity_length
         L*, m.
-    friction, hysteresis
-        Friction moment in bending M_0, rho_a g L*^2 and N; nan if it is not known.
+    friction_moment, friction_moment_star
+        Friction moment in bending M_0, N and rho_a g L*^2; nan if it is not known.
     fit
         Details of the fit to a picture; None without one.
     """
@@ -43,8 +44,8 @@ class EtaB(Result):
     eta_b: float
     gravity_length: float
     interval: tuple[float, float] = (nan, nan)
-    friction: float = nan
-    hysteresis: float = nan
+    friction_moment: float = nan
+    friction_moment_star: float = nan
     fit: FoldEtaB | CantileverEtaB | None = None
     image: Any = None
     title = "a weight-to-bending-stiffness ratio"
@@ -64,8 +65,9 @@ class EtaB(Result):
         from stripfold.material import Material
 
         if asked.image is None or asked.scale is None or asked.method is None:
-            eta_b, friction, hysteresis = _of_numbers(asked)
-            found = cls(eta_b, Material(eta_b).gravity_length, friction=friction, hysteresis=hysteresis)
+            eta_b, moment, star = _of_numbers(asked)
+            unit = Material(eta_b).gravity_length
+            found = cls(eta_b, unit, friction_moment=moment, friction_moment_star=star)
         else:
             from stripfold.vision.eta import from_image
             from stripfold.vision.pictures import read_grey
@@ -84,8 +86,8 @@ class EtaB(Result):
         fit = self.fit
         if fit is None:
             rows.append(("L*", f"{self.gravity_length:.6g} m, Peirce's bending length"))
-            text = f"{self.friction:.4g} rho_a g L*^2, {self.hysteresis:.4g} N, friction"
-            return rows if isnan(self.friction) else [*rows, ("M_0", text)]
+            text = f"{self.friction_moment_star:.4g} rho_a g L*^2, {self.friction_moment:.4g} N, friction"
+            return rows if isnan(self.friction_moment) else [*rows, ("M_0", text)]
         low, high = self.interval
         rows += [
             ("  95 %", f"{low:.6g} to {high:.6g} m^-4 s^2, with the scale as given"),
@@ -114,8 +116,10 @@ class EtaB(Result):
     def to_dict(self) -> dict[str, Any]:
         if self.fit is not None:
             return self.fit.fields()
-        known = {} if isnan(self.friction) else {"friction": self.friction, "hysteresis": self.hysteresis}
-        return {"eta_b": self.eta_b, "gravity_length": self.gravity_length} | known
+        names = ["eta_b", "gravity_length"]
+        if not isnan(self.friction_moment):
+            names += ["friction_moment", "friction_moment_star"]
+        return {name: getattr(self, name) for name in names}
 
     def to_dataset(self) -> xr.Dataset:
         low, high = self.interval
@@ -132,7 +136,7 @@ class EtaB(Result):
 
 
 def _of_numbers(asked: EtaRequest) -> tuple[float, float, float]:
-    """eta_b, m^-4 s^2, and the friction moment, rho_a g L*^2 and N or nan, without a picture."""
+    """eta_b, m^-4 s^2, and the friction moment, N and rho_a g L*^2 or nan, without a picture."""
     from stripfold import elastica
 
     if asked.fold_height is not None:
@@ -151,8 +155,8 @@ def _of_numbers(asked: EtaRequest) -> tuple[float, float, float]:
         eta_b = rho_a / rigidity
     if asked.kes_2hb is None:
         return eta_b, nan, nan
-    hysteresis = 0.5 * KES_HB * asked.kes_2hb
-    return eta_b, hysteresis / (rho_a * GRAVITY * (eta_b * GRAVITY) ** (-2.0 / 3.0)), hysteresis
+    moment = 0.5 * KES_HB * asked.kes_2hb
+    return eta_b, moment, moment / (rho_a * GRAVITY * (eta_b * GRAVITY) ** (-2.0 / 3.0))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -279,6 +283,7 @@ class RecordingMeasurement(Result):
         store.write_text(report.html(self.details), file)
 
 
+@checked
 def eta_b(
     *,
     fold_height: float | None = None,
@@ -328,7 +333,7 @@ def eta_b(
     >>> round(sf.eta_b(fold_height=0.0272).eta_b, 1)
     3774.6
     """
-    picture = None if image is None else os.fspath(image)
+    picture = None if image is None else str(file_name("image", image))
     return EtaB.of(
         EtaRequest(
             fold_height=fold_height,
@@ -345,6 +350,7 @@ def eta_b(
     )
 
 
+@checked
 def measure(folder: str | os.PathLike[str], *, progress: Progress | None = None) -> RecordingMeasurement:
     """lambda at the onset of the snap in a recording, with its uncertainty (docs/measuring.md).
 
@@ -362,4 +368,4 @@ def measure(folder: str | os.PathLike[str], *, progress: Progress | None = None)
     MeasurementError
         The files can be read but not measured.
     """
-    return RecordingMeasurement.of(folder, progress)
+    return RecordingMeasurement.of(file_name("folder", folder), progress)

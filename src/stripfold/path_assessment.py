@@ -18,6 +18,7 @@ from stripfold.analysis.mesh_comparison import WHERE
 from stripfold.analysis.phases import AFTER, BEFORE, FALL, SLOW
 from stripfold.analysis.second_on_path import SecondOnPath, second_on_path
 from stripfold.analysis.verdict import Verdict
+from stripfold.arguments import checked, file_name
 from stripfold.inputs import PathAssessment as Asked
 from stripfold.paths import FoldPath
 from stripfold.reporting import Progress, Result, Rows, metres
@@ -93,12 +94,13 @@ class PathAssessment(Result, Verdict):
     @classmethod
     def of(cls, asked: Asked, path: FoldPath, began: float, progress: Progress | None = None) -> Self:
         """Assess it; ``began`` is when that started."""
+        curve = path.curve.scaled(1.0 / asked.gravity_length)
         found = verdict.assess_path(
             asked.material,
             asked.length,
-            path.curve,
-            friction=asked.friction,
-            hysteresis=asked.hysteresis,
+            curve,
+            friction_moment=asked.friction_moment,
+            pull=asked.pull,
             layer_friction=asked.layer_friction,
             step=asked.step,
             fall=asked.fall,
@@ -109,7 +111,7 @@ class PathAssessment(Result, Verdict):
         values = {item.name: getattr(found, item.name) for item in fields(found)}
         second, place = None, asked.second_gripper
         if place is not None:
-            second = second_on_path(asked.material, asked.length, path.curve, place)
+            second = second_on_path(asked.material, asked.length, curve, place)
         return cls(**values, second_gripper=second, path=path, asked=asked, seconds=perf_counter() - began)
 
     def rows(self) -> Rows:
@@ -199,9 +201,9 @@ class PathAssessment(Result, Verdict):
         shape = ("touch_change", "shape_error", "end_error", "lying_length")
         numbers = (*touches, *shape, "peak_force", "peak_hold", "peak_push", "push_z", "bump")
         values: dict[str, Any] = {name: ((), getattr(self, name)) for name in numbers}
-        states = self._mid_surfaces()
+        states, unit = self._mid_surfaces(), self.asked.gravity_length
         values |= {
-            "pseudo_time": ("state", [self.path.curve.pseudo_time(point.lam) for _, point in self.states]),
+            "pseudo_time": ("state", [self.path.curve.pseudo_time(unit * point.lam) for _, point in self.states]),
             "x": (("state", "node"), states[..., 0]),
             "z": (("state", "node"), states[..., 1]),
             "kind": ("event", [event["kind"] for event in self.critical]),
@@ -237,6 +239,7 @@ class PathAssessment(Result, Verdict):
         marks = np.array([(event["x"], event["z"]) for event in self.critical]).reshape(-1, 2)
         return draw_strip(parts[0], self.path.places[:, 1:], marks, parts[1])
 
+    @checked
     def film(self, file: str | os.PathLike[str], progress: Progress | None = None) -> None:
         """Draw it as an MP4 film, with the falls that were followed."""
         from stripfold.extras import require
@@ -258,7 +261,10 @@ class PathAssessment(Result, Verdict):
             advance=self.asked.gravity_length * np.array([state.lam for _, state in states]),
             states=self._mid_surfaces(states),
         )
-        film.draw(followed, file, "way", progress=progress)
+        film.draw(followed, file_name("file", file), "way", progress=progress)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, PathAssessment) and self.path == other.path and super().__eq__(other)
 
     def config(self) -> dict[str, Any]:
         return {**self.asked.model_dump(), "path": self.path.name, "fold_at": self.path.fold_at}

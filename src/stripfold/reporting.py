@@ -51,6 +51,12 @@ class Result(ABC):
         """Store :meth:`to_dataset` with the inputs, the code's version and those of the libraries."""
         store.write(self.to_dataset(), file, title=self.title, config=self.config())
 
+    def __eq__(self, other: object) -> bool:
+        """Whether inputs and numbers are the same; run times do not count."""
+        if not isinstance(other, type(self)):
+            return NotImplemented
+        return self is other or (self.config() == other.config() and self.to_dataset().identical(other.to_dataset()))
+
     def __repr__(self) -> str:
         """One line: the class and what matters most; numbers that do not exist are left out."""
         values = {name: getattr(self, name) for name in self.shown}

@@ -14,6 +14,7 @@ from stripfold.analysis import critical_point
 from stripfold.analysis.critical_point import CriticalResult
 from stripfold.analysis.second_gripper import SecondAlongX, second_gripper
 from stripfold.analysis.uncertain_eta_b import EtaBRange, over_eta_b
+from stripfold.arguments import checked, file_name
 from stripfold.inputs import Scene
 from stripfold.reporting import Progress, Result, Rows, metres
 from stripfold.simulation import Simulation
@@ -230,6 +231,7 @@ class StripCollapse(Result):
 
         return collapse_curve.draw(self.dataset)
 
+    @checked
     def film(self, file: str | os.PathLike[str], progress: Progress | None = None) -> None:
         """Draw it as an MP4 film."""
         from stripfold.extras import require
@@ -237,7 +239,7 @@ class StripCollapse(Result):
         require("vision")
         from stripfold.plots.film import film
 
-        film(self.dataset, file, progress=progress)
+        film(self.dataset, file_name("file", file), progress=progress)
 
     def config(self) -> dict[str, Any]:
         return self.simulation.as_config()

@@ -66,7 +66,7 @@ class Effects(Input):
             advice = "the strip starts lying on the floor: without contact there is no state to start from"
             raise InvalidInputError("contact", "off", "auto or on", advice)
         if self.friction == "on":
-            advice = "a fall has no internal friction; `stripfold assess` has, with --friction or --hysteresis"
+            advice = "a fall has no internal friction; `stripfold assess` has, with --friction-moment or --pull"
             raise InvalidInputError("friction", "on", "auto or off", advice)
         return self
 

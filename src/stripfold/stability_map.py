@@ -183,8 +183,16 @@ class StabilityMap(Result):
     def _star(self, x: Any, z: Any) -> tuple[Array, Array]:
         """Advance and height, L*."""
         unit = self.strip.gravity_length
-        advance, height = np.broadcast_arrays(np.asarray(x) / unit + self.in_star.length / 2.0, np.asarray(z) / unit)
-        return advance, height
+        given = {"x": np.asarray(x), "z": np.asarray(z)}
+        for key, values in given.items():
+            if values.dtype.kind not in "iuf":
+                raise InvalidInputError(key, values.tolist(), "a number, or an array of numbers, m")
+        try:
+            places, heights = np.broadcast_arrays(*given.values())
+        except ValueError:
+            allowed = f"an array of the shape of x, {given['x'].shape}"
+            raise InvalidInputError("z", f"an array of the shape {given['z'].shape}", allowed) from None
+        return places / unit + self.in_star.length / 2.0, heights / unit
 
     def _places(self, rows: Array) -> Array:
         return (rows - (self.in_star.length / 2.0, 0.0)) * self.strip.gravity_length

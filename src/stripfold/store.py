@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 import numpy as np
 
 import stripfold
+from stripfold.arguments import file_name
 from stripfold.errors import InvalidInputError, StripfoldError
 
 if TYPE_CHECKING:
@@ -70,7 +71,7 @@ def atomic(path: str | os.PathLike[str]) -> Iterator[Path]:
     >>> with atomic("out/figure.png") as temporary:  # doctest: +SKIP
     ...     figure.savefig(temporary)
     """
-    path = Path(path)
+    path = file_name("file", path)
     path.parent.mkdir(parents=True, exist_ok=True)
     # A folder, not a file: the name keeps its suffix, which tells libraries the format, and the file gets the
     # permissions that the user's umask says.

@@ -1,4 +1,4 @@
-"""The public objects: a strip and its friction; all numbers in SI.
+"""The strip, from which all that is computed starts; all numbers in SI.
 
 Results come from :mod:`.results` and :mod:`.path_assessment`; nothing heavy is imported before something is computed.
 """
@@ -11,6 +11,7 @@ from math import isclose
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, Literal
 
+from stripfold.arguments import checked
 from stripfold.errors import InvalidInputError
 from stripfold.material import GRAVITY
 
@@ -24,32 +25,6 @@ if TYPE_CHECKING:
     from stripfold.stability_map import StabilityMap
 
 Progress = Callable[[str], None]
-
-
-@dataclass(frozen=True)
-class Hysteresis:
-    """Internal friction in bending that depends on neither rate nor steps (docs/physics.md, section 8).
-
-    Attributes
-    ----------
-    moment
-        Largest friction moment M_0 per width, N: half the height of the loop of a bending test.
-    """
-
-    moment: float
-
-
-@dataclass(frozen=True)
-class Pull:
-    """The paper's internal friction: a pull towards the last accepted state; it depends on the size of the steps.
-
-    Attributes
-    ----------
-    k_f
-        Force per displacement and mass, s^-2.
-    """
-
-    k_f: float
 
 
 @dataclass(frozen=True)
@@ -106,6 +81,7 @@ class Strip:
         """L* = (eta_b g)^(-1/3), m: the natural unit of length."""
         return float((self.eta_b * self.gravity) ** (-1.0 / 3.0))
 
+    @checked
     def critical(
         self,
         height: float,
@@ -161,11 +137,12 @@ class Strip:
 
         return CriticalPoint.of(scene, progress)
 
+    @checked
     def collapse(
         self,
         height: float,
         *,
-        release: Release | None = None,
+        release: Release | Mapping[str, Any] | None = None,
         model: MovingModel | None = None,
         effects: Mapping[str, str] | None = None,
         accuracy: float = 1e-3,
@@ -178,7 +155,7 @@ class Strip:
         height
             Height of the gripper, m.
         release
-            Release of the strip and damping of its fall.
+            Release of the strip and damping of its fall, or their keys and values.
         model
             "solid" or "rod"; without it the solid, or with ``effects`` the model that those say or need.
         effects
@@ -195,22 +172,26 @@ class Strip:
         SolveError, TimeStepError
             A part could not be computed.
         """
-        from stripfold.simulation import Simulation
+        from stripfold.simulation import Release, Simulation
+        from stripfold.validation import within
 
         given: dict[str, Any] = {**asdict(self), "height": height, "accuracy": accuracy}
-        given |= release.model_dump() if release is not None else {}
+        with within("release"):
+            given |= Release.of({} if release is None else release).model_dump()
         given |= {key: value for key, value in (("model", model), ("effects", effects)) if value is not None}
         simulation = Simulation.of(given)
         from stripfold.results import StripCollapse
 
         return StripCollapse.of(simulation, progress)
 
+    @checked
     def assess(
         self,
         path: FoldPath,
         *,
         fall: bool = False,
-        friction: Hysteresis | Pull | None = None,
+        friction_moment: float | None = None,
+        pull: float | None = None,
         layer_friction: float | None = None,
         step: float | None = None,
         second_gripper: float | Literal["auto"] | None = None,
@@ -224,11 +205,15 @@ class Strip:
         Parameters
         ----------
         path
-            From :mod:`stripfold.paths`, for this strip.
+            From :mod:`stripfold.paths`, for this or another strip of this length.
         fall
             Whether to simulate the fall at a critical point and to go on from the state at rest; without friction.
-        friction
-            Internal friction; without it the strip is followed along its branch.
+        friction_moment
+            M_0, N: largest moment of the fabric's bending hysteresis, per width, half the height of the loop of a
+            bending test (docs/physics.md, section 8).  Without friction the strip is followed along its branch.
+        pull
+            k_f, s^-2, of the paper's internal friction: a force per displacement and mass towards the last accepted
+            state; it depends on the size of the steps.
         layer_friction
             Coefficient of friction between the layers and on the floor.  The path is then followed in time, to rest at
             its end; the critical points are those of statics before the first touch.
@@ -245,24 +230,20 @@ class Strip:
         Raises
         ------
         InvalidInputError
-            A value that cannot be used, or a path made for another strip.
+            A value that cannot be used, or a path for a strip of another length.
         SolveError
             Statics that could not be computed.  A fall that could not be is said in the result's ``failure``.
         """
         from stripfold import inputs
 
         began = perf_counter()
-        if not (isclose(path.length, self.length) and isclose(path.gravity_length, self.gravity_length)):
-            made_for = f"a path for length {path.length:g} m and L* {path.gravity_length:.4g} m"
-            raise InvalidInputError("path", made_for, "a path made for this strip", "make it with stripfold.paths")
-        k_f = friction.k_f if isinstance(friction, Pull) else None
-        moment = friction.moment if isinstance(friction, Hysteresis) else None
+        self._check_path(path)
         asked = inputs.PathAssessment(
             **asdict(self),
             model=model,
             fall=fall,
-            friction=k_f,
-            hysteresis=moment,
+            friction_moment=friction_moment,
+            pull=pull,
             layer_friction=layer_friction,
             step=step,
             second_gripper=second_gripper,
@@ -271,15 +252,27 @@ class Strip:
 
         return PathAssessment.of(asked, path, began, progress)
 
-    def map(self, *, friction: Hysteresis | None = None, progress: Progress | None = None) -> StabilityMap:
+    def _check_path(self, path: Any) -> None:
+        from stripfold.paths import FoldPath
+
+        if not isinstance(path, FoldPath):
+            advice = "stripfold.paths.read(file, strip) makes it of a file; a plan has one, plan.path"
+            raise InvalidInputError("path", path, "a path of stripfold.paths", advice)
+        if not isclose(path.length, self.length):
+            made_for = f"a path for a length of {path.length:g} m"
+            raise InvalidInputError("path", made_for, f"one for this strip's length, {self.length:g} m", "make it anew")
+
+    @checked
+    def map(self, *, friction_moment: float | None = None, progress: Progress | None = None) -> StabilityMap:
         """The stability map: gripper places that the strip follows, and their distance to those where it snaps.
 
         For a frictionless strip on the elastica, which has neither thickness nor stretch (docs/map.md).
 
         Parameters
         ----------
-        friction
-            Adds where the strip snaps or lands with this friction, on the rod, for one history; takes longer.
+        friction_moment
+            M_0, N, of the fabric's bending hysteresis: adds where the strip snaps or lands with it, on the rod, for one
+            history; takes longer.
         progress
             Called with a line on what is being done.
 
@@ -300,9 +293,9 @@ class Strip:
         from stripfold import inputs
         from stripfold.stability_map import StabilityMap
 
-        moment = None if friction is None else friction.moment
-        return StabilityMap.of(inputs.StabilityMap(**asdict(self), friction_moment=moment), progress)
+        return StabilityMap.of(inputs.StabilityMap(**asdict(self), friction_moment=friction_moment), progress)
 
+    @checked
     def plan(
         self,
         *,

@@ -25,6 +25,7 @@ from stripfold import elastica, schema, store
 from stripfold.analysis import critical_point
 from stripfold.analysis.prediction import ElasticaPrediction
 from stripfold.analysis.static import End
+from stripfold.arguments import checked, file_name
 from stripfold.errors import InvalidInputError, StripfoldError
 from stripfold.inputs import Scene
 from stripfold.models.model_error import model_error
@@ -135,6 +136,7 @@ class Grid:
         raise error
 
 
+@checked
 def run(
     given: Mapping[str, Any],
     file: str | os.PathLike[str],
@@ -170,9 +172,9 @@ def run(
     StripfoldError
         A process was ended from outside.
     """
-    grid, file = Grid.of(given), Path(file)
+    grid, file = Grid.of(given), file_name("file", file)
     cores = os.cpu_count() or 1 if cores is None else cores
-    if cores < 1:
+    if isinstance(cores, bool) or not isinstance(cores, int) or cores < 1:
         raise InvalidInputError("cores", cores, "a whole number of at least 1")
     parts = chunk_files(grid, file)
     left = [(chunk, part) for part, chunk in parts.items() if not part.is_file()]

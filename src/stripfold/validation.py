@@ -45,10 +45,12 @@ class Input(BaseModel):
 
     @classmethod
     def of(cls, given: Any) -> Self:
-        """The model from keys and values of any mapping.
+        """The model itself, or one from keys and values of any mapping.
 
         Raises InvalidInputError: no mapping, or what the model refuses.
         """
+        if type(given) is cls:
+            return given
         if not isinstance(given, Mapping):
             raise InvalidInputError("", given, "keys and values")
         return cls(**with_text_keys(given))
@@ -227,9 +229,24 @@ def dotted(path: Iterable[str | int]) -> str:
     return "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in path).removeprefix(".")
 
 
+FORMER_NAMES = {
+    "friction": {
+        "friction_moment": "M_0, N",
+        "pull": "k_f, s^-2",
+        "friction_moment_star": "M_0, rho_a g L*^2",
+    },
+    "hysteresis": {"friction_moment": "M_0, N"},
+}
+"""Former names of inputs, with the present ones and what these are."""
+
+
 def did_you_mean(key: str, known: Iterable[str]) -> str:
     """Advice on an unknown name."""
-    near = get_close_matches(key, list(known), 1)
+    known = list(known)
+    present = [f"{name} ({what})" for name, what in FORMER_NAMES.get(key, {}).items() if name in known]
+    if present:
+        return f"{key} is now called {' or '.join(present)}"
+    near = get_close_matches(key, known, 1)
     return f"did you mean {near[0]}?" if near else "remove it"
 
 
@@ -249,6 +266,8 @@ def _in_words(found: ErrorDetails, schema: dict[str, Any]) -> InvalidInputError:
         known = list(_at(schema, path[:-1]).get("properties", {}))
         advice = did_you_mean(str(path[-1]), known)
         return InvalidInputError(dotted(path), found["input"], f"only the keys {', '.join(known)}", advice)
+    # Pydantic puts the kinds that an entry may be of after its key, as literal['auto'].
+    path = tuple(key for key in path if isinstance(key, int) or "[" not in key)
     if kind == "missing" and isinstance(path[-1], int):
         path = path[:-1]  # one of a fixed number of entries: it is the list that is wrong
     rules = _at(schema, path)

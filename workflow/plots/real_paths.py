@@ -50,6 +50,6 @@ def draw(data: xr.Dataset, frames: xr.Dataset) -> Figure:
     for i, speed in enumerate(speeds):
         text = f"onset of the snap at {MILLI * speed:.2g} mm/s"
         handles.append(entry(text, BLACK, "none", marker="o", **speed_mark(i, BLACK)))
-    title = "synthetic recordings" if np.all(data["synthetic"].values == 1.0) else None
-    below.legend(handles=handles, loc="outside upper center", ncols=2, title=title)
+    origin = "synthetic recordings" if np.all(data["synthetic"].values == 1.0) else None
+    below.legend(handles=handles, loc="outside upper center", ncols=2, title=origin)
     return fig

@@ -28,7 +28,7 @@ for material in BATCHES:
                 "tasks.recordings:record",
                 recordings=[SYNTHETIC[name] for name in BATCHES[material]],
                 material=MATERIALS[material],
-                friction=FILMED["friction"][FILMED["materials"].index(material)],
+                friction=FILMED["friction_moment_star"][FILMED["materials"].index(material)],
                 length=FILMED["length_star"],
             ),
         message:

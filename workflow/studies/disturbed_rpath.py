@@ -58,19 +58,23 @@ class Disturbance(NamedTuple):
     vibration: tuple[float, float] | None = None
 
 
+@dataclass(frozen=True)
+class Risen(Piece):
+    """The piece ``of`` a path, higher by ``rise`` after :data:`RAMP`."""
+
+    of: Piece
+    rise: float
+
+    def position(self, s: float) -> Array:
+        return self.of.position(s) + np.array([0.0, self.rise * min(s / RAMP, 1.0)])
+
+    def rate(self, s: float) -> Array:
+        return self.of.rate(s) + np.array([0.0, self.rise / RAMP if s < RAMP else 0.0])
+
+
 def _risen(path: GripperPath, rise: float) -> GripperPath:
     """A path that is higher by ``rise`` after :data:`RAMP`."""
-
-    def piece(of: Piece) -> Piece:
-        def position(s: float) -> Array:
-            return of.position(s) + np.array([0.0, rise * min(s / RAMP, 1.0)])
-
-        def rate(s: float) -> Array:
-            return of.rate(s) + np.array([0.0, rise / RAMP if s < RAMP else 0.0])
-
-        return Piece(of.start, of.end, position, rate, of.name)
-
-    return GripperPath(path.name, tuple(piece(of) for of in path.pieces))
+    return GripperPath(path.name, tuple(Risen(of.start, of.end, of.name, of, rise) for of in path.pieces))
 
 
 def vibrated(case: Case, path: GripperPath, moment: float, vibration: Sequence[float], start: float) -> float:

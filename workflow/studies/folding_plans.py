@@ -119,7 +119,7 @@ def _verdict(asked: FoldingPlan, strip: Strip, path: FoldPath, moment: float | N
     unit = strip.gravity_length
     more: dict[str, Any] = {}
     if moment is not None:
-        more = {"hysteresis": moment, "yield_curvature": asked.yield_curvature, "step": STEP * REFINEMENT * unit}
+        more = {"friction_moment": moment, "yield_curvature": asked.yield_curvature, "step": STEP * REFINEMENT * unit}
     curve = scaled(path, unit)
     return assess_path(strip.material, strip.length, curve, model="rod", refinement=REFINEMENT, compare=False, **more)
 

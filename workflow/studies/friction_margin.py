@@ -33,10 +33,7 @@ def smallest(length: float, uncertainty: float) -> dict[str, float]:
     given = FoldingPlan(length=length * unit, eta_b=ETA_B, eta_m=UNSTRETCHED, eta_b_uncertainty=uncertainty)
     path = paths.r_path(given)
     strips = given.strips if uncertainty else given.strips[1:2]
-    followed = [
-        (strip.material, strip.length, path.curve.scaled(path.gravity_length / strip.gravity_length))
-        for strip in strips
-    ]
+    followed = [(strip.material, strip.length, path.curve.scaled(1.0 / strip.gravity_length)) for strip in strips]
     scale = given.material.force_scale * given.gravity_length
     found = needed(followed, None, SEARCHED_FROM * scale)
     if isinstance(found, str):

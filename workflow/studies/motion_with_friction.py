@@ -24,7 +24,7 @@ from stripfold.errors import LostStabilityError
 from stripfold.models.contact_mesh import ContactMesh, Sizes, Topology
 from stripfold.models.model import Model
 from stripfold.moving_contact import MovingContact
-from stripfold.paths.curve import Piece
+from stripfold.paths.curve import Interpolated
 from stripfold.problem import AlongPath, AlongX, Lift, Motion
 
 SIZES = Sizes(free=0.12, lying=0.15)
@@ -132,7 +132,7 @@ def _at_start(case: Case, height: float, moment: float) -> BranchPoint:
         at = _with(case, at, moment)
     if over != height:
         x = float(at.mid_surface(np.zeros(1))[0, 0])
-        down = Piece.through(np.array([[x, over], [x, height]]), 0.0, "down")
+        down = Interpolated.through(np.array([[x, over], [x, height]]), 0.0, "down")
         places = np.linspace(0.0, down.end, int(np.ceil(down.end / (0.5 * case.step))) + 1)[1:]
         at = _last(_onto(at, AlongPath(down, case.length), 0.0), AlongPath(down, case.length), list(places))
     return _onto(at, AlongX(height), float(at.point.q[at.model.middle[0, 0]]))

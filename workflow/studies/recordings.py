@@ -73,7 +73,7 @@ def scene_of(
             },
             "generator": "dynamics",
             "motion": {
-                "friction": friction,
+                "friction_moment_star": friction,
                 "before": BEFORE * unit,
                 "after": AFTER,
                 "eta_m": material["eta_m"],

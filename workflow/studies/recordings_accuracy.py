@@ -108,7 +108,7 @@ def _described(told: Recording, asked: Case | ChainCase, random: np.random.Gener
     eta_b = asked.factors["eta_b"]
     true = asked.moment * RHO_A * GRAVITY * Material(eta_b).gravity_length ** 2
     strip = {"eta_b": eta_b * float(np.exp(random.uniform(*np.log(WRONG)))), "rho_a": RHO_A}
-    strip["hysteresis"] = true * float(np.exp(random.normal(0.0, FRICTION_SD)))
+    strip["friction_moment"] = true * float(np.exp(random.normal(0.0, FRICTION_SD)))
     entries = told.entries.model_dump(mode="json", exclude_unset=True)
     return Recording(told.folder, Entries.of(entries | {"strip": entries["strip"] | strip}))
 

@@ -116,7 +116,7 @@ class Case(NamedTuple):
         """M_0, rho_a g L*^2, where the strip moves by mechanics and its gripper slowly: shapes give eta_b; else nan."""
         motion = self.scene.motion
         if isinstance(motion, DynamicsMotion) and self.scene.speed <= SLOW:
-            return motion.friction
+            return motion.friction_moment_star
         return nan
 
     @property
@@ -163,7 +163,7 @@ def case(number: int, seed: int, dynamics: float = 0.0) -> Case:
         friction = FRICTIONS[number % len(FRICTIONS)]
         unit = (factors["eta_b"] * GRAVITY) ** (-1.0 / 3.0)
         before = BEFORE * unit if speed <= SLOW else 0.01
-        generator, motion = "dynamics", {"friction": friction, "before": before, "after": 0.5}
+        generator, motion = "dynamics", {"friction_moment_star": friction, "before": before, "after": 0.5}
     scene = {
         "eta_b": factors["eta_b"],
         "height": round(factors["height"] * (factors["eta_b"] * 9.81) ** (-1 / 3), 4),

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple, cast
 
 import numpy as np
 import xarray as xr
-from scipy.interpolate import make_interp_spline
+from scipy.interpolate import BSpline, make_interp_spline
 from scipy.optimize import brentq, minimize_scalar
 
 from stripfold import elastica
@@ -322,17 +322,20 @@ def giving_on_path(scene: Scene, compliance: float) -> float:
     # Against the pin's reaction it moves; behind the critical point it stays.
     reaction[2.0 * path.length] = reaction[states[-1][1].lam]
     moves = make_interp_spline(list(reaction), -compliance * np.array(list(reaction.values())), k=1)
-    touch_x, lam = _touch_on(scene, GripperPath("relative", tuple(_less(piece, moves) for piece in path.pieces)))
+    pieces = tuple(Less(piece.start, piece.end, piece.name, piece, moves) for piece in path.pieces)
+    touch_x, lam = _touch_on(scene, GripperPath("relative", pieces))
     return touch_x + float(moves(lam))
 
 
-def _less(piece: Piece, moves: Callable[[float], Array]) -> Piece:
-    """A piece less a horizontal displacement, a function of the length travelled."""
-    rate = moves.derivative()  # type: ignore[attr-defined]
-    return Piece(
-        piece.start,
-        piece.end,
-        lambda s: piece.position(s) - np.array([float(moves(s)), 0.0]),
-        lambda s: piece.rate(s) - np.array([float(rate(s)), 0.0]),
-        piece.name,
-    )
+@dataclass(frozen=True, eq=False)
+class Less(Piece):
+    """The piece ``of`` a path less the horizontal displacement ``moves``, a function of the length travelled."""
+
+    of: Piece
+    moves: BSpline
+
+    def position(self, s: float) -> Array:
+        return self.of.position(s) - np.array([float(self.moves(s)), 0.0])
+
+    def rate(self, s: float) -> Array:
+        return self.of.rate(s) - np.array([float(self.moves(s, 1)), 0.0])

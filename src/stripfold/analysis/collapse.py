@@ -34,7 +34,7 @@ from stripfold.effects.self_contact import SelfContact
 from stripfold.errors import SolveError, TimeStepError
 from stripfold.material import Material
 from stripfold.models.model import Model
-from stripfold.paths.curve import GripperPath, Piece
+from stripfold.paths.curve import GripperPath, Interpolated
 from stripfold.problem import StripProblem
 from stripfold.simulation import Release, Simulation
 from stripfold.solve.dynamics import Energy, TimeState
@@ -130,13 +130,8 @@ def to_critical_point(strip: StripModel, height: float, refinement: float = 1.0)
 def go_on(strip: StripModel, motion: Motion, height: float, refinement: float = 1.0) -> tuple[tuple[State, ...], str]:
     """Follow the settled strip until its gripper is above the held end; the states, and what ended the motion."""
     length, begin = strip.length, motion.states[-1].lam
-    along_x = Piece(
-        begin,
-        length,
-        lambda lam: np.array([lam - length / 2.0, height]),
-        lambda _: np.array([1.0, 0.0]),
-        "along x",
-    )
+    x = np.array([begin, length]) - length / 2.0
+    along_x = Interpolated.through(np.column_stack([x, [height, height]]), begin, "along x")
     mesh, path = strip.contact_mesh(refinement), GripperPath("along x", (along_x,))
     segment = follow(mesh, path, length, at_rest(mesh, motion))
     layers, model = motion.problem.self_contact, motion.problem.model

@@ -19,7 +19,7 @@ from stripfold.analysis.static import End, StripModel
 from stripfold.arrays import Array, Mask
 from stripfold.elastica.half_fold import states_no_horizontal_force
 from stripfold.errors import LostStabilityError
-from stripfold.paths.curve import GripperPath, Piece, pieces_through
+from stripfold.paths.curve import GripperPath, Interpolated, pieces_through
 from stripfold.percent import Percent
 from stripfold.problem import AlongPath, Motion
 
@@ -93,7 +93,7 @@ def _advanced(strip: StripModel, lifted: Step) -> tuple[End, float]:
     """The end of the advance from a lifted state, and the advance there."""
     x, z = lifted.at.problem.motion.values(lifted.lam)
     ends = np.array([(x, z), (x + strip.length, z)]) - (strip.length / 2.0, 0.0)
-    motion: Motion = AlongPath(Piece.through(ends, lifted.lam, "carry"), strip.length)
+    motion: Motion = AlongPath(Interpolated.through(ends, lifted.lam, "carry"), strip.length)
     now = lifted
 
     def places() -> Iterator[tuple[Motion, float]]:

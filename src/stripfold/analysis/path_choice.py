@@ -184,7 +184,7 @@ class _Chooser:
             curve = scaled(candidate.path, unit)
             friction: dict[str, Any] = {}
             if candidate.moment is not None:
-                friction = {"hysteresis": asked.friction_moment, "yield_curvature": asked.yield_curvature}
+                friction = {"friction_moment": asked.friction_moment, "yield_curvature": asked.yield_curvature}
                 # With longer elements strips are lost where one of them begins to slide.  To its touch this one was
                 # followed before, with less friction and by other steps.
                 friction |= {"step": STEP * unit, "refinement": REFINEMENT, "compare": False}
@@ -252,8 +252,8 @@ def choose(asked: FoldingPlan, progress: Callable[[str], None] | None = None) ->
 
 
 def scaled(path: FoldPath, unit: float) -> GripperPath:
-    """The curve of a path in another L*, m."""
-    return path.curve.scaled(path.gravity_length / unit)
+    """The curve of a path in units of an L*, m."""
+    return path.curve.scaled(1.0 / unit)
 
 
 def snaps_above(length: float) -> float:

@@ -88,8 +88,8 @@ def assess_path(
     path: GripperPath,
     *,
     fall: bool = False,
-    friction: float | None = None,
-    hysteresis: float | None = None,
+    friction_moment: float | None = None,
+    pull: float | None = None,
     yield_curvature: float | None = None,
     layer_friction: float | None = None,
     step: float | None = None,
@@ -109,12 +109,12 @@ def assess_path(
         The gripper's path, in L*.
     fall
         Whether to simulate falls at critical points, without friction; else the first of them is the end.
-    friction
-        The paper's k_f, s^-2.
-    hysteresis
+    friction_moment
         The bending hysteresis' M_0, N.
     yield_curvature
         Its kappa_y, 1/m; 0.05 / L* where it is not given.
+    pull
+        The paper's k_f, s^-2.
     layer_friction
         Coefficient of friction between the layers and on the floor.  The critical points are then those of statics
         before the first touch, all else is of a motion in time with a slow gripper.
@@ -137,7 +137,7 @@ def assess_path(
     unit = material.gravity_length
     strip = StripModel(length / unit, material.relative_thickness, material.nu, kind=model)
     coarser = select_model.COARSER * refinement
-    if friction is None and hysteresis is None:
+    if friction_moment is None and pull is None:
         released = in_solver_units(Release(), material) if fall else None
         found = assess_strip(strip, path, released, refinement, progress)
         events, failure = _events(found, material), found.failure
@@ -147,9 +147,9 @@ def assess_path(
         ends = accumulate(len(segment.states) for segment in found.segments)
         falls = tuple(zip(ends, found.motions, strict=False))
     else:
-        law, strength = "pull", (friction or 0.0) * unit / material.gravity
-        if hysteresis is not None:
-            law, strength = "hysteresis", hysteresis / (material.force_scale * unit)
+        law, strength = "pull", (pull or 0.0) * unit / material.gravity
+        if friction_moment is not None:
+            law, strength = "hysteresis", friction_moment / (material.force_scale * unit)
         if step is not None and not 0.0 < step <= unit * path.length:
             allowed = f"more than 0 and at most {unit * path.length:.4g} m, the length of the path"
             raise InvalidInputError("step", step, allowed)
@@ -173,7 +173,7 @@ def assess_path(
             # These statics know no friction between the layers.
             events = []
         damping = in_solver_units(Release(), material).damping
-        moment = 0.0 if hysteresis is None else strength
+        moment = 0.0 if friction_moment is None else strength
         try:
             moved = follow_in_time(
                 strip, path, layer_friction, moment, damping=damping, refinement=refinement, progress=progress

@@ -1,53 +1,104 @@
 """A gripper path: smooth pieces between corners, parametrised by the length travelled.
 
-Lengths in L*, in the frame of the model: origin mid-strip, z up, the flat strip grasped at x = -length/2 and held at
-+length/2.
+Lengths in L* or m, in the frame of the model: origin mid-strip, z up, the flat strip grasped at x = -length/2 and held
+at +length/2.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from abc import ABC, abstractmethod
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
-from stripfold.arrays import Array
+from stripfold.arrays import Array, ByValue
+
+if TYPE_CHECKING:
+    from scipy.interpolate import BSpline
 
 
 @dataclass(frozen=True)
-class Piece:
+class Piece(ABC):
     """A smooth part of a path.
 
-    ``start``, ``end``: length travelled at its ends, L*.  ``position``, ``rate``: functions of the length travelled:
-    position (x, z), and its derivative, of about unit length.  ``name``: name of the phase.
+    ``start``, ``end``: length travelled at its ends.  ``name``: name of the phase.
     """
 
     start: float
     end: float
-    position: Callable[[float], Array]
-    rate: Callable[[float], Array]
     name: str
 
+    @abstractmethod
+    def position(self, s: float) -> Array:
+        """Position (x, z) at the length travelled ``s``."""
+
+    @abstractmethod
+    def rate(self, s: float) -> Array:
+        """Its derivative, of about unit length."""
+
+    def scaled(self, factor: float) -> Self:
+        """The same piece with all lengths multiplied."""
+        raise NotImplementedError
+
+    def shifted(self, x: float) -> Self:
+        """The same piece elsewhere on the floor."""
+        raise NotImplementedError
+
+
+@dataclass(frozen=True, eq=False)
+class Interpolated(ByValue, Piece):
+    """A line through two points or a cubic spline through more.
+
+    ``points``: shape (n, 2).  ``travelled``: lengths travelled there, shape (n,).  ``above_floor``: whether what lies
+    below the floor between the points is kept on it.
+    """
+
+    points: Array
+    travelled: Array
+    above_floor: bool = False
+
     @classmethod
-    def through(cls, points: Array, start: float, name: str) -> Piece:
-        """A cubic spline through ``points``, shape (n, 2), over :func:`polygon_length`; a line through two."""
+    def through(cls, points: Array, start: float, name: str) -> Self:
+        """Over :func:`polygon_length`."""
         travelled = polygon_length(points, start)
-        ends = float(travelled[0]), float(travelled[-1])
-        if len(points) == 2:
-            along = (points[1] - points[0]) / (ends[1] - ends[0])
-            return cls(*ends, lambda s: points[0] + (s - ends[0]) * along, lambda _: along, name)
+        return cls(float(travelled[0]), float(travelled[-1]), name, points, travelled)
+
+    @cached_property
+    def _spline(self) -> tuple[BSpline, BSpline]:
+        """The spline and its derivative."""
         from scipy.interpolate import make_interp_spline
 
-        spline = make_interp_spline(travelled, points, k=min(3, len(points) - 1))
-        rate = spline.derivative()
-        return cls(*ends, lambda s: np.asarray(spline(s)), lambda s: np.asarray(rate(s)), name)
+        spline = make_interp_spline(self.travelled, self.points, k=min(3, len(self.points) - 1))
+        return spline, spline.derivative()
+
+    def position(self, s: float) -> Array:
+        if len(self.points) == 2:
+            found = self.points[0] + (s - self.travelled[0]) * self.rate(s)
+        else:
+            found = np.asarray(self._spline[0](s))
+        return np.maximum(found, [-np.inf, 0.0]) if self.above_floor else found
+
+    def rate(self, s: float) -> Array:
+        if len(self.points) > 2:
+            return np.asarray(self._spline[1](s))
+        return np.asarray((self.points[1] - self.points[0]) / (self.travelled[1] - self.travelled[0]))
+
+    def scaled(self, factor: float) -> Self:
+        start, end = factor * self.start, factor * self.end
+        return replace(self, start=start, end=end, points=factor * self.points, travelled=factor * self.travelled)
+
+    def shifted(self, x: float) -> Self:
+        return replace(self, points=self.points + np.array([x, 0.0]))
 
 
-def pieces_through(parts: Iterable[tuple[str, Array]]) -> tuple[Piece, ...]:
+def pieces_through(parts: Iterable[tuple[str, Array]]) -> tuple[Interpolated, ...]:
     """Pieces one after the other, from their names and points."""
-    pieces: list[Piece] = []
+    pieces: list[Interpolated] = []
     for name, points in parts:
-        pieces.append(Piece.through(points, pieces[-1].end if pieces else 0.0, name))
+        pieces.append(Interpolated.through(points, pieces[-1].end if pieces else 0.0, name))
     return tuple(pieces)
 
 
@@ -56,8 +107,8 @@ def polygon_length(points: Array, start: float = 0.0) -> Array:
     return start + np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
 
 
-@dataclass(frozen=True)
-class GripperPath:
+@dataclass(frozen=True, eq=False)
+class GripperPath(ByValue):
     """A sequence of pieces; the direction may change abruptly between two of them.
 
     ``name``: name of the path.  ``pieces``: the first starts at 0, each at the end of the one before.  ``stamps``:
@@ -73,7 +124,7 @@ class GripperPath:
 
     @property
     def length(self) -> float:
-        """Length of the path, L*."""
+        """Length of the path."""
         return self.pieces[-1].end
 
     @property
@@ -93,7 +144,7 @@ class GripperPath:
         return int(rows[max(int(np.searchsorted(travelled, s, side="right")) - 1, 0)])
 
     def position(self, s: float) -> Array:
-        """Position (x, z) at the length travelled ``s``, L*."""
+        """Position (x, z) at the length travelled ``s``."""
         return self._piece(s).position(s)
 
     def rate(self, s: float) -> Array:
@@ -104,24 +155,13 @@ class GripperPath:
         return next((piece for piece in self.pieces if s <= piece.end), self.pieces[-1])
 
     def scaled(self, factor: float) -> GripperPath:
-        """The same path with all lengths multiplied: of one path in metres, that in another L*."""
-
-        def piece(of: Piece) -> Piece:
-            def position(s: float) -> Array:
-                return factor * of.position(s / factor)
-
-            return Piece(factor * of.start, factor * of.end, position, lambda s: of.rate(s / factor), of.name)
-
+        """The same path with all lengths multiplied: of a path in metres, that in L*."""
         stamps = None if self.stamps is None else (factor * self.stamps[0], *self.stamps[1:])
-        return GripperPath(self.name, tuple(piece(of) for of in self.pieces), stamps, self.warnings)
+        return replace(self, pieces=tuple(piece.scaled(factor) for piece in self.pieces), stamps=stamps)
 
     def shifted(self, x: float) -> GripperPath:
-        """The same path elsewhere on the floor, L*."""
-
-        def piece(of: Piece) -> Piece:
-            return replace(of, position=lambda s: of.position(s) + np.array([x, 0.0]))
-
-        return replace(self, pieces=tuple(piece(of) for of in self.pieces))
+        """The same path elsewhere on the floor."""
+        return replace(self, pieces=tuple(piece.shifted(x) for piece in self.pieces))
 
     def sampled(self, spacing: float) -> tuple[Array, Array]:
         """Lengths travelled, shape (n,), and positions, shape (n, 2), at most ``spacing`` apart, with all corners.

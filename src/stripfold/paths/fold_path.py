@@ -1,14 +1,16 @@
-"""A gripper path for one strip, in SI: planned, or a user's own."""
+"""A gripper path for strips of one length, in SI: planned, or a user's own."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
-from stripfold.arrays import Array
+from stripfold.arguments import checked, file_name
+from stripfold.arrays import Array, ByValue
 from stripfold.errors import InvalidInputError
+from stripfold.inputs import OwnPath, PlannedPath
 from stripfold.paths import geometric, low_path, rpath, table
 from stripfold.paths.curve import GripperPath
 from stripfold.paths.robot_log import LogFormat
@@ -18,8 +20,13 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+@runtime_checkable
 class AnyStrip(Protocol):
     """A strip as far as a path needs it."""
+
+    @property
+    def eta_b(self) -> float:
+        """Weight-to-bending-stiffness ratio, m^-4 s^2."""
 
     @property
     def length(self) -> float:
@@ -31,8 +38,8 @@ class AnyStrip(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class FoldPath:
-    """A gripper path for one strip; x and z in the frame with its origin mid-strip on the floor.
+class FoldPath(ByValue):
+    """A gripper path for any strip of one length; x and z in the frame with its origin mid-strip on the floor.
 
     Make one with :func:`r_path`, :func:`triangular`, :func:`circular`, :func:`low` or :func:`read`.
 
@@ -40,10 +47,12 @@ class FoldPath:
     ----------
     name
         "r-path", "triangular", "circular", "low", or the name of the file.
-    length, gravity_length
-        Length and L* of the strip, m.
+    length
+        Length of the strip, m.
+    gravity_length
+        L* of the strip that it was made for, m: its places are at most 0.05 L* apart.
     curve
-        The same path in units of L*.
+        The path itself; lengths in m.
     fold_at
         Distance of the fold line from the gripped end, m; None for a half fold.
     """
@@ -57,13 +66,18 @@ class FoldPath:
     @property
     def places(self) -> Array:
         """Shape (n, 3): rows of pseudo time, and x and z of the gripper, m; corners are among them."""
-        return table.rows(self.curve, self.gravity_length)
+        return table.rows(self.curve, self.spacing)
+
+    @property
+    def spacing(self) -> float:
+        """Largest distance between two places, m."""
+        return table.SPACING * self.gravity_length
 
     def as_text(self) -> str:
         """The path as a table ``t,x,z``."""
         comment = f"{self.name}, length {self.length:g} m, L* {self.gravity_length:.6g} m"
         fold = "" if self.fold_at is None else f", fold at {self.fold_at:g} m"
-        return table.as_text(self.curve, self.gravity_length, (comment + fold,))
+        return table.as_text(self.curve, self.spacing, (comment + fold,))
 
     def to_dict(self) -> dict[str, Any]:
         """Its name, and the columns of :attr:`places` by name."""
@@ -91,6 +105,7 @@ class FoldPath:
         return draw_strip([], self.places[:, 1:])
 
 
+@checked
 def r_path(strip: AnyStrip, fold_at: float | None = None) -> FoldPath:
     """The R-path of a half fold: it keeps the lying length of the folded state (docs/physics.md, section 9).
 
@@ -107,16 +122,19 @@ def r_path(strip: AnyStrip, fold_at: float | None = None) -> FoldPath:
     return _planned(strip, "r-path", lambda length: rpath.plan_r_path(length).path, fold_at)
 
 
+@checked
 def triangular(strip: AnyStrip, fold_at: float | None = None) -> FoldPath:
     """Straight up at 45 degrees to the middle and straight down (Berg et al., WAFR 2010)."""
     return _planned(strip, "triangular", geometric.triangular, fold_at)
 
 
+@checked
 def circular(strip: AnyStrip, fold_at: float | None = None) -> FoldPath:
     """The half circle about the fold line (Petrik et al., TAROS 2015)."""
     return _planned(strip, "circular", geometric.circular, fold_at)
 
 
+@checked
 def low(strip: AnyStrip, height: float, fold_at: float | None = None) -> FoldPath:
     """Up to a height, m, over at that height, and down; snaps need more than 1.586 L* (docs/low-path.md).
 
@@ -125,8 +143,9 @@ def low(strip: AnyStrip, height: float, fold_at: float | None = None) -> FoldPat
     InvalidInputError
         As :func:`r_path`, or a height less than 0.1 L* or more than a quarter of the length.
     """
-    lowest, highest = low_path.LOWEST * strip.gravity_length, low_path.HIGHEST * _folded(strip, fold_at)
-    if not lowest <= height <= highest:
+    folded, asked = _folded(strip, fold_at), PlannedPath(height=height).height
+    lowest, highest = low_path.LOWEST * strip.gravity_length, low_path.HIGHEST * folded
+    if asked is None or not lowest <= asked <= highest:
         advice = f"the path is stable below {1.586 * strip.gravity_length:.4g} m"
         raise InvalidInputError("height", height, f"from {lowest:.4g} to {highest:.4g} m", advice)
     return _planned(strip, "low", lambda length: low_path.low(length, height / strip.gravity_length), fold_at)
@@ -147,6 +166,7 @@ PLANS: dict[str, Callable[[AnyStrip, float | None], FoldPath]] = {
 """The paths of the paper by their names: these need a strip only."""
 
 
+@checked
 def read(
     file: str | os.PathLike[str],
     strip: AnyStrip,
@@ -187,14 +207,21 @@ def read(
     InvalidInputError
         No such table, or a path that this strip cannot follow; the message names the row.
     """
-    star, log = strip.gravity_length, LogFormat.of(columns, unit, frame, smooth)
-    curve = table.read(file, strip.length / star, star, log)
     _folded(strip, fold_at)
-    return FoldPath(curve.name, strip.length, star, curve, fold_at)
+    asked = OwnPath(columns=columns, unit=unit, frame=frame, smooth=smooth)
+    star, log = strip.gravity_length, LogFormat.of(**asked.model_dump())
+    curve = table.read(file_name("file", file), strip.length / star, star, log)
+    return FoldPath(curve.name, strip.length, star, curve.scaled(star), fold_at)
 
 
 def _folded(strip: AnyStrip, fold_at: float | None) -> float:
-    """Length of the two layers together, m."""
+    """Length of the two layers together, m.
+
+    Raises InvalidInputError: no strip, or no place for its fold line.
+    """
+    if not isinstance(strip, AnyStrip):
+        raise InvalidInputError("strip", strip, "a stripfold.Strip")
+    fold_at = PlannedPath(fold_at=fold_at).fold_at
     if fold_at is None:
         return strip.length
     if not 0.0 < fold_at <= strip.length / 2.0:
@@ -205,9 +232,9 @@ def _folded(strip: AnyStrip, fold_at: float | None) -> float:
 
 
 def _planned(strip: AnyStrip, name: str, plan: Callable[[float], GripperPath], fold_at: float | None) -> FoldPath:
-    unit, folded = strip.gravity_length, _folded(strip, fold_at)
+    folded, unit = _folded(strip, fold_at), strip.gravity_length
     try:
-        curve = plan(folded / unit)
+        curve = plan(folded / unit).scaled(unit)
     except InvalidInputError as error:
         shortest, longest = rpath.shortest_half_fold() * unit, rpath.LONGEST * unit
         if fold_at is not None:
@@ -216,5 +243,5 @@ def _planned(strip: AnyStrip, name: str, plan: Callable[[float], GripperPath], f
         allowed = f"more than {shortest:.4g} m and at most {longest:.4g} m"
         raise InvalidInputError("length", strip.length, allowed, error.advice) from error
     if fold_at is not None:
-        curve = curve.shifted((folded - strip.length) / 2.0 / unit)
+        curve = curve.shifted((folded - strip.length) / 2.0)
     return FoldPath(name, strip.length, unit, curve, fold_at)

@@ -2,12 +2,36 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
 from math import cos, pi, sin
+from typing import Self
 
 import numpy as np
 
 from stripfold.arrays import Array
 from stripfold.paths.curve import GripperPath, Piece, pieces_through
+
+
+@dataclass(frozen=True)
+class HalfCircle(Piece):
+    """A half circle from the floor to the floor, lengths in the unit of ``radius``; ``centre``: its x."""
+
+    radius: float
+    centre: float = 0.0
+
+    def position(self, s: float) -> Array:
+        angle = s / self.radius
+        return np.array([self.centre - self.radius * cos(angle), self.radius * max(sin(angle), 0.0)])
+
+    def rate(self, s: float) -> Array:
+        return np.array([sin(s / self.radius), cos(s / self.radius)])
+
+    def scaled(self, factor: float) -> Self:
+        lengths = {name: factor * getattr(self, name) for name in ("start", "end", "radius", "centre")}
+        return replace(self, **lengths)
+
+    def shifted(self, x: float) -> Self:
+        return replace(self, centre=self.centre + x)
 
 
 def triangular(length: float) -> GripperPath:
@@ -27,11 +51,4 @@ def circular(length: float) -> GripperPath:
     Exact for two rigid halves with a hinge (Petrik et al., TAROS 2015).
     """
     radius = length / 2.0
-
-    def position(s: float) -> Array:
-        return radius * np.array([-cos(s / radius), max(sin(s / radius), 0.0)])
-
-    def rate(s: float) -> Array:
-        return np.array([sin(s / radius), cos(s / radius)])
-
-    return GripperPath("circular", (Piece(0.0, pi * radius, position, rate, "circle"),))
+    return GripperPath("circular", (HalfCircle(0.0, pi * radius, "circle", radius),))

@@ -13,7 +13,7 @@ import numpy as np
 from stripfold.arrays import Array, Mask
 from stripfold.errors import InvalidInputError
 from stripfold.material import UNITS
-from stripfold.paths.curve import GripperPath, Piece, pieces_through, polygon_length
+from stripfold.paths.curve import GripperPath, pieces_through, polygon_length
 from stripfold.paths.robot_log import LogFormat, smoothed
 from stripfold.tables import read_table
 
@@ -66,7 +66,8 @@ def read(path: str | os.PathLike[str], length: float, unit: float, log: LogForma
     ends = [0, *(np.flatnonzero(turn > CORNER) + 1), len(positions) - 1]
     parts = ((f"rows {i + 1} to {j + 1}", positions[i : j + 1]) for i, j in pairwise(ends))
     # A row on the floor has no business under it between the rows either.
-    pieces = tuple(map(_above_floor, pieces_through(parts)) if warnings or log.smooth else pieces_through(parts))
+    above_floor = bool(warnings or log.smooth)
+    pieces = tuple(replace(piece, above_floor=above_floor) for piece in pieces_through(parts))
     # Times and numbers of all rows, also of those left out.
     numbers_in_file = np.array([number for number, _ in table.rows])
     rows_at = np.interp(travelled, shown, polygon_length(positions))
@@ -82,13 +83,6 @@ def read(path: str | os.PathLike[str], length: float, unit: float, log: LogForma
 def largest_miss(length: float, unit: float) -> float:
     """Distance by which a robot may miss a place, L*, with a strip of this length, L*; ``unit`` is L* in m."""
     return min(SNAP / unit, SNAP_SHARE * length)
-
-
-def _above_floor(piece: Piece) -> Piece:
-    def position(s: float) -> Array:
-        return np.maximum(piece.position(s), [-np.inf, 0.0])
-
-    return replace(piece, position=position)
 
 
 def _snapped(positions: Array, length: float, unit: float, rounding: float) -> tuple[Array, tuple[str, ...]]:
@@ -144,15 +138,15 @@ def _check_rows(positions: Array, length: float, unit: float, place: Callable[[i
     refuse(beyond, "path", in_metres, allowed)
 
 
-def rows(path: GripperPath, unit: float) -> Array:
-    """Shape (n, 3): pseudo time, x and z, m, at most :data:`SPACING` apart; ``unit`` is L* in m."""
-    s, positions = path.sampled(SPACING)
+def rows(path: GripperPath, spacing: float) -> Array:
+    """Shape (n, 3): pseudo time, x and z, m, at most ``spacing`` apart, of a path in metres."""
+    s, positions = path.sampled(spacing)
     t = [path.pseudo_time(float(travelled)) for travelled in s]
-    return np.column_stack([t, positions[:, 0] * unit, np.maximum(positions[:, 1] * unit, 0.0)])
+    return np.column_stack([t, positions[:, 0], np.maximum(positions[:, 1], 0.0)])
 
 
-def as_text(path: GripperPath, unit: float, comments: tuple[str, ...] = ()) -> str:
-    """A path in L* as a table that :func:`read` accepts, after lines of comments; ``unit`` is L* in m."""
+def as_text(path: GripperPath, spacing: float, comments: tuple[str, ...] = ()) -> str:
+    """A path in metres as a table that :func:`read` accepts, after lines of comments."""
     lines = [f"# {line}" for line in comments] + [HEADER]
-    lines += [f"{t:.9g},{x:.9g},{z:.9g}" for t, x, z in rows(path, unit)]
+    lines += [f"{t:.9g},{x:.9g},{z:.9g}" for t, x, z in rows(path, spacing)]
     return "\n".join(lines) + "\n"

@@ -30,7 +30,7 @@ def history(scene: Scene) -> History:
     found = moving_gripper.run(
         StripModel(strip.length_star, material.relative_thickness, kind=motion.model),
         scene.height / unit,
-        motion.friction,
+        motion.friction_moment_star,
         scene.speed * clock / unit,
         motion.before / unit,
         motion.after / clock,

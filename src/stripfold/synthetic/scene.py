@@ -147,7 +147,9 @@ class ShapesMotion(Input):
 class DynamicsMotion(Input):
     """A motion from the project's own dynamics, with friction in bending (the generator "dynamics")."""
 
-    friction: Annotated[Number, quantity("M_0 of the bending hysteresis", "rho_a g L*^2", ge=0.0, le=2.0)] = 0.01
+    friction_moment_star: Annotated[
+        Number, quantity("M_0 of the fabric's bending hysteresis", "rho_a g L*^2", ge=0.0, le=2.0)
+    ] = 0.01
     air: Air = 2.0
     stiffness: Stiffness = 3e-3
     before: Annotated[Number, quantity("start before the loss of stability", "m", ge=1e-3, le=0.1)] = 0.01

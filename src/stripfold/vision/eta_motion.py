@@ -164,10 +164,10 @@ def _measure(
     points = mirror * (tracks.points - origin)
     camera = camera_place(mapping)
     width = strip.width or WIDTH
-    known = strip.hysteresis is not None and strip.rho_a is not None
+    known = strip.friction_moment is not None and strip.rho_a is not None
     friction = 0.0
-    if strip.hysteresis is not None and strip.rho_a is not None:
-        friction = strip.hysteresis / (strip.rho_a * GRAVITY)
+    if strip.friction_moment is not None and strip.rho_a is not None:
+        friction = strip.friction_moment / (strip.rho_a * GRAVITY)
     seen = _Seen(
         advance=np.array([advance[group].mean() for group in groups]),
         points=np.array([points[group].mean(axis=0) for group in groups])[:, ENDS:-ENDS],

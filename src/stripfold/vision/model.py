@@ -38,9 +38,9 @@ def model_value(entries: Entries) -> ModelValue:
         ends = [lambda_c(eta_b) for eta_b in strip.eta_b_interval]
         if all(map(isfinite, (value, *ends))):
             low, high = sorted(ends)
-    if strip.hysteresis is not None and strip.rho_a is not None:
+    if strip.friction_moment is not None and strip.rho_a is not None:
         material = Material(strip.eta_b)
         unit = material.gravity_length
-        moment = strip.hysteresis / (strip.rho_a * material.gravity * unit**2)
+        moment = strip.friction_moment / (strip.rho_a * material.gravity * unit**2)
         with_friction = value + elastica.friction_delay(height / unit) * moment * unit
     return ModelValue(value, low, high, with_friction)

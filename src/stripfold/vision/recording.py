@@ -37,10 +37,10 @@ class StripEntry(Input):
     length: Annotated[Number, quantity("length", "m", gt=0.0, le=10.0)]
     eta_b: EtaB
     eta_b_interval: Annotated[tuple[EtaB, EtaB] | None, Field(description="95 % interval of eta_b, m^-4 s^2")] = None
-    hysteresis: Annotated[Number | None, quantity("friction moment M_0 in bending, per width", "N", ge=0.0, le=0.1)] = (
-        None
-    )
-    rho_a: Annotated[Number | None, quantity("areal density, with hysteresis", "kg m^-2", gt=0.0, le=10.0)] = None
+    friction_moment: Annotated[
+        Number | None, quantity("M_0 of the fabric's bending hysteresis, per width", "N", ge=0.0, le=0.1)
+    ] = None
+    rho_a: Annotated[Number | None, quantity("areal density, with friction_moment", "kg m^-2", gt=0.0, le=10.0)] = None
     width: Annotated[Number | None, quantity("width", "m", gt=0.0, le=2.0)] = None
     material: Text | None = None
 
@@ -49,8 +49,8 @@ class StripEntry(Input):
         interval = self.eta_b_interval
         if interval is not None and not interval[0] <= self.eta_b <= interval[1]:
             raise InvalidInputError("eta_b_interval", list(interval), f"two numbers around eta_b = {self.eta_b:g}")
-        if self.hysteresis is not None and self.rho_a is None:
-            raise InvalidInputError("rho_a", MISSING, "an areal density together with hysteresis", "in kg m^-2")
+        if self.friction_moment is not None and self.rho_a is None:
+            raise InvalidInputError("rho_a", MISSING, "an areal density together with friction_moment", "in kg m^-2")
         return self
 
 
