@@ -7,16 +7,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
+from stripfold import kernels
 from stripfold.arrays import Array
 from stripfold.effects.effect import Reaction
 from stripfold.effects.moments import ElementMoments
 from stripfold.errors import InvalidInputError
 from stripfold.models.directors import Directors
 from stripfold.models.model import Model
+
+if TYPE_CHECKING:
+    from stripfold.kernels.bending import Springs
 
 STICK_TOLERANCE = 1e-9
 """Relative excess over kappa_y that still counts as sticking: rounding must not decide the tangent of a state that slid
@@ -134,6 +138,13 @@ class Hysteresis(ElementMoments):
         at_ends = (integral[cell + 1] - integral[cell]) / (cells[cell + 1] - cells[cell])[:, None]
         taken = np.diff(moves[:, :, None] * at_ends, axis=1) / size[:, None]
         return np.asarray(taken.reshape(len(growth), -1))
+
+    @property
+    def springs(self) -> Springs:
+        """The springs, for a compiled time step."""
+        d, limit = self.directors, self.yield_curvature
+        limits = np.array([self._fraction * self.stiffness, limit, limit * self.sticks_up_to])
+        return kernels.bending.Springs(d.unknowns, d.factor, d.straight, d.length, self.slip, limits)
 
     def stored(self, q: Array) -> float:
         """Elastic energy of the springs, rho_a g L*^2 per width."""
