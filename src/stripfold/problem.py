@@ -6,7 +6,8 @@ The holding pin and the grasp are prescribed unknowns, the floor is a bound on u
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from copy import copy
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -175,7 +176,9 @@ class StripProblem(FixedUnknowns):
         """The problem after an accepted step to ``q``: its effects have updated their memory."""
         if not self.effects:
             return self
-        return replace(self, effects=tuple(effect.committed(q, self.reaction) for effect in self.effects))
+        accepted = copy(self)  # what follows from the model and the motion stays
+        object.__setattr__(accepted, "effects", tuple(effect.committed(q, self.reaction) for effect in self.effects))
+        return accepted
 
     def reaction(self, q: Array) -> Array:
         """The floor's forces on the strip in a state, inertia aside, shape (n,)."""

@@ -40,6 +40,8 @@ HEIGHT = 1e-4
 """Accuracy of the height at which a path snaps, L*."""
 STEP = 0.25
 """Size of the steps with friction, L*: the finished fold is then within 2e-4 L* of that with steps of a tenth."""
+CLEAR = 0.05
+"""Margin from which a path is not followed on a second mesh, L*: several times what a mesh moves a snap."""
 DELAY = 8.0
 """Distance by which friction delays a snap, L* per M_0 in rho_a g L*^2: the least at the heights of docs/physics.md."""
 
@@ -171,14 +173,15 @@ class _Chooser:
             unit = strip.gravity_length
             with_it = f"with eta_b = {strip.eta_b:.4g} the rod"
             curve = scaled(candidate.path, unit)
-            friction: dict[str, Any] = {}
+            # A strip so far from where it snaps is lost on no mesh.
+            how: dict[str, Any] = {"compare": candidate.margin < CLEAR * unit}
             if candidate.moment is not None:
-                friction = {"hysteresis": asked.friction_moment, "yield_curvature": asked.yield_curvature}
+                how = {"hysteresis": asked.friction_moment, "yield_curvature": asked.yield_curvature}
                 # With longer elements strips are lost where one of them begins to slide.  To its touch this one was
                 # followed before, with less friction and by other steps.
-                friction |= {"step": STEP * unit, "refinement": REFINEMENT, "compare": False}
+                how |= {"step": STEP * unit, "refinement": REFINEMENT, "compare": False}
             try:
-                verdict = assess_path(strip.material, strip.length, curve, model="rod", **friction)
+                verdict = assess_path(strip.material, strip.length, curve, model="rod", **how)
             except SolveError as error:
                 return f"{with_it} cannot be followed: {error}"
             if verdict.stable and verdict.mesh_dependence:

@@ -153,8 +153,10 @@ class Hysteresis(ElementMoments):
 
     def dissipation(self, q: Array) -> float:
         """Energy dissipated by a step to ``q``; exact unless an element turns back within the step."""
-        change = self._slip_at(q) - self.slip
-        return self._fraction * self.moment * float(self.directors.length @ np.abs(change))
+        return self._dissipation(self._slip_at(q))
+
+    def _dissipation(self, slip: Array) -> float:
+        return self._fraction * self.moment * float(self.directors.length @ np.abs(slip - self.slip))
 
     def _slip_at(self, q: Array) -> Array:
         curvature = self.curvature(q)
@@ -220,7 +222,7 @@ class Hysteresis(ElementMoments):
             # Only the change is interpolated: where nothing slides nothing changes.
             ends, integral = cells
             cells = ends, integral + integrals(self.model.ends, self._across(slip - self.slip), ends)
-        return replace(self, slip=slip, dissipated=self.dissipated + self.dissipation(q), cells=cells)
+        return replace(self, slip=slip, dissipated=self.dissipated + self._dissipation(slip), cells=cells)
 
 
 def _between(cells: Array, integral: Array, ends: Array) -> Array:
