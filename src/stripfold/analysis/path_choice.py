@@ -98,6 +98,7 @@ class _Candidate:
 @dataclass(frozen=True)
 class _Chooser:
     asked: FoldingPlan
+    say: Callable[[str], None]
 
     @cached_property
     def units(self) -> tuple[float, float, float]:
@@ -152,7 +153,7 @@ class _Chooser:
             return Refusal("r-path", why, asked.margin - most)
         strips = [(strip.material, strip.length, scaled(path, strip.gravity_length)) for strip in asked.strips]
         try:
-            found = needed(strips, asked.yield_curvature, enough)
+            found = needed(strips, asked.yield_curvature, enough, self.say)
         except SolveError as error:
             return Refusal("r-path", f"what friction it needs could not be found: {error}")
         if isinstance(found, str):
@@ -172,6 +173,7 @@ class _Chooser:
         for strip in asked.strips:
             unit = strip.gravity_length
             with_it = f"with eta_b = {strip.eta_b:.4g} the rod"
+            self.say(f"{candidate.path.name} path, statics with eta_b = {strip.eta_b:.4g}")
             curve = scaled(candidate.path, unit)
             # A strip so far from where it snaps is lost on no mesh.
             how: dict[str, Any] = {"compare": candidate.margin < CLEAR * unit}
@@ -211,7 +213,7 @@ def choose(asked: FoldingPlan, progress: Callable[[str], None] | None = None) ->
         There is none; it says of each path by how much it fails.
     """
     say = progress or (lambda _: None)
-    chooser = _Chooser(asked)
+    chooser = _Chooser(asked, say)
     shortest, longest = shortest_half_fold() * chooser.units[0], LONGEST * chooser.units[-1]
     if not shortest < asked.length <= longest:
         allowed = f"more than {shortest:.4g} m and at most {longest:.4g} m"
@@ -222,7 +224,6 @@ def choose(asked: FoldingPlan, progress: Callable[[str], None] | None = None) ->
         if isinstance(tried, Refusal):
             refused.append(tried)
             continue
-        say(f"{tried.path.name} path, statics")
         verdicts = chooser.checked(tried)
         if isinstance(verdicts, str):
             refused.append(Refusal(tried.path.name, verdicts))
