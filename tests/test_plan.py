@@ -327,7 +327,7 @@ class TestFriction:
         """From next to no friction on, for strips of which none is held: a try takes as long as the path."""
         given = asked(length=0.5, friction_moment=1e-4, margin=0.0)
         said: list[str] = []
-        with pytest.raises(NoPathError, match=r"it needs a friction moment of 1.25 times 0.0007\d+ N") as caught:
+        with pytest.raises(NoPathError, match=r"it needs a friction moment of 1.25 times 0.0005\d+ N") as caught:
             path_choice.choose(given, said.append)
         assert caught.value.refused[-1].path == "r-path"
         assert 2 <= sum("hold the strip?" in line for line in said) <= 5
