@@ -272,6 +272,14 @@ class TestInTime:
         late = travelled + 0.5 * np.gradient(travelled)
         assert planned_motion.deviations(states[5:-5], states, late).max() > 0.2 * np.diff(travelled).max()
 
+    def test_says_what_it_does(self, strip: sf.Strip) -> None:
+        """Each eta_b in statics and in time: seconds pass in which nothing else is printed."""
+        said: list[str] = []
+        FoldingPlan.of(asked(length=strip.length, layers_may_slide=True, speed=0.1), said.append)
+        for eta_b in (0.8 * ETA_B, ETA_B, 1.2 * ETA_B):
+            assert f"low path, statics with eta_b = {eta_b:.4g}" in said
+            assert any(re.fullmatch(rf"following the path in time: \d+ %, with eta_b = {eta_b:.4g}", s) for s in said)
+
     def test_what_happens_instead(self, strip: sf.Strip) -> None:
         """A gripper that jerks away throws the strip off its static states."""
         with pytest.raises(NoPathError, match=r"at 3 m/s with eta_b = 3024 the rod is .* off .*: move slower"):
@@ -321,6 +329,15 @@ class TestFriction:
         assert stable == [False, True]
         # What is there decides where it suffices, without a search.
         assert needed([followed], kappa_y, 1.25 * found.moment) == Needed(1.25 * found.moment, 0.0)
+
+    def test_what_would_hold_takes_few_tries(self) -> None:
+        """From next to no friction on, for strips of which none is held: a try takes as long as the path."""
+        given = asked(length=0.5, friction_moment=1e-4, margin=0.0)
+        said: list[str] = []
+        with pytest.raises(NoPathError, match=r"it needs a friction moment of 1.25 times 0.0005\d+ N") as caught:
+            path_choice.choose(given, said.append)
+        assert caught.value.refused[-1].path == "r-path"
+        assert 2 <= sum("hold the strip?" in line for line in said) <= 5
 
     def test_option(self, capsys: pytest.CaptureFixture[str]) -> None:
         command = ["plan", "--length", "0.5", "--eta-b", "3780", "--friction-moment"]

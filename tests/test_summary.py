@@ -181,7 +181,9 @@ def datasets() -> dict[str, xr.Dataset]:
         "folding_plans": ({
             "path": ("case", texts(*["low"] * 200, *["triangular"] * 40, *["r-path"] * 10, *["none"] * 50)),
             "safe": ("case", [1.0] * 250 + [np.nan] * 50), "confirmed": ("case", [np.nan] * 250 + [1.0] * 50),
-            "seconds": ("case", np.full(300, 1.1))}, {"case": np.arange(300)}),
+            "seconds": ("case", np.full(300, 1.1)),
+            **{name: ("case", np.where(np.arange(300) < 60, 0.9, np.nan))
+               for name in ("still_seconds", "speed_seconds", "r_path_refused")}}, {"case": np.arange(300)}),
         "fall_benchmark": ({"wall": ("repeat", [1.9]), "memory": 150.0},),
         "rod": ({
             "model_error": (MODEL[1:], [[5e-3, 4e-5]]), "mesh_error": (MODEL, np.full((2, 1, 2), 1e-4)),
@@ -582,6 +584,8 @@ def test_half_written_files_are_a_whole_number() -> None:
         ("folding_plans", "safe", {"case": 7}, 0.0, "plan_safe"),
         ("folding_plans", "confirmed", {"case": 299}, 0.0, "plan_none"),
         ("folding_plans", "seconds", {"case": slice(0, 200)}, 2.1, "plan_seconds"),
+        ("folding_plans", "still_seconds", {"case": 7}, 5.1, "plan_still_seconds"),
+        ("folding_plans", "speed_seconds", {"case": 7}, 5.1, "plan_speed_seconds"),
         ("random_paths", "outcome", {"case": slice(3, 5)}, "undecided", "random_paths_undecided"),
         ("hard_cases", "failed", {"case": 7}, 1.0, "hard_cases_failed"),
         ("branches", "spurious_limit_points", {"case": 7}, 1.0, "spurious_limit_points"),

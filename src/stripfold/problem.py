@@ -6,13 +6,15 @@ The holding pin and the grasp are prescribed unknowns, the floor is a bound on u
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from copy import copy
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from stripfold import kernels
 from stripfold.arrays import Array, Index
-from stripfold.effects import Effect
+from stripfold.effects import Effect, Hysteresis
 from stripfold.effects.self_contact import SelfContact
 from stripfold.models.model import Model
 from stripfold.paths.curve import GripperPath, Piece
@@ -22,6 +24,7 @@ from stripfold.solve.problem import FixedUnknowns
 if TYPE_CHECKING:
     from scipy.sparse import csc_matrix
 
+    from stripfold.kernels.bending import Springs
     from stripfold.kernels.elements import Elements
 
 
@@ -173,7 +176,9 @@ class StripProblem(FixedUnknowns):
         """The problem after an accepted step to ``q``: its effects have updated their memory."""
         if not self.effects:
             return self
-        return replace(self, effects=tuple(effect.committed(q, self.reaction) for effect in self.effects))
+        accepted = copy(self)  # what follows from the model and the motion stays
+        object.__setattr__(accepted, "effects", tuple(effect.committed(q, self.reaction) for effect in self.effects))
+        return accepted
 
     def reaction(self, q: Array) -> Array:
         """The floor's forces on the strip in a state, inertia aside, shape (n,)."""
@@ -201,13 +206,18 @@ class StripProblem(FixedUnknowns):
             force, tangent = force + more, tangent + stiffness
         return _with(force, tangent, self.self_contact.over_step(q0, q1) if self.self_contact else None)
 
-    def elements_over_step(self, q0: Array, q1: Array) -> tuple[Elements, Array] | None:
-        """The elements and the weight if nothing else acts over a step: no effect, no layers in contact."""
-        if self.effects or not self.model.has_energy:
+    def elements_over_step(self, q0: Array, q1: Array) -> tuple[Elements, Springs, Array] | None:
+        """The elements, friction in them and the weight if nothing else acts over a step: no layers in contact."""
+        if not self.model.has_energy:
             return None
+        springs = kernels.bending.NO_SPRINGS
+        for effect in self.effects:
+            if not isinstance(effect, Hysteresis) or springs is not kernels.bending.NO_SPRINGS:
+                return None
+            springs = effect.springs
         if self.self_contact and self.self_contact.over_step(q0, q1) is not None:
             return None
-        return self.model.elements, self.model.weight
+        return self.model.elements, springs, self.model.weight
 
     def friction_work(self, q0: Array, q1: Array) -> float:
         return sum(float(effect.force(q1) @ (q1 - q0)) for effect in self.effects)

@@ -36,6 +36,10 @@ SLIDES, HAS_FRICTION = 0.5, 0.08
 MOMENT, YIELD = (0.005, 0.3), (0.05, 0.5)
 """M_0, rho_a g L*^2, evenly in its logarithm, and kappa_y, 1/L*."""
 UNCERTAINTY = 0.2
+TIMED = 60
+"""Cases that are planned once more, with and without a speed, to time it."""
+TIMED_FRICTION, SPEED = 0.5, (0.03, 0.3)
+"""Share of these with a friction moment known where layers must not slide, and their speed, m/s, by its logarithm."""
 REFINEMENT = 0.5
 """Factor on the elements' lengths and on the steps with friction of the second assessment."""
 REFUSED, FAILED = "none", "failed"
@@ -45,13 +49,13 @@ SPACING = 0.05
 """Of the heights of critical points scanned, L*."""
 
 
-def case(number: int, seed: int) -> FoldingPlan:
-    """A random strip, the same for the same numbers."""
+def case(number: int, seed: int, has_friction: float = HAS_FRICTION) -> FoldingPlan:
+    """A random strip, the same for the same numbers; ``has_friction``: share of those with a friction moment known."""
     random = np.random.default_rng([seed, number])
     eta_b = float(np.exp(random.uniform(*np.log(ETA_B))))
     unit = Strip(length=1.0, eta_b=eta_b).gravity_length
     length, margin = unit * random.uniform(*LENGTH), unit * random.uniform(*MARGIN)
-    slides, has = random.uniform(size=2) < (SLIDES, HAS_FRICTION)
+    slides, has = random.uniform(size=2) < (SLIDES, has_friction)
     asked = {"length": length, "eta_b": eta_b, "margin": margin, "eta_b_uncertainty": UNCERTAINTY}
     moment, kappa_y = np.exp(random.uniform(*np.log(MOMENT))), random.uniform(*YIELD)
     if has and not slides:
@@ -66,7 +70,8 @@ def run(cases: int, seed: int, threads: int = 1, progress: Progress | None = Non
 
     Dataset over ``case``: the path, "none" or "failed"; ``safe``: whether it is stable on finer elements with all three
     eta_b, nan where there is none; ``confirmed``: whether all reasons against a path are confirmed, nan where there is
-    one; what the plan cost; reasons and messages.
+    one; what the plan cost; reasons and messages.  Of the first :data:`TIMED` cases also what a plan costs with and
+    without a speed, where more of them have friction, and whether its R-path was refused for too little of it.
     """
     rows = pooled(partial(numbered, seed=seed), range(cases), threads, progress)
     return table("folding_plans", "case", rows, {"seed": seed})
@@ -83,6 +88,7 @@ def numbered(number: int, seed: int) -> dict[str, Any]:
         row["moment"] = asked.friction_moment / (asked.material.force_scale * unit)
     found, message = attempted(lambda: _chosen(asked))
     row["seconds"] = perf_counter() - began
+    row |= times(number, seed)
     row |= {"path": FAILED, "margin": np.nan, "reason": "", "message": message}
     if isinstance(found, NoPathError):
         wrong, message = attempted(lambda: unconfirmed(asked, found))
@@ -93,6 +99,22 @@ def numbered(number: int, seed: int) -> dict[str, Any]:
         bad, message = attempted(lambda: unsafe(asked, found.path, found.sufficient_moment is not None))
         row |= {"path": found.path.name, "margin": found.margin / unit, "reason": found.reason}
         return row | {"safe": float(bad == "" and not message), "message": message or bad}
+    return row
+
+
+def times(number: int, seed: int) -> dict[str, float]:
+    """What a plan costs with and without a speed; nan but for the first cases."""
+    row = dict.fromkeys(("still_seconds", "speed_seconds", "r_path_refused"), np.nan)
+    if number >= TIMED:
+        return row
+    asked = case(number, seed, TIMED_FRICTION)
+    speed = float(np.exp(np.random.default_rng([seed, number, TIMED]).uniform(*np.log(SPEED))))
+    for name, given in (("still_seconds", None), ("speed_seconds", speed)):
+        began = perf_counter()
+        found, _ = attempted(partial(_chosen, asked.model_copy(update={"speed": given})))
+        row[name] = perf_counter() - began
+    refused = getattr(found, "refused", ())
+    row["r_path_refused"] = float(asked.friction_moment is not None and any(one.path == "r-path" for one in refused))
     return row
 
 

@@ -46,6 +46,8 @@ HEIGHT = 1e-4
 """Accuracy of the height at which a path snaps, L*."""
 STEP = 0.25
 """Size of the steps with friction, L*: the finished fold is then within 2e-4 L* of that with steps of a tenth."""
+CLEAR = 0.05
+"""Margin from which a path is not followed on a second mesh, L*: several times what a mesh moves a snap."""
 DELAY = 8.0
 """Distance by which friction delays a snap, L* per M_0 in rho_a g L*^2: the least at the heights of docs/physics.md."""
 
@@ -102,6 +104,7 @@ class _Candidate:
 @dataclass(frozen=True)
 class _Chooser:
     asked: FoldingPlan
+    say: Callable[[str], None]
 
     @cached_property
     def units(self) -> tuple[float, float, float]:
@@ -161,7 +164,7 @@ class _Chooser:
             return Refusal("r-path", why, asked.margin - most)
         strips = [(strip.material, strip.length, scaled(path, strip.gravity_length)) for strip in asked.strips]
         try:
-            found = needed(strips, asked.yield_curvature, enough)
+            found = needed(strips, asked.yield_curvature, enough, self.say)
         except SolveError as error:
             return Refusal("r-path", f"what friction it needs could not be found: {error}")
         if isinstance(found, str):
@@ -181,15 +184,17 @@ class _Chooser:
         for strip in asked.strips:
             unit = strip.gravity_length
             with_it = f"with eta_b = {strip.eta_b:.4g} the rod"
+            self.say(f"{candidate.path.name} path, statics with eta_b = {strip.eta_b:.4g}")
             curve = scaled(candidate.path, unit)
-            friction: dict[str, Any] = {}
+            # A strip so far from where it snaps is lost on no mesh.
+            how: dict[str, Any] = {"compare": candidate.margin < CLEAR * unit}
             if candidate.moment is not None:
-                friction = {"friction_moment": asked.friction_moment, "yield_curvature": asked.yield_curvature}
+                how = {"friction_moment": asked.friction_moment, "yield_curvature": asked.yield_curvature}
                 # With longer elements strips are lost where one of them begins to slide.  To its touch this one was
                 # followed before, with less friction and by other steps.
-                friction |= {"step": STEP * unit, "refinement": REFINEMENT, "compare": False}
+                how |= {"step": STEP * unit, "refinement": REFINEMENT, "compare": False}
             try:
-                verdict = assess_path(strip.material, strip.length, curve, model="rod", **friction)
+                verdict = assess_path(strip.material, strip.length, curve, model="rod", **how)
             except SolveError as error:
                 return f"{with_it} cannot be followed: {error}"
             if verdict.stable and verdict.mesh_dependence:
@@ -222,7 +227,7 @@ def choose(asked: FoldingPlan, progress: Callable[[str], None] | None = None) ->
         There is none; it says of each path by how much it fails.
     """
     say = progress or (lambda _: None)
-    chooser = _Chooser(asked)
+    chooser = _Chooser(asked, say)
     shortest, longest = shortest_half_fold() * chooser.units[0], LONGEST * chooser.units[-1]
     if not shortest < asked.length <= longest:
         allowed = f"more than {shortest:.4g} m and at most {longest:.4g} m"
@@ -233,7 +238,6 @@ def choose(asked: FoldingPlan, progress: Callable[[str], None] | None = None) ->
         if isinstance(tried, Refusal):
             refused.append(tried)
             continue
-        say(f"{tried.path.name} path, statics")
         verdicts = chooser.checked(tried)
         if isinstance(verdicts, str):
             refused.append(Refusal(tried.path.name, verdicts))

@@ -159,8 +159,12 @@ def with_effects(at: BranchPoint, effects: Effects) -> BranchPoint:
     return BranchPoint(problem, at.point)
 
 
-def load_incrementally_from(first: BranchPoint, places: Iterable[tuple[Motion, float]]) -> Iterator[Step]:
+def load_incrementally_from(
+    first: BranchPoint, places: Iterable[tuple[Motion, float]], locate: bool = True
+) -> Iterator[Step]:
     """Steps from a state to each of ``places``: the motion of the gripper, and lambda, ascending.
+
+    ``locate``: whether the error says where the strip was lost, or only the last state before.
 
     Raises
     ------
@@ -172,7 +176,7 @@ def load_incrementally_from(first: BranchPoint, places: Iterable[tuple[Motion, f
     at = first
     for motion, end in places:
         at = _turned(at, motion)
-        at = _at_once(at, end) or _along_branch(at, end)
+        at = _at_once(at, end) or _along_branch(at, end, locate)
         # A copy without the meshes that were tried: steps are many.
         problem, state = replace(at.problem), at.point.state
         point = replace(at.point, solve_eigenvalues=partial(continuation.eigenvalues, problem, state))
@@ -235,7 +239,7 @@ def _at_once(at: BranchPoint, end: float) -> BranchPoint | None:
     return None if jumps else BranchPoint(problem, new)
 
 
-def _along_branch(at: BranchPoint, end: float) -> BranchPoint:
+def _along_branch(at: BranchPoint, end: float, locate: bool) -> BranchPoint:
     """The state at a step's end along the branch of the step's problem, through changes of the contact.
 
     Raises
@@ -277,7 +281,7 @@ def _along_branch(at: BranchPoint, end: float) -> BranchPoint:
         elif item.event is UNHELD:
             raise _lost(LET_GO, item.after.point.lam)
         elif item.event is LIMIT:
-            raise _lost(TURNS_BACK, _limit(item))
+            raise _lost(TURNS_BACK, _limit(item) if locate else item.before.point.lam)
         elif item.event.name == LIFTED:
             raise SolveError("the whole strip leaves the floor", parameter=item.before.point.lam)
         elif item.event.name == LANDING:
@@ -288,7 +292,7 @@ def _along_branch(at: BranchPoint, end: float) -> BranchPoint:
         new = BranchPoint(last.problem, continuation.step_to(last.problem, last.point, end, WITHIN_STEP))
         break
     if turned is not None and critical.is_past(new.point):
-        raise _lost(TURNS_BACK, _limit(turned))
+        raise _lost(TURNS_BACK, _limit(turned) if locate else turned.before.point.lam)
     return new
 
 

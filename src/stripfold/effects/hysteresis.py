@@ -7,16 +7,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
+from stripfold import kernels
 from stripfold.arrays import Array
 from stripfold.effects.effect import Reaction
 from stripfold.effects.moments import ElementMoments
 from stripfold.errors import InvalidInputError
 from stripfold.models.directors import Directors
 from stripfold.models.model import Model
+
+if TYPE_CHECKING:
+    from stripfold.kernels.bending import Springs
 
 STICK_TOLERANCE = 1e-9
 """Relative excess over kappa_y that still counts as sticking: rounding must not decide the tangent of a state that slid
@@ -135,6 +139,13 @@ class Hysteresis(ElementMoments):
         taken = np.diff(moves[:, :, None] * at_ends, axis=1) / size[:, None]
         return np.asarray(taken.reshape(len(growth), -1))
 
+    @property
+    def springs(self) -> Springs:
+        """The springs, for a compiled time step."""
+        d, limit = self.directors, self.yield_curvature
+        limits = np.array([self._fraction * self.stiffness, limit, limit * self.sticks_up_to])
+        return kernels.bending.Springs(d.unknowns, d.factor, d.straight, d.length, self.slip, limits)
+
     def stored(self, q: Array) -> float:
         """Elastic energy of the springs, rho_a g L*^2 per width."""
         spring = self._spring(self.curvature(q))
@@ -142,8 +153,10 @@ class Hysteresis(ElementMoments):
 
     def dissipation(self, q: Array) -> float:
         """Energy dissipated by a step to ``q``; exact unless an element turns back within the step."""
-        change = self._slip_at(q) - self.slip
-        return self._fraction * self.moment * float(self.directors.length @ np.abs(change))
+        return self._dissipation(self._slip_at(q))
+
+    def _dissipation(self, slip: Array) -> float:
+        return self._fraction * self.moment * float(self.directors.length @ np.abs(slip - self.slip))
 
     def _slip_at(self, q: Array) -> Array:
         curvature = self.curvature(q)
@@ -209,7 +222,7 @@ class Hysteresis(ElementMoments):
             # Only the change is interpolated: where nothing slides nothing changes.
             ends, integral = cells
             cells = ends, integral + integrals(self.model.ends, self._across(slip - self.slip), ends)
-        return replace(self, slip=slip, dissipated=self.dissipated + self.dissipation(q), cells=cells)
+        return replace(self, slip=slip, dissipated=self.dissipated + self._dissipation(slip), cells=cells)
 
 
 def _between(cells: Array, integral: Array, ends: Array) -> Array:

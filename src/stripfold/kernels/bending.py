@@ -3,13 +3,34 @@
 from __future__ import annotations
 
 from math import atan2
+from typing import NamedTuple
 
 import numba
 import numpy as np
 
+from stripfold.arrays import Array, Index
 from stripfold.kernels.compiler import compiled, matrix, vector
 
 unknowns_type, factor_type = numba.int64[:, :, :, ::1], numba.float64[:, :, ::1]
+
+
+class Springs(NamedTuple):
+    """Springs with sliders in the elements, of :class:`.Hysteresis`; of no elements where there are none.
+
+    ``unknowns``, ``factor``, ``straight``, ``length``: of :class:`.Directors`.  ``slip``: kappa_p, shape (n_elements,).
+    ``limits``: stiffness in an element, kappa_y, and the change of curvature up to which an element sticks.
+    """
+
+    unknowns: Index
+    factor: Array
+    straight: Array
+    length: Array
+    slip: Array
+    limits: Array
+
+
+springs_type = numba.types.NamedTuple([unknowns_type, factor_type, vector, vector, vector, vector], Springs)
+NO_SPRINGS = Springs(np.empty((0, 2, 1, 2), np.int64), np.empty((0, 2, 1)), *(np.empty(0) for _ in range(4)))
 
 
 @compiled()
@@ -78,3 +99,20 @@ def assemble(unknowns, factor, straight, length, q, moment, modulus, rate, force
                                     entry += moment[e] * hessian[i, j] * factor[e, end, f]
                                 column = unknowns[e, other, g, j]
                                 band[column, top + row - column] += entry * factor[e, other, g]
+
+
+@compiled()
+def add_springs(springs, q, none, force, band, width):
+    """Add the force of the springs in a state, and its derivative."""
+    stiffness, kappa_y, sticks = springs.limits
+    moment = turns(springs.unknowns, springs.factor, springs.straight, q)
+    modulus = np.zeros(len(moment))
+    for e in range(len(moment)):
+        change = moment[e] / springs.length[e] - springs.slip[e]
+        if abs(change) <= sticks:
+            modulus[e] = stiffness
+        moment[e] = stiffness * min(max(change, -kappa_y), kappa_y)
+    assemble(
+        springs.unknowns, springs.factor, springs.straight, springs.length, q, moment, modulus, none,
+        force, band, width, none,
+    )  # fmt: skip

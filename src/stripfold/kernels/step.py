@@ -6,7 +6,7 @@ import numba
 import numpy as np
 
 from stripfold.kernels import band as bands
-from stripfold.kernels import elements
+from stripfold.kernels import bending, elements
 from stripfold.kernels.compiler import compiled, index, mask, vector
 
 CONVERGED, NOT_FINITE, CYCLING, SINGULAR, TOO_MANY = range(5)
@@ -61,6 +61,7 @@ def _is_cycling(sets, worst, iteration):
 @compiled(
     numba.types.Tuple((numba.int64, vector))(
         elements.elements_type,
+        bending.springs_type,
         vector,
         numba.int64,
         vector,
@@ -78,13 +79,17 @@ def _is_cycling(sets, worst, iteration):
         vector,
     )
 )
-def solve(el, mass, width, weight, q0, v0, q, force, prescribed, given, bounded, lower, active, movable, step, options):
+def solve(
+    el, springs, mass, width, weight, q0, v0, q, force,
+    prescribed, given, bounded, lower, active, movable, step, options,
+):  # fmt: skip
     """Solve a time step of the energy-momentum method.
 
     Parameters
     ----------
-    el, mass, width, weight
-        The elements; the mass matrix as :mod:`.band` stores it, its width, and the weight, shape (n,).
+    el, springs, mass, width, weight
+        The elements; friction in them, that of the end of the step; the mass matrix as :mod:`.band` stores it, its
+        width, and the weight, shape (n,).
     q0, v0
         Start of the step, shape (n,).
     q, force
@@ -130,6 +135,8 @@ def solve(el, mass, width, weight, q0, v0, q, force, prescribed, given, bounded,
                 flat[i] = (inertia + drag) * mass[i]
         stress, target = (elements.predict(el, before, change, nothing), band) if with_tangent else (none, none)
         elements.assemble(el, q0, q, kappa, False, stress, force, target, width, none, none)
+        if len(springs.slip) > 0:
+            bending.add_springs(springs, q, none, force, target, width)
         if iteration == 0 or not with_tangent:
             for i in range(n):
                 held[i] = False

@@ -33,7 +33,7 @@ class TimedPath:
 
     def _since(self, t: float) -> tuple[int, float]:
         """The interval of a time, and the time since its begin."""
-        i = int(np.clip(np.searchsorted(self.t, t, side="right") - 1, 0, len(self.t) - 2))
+        i = min(max(int(self.t.searchsorted(t, side="right")) - 1, 0), len(self.t) - 2)
         return i, min(t, float(self.t[-1])) - float(self.t[i])
 
     def starting_at(self, travelled: float) -> TimedPath:

@@ -1,4 +1,4 @@
-"""A time step of the energy-momentum method in compiled code, for a strip on which only its weight acts."""
+"""A time step of the energy-momentum method in compiled code, for a strip with its weight and internal friction."""
 
 from __future__ import annotations
 
@@ -45,13 +45,14 @@ def solve(
     known = problem.elements_over_step(begin.q, begin.q)
     if known is None:
         return None
-    elements, weight = known
+    elements, springs, weight = known
     step = kernels.step
     q, force = guess.copy(), np.empty(len(guess))
     active = np.zeros(len(problem.bounded), bool)
     active[np.searchsorted(problem.bounded, begin.active)] = True
     status, history = step.solve(
         elements,
+        springs,
         problem.mass.flat,
         problem.mass.width,
         weight,

@@ -18,6 +18,7 @@ from stripfold.solve.newton import NewtonOptions
 from stripfold.solve.problem import Equilibrium, Problem
 
 if TYPE_CHECKING:
+    from stripfold.kernels.bending import Springs
     from stripfold.kernels.elements import Elements
 
 
@@ -45,8 +46,8 @@ class DynamicProblem(Problem, Protocol):
         """
         ...
 
-    def elements_over_step(self, q0: Array, q1: Array) -> tuple[Elements, Array] | None:
-        """The elements of a strip and the weight, shape (n,), if nothing else acts over a step; otherwise None."""
+    def elements_over_step(self, q0: Array, q1: Array) -> tuple[Elements, Springs, Array] | None:
+        """A strip's elements, friction in them and weight, shape (n,), if nothing else acts over a step; else None."""
         ...
 
     def strain_distance(self, q0: Array, q1: Array) -> float:

@@ -131,6 +131,12 @@ def folding_plans(d: xr.Dataset) -> Facts:
         "unconfirmed": (none & (d.confirmed.values != 1.0)).sum(),
         "seconds": np.median(d.seconds.values),
         "longest": d.seconds.values.max(),
+        "timed": np.isfinite(d.speed_seconds).sum(),
+        "r_paths_refused": np.nansum(d.r_path_refused),
+        "still_seconds": np.nanmedian(d.still_seconds),
+        "still_longest": np.nanmax(d.still_seconds),
+        "speed_seconds": np.nanmedian(d.speed_seconds),
+        "speed_longest": np.nanmax(d.speed_seconds),
     }
 
 

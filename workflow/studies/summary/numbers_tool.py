@@ -156,6 +156,13 @@ TOOL = (
             lambda f: f.unconfirmed == 0),
         Number("plan_seconds", "seconds", "s", 2, "<= 2 s",
             "median time of a plan or a refusal, one core, warm process; the longest {longest:.2g} s"),
+        Number("plan_still_seconds", "still_seconds", "s", 2, "<= 1 s, the longest <= 5 s",
+            "the same of {timed:.0f} strips, of half of which without sliding layers a friction moment is known "
+            "({r_paths_refused:.0f} R-paths refused although); the longest {still_longest:.2g} s",
+            lambda f: f.still_longest <= 5.0),
+        Number("plan_speed_seconds", "speed_seconds", "s", 2, "<= 1 s, the longest <= 5 s",
+            "the same with `--speed`, 0.03 to 0.3 m/s; the longest {speed_longest:.2g} s",
+            lambda f: f.speed_longest <= 5.0),
     )),
     Source("fall_benchmark", facts.process, (
         Number("time_fall", "seconds", "s", 3, "<= 2 s",
