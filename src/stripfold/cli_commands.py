@@ -155,7 +155,7 @@ def critical(arguments: argparse.Namespace, say: Say) -> str:
 def sweep_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("grid", metavar="GRID.yaml", help="values of length, height, eta_b ...: docs/sweep.md")
     parser.add_argument("--output", metavar="SWEEP.nc", help="where to write [the grid's name with .nc, here]")
-    parser.add_argument("--cores", type=int, metavar="N", help="number of processes [one for each core]")
+    parser.add_argument("--cores", type=int, metavar="N", help="most processes at a time [one for each core]")
     _json_option(parser)
 
 
