@@ -261,14 +261,18 @@ def test_study():
     assert found.attrs["dry_run"] > 0.1
 
 
-@pytest.mark.parametrize("output", ["run{1}.nc", "20261125"])
+@pytest.mark.parametrize("output", ["run{1}.nc", "20261125", "self.nc"])
 def test_names_that_snakemake_would_take_for_something_else(tmp_path, output):
     (tmp_path / "grid.yaml").write_text(yaml.safe_dump(STRIP), encoding="utf-8")
+    (tmp_path / "self.nc").symlink_to("grid.yaml")
     workflow = Path(__file__).parents[1] / "workflow" / "sweep.smk"
     command = [sys.executable, "-m", "snakemake", "-n", "-s", str(workflow), "--config", f"output={output}"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
     assert done.returncode == 1
-    assert f"output = '{output}' cannot be used; allowed: a name that ends in .nc" in done.stdout + done.stderr
+    assert (
+        f"output = '{output}' cannot be used; allowed: another file than the grid, that ends"
+        in done.stdout + done.stderr
+    )
 
 
 def test_a_job_for_each_chunk(tmp_path, monkeypatch):

@@ -10,13 +10,17 @@ from stripfold import sweep
 from stripfold.errors import InvalidInputError, StripfoldError
 from stripfold.validation import read_yaml
 
-# Of a number Snakemake makes one.
-FILE = Path(str(config.get("output", "sweep.nc")))
+# Of a name that is a number Snakemake makes one.
+SOURCE, FILE = (
+    Path(str(config.get(key, name))) for key, name in {"grid": "grid.yaml", "output": "sweep.nc"}.items()
+)
 try:
-    if FILE.suffix != ".nc" or set("{}") & set(str(FILE)):
-        allowed = "a name that ends in .nc, without braces: to Snakemake they are wildcards"
+    GIVEN = read_yaml(SOURCE, "grid", "length: 0.6")
+    if FILE.suffix != ".nc" or set("{}") & set(str(FILE)) or (FILE.exists() and FILE.samefile(SOURCE)):
+        allowed = (
+            "another file than the grid, that ends in .nc, without braces: to Snakemake they are wildcards"
+        )
         raise InvalidInputError("output", str(FILE), allowed)
-    GIVEN = read_yaml(str(config.get("grid", "grid.yaml")), "grid", "length: 0.6")
     GRID = sweep.Grid.of(GIVEN)
     CHUNKS = sweep.chunk_files(GRID, FILE)
 except StripfoldError as error:

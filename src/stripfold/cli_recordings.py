@@ -42,9 +42,7 @@ def eta(arguments: argparse.Namespace, say: Say) -> str:
     asked = EtaRequest(**_given(arguments, EtaRequest))
     if arguments.picture is not None and asked.image is None:
         raise InvalidInputError("picture", arguments.picture, "this only together with image")
-    target = _plot_file(arguments.picture)
-    if target is not None and target.resolve() == Path(arguments.image).resolve():
-        raise InvalidInputError("picture", str(target), "another file than the image", "it would be overwritten")
+    target = _plot_file(arguments, "picture")
     from stripfold.measured import EtaB
 
     found = EtaB.of(asked)
@@ -65,7 +63,7 @@ def record(arguments: argparse.Namespace, say: Say) -> str:
     folder = Path(arguments.output or Path(arguments.scene).stem)
     if folder.exists():
         raise InvalidInputError("output", str(folder), "a folder that is not there yet", "remove it, or choose another")
-    _writable(folder)
+    _writable(folder, arguments)
     say("motion")
     history = recording.history_of(asked)
     recording.write_recording(history, asked, folder, progress=say)
@@ -98,7 +96,7 @@ def calibrate(arguments: argparse.Namespace, say: Say) -> str:
 
     given = {name: getattr(arguments, name) for name in ("columns", "rows", "square", "marker", "dictionary")}
     board = Board.of({"type": arguments.board} | {name: value for name, value in given.items() if value is not None})
-    path = _output(arguments.output, "camera", ".yaml")
+    path = _output(arguments, "output", ".yaml", "camera")
     say("calibrating")
     found = camera_check.check(Path(arguments.images), board)
     inputs = {"images": arguments.images, "board": arguments.board, **given}
@@ -128,7 +126,7 @@ def measure(arguments: argparse.Namespace, say: Say) -> str:
     for path in (data, page) if folder.is_dir() else (folder,):
         # A recording that is not there has an error of its own.
         if path.parent.is_dir():
-            _writable(path)
+            _writable(path, arguments)
     found = RecordingMeasurement.of(arguments.folder, say)
     say("writing the report")
     # Both or none.
