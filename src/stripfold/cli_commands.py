@@ -76,6 +76,9 @@ def _asked_output(arguments: argparse.Namespace, option: str, suffix: str) -> Pa
 
 def _writable(path: Path, arguments: argparse.Namespace, option: str = "output") -> Path:
     """Refuse, by trying, what would only be found out when all is computed, and to replace what the command reads."""
+    from stripfold.store import literal
+
+    literal(path)
     if os.path.isdir(path):
         raise InvalidInputError(option, str(path), "a file, or nothing yet", "remove the folder")
     if not os.path.isdir(path.parent):
