@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 from PIL import Image
 
 import made_up
@@ -104,3 +105,35 @@ def test_a_name_that_is_not_utf8_is_refused(
     assert main(command.replace("o.", f"{name}.").split()) == 2
     assert "a path in UTF-8" in capsys.readouterr().err
     assert sorted(os.listdir()) == before
+
+
+@pytest.mark.parametrize(
+    ("command", "code", "shown"),
+    [
+        ("path triangular --length 0.5 --eta-b 3780 --csv E.csv", 0, "written      \\x1b[31m\\nE.csv"),  # a result
+        ("path triangular --length 0.5 --eta-b 3780 --csv no/E.csv", 2, "\\x1b[31m"),  # a value
+        ("sweep E.yaml", 2, "\\x1b[31m E = 1 cannot be used"),  # a key
+        ("sweep E.nc", 2, "\\x1b[31m"),  # an input that is missing
+        ("sweep E.yaml E", 2, "unrecognized arguments: \\x1b[31m E"),
+        ("measure E", 2, "\\x1b[31m"),
+    ],
+)
+def test_no_name_commands_the_terminal(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    command: str,
+    code: int,
+    shown: str,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    name = "\x1b[31m\nE"
+    Path(f"{name}.yaml").write_text(yaml.safe_dump({name: 1}))
+    try:
+        found = main([word.replace("E", name) for word in command.split()])
+    except SystemExit as ended:
+        found = ended.code
+    out, err = capsys.readouterr()
+    assert found == code
+    assert shown in out + err
+    assert "\x1b" not in out + err

@@ -95,7 +95,8 @@ def _writable(path: Path, arguments: argparse.Namespace, option: str = "output")
 
 
 def _lines(rows: Sequence[tuple[str, str]]) -> str:
-    return "\n".join(f"{name:<12} {text}" for name, text in rows)
+    # A name may have line ends.
+    return "\n".join(f"{name:<12} " + text.replace("\n", "\\n") for name, text in rows)
 
 
 def _said(result: Result, arguments: argparse.Namespace) -> str:

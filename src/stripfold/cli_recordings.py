@@ -18,7 +18,7 @@ from stripfold.cli_commands import (
     _plot_option,
     _writable,
 )
-from stripfold.cli_messages import Say
+from stripfold.cli_messages import Say, write
 from stripfold.errors import InvalidInputError
 from stripfold.json_output import as_json, document
 
@@ -105,7 +105,7 @@ def calibrate(arguments: argparse.Namespace, say: Say) -> str:
         found.write(path)
     except CalibrationError:
         # It says what each picture shows, the error why they do not suffice.
-        print(said)
+        write(said)
         raise
     return said if arguments.json else f"{said}\n{'written':<12} {path}"
 
@@ -118,8 +118,9 @@ def measure_options(parser: argparse.ArgumentParser) -> None:
 def measure(arguments: argparse.Namespace, say: Say) -> str:
     from stripfold import store
     from stripfold.measured import RecordingMeasurement
+    from stripfold.vision.recording import inside
 
-    folder = Path(arguments.folder) / "result"
+    folder = inside(Path(arguments.folder), "result", "output")
     if os.path.exists(folder) and not folder.is_dir():
         raise InvalidInputError("output", str(folder), "a folder, or nothing yet", "remove the file")
     data, page = folder / "measurement.nc", folder / "report.html"
