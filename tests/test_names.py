@@ -22,6 +22,7 @@ from stripfold.synthetic.video import encode
 from stripfold.tables import read_table
 from stripfold.validation import read_yaml
 from stripfold.vision import video
+from test_vision_recording import ENTRIES
 
 HOSTILE = {
     "protocol": "a:b",
@@ -137,3 +138,35 @@ def test_no_name_commands_the_terminal(
     assert found == code
     assert shown in out + err
     assert "\x1b" not in out + err
+
+
+STRIP = "--length 0.5 --eta-b 3780"
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        "film N",
+        "sweep N",
+        "measure N",
+        f"assess N {STRIP}",
+        f"assess path.csv {STRIP} --columns N,x,z",
+        f"assess path.csv {STRIP} --columns {'1' * 5000},x,z",
+        f"assess path.csv {STRIP} --film N.mp4",
+        f"map {STRIP} --plot N.png",
+        f"plan {STRIP} --json N.json",
+        "measure .",
+    ],
+)
+def test_a_name_that_cannot_be_one_is_one_error(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], command: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("path.csv").write_text("t,x,z\n0,-0.25,0\n1,0.25,0\n")
+    described = ENTRIES | {"video": "a\0b"}
+    Path("recording.yaml").write_text(yaml.safe_dump(described))
+    assert main(command.replace("N", "a\0b").split(" ")) == 2
+    err = capsys.readouterr().err
+    assert err.count("\n") == 1
+    assert " cannot be used; allowed: " in err
+    assert len(err) < 1000

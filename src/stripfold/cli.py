@@ -17,7 +17,7 @@ import stripfold
 from stripfold import cli_commands as commands
 from stripfold import cli_doctor, cli_paths, cli_plan, cli_recordings
 from stripfold.cli_messages import Say, in_si, messages, printable, verbosity_options, write
-from stripfold.errors import StripfoldError
+from stripfold.errors import InvalidInputError, StripfoldError
 
 if TYPE_CHECKING:
     from sys import UnraisableHookArgs
@@ -168,6 +168,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     gc.set_threshold(10_000)
     arguments = _parser(argv).parse_args(argv)
     try:
+        for name, given in vars(arguments).items():
+            if isinstance(given, str) and "\0" in given:
+                raise InvalidInputError(name, given, "a text without the character NUL")
         with messages(arguments) as say:
             answer = COMMANDS[arguments.command].run(arguments, say)
         said, code = answer if isinstance(answer, tuple) else (answer, 0)

@@ -212,7 +212,7 @@ def opened(path: str | os.PathLike[str]) -> Iterator[xr.Dataset]:
 
     path = Path(path)
     if not path.is_file():
-        raise InvalidInputError("file", str(path), "an existing netCDF file", "run the rule that makes it")
+        raise InvalidInputError("file", str(path), "an existing netCDF file", "check the name")
     name = literal(path)
     try:
         has_digest = _has_digest(path)

@@ -95,13 +95,14 @@ def _places(key: str, path: Path, header: str, columns: Sequence[str], first: li
         return list(range(len(asked)))
     found = []
     names = [name.casefold() for name in first] if named else []
+    numbers = [str(number) for number in range(1, len(first) + 1)]
     for column in asked:
-        if columns and column.isdecimal() and 1 <= int(column) <= len(first):
-            found.append(int(column) - 1)
+        if columns and column in numbers:
+            found.append(numbers.index(column))
         elif names.count(column.casefold()) == 1:
             found.append(names.index(column.casefold()))
         else:
-            allowed = f"the header {header}" if not columns else f"a table with one column {column}"
+            allowed = f"the header {header}" if not columns else f"a table with one column {column[:80]}"
             raise InvalidInputError(key, shown, allowed, f"see {path}")
     return found
 

@@ -247,7 +247,7 @@ def inside(folder: Path, name: str | Path, key: str) -> Path:
 
     Raises InvalidInputError: it lies outside the recording's folder, or is a link to there.
     """
-    if folder.resolve() not in (folder / name).resolve().parents:
+    if "\0" in str(name) or folder.resolve() not in (folder / name).resolve().parents:
         allowed = "a path inside the recording's folder, and no link out of it"
         raise InvalidInputError(key, str(name), allowed, "copy the file there")
     return folder / name
