@@ -16,7 +16,7 @@ import xarray as xr
 from PIL import Image
 
 import made_up
-from stripfold import cli, cli_commands, store
+from stripfold import cli, store
 from stripfold.cli import main
 from stripfold.errors import InvalidInputError, SolveError
 from stripfold.plots.readers import collapse
@@ -185,11 +185,51 @@ def test_a_jpeg_of_many_scans_is_refused(tmp_path: Path) -> None:
         read_grey(path)
 
 
-def test_the_output_may_have_no_name_but_not_an_empty_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("output", ["--output", ""])
+def test_an_empty_name_is_refused_and_none_is_that_of_the_source(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], output: str
+) -> None:
     monkeypatch.chdir(tmp_path)
-    assert cli_commands._output(None, "some/scene.v2.yaml", ".nc") == Path("scene.v2.nc")
-    with pytest.raises(InvalidInputError, match=r"ends in \.nc"):
-        cli_commands._output("", "scene.yaml", ".nc")
+    Path("grid.v2.yaml").write_text("{length: 0.6, eta_b: 3780, height: 0.09, model: elastica}")
+    if output:
+        code, said = refused(capsys, "sweep", "grid.v2.yaml", "--output", "")
+        assert (code, "ends in .nc" in said) == (2, True)
+    else:
+        assert main(["sweep", "grid.v2.yaml"]) == 0
+        assert Path("grid.v2.nc").is_file()
+
+
+@pytest.mark.parametrize(
+    ("command", "option", "suffix"),
+    [
+        (command, option, suffix)
+        for command, outputs, _ in _FIRST_OF_ALL
+        for option, suffix in (output.split(" ") for output in outputs)
+        if not command.startswith(("calibrate", "map", "plan", "record"))  # these read no file, or write a folder
+    ],
+)
+@pytest.mark.parametrize("link", [False, True])
+def test_no_output_replaces_the_input(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    command: str,
+    option: str,
+    suffix: str,
+    link: bool,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name, text in {**INPUTS, "path.csv": PATH}.items():
+        Path(name).write_text(text)
+    source = next(word for word in command.split() if Path(word).is_file() or word.endswith((".png", ".nc")))
+    Path(f"self{suffix}").write_text(Path(source).read_text() if Path(source).exists() else "a picture")
+    before = Path(f"self{suffix}").read_text()
+    if link:
+        Path(f"link{suffix}").symlink_to(f"self{suffix}")
+    target = f"./link{suffix}" if link else f"../{tmp_path.name}/self{suffix}"
+    code, said = refused(capsys, *command.replace(source, f"self{suffix}").split(), f"--{option}", target)
+    assert (code, "another file than the input; it would be replaced" in said) == (2, True), said
+    assert Path(f"self{suffix}").read_text() == before
 
 
 @pytest.mark.parametrize(

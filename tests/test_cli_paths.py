@@ -159,7 +159,7 @@ def test_assess_tries_its_outputs_first(
     monkeypatch.setattr(verdict, "assess_path", lambda *_, **__: pytest.fail("computed"))
     assert main(["path", "circular", *STRIP, "--csv", "own.csv"]) == 0
     assert main(["assess", "own.csv", *STRIP, *option]) == 2
-    assert "output" in capsys.readouterr().err
+    assert f"{option[0][2:]} = {option[1]!r} cannot be used" in capsys.readouterr().err
 
 
 def test_a_path_that_cannot_be_written_is_not_drawn(here: Path) -> None:

@@ -44,6 +44,7 @@ def test_a_notebook_shows_what_its_cells_print(path: Path, tmp_path: Path):
     line = [sys.executable, str(ROOT / "workflow/notebooks.py"), copy.name]
     done = subprocess.run(line, cwd=tmp_path, env=os.environ | QUIET, capture_output=True, text=True)
     assert (done.returncode, done.stderr) == (0, "")
+    assert os.listdir(tmp_path) == [copy.name]
     pairs = zip_longest(cells(copy), cells(path))
     for now, stored in pairs:
         assert now["source"] == stored["source"]

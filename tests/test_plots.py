@@ -114,6 +114,16 @@ class TestSave:
             seen.add(save_as(fig, tmp_path / f"{number}.svg").read_bytes())
         assert len(seen) == 1
 
+    def test_rounding_errors_in_the_data_rename_nothing(self, tmp_path):
+        seen = set()
+        for rounding in (0.0, 1e-14):
+            fig = figure(2.0)
+            ax = fig.subplots()
+            ax.plot([0.0, 1.0 + rounding, 2.0], [0.0, 0.3, 1.0 + rounding], "o-")
+            ax.set_aspect("equal")
+            seen.add(save_as(fig, tmp_path / f"{rounding}.svg").read_bytes())
+        assert len(seen) == 1
+
     def test_a_failure_leaves_the_old_file(self, tmp_path, monkeypatch):
         fig = motion.draw(made_up.x_axis())
         png, _ = save(fig, tmp_path / "figure")

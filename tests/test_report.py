@@ -35,6 +35,13 @@ def test_each_rule_says_what_it_does() -> None:
     assert [line for line in rules if not re.fullmatch(r"\w+ \([\w\"].*[^.]\.\)", line)] == []
 
 
+def test_a_figure_that_is_kept_is_redone_where_the_runs_are_missing(tmp_path: Path) -> None:
+    """As in a fresh clone."""
+    planned = snakemake("--dry-run", "figures/paths.png", "--config", f"results={tmp_path}")
+    assert re.search(r"^critical_figures +1$", planned, re.MULTILINE)
+    assert re.search(r"^x_axis +5$", planned, re.MULTILINE)
+
+
 @pytest.fixture(scope="module")
 def results(tmp_path_factory: pytest.TempPathFactory) -> dict[str, dict[str, str]]:
     """The results in a report of made-up files, by their paths in it."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -39,19 +40,16 @@ def single(case: dict[str, object]) -> tuple[dict[str, float], str]:
 
 
 @pytest.fixture
-def interrupted(tmp_path, monkeypatch):
+def interrupted(tmp_path):
     """A file whose sweep over the heights was interrupted after its first chunk."""
     file = tmp_path / "sweep.nc"
 
-    def first_only(running):
-        yield next(iter(done(running)))
-        raise KeyboardInterrupt
+    def interrupt(said):
+        if said != "solved: 0 %":
+            raise KeyboardInterrupt
 
-    with monkeypatch.context() as patched:
-        done = sweep.as_completed
-        patched.setattr(sweep, "as_completed", first_only)
-        with pytest.raises(KeyboardInterrupt):
-            sweep.run(HEIGHTS, file, cores=1)
+    with pytest.raises(KeyboardInterrupt):
+        sweep.run(HEIGHTS, file, cores=1, progress=interrupt)
     return file
 
 
@@ -128,31 +126,91 @@ def test_a_failed_case_is_no_data(monkeypatch):
     assert np.isnan(list(found.values())).all()
 
 
-def test_a_killed_process_is_one_error_and_the_sweep_goes_on(tmp_path, monkeypatch):
-    with monkeypatch.context() as patched:
-        patched.setattr(critical_point, "find", lambda *_, **__: os._exit(9))
-        with pytest.raises(StripfoldError, match="run it again"):
-            sweep.run(ROD, tmp_path / "sweep.nc")
-    assert float(sweep.run(ROD, tmp_path / "sweep.nc").lambda_c) == single(ROD)[0]["lambda_c"]
+def workers(process: int) -> set[int]:
+    """The processes that solve for a sweep: its children, but git."""
+    found = map(int, Path(f"/proc/{process}/task/{process}/children").read_text().split())
+    return {child for child in found if b"stripfold.sweep" in Path(f"/proc/{child}/cmdline").read_bytes()}
 
 
-def test_an_interruption_ends_the_processes_and_what_they_write(tmp_path, monkeypatch):
-    def write(_, part, **__):
-        part.with_name(".stripfold-1").mkdir(parents=True)
-        time.sleep(60.0)
+several = pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason="one core: one process")
 
-    def interrupted(_):
-        while not list(tmp_path.rglob(".stripfold-1")):
-            time.sleep(0.01)
-        raise KeyboardInterrupt
 
-    monkeypatch.setattr(store, "write", write)
-    monkeypatch.setattr(sweep, "as_completed", interrupted)
-    began = time.monotonic()
-    with pytest.raises(KeyboardInterrupt):
-        sweep.run(ROD, tmp_path / "sweep.nc", cores=1)
-    assert time.monotonic() - began < 20.0
-    assert list(tmp_path.rglob(".stripfold-*")) == []
+@several
+def test_a_killed_process_is_named_and_the_sweep_goes_on(tmp_path):
+    def kill(_):
+        for child in workers(os.getpid()):
+            os.kill(child, signal.SIGKILL)
+
+    with pytest.raises(StripfoldError, match=r"ended by SIGKILL.*run it again"):
+        sweep.run(HEIGHTS, tmp_path / "sweep.nc", cores=2, progress=kill)
+    assert parts(tmp_path / "sweep.nc")
+    assert sweep.run(HEIGHTS, tmp_path / "sweep.nc", cores=1).free_length.notnull().all()
+
+
+SCRIPT = """
+import multiprocessing, sys
+from stripfold import sweep
+def two(cores):
+    grid = {"length": 0.6, "eta_b": 3780, "height": [0.06, 0.09], "model": "elastica"}
+    return sweep.run(grid, f"{cores}.nc", cores).sizes["gripper_height"]
+"""
+
+
+UNGUARDED = "multiprocessing.set_start_method(sys.argv[1])\nassert two(2) == two(1) == 2"
+IN_A_POOL = """
+if __name__ == "__main__":
+    pool = multiprocessing.get_context(sys.argv[1]).Pool(1)
+    assert pool.map(two, [1, 2]) == [2, 2]
+"""
+
+
+@pytest.mark.parametrize(
+    ("method", "use"),
+    [("forkserver", UNGUARDED), ("spawn", UNGUARDED), ("fork", IN_A_POOL)],
+    ids=lambda given: given[:10].strip(),
+)
+def test_programs_start_sweeps_as_they_like(tmp_path, method, use):
+    (tmp_path / "program.py").write_text(SCRIPT + use)
+    done = subprocess.run(
+        [sys.executable, "program.py", method], cwd=tmp_path, capture_output=True, text=True, timeout=60
+    )
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+@several
+def test_one_owner_and_no_more_processes_than_cores(tmp_path, capsys):
+    """A killed sweep's processes end with it, and its output is free again."""
+    grid = tmp_path / "grid.yaml"
+    grid.write_text(yaml.safe_dump(ROD | {"accuracy": 1e-6, "height": {"from": 0.06, "to": 0.3, "count": 4000}}))
+    line = ["sweep", str(grid), "--output", str(tmp_path / "sweep.nc"), "--cores", "100000"]
+    with subprocess.Popen([sys.executable, "-m", "stripfold", *line]) as first:
+        try:
+            while not (started := workers(first.pid)):
+                time.sleep(0.1)
+                assert first.poll() is None
+            assert main([*line[:-1], "1"]) == 2
+            assert "that no other sweep is writing" in capsys.readouterr().err
+            started |= workers(first.pid)
+        finally:
+            first.kill()
+    assert len(started) <= len(os.sched_getaffinity(0))
+    until = time.monotonic() + 10.0
+    while any(Path(f"/proc/{process}").exists() for process in started):
+        time.sleep(0.1)
+        assert time.monotonic() < until
+    with sweep.owned(tmp_path / "sweep.nc"):
+        pass
+
+
+def test_damaged_parts_are_redone_and_the_users_files_kept(interrupted):
+    folder = interrupted.with_name("sweep.nc.parts")
+    (part,) = folder.glob("*.nc")
+    part.write_bytes(part.read_bytes()[:-100])
+    for name in ("notes.txt", "mine.nc"):
+        (folder / name).write_text("mine")
+    found = sweep.run(HEIGHTS, interrupted, cores=1)
+    assert found.free_length.notnull().all()
+    assert sorted(os.listdir(folder)) == ["mine.nc", "notes.txt"]
 
 
 @pytest.mark.parametrize(
@@ -201,6 +259,20 @@ def test_study():
     assert (found.cost > 0.0).all()
     assert (found.wall > 0.1).all()
     assert found.attrs["dry_run"] > 0.1
+
+
+@pytest.mark.parametrize("output", ["run{1}.nc", "20261125", "self.nc"])
+def test_names_that_snakemake_would_take_for_something_else(tmp_path, output):
+    (tmp_path / "grid.yaml").write_text(yaml.safe_dump(STRIP), encoding="utf-8")
+    (tmp_path / "self.nc").symlink_to("grid.yaml")
+    workflow = Path(__file__).parents[1] / "workflow" / "sweep.smk"
+    command = [sys.executable, "-m", "snakemake", "-n", "-s", str(workflow), "--config", f"output={output}"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 1
+    assert (
+        f"output = '{output}' cannot be used; allowed: another file than the grid, that ends"
+        in done.stdout + done.stderr
+    )
 
 
 def test_a_job_for_each_chunk(tmp_path, monkeypatch):

@@ -63,7 +63,14 @@ def test_an_end_in_its_place_does_not_make_a_fold() -> None:
     """Friction between the layers holds what the circular path lays down 2.05 L* off (docs/physics.md, section 8)."""
     path, moment = geometric.circular(14.0), 0.02 * FORCE * UNIT
     found = assess_path(
-        MATERIAL, 14.0 * UNIT, path, friction_moment=moment, layer_friction=0.4, refinement=3.0, model="rod", compare=False
+        MATERIAL,
+        14.0 * UNIT,
+        path,
+        friction_moment=moment,
+        layer_friction=0.4,
+        refinement=3.0,
+        model="rod",
+        compare=False,
     )
     assert (found.completed, found.folded) == (True, False)
     assert found.end_error < 1e-9

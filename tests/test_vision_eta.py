@@ -308,7 +308,7 @@ def test_command_line(photo: dict[str, str], tmp_path: Path, capsys: pytest.Capt
         assert drawn_fit.format == "PNG"
     known = Path(photo["folded"]).read_bytes()
     assert main([*fold, "--picture", photo["folded"]]) == 2
-    assert "another file than the image" in capsys.readouterr().err
+    assert "another file than the input" in capsys.readouterr().err
     assert Path(photo["folded"]).read_bytes() == known
     assert main(["eta", "--image", photo["hanging"], "--scale", str(SCALE), "--method", "cantilever"]) == 0
     text = capsys.readouterr().out

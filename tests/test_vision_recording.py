@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 import yaml
 
+from stripfold.cli import main
 from stripfold.errors import InvalidInputError
 from stripfold.validation import MOST_BYTES
 from stripfold.vision import recording
@@ -128,6 +129,40 @@ def test_unreadable_recording_is_refused(tmp_path: Path, content: bytes, words: 
     (folder / recording.NAME).write_bytes(content)
     with pytest.raises(InvalidInputError, match=words):
         recording.read(folder)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        recording.NAME,
+        recording.ManualOnset.file_name,
+        "video.mkv",
+        "camera/1.png",
+        "stops/robot.csv",
+        "plane.png",
+        "result",
+    ],
+)
+def test_a_link_out_of_the_folder_is_refused_and_not_read(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str
+) -> None:
+    folder = write(tmp_path / "one", ENTRIES)
+    other = write(tmp_path / "other", ENTRIES) / name
+    secret = "key: [secret" if name.endswith(".yaml") else "secret"
+    other.mkdir() if name == "result" else other.write_text(secret)
+    (folder / name).unlink(missing_ok=True)
+    (folder / name).symlink_to(other)
+    assert main(["measure", str(folder)]) == 2
+    said = capsys.readouterr().err
+    assert "a path inside the recording's folder, and no link out of it" in said
+    assert "secret" not in said
+
+
+def test_an_error_names_the_place_and_does_not_show_the_line(tmp_path: Path) -> None:
+    (tmp_path / recording.NAME).write_text("title: secret\nstrip: [secret\n")
+    with pytest.raises(InvalidInputError, match=r"expected ',' or '\]'.* in line 3, column 1") as error:
+        recording.read(tmp_path)
+    assert "secret" not in str(error.value)
 
 
 def test_folder_without_a_recording_is_refused(tmp_path: Path) -> None:

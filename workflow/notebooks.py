@@ -1,6 +1,6 @@
 """Run notebooks without Jupyter, and store in them what their cells print and draw.
 
-``python workflow/notebooks.py NOTEBOOK.ipynb ...`` runs each in the working folder.  A cell shows what it prints and
+``python workflow/notebooks.py NOTEBOOK.ipynb ...`` runs each in a temporary folder.  A cell shows what it prints and
 the value of its last expression: a figure as a small picture, another as text.
 """
 
@@ -11,9 +11,10 @@ import base64
 import json
 import sys
 from collections.abc import Iterator
-from contextlib import redirect_stdout
+from contextlib import chdir, redirect_stdout
 from io import BytesIO, StringIO
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from matplotlib.figure import Figure
@@ -63,5 +64,6 @@ def _picture(figure: Figure) -> str:
 if __name__ == "__main__":
     for path in map(Path, sys.argv[1:]):
         found = json.loads(path.read_text(encoding="utf-8"))
-        run(found, path.name)
+        with TemporaryDirectory() as folder, chdir(folder):
+            run(found, path.name)
         path.write_text(json.dumps(found, indent=1, ensure_ascii=False) + "\n", encoding="utf-8", newline="\n")

@@ -7,12 +7,20 @@ os.environ |= dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
 
 from snakemake.exceptions import WorkflowError
 from stripfold import sweep
-from stripfold.errors import StripfoldError
+from stripfold.errors import InvalidInputError, StripfoldError
 from stripfold.validation import read_yaml
 
-FILE = Path(config.get("output", "sweep.nc"))
+# Of a name that is a number Snakemake makes one.
+SOURCE, FILE = (
+    Path(str(config.get(key, name))) for key, name in {"grid": "grid.yaml", "output": "sweep.nc"}.items()
+)
 try:
-    GIVEN = read_yaml(config.get("grid", "grid.yaml"), "grid", "length: 0.6")
+    GIVEN = read_yaml(SOURCE, "grid", "length: 0.6")
+    if FILE.suffix != ".nc" or set("{}") & set(str(FILE)) or (FILE.exists() and FILE.samefile(SOURCE)):
+        allowed = (
+            "another file than the grid, that ends in .nc, without braces: to Snakemake they are wildcards"
+        )
+        raise InvalidInputError("output", str(FILE), allowed)
     GRID = sweep.Grid.of(GIVEN)
     CHUNKS = sweep.chunk_files(GRID, FILE)
 except StripfoldError as error:
@@ -35,4 +43,5 @@ rule chunk:
         f"{FILE}.parts/{{part}}.nc",
     run:
         part = Path(output[0])
-        sweep.solve(GRID, CHUNKS[part], part)
+        with sweep.owned(FILE, shared=True):
+            sweep.solve(GRID, CHUNKS[part], part)

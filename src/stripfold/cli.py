@@ -16,8 +16,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 import stripfold
 from stripfold import cli_commands as commands
 from stripfold import cli_doctor, cli_paths, cli_plan, cli_recordings
-from stripfold.cli_messages import Say, in_si, messages, verbosity_options
-from stripfold.errors import StripfoldError
+from stripfold.cli_messages import Say, in_si, messages, printable, verbosity_options, write
+from stripfold.errors import InvalidInputError, StripfoldError
 
 if TYPE_CHECKING:
     from sys import UnraisableHookArgs
@@ -177,10 +177,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     if unknown:
         parser.error(f"unrecognized arguments: {' '.join(unknown)}{_advice(unknown, arguments)}")
     try:
+        for name, given in vars(arguments).items():
+            if isinstance(given, str) and "\0" in given:
+                raise InvalidInputError(name, given, "a text without the character NUL")
         with messages(arguments) as say:
             answer = COMMANDS[arguments.command].run(arguments, say)
         said, code = answer if isinstance(answer, tuple) else (answer, 0)
-        print(said, flush=True)
+        write(said)
         return code
     except BrokenPipeError:
         # What is left in the buffers is written when Python ends, and would fail again.
@@ -192,7 +195,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         if signals:  # libraries put an error of their own in its place, as pydantic while it builds a class
             return 128 + signals[-1]
         said, code = _in_words(error)
-        print(f"stripfold: error: {in_si(said, arguments)}", file=sys.stderr)
+        write(f"stripfold: error: {in_si(said, arguments)}", sys.stderr)
         return code
 
 
@@ -219,10 +222,10 @@ def _advice(unknown: Sequence[str], arguments: argparse.Namespace) -> str:
 
 
 class _Parser(argparse.ArgumentParser):
-    """Its errors are one line, also of arguments with line ends in them."""
+    """Its errors are one line, whatever the arguments are."""
 
     def error(self, message: str) -> NoReturn:
-        super().error(" ".join(message.split()))
+        super().error(printable(" ".join(message.split())))
 
 
 class _Command(_Parser):

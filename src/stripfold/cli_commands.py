@@ -66,30 +66,47 @@ def _given(arguments: argparse.Namespace, model: type[Input]) -> dict[str, Any]:
     return {key: value for key, value in vars(arguments).items() if key in model.model_fields and value is not None}
 
 
-def _output(given: str | None, source: str, suffix: str) -> Path:
+INPUTS = ("grid", "scene", "result", "path", "image")
+"""Arguments that name a file which a command reads."""
+
+
+def _output(arguments: argparse.Namespace, option: str, suffix: str, source: str) -> Path:
     """Where to write: as given, or in the working folder under the name of the source."""
+    given = getattr(arguments, option)
     path = Path(f"{Path(source).stem}{suffix}" if given is None else given)
     if path.suffix != suffix:
-        raise InvalidInputError("output", given or "", f"a name that ends in {suffix}")
-    return _writable(path)
+        raise InvalidInputError(option, given or "", f"a name that ends in {suffix}")
+    return _writable(path, arguments, option)
 
 
-def _writable(path: Path) -> Path:
-    """Refuse, by trying, what would only be found out when all is computed."""
+def _asked_output(arguments: argparse.Namespace, option: str, suffix: str) -> Path | None:
+    """Where to write, if that is given."""
+    return None if getattr(arguments, option) is None else _output(arguments, option, suffix, "")
+
+
+def _writable(path: Path, arguments: argparse.Namespace, option: str = "output") -> Path:
+    """Refuse, by trying, what would only be found out when all is computed, and to replace what the command reads."""
+    from stripfold.store import literal
+
+    literal(path)
     if os.path.isdir(path):
-        raise InvalidInputError("output", str(path), "a file, or nothing yet", "remove the folder")
+        raise InvalidInputError(option, str(path), "a file, or nothing yet", "remove the folder")
     if not os.path.isdir(path.parent):
-        raise InvalidInputError("output", str(path), "a path in an existing folder", f"make {path.parent} first")
+        raise InvalidInputError(option, str(path), "a path in an existing folder", f"make {path.parent} first")
+    inputs = [getattr(arguments, name, None) for name in INPUTS]
+    if path.exists() and any(name and os.path.exists(name) and path.samefile(name) for name in inputs):
+        raise InvalidInputError(option, str(path), "another file than the input", "it would be replaced")
     try:
         with TemporaryDirectory(prefix=".stripfold-", dir=path.parent) as folder:
             (Path(folder) / path.name).touch()
     except OSError as error:
-        raise InvalidInputError("output", str(path), "a file that can be written", error.strerror or "") from error
+        raise InvalidInputError(option, str(path), "a file that can be written", error.strerror or "") from error
     return path
 
 
 def _lines(rows: Sequence[tuple[str, str]]) -> str:
-    return "\n".join(f"{name:<12} {text}" for name, text in rows)
+    # A name may have line ends.
+    return "\n".join(f"{name:<12} " + text.replace("\n", "\\n") for name, text in rows)
 
 
 def _said(result: Result, arguments: argparse.Namespace) -> str:
@@ -104,22 +121,13 @@ def _plot_option(parser: argparse.ArgumentParser, what: str, name: str = "plot")
     parser.add_argument(f"--{name}", metavar="OUT.png", help=f"where to draw {what}")
 
 
-def _plot_file(given: str | None) -> Path | None:
-    """Where to draw, checked before anything is computed."""
-    if given is None:
-        return None
-    from stripfold.extras import require
+def _plot_file(arguments: argparse.Namespace, option: str = "plot") -> Path | None:
+    """Where to draw, if that is asked for, checked before anything is computed."""
+    if getattr(arguments, option) is not None:
+        from stripfold.extras import require
 
-    require("plot")
-    return _output(given, given, ".png")
-
-
-def _film_file(given: str | None, source: str) -> Path:
-    """Where to write a film, checked before anything is computed."""
-    from stripfold.extras import require
-
-    require("vision")
-    return _output(given, source, ".mp4")
+        require("plot")
+    return _asked_output(arguments, option, ".png")
 
 
 def _draw(result: Result | FoldPath, target: Path | None) -> None:
@@ -154,7 +162,7 @@ def critical(arguments: argparse.Namespace, say: Say) -> str:
 
     scene = Scene(**_given(arguments, Scene))
     scene.require_long_enough()
-    target = _plot_file(arguments.plot)
+    target = _plot_file(arguments)
     from stripfold.results import CriticalPoint
 
     found = CriticalPoint.of(scene, say)
@@ -165,14 +173,15 @@ def critical(arguments: argparse.Namespace, say: Say) -> str:
 def sweep_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("grid", metavar="GRID.yaml", help="values of length, height, eta_b ...: docs/sweep.md")
     parser.add_argument("--output", metavar="SWEEP.nc", help="where to write [the grid's name with .nc, here]")
-    parser.add_argument("--cores", type=int, metavar="N", help="number of processes [one for each core]")
+    parser.add_argument("--cores", type=int, metavar="N", help="most processes at a time [one for each core]")
     _json_option(parser)
 
 
 def sweep(arguments: argparse.Namespace, say: Say) -> str:
     from stripfold.validation import read_yaml
 
-    grid, target = read_yaml(arguments.grid, "grid", "length: 0.6"), _output(arguments.output, arguments.grid, ".nc")
+    grid = read_yaml(arguments.grid, "grid", "length: 0.6")
+    target = _output(arguments, "output", ".nc", arguments.grid)
     from stripfold.sweep import run
 
     found = run(grid, target, arguments.cores, say)
@@ -213,7 +222,7 @@ def simulate(arguments: argparse.Namespace, say: Say) -> str:
     simulation = Simulation(**given) if scene is None else Simulation.read(scene)
     # For the units of messages.
     arguments.eta_b, arguments.gravity = simulation.eta_b, simulation.gravity
-    path, target = _output(arguments.output, scene or "collapse", ".nc"), _plot_file(arguments.plot)
+    path, target = _output(arguments, "output", ".nc", scene or "collapse"), _plot_file(arguments)
     from stripfold import store
     from stripfold.analysis import collapse
     from stripfold.results import StripCollapse
@@ -241,8 +250,11 @@ def film_options(parser: argparse.ArgumentParser) -> None:
 
 
 def film(arguments: argparse.Namespace, say: Say) -> str:
-    path = _film_file(arguments.output, arguments.result)
     from stripfold import store
+    from stripfold.extras import require
+
+    require("vision")
+    path = _output(arguments, "output", ".mp4", arguments.result)
     from stripfold.plots.film import film
 
     film(store.read(arguments.result), path, progress=say)
@@ -261,7 +273,7 @@ def new(arguments: argparse.Namespace, say: Say) -> str:
     text = (Path(__file__).parent / "templates" / f"{arguments.kind}.yaml").read_text(encoding="utf-8")
     if arguments.output is None:
         return text.rstrip()
-    path = _output(arguments.output, "", ".yaml")
+    path = _output(arguments, "output", ".yaml", "")
     if os.path.lexists(path):
         raise InvalidInputError("output", str(path), "a file that is not there yet", "remove it, or choose another")
     from stripfold.store import write_text

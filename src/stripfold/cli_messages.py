@@ -1,4 +1,4 @@
-"""What a command says on standard error while it runs: warnings, progress on a terminal, and each step if asked to.
+"""What a command says: results, and on standard error warnings, progress on a terminal, and each step if asked to.
 
 The package says what it does to the logger "stripfold": warnings, notes (INFO), and the solvers' steps (DEBUG).
 """
@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from shutil import get_terminal_size
 from time import monotonic
+from typing import TextIO
 
 from stripfold.material import GRAVITY, Material
 
@@ -25,6 +26,17 @@ def verbosity_options(parser: argparse.ArgumentParser) -> None:
     how = parser.add_mutually_exclusive_group()
     how.add_argument("--quiet", action="store_true", help="print nothing but the result and errors")
     how.add_argument("--verbose", action="store_true", help="print models, meshes and steps, with the time")
+
+
+def printable(said: str) -> str:
+    """A text that no terminal takes for commands, as names from outside may be: other characters than letters, line
+    ends and tabs are shown as Python writes them."""
+    return "".join(one if one.isprintable() or one in "\n\t" else repr(one)[1:-1] for one in said)
+
+
+def write(said: str, to: TextIO | None = None) -> None:
+    """Print a text, by default on standard output."""
+    print(printable(said), file=to, flush=True)
 
 
 @contextmanager
@@ -66,7 +78,7 @@ class _Handler(logging.Handler):
     def emit(self, record: logging.LogRecord) -> None:
         self.clear()
         prefix = PREFIX.get(record.levelno, f"{monotonic() - self.began:8.3f} s  ")
-        print(f"{prefix}{in_si(record.getMessage(), self.arguments)}", file=sys.stderr)
+        write(f"{prefix}{in_si(record.getMessage(), self.arguments)}", sys.stderr)
 
     def show(self, said: str) -> None:
         """Say what is being done, on a terminal."""
@@ -75,7 +87,7 @@ class _Handler(logging.Handler):
         clock = f" [{minutes:02d}:{seconds:02d}]"
         # A line that wraps could not be removed.
         room = get_terminal_size().columns - len(clock) - 1
-        sys.stderr.write(f"{in_si(said, self.arguments)[:room]}{clock}")
+        sys.stderr.write(f"{printable(in_si(said, self.arguments))[:room]}{clock}")
         sys.stderr.flush()
         self.shown = True
 

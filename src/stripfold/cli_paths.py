@@ -7,14 +7,13 @@ import argparse
 from stripfold.cli_commands import (
     SHEET,
     STRIP,
+    _asked_output,
     _draw,
-    _film_file,
     _given,
     _json_option,
     _lines,
     _option,
     _options,
-    _output,
     _plot_file,
     _plot_option,
     _said,
@@ -23,6 +22,7 @@ from stripfold.cli_commands import (
 )
 from stripfold.cli_messages import Say, logger
 from stripfold.errors import MISSING, InvalidInputError
+from stripfold.extras import require
 from stripfold.json_output import as_json, document
 
 
@@ -63,8 +63,8 @@ def path(arguments: argparse.Namespace, say: Say) -> str:
     strip, height = Strip(**_given(arguments, Strip), eta_m=UNSTRETCHED), arguments.height
     if (arguments.kind == "low") != (height is not None):
         raise InvalidInputError("height", MISSING if height is None else height, "a height with the low path only")
-    drawing = _plot_file(arguments.plot)
-    target = None if arguments.csv is None else _output(arguments.csv, arguments.csv, ".csv")
+    drawing = _plot_file(arguments)
+    target = _asked_output(arguments, "csv", ".csv")
     fold_at = arguments.fold_at
     planned = PLANS[arguments.kind](strip, fold_at) if height is None else low(strip, height, fold_at)
     if arguments.kind == "r-path":
@@ -91,8 +91,8 @@ def map_options(parser: argparse.ArgumentParser) -> None:
 def map_places(arguments: argparse.Namespace, say: Say) -> str:
     from stripfold import inputs
 
-    data = None if arguments.output is None else _output(arguments.output, arguments.output, ".nc")
-    target = _plot_file(arguments.plot)
+    data = _asked_output(arguments, "output", ".nc")
+    target = _plot_file(arguments)
     asked = inputs.StabilityMap(**_given(arguments, inputs.StabilityMap), eta_m=inputs.UNSTRETCHED)
     from stripfold.stability_map import StabilityMap
 
@@ -145,11 +145,13 @@ def assess(arguments: argparse.Namespace, say: Say) -> tuple[str, int]:
     from stripfold.path_assessment import PathAssessment
 
     log = {name: getattr(arguments, name) for name in ("columns", "unit", "frame", "smooth", "fold_at")}
-    path, target = paths.read(arguments.path, asked, **log), _plot_file(arguments.plot)
-    film = None if arguments.film is None else _film_file(arguments.film, arguments.film)
+    path, target = paths.read(arguments.path, asked, **log), _plot_file(arguments)
+    if arguments.film is not None:
+        require("vision")
+    film = _asked_output(arguments, "film", ".mp4")
     for warning in path.curve.warnings:
         logger.warning(warning)
-    data = None if arguments.output is None else _output(arguments.output, arguments.output, ".nc")
+    data = _asked_output(arguments, "output", ".nc")
     found = PathAssessment.of(asked, path, began, say)
     if data is not None:
         found.to_netcdf(data)

@@ -35,11 +35,11 @@ def plan(arguments: argparse.Namespace, say: Say) -> str:
     from stripfold.inputs import FoldingPlan as Asked
 
     # Checked before anything is computed.
-    given = {suffix: getattr(arguments, kind) for kind, suffix in FILES.items()}
-    targets = {suffix: _output(name, "", suffix) for suffix, name in given.items() if isinstance(name, str)}
+    asked_for = {kind: suffix for kind, suffix in FILES.items() if isinstance(getattr(arguments, kind), str)}
+    targets = {suffix: _output(arguments, kind, suffix, "") for kind, suffix in asked_for.items()}
     if arguments.report is not None:
         require("plot")
-    drawing = _plot_file(arguments.plot)
+    drawing = _plot_file(arguments)
     asked = Asked(**_given(arguments, Asked) | _friction(arguments.friction_moment))
     from stripfold.folding_plan import FoldingPlan
 

@@ -19,7 +19,7 @@ from stripfold.cli_commands import (
     _writable,
     metres,
 )
-from stripfold.cli_messages import Say
+from stripfold.cli_messages import Say, write
 from stripfold.errors import InvalidInputError
 from stripfold.json_output import as_json, document
 
@@ -43,9 +43,7 @@ def eta(arguments: argparse.Namespace, say: Say) -> str:
     asked = EtaRequest(**_given(arguments, EtaRequest))
     if arguments.picture is not None and asked.image is None:
         raise InvalidInputError("picture", arguments.picture, "this only together with image")
-    target = _plot_file(arguments.picture)
-    if target is not None and target.resolve() == Path(arguments.image).resolve():
-        raise InvalidInputError("picture", str(target), "another file than the image", "it would be overwritten")
+    target = _plot_file(arguments, "picture")
     from stripfold.measured import EtaB
 
     found = EtaB.of(asked)
@@ -66,7 +64,7 @@ def record(arguments: argparse.Namespace, say: Say) -> str:
     folder = Path(arguments.output or Path(arguments.scene).stem)
     if folder.exists():
         raise InvalidInputError("output", str(folder), "a folder that is not there yet", "remove it, or choose another")
-    _writable(folder)
+    _writable(folder, arguments)
     say("motion")
     history = recording.history_of(asked)
     recording.write_recording(history, asked, folder, progress=say)
@@ -112,7 +110,7 @@ def calibrate(arguments: argparse.Namespace, say: Say) -> str:
 
     given = {name: getattr(arguments, name) for name in ("columns", "rows", "square", "marker", "dictionary")}
     board = Board.of({"type": arguments.board} | {name: value for name, value in given.items() if value is not None})
-    path = _output(arguments.output, "camera", ".yaml")
+    path = _output(arguments, "output", ".yaml", "camera")
     say("calibrating")
     found = camera_check.check(Path(arguments.images), board)
     inputs = {"images": arguments.images, "board": arguments.board, **given}
@@ -121,7 +119,7 @@ def calibrate(arguments: argparse.Namespace, say: Say) -> str:
         found.write(path)
     except CalibrationError:
         # It says what each picture shows, the error why they do not suffice.
-        print(said)
+        write(said)
         raise
     return said if arguments.json else f"{said}\n{'written':<12} {path}"
 
@@ -134,15 +132,16 @@ def measure_options(parser: argparse.ArgumentParser) -> None:
 def measure(arguments: argparse.Namespace, say: Say) -> str:
     from stripfold import store
     from stripfold.measured import RecordingMeasurement
+    from stripfold.vision.recording import inside
 
-    folder = Path(arguments.folder) / "result"
+    folder = inside(Path(arguments.folder), "result", "output")
     if os.path.exists(folder) and not folder.is_dir():
         raise InvalidInputError("output", str(folder), "a folder, or nothing yet", "remove the file")
     data, page = folder / "measurement.nc", folder / "report.html"
     for path in (data, page) if folder.is_dir() else (folder,):
         # A recording that is not there has an error of its own.
         if path.parent.is_dir():
-            _writable(path)
+            _writable(path, arguments)
     found = RecordingMeasurement.of(arguments.folder, say)
     say("writing the report")
     # Both or none.

@@ -88,6 +88,19 @@ def atomic(path: str | os.PathLike[str]) -> Iterator[Path]:
         shutil.rmtree(folder, ignore_errors=True)
 
 
+def literal(path: str | os.PathLike[str]) -> str:
+    """The absolute path, for libraries to which a relative one may be a protocol, an address, an option or a home.
+
+    Raises InvalidInputError: it is not in UTF-8, as these libraries need it.
+    """
+    found = os.path.abspath(path)
+    try:
+        found.encode()
+    except UnicodeEncodeError:
+        raise InvalidInputError("file", os.fspath(path), "a path in UTF-8", "rename it, or its folder") from None
+    return found
+
+
 def write_text(text: str, path: str | os.PathLike[str]) -> None:
     """Write ``text`` as UTF-8 with Unix line ends, atomically."""
     with atomic(path) as temporary:
@@ -144,7 +157,7 @@ def write(
             encoding[name]["_FillValue"] = None  # CF: a coordinate has no gaps
     with atomic(path) as temporary:
         try:
-            stamped.to_netcdf(temporary, engine="netcdf4", format="NETCDF4", encoding=encoding)
+            stamped.to_netcdf(literal(temporary), engine="netcdf4", format="NETCDF4", encoding=encoding)
         except RuntimeError as error:
             # Of a full disk the library says no more than that it failed.
             raise OSError(errno.EIO, f"could not be written ({error})", str(path)) from error
@@ -200,10 +213,11 @@ def opened(path: str | os.PathLike[str]) -> Iterator[xr.Dataset]:
 
     path = Path(path)
     if not path.is_file():
-        raise InvalidInputError("file", str(path), "an existing netCDF file", "run the rule that makes it")
+        raise InvalidInputError("file", str(path), "an existing netCDF file", "check the name")
+    name = literal(path)
     try:
         has_digest = _has_digest(path)
-        with xr.open_dataset(path, engine="netcdf4") as dataset:
+        with xr.open_dataset(name, engine="netcdf4") as dataset:
             if DIGEST in dataset.attrs and not has_digest:  # files of former versions have neither
                 raise ValueError("its digest is missing: changed by another program")
             yield dataset

@@ -3,18 +3,27 @@
 from __future__ import annotations
 
 import json
+import logging
 import os
+import re
 import shutil
-import signal
-from collections.abc import Mapping
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from concurrent.futures.process import BrokenProcessPool
+import subprocess
+import sys
+import traceback
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import lru_cache
 from hashlib import sha256
+from itertools import islice
+from logging.handlers import QueueHandler
 from math import ceil, nan, prod
-from multiprocessing import active_children
+from multiprocessing import Pipe
+from multiprocessing.connection import Connection, wait
 from pathlib import Path
+from queue import SimpleQueue
+from signal import SIGKILL, Signals
+from threading import Thread
 from typing import TYPE_CHECKING, Annotated, Any, Self
 
 import numpy as np
@@ -49,6 +58,12 @@ CHUNK = 100
 """Most cases of a chunk that are solved one by one: what an interruption loses, and the least that is worth a file."""
 CHUNKS = 32
 """Chunks of a small grid or of one of the elastica, at most: enough to keep the cores equally busy."""
+LOCK = "in_use"
+"""File in the folder of parts that whoever writes there has locked; the system unlocks it when a process ends."""
+
+Job = tuple[range, Path]
+"""A chunk, and the file of its results."""
+logger = logging.getLogger("stripfold")
 
 _Case: Any = create_model(
     "_Case", __base__=Input, **{key: (Scene.model_fields[key].annotation, Scene.model_fields[key]) for key in KEYS}
@@ -155,7 +170,8 @@ def run(
     file
         Where to write.
     cores
-        Number of processes; by default one for each core.
+        Most processes at a time, by default one for each core that may be used, which are also the most; one process
+        is the calling one.
     progress
         Is told how much is done.
 
@@ -168,26 +184,60 @@ def run(
     Raises
     ------
     InvalidInputError
-        A key or value that cannot be used, or the parts of another sweep stand beside the file.
+        A key or value that cannot be used, the parts of another sweep stand beside the file, or another process is at
+        work on them.
     StripfoldError
-        A process was ended from outside.
+        A process of the sweep was ended from outside.
     """
     grid, file = Grid.of(given), file_name("file", file)
-    cores = os.cpu_count() or 1 if cores is None else cores
-    if isinstance(cores, bool) or not isinstance(cores, int) or cores < 1:
+    if cores is not None and (isinstance(cores, bool) or not isinstance(cores, int) or cores < 1):
         raise InvalidInputError("cores", cores, "a whole number of at least 1")
-    parts = chunk_files(grid, file)
-    left = [(chunk, part) for part, chunk in parts.items() if not part.is_file()]
-    folder = next(iter(parts)).parent
-    try:
-        _solve_all(grid, left, cores, progress or (lambda _: None))
-    finally:
-        for half_written in folder.glob(".stripfold-*"):  # of a process that was ended
-            shutil.rmtree(half_written, ignore_errors=True)
-    found = _gathered(grid, parts)
-    store.write(found, file, title="critical points of a grid of strips", config=grid.config())
-    shutil.rmtree(folder)
+    with owned(file):
+        parts = chunk_files(grid, file)
+        try:
+            left = [(chunk, part) for part, chunk in parts.items() if not _is_whole(part)]
+            _solve_all(grid, left, cores, progress or (lambda _: None))
+            found = _gathered(grid, parts)
+            store.write(found, file, title="critical points of a grid of strips", config=grid.config())
+            for part in parts:
+                part.unlink()
+        finally:
+            for half_written in _folder(file).glob(".stripfold-*"):  # of a process that was ended
+                shutil.rmtree(half_written, ignore_errors=True)
     return found
+
+
+def _folder(file: Path) -> Path:
+    """The folder of the parts of a sweep into ``file``."""
+    return file.with_name(f"{file.name}.parts")
+
+
+@contextmanager
+def owned(file: Path, shared: bool = False) -> Iterator[None]:
+    """Keep other processes from working on the parts of a sweep into ``file``; ``shared``: but for other shared ones.
+
+    Raises InvalidInputError: one of them does so.
+    """
+    import fcntl  # not on Windows
+
+    folder = _folder(file)
+    folder.mkdir(parents=True, exist_ok=True)
+    with open(folder / LOCK, "a") as lock:
+        try:
+            fcntl.flock(lock, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | fcntl.LOCK_NB)
+            os.stat(folder / LOCK)
+        except (BlockingIOError, FileNotFoundError):  # the latter: its owner has just ended and removed it
+            allowed, advice = "a file that no other sweep is writing", "wait for its end, or give another output"
+            raise InvalidInputError("output", str(file), allowed, advice) from None
+        except OSError as error:  # a file system without locks
+            logger.info(f"{folder} cannot be locked ({error.strerror}): start no other sweep into {file}")
+        try:
+            yield
+        finally:
+            if not shared:
+                (folder / LOCK).unlink(missing_ok=True)
+                with suppress(OSError):  # what is left of the parts, or of somebody else
+                    folder.rmdir()
 
 
 def chunk_files(grid: Grid, file: Path) -> dict[Path, range]:
@@ -195,13 +245,13 @@ def chunk_files(grid: Grid, file: Path) -> dict[Path, range]:
 
     Raises InvalidInputError: the parts of another sweep stand beside the file.
     """
-    folder = file.with_name(f"{file.name}.parts")
+    folder = _folder(file)
     # Parts of another version are of another sweep: one file has one origin.
     origin = [grid.config(), CHUNK, CHUNKS, stripfold.__version__, store.running_commit()]
     digest = sha256(json.dumps(origin).encode()).hexdigest()[:16]
     parts = {folder / f"{digest}-{number:05d}.nc": chunk for number, chunk in enumerate(grid.chunks)}
-    if any(part not in parts for part in folder.glob("*.nc")):
-        advice = f"give another output, or remove {folder}"
+    if any(part not in parts for part in folder.glob("*.nc") if re.fullmatch(r"[0-9a-f]{16}-\d{5}", part.stem)):
+        advice = f"give another output, or remove its parts from {folder}"
         raise InvalidInputError("output", str(file), "a file without the parts of another sweep beside it", advice)
     return parts
 
@@ -219,32 +269,125 @@ def _values(key: str, given: Any) -> list[Any]:
     return [given]
 
 
-def _solve_all(grid: Grid, left: list[tuple[range, Path]], cores: int, say: Progress) -> None:
+def _is_whole(part: Path) -> bool:
+    """Whether a part is there; a damaged one is solved again."""
+    try:
+        store.read(part, (*NUMBERS, "reason"))
+    except InvalidInputError:
+        return False
+    return True
+
+
+def _solve_all(grid: Grid, left: list[Job], cores: int | None, say: Progress) -> None:
     finished = grid.count - sum(len(chunk) for chunk, _ in left)
     solved = Percent(say, "solved")
     solved(finished / grid.count)
-    others = set(active_children())
-    pool = ProcessPoolExecutor(cores, initializer=_end_at_once)
+    available = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    processes = min(cores or available, available, len(left))
+    for chunk in _one_by_one(grid, left) if processes < 2 else _in_processes(grid, left, processes):
+        finished += len(chunk)
+        solved(finished / grid.count)
+
+
+def _one_by_one(grid: Grid, left: Iterable[Job]) -> Iterator[range]:
+    """Solve chunks in this process."""
+    for chunk, part in left:
+        solve(grid, chunk, part)
+        yield chunk
+
+
+def _in_processes(grid: Grid, left: Iterable[Job], processes: int) -> Iterator[range]:
+    """Solve chunks in new processes, which end with this one.
+
+    Those of multiprocessing would run the user's program again, and may not be started by one another.
+    """
+    waiting, workers = iter(left), dict[Any, subprocess.Popen[bytes]]()
     try:
-        running = {pool.submit(solve, grid, chunk, part): len(chunk) for chunk, part in left}
-        for done in as_completed(running):
-            done.result()
-            finished += running[done]
-            solved(finished / grid.count)
-    except BrokenProcessPool as error:
-        raise StripfoldError("a process of the sweep was ended from outside; run it again to go on") from error
-    except BaseException:
-        for process in set(active_children()) - others:  # they would solve their chunks first: minutes
-            process.terminate()
-        raise
+        connection: Any
+        for job in islice(waiting, processes):
+            connection, theirs = Pipe()
+            with theirs:
+                code = f"from stripfold.sweep import work; work({theirs.fileno()})"
+                # -P: a module in the user's working folder must not shadow a library.  In a group of its own: an
+                # interruption from the keyboard reaches this process only, which ends the others.
+                workers[connection] = subprocess.Popen(
+                    [sys.executable, "-P", "-c", code],
+                    stdin=subprocess.DEVNULL,
+                    pass_fds=[theirs.fileno()],
+                    process_group=0,
+                )
+            _send(connection, (grid, logger.getEffectiveLevel()))
+            _send(connection, job)
+        at_work = len(workers)
+        while at_work:
+            for connection in wait(list(workers)):
+                said = _answer(connection, workers[connection])
+                if isinstance(said, logging.LogRecord):
+                    logger.handle(said)
+                    continue
+                if (next_job := next(waiting, None)) is None:
+                    at_work -= 1
+                else:
+                    _send(connection, next_job)
+                yield said
     finally:
-        pool.shutdown(cancel_futures=True)
+        for connection, process in workers.items():
+            process.kill()
+            process.wait()
+            connection.close()
 
 
-def _end_at_once() -> None:
-    """An interruption from the keyboard reaches the processes, too: it, or a signal, ends them without a word."""
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, signal.SIG_DFL)
+def _send(connection: Connection, said: Any) -> None:
+    """Send to a process; where it has ended, that is said when its answer is missing."""
+    with suppress(BrokenPipeError):
+        connection.send(said)
+
+
+def _answer(connection: Connection, process: subprocess.Popen[bytes]) -> Any:
+    """The answer of a process, or the error that it answers with."""
+    try:
+        said = connection.recv()
+    except (EOFError, ConnectionResetError):
+        code = process.wait()
+        how = f"by {Signals(-code).name}" if code < 0 else f"with exit code {code}"
+        reason = ", as where memory is short" if code == -SIGKILL else ""
+        kept = "what is solved is kept: run it again to go on, with fewer cores if need be"
+        raise StripfoldError(f"a process of the sweep was ended {how}{reason}; {kept}") from None
+    if isinstance(said, Exception):
+        raise said
+    return said
+
+
+def work(descriptor: int) -> None:
+    """Solve chunks as :func:`_in_processes` asks for them by a connection, until it closes that or ends."""
+    connection, jobs = Connection(descriptor), SimpleQueue[Job]()
+    grid, level = connection.recv()
+
+    def listen() -> None:
+        with suppress(EOFError, ConnectionResetError):
+            while True:
+                jobs.put(connection.recv())
+        os._exit(1)
+
+    Thread(target=listen, daemon=True).start()
+    logger.setLevel(level)
+    logger.addHandler(_Sender(connection))  # type: ignore[arg-type]
+    while True:
+        chunk, part = jobs.get()
+        said: Any = chunk
+        try:
+            solve(grid, chunk, part)
+        except Exception as error:
+            error.add_note(traceback.format_exc())
+            said = error
+        _send(connection, said)
+
+
+class _Sender(QueueHandler):
+    """Sends what is logged, instead of putting it into a queue."""
+
+    def enqueue(self, record: logging.LogRecord) -> None:
+        self.queue.send(record)  # type: ignore[attr-defined]
 
 
 def solve(grid: Grid, chunk: range, part: Path) -> None:

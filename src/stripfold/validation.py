@@ -174,6 +174,8 @@ def read_yaml(
         raise
     except (OSError, ValueError, RecursionError, yaml.YAMLError) as error:
         said = " ".join(str(error).split())
+        if isinstance(error, yaml.MarkedYAMLError) and error.problem_mark is not None:  # its text shows a line as well
+            said = f"{error.problem} in line {error.problem_mark.line + 1}, column {error.problem_mark.column + 1}"
         raise InvalidInputError(key, str(path), "a readable YAML file", said) from error
     if not isinstance(given, Mapping):
         raise InvalidInputError(key, str(path), f"a file of keys and values, as {example}")

@@ -81,3 +81,18 @@ def kept(study):
     }
     there = configured(study, config) and Path(needs.get(study, ".")).is_dir()
     return f"{RESULTS if there else 'results'}/studies/{study}.nc"
+
+
+def redone_without_sources(made, workflow):
+    """Have the outputs redone where a file is missing from which they were made.
+
+    Snakemake takes the figures and numbers of a fresh clone, which has no runs, for up to date.
+    """
+    sources, outputs = list(made.input), list(made.output)
+
+    def none(wildcards):
+        if not all(map(os.path.exists, sources)):
+            workflow.dag.forcefiles.update(outputs)
+        return []
+
+    made.set_input(none)

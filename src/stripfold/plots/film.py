@@ -22,7 +22,7 @@ from stripfold.percent import Percent
 from stripfold.plots.colours import BLACK, FALLING, GREY, GRIPPER, SETTLED
 from stripfold.plots.readers import Followed, collapse
 from stripfold.plots.style import CM, around, draw_held_end, equal_panels, styled
-from stripfold.store import atomic
+from stripfold.store import atomic, literal
 
 FPS = 30
 """Frames per second."""
@@ -106,7 +106,7 @@ def draw(found: Followed, path: str | os.PathLike[str], way: str, *, progress: P
         raise InvalidInputError("film", os.fspath(path), "a file name with the suffix .mp4")
     slowdown = slowdown_of(found)
     shown = frames(clock(found, slowdown))
-    with atomic(path) as temporary, av.open(os.fspath(temporary), "w", format="mp4", options=_CONTAINER) as container:
+    with atomic(path) as temporary, av.open(literal(temporary), "w", format="mp4", options=_CONTAINER) as container:
         stage = _Stage(found, slowdown, way)
         stream = container.add_stream("libx264", rate=FPS, options=_ENCODER)
         stream.width, stream.height = stage.size

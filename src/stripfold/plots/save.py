@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import os
+import re
 from pathlib import Path
 
 from matplotlib.figure import Figure
@@ -31,6 +32,8 @@ def save_as(fig: Figure, path: str | os.PathLike[str]) -> Path:
     kind = path.suffix[1:]
     with atomic(path) as temporary:
         fig.savefig(temporary, format=kind, metadata=_METADATA[kind])
+        if kind == "svg":
+            temporary.write_text(_numbered(temporary.read_text("utf-8")), encoding="utf-8", newline="\n")
     return path
 
 
@@ -43,6 +46,21 @@ def as_svg(fig: Figure) -> str:
     fig.savefig(text, format="svg", metadata=_METADATA["svg"])
     # Inside a page there is no XML declaration.
     return text.getvalue()[text.getvalue().index("<svg") :]
+
+
+def _numbered(svg: str) -> str:
+    """An SVG file whose clips, markers and hatchings are numbered by their first use.
+
+    Matplotlib names them by all digits of what they are, of which rounding errors in the data change the last ones.
+    """
+    named = set(re.findall(r'id="([a-z][0-9a-f]{10})"', svg))
+    numbers = dict[str, str]()
+
+    def number(found: re.Match[str]) -> str:
+        name = found[0]
+        return numbers.setdefault(name, f"{name[0]}{len(numbers)}") if name in named else name
+
+    return re.sub(r"\b[a-z][0-9a-f]{10}\b", number, svg)
 
 
 def _arrange(fig: Figure) -> None:

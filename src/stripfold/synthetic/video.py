@@ -11,6 +11,7 @@ import av
 import numpy as np
 
 from stripfold.arrays import Array, Picture
+from stripfold.store import literal
 from stripfold.synthetic.scene import Filming
 
 _PIXELS = {"ffv1": "gray", "mjpeg": "yuvj420p", "mpeg4": "yuv420p"}
@@ -67,7 +68,7 @@ def encode(path: Path, frames: Iterable[Picture], stamps: Iterable[int], filming
     rate = Fraction(filming.frame_rate).limit_denominator(1001)
     options = {"qmin": str(filming.quality), "qmax": str(filming.quality)} if filming.codec != "ffv1" else {}
     # No date and no version of the library: the same scene gives the same bytes.
-    with av.open(str(path), "w", options={"fflags": "+bitexact"}) as container:
+    with av.open(literal(path), "w", options={"fflags": "+bitexact"}) as container:
         container.metadata["title"] = "synthetic recording"
         stream = container.add_stream(filming.codec, rate=rate, options=options)
         stream.width, stream.height = filming.size

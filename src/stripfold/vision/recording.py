@@ -217,10 +217,11 @@ class Recording:
 
         Raises InvalidInputError: its file cannot be used.
         """
-        path = self.folder / ManualOnset.file_name
-        if not path.exists():
+        name = ManualOnset.file_name
+        if not os.path.lexists(self.folder / name):
             return None
-        with within(path.name):
+        path = inside(self.folder, name, name)
+        with within(name):
             return ManualOnset(**read_yaml(path, "", "event_time: 3.5"))
 
 
@@ -242,12 +243,13 @@ def other_unit(given: float, other: float) -> str:
 
 
 def inside(folder: Path, name: str | Path, key: str) -> Path:
-    """The path of a file that a recording names.
+    """The path of a file of a recording.
 
-    Raises InvalidInputError: it lies outside the recording's folder.
+    Raises InvalidInputError: it lies outside the recording's folder, or is a link to there.
     """
-    if folder.resolve() not in (folder / name).resolve().parents:
-        raise InvalidInputError(key, str(name), "a path inside the recording's folder", "copy the file there")
+    if "\0" in str(name) or folder.resolve() not in (folder / name).resolve().parents:
+        allowed = "a path inside the recording's folder, and no link out of it"
+        raise InvalidInputError(key, str(name), allowed, "copy the file there")
     return folder / name
 
 
@@ -273,13 +275,14 @@ def read(folder: str | os.PathLike[str]) -> Recording:
     """A recording, its entries and tables checked; the files that it names are there.
 
     Raises InvalidInputError: no such folder or recording.yaml, a key or value that cannot be used, a file that is
-    missing or lies outside, an unusable manual onset, or a robot's log that is unusable or in other units.
+    missing or lies outside, also by a link, an unusable manual onset, or a robot's log that is unusable or in other
+    units.
     """
     folder = Path(folder)
     path = folder / NAME
     if not path.is_file():
         raise InvalidInputError("recording", str(folder), f"a folder with a {NAME}", "docs/measuring.md shows one")
-    entries = Entries.of(read_yaml(path, NAME, "title: a strip"))
+    entries = Entries.of(read_yaml(inside(folder, NAME, "recording"), NAME, "title: a strip"))
     named = {
         "video": entries.video,
         "timestamps": entries.timestamps,
@@ -292,8 +295,11 @@ def read(folder: str | os.PathLike[str]) -> Recording:
     for key, name in named.items():
         if name is None:
             continue
-        if not inside(folder, name, key).exists():
+        path = inside(folder, name, key)
+        if not path.exists():
             raise InvalidInputError(key, name, "an existing file or folder of the recording", f"looked in {folder}")
+        for link in filter(Path.is_symlink, path.iterdir() if path.is_dir() else ()):
+            inside(folder, link.relative_to(folder), key)
     found = Recording(folder, entries)
     if found.video.is_dir() and found.timestamps is None:
         allowed = "a file beside a folder of frames"
