@@ -560,7 +560,9 @@ def test_a_camera_that_moved_is_named(snapping: Made, found: Measurement):
     with pytest.raises(MeasurementError, match=r"moved by 6\.0 px .*, and gripper\.height"):
         evaluated(snapping, moved, gripper={"height": 0.12})
     unknown = replace(snapping[2], camera=Shift(np.nan, 0.0, False))
-    assert [flag.severity for flag in evaluated(snapping, unknown).flags] == [measurement.NOTE]
+    # What moves without mechanics, as here, has no shape of a strip.
+    told = [flag for flag in evaluated(snapping, unknown).flags if "shapes" not in flag.text]
+    assert [flag.severity for flag in told] == [measurement.NOTE]
 
 
 def test_where_the_speed_falls_before_its_peak_the_interval_is_wider():

@@ -40,6 +40,8 @@ FRAME_SHIFT, FRAME_SD = 0.45, 0.137
 that, in the usual distance of the frames."""
 GAP_SHIFT, GAP_SD = 0.17, 0.06
 """The same for the longest distance of the frames in the snap, as shares of what it exceeds the usual one by."""
+SD_95 = 1.0 / half_width(0.95)
+"""Standard deviation over half the width of a 95 % interval."""
 MIN_STATIONS = 5
 FIT_WINDOW = 0.3
 """Half the time over which the gripper's motion is fitted, s."""
@@ -84,8 +86,7 @@ def _evaluate(
     description.compare(recording.entries, tracks)
     gripper = recording.entries.gripper
     sign, flat_end = gripper.direction, gripper.flat_end
-    flat_end_sd = gripper.flat_end_uncertainty / half_width(0.95)
-    offset_sd = gripper.holder.offset_uncertainty / half_width(0.95)
+    flat_end_sd, offset_sd = SD_95 * gripper.flat_end_uncertainty, SD_95 * gripper.holder.offset_uncertainty
     flags = [Flag(NOTE, text) for text in (*tracks.report.problems, *tracks.timing.problems)]
     if tracks.camera.problem:
         flags.append(Flag(WARNING if tracks.camera.moved else NOTE, tracks.camera.problem))

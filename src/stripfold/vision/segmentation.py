@@ -94,8 +94,11 @@ def unreduced(values: Array, scale: Array | float) -> Array:
     return np.asarray((values + 0.5) * scale - 0.5)
 
 
-def foreground(image: Picture, bright: bool) -> tuple[Mask, Array]:
-    """Where a picture is brighter (or darker) than its surroundings, and by how many grey levels; each (h, w)."""
+def foreground(image: Picture, bright: bool, faint: bool = False) -> tuple[Mask, Array]:
+    """Where a picture is brighter (or darker) than its surroundings, and by how many grey levels; each (h, w).
+
+    ``faint``: also where it is less so than something else in it, as a strip beside a bright ruler.
+    """
     smooth = np.asarray(cv2.GaussianBlur(image, (0, 0), 1.0), dtype=np.uint8)
     difference = np.asarray((smooth - _background(smooth)) * (1.0 if bright else -1.0), dtype=np.float64)
     noise = max(1.4826 * float(np.median(np.abs(difference - np.median(difference)))), 0.5)
@@ -104,6 +107,8 @@ def foreground(image: Picture, bright: bool) -> tuple[Mask, Array]:
     if outstanding.size < 20 or np.ptp(outstanding) == 0.0:
         return np.asarray(difference > least), difference
     high = max(float(threshold_otsu(outstanding)), least)
+    if faint and np.ptp(fainter := outstanding[outstanding < high]) > 0.0:
+        high = max(float(threshold_otsu(fainter)), least)
     return np.asarray(apply_hysteresis_threshold(difference, max(0.5 * high, least), high)), difference
 
 
