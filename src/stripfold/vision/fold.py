@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 from scipy.special import stdtrit
 from skimage.measure import label, regionprops
 from skimage.segmentation import clear_border
@@ -56,7 +57,7 @@ MAX_BESIDE = 0.1
 """Largest area there of what is connected with the strip but not a part of it, relative to the strip's: in 5 of 6 drawn
 shadows it is larger, and 0.8 or more in those that make eta_b 1.5 to 2.4 times too high; without any it is 0."""
 NEEDED = "a strip folded in half that lies on a table, seen from the side, with light through its loop"
-ADVICE = "turn the camera along the fold, with nothing but a plain background behind it, much darker or brighter than the strip"
+ADVICE = "turn the camera along the fold; background much darker or brighter than the strip, nothing beside its loop"
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -130,7 +131,7 @@ def measure(image: Picture, source: str = "picture") -> Fold:
     loop = loop_shape.loop(thickness)[:, 1:]
     lower = np.column_stack([np.linspace(loop[-1, 0], 0.0, 300)[:-1], np.zeros(299)])
     curve = np.concatenate([lower, loop])
-    beside = _beside(foreground(reduced(image)[0], bright, faint)[0], place, points[good], width, reduced(image)[1])
+    beside = _beside(image, bright, faint, place, points, width)
     if beside > MAX_BESIDE:
         found = f"a second edge along the strip: something beside it is {beside:.0%} as large as the strip there"
         raise TrackingError(source, found, NEEDED, "is it a shadow? take the strip from the wall, or use diffuse light")
@@ -173,27 +174,47 @@ def _moments(mask: Mask) -> tuple[float, Array, float, float]:
     return float(len(points)), centre, float(np.arctan2(axis[1], axis[0])), skewness
 
 
-def _initial(image: Picture, source: str) -> tuple[Place, float, bool]:
-    """The largest hole of the shape of a fold's: its place, the width of the band, and whether that is bright."""
+def _initial(image: Picture, source: str) -> tuple[Place, float, bool, bool]:
+    """The largest hole of the shape of a fold's: its place, the band's width, and whether that is bright and faint."""
     small, scale = reduced(image)
     best, most = None, 0.0
-    for bright in (True, False):
-        mask = closed(foreground(small, bright)[0])
+    # Of something else in the picture that stands out more, as a ruler, the strip is told by its hole.
+    for faint, bright in ((False, True), (False, False), (True, True), (True, False)):
+        if faint and most >= MIN_OVERLAP:
+            break
+        mask = closed(foreground(small, bright, faint)[0])
         for hole in regionprops(clear_border(label(mask == 0, connectivity=1))):
             if hole.area < MIN_HOLE:
                 continue
             place, width = _matching(mask, hole.slice, hole.image)
             overlap = _overlap(place, width, hole.slice, hole.image)
             if overlap > most:
-                best, most = (place, width, bright), overlap
+                best, most = (place, width, bright, faint), overlap
     if best is None:
         raise TrackingError(source, "the strip encloses no loop inside the picture", NEEDED, ADVICE)
     if most < MIN_OVERLAP:
         found = f"no loop of a folded strip: what is most like one shares {most:.0%} of its inside"
         raise TrackingError(source, found, NEEDED, ADVICE)
-    place, width, bright = best
+    place, width, bright, faint = best
     (x, y), factor = unreduced(np.array([place.x, place.y]), scale).tolist(), float(scale.mean())
-    return replace(place, unit=place.unit * factor, x=x, y=y), width * factor, bright
+    return replace(place, unit=place.unit * factor, x=x, y=y), width * factor, bright, faint
+
+
+def _beside(image: Picture, bright: bool, faint: bool, place: Place, points: Array, width: float) -> float:
+    """Area, relative to the strip's, of what is connected with it around its loop but not a part of it.
+
+    ``points``: the middle of the band, shape (n, 2), and its ``width``; pixels.
+    """
+    small, scale = reduced(image)
+    pieces = label(closed(foreground(small, bright, faint)[0]), connectivity=1)
+    column, row = np.rint((points + 0.5) / scale - 0.5).astype(int).T
+    mine = int(np.bincount(pieces[row, column]).argmax())
+    band = unreduced(np.argwhere(pieces == mine)[:, ::-1], scale)
+    loop, there = place.back(points), place.back(band)
+    low, high = [loop[:, 0].min(), 0.0], loop.max(axis=0) + ROOM
+    away, _ = cKDTree(points).query(band[((there > low) & (there < high)).all(axis=1)])
+    other = away > width + scale.mean()
+    return float(other.sum() / max((~other).sum(), 1))
 
 
 def _matching(mask: NDArray[np.uint8], where: tuple[slice, slice], hole: Mask) -> tuple[Place, float]:
