@@ -223,6 +223,41 @@ def test_fold_does_not_depend_on_the_tilt_of_the_camera() -> None:
     assert found.eta_b == pytest.approx(true_eta(100.0), rel=0.02)
 
 
+def jpeg(image: drawn.Array) -> drawn.Array:
+    """As a camera stores it."""
+    return np.asarray(cv2.imdecode(cv2.imencode(".jpg", image)[1], cv2.IMREAD_GRAYSCALE))
+
+
+def shadowed(strip: float, right: float, down: float) -> drawn.Array:
+    """A fold before a wall, with its hard shadow some pixels away."""
+    moved = cv2.warpAffine(share("folded", 100.0), np.float64([[1, 0, right], [0, 1, down]]), SIZE)
+    wall, fold = 170.0 * (1.0 - 0.4 * moved), share("folded", 100.0)
+    grey = cv2.GaussianBlur(wall + (strip - wall) * fold, (0, 0), 1.0) + np.random.default_rng(1).normal(
+        0.0, 2.0, wall.shape
+    )
+    return jpeg(np.clip(grey, 0.0, 255.0).astype(np.uint8))
+
+
+@pytest.mark.parametrize(("right", "down"), [(12.0, 10.0), (30.0, 15.0)])
+def test_a_shadow_beside_the_strip_is_refused(right: float, down: float) -> None:
+    """The fit to both edges gives an eta_b up to 2.4 times too high; a bright strip stands out from its shadow."""
+    with pytest.raises(TrackingError, match=r"a second edge along the strip.*is it a shadow"):
+        eta.from_image(shadowed(30.0, right, down), SCALE, "fold")
+    found = eta.from_image(shadowed(240.0, right, down), SCALE, "fold")
+    assert found.eta_b == pytest.approx(true_eta(100.0), rel=0.02)
+
+
+@pytest.mark.parametrize(("top", "bottom"), [(342, 440), (20, 80)])
+def test_a_brighter_ruler_is_no_obstacle(top: int, bottom: int) -> None:
+    image = drawn.picture(share("folded", 100.0), strip=130.0).astype(np.float64)
+    image[top:bottom, 30:620] = 225.0
+    image[top : (top + bottom) // 2, 34:616:4] = 60.0
+    image = np.clip(image + np.random.default_rng(2).normal(0.0, 3.0, image.shape), 0.0, 255.0).astype(np.uint8)
+    found = eta.from_image(jpeg(image), SCALE, "fold")
+    assert found.interval[0] < true_eta(100.0) < found.interval[1]
+    assert found.eta_b == pytest.approx(true_eta(100.0), rel=0.02)
+
+
 def test_thickness_of_a_folded_strip() -> None:
     """A loop solved by other means than the fit's; what an infinitely thin one would give is 0.38 t / L* too low."""
     thickness = 0.12

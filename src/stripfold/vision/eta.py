@@ -11,7 +11,7 @@ method, and friction and plasticity of the cloth.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -31,14 +31,13 @@ MAX_INTERVAL_RATIO = 30.0
 MIN_SAG = 0.0075
 """Least distance of a hanging strip from the straight line through its ends, relative to its length: what is straighter
 can be the edge of anything."""
+STRAIGHT = "let 1 to 4 L* of it hang; is it a ruler or an edge? take it out of the picture"
 MAX_ENCLOSED = 0.25
 """Largest share of a hanging strip along which its two sides are different pieces of the background: a clamp may close
 off some of it, but both are connected around the free end."""
 TILT, ROLL, DEPTH = 3.0, 1.0, 0.05
 """Largest angles of the camera's axis to the strip's width, and of its rows to the horizontal, degrees, and largest
 width of the strip over its distance from the camera, that are not excluded unless less is stated."""
-TILT_ERROR = 0.008
-"""Largest relative error of eta_b by each degree of the camera's tilt: in 95 % of drawn strips of 0.3 to 2.5 L*."""
 
 
 @dataclass(frozen=True)
@@ -57,6 +56,8 @@ class EtaB:
     scale: float
     view: View
     fit: Fold | Cantilever
+    tilt_error: ClassVar[float]
+    """Largest relative error of eta_b by a degree of the camera's tilt, in 95 % of drawn strips up to 2.5 L* wide."""
 
     @property
     def eta_b(self) -> float:
@@ -67,7 +68,7 @@ class EtaB:
     def interval(self) -> tuple[float, float]:
         """Interval of ``eta_b``, m^-4 s^2: 95 %, however the camera stood within its view."""
         low, high = self.fit.interval
-        tilted = TILT_ERROR * self.view.tilt
+        tilted = self.tilt_error * self.view.tilt
         nearer = (1.0 - 0.5 * self.view.depth) ** 3
         return _eta_b(high * self.scale) * nearer * (1.0 - tilted), _eta_b(low * self.scale) * (1.0 + tilted)
 
@@ -97,6 +98,7 @@ class FoldEtaB(EtaB):
     """By the loop of a strip folded in half."""
 
     fit: Fold
+    tilt_error = 0.008
 
     def fields(self) -> dict[str, Any]:
         height = self.fit.height * self.scale
@@ -110,6 +112,8 @@ class CantileverEtaB(EtaB):
     fit: Cantilever
     line: Centreline
     power: Cantilever
+    # The far edge of the free end is seen beyond the near one.
+    tilt_error = 0.025
 
     @property
     def exponent(self) -> tuple[float, float, float]:
@@ -185,7 +189,7 @@ def _from_cantilever(image: Picture, scale: float, source: str, slope: float | N
     sag = float(np.abs(chord @ normals(line.points[[0, -1]])[0]).max())
     if sag < MIN_SAG * line.length:
         found = f"a line that is bent by {sag / line.length:.1%} of its length"
-        raise TrackingError(source, found, f"{MIN_SAG:.2%} or more; {cantilever.NEEDED}", "let 1 to 4 L* of it hang")
+        raise TrackingError(source, found, f"{MIN_SAG:.2%} or more; {cantilever.NEEDED}", STRAIGHT)
     # A frayed or slanted end is known to half of the strip's thickness.
     held = None if slope is None else float(np.radians(slope))
     tip_sd, roll = max(0.5 * float(np.median(line.width)), 1.0), float(np.radians(view.roll))
