@@ -228,10 +228,9 @@ def jpeg(image: drawn.Array) -> drawn.Array:
     return np.asarray(cv2.imdecode(cv2.imencode(".jpg", image)[1], cv2.IMREAD_GRAYSCALE))
 
 
-def shadowed(strip: float, right: float, down: float) -> drawn.Array:
-    """A fold before a wall, with its hard shadow some pixels away."""
-    moved = cv2.warpAffine(share("folded", 100.0), np.float64([[1, 0, right], [0, 1, down]]), SIZE)
-    wall, fold = 170.0 * (1.0 - 0.4 * moved), share("folded", 100.0)
+def shadowed(strip: float, lit: drawn.Array, shadow: drawn.Array) -> drawn.Array:
+    """A strip before a wall with its hard shadow: of both the share of each pixel."""
+    wall, fold = 170.0 * (1.0 - 0.4 * shadow), lit
     grey = cv2.GaussianBlur(wall + (strip - wall) * fold, (0, 0), 1.0) + np.random.default_rng(1).normal(
         0.0, 2.0, wall.shape
     )
@@ -241,10 +240,20 @@ def shadowed(strip: float, right: float, down: float) -> drawn.Array:
 @pytest.mark.parametrize(("right", "down"), [(12.0, 10.0), (30.0, 15.0)])
 def test_a_shadow_beside_the_strip_is_refused(right: float, down: float) -> None:
     """The fit to both edges gives an eta_b up to 2.4 times too high; a bright strip stands out from its shadow."""
+    lit = share("folded", 100.0)
+    shadow = cv2.warpAffine(lit, np.float64([[1, 0, right], [0, 1, down]]), SIZE)
     with pytest.raises(TrackingError, match=r"a second edge along the strip.*is it a shadow"):
-        eta.from_image(shadowed(30.0, right, down), SCALE, "fold")
-    found = eta.from_image(shadowed(240.0, right, down), SCALE, "fold")
+        eta.from_image(shadowed(30.0, lit, shadow), SCALE, "fold")
+    found = eta.from_image(shadowed(240.0, lit, shadow), SCALE, "fold")
     assert found.eta_b == pytest.approx(true_eta(100.0), rel=0.02)
+
+
+def test_a_shadow_beside_a_hanging_strip_is_refused() -> None:
+    """The line between strip and shadow gives half of eta_b."""
+    lit = share("hanging", 2.0)
+    shadow = cv2.warpAffine(lit, np.float64([[1.15, 0.0, -6.5], [0.0, 1.15, -3.5]]), SIZE)
+    with pytest.raises(TrackingError, match=r"a second edge along the strip.*is it a shadow"):
+        eta.from_image(shadowed(30.0, lit, shadow), SCALE, "cantilever")
 
 
 @pytest.mark.parametrize(("top", "bottom"), [(342, 440), (20, 80)])

@@ -23,7 +23,7 @@ from stripfold.vision.cantilever import Cantilever
 from stripfold.vision.centreline import Centreline, find
 from stripfold.vision.cross_sections import normals
 from stripfold.vision.fold import Fold
-from stripfold.vision.segmentation import enclosed_share
+from stripfold.vision.segmentation import enclosed_share, piece_along, second_edge
 
 POINTS = 100
 MAX_INTERVAL_RATIO = 30.0
@@ -35,6 +35,9 @@ STRAIGHT = "let 1 to 4 L* of it hang; is it a ruler or an edge? take it out of t
 MAX_ENCLOSED = 0.25
 """Largest share of a hanging strip along which its two sides are different pieces of the background: a clamp may close
 off some of it, but both are connected around the free end."""
+CLAMP, MAX_BESIDE = 0.2, 0.25
+"""Share of a hanging strip that may be held by something of its tone; largest share of the rest of what is connected
+with the strip that is not a part of it: 0.11 in a photograph with hairs, 0.38 in a shadow that halves eta_b."""
 TILT, ROLL, DEPTH = 3.0, 1.0, 0.05
 """Largest angles of the camera's axis to the strip's width, and of its rows to the horizontal, degrees, and largest
 width of the strip over its distance from the camera, that are not excluded unless less is stated."""
@@ -185,6 +188,10 @@ def _from_cantilever(image: Picture, scale: float, source: str, slope: float | N
     if enclosed > MAX_ENCLOSED:
         found = f"a closed outline: {enclosed:.0%} of the line divide what is enclosed from what is not"
         raise TrackingError(source, found, cantilever.NEEDED, "let nothing touch the free end, nor the strip itself")
+    _, nearest, beside = piece_along(image, line.points, line.width, line.bright)
+    beside = beside[nearest > CLAMP * POINTS]
+    if beside.mean() > MAX_BESIDE:
+        raise second_edge(float(beside.sum() / (~beside).sum()), source, cantilever.NEEDED)
     chord = line.points - line.points[0]
     sag = float(np.abs(chord @ normals(line.points[[0, -1]])[0]).max())
     if sag < MIN_SAG * line.length:

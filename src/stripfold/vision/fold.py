@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 from scipy.special import stdtrit
 from skimage.measure import label, regionprops
 from skimage.segmentation import clear_border
@@ -24,7 +23,7 @@ from stripfold.vision import loop_shape
 from stripfold.vision.cross_sections import edges_at, inside, locate, normals
 from stripfold.vision.loop_shape import Place
 from stripfold.vision.residuals import ShapeFit, correlation_length
-from stripfold.vision.segmentation import closed, foreground, reduced, unreduced
+from stripfold.vision.segmentation import closed, foreground, piece_along, reduced, second_edge, unreduced
 
 MIN_OVERLAP = 0.75
 """Least overlap of a hole with that of a fold (intersection over union)."""
@@ -133,8 +132,7 @@ def measure(image: Picture, source: str = "picture") -> Fold:
     curve = np.concatenate([lower, loop])
     beside = _beside(image, bright, faint, place, points, width)
     if beside > MAX_BESIDE:
-        found = f"a second edge along the strip: something beside it is {beside:.0%} as large as the strip there"
-        raise TrackingError(source, found, NEEDED, "is it a shadow? take the strip from the wall, or use diffuse light")
+        raise second_edge(beside, source, NEEDED)
     top = curve[np.argmax(curve[:, 1])]
     ends = place.of(np.array([top, [top[0], 0.0]]))
     sd = float(np.sqrt(covariance[0, 0]))
@@ -205,16 +203,11 @@ def _beside(image: Picture, bright: bool, faint: bool, place: Place, points: Arr
 
     ``points``: the middle of the band, shape (n, 2), and its ``width``; pixels.
     """
-    small, scale = reduced(image)
-    pieces = label(closed(foreground(small, bright, faint)[0]), connectivity=1)
-    column, row = np.rint((points + 0.5) / scale - 0.5).astype(int).T
-    mine = int(np.bincount(pieces[row, column]).argmax())
-    band = unreduced(np.argwhere(pieces == mine)[:, ::-1], scale)
+    band, _, beside = piece_along(image, points, np.full(len(points), width), bright, faint)
     loop, there = place.back(points), place.back(band)
     low, high = [loop[:, 0].min(), 0.0], loop.max(axis=0) + ROOM
-    away, _ = cKDTree(points).query(band[((there > low) & (there < high)).all(axis=1)])
-    other = away > width + scale.mean()
-    return float(other.sum() / max((~other).sum(), 1))
+    beside = beside[((there > low) & (there < high)).all(axis=1)]
+    return float(beside.sum() / max((~beside).sum(), 1))
 
 
 def _matching(mask: NDArray[np.uint8], where: tuple[slice, slice], hole: Mask) -> tuple[Place, float]:
