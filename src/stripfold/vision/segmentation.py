@@ -151,7 +151,7 @@ def piece_along(
     pieces = label(closed(foreground(small, bright, faint)[0]), connectivity=1)
     column, row = np.clip(np.rint((points + 0.5) / scale - 0.5).astype(int).T, 0, [[n - 1] for n in pieces.shape[::-1]])
     mine = int(np.bincount(pieces[row, column], minlength=2)[1:].argmax()) + 1
-    band = unreduced(np.argwhere(pieces == mine)[:, ::-1], scale)
+    band = unreduced(np.argwhere(pieces == mine)[:, ::-1].astype(np.float64), scale)
     away, nearest = cKDTree(points).query(band)
     return band, nearest, away > widths[nearest] + scale.mean()
 
