@@ -95,11 +95,13 @@ def render(paper: Array, per_metre: float, turn: Array, shift: Array, random: np
     return np.clip(seen, 0, 255).astype(np.uint8)
 
 
-def drawing(board: Board, per_metre: float) -> tuple[Array, Array]:
-    """A board's drawing and where its first corner is on it, shape (2,), m."""
+def drawing(board: Board, per_metre: float, legacy: bool = False) -> tuple[Array, Array]:
+    """A board's drawing and where its first corner is on it, shape (2,), m; ``legacy``: of a ChArUco's old pattern."""
     n = round(board.square * per_metre)
     if board.type == "charuco":
-        paper = board.charuco.generateImage((board.columns * n, board.rows * n), marginSize=0)
+        charuco = board.charuco
+        charuco.setLegacyPattern(legacy)
+        paper = charuco.generateImage((board.columns * n, board.rows * n), marginSize=0)
         return np.where(paper > 127, PAPER, INK).astype(np.uint8), np.full(2, board.square)
     y, x = np.mgrid[0 : (board.rows + 3) * n, 0 : (board.columns + 3) * n]
     paper = np.where((x // n + y // n) % 2 == 0, INK, PAPER)
@@ -107,9 +109,11 @@ def drawing(board: Board, per_metre: float) -> tuple[Array, Array]:
     return np.where(edge, PAPER, paper).astype(np.uint8), np.full(2, 2 * board.square)
 
 
-def board_picture(board: Board, turn: Array, shift: Array, random: np.random.Generator, blur: float = 0.7):
+def board_picture(
+    board: Board, turn: Array, shift: Array, random: np.random.Generator, blur: float = 0.7, legacy: bool = False
+):
     """A picture of a board, its first corner at the origin of the posed frame."""
-    paper, first = drawing(board, 1600.0)
+    paper, first = drawing(board, 1600.0, legacy)
     origin = shift - cv2.Rodrigues(turn)[0] @ [*first, 0.0]
     return render(paper, 1600.0, turn, origin, random, blur)
 

@@ -28,6 +28,26 @@ def coverage(curve: Array, width: float, size: tuple[int, int]) -> Array:
     return np.asarray(share.reshape(size[1], size[0]))
 
 
+def photographed(
+    curve: Array, thickness: float, size: tuple[int, int], *, width: float, distance: float, tilt: float, turn: float
+) -> Array:
+    """Share of each pixel that a strip of ``width`` behind ``curve`` covers for a camera at a ``distance``; pixels.
+
+    ``curve`` is its near edge, in the picture's scale.  The camera's axis leads through the middle of the picture, a
+    ``tilt`` down and a ``turn`` sideways, degrees, from the direction of the width.
+    """
+    fine = np.zeros((4 * size[1], 4 * size[0]), np.uint8)
+    middle, (a, b) = 0.5 * np.array(size), np.radians([tilt, turn])
+    x, down = (curve - middle).T
+    for y in np.linspace(0.0, width, int(width) + 2):
+        right, ahead = x * np.cos(b) + y * np.sin(b), y * np.cos(b) - x * np.sin(b)
+        low, away = down * np.cos(a) - ahead * np.sin(a), distance + ahead * np.cos(a) + down * np.sin(a)
+        seen = middle + distance / away[:, None] * np.column_stack([right, low])
+        line = np.rint(256.0 * (4.0 * (seen + 0.5) - 0.5)).astype(np.int32)
+        cv2.polylines(fine, [line[:, None]], False, 255, round(4.0 * thickness), shift=8)
+    return np.asarray(cv2.resize(fine, size, interpolation=cv2.INTER_AREA) / 255.0)
+
+
 def picture(
     share: Array,
     seed: int = 0,

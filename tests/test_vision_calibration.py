@@ -48,6 +48,16 @@ def test_corners_of_a_rendered_board(board: Board) -> None:
     assert error((large.pixels + 0.5) / 4.0 - 0.5, true) < 0.08
 
 
+@pytest.mark.parametrize("rows", [4, 6])
+def test_corners_of_an_old_charuco_board(rows: int) -> None:
+    """As OpenCV before 4.6 and some makers draw an even number of rows: with a marker in the first square."""
+    board = Board(type="charuco", columns=7, rows=rows, square=0.03, marker=0.022, dictionary="5x5_100")
+    corners = detect(seen.board_picture(board, TURN, SHIFT, np.random.default_rng(0), legacy=True), board)
+    assert corners is not None
+    assert len(corners.ids) == len(board.points)
+    assert study.reprojection_error(seen.LENS, corners) < 0.1
+
+
 def test_window_is_proportional_to_the_spacing_of_the_corners() -> None:
     far = np.array([-0.1, -0.06, 1.05])
     image = seen.board_picture(seen.CHESS, TURN, far, np.random.default_rng(1))

@@ -24,6 +24,7 @@ from stripfold.vision.pictures import read_grey
 from stripfold.vision.residuals import correlation_length
 from studies import centrelines, eta_pictures
 
+FLAT = eta_pictures.FLAT
 SCALE = 3e-4
 SIZE = (640, 520)
 SPAN = 480.0
@@ -116,7 +117,7 @@ def test_nonlinear_law_is_detected() -> None:
 
 @pytest.mark.parametrize(("length", "right"), [(1.2, True), (2.0, False), (4.0, True)])
 def test_hanging_strip(length: float, right: bool) -> None:
-    found = eta.from_image(drawn.picture(share("hanging", length, right), 1), SCALE, "cantilever")
+    found = eta.from_image(drawn.picture(share("hanging", length, right), 1), SCALE, "cantilever", view=FLAT)
     truth = true_eta(SPAN / length)
     assert found.interval[0] < truth < found.interval[1]
     assert found.eta_b == pytest.approx(truth, rel=0.03)
@@ -147,6 +148,42 @@ def test_slope_at_the_clamp() -> None:
 def test_slope_of_another_method_is_refused() -> None:
     with pytest.raises(InvalidInputError, match="cantilever"):
         sf.eta_b(image="x.png", scale=SCALE, method="fold", slope=0.0)
+
+
+VIEWS = np.random.default_rng(5).uniform([-3.0, -3.0, 0.0, 0.4], [3.0, 3.0, 0.05, 2.0], (4, 4))
+"""Tilt and turn of a camera, degrees, the strip's width over its distance, and the width, L*."""
+
+
+@pytest.mark.parametrize(("kind", "method", "size"), [("folded", "fold", 100.0), ("hanging", "cantilever", 2.0)])
+def test_interval_holds_from_where_the_camera_may_stand(kind: str, method: str, size: float) -> None:
+    """The near edge is in scale; what is behind it makes eta_b up to 7.5 % too high."""
+    curve, unit = (folded(size), size) if kind == "folded" else (hanging(size), SPAN / size)
+    truth, off = true_eta(unit), []
+    for tilt, turn, depth, width in VIEWS:
+        how = {"width": width * unit, "distance": width * unit / depth, "tilt": tilt, "turn": turn}
+        image = drawn.picture(drawn.photographed(curve, 6.0, SIZE, **how), 1, slope=0.0)
+        found = eta.from_image(image, SCALE, method)
+        assert found.interval[0] < truth < found.interval[1]
+        off.append(found.eta_b / truth - 1.0)
+    assert max(off) > 0.03
+    stated = eta.from_image(image, SCALE, method, view=eta.View(tilt=1.0, roll=0.2, depth=0.01))
+    assert np.ptp(stated.interval) < 0.85 * np.ptp(found.interval)
+
+
+def test_interval_of_a_hanging_strip_holds_the_roll_of_the_camera() -> None:
+    level = []
+    for length, roll in ((2.0, -1.0), (4.0, 1.0)):
+        angle, truth = np.radians(roll), true_eta(SPAN / length)
+        turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+        curve = (hanging(length) - [320.0, 260.0]) @ turn + [320.0, 260.0]
+        image = drawn.picture(drawn.coverage(curve, 6.0, SIZE), 1)
+        for most in (1.0, 0.0):
+            low, high = eta.from_image(image, SCALE, "cantilever", view=eta.View(0.0, most, 0.0)).interval
+            if most:
+                assert low < truth < high
+            else:
+                level.append(low < truth < high)
+    assert not all(level)
 
 
 def test_interval_covers() -> None:
@@ -186,6 +223,50 @@ def test_fold_does_not_depend_on_the_tilt_of_the_camera() -> None:
     assert found.eta_b == pytest.approx(true_eta(100.0), rel=0.02)
 
 
+def jpeg(image: drawn.Array) -> drawn.Array:
+    """As a camera stores it."""
+    return np.asarray(cv2.imdecode(cv2.imencode(".jpg", image)[1], cv2.IMREAD_GRAYSCALE))
+
+
+def shadowed(strip: float, lit: drawn.Array, shadow: drawn.Array) -> drawn.Array:
+    """A strip before a wall with its hard shadow: of both the share of each pixel."""
+    wall, fold = 170.0 * (1.0 - 0.4 * shadow), lit
+    grey = cv2.GaussianBlur(wall + (strip - wall) * fold, (0, 0), 1.0) + np.random.default_rng(1).normal(
+        0.0, 2.0, wall.shape
+    )
+    return jpeg(np.clip(grey, 0.0, 255.0).astype(np.uint8))
+
+
+@pytest.mark.parametrize(("right", "down"), [(12.0, 10.0), (30.0, 15.0)])
+def test_a_shadow_beside_the_strip_is_refused(right: float, down: float) -> None:
+    """The fit to both edges gives an eta_b up to 2.4 times too high; a bright strip stands out from its shadow."""
+    lit = share("folded", 100.0)
+    shadow = cv2.warpAffine(lit, np.float64([[1, 0, right], [0, 1, down]]), SIZE)
+    with pytest.raises(TrackingError, match=r"a second edge along the strip.*is it a shadow"):
+        eta.from_image(shadowed(30.0, lit, shadow), SCALE, "fold")
+    found = eta.from_image(shadowed(240.0, lit, shadow), SCALE, "fold")
+    assert found.eta_b == pytest.approx(true_eta(100.0), rel=0.02)
+
+
+def test_a_shadow_beside_a_hanging_strip_is_refused() -> None:
+    """The line between strip and shadow gives half of eta_b."""
+    lit = share("hanging", 2.0)
+    shadow = cv2.warpAffine(lit, np.float64([[1.15, 0.0, -6.5], [0.0, 1.15, -3.5]]), SIZE)
+    with pytest.raises(TrackingError, match=r"a second edge along the strip.*is it a shadow"):
+        eta.from_image(shadowed(30.0, lit, shadow), SCALE, "cantilever")
+
+
+@pytest.mark.parametrize(("top", "bottom"), [(342, 440), (20, 80)])
+def test_a_brighter_ruler_is_no_obstacle(top: int, bottom: int) -> None:
+    image = drawn.picture(share("folded", 100.0), strip=130.0).astype(np.float64)
+    image[top:bottom, 30:620] = 225.0
+    image[top : (top + bottom) // 2, 34:616:4] = 60.0
+    image = np.clip(image + np.random.default_rng(2).normal(0.0, 3.0, image.shape), 0.0, 255.0).astype(np.uint8)
+    found = eta.from_image(jpeg(image), SCALE, "fold")
+    assert found.interval[0] < true_eta(100.0) < found.interval[1]
+    assert found.eta_b == pytest.approx(true_eta(100.0), rel=0.02)
+
+
 def test_thickness_of_a_folded_strip() -> None:
     """A loop solved by other means than the fit's; what an infinitely thin one would give is 0.38 t / L* too low."""
     thickness = 0.12
@@ -204,7 +285,7 @@ LOOK = eta_pictures.Look(90.0, 0.08, 0.05, -1.0, 1.5, 4.0, 50.0, 180.0, 15.0, 20
 
 def test_drawn_fold_of_the_study() -> None:
     """Blur, noise, rotation, a shaded strip: all together."""
-    found = eta.from_image(eta_pictures.drawn(LOOK), eta_pictures.SCALE, "fold")
+    found = eta.from_image(eta_pictures.drawn(LOOK), eta_pictures.SCALE, "fold", view=FLAT)
     truth = 1.0 / (9.81 * (LOOK.unit * eta_pictures.SCALE) ** 3)
     assert found.interval[0] < truth < found.interval[1]
     assert found.interval[1] / found.interval[0] < 1.05

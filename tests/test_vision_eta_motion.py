@@ -111,9 +111,14 @@ def recording(**strip: Any) -> Recording:
     return Recording(Path(), Entries.of(entries))
 
 
-def measured(tracks: Any, **strip: Any) -> MotionEtaB | MeasurementError:
-    event = elastica.critical(3.4).advance * UNIT
-    return eta_motion.measure(recording(**strip), mapping(), tracks, event, event, True, 1e-4)
+def measured(
+    tracks: Any, off: float = 0.0, by_hand: tuple[float, float] = (0.0, 0.0), **strip: Any
+) -> MotionEtaB | MeasurementError:
+    """With a flat end that is ``off`` in the description; ``by_hand``: standard deviations of it and of the offset."""
+    asked, event = recording(**strip), elastica.critical(3.4).advance * UNIT - off
+    gripper = asked.entries.gripper.model_copy(update={"flat_end": FLAT_END + off})
+    asked = Recording(asked.folder, asked.entries.model_copy(update={"gripper": gripper}))
+    return eta_motion.measure(asked, mapping(), tracks, event, event, True, (*by_hand, 1e-4))
 
 
 def test_the_cameras_place_follows_from_its_calibration():
@@ -129,6 +134,23 @@ def test_eta_b_and_depth_from_made_up_tracks(depth: float):
     assert known.depth == pytest.approx(depth, abs=1e-3)
     assert known.low < ETA_B < known.high
     assert known.friction < 1e-3
+
+
+@pytest.mark.parametrize("off", [-0.015, 0.015])
+def test_a_wrong_flat_end_is_seen_in_the_shapes(off: float):
+    tracks = seen(0.5 * WIDTH)
+    assert not eta_motion.doubted(measured(tracks))
+    wrong = measured(tracks, off)
+    assert "are gripper.flat_end" in eta_motion.doubted(wrong)
+    assert eta_motion.numbers(wrong)["misfit"] > 0.012 * UNIT
+
+
+def test_the_interval_includes_an_error_of_the_flat_end():
+    tracks = seen(0.5 * WIDTH)
+    exact, by_hand = (measured(tracks, 0.002, sd, hysteresis=0.0, rho_a=0.2) for sd in ((0.0, 0.0), (1e-3, 1e-3)))
+    assert exact.low > ETA_B
+    assert by_hand.low < ETA_B < by_hand.high
+    assert by_hand.eta_b == exact.eta_b
 
 
 def test_friction_is_fitted_unless_it_is_described():
@@ -163,7 +185,9 @@ def test_no_number_where_there_is_none():
     other = measured(bent, friction_moment=0.0, rho_a=0.2)
     assert isinstance(other, MeasurementError)
     assert "off those of a strip with one eta_b" in str(other)
-    assert all(np.isnan(value) for value in eta_motion.numbers(other).values())
+    numbers = eta_motion.numbers(other)
+    assert numbers.pop("misfit") > 0.03 * UNIT
+    assert all(np.isnan(value) for value in numbers.values())
 
 
 def test_the_result_of_a_measurement_has_it():
@@ -173,6 +197,7 @@ def test_the_result_of_a_measurement_has_it():
         "eta_b_motion_low": 3700.0,
         "eta_b_motion_high": 3850.0,
         "friction_motion": 0.01,
+        "misfit": 1e-4,
     }
 
 

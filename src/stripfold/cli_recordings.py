@@ -32,7 +32,8 @@ def eta_options(parser: argparse.ArgumentParser) -> None:
     _option(source, EtaRequest, "image", metavar="FILE")
     for key in ("loop", "bending_length", "rigidity", "kes_b"):
         _option(source, EtaRequest, key)
-    _options(parser, EtaRequest, ("scale", "method", "slope", "length", "height", "gsm", "kes_2hb"))
+    _options(parser, EtaRequest, ("scale", "method", "slope", "tilt", "roll", "depth"))
+    _options(parser, EtaRequest, ("length", "height", "gsm", "kes_2hb"))
     _plot_option(parser, "the fit over the picture", "picture")
     _json_option(parser)
 

@@ -352,6 +352,32 @@ class EtaRequest(Input):
             le=80.0,
         ),
     ] = None
+    tilt: Annotated[
+        Number | None,
+        quantity(
+            "largest angle between the camera's axis and the width of the strip that is not excluded; 3 if left out",
+            "degrees",
+            ge=0.0,
+            le=10.0,
+        ),
+    ] = None
+    roll: Annotated[
+        Number | None,
+        quantity(
+            "largest angle between the picture's rows and the horizontal that is not excluded; 1 if left out",
+            "degrees",
+            ge=0.0,
+            le=10.0,
+        ),
+    ] = None
+    depth: Annotated[
+        Number | None,
+        quantity(
+            "largest width of the strip over its distance from the camera that is not excluded; 0.05 if left out",
+            ge=0.0,
+            le=0.5,
+        ),
+    ] = None
 
     loop: Annotated[
         Literal["heart", "pear"] | None,
@@ -386,6 +412,9 @@ class EtaRequest(Input):
         if self.length is not None and self.height is not None and self.height >= self.length:
             allowed = f"less than the length, {self.length:g} m"
             raise InvalidInputError("height", self.height, allowed, "are the two swapped?")
+        for key in ("tilt", "roll", "depth"):
+            if getattr(self, key) is not None and self.image is None:
+                raise InvalidInputError(key, getattr(self, key), "this only together with image")
         if self.slope is not None and self.method != "cantilever":
             raise InvalidInputError("slope", self.slope, "this only together with method: cantilever")
         for key, (low, high, other, factor) in PLAUSIBLE.items():

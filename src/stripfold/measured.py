@@ -69,11 +69,12 @@ class EtaB(Result):
             unit = Material(eta_b).gravity_length
             found = cls(eta_b, unit, friction_moment=moment, friction_moment_star=star)
         else:
-            from stripfold.vision.eta import from_image
+            from stripfold.vision.eta import View, from_image
             from stripfold.vision.pictures import read_grey
 
             image = read_grey(asked.image)
-            fit = from_image(image, asked.scale, asked.method, Path(asked.image).name, asked.slope)
+            view = View(**asked.model_dump(include={"tilt", "roll", "depth"}, exclude_none=True))
+            fit = from_image(image, asked.scale, asked.method, Path(asked.image).name, asked.slope, view)
             found = cls(fit.eta_b, fit.gravity_length, fit.interval, fit=fit, image=image)
         if not ETA_B[0] <= found.eta_b <= ETA_B[1]:
             key = next(key for key in ("scale", "length", "gsm") if getattr(asked, key) is not None)
@@ -88,15 +89,18 @@ class EtaB(Result):
             rows.append(("L*", f"{self.gravity_length:.6g} m, Peirce's bending length"))
             text = f"{self.friction_moment_star:.4g} rho_a g L*^2, {self.friction_moment:.4g} N, friction"
             return rows if isnan(self.friction_moment) else [*rows, ("M_0", text)]
+        from stripfold.vision.eta import CantileverEtaB
+
         low, high = self.interval
+        view, hangs = fit.view, isinstance(fit, CantileverEtaB)
+        roll = f"roll up to {view.roll:g}, " if hangs else ""
+        camera = f"tilt up to {view.tilt:g} degrees, {roll}depth {view.depth:g}"
         rows += [
-            ("  95 %", f"{low:.6g} to {high:.6g} m^-4 s^2, with the scale as given"),
+            ("  95 %", f"{low:.6g} to {high:.6g} m^-4 s^2, with the scale as given; {camera}"),
             ("L*", f"{self.gravity_length:.6g} m"),
             ("residual", metres(fit.residual, "root mean square of measured less fitted")),
         ]
-        from stripfold.vision.eta import FoldEtaB
-
-        if isinstance(fit, FoldEtaB):
+        if not isinstance(fit, CantileverEtaB):
             height = metres(fit.fit.height * fit.scale, "of the fitted loop, between layers' middles")
             return [*rows, ("height", height)]
         n, lower, upper = fit.exponent
@@ -291,6 +295,9 @@ def eta_b(
     scale: float | None = None,
     method: Literal["fold", "cantilever"] | None = None,
     slope: float | None = None,
+    tilt: float | None = None,
+    roll: float | None = None,
+    depth: float | None = None,
     bending_length: float | None = None,
     rigidity: float | None = None,
     kes_b: float | None = None,
@@ -311,6 +318,9 @@ def eta_b(
         "fold" or "cantilever".
     slope
         Angle of a cantilever below the horizontal at its clamp, degrees; fitted if left out.
+    tilt, roll, depth
+        What is not excluded of the camera, and so part of the interval: the angles of its axis to the strip's width and
+        of its rows to the horizontal, degrees, and the strip's width over its distance; 3, 1 and 0.05 if left out.
     bending_length
         Peirce's bending length, m: it is L*; or
     rigidity
@@ -341,6 +351,9 @@ def eta_b(
             scale=scale,
             method=method,
             slope=slope,
+            tilt=tilt,
+            roll=roll,
+            depth=depth,
             bending_length=bending_length,
             rigidity=rigidity,
             kes_b=kes_b,

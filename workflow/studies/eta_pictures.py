@@ -30,6 +30,8 @@ SIZE = 640, 360
 FINE = 4
 """Supersampling."""
 SCALE = 3e-4
+FLAT = eta.View(tilt=0.0, roll=0.0, depth=0.0)
+"""The drawings are as flat as the edge of the strip."""
 METHODS = "fold", "cantilever"
 KINDS = "board", "rings", "letters", "closed curves", "stripes", "texture", "triangles", "crosses"
 PUBLIC = "opencv_calib/*.jpg", "opencv_charuco/*.jpg"
@@ -180,7 +182,7 @@ def empty(kind: str, seed: int) -> NDArray[np.uint8]:
 def measured(image: Picture, method: str) -> tuple[float, float, float, str]:
     """eta_b, the ends of its interval, and why there is none."""
     try:
-        found = eta.from_image(image, SCALE, method)
+        found = eta.from_image(image, SCALE, method, view=FLAT)
     except StripfoldError as error:
         return np.nan, np.nan, np.nan, str(error)
     return found.eta_b, *found.interval, ""

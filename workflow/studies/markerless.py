@@ -81,7 +81,7 @@ def describe(folder: Path, rng: np.random.Generator) -> None:
     told = yaml.safe_load((folder / NAME).read_text(encoding="utf-8"))
     offset = (np.array(marker.offset) - away).tolist()
     del told["gripper"]["marker"], told["robot_log"]
-    told["gripper"]["template"] = {"box": [*low.tolist(), *size.tolist()], "offset": offset}
+    told["gripper"]["template"] = {"box": [*low.tolist(), *size.tolist()], "offset": offset, "offset_uncertainty": 0.0}
     (folder / NAME).write_text(yaml.safe_dump(told, sort_keys=False), encoding="utf-8")
     grid = folder / told["robot"]["grid"]
     with grid.open(encoding="utf-8", newline="") as opened:

@@ -125,6 +125,7 @@ def recording_config(scene: Scene) -> dict[str, Any]:
     board = board_of(filming)
     marker = {"dictionary": DICTIONARY, "id": gripper.marker, "size": gripper.marker_size}
     marker["offset"] = [gripper.offset[0] * gripper.direction, gripper.offset[1]]
+    marker["offset_uncertainty"] = 0.0
     entries = Entries.of(
         {
             "title": scene.title,
@@ -134,6 +135,7 @@ def recording_config(scene: Scene) -> dict[str, Any]:
                 "height": scene.height,
                 "speed": scene.speed,
                 "flat_end": scene.flat_end * gripper.direction,
+                "flat_end_uncertainty": 0.0,
                 "direction": gripper.direction,
                 "marker": marker,
             },

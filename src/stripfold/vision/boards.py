@@ -154,10 +154,19 @@ def _chessboard(picture: Picture, board: Board) -> tuple[Index, Array] | None:
 
 
 def _charuco(picture: Picture, board: Board) -> tuple[Index, Array] | None:
+    # Before OpenCV 4.6, and still by some makers, boards with an even number of rows begin with a marker, not with a
+    # black square; with an odd number both patterns are the same.
+    found = _pattern(picture, board, legacy=False)
+    return _pattern(picture, board, legacy=True) if found is None and board.rows % 2 == 0 else found
+
+
+def _pattern(picture: Picture, board: Board, legacy: bool) -> tuple[Index, Array] | None:
+    known = board.charuco
+    known.setLegacyPattern(legacy)
     # Markers that are too blurred to be read are found by where those that are read say that they must be.
     asked = cv2.aruco.CharucoParameters()
     asked.tryRefineMarkers = True
-    corners, ids, _, _ = cv2.aruco.CharucoDetector(board.charuco, asked).detectBoard(picture)
+    corners, ids, _, _ = cv2.aruco.CharucoDetector(known, asked).detectBoard(picture)
     if ids is None or len(ids) < MIN_CORNERS:
         return None
     # The shape depends on OpenCV's version.

@@ -50,7 +50,7 @@ class CameraCheck:
         shown = [
             ("result", "accepted" if isinstance(self.camera, Intrinsics) else "refused"),
             ("views", f"{views} of {len(self.pictures)} pictures  (at least {intrinsics.MIN_VIEWS})"),
-            ("covered", f"{self.coverage:.0%} of the picture  (at least {intrinsics.MIN_COVERAGE:.0%})"),
+            ("covered", f"{self.coverage:.1%} of the picture  (at least {intrinsics.MIN_COVERAGE:.0%})"),
         ]
         if np.isfinite(self.rms):
             shown.append(("error", f"{self.rms:.3f} px  (reprojection, RMS; at most {intrinsics.MAX_RMS:g})"))

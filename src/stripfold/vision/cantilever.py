@@ -25,8 +25,6 @@ from stripfold.errors import TrackingError
 from stripfold.vision.cross_sections import arc_length, tangents
 from stripfold.vision.residuals import ShapeFit, correlation_length
 
-PLUMB_SD = float(np.radians(0.25))
-"""Uncertainty of the vertical in the picture, rad: a levelled tripod."""
 SLOPE_SD = float(np.radians(0.5))
 """Uncertainty of a slope that is given, rad."""
 HOLD = 10.0
@@ -69,6 +67,7 @@ def fit(
     points: Array,
     sd: Array,
     tip_sd: float,
+    roll: float = 0.0,
     *,
     linear: bool = True,
     slope: float | None = None,
@@ -78,8 +77,9 @@ def fit(
 
     ``points``, ``sd``: equally spaced points from the clamp to the free end, y downwards, shape (n, 2), and their
     standard deviations, shape (n,), pixels; a point's weight is reduced where ``sd`` is above its median.  ``tip_sd``:
-    uncertainty of the free end along the strip, pixels.  ``slope``: angle below the horizontal at the clamp, rad; None:
-    as the shape has it.  Raises TrackingError: no heavy elastica has this shape.
+    uncertainty of the free end along the strip, pixels; ``roll``: largest error of the vertical, rad.  ``slope``: angle
+    below the horizontal at the clamp, rad; None: as the shape has it.  Raises TrackingError: no heavy elastica has this
+    shape.
     """
     weights = np.minimum(float(np.median(sd)) / sd, 1.0)
     problem = _Problem(points, weights, linear=True, slope=slope)
@@ -103,7 +103,7 @@ def fit(
     misfit = float(np.sqrt(np.mean(residual**2))) / problem.length
     if misfit > MAX_MISFIT:
         raise TrackingError(source, f"the best heavy elastica{of} is {100.0 * misfit:.1f} % off", NEEDED)
-    deviations = _bootstrap(problem, values, found.jac, residual, tip_sd)
+    deviations = _bootstrap(problem, values, found.jac, residual, tip_sd, roll)
     curves, curvature, slopes = problem.curves(values[None])
     exponent = 1.0 if linear else float(np.exp(values[3]))
     exponents = np.ones(REPLICATES) if linear else np.exp(np.clip(values[3] + deviations[:, 3], -3.0, 3.0))
@@ -235,11 +235,12 @@ def _initial(problem: _Problem, values: Array, source: str) -> Array:
     return np.asarray(values[best])
 
 
-def _bootstrap(problem: _Problem, values: Array, jacobian: Array, residual: Array, tip_sd: float) -> Array:
+def _bootstrap(problem: _Problem, values: Array, jacobian: Array, residual: Array, tip_sd: float, roll: float) -> Array:
     """Deviations of the unknowns, shape (replicates, p).
 
     Residuals are resampled in circular blocks with random signs, since neighbours on a strip are correlated; the free
-    end's place along the strip and the vertical are drawn too.
+    end's place along the strip is drawn too.  The vertical is off by the largest ``roll`` to either side: so the
+    percentiles hold whatever it is.
     """
     rng = np.random.default_rng(0)
     n, p = len(residual), jacobian.shape[1]
@@ -254,7 +255,10 @@ def _bootstrap(problem: _Problem, values: Array, jacobian: Array, residual: Arra
     if problem.slope is not None:
         error = HOLD * problem.length * SLOPE_SD
         deviations += error * rng.normal(size=(REPLICATES, 1)) * inverse[:, n]
-    for tilt, shift in ((PLUMB_SD, 0.0), (0.0, tip_sd)):
-        other = replace(problem, tilt=tilt, shift=shift)
-        deviations -= rng.normal(size=(REPLICATES, 1)) * (inverse @ (other.residual(values) - problem.residual(values)))
+    either_side = rng.choice([-1.0, 1.0], size=(REPLICATES, 1))
+    for other, share in (
+        (replace(problem, tilt=roll), either_side),
+        (replace(problem, shift=tip_sd), rng.normal(size=(REPLICATES, 1))),
+    ):
+        deviations -= share * (inverse @ (other.residual(values) - problem.residual(values)))
     return np.asarray(deviations)

@@ -104,6 +104,7 @@ def synchronise(
     pixel: float,
     predicted: bool = False,
     source: str = "robot_log",
+    offset_sd: float = 0.0,
 ) -> Clock:
     """The offset between the clocks.
 
@@ -126,6 +127,8 @@ def synchronise(
         Whether frames are compressed, with loss, by prediction from others: moving things then lag in them.
     source
         Name of the log, for errors.
+    offset_sd
+        Standard deviation of an error of x beside that of the mapping, m: the same all along the gripper's way.
 
     Raises
     ------
@@ -137,7 +140,7 @@ def synchronise(
         found = f"x changes by {by_video * 1e3:.2f} mm in the video and {by_log * 1e3:.2f} mm in the log"
         raise SynchronisationError(source, found, f"a motion of at least {_AT_REST * sd * 1e3:.2g} mm", _ADVICE)
     smooth = _smoothed(log)
-    offset, step = _rough_offset(time, x, smooth, sd / mapping_sd)
+    offset, step = _rough_offset(time, x, smooth, sd / float(np.hypot(mapping_sd, offset_sd)))
     moments = time + offset
     overlap = (moments >= log.time[0]) & (moments <= log.time[-1])
     if overlap.sum() < MIN_FRAMES:
@@ -151,11 +154,13 @@ def synchronise(
         found = f"x by the log and by the video have a correlation of {correlation:.4f} only"
         raise SynchronisationError(source, found, f"{MIN_CORRELATION}", _ADVICE)
     # A log of another origin must stay one: no offset may explain what the mapping cannot.
-    mapping_sd = max(mapping_sd, abs(float(np.mean(x - place))) / PLAUSIBLE)
-    offset, offset_sd, shift = _fine_offset(
-        time, x, sd, smooth, mapping_sd, LAG_SD * pixel * predicted, REPEATED * pixel, offset, step
-    )
-    return Clock(offset, offset_sd, shift, correlation)
+    mean = abs(float(np.mean(x - place)))
+    if mean > PLAUSIBLE * np.hypot(mapping_sd, offset_sd):
+        mapping_sd, offset_sd = mean / PLAUSIBLE, 0.0
+    shift_sd = float(np.hypot(mapping_sd, offset_sd))
+    lag_sd, same = LAG_SD * pixel * predicted, REPEATED * pixel
+    offset, clock_sd, shift = _fine_offset(time, x, sd, smooth, mapping_sd, shift_sd, lag_sd, same, offset, step)
+    return Clock(offset, clock_sd, shift, correlation)
 
 
 def _smoothed(log: RobotLog) -> RobotLog:
@@ -211,6 +216,7 @@ def _fine_offset(
     sd: float,
     log: RobotLog,
     mapping_sd: float,
+    shift_sd: float,
     lag_sd: float,
     same: float,
     offset: float,
@@ -218,8 +224,9 @@ def _fine_offset(
 ) -> tuple[float, float, float]:
     """Mean and standard deviation of the offset, s, and the shift, m, from a rough offset known within ``step``.
 
-    ``lag_sd`` is the standard deviation of the distance by which a moving marker lags, m.  Frames whose x differ by
-    less than ``same``, m, count as one.
+    ``shift_sd`` is the standard deviation of an error that all x share, ``mapping_sd`` that of the part of it that has
+    a slope and a bend, too, m.  ``lag_sd`` is the standard deviation of the distance by which a moving marker lags, m.
+    Frames whose x differ by less than ``same``, m, count as one.
     """
     # By how much smoothing rounds the log's sudden starts and stops.
     twice = _smoothed(log)
@@ -227,7 +234,7 @@ def _fine_offset(
     repeats = np.searchsorted(ordered, x + 0.5 * same, "right") - np.searchsorted(ordered, x - 0.5 * same)
     along = 2.0 * (x - x.min()) / np.ptp(x) - 1.0
     errors = np.column_stack([np.ones_like(x), along, 1.5 * along**2 - 0.5, np.zeros_like(x)])
-    known = 1.0 / (mapping_sd * np.array([1.0, SLOPE_SHARE, BEND_SHARE, 1.0])) ** 2
+    known = 1.0 / (mapping_sd * np.array([shift_sd / mapping_sd, SLOPE_SHARE, BEND_SHARE, 1.0])) ** 2
     speed = np.gradient(twice.x, twice.time)
     speed /= np.abs(speed).max()
     offset_sd = step

@@ -153,7 +153,7 @@ def calibrate(views: Sequence[View], size: tuple[int, int]) -> Intrinsics:
         "compare its columns and rows with the description; a chessboard must be entirely visible, and in focus",
     )
     covered = coverage(views, size)
-    found = f"the boards cover {covered:.0%} of the picture"
+    found = f"the boards cover {covered:.1%} of the picture"
     require(covered >= MIN_COVERAGE, _SOURCE, found, f"{MIN_COVERAGE:.0%} or more", _ADVICE)
     whole = fit(views, size)
     _refuse_bad_views(views, whole)

@@ -31,6 +31,11 @@ class Place:
         c, s = np.cos(self.angle), np.sin(self.angle)
         return np.asarray([self.x, self.y] + self.unit * (points * [self.side, -1.0]) @ np.array([[c, s], [-s, c]]))
 
+    def back(self, pixels: Array) -> Array:
+        """Points of the dimensionless loop of pixels, shape (n, 2)."""
+        c, s = np.cos(self.angle), np.sin(self.angle)
+        return np.asarray((pixels - [self.x, self.y]) @ np.array([[c, -s], [s, c]]) / self.unit * [self.side, -1.0])
+
     def moved(self, change: Array) -> Place:
         """Changed by a relative change of the unit, x, y and the angle."""
         scale, x, y, turn = change.tolist()

@@ -40,6 +40,8 @@ FRAME_SHIFT, FRAME_SD = 0.45, 0.137
 that, in the usual distance of the frames."""
 GAP_SHIFT, GAP_SD = 0.17, 0.06
 """The same for the longest distance of the frames in the snap, as shares of what it exceeds the usual one by."""
+SD_95 = 1.0 / half_width(0.95)
+"""Standard deviation over half the width of a 95 % interval."""
 MIN_STATIONS = 5
 FIT_WINDOW = 0.3
 """Half the time over which the gripper's motion is fitted, s."""
@@ -84,6 +86,7 @@ def _evaluate(
     description.compare(recording.entries, tracks)
     gripper = recording.entries.gripper
     sign, flat_end = gripper.direction, gripper.flat_end
+    flat_end_sd, offset_sd = SD_95 * gripper.flat_end_uncertainty, SD_95 * gripper.holder.offset_uncertainty
     flags = [Flag(NOTE, text) for text in (*tracks.report.problems, *tracks.timing.problems)]
     if tracks.camera.problem:
         flags.append(Flag(WARNING if tracks.camera.moved else NOTE, tracks.camera.problem))
@@ -115,14 +118,14 @@ def _evaluate(
         if recording.entries.gripper.template is not None:
             # The noise of the first frame, from which the template is, is the same in all.
             gripper_sd = hypot(gripper_sd, noise)
-        parts |= {"mapping": mapping_sd, "gripper": gripper_sd}
+        parts |= {"mapping": mapping_sd, "gripper": gripper_sd, "offset": offset_sd}
     else:
         log = read_log(path)
         # A frame that repeats the one before shows the gripper where it was then.
         own = tracks.gripper.tracked & ~tracks.timing.doubled
         moments, places = tracks.grip_time[own], tracks.gripped_end[own, 0]
         pixel, predicted = calibration.quality["resolution"], tracks.report.predicted
-        clock = synchronise(moments, places, noise, log, mapping_sd, pixel, predicted, path.name)
+        clock = synchronise(moments, places, noise, log, mapping_sd, pixel, predicted, path.name, offset_sd)
         by_log = sign * (float(np.interp(clock.to_log(time), log.time, log.x)) - flat_end)
         # The log's place needs no mapping, but the clocks were synchronised with it.
         parts["clock"] = speed * clock.sd
@@ -133,15 +136,19 @@ def _evaluate(
                 f"a difference of at most {MAX_LOG_ERROR * 1e3:g} mm",
                 "does the log give x of the gripped end, in the coordinates of the robot grid?",
             )
-        if abs(by_log - by_video) > half_width(0.95) * hypot(mapping_sd, gripper_sd, *parts.values()):
+        if abs(by_log - by_video) > half_width(0.95) * hypot(mapping_sd, gripper_sd, offset_sd, *parts.values()):
             flags.append(Flag(WARNING, f"log and video differ by {(by_log - by_video) * 1e3:.2f} mm at the event"))
+    parts["flat_end"] = flat_end_sd
     if snapped and abs(speed / gripper.speed - 1.0) > MAX_SPEED_ERROR:
         text = f"the gripper moves at {speed * 1e3:.2f} mm/s, described are {gripper.speed * 1e3:.2f}"
         flags.append(Flag(NOTE, text))
     if not snapped:
         flags.append(Flag(NOTE, "no snap: lambda_c lies beyond the farthest place of the gripper"))
     event = by_video if clock is None else by_log
-    eta_b = eta_motion.measure(recording, calibration.mapping, tracks, event, by_video, snapped, mapping_sd)
+    place_sd = flat_end_sd, offset_sd, mapping_sd
+    eta_b = eta_motion.measure(recording, calibration.mapping, tracks, event, by_video, snapped, place_sd)
+    if text := eta_motion.doubted(eta_b):
+        flags.append(Flag(WARNING, text))
     if isinstance(eta_b, MotionEtaB) and (text := eta_b.contradicts(recording.entries.strip)):
         flags.append(Flag(NOTE, text))
     return Measurement(

@@ -18,9 +18,9 @@ from stripfold.vision.recording import Recording
 from stripfold.vision.snap import Speed
 from stripfold.vision.tracking import Tracks
 
-PARTS = ("level", "frames", "mapping", "gripper", "clock", "manual")
+PARTS = ("level", "frames", "mapping", "gripper", "clock", "flat_end", "offset", "manual")
 """Causes of uncertainty: peak and rise of the strip's speed, time between frames, calibration, noise of the marker,
-synchronisation of the clocks, onset set by hand."""
+synchronisation of the clocks, described flat end and offset, onset set by hand."""
 WARNING, NOTE = "warning", "note"
 """Severities of a flag: the value or its interval is affected; for information."""
 

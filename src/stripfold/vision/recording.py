@@ -29,6 +29,8 @@ POWER_OF_TEN = 0.03
 
 FilePath = Text
 Offset = Annotated[Number, quantity("part of an offset", "m", ge=-1.0, le=1.0)]
+HAND = 0.002
+"""Largest error of what is measured by hand that is not excluded unless less is stated, m: 95 % are smaller."""
 
 
 class StripEntry(Input):
@@ -63,6 +65,7 @@ class Marker(Input):
     offset: Annotated[
         tuple[Offset, Offset], Field(description="from its centre to the strip's end, x and z of the robot, m")
     ]
+    offset_uncertainty: Annotated[Number, quantity("of x and of z of the offset, 95 %", "m", ge=0.0, le=0.1)] = HAND
 
 
 class Template(Input):
@@ -74,6 +77,7 @@ class Template(Input):
     offset: Annotated[
         tuple[Offset, Offset], Field(description="from the box's centre to the strip's end, x and z of the robot, m")
     ]
+    offset_uncertainty: Annotated[Number, quantity("of x and of z of the offset, 95 %", "m", ge=0.0, le=0.1)] = HAND
 
 
 class GripperEntry(Input):
@@ -84,6 +88,7 @@ class GripperEntry(Input):
     flat_end: Annotated[
         Number, quantity("x of the gripped end while the strip lay flat: lambda = 0", "m", ge=-1e3, le=1e3)
     ]
+    flat_end_uncertainty: Annotated[Number, quantity("of flat_end, 95 %", "m", ge=0.0, le=0.1)] = HAND
     direction: Annotated[Literal[1, -1], Field(description="1 where x grows as the gripper advances")] = 1
     marker: Marker | None = None
     template: Template | None = None

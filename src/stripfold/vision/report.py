@@ -52,6 +52,8 @@ PARTS = {
     "mapping": "calibration",
     "gripper": "noise of the marker or template",
     "clock": "synchronisation of the clocks",
+    "flat_end": "flat_end as described",
+    "offset": "offset as described",
     "manual": "onset set by hand",
 }
 """Causes of uncertainty in words."""

@@ -21,6 +21,7 @@ from skimage.measure import label, regionprops
 from skimage.morphology import skeletonize
 
 from stripfold.arrays import Array, Index, Mask, Picture
+from stripfold.errors import TrackingError
 from stripfold.vision.cross_sections import arc_length, cutoff_of, normals
 from stripfold.vision.smoothing import smoothed
 
@@ -94,8 +95,11 @@ def unreduced(values: Array, scale: Array | float) -> Array:
     return np.asarray((values + 0.5) * scale - 0.5)
 
 
-def foreground(image: Picture, bright: bool) -> tuple[Mask, Array]:
-    """Where a picture is brighter (or darker) than its surroundings, and by how many grey levels; each (h, w)."""
+def foreground(image: Picture, bright: bool, faint: bool = False) -> tuple[Mask, Array]:
+    """Where a picture is brighter (or darker) than its surroundings, and by how many grey levels; each (h, w).
+
+    ``faint``: also where it is less so than something else in it, as a strip beside a bright ruler.
+    """
     smooth = np.asarray(cv2.GaussianBlur(image, (0, 0), 1.0), dtype=np.uint8)
     difference = np.asarray((smooth - _background(smooth)) * (1.0 if bright else -1.0), dtype=np.float64)
     noise = max(1.4826 * float(np.median(np.abs(difference - np.median(difference)))), 0.5)
@@ -104,6 +108,8 @@ def foreground(image: Picture, bright: bool) -> tuple[Mask, Array]:
     if outstanding.size < 20 or np.ptp(outstanding) == 0.0:
         return np.asarray(difference > least), difference
     high = max(float(threshold_otsu(outstanding)), least)
+    if faint and np.ptp(fainter := outstanding[outstanding < high]) > 0.0:
+        high = max(float(threshold_otsu(fainter)), least)
     return np.asarray(apply_hysteresis_threshold(difference, max(0.5 * high, least), high)), difference
 
 
@@ -128,6 +134,32 @@ def enclosed_share(image: Picture, points: Array, widths: Array, bright: bool) -
         sides.append(np.where(inside, pieces[row * inside, column * inside], 0))
     left, right = sides
     return float(np.mean((left != right) & (left > 0) & (right > 0)))
+
+
+def piece_along(
+    image: Picture, points: Array, widths: Array, bright: bool, faint: bool = False
+) -> tuple[Array, Index, Mask]:
+    """What of the foreground is connected with a line of ``points``, shape (n, 2), in the middle of a band.
+
+    ``widths``, shape (n,), are the band's; pixels of ``image``, shape (h, w).
+
+    Returns
+    -------
+    The piece's pixels, shape (k, 2); of each the nearest point of the line, and whether it is beside the band.
+    """
+    small, scale = reduced(image)
+    pieces = label(closed(foreground(small, bright, faint)[0]), connectivity=1)
+    column, row = np.clip(np.rint((points + 0.5) / scale - 0.5).astype(int).T, 0, [[n - 1] for n in pieces.shape[::-1]])
+    mine = int(np.bincount(pieces[row, column], minlength=2)[1:].argmax()) + 1
+    band = unreduced(np.argwhere(pieces == mine)[:, ::-1].astype(np.float64), scale)
+    away, nearest = cKDTree(points).query(band)
+    return band, nearest, away > widths[nearest] + scale.mean()
+
+
+def second_edge(share: float, source: str, needed: str) -> TrackingError:
+    """The error for something beside a strip with this ``share`` of the strip's area."""
+    found = f"a second edge along the strip: something beside it is {share:.0%} as large as the strip there"
+    return TrackingError(source, found, needed, "is it a shadow? take the strip from the wall, or use diffuse light")
 
 
 def _background(image: Picture) -> Array:
