@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import subprocess
+import sys
 from importlib import metadata, util
 from pathlib import Path
 
@@ -16,7 +17,7 @@ def test_all_is_there(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.main(["doctor", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert found["numpy"] == {"state": metadata.version("numpy"), "fault": ""}
-    assert {"scipy", "scikit-fem", "extra vision", "compiled code", "small run"} <= found.keys()
+    assert {"scipy", "scikit-fem", "extra vision", "small film", "compiled code", "small run"} <= found.keys()
     assert not any(finding["fault"] for finding in found.values())
 
 
@@ -38,6 +39,15 @@ def test_codecs_that_are_missing_are_named(monkeypatch: pytest.MonkeyPatch, caps
     monkeypatch.setattr(cli_doctor, "CODECS", {"h264": "r", "no_such_codec": "w"})
     assert cli.main(["doctor"]) == 0
     assert "no codec no_such_codec" in capsys.readouterr().out
+
+
+def test_a_film_that_cannot_be_read_is_a_fault(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Where the decoder process ends with an error: by an option that a new version of PyAV no longer has."""
+    monkeypatch.setattr(sys, "executable", "/bin/false")
+    assert cli.main(["doctor"]) == 2
+    assert "small film       does not work" in capsys.readouterr().out
 
 
 def test_a_wrong_run_is_a_fault(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:

@@ -127,7 +127,7 @@ def compiled(signature: Any = None) -> Callable[[F], F]:
 
     def compile_(function: F) -> F:
         kernel: Any = numba.njit(error_model="numpy", fastmath=FASTMATH)(function)
-        if numba.config.DISABLE_JIT:
+        if kernel is function:
             _once(logging.WARNING, "NUMBA_DISABLE_JIT is set: the compiled loops run as Python, very slowly")
         elif signature is not None:
             kernel._cache = _Cache(function)
