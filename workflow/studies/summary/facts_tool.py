@@ -56,13 +56,14 @@ def fuzz(d: xr.Dataset) -> Facts:
 
 
 def wheels(d: xr.Dataset) -> Facts:
-    # Where both environments have the same versions the lowest were not tried.
-    versions = {name: d.attrs[name] for name in ("lowest", "newest")}
-    ran = (d.failed == "").all("environment")
-    failed = d.command.values[~ran.values]
+    ran = d.failed == ""
+    failed = [f"{c} in {e}" for c in d.command.values for e in d.environment.values[~ran.sel(command=c).values]]
     return {
-        **versions,
-        "ran": ran.sum(),
+        "ran": ran.all("environment").sum(),
         "calls": d.sizes["command"],
-        "failed": f"; not: {', '.join(failed)}" if failed.size else "",
+        # Where two environments have the same versions the lowest were not tried.
+        "distinct": len(set(d.versions.values)) == d.sizes["environment"],
+        "where": ", ".join(d.environment.values),
+        "absent": f"; not there: Python {d.attrs['absent']}" if d.attrs["absent"] else "",
+        "failed": f"; not: {', '.join(failed)}" if failed else "",
     }
