@@ -171,7 +171,7 @@ def datasets() -> dict[str, xr.Dataset]:
             {"seed": 3, "failures": ""}),
         "wheels": ({
             "failed": (("environment", "command"), texts(*[""] * 6).reshape(2, 3)),
-            "versions": ("environment", texts("numpy 2.0.0", "numpy 2.3.0"))},
+            "versions": ("environment", texts("numpy 2.0.0, scipy 1.14", "numpy 2.3.0, scipy 1.16"))},
             {"environment": texts("3.11 lowest", "3.11 newest"), "command": texts("critical", "film x", "eta")},
             {"absent": "3.14"}),
         "sweeps": ({

@@ -41,8 +41,8 @@ def run(clone: Path, folder: Path, threads: int = 1, progress: Progress | None =
     names = [f"{version} {resolution}" for version in pythons for resolution in RESOLUTIONS]
     found = pooled(partial(_environment, wheel, tools / "bin/uv", pythons, clean), names, threads, progress)
     values = {
-        "failed": (("environment", "command"), [failed for _, failed in found]),
-        "versions": ("environment", [versions for versions, _ in found]),
+        "failed": (("environment", "command"), [failed for _, _, failed in found]),
+        "versions": ("environment", [versions for _, versions, _ in found]),
         "environment": ("environment", names),
         "command": ("command", list(COMMANDS)),
     }
@@ -62,8 +62,8 @@ def interpreter(version: str) -> str:
 
 def _environment(
     wheel: Path, uv: Path, pythons: dict[str, str], clean: dict[str, str], name: str
-) -> tuple[str, list[str]]:
-    """The versions of what a wheel needs in one environment, and why each command did not run there."""
+) -> tuple[str, str, list[str]]:
+    """Name of an environment, the versions of what a wheel needs there, and why each command did not run there."""
     place, needs, (version, resolution) = wheel.parent / name.replace(" ", "-"), dependencies(wheel), name.split()
     subprocess.run([pythons[version], "-m", "venv", "--without-pip", str(place)], check=True, env=clean)
     # Named beside the wheel: as its dependencies they would not be direct ones, and get the newest versions.
@@ -73,7 +73,7 @@ def _environment(
     runs = place / "runs"
     runs.mkdir()
     outcomes = run_all(runs, [str(place / "bin/stripfold")], clean | ONE_CORE, COMPILING)
-    return installed(place, [need.name for need in needs]), [reason(outcome) for outcome in outcomes]
+    return name, installed(place, [need.name for need in needs]), [reason(outcome) for outcome in outcomes]
 
 
 def reason(outcome: Outcome) -> str:

@@ -56,14 +56,15 @@ def fuzz(d: xr.Dataset) -> Facts:
 
 
 def wheels(d: xr.Dataset) -> Facts:
-    ran = d.failed == ""
+    ran, versions = d.failed == "", dict(zip(d.environment.values, d.versions.values, strict=True))
     failed = [f"{c} in {e}" for c in d.command.values for e in d.environment.values[~ran.sel(command=c).values]]
+    decisive = {e: [v for v in v.split(", ") if v.startswith(("numpy ", "numba ", "av "))] for e, v in versions.items()}
     return {
         "ran": ran.all("environment").sum(),
         "calls": d.sizes["command"],
-        # Where two environments have the same versions the lowest were not tried.
-        "distinct": len(set(d.versions.values)) == d.sizes["environment"],
-        "where": ", ".join(d.environment.values),
+        # Where a Python has the same versions twice the lowest were not tried.
+        "distinct": all(versions[e] != versions[e.replace("lowest", "newest")] for e in versions if "lowest" in e),
+        "where": "; ".join(f"{e}: {', '.join(decisive[e])}" for e in versions),
         "absent": f"; not there: Python {d.attrs['absent']}" if d.attrs["absent"] else "",
         "failed": f"; not: {', '.join(failed)}" if failed else "",
     }
