@@ -10,7 +10,7 @@ BIN := $(CURDIR)/$(VENV)/bin
 IN_VENV := PATH="$(BIN):$$PATH"
 # A run that was killed leaves its lock behind.
 SNAKEMAKE = $(IN_VENV) python workflow/unlock.py && $(IN_VENV) snakemake
-COMPILE := from stripfold.kernels import band, bending, coverage, elements, lines, marker, step
+COMPILE := from stripfold import kernels; kernels.load()
 
 # The systems solved are small and banded: threads inside BLAS only cost time, the parallelism is between runs.
 export OMP_NUM_THREADS := 1
@@ -59,7 +59,7 @@ time-ci: $(STAMP) ## Time the checks of .ci/run in a fresh clone of what is comm
 kills: $(STAMP) ## Kill `make all` again and again in a fresh clone, and compare its results (ten minutes, idle machine)
 	$(IN_VENV) PYTHONPATH=workflow python workflow/fresh_clone.py kills $(CORES:all=$(shell nproc))
 
-wheels: $(STAMP) ## Run all commands by the wheel in clean environments, lowest and newest versions (ten minutes)
+wheels: $(STAMP) ## Run all commands by the wheel with each Python, lowest and newest versions (half an hour)
 	$(IN_VENV) PYTHONPATH=workflow python workflow/fresh_clone.py wheels $(CORES:all=$(shell nproc))
 
 readme: $(STAMP) ## Bring the tables of the README and of docs in line with what is stored
@@ -81,6 +81,7 @@ $(DOCS)/.complete: docs/requirements.lock
 	@touch $@
 
 test: $(STAMP) ## Run the tests (set PYTEST_ARGS="-k fold" to choose, "-m slow" for the slow ones)
+	@$(IN_VENV) python -c '$(COMPILE)'
 	$(IN_VENV) python -m pytest --numprocesses $(CORES:all=auto) --dist loadfile $(PYTEST_ARGS)
 
 starts: $(STAMP) ## Compute what is stored with the package anew

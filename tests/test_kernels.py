@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import ctypes
 import os
+import shutil
 import subprocess
 import sys
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
@@ -234,46 +237,124 @@ def test_steps_with_contact(make, moment, monkeypatch):
 
 
 KERNEL = """
-import numba
+import logging, numba
+logging.basicConfig(level=logging.INFO)
 from stripfold.kernels.compiler import compiled
 @compiled(numba.float64(numba.float64))
 def double(x):
     return 2.0 * x
-print(sum(double.stats.cache_hits.values()))
+@compiled(numba.float64(numba.float64))
+def triple(x):
+    return 3.0 * x
+assert (double(1.0), triple(1.0)) == (2.0, 3.0)
+print(sum(sum(kernel.stats.cache_hits.values()) for kernel in (double, triple)))
 """
 
 
-def compile_in(folder: Path, **environment: str) -> int:
-    """Import the kernel of the package in ``folder`` in a process of its own; 1 if it comes from a cache."""
+def compile_in(folder: Path, **environment: str) -> tuple[int, str]:
+    """Import the kernels of the package in ``folder`` in a process of its own, which minds rights even as root.
+
+    How many of the two come from a cache, and what is logged.
+    """
     settings = {**os.environ, "PYTHONPATH": str(folder), **environment}
+    settings.pop("NUMBA_CACHE_DIR", None)
     command = [sys.executable, "-c", "import stripfold.kernels.double"]
-    return int(subprocess.run(command, env=settings, capture_output=True, text=True, check=True).stdout)
+    rights = partial(ctypes.CDLL(None).prctl, 24, 1)  # PR_CAPBSET_DROP, CAP_DAC_OVERRIDE
+    done = subprocess.run(command, env=settings, capture_output=True, text=True, check=True, preexec_fn=rights)
+    return int(done.stdout), done.stderr
 
 
-@pytest.fixture
-def copied(tmp_path: Path) -> Path:
-    """A package of nothing but the compiler's settings and one small kernel."""
-    source, target = Path(stripfold.__file__).parent / "kernels", tmp_path / "site" / "stripfold" / "kernels"
+def copy_package(folder: Path) -> Path:
+    """A package of nothing but the compiler's settings and two small kernels."""
+    source, target = Path(stripfold.__file__).parent / "kernels", folder / "site" / "stripfold" / "kernels"
     target.mkdir(parents=True)
     (target.parent / "__init__.py").touch()
     for name in ("__init__.py", "compiler.py"):
         (target / name).write_text((source / name).read_text())
     (target / "double.py").write_text(KERNEL)
-    return tmp_path / "site"
+    return folder / "site"
+
+
+@pytest.fixture
+def copied(tmp_path: Path) -> Path:
+    return copy_package(tmp_path)
+
+
+def kept(folder: Path) -> list[Path]:
+    """The files of the cache: all but Python's own."""
+    return [path for path in folder.rglob("*") if path.is_file() and path.suffix not in (".py", ".pyc")]
 
 
 def test_the_cache_is_used_until_any_kernel_changes(copied):
     # Processes that compile at once do not disturb each other.
     with ThreadPoolExecutor() as pool:
         assert len(list(pool.map(compile_in, 3 * [copied]))) == 3
-    assert compile_in(copied) == 1
+    assert compile_in(copied) == (2, "")
     with (copied / "stripfold" / "kernels" / "compiler.py").open("a") as file:
         file.write("# changed\n")
-    assert compile_in(copied) == 0
+    hits, said = compile_in(copied)
+    assert hits == 0
+    assert said.count("compiling, once") == 1
 
 
-def test_a_package_that_cannot_be_written_to_uses_the_users_cache(copied, tmp_path):
-    (copied / "stripfold" / "kernels" / "__pycache__").touch()  # a file where the folder would be
-    home = {"HOME": str(tmp_path), "XDG_CACHE_HOME": str(tmp_path / "cache")}
-    assert [compile_in(copied, **home) for _ in range(2)] == [0, 1]
-    assert compile_in(copied, **dict.fromkeys(home, os.devnull)) == 0
+@pytest.fixture(scope="module")
+def compiled_package(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = copy_package(tmp_path_factory.mktemp("compiled"))
+    compile_in(folder)
+    return folder
+
+
+def replace_by_folders(files: list[Path]) -> None:
+    for path in files:
+        path.unlink()
+        path.mkdir()
+
+
+def each(change: Callable[[bytes], bytes]) -> Callable[[list[Path]], None]:
+    return lambda files: [path.write_bytes(change(path.read_bytes())) for path in files]
+
+
+def swap(files: list[Path]) -> None:
+    """Give the files of each kind to the other kernel."""
+    for suffix in {path.suffix for path in files}:
+        first, second = (path for path in files if path.suffix == suffix)
+        content = first.read_bytes()
+        first.write_bytes(second.read_bytes())
+        second.write_bytes(content)
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        pytest.param(each(lambda content: b""), id="emptied"),
+        pytest.param(each(lambda content: content[: len(content) // 2]), id="halved"),
+        pytest.param(each(lambda content: b"\x80garbage" * 99), id="garbage"),
+        pytest.param(each(lambda content: content[:-99] + b"\0" + content[-98:]), id="one byte"),
+        pytest.param(swap, id="swapped"),
+        pytest.param(replace_by_folders, id="folders"),
+    ],
+)
+def test_a_damaged_cache_costs_nothing_but_time(compiled_package, tmp_path, damage):
+    package, home = tmp_path / "site", {"XDG_CACHE_HOME": str(tmp_path / "cache")}
+    shutil.copytree(compiled_package, package)
+    damage(kept(package))
+    hits, said = compile_in(package, **home)  # it asserts what the kernels return
+    assert hits == 0
+    assert "cannot be kept" not in said
+    assert compile_in(package, **home) == (2, "")
+
+
+def test_a_package_that_cannot_be_written_to_loads_its_own_or_uses_the_users_cache(copied, tmp_path):
+    package, nowhere = copied / "stripfold" / "kernels" / "__pycache__", {"XDG_CACHE_HOME": os.devnull}
+    package.mkdir()
+    package.chmod(0o555)
+    home = {"XDG_CACHE_HOME": str(tmp_path / "cache")}
+    assert [compile_in(copied, **home)[0] for _ in range(2)] == [0, 2]
+    assert not kept(copied)
+    hits, said = compile_in(copied, **nowhere)
+    assert hits == 0
+    assert said.count("cannot be kept") == 1
+    package.chmod(0o755)
+    compile_in(copied)
+    package.chmod(0o555)
+    assert compile_in(copied, **nowhere) == (2, "")

@@ -170,9 +170,11 @@ def datasets() -> dict[str, xr.Dataset]:
             {"jobs": 20, "wall_here": 60.0, "wall_there": 300.0}),
         "fuzz": ({name: ("kind", [count, 0]) for name, count in FUZZED.items()}, {"kind": texts("yaml", "data")},
             {"seed": 3, "failures": ""}),
-        "wheels": ({"failed": (("environment", "command"), texts(*[""] * 6).reshape(2, 3))},
-            {"environment": texts("lowest", "newest"), "command": texts("critical", "film x", "eta")},
-            {"lowest": "numpy 2.0.0", "newest": "numpy 2.3.0"}),
+        "wheels": ({
+            "failed": (("environment", "command"), texts(*[""] * 6).reshape(2, 3)),
+            "versions": ("environment", texts("numpy 2.0.0, scipy 1.14", "numpy 2.3.0, scipy 1.16"))},
+            {"environment": texts("3.11 lowest", "3.11 newest"), "command": texts("critical", "film x", "eta")},
+            {"absent": "3.14"}),
         "sweeps": ({
             "scenes": ("model", [100000, 1024]), "results": ("model", [100000, 1024]), "snaps": ("model", [9e4, 1e3]),
             "wall": ("model", [5.0, 12.0]), "cost": ("model", [1e-4, 0.02]), "memory": ("model", [140.0, 90.0]),
@@ -575,7 +577,7 @@ def test_half_written_files_are_a_whole_number() -> None:
         ("commands", "differs", {"command": "film x"}, "film.mp4", "repeat_bitwise"),
         ("fuzz", "failed", {"kind": "data"}, 1, "fuzz_failures"),
         ("fuzz", "refused", {"kind": "yaml"}, 6999, "fuzz_inputs"),
-        ("wheels", "failed", {"environment": "lowest", "command": "eta"}, "error", "wheel_commands"),
+        ("wheels", "failed", {"environment": "3.11 lowest", "command": "eta"}, "error", "wheel_commands"),
         ("sweeps", "results", {"model": "rod"}, 1023, "sweep_scenes"),
         ("sweeps", "apart", {"model": "elastica"}, 1e-8, "sweep_scenes"),
         ("sweeps", "wall", {"model": "elastica"}, 201.0, "sweep_rate"),

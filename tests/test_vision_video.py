@@ -74,6 +74,14 @@ def test_greys_of_other_formats(tmp_path: Path, fmt: str, codec: str, most: int)
     assert np.abs(frame.image.astype(int) - ramp).max() <= most
 
 
+def test_a_title_that_is_not_utf_8(tmp_path: Path) -> None:
+    path = write_video(tmp_path / "film.mkv", "ffv1", IMAGES[:1], [0], Fraction(1, 30))
+    encoder = b"Lavf"  # FFmpeg's own name, among what the file says of itself
+    assert encoder in path.read_bytes()
+    path.write_bytes(path.read_bytes().replace(encoder, b"L\xe4vf"))
+    assert len(list(video.read(path))) == 1
+
+
 def test_wrong_number_of_frames_in_a_header(images: Path) -> None:
     with video.read(images / "opencv_video" / "tree.avi") as reader:
         times = [frame.time for frame in reader]

@@ -43,7 +43,7 @@ with tempfile.TemporaryDirectory(dir=ROOT.parent) as folder, tempfile.TemporaryD
     clone = Path(folder)
     subprocess.run(["git", "clone", "--quiet", str(ROOT), str(clone)], check=True)
     if name == "wheels":
-        data = wheels.run(clone, Path(outside))
+        data = wheels.run(clone, Path(outside), cores, print)
     elif name == "kills":
         data = kills.run(clone, cores, print)
     else:

@@ -170,6 +170,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     # twenty times longer.  Heeded only by a numpy that is not imported yet.
     for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
         os.environ.setdefault(name, "1")
+    # Commands draw into files only; matplotlib refuses to be imported with a name that it does not know.
+    os.environ["MPLBACKEND"] = "agg"
     # To search for cycles among the objects that imports make takes a twentieth of a short command.
     gc.set_threshold(10_000)
     parser = _parser(argv)

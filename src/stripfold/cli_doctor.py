@@ -5,13 +5,14 @@ from __future__ import annotations
 import argparse
 import os
 import platform
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 from importlib import metadata
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import stripfold
 from stripfold.cli_messages import Say
-from stripfold.errors import StripfoldError
 from stripfold.extras import MODULES
 from stripfold.json_output import as_json
 
@@ -44,7 +45,7 @@ def doctor(arguments: argparse.Namespace, say: Say) -> tuple[str, int]:
     if arguments.json:
         return as_json({finding.name: {"state": finding.state, "fault": finding.fault} for finding in found}), code
     rows = [f"{f.name:<16} {f.state}" + (f"; {f.fault}" if f.fault else "") for f in found]
-    verdict = "something is missing that every command needs" if code else "all that every command needs is there"
+    verdict = "something is missing or does not work" if code else "all that every command needs is there"
     return "\n".join([*rows, verdict]), code
 
 
@@ -54,9 +55,19 @@ def _findings() -> Iterator[Finding]:
     yield Finding("python", f"{platform.python_version()}, {platform.system()} {platform.machine()}, {cores} cores")
     yield from _packages()
     for extra, modules in MODULES.items():
-        yield _extra(extra, modules)
-    yield _compiled()
-    yield _run()
+        yield (found := _working(f"extra {extra}", partial(_extra, extra, modules)))
+        if extra == "vision" and not found.fault:
+            yield _working("small film", _film)
+    yield _working("compiled code", _compiled)
+    yield _working("small run", _run)
+
+
+def _working(name: str, check: Callable[[], Finding]) -> Finding:
+    """What a check finds; libraries that do not fit each other raise errors of any kind."""
+    try:
+        return check()
+    except Exception as error:
+        return Finding(name, "does not work", f"{type(error).__name__}: {error}")
 
 
 def _packages() -> Iterator[Finding]:
@@ -94,6 +105,27 @@ def _extra(extra: str, modules: tuple[str, ...]) -> Finding:
     return Finding(f"extra {extra}", f"codecs {', '.join(CODECS)}")
 
 
+def _film() -> Finding:
+    """Write a film of two frames, and read it as `measure` does."""
+    from tempfile import TemporaryDirectory
+
+    import numpy as np
+
+    from stripfold.synthetic.scene import Filming
+    from stripfold.synthetic.video import encode
+    from stripfold.vision import video
+
+    pictures = [np.full((120, 160), grey, np.uint8) for grey in (60, 180)]
+    with TemporaryDirectory() as folder:
+        film = Path(folder) / "film.mkv"
+        encode(film, pictures, [0, 40], Filming(size=(160, 120)), coloured=False)
+        with video.read(film) as reader:
+            seen = [frame.image for frame in reader]
+    if not np.array_equal(seen, pictures):
+        return Finding("small film", "is not read as it was written", "please report it")
+    return Finding("small film", "2 frames written and read")
+
+
 def _codec(av: Any, name: str, mode: str) -> bool:
     try:
         av.codec.Codec(name, mode)
@@ -103,15 +135,19 @@ def _codec(av: Any, name: str, mode: str) -> bool:
 
 
 def _compiled() -> Finding:
-    """Whether compiled code can be kept: otherwise each command compiles it first."""
-    from stripfold.kernels import band
+    """Compile what is not in the cache, and say where it is kept."""
+    import numba
 
-    kernel: Any = band.factorise
-    folder = getattr(kernel._cache, "cache_path", None)
-    if folder is None:
-        advice = "each command compiles anew: set NUMBA_CACHE_DIR to a folder that can be written"
-        return Finding("compiled code", "not kept", advice, needed=False)
-    return Finding("compiled code", f"kept in {folder}")
+    from stripfold import kernels
+    from stripfold.kernels import compiler
+
+    kernels.load()
+    config: Any = numba.config
+    if config.DISABLE_JIT:
+        return Finding("compiled code", "switched off", "unset NUMBA_DISABLE_JIT", needed=False)
+    if not compiler.kept_in:
+        return Finding("compiled code", "not kept: each command compiles anew", compiler.KEEPING, needed=False)
+    return Finding("compiled code", f"kept in {', '.join(map(str, sorted(compiler.kept_in)))}")
 
 
 def _run() -> Finding:
@@ -120,13 +156,10 @@ def _run() -> Finding:
     from stripfold.strip import Strip
 
     height = 0.09
-    try:
-        strip = Strip(length=0.6, eta_b=3780.0, eta_m=1e-5)
-        rod = strip.critical(height=height, model="rod").lambda_c
-        unit = strip.gravity_length
-        expected = unit * elastica.critical(height / unit).advance
-    except StripfoldError as error:
-        return Finding("small run", "failed", f"{error}; please report it")
+    strip = Strip(length=0.6, eta_b=3780.0, eta_m=1e-5)
+    rod = strip.critical(height=height, model="rod").lambda_c
+    unit = strip.gravity_length
+    expected = unit * elastica.critical(height / unit).advance
     if rod is None or abs(rod - expected) > AGREEMENT * unit:
         return Finding(
             "small run", f"lambda_c {rod} m by the rod, {expected:.5f} m by the elastica", "please report it"

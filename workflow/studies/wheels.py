@@ -1,10 +1,11 @@
-"""All commands by the wheel in clean environments, with the lowest versions that it allows and with the newest."""
+"""All commands by the wheel in clean environments: each Python, with the lowest versions and with the newest."""
 
 from __future__ import annotations
 
 import os
 import subprocess
 import sys
+from functools import partial
 from importlib.metadata import distributions
 from pathlib import Path
 
@@ -13,47 +14,66 @@ from packaging.requirements import Requirement
 
 from stripfold.extras import MODULES
 from studies.commands import COMMANDS, Outcome, run_all
-from studies.common import ONE_CORE, dataset
+from studies.common import ONE_CORE, Progress, dataset, pooled
 
-ENVIRONMENTS = {"lowest": "lowest-direct", "newest": "highest"}
-"""Name, and uv's word for the versions of the direct dependencies."""
+PYTHONS = ("3.11", "3.12", "3.13", "3.14")
+RESOLUTIONS = {"lowest": "lowest-direct", "newest": "highest"}
+"""Name, and uv's word for the versions of the direct dependencies: of those that have a wheel for the Python."""
 COMPILING = 1200
 """Seconds that a command may take: the first compiles the kernels."""
 
 
-def run(clone: Path, folder: Path) -> xr.Dataset:
+def run(clone: Path, folder: Path, threads: int = 1, progress: Progress | None = None) -> xr.Dataset:
     """Build the wheel of a clone, install it in each environment, and run all commands there, in a new ``folder``.
 
-    Dataset over ``environment`` and ``command``: why a command did not run, empty where it did; the attributes name the
-    versions of what was installed.
+    Dataset over ``environment`` and ``command``: why a command did not run, empty where it did; and the versions of
+    what was installed, over ``environment``.  The attribute ``absent`` names the Pythons that are not there.
     """
     # Nothing of this checkout may be found.
     clean = {key: value for key, value in os.environ.items() if key not in ("PYTHONPATH", "VIRTUAL_ENV")}
     line = ["-m", "pip", "wheel", "--quiet", "--no-deps", "--no-build-isolation", "--wheel-dir", str(folder)]
     subprocess.run([sys.executable, *line, str(clone)], check=True, env=clean)
     (wheel,) = folder.glob("*.whl")
-    needs = dependencies(wheel)
     tools = folder / "tools"
     subprocess.run([sys.executable, "-m", "venv", str(tools)], check=True, env=clean)
     subprocess.run([str(tools / "bin/python"), "-m", "pip", "install", "--quiet", "uv"], check=True, env=clean)
-    failed, versions = [], {}
-    for name, resolution in ENVIRONMENTS.items():
-        place = folder / name
-        subprocess.run([sys.executable, "-m", "venv", "--without-pip", str(place)], check=True, env=clean)
-        install = ["pip", "install", "--quiet", "--python", str(place / "bin/python"), "--resolution", resolution]
-        # Named beside the wheel: as its dependencies they would not be direct ones, and get the newest versions.
-        uv = [str(tools / "bin/uv"), *install, str(wheel), *map(str, needs)]
-        subprocess.run(uv, check=True, env=clean, cwd=folder)
-        versions[name] = installed(place, [need.name for need in needs])
-        (folder / f"{name}-runs").mkdir()
-        outcomes = run_all(folder / f"{name}-runs", [str(place / "bin/stripfold")], clean | ONE_CORE, COMPILING)
-        failed.append([reason(outcome) for outcome in outcomes])
+    pythons = {version: python for version in PYTHONS if (python := interpreter(version))}
+    names = [f"{version} {resolution}" for version in pythons for resolution in RESOLUTIONS]
+    found = pooled(partial(_environment, wheel, tools / "bin/uv", pythons, clean), names, threads, progress)
     values = {
-        "failed": (("environment", "command"), failed),
-        "environment": ("environment", list(ENVIRONMENTS)),
+        "failed": (("environment", "command"), [failed for _, _, failed in found]),
+        "versions": ("environment", [versions for _, versions, _ in found]),
+        "environment": ("environment", names),
         "command": ("command", list(COMMANDS)),
     }
-    return dataset("wheels", values, versions)
+    return dataset("wheels", values, {"absent": ", ".join(version for version in PYTHONS if version not in pythons)})
+
+
+def interpreter(version: str) -> str:
+    """A Python of this version that runs, on the path or of pyenv; empty if there is none."""
+    pyenv = Path(os.environ.get("PYENV_ROOT", Path.home() / ".pyenv")) / "versions"
+    folders = [*map(Path, os.get_exec_path()), *sorted(pyenv.glob(f"{version}.*/bin"))]
+    for python in (folder / f"python{version}" for folder in folders):
+        # pyenv puts scripts on the path that run only where their version is chosen.
+        if python.is_file() and not subprocess.run([python, "-c", ""], capture_output=True, check=False).returncode:
+            return str(python)
+    return ""
+
+
+def _environment(
+    wheel: Path, uv: Path, pythons: dict[str, str], clean: dict[str, str], name: str
+) -> tuple[str, str, list[str]]:
+    """Name of an environment, the versions of what a wheel needs there, and why each command did not run there."""
+    place, needs, (version, resolution) = wheel.parent / name.replace(" ", "-"), dependencies(wheel), name.split()
+    subprocess.run([pythons[version], "-m", "venv", "--without-pip", str(place)], check=True, env=clean)
+    # Named beside the wheel: as its dependencies they would not be direct ones, and get the newest versions.
+    install = ["--python", str(place / "bin/python"), "--only-binary", ":all:", "--resolution", RESOLUTIONS[resolution]]
+    line = [str(uv), "pip", "install", "--quiet", *install, str(wheel), *map(str, needs)]
+    subprocess.run(line, check=True, env=clean, cwd=wheel.parent)
+    runs = place / "runs"
+    runs.mkdir()
+    outcomes = run_all(runs, [str(place / "bin/stripfold")], clean | ONE_CORE, COMPILING)
+    return name, installed(place, [need.name for need in needs]), [reason(outcome) for outcome in outcomes]
 
 
 def reason(outcome: Outcome) -> str:

@@ -26,6 +26,12 @@ if TYPE_CHECKING:
 MODULES = ("band", "bending", "coverage", "curves", "elements", "lines", "marker", "sections", "solid", "step")
 
 
+def load() -> None:
+    """Load all modules, and compile those that are not in the cache: what is installed is complete after that."""
+    for name in MODULES:
+        import_module(f"{__name__}.{name}")
+
+
 def __getattr__(name: str) -> ModuleType:
     if name not in MODULES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from stripfold.kernels.compiler import compiled, mask, matrix, vector
+from stripfold.kernels.compiler import compiled, matrix, vector
 
 grey = numba.float32[:, ::1]
 THIRD = np.array([-1.0, 3.0, -3.0, 1.0])
@@ -129,7 +129,7 @@ def on_own_layer(places, curve, layer):
     return out
 
 
-@compiled(vector(matrix, matrix, vector, numba.int64, numba.float64))
+@compiled()
 def free_side(curve, across, width, layer, margin):
     """On which side of each point of a curve only its outer edge is clear of another layer, shape (n,).
 
@@ -207,7 +207,7 @@ def smoothed(values, weights, cutoff):
     return out
 
 
-@compiled(vector(matrix, vector, mask, matrix, numba.float64))
+@compiled()
 def robust(centres, base, good, across, cutoff):
     """Cauchy weights by the offsets from the smoothed centres."""
     weights, scaled = base.copy(), np.zeros(len(base))

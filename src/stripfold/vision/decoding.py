@@ -48,6 +48,8 @@ _FORMATS = "avi,matroska,webm,mov,mp4,m4a,3gp,3g2,mj2,mpegts,mpeg,asf,flv,ogg,nu
 _PLANAR = {f"yuv{j}{kind}p" for j in ("", "j") for kind in (410, 411, 420, 422, 440, 444)}
 _LUMA = _PLANAR | {"nv12", "nv21", "gray"}
 """Pixel formats whose first plane is the luma, one byte per pixel."""
+# Names and comments in a file need not be UTF-8.  PyAV 19 replaces what is not, and has no option for it.
+_METADATA: dict[str, Any] = {} if int(av.__version__.split(".")[0]) >= 19 else {"metadata_errors": "replace"}
 _NO_INDEX = "moov atom not found"
 """What the library logs of such an mp4."""
 CHANNELS = ("luma", "blue", "red")
@@ -110,7 +112,7 @@ def _open(file: Path) -> av.container.InputContainer:
     demuxer = _DEMUXERS.get(file.suffix.lower())
     try:
         with av.logging.Capture() as complaints:
-            return av.open(f"file:{file}", "r", demuxer, options=options, metadata_errors="replace")
+            return av.open(f"file:{file}", "r", demuxer, options=options, **_METADATA)
     except av.FFmpegError as error:
         # An mp4 has its index at its end; within it, the file itself ends too early.
         if isinstance(error, av.error.EOFError) or any(_NO_INDEX in text for *_, text in complaints):

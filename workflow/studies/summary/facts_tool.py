@@ -56,13 +56,15 @@ def fuzz(d: xr.Dataset) -> Facts:
 
 
 def wheels(d: xr.Dataset) -> Facts:
-    # Where both environments have the same versions the lowest were not tried.
-    versions = {name: d.attrs[name] for name in ("lowest", "newest")}
-    ran = (d.failed == "").all("environment")
-    failed = d.command.values[~ran.values]
+    ran, versions = d.failed == "", dict(zip(d.environment.values, d.versions.values, strict=True))
+    failed = [f"{c} in {e}" for c in d.command.values for e in d.environment.values[~ran.sel(command=c).values]]
+    decisive = {e: [v for v in v.split(", ") if v.startswith(("numpy ", "numba ", "av "))] for e, v in versions.items()}
     return {
-        **versions,
-        "ran": ran.sum(),
+        "ran": ran.all("environment").sum(),
         "calls": d.sizes["command"],
-        "failed": f"; not: {', '.join(failed)}" if failed.size else "",
+        # Where a Python has the same versions twice the lowest were not tried.
+        "distinct": all(versions[e] != versions[e.replace("lowest", "newest")] for e in versions if "lowest" in e),
+        "where": "; ".join(f"{e}: {', '.join(decisive[e])}" for e in versions),
+        "absent": f"; not there: Python {d.attrs['absent']}" if d.attrs["absent"] else "",
+        "failed": f"; not: {', '.join(failed)}" if failed else "",
     }

@@ -124,9 +124,9 @@ TOOL = (
     )),
     Source("wheels", facts_tool.wheels, (
         Number("wheel_commands", "ran", "count", 4, "all {calls}",
-            "calls of all commands by the wheel that run outside of the repository, both with the lowest versions of "
-            "the direct dependencies ({d.attrs[lowest]}) and with the newest ({d.attrs[newest]}){failed}",
-            lambda f: f.ran == f.calls and f.lowest != f.newest),
+            "calls of all commands by the wheel that run outside of the repository, in environments of each Python "
+            "with the lowest versions of the direct dependencies and with the newest ({where}{absent}){failed}",
+            lambda f: f.ran == f.calls and f.distinct),
     )),
     Source("sweeps", facts_paths.sweeps, (
         Number("sweep_scenes", "scenes", "count", 6, ">= 100000, each with its result",
