@@ -184,8 +184,9 @@ def datasets() -> dict[str, xr.Dataset]:
         "fall_benchmark": ({"wall": ("repeat", [1.9]), "memory": 150.0},),
         "rod": ({
             "model_error": (MODEL[1:], [[5e-3, 4e-5]]), "mesh_error": (MODEL, np.full((2, 1, 2), 1e-4)),
-            "lambda_c": (MODEL, np.full((2, 1, 2), 9.8))},
-            {"thickness": [0.2, 0.0594], "model": ["rod", "solid"]}),
+            "lambda_c": (MODEL, np.full((2, 1, 2), 9.8)), "lambda_c_elastica": ("gripper_height", [9.86]),
+            "derived": (("section", "gripper_height"), [[-5.77], [-5.84], [-6.22]])},
+            {"thickness": [0.2, 0.0594], "model": ["rod", "solid"], "section": ["rod", "solid", "exact"]}),
         "rod_benchmark": ({
             "seconds": ("repeat", [0.019]), "estimated_error": 8e-4, "seconds_assess": ("repeat", [0.7]),
             "seconds_static": ("repeat", [0.1]),

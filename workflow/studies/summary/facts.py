@@ -69,6 +69,12 @@ def limit(d: xr.Dataset) -> list[Facts]:
     return out
 
 
+def _derived(d: xr.Dataset, one: str, other: str) -> xr.DataArray:
+    """The derived relative distance of two sections."""
+    apart = d.derived.sel(section=one) - d.derived.sel(section=other)
+    return apart * d.thickness**2 / d.lambda_c_elastica
+
+
 def rod(d: xr.Dataset) -> Facts:
     thin, thickest = d.sel(thickness=d.thickness <= PAPERS_THICKNESS), d.sel(thickness=d.thickness.max())
     return {
@@ -77,6 +83,8 @@ def rod(d: xr.Dataset) -> Facts:
         "papers": PAPERS_THICKNESS,
         "top": thickest.thickness,
         "thickest": np.abs(thickest.model_error).max(),
+        "derived": np.abs(thin.model_error - _derived(thin, "rod", "solid")).max(),
+        "one_across": np.abs(_derived(thin, "solid", "exact")).max(),
     }
 
 
