@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 import xarray as xr
 
-from stripfold import store
 from stripfold.analysis import needed_effects
 from stripfold.errors import InvalidInputError
 from stripfold.models.model_error import model_error
