@@ -29,8 +29,6 @@ NU = (0.0, 0.49)
 ACCURACY = (1e-6, 1e-2)
 FINER = 0.45
 """Refinement of the reference over that of the scene's accuracy."""
-SHARE = {"rod": 0.25, "solid": 0.5}
-"""Error of the reference as a share of its change from elements 1.5 times as long."""
 CERTAIN = 0.3
 """Largest uncertainty of a reference, as a share of the estimate that it judges."""
 NUMBER, REFUSED, UNCERTAIN = "number", "refused", "no reference"
@@ -105,8 +103,8 @@ def _reference(scene: Scene, prediction: ElasticaPrediction, used: str) -> tuple
     kind = "rod" if scene.model == "rod" or used == "elastica" else "solid"
     strip = StripModel(scene.length_star, thickness, scene.nu if kind == "solid" else 0.0, kind=kind)
     finest = FINER * select_model.refinement(kind, scene.accuracy)
-    fine, coarse = (end_of_advance(strip, prediction, r).lam for r in (finest, 1.5 * finest))
-    uncertainty = SHARE[kind] * abs(fine / coarse - 1.0)
+    fine, coarse = (end_of_advance(strip, prediction, r).lam for r in (finest, select_model.COARSER * finest))
+    uncertainty = select_model.error(kind, finest, fine, coarse, 0.0) / fine
     if kind != scene.model and kind == "rod":
         uncertainty += model_error("rod", thickness, scene.nu, scene.height_star, scene.length_star)
     return fine, uncertainty
