@@ -134,8 +134,8 @@ class CriticalPoint(Result, CriticalResult):
 
     def to_dict(self) -> dict[str, Any]:
         names = ("lambda_c", "x_c", "error", "free_length", "snap", "reason", "seconds")
-        bounds = ("lambda_c_lower", "lambda_c_upper", "model_error", "solid_error")
-        more = (*bounds, "lambda_touch", "touch_x", "lambda_0", "model")
+        ends = ("lambda_c_lower", "lambda_c_upper", "lambda_touch", "touch_x", "lambda_0")
+        more = (*ends, "model", "model_error", "solid_error")
         given = {name: getattr(self, name) for name in ("eta_b_range", "second_gripper")}
         asked = {name: asdict(value) for name, value in given.items() if value is not None}
         return {name: getattr(self, name) for name in names + more} | asked
