@@ -28,7 +28,7 @@ ETA_M = (1e-9, 0.1)
 NU = (0.0, 0.49)
 ACCURACY = (1e-6, 1e-2)
 FINER = 0.45
-"""Refinement of the reference over that of the scene's accuracy."""
+"""Refinement of the reference over that which an error as estimated needs."""
 CERTAIN = 0.3
 """Largest uncertainty of a reference, as a share of the estimate that it judges."""
 NUMBER, REFUSED, UNCERTAIN = "number", "refused", "no reference"
@@ -67,7 +67,7 @@ def case(number: int, seed: int) -> dict[str, Any]:
     advance = found.lambda_c if found.snap else found.lambda_touch
     estimate = (found.error + (found.model_error if scene.model == "auto" else 0.0)) / advance
     row |= {"used": found.model, "seconds": found.seconds, "estimate": estimate, "outcome": UNCERTAIN}
-    truth, message = attempted(partial(_reference, scene, prediction, found.model))
+    truth, message = attempted(partial(_reference, scene, prediction, found.model, estimate))
     if truth is None:
         return row | {"message": message}
     lam, uncertainty = truth
@@ -97,12 +97,12 @@ def _drawn(draw: np.random.Generator, asked: str) -> tuple[Scene, ElasticaPredic
         return scene, prediction
 
 
-def _reference(scene: Scene, prediction: ElasticaPrediction, used: str) -> tuple[float, float]:
+def _reference(scene: Scene, prediction: ElasticaPrediction, used: str, estimate: float) -> tuple[float, float]:
     """The true end of the advance, L*, and its relative uncertainty; raises SolveError where it cannot be computed."""
     thickness = scene.material.relative_thickness
     kind = "rod" if scene.model == "rod" or used == "elastica" else "solid"
     strip = StripModel(scene.length_star, thickness, scene.nu if kind == "solid" else 0.0, kind=kind)
-    finest = FINER * select_model.refinement(kind, scene.accuracy)
+    finest = FINER * select_model.refinement(kind, estimate)
     fine, coarse = (end_of_advance(strip, prediction, r).lam for r in (finest, select_model.COARSER * finest))
     uncertainty = select_model.error(kind, finest, fine, coarse, 0.0) / fine
     if kind != scene.model and kind == "rod":
