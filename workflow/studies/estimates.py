@@ -103,8 +103,8 @@ def _reference(scene: Scene, prediction: ElasticaPrediction, used: str, estimate
     kind = "rod" if scene.model == "rod" or used == "elastica" else "solid"
     strip = StripModel(scene.length_star, thickness, scene.nu if kind == "solid" else 0.0, kind=kind)
     finest = FINER * select_model.refinement(kind, estimate)
-    fine, coarse = (end_of_advance(strip, prediction, r).lam for r in (finest, select_model.COARSER * finest))
-    uncertainty = select_model.error(kind, finest, fine, coarse, 0.0) / fine
+    fine, coarse = (end_of_advance(strip, prediction, r) for r in (finest, select_model.COARSER * finest))
+    uncertainty = select_model.error(kind, finest, fine.lam, coarse.lam, fine.slack) / fine.lam
     if kind != scene.model and kind == "rod":
         uncertainty += model_error("rod", thickness, scene.nu, scene.height_star, scene.length_star)
-    return fine, uncertainty
+    return fine.lam, uncertainty
