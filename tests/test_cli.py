@@ -39,6 +39,7 @@ KEYS = [
     "lambda_0",
     "model",
     "model_error",
+    "solid_error",
 ]
 
 
@@ -52,7 +53,7 @@ def fake(monkeypatch):
         progress("following the branch")
         snap = scene.height_star > 1.6
         found = (0.295, -0.005, 0.2949, 0.2951, 1e-4, nan, nan) if snap else (nan,) * 4 + (1e-4, 0.25, -0.08)
-        return CriticalResult(0.065, *found, 0.21, snap, "the reason", 1.5, scene.model, 0.0, np.empty((0, 2)))
+        return CriticalResult(0.065, *found, 0.21, snap, "the reason", 1.5, scene.model, 0.0, 0.0, np.empty((0, 2)))
 
     monkeypatch.setattr(critical, "find", find)
     return asked

@@ -113,9 +113,20 @@ def test_limits_in_gravity_lengths_are_sharp():
     for length in (short * 0.999, long * 1.001):
         assert refused(length=length * STAR, height=STAR).key == "length"
     for height in (low * 1.001, high * 0.999):
-        Scene(length=100.0 * STAR, height=height * STAR, eta_b=3780.0)
+        Scene(length=100.0 * STAR, height=height * STAR, eta_b=3780.0, eta_m=1e-6)
     for height in (low * 0.999, high * 1.001):
         assert refused(length=100.0 * STAR, height=height * STAR).key == "height"
+
+
+def test_a_gripper_so_low_that_the_strip_snaps_at_its_push():
+    """There lambda_c depends on the elements at the gripper; both pieces of advice are accepted."""
+    low = refused(height=0.2 * STAR)
+    assert low.key == "height"
+    assert "compresses the strip" in str(low)
+    height = float(re.search(r"at least (\S+) m", str(low)).group(1))
+    eta_m = float(re.search(r"eta_m <= (\S+)", str(low)).group(1))
+    Scene(length=0.6, height=1.01 * height, eta_b=3780.0)
+    Scene(length=0.6, height=0.2 * STAR, eta_b=3780.0, eta_m=0.95 * eta_m)
 
 
 def test_the_advised_eta_b_fits():

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 import xarray as xr
 
-from stripfold import store
 from stripfold.analysis import needed_effects
 from stripfold.errors import InvalidInputError
+from stripfold.models.model_error import model_error
 from stripfold.simulation import Effects, Simulation
 from studies import effects
 
@@ -66,22 +64,12 @@ def test_needs_are_comparisons() -> None:
     assert not needed_effects.need_of_inertia(0.5, None).needed
     assert not needed_effects.need_of_friction().needed
     # A Poisson's ratio is what a rod has not.
-    assert not needed_effects.need_of_solid(0.2, 0.0, 1e-3).needed
-    assert needed_effects.need_of_solid(0.2, 0.45, 1e-3).needed
-    assert not needed_effects.need_of_membrane(0.03, 1e-3).needed
-    assert needed_effects.need_of_membrane(0.0594, 1e-3).needed
-    for need in (needed_effects.need_of_solid(0.2, 0.45, 1e-3), needed_effects.need_of_membrane(0.0594, 1e-3)):
-        assert need.needed == (need.value > need.threshold == 1e-3)
-
-
-def test_the_factor_is_that_measured() -> None:
-    """Against the stored study, where its thickness is above the mesh's error."""
-    data = store.read(Path(__file__).parents[1] / "results/studies/rod.nc")
-    data = data.sel(thickness=data["thickness"] >= 0.03)
-    square = data["thickness"] ** 2
-    assert float((np.abs(data["thickness_effect"]) / square).max()) == pytest.approx(
-        needed_effects.STRETCH_EFFECT, rel=0.05
-    )
+    for nu, needed in ((0.0, False), (0.45, True)):
+        need = needed_effects.need_of_solid(model_error("rod", 0.2, nu, 3.0, 20.0), 1e-3)
+        assert (need.needed, need.threshold) == (need.value > 1e-3, 1e-3) == (needed, 1e-3)
+    for thickness, needed in ((0.03, False), (0.0594, True)):
+        need = needed_effects.need_of_membrane(model_error("elastica", thickness, 0.0, 3.0, 20.0), 1e-3)
+        assert (need.needed, need.threshold) == (need.value > 1e-3, 1e-3) == (needed, 1e-3)
 
 
 def made_up() -> xr.Dataset:

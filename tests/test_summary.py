@@ -189,8 +189,9 @@ def datasets() -> dict[str, xr.Dataset]:
         "fall_benchmark": ({"wall": ("repeat", [1.9]), "memory": 150.0},),
         "rod": ({
             "model_error": (MODEL[1:], [[5e-3, 4e-5]]), "mesh_error": (MODEL, np.full((2, 1, 2), 1e-4)),
-            "lambda_c": (MODEL, np.full((2, 1, 2), 9.8))},
-            {"thickness": [0.2, 0.0594], "model": ["rod", "solid"]}),
+            "lambda_c": (MODEL, np.full((2, 1, 2), 9.8)), "lambda_c_elastica": ("gripper_height", [9.86]),
+            "derived": (("section", "gripper_height"), [[-5.77], [-5.84], [-6.22]])},
+            {"thickness": [0.2, 0.0594], "model": ["rod", "solid"], "section": ["rod", "solid", "exact"]}),
         "rod_benchmark": ({
             "seconds": ("repeat", [0.019]), "estimated_error": 8e-4, "seconds_assess": ("repeat", [0.7]),
             "seconds_static": ("repeat", [0.1]),
@@ -204,9 +205,12 @@ def datasets() -> dict[str, xr.Dataset]:
             "preset_model": (PRESET, [[["elastica"] * 2, ["rod"] * 2], [["solid"] * 2] * 2]),
             "elastica_seconds": ("gripper_height", [0.004, 0.005]),
             "elastica_error": ("gripper_height", [1e-12, -1e-12])},
-            {"asked": ["auto", "solid"], "accuracy": [1e-2, 1e-3], "gripper_height": [3.0, 9.0]}),
+            {"asked": ["auto", "solid"], "accuracy": [1e-2, 1e-3], "gripper_height": [3.0, 9.0]},
+            {"thickness_star": 0.0594}),
         "estimates": ({
             "asked": ("case", texts(*["auto", "solid", "rod"] * 100)), "estimate": ("case", np.full(300, 1e-3)),
+            "thickness": ("case", np.full(300, 0.05)), "nu": ("case", np.zeros(300)),
+            "accuracy": ("case", np.full(300, 1e-3)), "outcome": ("case", texts(*["number"] * 300)),
             "error": ("case", np.full(300, 5e-4))},),
         # Two scenes: the first needs inertia only, the second self-contact as well.
         "effects": ({
@@ -698,6 +702,15 @@ def test_scenes_without_a_number_count_as_outside_of_their_estimate() -> None:
     assert numbers_of("estimates", data)["estimate_coverage"]["value"] == pytest.approx(0.95)
     data["error"][15] = 2e-3
     assert numbers_of("estimates", data)["estimate_coverage"]["holds"] is False
+
+
+def test_refused_scenes_count_neither_way_but_may_not_be_many() -> None:
+    data = datasets()["estimates"]
+    for refused, holds in ((45, True), (46, False)):
+        data["outcome"][:refused] = "refused"
+        found = numbers_of("estimates", data)["estimate_coverage"]
+        assert (found["value"], found["holds"]) == (1.0, holds)
+        assert f"{refused} were refused" in found["statement"]
 
 
 def test_statements_name_what_was_found() -> None:

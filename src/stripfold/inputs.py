@@ -12,6 +12,7 @@ from pydantic import Field, model_validator
 
 from stripfold.errors import MISSING, InvalidInputError
 from stripfold.material import GRAVITY, Material
+from stripfold.models.model_error import model_error
 from stripfold.validation import Flag, Input, Number, Text, quantity, value_meant
 
 ETA_B = (1e-1, 1e8)
@@ -22,6 +23,9 @@ HEIGHT_STAR = (0.1, 60.0)
 """Allowed gripper heights, L*; below the lowest the planning model has not been tested."""
 MAX_THICKNESS_STAR = 0.2
 """Largest thickness of the model, L*: at 0.3 the solid's lambda_c depends on the mesh (docs/hard-cases.md)."""
+LARGEST_PUSH, MAX_COMPRESSION = 2.75, 0.9
+"""Largest push of a low gripper times its height squared, in L*, and largest compression of the strip by it over its
+height: from there on the strip snaps at that push, where the force on one node decides (docs/hard-cases.md)."""
 MAX_MU = 5.0
 """Largest coefficient of friction; those of fabrics on fabrics are 0.2 to 1."""
 GRAM_FORCE = 9.80665e-3
@@ -126,6 +130,11 @@ class AtHeight(Strip):
         """Height of the gripper, L*."""
         return self.height / self.gravity_length
 
+    def distance_from_solid(self, model: str) -> float:
+        """Bound of a model's relative distance from the solid's lambda_c."""
+        material = self.material
+        return model_error(model, material.relative_thickness, material.nu, self.height_star, self.length_star)
+
     def _check_strip(self) -> None:
         (low, high), star = HEIGHT_STAR, self.gravity_length
         above = self.height >= self.length
@@ -139,6 +148,16 @@ class AtHeight(Strip):
             raise InvalidInputError("height", self.height, allowed, meant or "height above the length")
         if not low <= self.height_star <= high:
             raise InvalidInputError("height", self.height, self._range(low, high), meant or _CHECK_UNITS)
+        thickness = self.material.relative_thickness
+        lowest = (LARGEST_PUSH * self.length_star * thickness**2 / (12.0 * MAX_COMPRESSION)) ** (1.0 / 3.0)
+        if self.height_star < lowest:
+            largest = self.eta_m * (self.height_star / lowest) ** 3
+            raise InvalidInputError(
+                "height",
+                self.height,
+                f"at least {lowest * star:.3g} m with eta_m = {self.eta_m:g} m^-2 s^2",
+                f"so low a gripper compresses the strip until it snaps: go higher, or give eta_m <= {largest:.2g}",
+            )
 
     def require_long_enough(self, lifted: float | None = None) -> None:
         """Refuse a strip of which nothing would lie on the floor any more where the advance of the gripper ends.

@@ -11,7 +11,6 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from stripfold.errors import InvalidInputError
 from stripfold.inputs import MAX_MU, Air, AtHeight, MovingModel, Stiffness
-from stripfold.models.model_error import model_error
 from stripfold.validation import Input, Number, quantity, read_yaml
 
 
@@ -102,9 +101,7 @@ class Simulation(AtHeight, Release):
             if solid not in ("auto", wanted):
                 raise InvalidInputError("effects.solid", solid, f"{wanted} with model = {self.model}", "give only one")
             object.__setattr__(self, "effects", self.effects.model_copy(update={"solid": wanted}))
-        elif solid == "off" or (
-            solid == "auto" and model_error("rod", self.material.relative_thickness, self.nu) <= self.accuracy
-        ):
+        elif solid == "off" or (solid == "auto" and self.distance_from_solid("rod") <= self.accuracy):
             object.__setattr__(self, "model", "rod")
         self.require_long_enough()
         return self

@@ -37,7 +37,7 @@ from stripfold.analysis.static import End
 from stripfold.arguments import checked, file_name
 from stripfold.errors import InvalidInputError, StripfoldError
 from stripfold.inputs import Scene
-from stripfold.models.model_error import model_error
+from stripfold.models.model_error import solid_error
 from stripfold.percent import Percent
 from stripfold.reporting import Progress
 from stripfold.validation import Input, Number, Whole, quantity, within
@@ -51,7 +51,7 @@ NAMES = {"height": "gripper_height"}
 """Names of keys in the dataset, where they are others: CF reserves ``height``."""
 LARGEST = 1e9
 """Largest end of a range: the limits of no key are wider."""
-NUMBERS = ("lambda_c", "lambda_touch", "error", "model_error", "free_length")
+NUMBERS = ("lambda_c", "lambda_touch", "error", "model_error", "solid_error", "free_length")
 MOST_CASES = 200_000
 """Most cases of a grid: on the solid a night's work, and with a text for each 100 MB in memory."""
 CHUNK = 100
@@ -177,9 +177,9 @@ def run(
 
     Returns
     -------
-    ``lambda_c`` or, without a snap, ``lambda_touch``, ``error``, ``model_error``, ``free_length`` and ``reason`` over
-    the keys with several values, named as in :data:`NAMES`; nan where a case is refused or fails, with the error as its
-    reason.
+    ``lambda_c`` or, without a snap, ``lambda_touch``, ``error``, ``model_error``, ``solid_error``, ``free_length`` and
+    ``reason`` over the keys with several values, named as in :data:`NAMES`; nan where a case is refused or fails, with
+    the error as its reason.
 
     Raises
     ------
@@ -420,7 +420,8 @@ def _of_elastica(scene: Scene) -> dict[str, Any]:
         "lambda_c": lam if end.snap else nan,
         "lambda_touch": nan if end.snap else lam,
         "error": unit * critical_point.ELASTICA_ERROR,
-        "model_error": lam * model_error("elastica", scene.material.relative_thickness, scene.material.nu),
+        "model_error": lam * scene.distance_from_solid("elastica"),
+        "solid_error": lam * solid_error(scene.material.relative_thickness, scene.nu, scene.height_star),
         "free_length": unit * end.length,
         "reason": (End.SNAP if end.snap else End.TOUCH).reason,
     }

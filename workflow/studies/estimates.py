@@ -1,7 +1,9 @@
 """Does the true error of lambda_c stay within its estimate?  Random scenes, each against a much finer solution.
 
-The reference of a scene with the solid or the rod is the same model on a much finer mesh; where the model is left open
-it is the solid, so that the estimate includes the model's error.
+The scenes are drawn from the whole range of accepted inputs, and may end with a touch: lambda_touch counts as lambda_c.
+The reference of a scene with the solid or the rod is the same model on a much finer mesh.  Where the model is left open
+it is the solid, so that the estimate includes the model's error; for the elastica, the rod, whose distance from the
+solid is added to the reference's uncertainty: in strips so thin it is closer to the solid than the finest mesh of that.
 """
 
 from __future__ import annotations
@@ -12,76 +14,97 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from stripfold.analysis import critical_point
-from stripfold.analysis.prediction import ElasticaPrediction, from_near_the_end
-from stripfold.analysis.static import End, StripModel
-from stripfold.errors import SolveError
-from studies.accuracy import scene_of
+from stripfold.analysis import critical_point, select_model
+from stripfold.analysis.prediction import ElasticaPrediction, end_of_advance
+from stripfold.analysis.static import StripModel
+from stripfold.errors import InvalidInputError
+from stripfold.inputs import ETA_B, HEIGHT_STAR, LENGTH_STAR, MAX_THICKNESS_STAR, Scene
+from stripfold.material import Material
+from stripfold.models.model_error import model_error
 from studies.common import Progress, attempted, pooled, table
 
 MODELS = ("auto", "solid", "rod")
-ETA_B = (1e2, 1e6)
-HEIGHT = (1.62, 9.0)
-LONGER = (0.6, 10.0)
-"""By how much the strip is longer than the elastica's free part, L*; of less than half an L* it would lift off."""
-THICKNESS = (0.005, 0.2)
-NU = (0.0, 0.45)
-ACCURACY = {"auto": (1e-4, 1e-2), "solid": (3e-4, 1e-2), "rod": (1e-6, 1e-2)}
-"""Requested accuracies; a solid to 1e-4 would take long."""
-TRUTH = {"solid": 0.25, "rod": 0.15}
-"""Refinement of the reference."""
+ETA_M = (1e-9, 0.1)
+NU = (0.0, 0.49)
+ACCURACY = (1e-6, 1e-2)
+FINER = 0.45
+"""Refinement of the reference over that which an error as estimated needs."""
+CERTAIN = 0.3
+"""Largest uncertainty of a reference, as a share of the estimate that it judges."""
+NUMBER, REFUSED, UNCERTAIN = "number", "refused", "no reference"
+"""Outcomes: judged; the accuracy was refused, or the solve failed with a typed error; no reference is good enough."""
 
 
 def run(cases: int, seed: int, threads: int = 1, progress: Progress | None = None) -> xr.Dataset:
-    """The first cases of the sequence that ``seed`` starts; a solve that failed has nan.
+    """The first cases of the sequence that ``seed`` starts.
 
-    Dataset over ``case``: what was drawn, the estimate, the true error, both relative, and the model used.
+    Dataset over ``case``: what was drawn, the outcome, the estimate and the true error, both relative and nan where
+    there is none, and the model used.
     """
     return table("estimates", "case", pooled(partial(case, seed=seed), range(cases), threads, progress), {"seed": seed})
 
 
 def case(number: int, seed: int) -> dict[str, Any]:
     """One case; each has a random stream of its own."""
-    draw = np.random.default_rng([seed, number])
-    asked = MODELS[number % len(MODELS)]
-    eta_b, thickness, accuracy = (
-        float(np.exp(draw.uniform(*np.log(of)))) for of in (ETA_B, THICKNESS, ACCURACY[asked])
-    )
-    height, nu = float(draw.uniform(*HEIGHT)), float(draw.uniform(*NU))
-    prediction = ElasticaPrediction.at(height)
-    length = prediction.last.length + float(draw.uniform(*LONGER))
-    scene = scene_of(length, thickness, height, asked, accuracy, nu, eta_b)
+    scene, prediction = _drawn(np.random.default_rng([seed, number]), MODELS[number % len(MODELS)])
     row: dict[str, Any] = {
         "case": number,
-        "asked": asked,
+        "asked": scene.model,
         "used": "",
-        "eta_b": eta_b,
-        "length": length,
-        "height": height,
-        "thickness": thickness,
-        "nu": nu,
-        "accuracy": accuracy,
-        **dict.fromkeys(("estimate", "error", "seconds"), np.nan),
+        "eta_b": scene.eta_b,
+        "length": scene.length_star,
+        "height": scene.height_star,
+        "thickness": scene.material.relative_thickness,
+        "nu": scene.nu,
+        "accuracy": scene.accuracy,
+        **dict.fromkeys(("estimate", "error", "uncertainty", "seconds"), np.nan),
+        "outcome": REFUSED,
         "message": "",
     }
-
-    def truth() -> float:
-        kind = "rod" if asked == "rod" else "solid"
-        strip = StripModel(length, thickness, nu if kind == "solid" else 0.0, kind=kind)
-        run = from_near_the_end(strip, prediction, TRUTH[kind])
-        if run.end is not End.SNAP:
-            raise SolveError(f"the reference is no snap: {run.end.reason}")
-        return run.lam
-
-    found, message = attempted(partial(critical_point.find, scene))
+    found, message = attempted(partial(critical_point.find, scene, prediction=prediction))
     if found is None:
         return row | {"message": message}
-    row |= {"used": found.model, "seconds": found.seconds}
-    if not found.snap:
-        return row | {"message": found.reason}
-    lam, message = attempted(truth)
-    if lam is None:
+    advance = found.lambda_c if found.snap else found.lambda_touch
+    estimate = (found.error + (found.model_error if scene.model == "auto" else 0.0)) / advance
+    row |= {"used": found.model, "seconds": found.seconds, "estimate": estimate, "outcome": UNCERTAIN}
+    truth, message = attempted(partial(_reference, scene, prediction, found.model, estimate))
+    if truth is None:
         return row | {"message": message}
-    row["estimate"] = (found.error + (found.model_error if asked == "auto" else 0.0)) / found.lambda_c
-    row["error"] = abs(found.lambda_c / scene.material.gravity_length / lam - 1.0)
-    return row
+    lam, uncertainty = truth
+    row |= {"error": abs(advance / scene.gravity_length / lam - 1.0), "uncertainty": uncertainty}
+    return row | {"outcome": NUMBER if uncertainty <= CERTAIN * estimate else UNCERTAIN}
+
+
+def _drawn(draw: np.random.Generator, asked: str) -> tuple[Scene, ElasticaPrediction]:
+    """A scene that is accepted, and the elastica's prediction of its end."""
+
+    def between(low: float, high: float) -> float:
+        return float(np.exp(draw.uniform(np.log(low), np.log(high))))
+
+    while True:
+        eta_b, height, accuracy = between(*ETA_B), between(*HEIGHT_STAR), between(*ACCURACY)
+        unit = Material(eta_b).gravity_length
+        thickest = (MAX_THICKNESS_STAR * unit) ** 2 * eta_b / 12.0
+        eta_m, nu = between(ETA_M[0], min(ETA_M[1], thickest)), float(draw.uniform(*NU))
+        prediction = ElasticaPrediction.at(height)
+        length = between(max(LENGTH_STAR[0], prediction.last.length), LENGTH_STAR[1])
+        given = {"eta_b": eta_b, "eta_m": eta_m, "nu": nu, "model": asked, "accuracy": accuracy}
+        try:
+            scene = Scene(length=length * unit, height=height * unit, **given)  # type: ignore[arg-type]
+            scene.require_long_enough(prediction.last.length)
+        except InvalidInputError:
+            continue
+        return scene, prediction
+
+
+def _reference(scene: Scene, prediction: ElasticaPrediction, used: str, estimate: float) -> tuple[float, float]:
+    """The true end of the advance, L*, and its relative uncertainty; raises SolveError where it cannot be computed."""
+    thickness = scene.material.relative_thickness
+    kind = "rod" if scene.model == "rod" or used == "elastica" else "solid"
+    strip = StripModel(scene.length_star, thickness, scene.nu if kind == "solid" else 0.0, kind=kind)
+    finest = FINER * select_model.refinement(kind, estimate)
+    fine, coarse = (end_of_advance(strip, prediction, r) for r in (finest, select_model.COARSER * finest))
+    uncertainty = select_model.error(kind, finest, fine.lam, coarse.lam, fine.slack) / fine.lam
+    if kind != scene.model and kind == "rod":
+        uncertainty += model_error("rod", thickness, scene.nu, scene.height_star, scene.length_star)
+    return fine.lam, uncertainty

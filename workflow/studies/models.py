@@ -14,9 +14,12 @@ from stripfold.analysis.prediction import ElasticaPrediction, from_near_the_end
 from stripfold.analysis.static import End, StripModel
 from stripfold.errors import SolveError
 from stripfold.material import Material
+from stripfold.models.model_error import PLANE, ROD, Section, exact, one_across
 from studies.common import Progress, dataset, grid
 
 MODELS = ("rod", "solid")
+BESIDE = 1e-3
+"""Distance in free length of the states from which a derivative by it is taken, L*."""
 NUMBERS = ("lambda_c", "mesh_error")
 
 
@@ -30,6 +33,31 @@ def lambda_c(length: float, refinement: float, model: str, height: float, thickn
     if fine.end is not End.SNAP:
         raise SolveError(f"no snap of the {model}: {fine.end.reason}")
     return {"lambda_c": fine.lam, "mesh_error": abs(fine.lam - coarse.lam)}
+
+
+def thickness_effect(section: Section, height: float, length: float) -> float:
+    """Derivative of lambda_c by h^2 at h = 0, of a strip with this section: from the elastica's branch alone.
+
+    What the thickness adds to the energy, V h^2, moves the maximum of lambda by -(dV/dl) / (dP/dl) h^2, with the free
+    length l along the branch and the force P that moves the gripper.  nan where the sag touches before.
+    """
+    found = elastica.critical(height)
+    if not found.snap:
+        return np.nan
+    critical = found.state
+
+    def added(state: elastica.State) -> float:
+        s, weights = np.polynomial.legendre.leggauss(60)
+        at = state.at(0.5 * state.length * (1.0 + s))
+        vertical, cos, sin = state.force_0 + at.s, np.cos(at.theta), np.sin(at.theta)
+        force, k, shear = state.force_x * cos + vertical * sin, at.curvature, state.force_x * sin - vertical * cos
+        free = -((force - section.a / 2.0 * k**2) ** 2) / 24.0 + section.c * k**4 - section.d * shear**2
+        lying = -(state.force_x**2) / 24.0 * (length - state.length)
+        return 0.5 * state.length * float(weights @ free) + lying
+
+    short, long = (elastica.state_at(height, critical.length + dl, critical) for dl in (-BESIDE, BESIDE))
+    # The force on the gripper is -F_x.
+    return (added(long) - added(short)) / (long.force_x - short.force_x)
 
 
 def run_limit(
@@ -72,9 +100,13 @@ def run_rod(
     rod, solid = values["lambda_c"][1]
     truth = np.array([elastica.critical(z).advance for z in heights])
     over = ("gripper_height", "thickness")
+    sections = {"plane": PLANE, "rod": ROD, "solid": one_across(0.0), "exact": exact(0.0)}
+    derived = [[thickness_effect(section, z, length_star) for z in heights] for section in sections.values()]
     differences = {
         "lambda_c_elastica": ("gripper_height", truth),
         "model_error": (over, rod / solid - 1.0),
         "thickness_effect": (over, solid / truth[:, None] - 1.0),
+        "section": ("section", list(sections)),
+        "derived": (("section", "gripper_height"), derived),
     }
     return dataset("rod", {**values, **differences}, {"length_star": length_star})

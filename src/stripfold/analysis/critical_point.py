@@ -25,7 +25,7 @@ from stripfold.analysis.static import LAMBDA_TOLERANCE, End, StripModel, XRun, s
 from stripfold.arrays import Array
 from stripfold.errors import SolveError
 from stripfold.inputs import Scene
-from stripfold.models.model_error import model_error as of_model
+from stripfold.models.model_error import solid_error
 
 Progress = Callable[[str], None]
 
@@ -56,6 +56,7 @@ class CriticalResult:
     seconds: float
     model: str
     model_error: float
+    solid_error: float
     state: Array = field(repr=False)
 
 
@@ -82,7 +83,9 @@ def find(
         by_rod = _find(rod, prediction, say)
         if by_rod.end is not End.LIFTED:
             found, used, reason = by_rod, rod, f"{by_rod.end.reason}; {BY_ROD}"
-    unit = scene.material.gravity_length
+    unit, material = scene.material.gravity_length, scene.material
+    advance = unit * (found.lambda_c if found.end is End.SNAP else found.lambda_touch)
+    printed = nan if scene.law == "printed" else 1.0
     return CriticalResult(
         lambda_0=unit * found.lambda_0,
         lambda_c=unit * found.lambda_c,
@@ -97,7 +100,8 @@ def find(
         reason=reason,
         seconds=perf_counter() - began,
         model=used.model,
-        model_error=unit * (found.lambda_c if found.end is End.SNAP else found.lambda_touch) * _model_error(used),
+        model_error=advance * used.distance_from_solid(used.model),
+        solid_error=printed * advance * solid_error(material.relative_thickness, material.nu, scene.height_star),
         state=unit * found.state,
     )
 
@@ -123,7 +127,7 @@ def _auto(scene: Scene, prediction: ElasticaPrediction, progress: Progress) -> t
     models = select_model.candidates(prediction, scene.length_star, thickness, nu, scene.accuracy)
     for model in models:
         left = scene.model_copy(update={"model": model})
-        left = left.model_copy(update={"accuracy": scene.accuracy - _model_error(left)})
+        left = left.model_copy(update={"accuracy": scene.accuracy - left.distance_from_solid(model)})
         try:
             return _find(left, prediction, progress), left
         except SolveError as error:
@@ -132,10 +136,6 @@ def _auto(scene: Scene, prediction: ElasticaPrediction, progress: Progress) -> t
                 raise
             progress(f"not by the {model}: {error}")
     raise AssertionError("the last model returns or raises")
-
-
-def _model_error(scene: Scene) -> float:
-    return of_model(scene.model, scene.material.relative_thickness, scene.material.nu)
 
 
 def _find(scene: Scene, prediction: ElasticaPrediction, progress: Progress) -> _Found:

@@ -15,7 +15,6 @@ import numpy as np
 from stripfold import schema
 from stripfold.effects import LayerFriction
 from stripfold.effects.self_contact import SelfContact
-from stripfold.models.model_error import model_error
 from stripfold.problem import StripProblem
 from stripfold.simulation import Simulation
 
@@ -28,9 +27,6 @@ CONTACT, SELF_CONTACT, INERTIA = "contact", "self_contact", "inertia"
 FRICTION, LAYER_FRICTION, SOLID, MEMBRANE = "friction", "layer_friction", "solid", "membrane"
 EFFECTS = (CONTACT, SELF_CONTACT, INERTIA, FRICTION, LAYER_FRICTION, SOLID, MEMBRANE)
 """As in :class:`.inputs.Effects`."""
-STRETCH_EFFECT = 0.72
-"""Largest distance of the solid's lambda_c from that of a strip that does not stretch, over (h/L*)^2 of itself, in
-the study ``rod``: h/L* squared is 12 times the membrane strain under the weight of L*, eta_m g L*."""
 UNSTRETCHED = 1e-3
 """h of a strip that is to have no membrane stretch, L*: a millionth of it is left in lambda_c."""
 
@@ -79,17 +75,15 @@ def need_of_layer_friction(mu: float, touch: bool) -> Need:
     return Need(touch and mu > 0.0, mu, 0.0, words)
 
 
-def need_of_solid(thickness: float, nu: float, accuracy: float) -> Need:
-    """From the thickness, L*, Poisson's ratio, and the wanted relative accuracy of lambda_c."""
-    error = model_error("rod", thickness, nu)
+def need_of_solid(error: float, accuracy: float) -> Need:
+    """From the rod's relative distance from the solid, and the wanted relative accuracy of lambda_c."""
     return Need(
         error > accuracy, error, accuracy, f"a rod's lambda_c is up to {error:.1e} of itself away from the solid's"
     )
 
 
-def need_of_membrane(thickness: float, accuracy: float) -> Need:
-    """From the thickness, L*, and the wanted relative accuracy of lambda_c."""
-    error = STRETCH_EFFECT * thickness**2
+def need_of_membrane(error: float, accuracy: float) -> Need:
+    """From the relative distance of a strip that does not stretch, and the wanted relative accuracy of lambda_c."""
     words = (
         f"membrane stretch moves lambda_c by {error:.1e} of itself; every model has it, leaving it out saves nothing"
     )
@@ -109,7 +103,7 @@ def record(simulation: Simulation, found: Collapse) -> tuple[xr.Dataset, float]:
     The record, and the time that self-contact took, its monitor included, s: no part of the record, which is the same
     in every run.
     """
-    asked, thickness, nu = simulation.effects, simulation.material.relative_thickness, simulation.nu
+    asked, thickness = simulation.effects, simulation.material.relative_thickness
     gap, met, looked = _layers(found, thickness)
     motion = found.motion
     share = None if motion is None else kinetic_share(found)
@@ -125,8 +119,8 @@ def record(simulation: Simulation, found: Collapse) -> tuple[xr.Dataset, float]:
         LAYER_FRICTION: need_of_layer_friction(
             simulation.layer_friction, motion is not None and motion.touch is not None
         ),
-        SOLID: need_of_solid(thickness, nu, simulation.accuracy),
-        MEMBRANE: need_of_membrane(thickness, simulation.accuracy),
+        SOLID: need_of_solid(simulation.distance_from_solid("rod"), simulation.accuracy),
+        MEMBRANE: need_of_membrane(simulation.distance_from_solid("elastica"), simulation.accuracy),
     }
     rows: dict[str, dict[str, float]] = {
         CONTACT: {"active": 1.0},

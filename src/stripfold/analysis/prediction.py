@@ -22,10 +22,6 @@ BEFORE = 0.25
 """Distance in free length before the elastica's end at which a run begins, L*: lambda is about 0.06 L* lower."""
 SHORTER = (10.0, 0.05)
 """Thick strips begin earlier by up to this, (a + b z^2) h^2 L*: their advance ends earlier."""
-
-COMPRESSED = 0.9
-"""Of a low gripper's compression of the lying part, as a share of its height: from here on lambda has a maximum at the
-push's largest value, 2.75 / z^2, which the elastica does not know."""
 ROOM = 0.05
 """Length that lies at least in a state from which the limit point is solved for, L*."""
 NEWTON = NewtonOptions(max_iterations=15)
@@ -109,11 +105,6 @@ def _fitting(prediction: ElasticaPrediction, length: float) -> elastica.State:
     return elastica.state_at(prediction.height, length - ROOM, last)
 
 
-def is_compressed(height: float, length: float, thickness: float) -> bool:
-    """Whether a low gripper may compress the strip so much that it snaps early; all in L*."""
-    return 2.75 / height**3 * length * thickness**2 / 12.0 > COMPRESSED
-
-
 def end_of_advance(
     strip: StripModel, prediction: ElasticaPrediction, refinement: float = 1.0, tolerance: float = LAMBDA_TOLERANCE
 ) -> XRun:
@@ -132,8 +123,6 @@ def from_near_the_end(
     cannot be followed from it.
     """
     z = prediction.height
-    if is_compressed(z, strip.length, strip.thickness):
-        raise SolveError("the strip is compressed before, and may snap", parameter=prediction.last.advance)
     before = BEFORE + (SHORTER[0] + SHORTER[1] * z**2) * strip.thickness**2
     near = elastica.state_at(z, min(prediction.last.length, strip.length) - before, prediction.last)
     first = from_elastica(strip.contact_mesh(refinement), AlongX(z), near.advance, near)

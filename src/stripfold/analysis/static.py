@@ -21,7 +21,7 @@ from stripfold.analysis.contact_branch import (
     solved,
     transferred,
 )
-from stripfold.analysis.contact_events import LIFTED, lift_off_of_all, touch
+from stripfold.analysis.contact_events import LIFTED, TOUCH_TOLERANCE, lift_off_of_all, touch
 from stripfold.analysis.landing import LOW
 from stripfold.arrays import Array
 from stripfold.errors import SolveError
@@ -127,8 +127,8 @@ class XRun:
 
     @property
     def slack(self) -> float:
-        """Width of the bracket of lambda_c, L*."""
-        return self.critical.width if self.critical else 0.0
+        """Width of the bracket of lambda at the end, L*."""
+        return self.critical.width if self.critical else TOUCH_TOLERANCE
 
     @property
     def free_length(self) -> float:

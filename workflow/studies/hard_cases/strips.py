@@ -43,13 +43,18 @@ def located(follow: Callable[[float], XRun], refinement: float) -> tuple[XRun, f
     return fine, error if fine.end is coarse.end else nan
 
 
+def _rod_error(thickness: float, height: float) -> float:
+    """The rod's largest relative distance from the solid without a Poisson's ratio."""
+    return model_error("rod", thickness, 0.0, height, LENGTH)
+
+
 def end(strip: StripModel, height: float, refinement: float) -> Finding:
     """Where the solid's advance ends, and how; the elastica says how."""
     run, error = located(lambda r: solve_height(strip, height, r, past=0.0), refinement)
     prediction = ElasticaPrediction.at(height)
     rod = from_near_the_end(replace(strip, kind="rod"), prediction, FINE)
     same = (run.end is End.SNAP) == (rod.end is End.SNAP) == prediction.snap
-    return Finding(run.lam if same else nan, rod.lam, error, model_error("rod", strip.thickness, 0.0) * rod.lam)
+    return Finding(run.lam if same else nan, rod.lam, error, _rod_error(strip.thickness, height) * rod.lam)
 
 
 def thin(refinement: float) -> Finding:
@@ -68,7 +73,7 @@ def rod(thickness: float, reference: float, reference_error: float = 0.0) -> Fin
 def thick_rod(refinement: float) -> Finding:
     """Against the solid."""
     solid, error = located(lambda r: solve_height(StripModel(LENGTH, 0.2), HEIGHT, r, past=0.0), refinement)
-    return rod(0.2, solid.lam, error + model_error("rod", 0.2, 0.0) * solid.lam)
+    return rod(0.2, solid.lam, error + _rod_error(0.2, HEIGHT) * solid.lam)
 
 
 def thick(thickness: float, height: float, refinement: float) -> Finding:
@@ -119,7 +124,7 @@ def one_decade(eta_b: float) -> Finding:
     asked = scene(eta_b, "solid")
     found, unit = find(asked), asked.material.gravity_length
     truth = from_near_the_end(StripModel(LENGTH, 0.03, kind="rod"), ElasticaPrediction.at(HEIGHT), FINE).lam
-    return Finding(found.lambda_c / unit, truth, found.error / unit, model_error("rod", 0.03, 0.0) * truth)
+    return Finding(found.lambda_c / unit, truth, found.error / unit, _rod_error(0.03, HEIGHT) * truth)
 
 
 def usual_eta_m() -> None:

@@ -8,7 +8,9 @@ import numpy as np
 import xarray as xr
 
 from stripfold.analysis import needed_effects
+from stripfold.models.model_error import solid_error
 from studies import branches as of_branches
+from studies import estimates as of_estimates
 from studies.schemes import CONSERVING, DEFAULT
 
 Facts = dict[str, Any]
@@ -69,6 +71,12 @@ def limit(d: xr.Dataset) -> list[Facts]:
     return out
 
 
+def _derived(d: xr.Dataset, one: str, other: str) -> xr.DataArray:
+    """The derived relative distance of two sections."""
+    apart = d.derived.sel(section=one) - d.derived.sel(section=other)
+    return apart * d.thickness**2 / d.lambda_c_elastica
+
+
 def rod(d: xr.Dataset) -> Facts:
     thin, thickest = d.sel(thickness=d.thickness <= PAPERS_THICKNESS), d.sel(thickness=d.thickness.max())
     return {
@@ -77,6 +85,8 @@ def rod(d: xr.Dataset) -> Facts:
         "papers": PAPERS_THICKNESS,
         "top": thickest.thickness,
         "thickest": np.abs(thickest.model_error).max(),
+        "derived": np.abs(thin.model_error - _derived(thin, "rod", "solid")).max(),
+        "one_across": np.abs(_derived(thin, "solid", "exact")).max(),
     }
 
 
@@ -114,6 +124,7 @@ def accuracy(d: xr.Dataset) -> Facts:
         "seconds": solid.preset_seconds.sel(gripper_height=HEIGHT),
         "estimate": solid.preset_estimate.sel(gripper_height=HEIGHT),
         "off": np.abs(solid.preset_error).max(),
+        "across": solid_error(float(d.attrs["thickness_star"]), 0.0, HEIGHT),
         "slowest": solid.preset_seconds.max(),
         "elastica": d.elastica_seconds.sel(gripper_height=HEIGHT),
         "slowest_elastica": d.elastica_seconds.max(),
@@ -122,14 +133,28 @@ def accuracy(d: xr.Dataset) -> Facts:
 
 
 def estimates(d: xr.Dataset) -> Facts:
-    """A scene without a number counts as one whose error is beyond its estimate."""
-    within, asked = (d.error <= d.estimate).values, d.asked.values
+    """A scene that was refused, or has no good reference, counts neither way; the criterion limits their number."""
+    judged = d.sel(case=(d.outcome == of_estimates.NUMBER).values)
+    # So written, nan counts as outside.
+    within, width = (judged.error <= judged.estimate).values, (judged.estimate / judged.error).values
+    groups = {
+        **{name: judged.asked == name for name in of_estimates.MODELS},
+        "h < 0.01 L*": judged.thickness < 0.01,
+        "thicker": judged.thickness >= 0.01,
+        "nu < 0.25": judged.nu < 0.25,
+        "above": judged.nu >= 0.25,
+        "accuracy < 1e-4": judged.accuracy < 1e-4,
+        "looser": judged.accuracy >= 1e-4,
+    }
     return {
         "share": share(within),
         "cases": d.sizes["case"],
+        "judged": judged.sizes["case"],
         "seed": seed_of(d),
-        "missing": np.sum(~np.isfinite(d.error.values + d.estimate.values)),
-        "by_model": ", ".join(f"{name} {share(within[asked == name]):.2f}" for name in np.unique(asked)),
+        "refused": (d.outcome == of_estimates.REFUSED).sum(),
+        "unknown": (d.outcome == of_estimates.UNCERTAIN).sum(),
+        "by_group": ", ".join(f"{name} {share(within[chosen.values]):.2f}" for name, chosen in groups.items()),
+        "width": np.median(width),
     }
 
 
