@@ -217,7 +217,7 @@ def datasets() -> dict[str, xr.Dataset]:
             **{name: (SCENE, NEEDED.copy()) for name in ("needed", "reported", "matters")},
             "cost": (SCENE, [[0.07, 0.4, -0.01], [0.3, 0.5, 0.01]]),
             "clocked": (SCENE, [[0.02, np.nan, np.nan], [0.2, np.nan, np.nan]])},
-            {"scene": ["calm", "wild"], "effect": ["self_contact", "inertia", "membrane"]}),
+            {"scene": ["calm", "wild"], "effect": ["self_contact", "inertia", "layers"]}),
         "hard_cases": ({
             "name": ("case", texts(*(f"case {i}" for i in range(40)))), "failed": ("case", np.zeros(40)),
             "outcome": ("case", texts(*["value"] * 30, *["NewtonError"] * 10))},),
@@ -572,7 +572,7 @@ def test_half_written_files_are_a_whole_number() -> None:
         ("recordings_accuracy", "event", {"case": 0}, 0.302, "recordings_wrong"),
         ("effects", "clocked", {"scene": "calm", "effect": "self_contact"}, 0.06, "effects_overhead"),
         ("effects", "matters", {"scene": "calm", "effect": "self_contact"}, 1.0, "effects_overhead"),
-        ("effects", "cost", {"scene": "wild", "effect": "membrane"}, 0.07, "effects_overhead"),
+        ("effects", "cost", {"scene": "wild", "effect": "layers"}, 0.07, "effects_overhead"),
         ("effects", "needed", {"scene": "calm", "effect": "self_contact"}, np.nan, "effects_undetected"),
         ("effects", "reported", {"scene": "wild", "effect": "self_contact"}, 0.0, "effects_undetected"),
         ("kills", "went_on", {"kill": 3}, 0.0, "kills_recovered"),
@@ -717,7 +717,7 @@ def test_statements_name_what_was_found() -> None:
     data = datasets()
     found = entries(data)
     assert found["effects_overhead"]["value"] == 0.02
-    assert "self_contact +2.0%, membrane +1.0%" in found["effects_overhead"]["statement"]
+    assert "self_contact +2.0%, layers +1.0%" in found["effects_overhead"]["statement"]
     assert "86 jobs; most time: record 53%, measure 36%, assess 11%" in found["time_all"]["statement"]
     data["hard_cases"]["failed"][7] = 1.0
     assert numbers_of("hard_cases", data["hard_cases"])["hard_cases_failed"]["statement"].endswith("case 7")

@@ -57,7 +57,6 @@ class Effects(Input):
     friction: EffectSetting = "auto"
     layer_friction: EffectSetting = "auto"
     solid: EffectSetting = "auto"
-    membrane: EffectSetting = "auto"
 
     @model_validator(mode="after")
     def _check_possible(self) -> Self:

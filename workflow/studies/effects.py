@@ -11,11 +11,11 @@ import numpy as np
 import xarray as xr
 
 from stripfold.analysis import collapse
-from stripfold.analysis.needed_effects import INERTIA, MEMBRANE, SELF_CONTACT, SOLID
+from stripfold.analysis.needed_effects import INERTIA, SELF_CONTACT, SOLID
 from stripfold.simulation import Simulation
 from studies.common import NO_RESULT, Progress, dataset, grid, markdown_table, variables
 
-SWITCHED = (SELF_CONTACT, INERTIA, SOLID, MEMBRANE)
+SWITCHED = (SELF_CONTACT, INERTIA, SOLID)
 """Effects that can be on or off in a simulation: the floor is always there, and it has no internal friction."""
 NUMBERS = tuple(name for name in variables("effects") if name not in ("scene", "effect"))
 
@@ -73,7 +73,7 @@ def compare(given: Mapping[str, Any], effect: str, repeats: int) -> dict[str, fl
         "needed": float(on["needed"].sel(effect=effect)),
         "reported": float(effect in off.attrs["missing"].split(", ")),
         # An omission of the model shows in lambda_c; one during the fall shows in the first touch.
-        "matters": float(change > accuracy if effect in (SOLID, MEMBRANE) else not touch <= accuracy),
+        "matters": float(change > accuracy if effect == SOLID else not touch <= accuracy),
         "change": change,
         "touch_change": touch,
         "cost": least["on"] / least["off"] - 1.0,

@@ -179,8 +179,7 @@ def run(simulation: Simulation, progress: Progress | None = None) -> xr.Dataset:
 def timed(simulation: Simulation, progress: Progress | None = None) -> tuple[xr.Dataset, Clock]:
     """As :func:`run`, with the time taken beside the dataset, which is the same in every run."""
     asked, thickness = simulation.effects, simulation.material.relative_thickness
-    stretched = thickness if asked.membrane != "off" else min(thickness, needed_effects.UNSTRETCHED)
-    strip = StripModel(simulation.length_star, stretched, simulation.nu, kind=simulation.model)
+    strip = StripModel(simulation.length_star, thickness, simulation.nu, kind=simulation.model)
     fall = in_solver_units(simulation, simulation.material) if asked.inertia != "off" else None
     layers = thickness if asked.self_contact != "off" else None
     mu = simulation.layer_friction if asked.layer_friction != "off" else 0.0

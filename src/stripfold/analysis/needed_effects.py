@@ -24,11 +24,9 @@ if TYPE_CHECKING:
     from stripfold.analysis.collapse import Collapse
 
 CONTACT, SELF_CONTACT, INERTIA = "contact", "self_contact", "inertia"
-FRICTION, LAYER_FRICTION, SOLID, MEMBRANE = "friction", "layer_friction", "solid", "membrane"
-EFFECTS = (CONTACT, SELF_CONTACT, INERTIA, FRICTION, LAYER_FRICTION, SOLID, MEMBRANE)
+FRICTION, LAYER_FRICTION, SOLID = "friction", "layer_friction", "solid"
+EFFECTS = (CONTACT, SELF_CONTACT, INERTIA, FRICTION, LAYER_FRICTION, SOLID)
 """As in :class:`.inputs.Effects`."""
-UNSTRETCHED = 1e-3
-"""h of a strip that is to have no membrane stretch, L*: a millionth of it is left in lambda_c."""
 
 COLUMNS = ("needed", "active", "since", "value", "threshold")
 
@@ -82,14 +80,6 @@ def need_of_solid(error: float, accuracy: float) -> Need:
     )
 
 
-def need_of_membrane(error: float, accuracy: float) -> Need:
-    """From the relative distance of a strip that does not stretch, and the wanted relative accuracy of lambda_c."""
-    words = (
-        f"membrane stretch moves lambda_c by {error:.1e} of itself; every model has it, leaving it out saves nothing"
-    )
-    return Need(error > accuracy, error, accuracy, words)
-
-
 def record(simulation: Simulation, found: Collapse) -> tuple[xr.Dataset, float]:
     """The record, over ``effect``; its attribute ``missing`` names what is needed and was switched off.
 
@@ -120,7 +110,6 @@ def record(simulation: Simulation, found: Collapse) -> tuple[xr.Dataset, float]:
             simulation.layer_friction, motion is not None and motion.touch is not None
         ),
         SOLID: need_of_solid(simulation.distance_from_solid("rod"), simulation.accuracy),
-        MEMBRANE: need_of_membrane(simulation.distance_from_solid("elastica"), simulation.accuracy),
     }
     rows: dict[str, dict[str, float]] = {
         CONTACT: {"active": 1.0},
@@ -133,7 +122,6 @@ def record(simulation: Simulation, found: Collapse) -> tuple[xr.Dataset, float]:
         FRICTION: {"active": 0.0},
         LAYER_FRICTION: _layer_friction(simulation, found),
         SOLID: {"active": float(simulation.model == "solid")},
-        MEMBRANE: {"active": float(asked.membrane != "off")},
     }
     for name, need in needs.items():
         rows[name] |= {"needed": float(need.needed), "value": need.value, "threshold": need.threshold}
