@@ -152,7 +152,9 @@ def drive(tables: xr.Dataset, length: float, ways: list[list[tuple[float, float]
         raise SolveError("there is no Chromium to show the page", advice="install it: apt-get install chromium")
     text = page.of_tables(tables)
     driver = (page.SOURCES / "driver.js").read_text(encoding="utf-8")
-    asked = json.dumps({"length": length, "ways": ways, "points": DRAWN, "narrow": NARROW})
+    off, falls, near = float(contact_states(3.0, 2).advance[0]), elastica.critical(3.0).state.advance, 2e-3
+    loop = [off + near, off - near, falls - near, falls + near]
+    asked = json.dumps({"length": length, "ways": ways, "points": DRAWN, "narrow": NARROW, "loop": loop})
     with TemporaryDirectory() as folder:
         (Path(folder) / "page.html").write_text(text, encoding="utf-8")
         shown = text.replace("</body>", f"<script>const ASKED = {asked};\n{driver}</script></body>")
