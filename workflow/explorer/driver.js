@@ -41,7 +41,7 @@ async function answer() {
   }
   // A fall: carried over at a height of 3 L*.
   field("reset").click();
-  drag([[2 - strip.half, 3], [strip.half, 3]]);
+  drag([[2 - strip.half, 3], [strip.half - 0.1, 3]]);
   answers.warns = field("verdict").textContent.startsWith("The strip fell");
   // Back to both sides of the place where the sag comes off, and on to the fall again.
   answers.loop = ASKED.loop.map((advance) => {

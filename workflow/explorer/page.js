@@ -38,9 +38,11 @@ function readStrip() {
   const length = Number(field("length").value), value = Number(field("material").value);
   const star = field("known").value === "fold" ? value / FOLD_HEIGHT : (value * GRAVITY) ** (-1 / 3);
   const relative = length / star, usable = relative >= LENGTHS[0] && relative <= LENGTHS[1];
-  for (const id of ["length", "material"]) field(id).classList.toggle("refused", !usable);
+  const known = star > 0 && isFinite(star);
+  field("length").classList.toggle("refused", known && !usable);
+  field("material").classList.toggle("refused", !known);
   field("actions").disabled = !usable;
-  field("refusal").textContent = usable ? "" : refusal(star);
+  field("refusal").textContent = usable ? "" : `${refusal(known && star)} The picture shows the last strip.`;
   if (!usable) return;
   unit = star;
   strip = new Strip(tables, relative);
@@ -50,12 +52,11 @@ function readStrip() {
   layFlat();
 }
 
-/** Why the inputs cannot be used, for a material of this L*. */
+/** Why the inputs cannot be used; `star`: L* of the material, false if there is none. */
 function refusal(star) {
-  if (!(star > 0 && isFinite(star))) return "Give a positive number for the material. The picture shows the last strip.";
-  const [least, most] = LENGTHS.map((length) => `${number(length * star, 3)} m`);
-  return `A strip of this material can be ${least} to ${most} long here (${LENGTHS.join(" to ")} L*). ` +
-    "The picture shows the last strip.";
+  if (!star) return "Give a positive number for the material.";
+  const [least, most] = LENGTHS.map((length) => number(length * star, 3));
+  return `A strip of this material can be ${least} to ${most} m long here (${LENGTHS.join(" to ")} L*).`;
 }
 
 function say(text, warns) {
@@ -115,8 +116,8 @@ function verdict() {
   if (stopped) return [stopped, true];
   if (fell) {
     const off = strip.limits(gripper[1]).comesOff - strip.half;
-    const on = state.kind === "fold" ? "The fold lies now: carry on to finish it"
-      : `The sag lies on the lower layer now: carry on to finish the fold, or go back, and at x = ${metres(off)} the sag comes off`;
+    const on = state.kind === "fold" ? "The fold lies: carry on to finish it" :
+      `Carry on to finish the fold, or go back: at x = ${metres(off)} the sag comes off`;
     return [`The strip fell at x = ${metres(fell.x)}, z = ${metres(fell.z)}. ${on}. To avoid the fall, carry it over lower than ` +
       `${metres(strip.touchLimit)} (low path), or use the R-path if the fabric has friction in bending.`, true];
   }

@@ -128,6 +128,7 @@ def draw_places(length: float, rng: np.random.Generator, count: int) -> list[Pla
     start = elastica.state_no_horizontal_force(z).advance - half
     for kind, parts in (("contact", 0.0), ("fold", 1.0)):
         chosen = [one for one in plan.states if len(one.parts) == 2 and (one.parts[1].direction > 0.0) == bool(parts)]
+        chosen = chosen[1:]  # the first is where the sag touches: there it lies or not by the last digit
         for i in rng.choice(len(chosen), count):
             x, height = chosen[i].gripper
             way = [(start, z), (half if kind == "fold" else x, z), (x, height)]
