@@ -154,7 +154,8 @@ function show() {
     draw(scene, "path", { d: asLine(line), fill: "none", stroke: "#0072b2", "stroke-width": thin, "stroke-dasharray": `${2 * thin} ${3 * thin}` });
   label(scene, strip.touchLimit + 6 * thin, left + 10 * thin, "never falls below this height", "#0072b2", 14 * thin);
   const [atX, atZ] = strip.boundary()[Math.floor(strip.boundary().length / 4)];
-  label(scene, atZ, atX + 14 * thin, "stability boundary", "#c00000", 14 * thin);
+  const side = atX < half / 2 ? 1 : -1; // where there is room
+  label(scene, atZ, atX + 14 * side * thin, "stability boundary", "#c00000", 14 * thin, side > 0 ? "start" : "end");
   if (field("path").value)
     draw(scene, "path", { d: asLine(chosenPath()), fill: "none", stroke: "#882288", "stroke-width": 1.5 * thin, "stroke-dasharray": `${6 * thin} ${3 * thin}`, id: "way" });
   if (fell) for (const part of fell.parts) draw(scene, "path", { d: asCurve(part), fill: "none", stroke: "#c00000", "stroke-width": 2 * thin, opacity: 0.6 });
@@ -164,10 +165,11 @@ function show() {
   drawPlot();
   say(...verdict());
   field("height-shown").textContent = metres(Number(field("height").value));
+  const sag = state.parts.length ? strip.sag(state) : Infinity;
   const margin = strip.margin(...gripper).distance, rows = {
     "gripper x": metres(gripper[0]), "gripper z": metres(gripper[1]), "advance λ": metres(strip.advance(gripper[0])),
     "to the boundary": state.touches ? "-" : metres(margin), "off the floor": state.free ? metres(state.free) : "-",
-    "height of the sag": state.parts.length ? metres(strip.sag(state)) : "-", "L*": `${number(unit)} m`, "never falls below": metres(strip.touchLimit),
+    "height of the sag": sag < Infinity ? metres(sag) : "-", "L*": `${number(unit)} m`, "never falls below": metres(strip.touchLimit),
   };
   field("numbers").replaceChildren(...Object.entries(rows).map(([name, value]) => {
     const row = document.createElement("div"), dt = document.createElement("dt"), dd = document.createElement("dd");
@@ -178,8 +180,8 @@ function show() {
   }));
 }
 
-function label(scene, z, x, text, fill, size) {
-  draw(scene, "text", { x, y: -z, fill, "font-size": size }).textContent = text;
+function label(scene, z, x, text, fill, size, anchor = "start") {
+  draw(scene, "text", { x, y: -z, fill, "font-size": size, "text-anchor": anchor }).textContent = text;
 }
 
 /** Advance over height of the sag at the gripper's height or, while the gripper is low, at that of the paper's motion. */
@@ -189,9 +191,10 @@ function drawPlot() {
   const low = comesOff - 2 * width, high = falls + width, free = [];
   for (let i = 0; i <= 24; i++) {
     const advance = falls - (falls - low) * (i / 24) ** 2; // flat at its maximum
-    free.push([strip.freeSag(z, advance), advance]);
+    const sag = strip.freeSag(z, advance);
+    if (isFinite(sag)) free.push([sag, advance]);
   }
-  const most = free[24][0], inside = (value, from, to) => Math.min(Math.max(value, from), to);
+  const most = 1.2 * free[free.length - 1][0], inside = (value, from, to) => Math.min(Math.max(value, from), to);
   const at = ([sag, advance]) => [30 + 160 * inside(sag / most, 0, 1), 185 - 160 * inside((advance - low) / (high - low), 0, 1)];
   const line = (places, look) => draw(plot, "path", { ...look, d: "M" + places.map((one) => at(one).join(" ")).join("L") });
   const write = (x, y, text, anchor) => { draw(plot, "text", { x, y, "text-anchor": anchor }).textContent = text; };

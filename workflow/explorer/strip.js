@@ -242,16 +242,16 @@ class Strip {
     return this.boundary().reduce((highest, [x, z]) => (x < this.half ? z : highest), this.touchLimit);
   }
 
-  /** Height of the lowest point of the hanging part: beyond its top, or that of the gripper. */
+  /** Height of the lowest point of the hanging part; infinite where the strip rises all the way to the gripper. */
   sag({ kind, parts }) {
     if (kind === "contact" || kind === "fold") return 0;
     const shape = parts[0];
     for (let i = shape.length - 1; i > 0; i--) {
       const [p, q] = [shape[i - 1], shape[i]];
-      if (q.dz < 0) break;
+      if (q.dz < 0) return q.z;
       if (p.dz < 0) return p.z + (p.dz ** 2 / (p.dz - q.dz)) * (q.s - p.s) / 2;
     }
-    return shape[shape.length - 1].z;
+    return Infinity;
   }
 
   /** Height of the sag of a strip that hangs free. */
