@@ -92,6 +92,7 @@ def test_the_page_in_a_browser():
     assert answers["loop"] == [lies, off, off, lies]
     assert answers["paper"] == ["free", "fell", "came off"]
     assert "taut" in answers["stopped"]
+    assert "lowest height" in answers["lowest"]
     assert answers["refusal"]
     picture, controls = answers["phone"]
     assert picture > controls

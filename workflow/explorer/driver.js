@@ -77,6 +77,8 @@ async function answer() {
   const before = gripper[0];
   view.dispatchEvent(new KeyboardEvent("keydown", { key: "ArrowRight" }));
   answers.keyboard = gripper[0] - before;
+  for (let i = 0; i < 5; i++) view.dispatchEvent(new KeyboardEvent("keydown", { key: "ArrowDown" }));
+  answers.lowest = field("verdict").textContent;
   // A narrow screen: what sticks out of it, in pixels.
   const frame = document.createElement("iframe");
   frame.style.width = `${ASKED.narrow}px`;

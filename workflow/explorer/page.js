@@ -3,6 +3,7 @@
 
 const GRAVITY = 9.81;
 const STEP = 0.02; // L*: a motion of the gripper is followed in steps of this length
+const TAUT = "The gripper cannot go farther here: the strip is taut. Move towards the held end.";
 const tables = decodeTables(JSON.parse(document.getElementById("tables").textContent));
 const FOLD_HEIGHT = tables.loop.height;
 const LENGTHS = [tables.rPath.lengths[0], tables.rPath.lengths[tables.rPath.lengths.length - 1]];
@@ -78,7 +79,7 @@ function moveTo(toX, toZ) {
   const x = Math.min(Math.max(toX, -half), half), z = Math.min(Math.max(toZ, 0), highest);
   stopped = null;
   if (toX > half) stopped = "The gripper is above the held end: the fold ends here.";
-  if (toX < -half) stopped = "The gripper cannot go farther here: the strip is taut. Move towards the held end.";
+  if (toX < -half) stopped = TAUT;
   if (toZ > highest) stopped = `The gripper cannot go higher: ${metres(highest)} is the greatest height with states.`;
   const way = Math.hypot(x - gripper[0], z - gripper[1]), steps = Math.max(1, Math.ceil(way / STEP));
   const begin = gripper;
@@ -88,12 +89,13 @@ function moveTo(toX, toZ) {
     if (next.kind === "low") {
       place[1] = lowest;
       next = strip.state(...place, state.touches);
-      stopped = `The gripper cannot go lower: ${metres(lowest)} is the lowest height with states while the strip is carried over.`;
+      stopped = `The gripper cannot go lower: ${metres(lowest)} is the lowest height with states while the strip ` +
+        "is carried over.";
     }
     const falls = next.kind === "falls";
     if (falls) next = strip.lying(...place) ?? next;
     if (!next.parts) {
-      stopped = next.kind === "stretched" ? "The gripper cannot go farther here: the strip is taut. Move towards the held end."
+      stopped = next.kind === "stretched" ? TAUT
         : "The gripper cannot go farther here: nothing of the strip would lie on the floor.";
       show();
       return false;
@@ -118,13 +120,13 @@ function verdict() {
     const off = strip.limits(gripper[1]).comesOff - strip.half;
     const on = state.kind === "fold" ? "The fold lies: carry on to finish it" :
       `Carry on to finish the fold, or go back: at x = ${metres(off)} the sag comes off`;
-    return [`The strip fell at x = ${metres(fell.x)}, z = ${metres(fell.z)}. ${on}. To avoid the fall, carry it over lower than ` +
-      `${metres(strip.touchLimit)} (low path), or use the R-path if the fabric has friction in bending.`, true];
+    return [`The strip fell at x = ${metres(fell.x)}, z = ${metres(fell.z)}. ${on}. To avoid the fall, carry it over ` +
+      `lower than ${metres(strip.touchLimit)} (low path), or use the R-path if the fabric has friction in bending.`, true];
   }
   if (cameOff && Math.hypot(gripper[0] - cameOff.x, gripper[1] - cameOff.z) < 1) {
     const { falls, comesOff } = strip.limits(cameOff.z);
-    return [`The sag came off at x = ${metres(cameOff.x)}, ${metres(falls - comesOff)} before the place at which the strip falls: ` +
-      "a hysteresis loop.", false];
+    return [`The sag came off at x = ${metres(cameOff.x)}, ${metres(falls - comesOff)} before the place at which the ` +
+      "strip falls: a hysteresis loop.", false];
   }
   const words = {
     flat: "The strip lies flat.", free: "Stable: the strip hangs free.",
@@ -148,7 +150,8 @@ function show() {
   const thin = (-2 * left) / view.clientWidth; // one pixel
   draw(scene, "rect", { x: left, y: 0, width: -2 * left, height: 1, fill: "#ddd" });
   draw(scene, "path", { d: asLine(strip.boundary()), fill: "none", stroke: "#c00000", "stroke-width": 3 * thin, id: "boundary" });
-  draw(scene, "path", { d: asLine(strip.comesOff()), fill: "none", stroke: "#009e73", "stroke-width": 2 * thin });
+  const off = { fill: "none", stroke: "#009e73", "stroke-width": 2 * thin };
+  draw(scene, "path", { ...off, d: asLine(strip.comesOff()) });
   const limit = [[left, strip.touchLimit], [-left, strip.touchLimit]];
   for (const line of [strip.touches(), limit])
     draw(scene, "path", { d: asLine(line), fill: "none", stroke: "#0072b2", "stroke-width": thin, "stroke-dasharray": `${2 * thin} ${3 * thin}` });
@@ -186,7 +189,8 @@ function label(scene, z, x, text, fill, size, anchor = "start") {
 
 /** Advance over height of the sag at the gripper's height or, while the gripper is low, at that of the paper's motion. */
 function drawPlot() {
-  const plot = field("plot"), lifted = gripper[1] >= tables.below.lowest, z = lifted ? gripper[1] : Number(field("height").value);
+  const plot = field("plot"), lifted = gripper[1] >= tables.below.lowest;
+  const z = lifted ? gripper[1] : Number(field("height").value);
   const { falls, comesOff } = strip.limits(z), width = Math.max(falls - comesOff, 0.01);
   const low = comesOff - 2 * width, high = falls + width, free = [];
   for (let i = 0; i <= 24; i++) {
@@ -195,7 +199,8 @@ function drawPlot() {
     if (isFinite(sag)) free.push([sag, advance]);
   }
   const most = 1.2 * free[free.length - 1][0], inside = (value, from, to) => Math.min(Math.max(value, from), to);
-  const at = ([sag, advance]) => [30 + 160 * inside(sag / most, 0, 1), 185 - 160 * inside((advance - low) / (high - low), 0, 1)];
+  const at = ([sag, advance]) =>
+    [30 + 160 * inside(sag / most, 0, 1), 185 - 160 * inside((advance - low) / (high - low), 0, 1)];
   const line = (places, look) => draw(plot, "path", { ...look, d: "M" + places.map((one) => at(one).join(" ")).join("L") });
   const write = (x, y, text, anchor) => { draw(plot, "text", { x, y, "text-anchor": anchor }).textContent = text; };
   plot.replaceChildren();
