@@ -87,3 +87,12 @@ def test_the_page_in_a_browser():
     for one, drawn in zip(place, answers["drawn"], strict=True):
         assert study.distance(one.state, np.array(drawn)) < 2e-3
     assert answers["warns"]
+    # Gone back, the strip that fell lies until the sag comes off, and falls again at lambda_c only: touches, fell, off.
+    lies, off = [True, True, False], [False, False, True]
+    assert answers["loop"] == [lies, off, off, lies]
+    assert answers["paper"] == ["free", "fell", "came off"]
+    assert "taut" in answers["stopped"]
+    assert "lowest height" in answers["lowest"]
+    assert answers["refusal"]
+    picture, controls = answers["phone"]
+    assert picture > controls

@@ -3,12 +3,13 @@
 
 const GRAVITY = 9.81;
 const STEP = 0.02; // L*: a motion of the gripper is followed in steps of this length
+const TAUT = "The gripper cannot go farther here: the strip is taut. Move towards the held end.";
 const tables = decodeTables(JSON.parse(document.getElementById("tables").textContent));
 const FOLD_HEIGHT = tables.loop.height;
 const LENGTHS = [tables.rPath.lengths[0], tables.rPath.lengths[tables.rPath.lengths.length - 1]];
 const field = (id) => document.getElementById(id);
 const view = field("view");
-let strip, unit, gripper, lies, state, fell, playing = 0;
+let strip, unit, gripper, state, fell, cameOff, stopped, playing = 0;
 
 /** An SVG element with attributes, in `parent`. */
 function draw(parent, name, attributes) {
@@ -33,20 +34,30 @@ function asCurve(places) {
   return text;
 }
 
-/** The strip of the inputs, or null with the fields marked that cannot be used. */
+/** The strip of the inputs, flat; where they cannot be used says why and leaves the picture as it is. */
 function readStrip() {
   const length = Number(field("length").value), value = Number(field("material").value);
   const star = field("known").value === "fold" ? value / FOLD_HEIGHT : (value * GRAVITY) ** (-1 / 3);
   const relative = length / star, usable = relative >= LENGTHS[0] && relative <= LENGTHS[1];
-  for (const id of ["length", "material"]) field(id).classList.toggle("refused", !usable);
-  if (!usable) {
-    const allowed = `${number(LENGTHS[0] * star, 3)} to ${number(LENGTHS[1] * star, 3)} m`;
-    say(star > 0 && isFinite(star) ? `A strip of this material can be ${allowed} long here (${LENGTHS.map((l) => number(l, 3)).join(" to ")} L*).`
-      : "Give a positive number for the material.", true);
-    return null;
-  }
+  const known = star > 0 && isFinite(star);
+  field("length").classList.toggle("refused", known && !usable);
+  field("material").classList.toggle("refused", !known);
+  field("actions").disabled = !usable;
+  field("refusal").textContent = usable ? "" : `${refusal(known && star)} The picture shows the last strip.`;
+  if (!usable) return;
   unit = star;
-  return new Strip(tables, relative);
+  strip = new Strip(tables, relative);
+  field("height").min = tables.below.lowest;
+  field("height").max = strip.highestFall;
+  field("height").value = 6;
+  layFlat();
+}
+
+/** Why the inputs cannot be used; `star`: L* of the material, false if there is none. */
+function refusal(star) {
+  if (!star) return "Give a positive number for the material.";
+  const [least, most] = LENGTHS.map((length) => number(length * star, 3));
+  return `A strip of this material can be ${least} to ${most} m long here (${LENGTHS.join(" to ")} L*).`;
 }
 
 function say(text, warns) {
@@ -54,56 +65,69 @@ function say(text, warns) {
   field("verdict").classList.toggle("warns", Boolean(warns));
 }
 
-/** A new strip, flat. */
-function restart() {
+function layFlat() {
   playing = 0;
-  const found = readStrip();
-  if (!found) return;
-  strip = found;
   gripper = [-strip.half, 0];
-  lies = fell = false;
+  fell = cameOff = stopped = null;
   state = strip.state(...gripper);
   show();
 }
 
-/** Move the gripper to a place, in small steps; where the strip would fall it does. */
-function moveTo(x, z) {
-  if (!strip) return;
-  x = Math.min(Math.max(x, -strip.half), strip.half);
-  z = Math.min(Math.max(z, 0), tables.above.highest);
+/** Move the gripper to a place, in small steps, through a fall if there is one; false where it cannot go on. */
+function moveTo(toX, toZ) {
+  const { half } = strip, { lowest } = tables.below, { highest } = tables.above;
+  const x = Math.min(Math.max(toX, -half), half), z = Math.min(Math.max(toZ, 0), highest);
+  stopped = null;
+  if (toX > half) stopped = "The gripper is above the held end: the fold ends here.";
+  if (toX < -half) stopped = TAUT;
+  if (toZ > highest) stopped = `The gripper cannot go higher: ${metres(highest)} is the greatest height with states.`;
   const way = Math.hypot(x - gripper[0], z - gripper[1]), steps = Math.max(1, Math.ceil(way / STEP));
   const begin = gripper;
   for (let i = 1; i <= steps; i++) {
     const place = [begin[0] + ((x - begin[0]) * i) / steps, begin[1] + ((z - begin[1]) * i) / steps];
-    let next = strip.state(...place, lies);
+    let next = strip.state(...place, state.touches);
     if (next.kind === "low") {
-      place[1] = tables.below.lowest; // the strip is not carried lower
-      next = strip.state(...place, lies);
+      place[1] = lowest;
+      next = strip.state(...place, state.touches);
+      stopped = `The gripper cannot go lower: ${metres(lowest)} is the lowest height with states while the strip ` +
+        "is carried over.";
     }
-    if (next.kind === "falls") {
-      fell = { x: gripper[0], z: gripper[1], parts: state.parts };
-      next = strip.lying(...place) ?? next;
-    }
+    const falls = next.kind === "falls";
+    if (falls) next = strip.lying(...place) ?? next;
     if (!next.parts) {
-      state = { ...state, refused: true };
-      break;
+      stopped = next.kind === "stretched" ? TAUT
+        : "The gripper cannot go farther here: nothing of the strip would lie on the floor.";
+      show();
+      return false;
     }
-    if (!next.touches) fell = false;
+    if (falls) fell = { x: place[0], z: place[1], parts: state.parts };
+    if (state.touches && !next.touches) {
+      cameOff = place[1] > strip.touchLimit ? { x: place[0], z: place[1] } : null;
+      fell = null;
+    }
+    if (next.touches) cameOff = null;
     gripper = place;
-    lies = next.touches;
     state = next;
   }
   show();
+  return true;
 }
 
-/** What the state means, in words. */
+/** What the state means, in words, and whether it warns. */
 function verdict() {
+  if (stopped) return [stopped, true];
   if (fell) {
-    const limit = metres(strip.touchLimit);
-    return [`The strip fell at x = ${metres(fell.x)}, z = ${metres(fell.z)}. Lay it flat again, then carry it over lower ` +
-      `than ${limit} (low path), or use the R-path if the fabric has friction in bending.`, true];
+    const off = strip.limits(gripper[1]).comesOff - strip.half;
+    const on = state.kind === "fold" ? "The fold lies: carry on to finish it" :
+      `Carry on to finish the fold, or go back: at x = ${metres(off)} the sag comes off`;
+    return [`The strip fell at x = ${metres(fell.x)}, z = ${metres(fell.z)}. ${on}. To avoid the fall, carry it over ` +
+      `lower than ${metres(strip.touchLimit)} (low path), or use the R-path if the fabric has friction in bending.`, true];
   }
-  if (state.refused) return ["The gripper cannot go farther here: nothing of the strip would lie on the floor.", true];
+  if (cameOff && Math.hypot(gripper[0] - cameOff.x, gripper[1] - cameOff.z) < 1) {
+    const { falls, comesOff } = strip.limits(cameOff.z);
+    return [`The sag came off at x = ${metres(cameOff.x)}, ${metres(falls - comesOff)} before the place at which the ` +
+      "strip falls: a hysteresis loop.", false];
+  }
   const words = {
     flat: "The strip lies flat.", free: "Stable: the strip hangs free.",
     taut: "Stable: the strip is pulled taut.",
@@ -113,30 +137,42 @@ function verdict() {
   return near ? ["Close to the stability boundary: a little farther and the strip falls. Go lower or back.", true] : [words[state.kind], false];
 }
 
+/** The places of the chosen path. */
+function chosenPath() {
+  const name = field("path").value;
+  return name === "paper" ? strip.path(name, Number(field("height").value)) : strip.path(name);
+}
+
 function show() {
   const scene = field("scene"), half = strip.half, top = half * 1.12 + 0.6, left = -half - 1.2;
   scene.replaceChildren();
   view.setAttribute("viewBox", `${left} ${-top} ${-2 * left} ${top + 0.8}`);
-  const thin = (2 * half) / 500;
+  const thin = (-2 * left) / view.clientWidth; // one pixel
   draw(scene, "rect", { x: left, y: 0, width: -2 * left, height: 1, fill: "#ddd" });
-  draw(scene, "path", { d: asLine(strip.boundary()), fill: "none", stroke: "#c00000", "stroke-width": 2 * thin, id: "boundary" });
+  draw(scene, "path", { d: asLine(strip.boundary()), fill: "none", stroke: "#c00000", "stroke-width": 3 * thin, id: "boundary" });
+  const off = { fill: "none", stroke: "#009e73", "stroke-width": 2 * thin };
+  draw(scene, "path", { ...off, d: asLine(strip.comesOff()) });
   const limit = [[left, strip.touchLimit], [-left, strip.touchLimit]];
   for (const line of [strip.touches(), limit])
     draw(scene, "path", { d: asLine(line), fill: "none", stroke: "#0072b2", "stroke-width": thin, "stroke-dasharray": `${2 * thin} ${3 * thin}` });
   label(scene, strip.touchLimit + 6 * thin, left + 10 * thin, "never falls below this height", "#0072b2", 14 * thin);
-  const [atX, atZ] = strip.boundary()[Math.floor(strip.boundary().length / 2)];
-  label(scene, atZ, atX + 14 * thin, "stability boundary", "#c00000", 14 * thin);
+  const [atX, atZ] = strip.boundary()[Math.floor(strip.boundary().length / 4)];
+  const side = atX < half / 2 ? 1 : -1; // where there is room
+  label(scene, atZ, atX + 14 * side * thin, "stability boundary", "#c00000", 14 * thin, side > 0 ? "start" : "end");
   if (field("path").value)
-    draw(scene, "path", { d: asLine(strip.path(field("path").value)), fill: "none", stroke: "#882288", "stroke-width": 1.5 * thin, "stroke-dasharray": `${6 * thin} ${3 * thin}`, id: "way" });
+    draw(scene, "path", { d: asLine(chosenPath()), fill: "none", stroke: "#882288", "stroke-width": 1.5 * thin, "stroke-dasharray": `${6 * thin} ${3 * thin}`, id: "way" });
   if (fell) for (const part of fell.parts) draw(scene, "path", { d: asCurve(part), fill: "none", stroke: "#c00000", "stroke-width": 2 * thin, opacity: 0.6 });
-  drawStrip(scene, state, 3.5 * thin);
+  drawStrip(scene, state, 4 * thin);
   draw(scene, "path", { d: `M${half} 0l${6 * thin} ${12 * thin}h${-12 * thin}z`, fill: "#0072b2" });
-  draw(scene, "circle", { cx: gripper[0], cy: -gripper[1], r: 9 * thin, fill: "#882288", "fill-opacity": 0.85, id: "gripper" });
+  draw(scene, "circle", { cx: gripper[0], cy: -gripper[1], r: 11 * thin, fill: "#882288", "fill-opacity": 0.85, id: "gripper" });
+  drawPlot();
   say(...verdict());
+  field("height-shown").textContent = metres(Number(field("height").value));
+  const sag = state.parts.length ? strip.sag(state) : Infinity;
   const margin = strip.margin(...gripper).distance, rows = {
     "gripper x": metres(gripper[0]), "gripper z": metres(gripper[1]), "advance λ": metres(strip.advance(gripper[0])),
     "to the boundary": state.touches ? "-" : metres(margin), "off the floor": state.free ? metres(state.free) : "-",
-    "L*": `${number(unit)} m`, "never falls below": metres(strip.touchLimit),
+    "height of the sag": sag < Infinity ? metres(sag) : "-", "L*": `${number(unit)} m`, "never falls below": metres(strip.touchLimit),
   };
   field("numbers").replaceChildren(...Object.entries(rows).map(([name, value]) => {
     const row = document.createElement("div"), dt = document.createElement("dt"), dd = document.createElement("dd");
@@ -147,8 +183,42 @@ function show() {
   }));
 }
 
-function label(scene, z, x, text, fill, size) {
-  draw(scene, "text", { x, y: -z, fill, "font-size": size }).textContent = text;
+function label(scene, z, x, text, fill, size, anchor = "start") {
+  draw(scene, "text", { x, y: -z, fill, "font-size": size, "text-anchor": anchor }).textContent = text;
+}
+
+/** Advance over height of the sag at the gripper's height or, while the gripper is low, at that of the paper's motion. */
+function drawPlot() {
+  const plot = field("plot"), lifted = gripper[1] >= tables.below.lowest;
+  const z = lifted ? gripper[1] : Number(field("height").value);
+  const { falls, comesOff } = strip.limits(z), width = Math.max(falls - comesOff, 0.01);
+  const low = comesOff - 2 * width, high = falls + width, free = [];
+  for (let i = 0; i <= 24; i++) {
+    const advance = falls - (falls - low) * (i / 24) ** 2; // flat at its maximum
+    const sag = strip.freeSag(z, advance);
+    if (isFinite(sag)) free.push([sag, advance]);
+  }
+  const most = 1.2 * free[free.length - 1][0], inside = (value, from, to) => Math.min(Math.max(value, from), to);
+  const at = ([sag, advance]) =>
+    [30 + 160 * inside(sag / most, 0, 1), 185 - 160 * inside((advance - low) / (high - low), 0, 1)];
+  const line = (places, look) => draw(plot, "path", { ...look, d: "M" + places.map((one) => at(one).join(" ")).join("L") });
+  const write = (x, y, text, anchor) => { draw(plot, "text", { x, y, "text-anchor": anchor }).textContent = text; };
+  plot.replaceChildren();
+  draw(plot, "path", { d: "M30 20V185H195", stroke: "#777" });
+  line(free, { stroke: "#111", "stroke-width": 2 });
+  line([[0, high], [0, comesOff]], { stroke: "#009e73", "stroke-width": 4 });
+  if (z > strip.touchLimit)
+    for (const [sag, advance] of [free[0], [strip.freeSag(z, comesOff), comesOff]])
+      line([[0, advance], [sag, advance]], { stroke: "#c00000", "stroke-dasharray": "4 3" });
+  write(4, 14, `advance λ at z = ${metres(z)}`, "start");
+  write(25, at([0, falls])[1] + 4, "λc", "end");
+  write(30, 203, "0", "middle");
+  write(195, 203, metres(most), "end");
+  write(112, 221, "height of the sag", "middle");
+  if (!lifted) return;
+  const advance = strip.advance(gripper[0]), [cx, cy] = at([strip.sag(state), advance]);
+  const opacity = advance < low || advance > high ? 0.3 : 0.85; // pale at the edge: outside the plot
+  draw(plot, "circle", { cx, cy, r: 5, fill: "#882288", "fill-opacity": opacity, id: "marker" });
 }
 
 /** The layers on the floor and the parts off it. */
@@ -162,7 +232,7 @@ function drawStrip(scene, { kind, parts, liftOff }, width) {
 
 /** The chosen path as a table that the command line reads. */
 function asTable() {
-  const places = strip.path(field("path").value);
+  const places = chosenPath();
   const travelled = [0];
   for (let i = 1; i < places.length; i++)
     travelled.push(travelled[i - 1] + Math.hypot(places[i][0] - places[i - 1][0], places[i][1] - places[i - 1][1]));
@@ -170,18 +240,17 @@ function asTable() {
   return ["# m; origin mid-strip on the floor, the held end at x = half the length", "t,x,z", ...rows.map((row) => row.join(","))].join("\n") + "\n";
 }
 
+/** Follow the chosen path from a flat strip on, through a fall if there is one. */
 function follow() {
-  const name = field("path").value;
-  if (!strip || !name) return;
-  restart();
-  const places = strip.path(name), running = ++playing || (playing = 1);
+  if (!field("path").value) return say("Choose a path first.", true);
+  layFlat();
+  const places = chosenPath(), running = (playing = performance.now());
   let i = 0;
   const next = () => {
-    if (playing !== running || i >= places.length || fell) return;
+    if (playing !== running || i >= places.length) return;
     const goal = places[i], way = [goal[0] - gripper[0], goal[1] - gripper[1]], far = Math.hypot(...way), most = strip.length / 150;
-    if (far <= most) { moveTo(...goal); i++; } else moveTo(gripper[0] + (way[0] * most) / far, gripper[1] + (way[1] * most) / far);
-    if (state.refused) return;
-    requestAnimationFrame(next);
+    const place = far <= most ? places[i++] : [gripper[0] + (way[0] * most) / far, gripper[1] + (way[1] * most) / far];
+    if (moveTo(...place)) requestAnimationFrame(next);
   };
   next();
 }
@@ -211,19 +280,28 @@ view.addEventListener("keydown", (event) => {
   moveTo(gripper[0] + step * way[0], gripper[1] + step * way[1]);
 });
 field("inputs").addEventListener("submit", (event) => event.preventDefault());
-for (const id of ["length", "material"]) field(id).addEventListener("input", restart);
+for (const id of ["length", "material"]) field(id).addEventListener("input", readStrip);
 field("known").addEventListener("change", () => {
   const fold = field("known").value === "fold", value = Number(field("material").value);
   field("material").value = number(fold ? FOLD_HEIGHT * (value * GRAVITY) ** (-1 / 3) : (FOLD_HEIGHT / value) ** 3 / GRAVITY);
   field("known-name").innerHTML = fold ? "height between mid-layers" : "η<sub>b</sub>";
   field("known-unit").textContent = fold ? "m" : "m⁻⁴ s²";
-  restart();
+  readStrip();
 });
-field("path").addEventListener("change", () => { if (strip) show(); });
-field("reset").addEventListener("click", restart);
+field("path").addEventListener("change", show);
+addEventListener("resize", show);
+field("height").addEventListener("input", () => {
+  field("path").value = "paper";
+  show();
+});
+field("reset").addEventListener("click", layFlat);
+field("paper").addEventListener("click", () => {
+  field("path").value = "paper";
+  follow();
+});
 field("follow").addEventListener("click", follow);
 field("copy").addEventListener("click", async () => {
-  if (!strip || !field("path").value) return say("Choose a path first.", true);
+  if (!field("path").value) return say("Choose a path first.", true);
   try {
     await navigator.clipboard.writeText(asTable());
     say("Copied: t, x, z, in m.");
@@ -231,4 +309,4 @@ field("copy").addEventListener("click", async () => {
     say("The browser does not let this page use the clipboard.", true);
   }
 });
-restart();
+readStrip();

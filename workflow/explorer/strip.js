@@ -88,16 +88,16 @@ class Strip {
 
   /** Places along a part of the given angles and length, from `start` on: x, z and the direction at each. */
   part(angles, length, [x, z], sign) {
-    const n = this.tables.nodes.length, found = [];
+    const n = this.tables.nodes.length, found = [], cos = Array.from(angles, Math.cos), sin = Array.from(angles, Math.sin);
     for (let i = 0; i < n; i++) {
       let dx = 0, dz = 0;
       for (let j = 0; j < n; j++) {
         const weight = this.tables.integral[i * n + j];
-        dx += weight * Math.cos(angles[j]);
-        dz += weight * Math.sin(angles[j]);
+        dx += weight * cos[j];
+        dz += weight * sin[j];
       }
       found.push({
-        x: x + sign * length * dx, z: z + length * dz, dx: sign * Math.cos(angles[i]), dz: Math.sin(angles[i]),
+        x: x + sign * length * dx, z: z + length * dz, dx: sign * cos[i], dz: sin[i],
         s: length * this.tables.nodes[i],
       });
     }
@@ -120,7 +120,7 @@ class Strip {
    *
    * `lies`: whether the sag lies on the lower layer so far. Gives `kind`: "flat", "free", "taut" (drawn as a cable),
    * "contact" (in a point), "fold" (in an interval), or why there is none: "falls" (past the largest advance), "hangs"
-   * (nothing lies), "low" (below the tables); `parts` from the held end, and `touches`: whether the sag lies.
+   * (nothing lies), "stretched" (too taut), "low" (below the tables); `parts` from the held end, and `touches`: whether the sag lies.
    */
   state(x, z, lies = false) {
     const advance = this.advance(x);
@@ -151,7 +151,7 @@ class Strip {
   /** Pulled so that bending does not count: a parabola whose arc is longer than its span by the advance. */
   taut(x, z, advance) {
     const span = (2 * z * z) / (3 * Math.max(advance, 1e-9)), last = 16, shape = [];
-    if (span > this.length) return { kind: "hangs", touches: false };
+    if (span > this.length) return { kind: "stretched", touches: false };
     for (let i = 0; i <= last; i++) {
       const share = i / last, slope = (2 * z * share) / span, scale = Math.hypot(1, slope);
       shape.push({ x: x + span * (1 - share), z: z * share * share, dx: -1 / scale, dz: slope / scale, s: span * share });
@@ -231,6 +231,35 @@ class Strip {
     return this.line;
   }
 
+  /** Advances at a height: where the strip falls or, below the touch limit, touches, and where the sag comes off again. */
+  limits(z) { return { falls: this.free(z).ends(z)[1], comesOff: this.tables.contact.ends(z)[0] }; }
+
+  /** Gripper positions at which the sag of a strip that fell comes off the lower layer. */
+  comesOff() { return (this.offLine ??= this.boundary().map(([, z]) => [this.limits(z).comesOff - this.half, z])); }
+
+  /** Greatest height at which the strip falls before the gripper is above the held end. */
+  get highestFall() {
+    return this.boundary().reduce((highest, [x, z]) => (x < this.half ? z : highest), this.touchLimit);
+  }
+
+  /** Height of the lowest point of the hanging part; infinite where the strip rises all the way to the gripper. */
+  sag({ kind, parts }) {
+    if (kind === "contact" || kind === "fold") return 0;
+    const shape = parts[0];
+    for (let i = shape.length - 1; i > 0; i--) {
+      const [p, q] = [shape[i - 1], shape[i]];
+      if (q.dz < 0) return q.z;
+      if (p.dz < 0) return p.z + (p.dz ** 2 / (p.dz - q.dz)) * (q.s - p.s) / 2;
+    }
+    return Infinity;
+  }
+
+  /** Height of the sag of a strip that hangs free. */
+  freeSag(z, advance) {
+    const [, length, ...angles] = this.free(z).at(z, advance);
+    return this.sag({ kind: "free", parts: [this.part(angles, length, [0, 0], -1)] });
+  }
+
   /** Gripper positions at which the sag touches, below the touch limit. */
   touches() {
     const { below } = this.tables, line = [];
@@ -241,7 +270,7 @@ class Strip {
     return line;
   }
 
-  /** The gripper's way by the name of a path: places (x, z). */
+  /** The gripper's way by the name of a path: places (x, z); low path and the paper's motion at a height. */
   path(name, height = 1.2) {
     const half = this.half, line = [];
     if (name === "triangular") return [[-half, 0], [0, half], [half, 0]];
@@ -255,6 +284,12 @@ class Strip {
     if (name === "low") {
       const up = this.lift((z) => z <= height, height);
       return [...up, ...up.map(([x, z]) => [-x, z]).reverse()];
+    }
+    if (name === "paper") {
+      // Forth until the strip has fallen and back until the sag is off, slowly, as the loop is narrow.
+      const { falls, comesOff } = this.limits(height), width = Math.max(falls - comesOff, 0.05), slow = [];
+      for (let i = -30; i <= 60; i++) slow.push([Math.min(comesOff + (i * width) / 15 - half, half), height]);
+      return [...this.lift((z) => z <= height, height), ...slow, ...slow.slice(0, -1).reverse()];
     }
     const { lengths, values, width } = this.tables.rPath, { loop } = this.tables;
     const free = half + (loop.arc - loop.offset) / 2;
@@ -297,5 +332,3 @@ function decodeTables(data) {
   tables.above.maximum = true;
   return tables;
 }
-
-if (typeof module !== "undefined") module.exports = { Strip, decodeTables };

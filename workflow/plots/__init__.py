@@ -45,10 +45,12 @@ All figures of `figures/`, drawn from stored results; each is there as PNG and S
 
 The [explorer](../figures/explorer.html) is a page, to be opened in a browser: drag the gripper, or move it with the
 arrow keys, and the strip of your length and eta_b follows. It shows the stability boundary, the distance to it, four
-paths, and what to do where the strip would fall. Its states are interpolated in tables of the elastica
-(`explorer_error` in [verification.md](verification.md)): without friction, for strips of 8 to 46 L\\* and, while the
-strip is carried over, grippers at least 0.3 L\\* high. `make explorer` redoes the tables and their check in headless
-Chromium.
+paths, and what to do where the strip would fall. After a fall the gripper goes on to the fold, or back until the sag
+comes off: the hysteresis loop, drawn beside the strip as lambda over the height of the sag. A button plays the paper's
+motion, lambda at constant height from lambda_0 past lambda_c and back. Its states are interpolated in tables of the
+elastica (`explorer_error` in [verification.md](verification.md)): without friction, for strips of 8 to 46 L\\* and,
+while the strip is carried over, grippers at least 0.3 L\\* high. `make explorer` redoes the tables and their check
+in headless Chromium.
 
 A colour means the same in all figures. As in the paper, purple is the gripper; blue the held end, the fold line and the
 way out of an R-path without a touch; red the mid-surface and the strip in motion; grey static states; black the

@@ -128,6 +128,7 @@ def draw_places(length: float, rng: np.random.Generator, count: int) -> list[Pla
     start = elastica.state_no_horizontal_force(z).advance - half
     for kind, parts in (("contact", 0.0), ("fold", 1.0)):
         chosen = [one for one in plan.states if len(one.parts) == 2 and (one.parts[1].direction > 0.0) == bool(parts)]
+        chosen = chosen[1:]  # the first is where the sag touches: there it lies or not by the last digit
         for i in rng.choice(len(chosen), count):
             x, height = chosen[i].gripper
             way = [(start, z), (half if kind == "fold" else x, z), (x, height)]
@@ -152,7 +153,9 @@ def drive(tables: xr.Dataset, length: float, ways: list[list[tuple[float, float]
         raise SolveError("there is no Chromium to show the page", advice="install it: apt-get install chromium")
     text = page.of_tables(tables)
     driver = (page.SOURCES / "driver.js").read_text(encoding="utf-8")
-    asked = json.dumps({"length": length, "ways": ways, "points": DRAWN, "narrow": NARROW})
+    off, falls, near = float(contact_states(3.0, 2).advance[0]), elastica.critical(3.0).state.advance, 2e-3
+    loop = [off + near, off - near, falls - near, falls + near]
+    asked = json.dumps({"length": length, "ways": ways, "points": DRAWN, "narrow": NARROW, "loop": loop})
     with TemporaryDirectory() as folder:
         (Path(folder) / "page.html").write_text(text, encoding="utf-8")
         shown = text.replace("</body>", f"<script>const ASKED = {asked};\n{driver}</script></body>")
