@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from dataclasses import asdict, dataclass
-from math import isfinite
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, Self
 
@@ -151,10 +150,9 @@ class FoldingPlan(Result):
             return []
         worst, eta_b = found.motions[found.worst], self.asked.strips[found.worst].eta_b
         place = f"with eta_b = {eta_b:.4g}, gripper at x = {worst.x:.4g} m, z = {worst.z:.4g} m"
-        share = f", {found.kinetic_share:.3g} times what its snap on the triangular path frees"
         return [
             ("in time", f"stays with its static states: at most {1e3 * worst.deviation:.1f} mm off, {place}"),
-            ("  kinetic", f"energy at most {worst.kinetic:.3g} J/m{share if isfinite(found.kinetic_share) else ''}"),
+            ("  kinetic", f"energy at most {worst.kinetic:.3g} J/m"),
             ("  at rest", f"fold {1e3 * worst.shape_error:.2f} mm off"),
         ]
 
@@ -190,9 +188,8 @@ class FoldingPlan(Result):
     def _in_time(self) -> dict[str, Any] | None:
         if (found := self.choice.in_time) is None:
             return None
-        share = found.kinetic_share if isfinite(found.kinetic_share) else None
         pairs = zip(self.asked.strips, found.motions, strict=True)
-        return {"motions": [{"eta_b": strip.eta_b} | asdict(moved) for strip, moved in pairs], "kinetic_share": share}
+        return {"motions": [{"eta_b": strip.eta_b} | asdict(moved) for strip, moved in pairs]}
 
     def to_dataset(self) -> xr.Dataset:
         t, x, z, angle = self.waypoints.T

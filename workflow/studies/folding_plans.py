@@ -18,7 +18,7 @@ import xarray as xr
 
 from stripfold import elastica, paths
 from stripfold.analysis.assess import BUMP
-from stripfold.analysis.friction_needed import NARROW, SPARE
+from stripfold.analysis.friction_needed import SPARE
 from stripfold.analysis.path_choice import DELAY, FREE, GIVING, LEAST_BUMP, PUSH, SHARPEST, choose, scaled
 from stripfold.analysis.path_friction import STEP
 from stripfold.analysis.planned_motion import ACCURATE
@@ -42,6 +42,8 @@ TIMED_FRICTION, SPEED = 0.5, (0.03, 0.3)
 """Share of these with a friction moment known where layers must not slide, and their speed, m/s, by its logarithm."""
 REFINEMENT = 0.5
 """Factor on the elements' lengths and on the steps with friction of the second assessment."""
+BETWEEN_MESHES = 1.15
+"""Ratio by which the friction that a strip needs may differ between meshes and steps."""
 REFUSED, FAILED = "none", "failed"
 SCANNED = 40
 """Heights that are scanned for a low path."""
@@ -196,7 +198,7 @@ def _no_r_path(asked: FoldingPlan) -> bool:
     moment: float | None = None
     if given is not None:
         kept = asked.margin * asked.material.force_scale / DELAY
-        moment = min(given - kept, given / SPARE) / NARROW
+        moment = min(given - kept, given / SPARE) / BETWEEN_MESHES
         if moment <= 0.0:
             return True
     # The softest strip is usually lost, and early.

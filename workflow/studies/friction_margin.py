@@ -8,11 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import partial
+from math import sqrt
 
 import xarray as xr
 
 from stripfold import paths
-from stripfold.analysis.friction_needed import needed
+from stripfold.analysis.friction_needed import Followed, lost_with
 from stripfold.errors import SolveError
 from stripfold.inputs import UNSTRETCHED, FoldingPlan
 from stripfold.material import Material
@@ -22,6 +23,32 @@ ETA_B = 3780.0
 """Any: in units of L* a thin strip of one length is one strip."""
 SEARCHED_FROM = 1e-3
 """M_0 from which the search begins, rho_a g L*^2: less is no number of a fabric."""
+
+NARROW = 1.15
+"""Ratio of the bracket's ends at which the search ends."""
+MOST = 2.0
+"""Largest M_0 tried, rho_a g L*^2: beyond that of fabrics."""
+
+
+def least(strips: Sequence[Followed], yield_curvature: float | None) -> tuple[float, float]:
+    """The least M_0 found to suffice and the largest found not to, rho_a g L*^2 of the strip in the middle.
+
+    Raises SolveError: a path could not be followed, or no M_0 suffices.
+    """
+    given, _, _ = strips[len(strips) // 2]
+    scale = given.force_scale * given.gravity_length
+    fails, suffices, tried = 0.0, 0.0, SEARCHED_FROM
+    while not 0.0 < suffices <= NARROW * fails:
+        if lost_with(strips, tried * scale, yield_curvature) is None:
+            suffices = tried
+        else:
+            fails = tried
+        if fails == 0.0:
+            break
+        tried = sqrt(fails * suffices) if suffices else 2.0 * fails
+        if tried > MOST:
+            raise SolveError(f"no friction moment up to {fails:.3g} rho_a g L*^2 holds the strip")
+    return suffices, fails
 
 
 def smallest(length: float, uncertainty: float) -> dict[str, float]:
@@ -34,11 +61,7 @@ def smallest(length: float, uncertainty: float) -> dict[str, float]:
     path = paths.r_path(given)
     strips = given.strips if uncertainty else given.strips[1:2]
     followed = [(strip.material, strip.length, path.curve.scaled(1.0 / strip.gravity_length)) for strip in strips]
-    scale = given.material.force_scale * given.gravity_length
-    found = needed(followed, None, SEARCHED_FROM * scale)
-    if isinstance(found, str):
-        raise SolveError(found)
-    return {"suffices": found.moment / scale, "fails": found.fails / scale}
+    return dict(zip(("suffices", "fails"), least(followed, None), strict=True))
 
 
 def run(

@@ -18,14 +18,15 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from stripfold import elastica
-from stripfold.analysis.assess import BUMP, assess_strip, peak_forces, shape_error
+from stripfold.analysis.assess import BUMP, assess_strip, peak_forces, shape_error, size_of_fall
 from stripfold.analysis.contact import columns_on_floor, touches
 from stripfold.analysis.path_in_time import follow_in_time
-from stripfold.analysis.path_statics import MOVING
-from stripfold.analysis.planned_motion import snap_energy
+from stripfold.analysis.path_statics import MOVING, follow
+from stripfold.analysis.release import Fall, ReleaseState, simulate_fall
 from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
 from stripfold.errors import SolveError
+from stripfold.paths.geometric import triangular
 from stripfold.paths.low_path import low
 from stripfold.paths.rpath import plan_r_path
 from stripfold.solve.schemes import Damping
@@ -50,6 +51,21 @@ STEP, NEAR = 0.05, 1e-3
 """Largest step along a branch of the elastica, in arc length; change of the free length for a derivative, L*."""
 DAMPING = Damping(air=0.1, stiffness=0.06)
 """Air drag of 2 /s and viscosity of 3 ms with L* = 2.5 cm."""
+
+
+def snap_energy(strip: StripModel, damping: Damping) -> float:
+    """Energy that the snap of a strip on its triangular path frees, rho_a g L*^2; nan where it lands without one.
+
+    Raises
+    ------
+    SolveError
+        The path or the fall cannot be followed.
+    """
+    found = follow(strip.contact_mesh(), triangular(strip.length), strip.length)
+    if found.critical is None:
+        return np.nan
+    motion = simulate_fall(ReleaseState.at(found.last or found.states[-1]), Fall(damping=damping))
+    return size_of_fall(found.states[-1], motion)[1]
 
 
 def run(

@@ -15,7 +15,7 @@ import numpy as np
 
 from stripfold import elastica, paths
 from stripfold.analysis.assess import BUMP
-from stripfold.analysis.friction_needed import REFINEMENT, SPARE, needed
+from stripfold.analysis.friction_needed import REFINEMENT, SPARE, estimate, lost_with
 from stripfold.analysis.gripper_map import GripperMap, gripper_map
 from stripfold.analysis.planned_motion import ACCURATE, InTime, in_time
 from stripfold.analysis.verdict import Verdict, assess_path
@@ -152,31 +152,30 @@ class _Chooser:
 
     def r_path(self) -> _Candidate | Refusal:
         """Along the snap boundary, where internal friction has to hold the strip."""
-        asked = self.asked
-        if asked.friction_moment is None:
-            return Refusal("r-path", "it needs internal friction, and no friction moment of the fabric is given")
-        path, there = paths.r_path(asked), asked.friction_moment
+        asked, unit = self.asked, self.units[1]
         per_moment = DELAY / asked.material.force_scale
+        holds = estimate(asked.length / unit, asked.eta_b_uncertainty) * asked.material.force_scale * unit
+        advice = f"about {max(SPARE * holds, holds + asked.margin / per_moment):.2g} N would do"
+        if (there := asked.friction_moment) is None:
+            why = "it needs internal friction, and no friction moment of the fabric is given"
+            return Refusal("r-path", f"{why}; {advice}")
         enough = min(there / SPARE, there - asked.margin / per_moment)
         if enough <= 0.0:
             most = per_moment * there
-            why = f"a friction moment of {there:.3g} N delays a snap by {1e3 * most:.1f} mm"
+            why = f"a friction moment of {there:.3g} N delays a snap by {1e3 * most:.1f} mm; {advice}"
             return Refusal("r-path", why, asked.margin - most)
+        path = paths.r_path(asked)
         strips = [(strip.material, strip.length, scaled(path, strip.gravity_length)) for strip in asked.strips]
         try:
-            found = needed(strips, asked.yield_curvature, enough, self.say)
+            lost = lost_with(strips, enough, asked.yield_curvature, self.say)
         except SolveError as error:
-            return Refusal("r-path", f"what friction it needs could not be found: {error}")
-        if isinstance(found, str):
-            return Refusal("r-path", found)
-        margin = per_moment * (there - found.moment)
-        if found.moment <= enough:
-            why = f"a friction moment of {found.moment:.3g} N holds the strip, and there are {there:.3g} N"
-            return _Candidate(path, margin, why, found.moment)
-        said = f"it needs a friction moment of {SPARE:g} times {found.moment:.3g} N, and there are {there:.3g} N"
-        if there < SPARE * found.moment:
-            return Refusal("r-path", said)
-        return Refusal("r-path", f"{said}: a margin of {1e3 * margin:.1f} mm", asked.margin - margin)
+            return Refusal("r-path", f"whether friction holds the strip could not be found: {error}")
+        if lost is not None:
+            kept = f"{enough:.3g} N, what the margin leaves of {there:.3g} N"
+            why = f"with eta_b = {lost[0].eta_b:.4g} the strip is lost with a friction moment of {kept}"
+            return Refusal("r-path", f"{why}; {advice}" if holds > enough else why)
+        why = f"a friction moment of {enough:.3g} N holds the strip, and there are {there:.3g} N"
+        return _Candidate(path, per_moment * (there - enough), why, enough)
 
     def checked(self, candidate: _Candidate) -> tuple[Verdict, ...] | str:
         """The rod's verdicts with the three eta_b, or what is wrong with one of them."""

@@ -7,16 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from math import nan, sqrt
+from math import sqrt
 
 import numpy as np
 
 from stripfold.analysis import path_in_time
-from stripfold.analysis.assess import Followed, shape_error, size_of_fall
+from stripfold.analysis.assess import Followed, shape_error
 from stripfold.analysis.collapse import in_solver_units, nodes
 from stripfold.analysis.path_in_time import follow_in_time
-from stripfold.analysis.path_statics import follow
-from stripfold.analysis.release import Fall, ReleaseState, simulate_fall
 from stripfold.analysis.static import StripModel
 from stripfold.arrays import Array
 from stripfold.effects.hysteresis import YIELD_CURVATURE
@@ -24,12 +22,10 @@ from stripfold.elastica import folded_loop
 from stripfold.errors import SolveError
 from stripfold.inputs import FoldingPlan, Strip
 from stripfold.paths.curve import GripperPath
-from stripfold.paths.geometric import triangular
 from stripfold.paths.motion import timed
 from stripfold.paths.rpath import half_fold
 from stripfold.paths.table import SPACING
 from stripfold.simulation import Release
-from stripfold.solve.schemes import Damping
 
 TIME_OPTIONS = replace(path_in_time.TIME_OPTIONS, tolerance=3e-4)
 """Error per step, L*: with a third of it the deviation changes by less than a per cent, in two thirds more steps.
@@ -69,14 +65,10 @@ class InTime:
         With the least, the given and the largest eta_b.
     worst
         Index of the one with the largest deviation.
-    kinetic_share
-        Its kinetic energy over the energy that the snap of the same strip on its triangular path frees; nan where it
-        lands there without one, or where that cannot be followed.
     """
 
     motions: tuple[PlannedMotion, ...]
     worst: int
-    kinetic_share: float
 
 
 def in_time(
@@ -118,21 +110,11 @@ def in_time(
         if not moved.shape_error <= ACCURATE * unit:
             return f"{at_speed} comes to rest {1e3 * moved.shape_error:.1f} mm off its fold: move slower"
         found.append(moved)
-    say("the snap on the triangular path, to compare")
-    worst = max(range(len(found)), key=lambda i: found[i].deviation)
-    return InTime(tuple(found), worst, _kinetic_share(asked.strips[worst], found[worst].kinetic))
+    return InTime(tuple(found), max(range(len(found)), key=lambda i: found[i].deviation))
 
 
 def _rod(strip: Strip) -> StripModel:
     return StripModel(strip.length_star, strip.material.relative_thickness, strip.nu, kind="rod")
-
-
-def _kinetic_share(strip: Strip, kinetic: float) -> float:
-    try:
-        freed = snap_energy(_rod(strip), in_solver_units(Release(), strip.material).damping)
-    except SolveError:
-        return nan
-    return kinetic / (strip.material.scales["J m-1"] * freed)
 
 
 def _moved(
@@ -186,18 +168,3 @@ def deviations(static: Sequence[Followed], moving: Sequence[Followed], travelled
         apart = moving[0][0].model.resampled_mid_surface(q, s) - problem.model.resampled_mid_surface(point.q, s)
         away.append(np.linalg.norm(apart, axis=1).max())
     return np.array(away)
-
-
-def snap_energy(strip: StripModel, damping: Damping) -> float:
-    """Energy that the snap of a strip on its triangular path frees, rho_a g L*^2; nan where it lands without one.
-
-    Raises
-    ------
-    SolveError
-        The path or the fall cannot be followed.
-    """
-    found = follow(strip.contact_mesh(), triangular(strip.length), strip.length)
-    if found.critical is None:
-        return nan
-    motion = simulate_fall(ReleaseState.at(found.last or found.states[-1]), Fall(damping=damping))
-    return size_of_fall(found.states[-1], motion)[1]
