@@ -149,7 +149,7 @@ class TestCriticalPoints:
         for angle in (0.0, 30.0, 60.0, 90.0):
             way = np.cos(np.radians(angle)) * along + np.sin(np.radians(angle)) * across
             for signed in (3.0 * way, -way):
-                piece = replace(problem.motion.path, rate=lambda s, way=signed: way)
+                piece = SimpleNamespace(position=problem.motion.path.position, rate=lambda s, way=signed: way)
                 turned = replace(problem, motion=replace(problem.motion, path=piece))
                 assert assessing.boundary_angle(turned, point) == pytest.approx(angle, abs=2.0)
 

@@ -77,7 +77,9 @@ class TestMotion:
 
     def test_the_energy_balance_closes_and_friction_dissipates(self, snap: DynamicSnap):
         first, last = snap.states[0].energy, snap.states[-1].energy
-        assert last.total - first.total == pytest.approx(last.work - last.lost, abs=1e-9)
+        # Each step leaves unbalanced forces of up to 1e-8, times the way.
+        way = sum(np.abs(after.q - before.q).max() for before, after in zip(snap.states, snap.states[1:], strict=False))
+        assert last.total - first.total == pytest.approx(last.work - last.lost, abs=1e-8 * way)
         heat = [state.energy.friction for state in snap.states]
         assert heat[-1] > 0.02 * (first.total - min(state.energy.total for state in snap.states))
         # The friction springs release no more than they can store.

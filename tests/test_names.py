@@ -75,7 +75,7 @@ def drawing(name: str) -> None:
 
 def tables(name: str) -> None:
     Path(f"{name}.csv").write_text("t,x,z\n0,0,0\n")
-    assert read_table("path", Path(f"{name}.csv"), "t,x,z", (1, 1)).shape == (1, 3)
+    assert read_table("path", Path(f"{name}.csv"), "t,x,z", (1, 1)).numbers().shape == (1, 3)
     store.write_text("a: 1", f"{name}.yaml")
     assert read_yaml(f"{name}.yaml", "file", "a: 1") == {"a": 1}
 

@@ -206,7 +206,7 @@ def test_command(capsys, tmp_path) -> None:
         (["--length", "4.0"], "length"),
         (["--eta-b", "-1"], "eta_b"),
         (["--output", "map.csv"], "output"),
-        (["--plot", "none/map.png"], "output"),
+        (["--plot", "none/map.png"], "plot"),
     ],
 )
 def test_bad_input(options: list[str], word: str, capsys, tmp_path, monkeypatch) -> None:

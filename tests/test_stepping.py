@@ -227,7 +227,7 @@ class TestLoadingIncrementally:
         at = with_effects(start, path_friction.effects_of(law, 0.05))
         for _ in range(4):
             once = path_friction._at_once(at, at.point.lam + 0.2)
-            along = path_friction._along_branch(at, at.point.lam + 0.2)
+            along = path_friction._along_branch(at, at.point.lam + 0.2, locate=True)
             assert once is not None
             assert along.point.lam == once.point.lam
             np.testing.assert_allclose(along.point.q, once.point.q, atol=1e-6)

@@ -147,7 +147,7 @@ def test_a_wrong_flat_end_is_seen_in_the_shapes(off: float):
 
 def test_the_interval_includes_an_error_of_the_flat_end():
     tracks = seen(0.5 * WIDTH)
-    exact, by_hand = (measured(tracks, 0.002, sd, hysteresis=0.0, rho_a=0.2) for sd in ((0.0, 0.0), (1e-3, 1e-3)))
+    exact, by_hand = (measured(tracks, 0.002, sd, friction_moment=0.0, rho_a=0.2) for sd in ((0.0, 0.0), (1e-3, 1e-3)))
     assert exact.low > ETA_B
     assert by_hand.low < ETA_B < by_hand.high
     assert by_hand.eta_b == exact.eta_b

@@ -78,9 +78,10 @@ def film() -> Film:
     return filmed(26)
 
 
-def filmed(frames: int, strip: dict[str, Any] | None = None, **filming: Any) -> Film:
+def filmed(frames: int, strip: dict[str, Any] | None = None, eta_b: float = 3780.0, **filming: Any) -> Film:
     """The first frames of a film from a second before the snap on."""
     scene = Scene(
+        eta_b=eta_b,
         strip=strip or {},
         filming={"size": [480, 360], "frame_rate": 20.0, "tilt": 4.0} | filming,
         speed=0.02,
@@ -279,7 +280,7 @@ def test_strip_that_is_dim_next_to_the_gripper_is_followed_from_there(film: Film
 
 def test_tight_bend_in_a_small_picture_stays_on_the_strip() -> None:
     """The line would be a little shorter in each frame, until it has left the bend."""
-    small = filmed(20, {"eta_b": 9000.0, "width": 0.04}, size=[320, 240], defocus=1.0)
+    small = filmed(20, {"width": 0.04}, eta_b=9000.0, size=[320, 240], defocus=1.0)
     lengths = [line.length for line in small.track() if line is not None]
     assert len(lengths) == 20
     assert min(lengths) > 0.98 * lengths[0]

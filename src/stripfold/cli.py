@@ -177,7 +177,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser = _parser(argv)
     arguments, unknown = parser.parse_known_args(argv)
     if unknown:
-        parser.error(f"unrecognized arguments: {' '.join(unknown)}{_advice(unknown, arguments)}")
+        parser.error(f"unrecognized arguments: {' '.join(unknown)}")
     try:
         for name, given in vars(arguments).items():
             if isinstance(given, str) and "\0" in given:
@@ -215,14 +215,6 @@ def _in_words(error: Exception) -> tuple[str, int]:
     return f"{type(error).__name__} in {place}: {error}; this is a fault of the program: please report it", 5
 
 
-def _advice(unknown: Sequence[str], arguments: argparse.Namespace) -> str:
-    """What was probably meant by options that the command does not have."""
-    from stripfold.validation import did_you_mean
-
-    keys = [word[2:].split("=")[0].replace("-", "_") for word in unknown if word.startswith("--")]
-    return "".join(f"; {did_you_mean(key, vars(arguments))}" for key in keys)
-
-
 class _Parser(argparse.ArgumentParser):
     """Its errors are one line, whatever the arguments are."""
 
@@ -234,12 +226,15 @@ class _Command(_Parser):
     """Says what an unknown option may have been, and not that the option meant is missing."""
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        known = self._option_string_actions
+        known = {name[2:].replace("-", "_"): name for name in self._option_string_actions}
         for given in args[: args.index("--")] if "--" in args else args:
-            if given.startswith("--") and (name := given.partition("=")[0]) not in known:
+            if given.startswith("--") and (name := given.partition("=")[0]) not in self._option_string_actions:
                 from stripfold.validation import did_you_mean
 
-                self.error(f"unknown option {name}: {did_you_mean(name, known)}")
+                advice = did_you_mean(name[2:].replace("-", "_"), known)
+                for key, option in known.items():
+                    advice = advice.replace(f"mean {key}?", f"mean {option}?")
+                self.error(f"unknown option {name}: {advice}")
         return super().parse_known_args(args, namespace)
 
 

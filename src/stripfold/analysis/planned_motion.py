@@ -164,7 +164,8 @@ def deviations(static: Sequence[Followed], moving: Sequence[Followed], travelled
         static, np.interp([point.lam for _, point in static], travelled, np.arange(len(travelled))), strict=True
     ):
         before = min(int(at), len(moving) - 2)
-        q = (before + 1 - at) * moving[before][1].q + (at - before) * moving[before + 1][1].q
-        apart = moving[0][0].model.resampled_mid_surface(q, s) - problem.model.resampled_mid_surface(point.q, s)
+        first, second = (one.model.resampled_mid_surface(state.q, s) for one, state in moving[before : before + 2])
+        shape = (before + 1 - at) * first + (at - before) * second
+        apart = shape - problem.model.resampled_mid_surface(point.q, s)
         away.append(np.linalg.norm(apart, axis=1).max())
     return np.array(away)

@@ -68,11 +68,11 @@ TOOL = (
             lambda f: f.apart <= 1e-9),
     )),
     Source("estimates", facts.estimates, (
-        Number("estimate_coverage", "share", "1", 3, ">= 0.95, judged 0.85 of 100 scenes or more",
+        Number("estimate_coverage", "share", "1", 3, ">= 0.95, judged 0.85 of 60 scenes or more",
             "share of random scenes ({seed}) over the whole range of inputs whose true error of lambda_c or "
             "lambda_touch is within its estimate, in the median {width:.2g} times as large ({by_group}); {judged} of "
             "{cases} scenes are judged, {refused} were refused, {unknown} have no reference that is good enough",
-            lambda f: f.cases >= 100 and f.judged >= 0.85 * f.cases),
+            lambda f: f.cases >= 60 and f.judged >= 0.85 * f.cases),
     )),
     Source("hard_cases", facts.hard_cases, (
         Number("hard_cases", "cases", "count", 4, ">= 25",
@@ -149,7 +149,7 @@ TOOL = (
             lambda f: f.jobs_scenes >= 1e5),
     )),
     Source("folding_plans", facts_paths.folding_plans, (
-        Number("plan_cases", "cases", "count", 3, ">= 300, none ended in an error",
+        Number("plan_cases", "cases", "count", 3, ">= 150, none ended in an error",
             "random strips with an eta_b known to 20% that `stripfold plan` was asked for: {planned} plans ({kinds}), "
             "{none} refused, {failed} errors", lambda f: f.failed == 0),
         Number("plan_safe", "safe", "1", 4, "= 1",
