@@ -15,12 +15,12 @@ import xarray as xr
 from stripfold import paths
 from stripfold.analysis.friction_needed import Followed, lost_with
 from stripfold.errors import SolveError
-from stripfold.inputs import UNSTRETCHED, FoldingPlan
+from stripfold.inputs import FoldingPlan
 from stripfold.material import Material
 from studies.common import Progress, dataset, grid
 
 ETA_B = 3780.0
-"""Any: in units of L* a thin strip of one length is one strip."""
+"""Any: in units of L* a strip of one length is nearly one strip."""
 SEARCHED_FROM = 1e-3
 """M_0 from which the search begins, rho_a g L*^2: less is no number of a fabric."""
 
@@ -57,7 +57,7 @@ def smallest(length: float, uncertainty: float) -> dict[str, float]:
     Raises SolveError: a path could not be followed, or no M_0 suffices.
     """
     unit = Material(ETA_B).gravity_length
-    given = FoldingPlan(length=length * unit, eta_b=ETA_B, eta_m=UNSTRETCHED, eta_b_uncertainty=uncertainty)
+    given = FoldingPlan(length=length * unit, eta_b=ETA_B, eta_b_uncertainty=uncertainty)
     path = paths.r_path(given)
     strips = given.strips if uncertainty else given.strips[1:2]
     followed = [(strip.material, strip.length, path.curve.scaled(1.0 / strip.gravity_length)) for strip in strips]
