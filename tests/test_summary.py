@@ -636,7 +636,7 @@ def test_one_bad_value_is_enough(dataset: str, name: str, where: dict, value: fl
         ("hard_cases", 24, "hard_cases"),
         ("folding_plans", 149, "plan_cases"),
         ("random_paths", 199, "random_paths"),
-        ("estimates", 59, "estimate_coverage"),
+        ("estimates", 299, "estimate_coverage"),
         ("branches", 1999, "branch_cases"),
         ("branches", 499, "spurious_limit_points"),
         ("low_paths", 39, "low_path_agreement"),

@@ -68,11 +68,11 @@ TOOL = (
             lambda f: f.apart <= 1e-9),
     )),
     Source("estimates", facts.estimates, (
-        Number("estimate_coverage", "share", "1", 3, ">= 0.95, judged 0.85 of 60 scenes or more",
+        Number("estimate_coverage", "share", "1", 3, ">= 0.95, judged 0.85 of 300 scenes or more",
             "share of random scenes ({seed}) over the whole range of inputs whose true error of lambda_c or "
             "lambda_touch is within its estimate, in the median {width:.2g} times as large ({by_group}); {judged} of "
             "{cases} scenes are judged, {refused} were refused, {unknown} have no reference that is good enough",
-            lambda f: f.cases >= 60 and f.judged >= 0.85 * f.cases),
+            lambda f: f.cases >= 300 and f.judged >= 0.85 * f.cases),
     )),
     Source("hard_cases", facts.hard_cases, (
         Number("hard_cases", "cases", "count", 4, ">= 25",
